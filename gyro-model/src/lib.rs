@@ -1,1 +1,30 @@
+//! The mathematics of truerate: what a gyro's reading means, which physical effects spoil it, how to find and undo them.
+//!
+//! Nothing in this crate reads a clock, a file or a socket, and nothing logs: it turns numbers into numbers, so that a
+//! vehicle in motion and a log on a desk go through the same code.
+//!
+//! Sensor-error form, one line an axis, SI units (rad, rad/s, m/s², s, °C, V):
+//!
+//! ```text
+//! felt rate      ω_f = ω + Σ_j β_j φ_j(ω, …; η_j)
+//! reading        ω_g = (ω_f − δ)/α + noise
+//! compensation   ω̂   = α ω_g + δ − Σ_j β_j φ_j(ω̂, …; η_j)
+//! encoder        θ_e = θ + Σ_j κ_j ψ_j(θ; η_j) + noise
+//! ```
+//!
+//! | module | noun |
+//! | --- | --- |
+//! | [`record`] | a log in memory: columns over time |
+//! | [`model`] | effects and their parameters, axis by axis |
+//! | [`effects`] | the catalogue, one physical effect a file |
+//! | [`diagnosis`] | the result types, as the JSON interface has them |
 
+pub mod axis;
+pub mod diagnosis;
+pub mod effects;
+pub mod model;
+pub mod record;
+
+pub use axis::Axis;
+pub use model::{AxisModel, Model, Noise, Term};
+pub use record::{Record, Row};

@@ -1,0 +1,206 @@
+//! The results, with the keys of the JSON interface (`truerate.diagnosis/1`, `truerate.ladder/1`).
+//!
+//! SI units; what has no value is `None` (JSON `null`), never a number that is not finite.
+
+use crate::Axis;
+use serde::{Deserialize, Serialize};
+
+/// `compare` and `diagnose` of one log.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Diagnosis {
+    /// `"truerate.diagnosis/1"`.
+    pub schema: String,
+    /// The log's name.
+    pub log: String,
+    /// One entry an axis.
+    pub axes: Vec<AxisDiagnosis>,
+}
+
+/// What a diagnosis comes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// The error is what noise alone makes.
+    Adequate,
+    /// One physical effect is missing and named.
+    MissingEffect,
+    /// One is missing, and this log cannot tell which of a group.
+    Ambiguous,
+    /// An excess is there and no suspect removes it.
+    Unexplained,
+    /// The log does not excite what is needed.
+    CannotTell,
+    /// The data are faulty.
+    BadData,
+}
+
+/// `compare` and `diagnose` of one axis.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct AxisDiagnosis {
+    /// The axis.
+    pub axis: Axis,
+    /// What it comes to.
+    pub verdict: Verdict,
+    /// The verdict in one or two sentences, with what to do next.
+    pub says: String,
+    /// What the model has.
+    pub effects: Vec<String>,
+    /// Its parameters.
+    pub parameters: Vec<ParameterValue>,
+    /// Its noise.
+    pub noise: NoiseValue,
+    /// Held out, open loop, rad/s.
+    pub error_curve: Vec<ErrorPoint>,
+    /// Largest error/floor.
+    pub error_over_floor: Option<f64>,
+    /// Every error below its `floor_99`.
+    pub within_floor: Option<bool>,
+    /// Where the floor's noise comes from, in words.
+    pub floor_source: String,
+    /// Regimes in which the model errs, worst first.
+    pub fails_where: Vec<FailsWhere>,
+    /// Best first; empty for `compare`.
+    pub suspects: Vec<Suspect>,
+    /// Faults of the data.
+    pub data_faults: Vec<DataFault>,
+}
+
+/// One parameter with its uncertainty.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ParameterValue {
+    /// Effect id.
+    pub effect: String,
+    /// Parameter name.
+    pub name: String,
+    /// Value, SI.
+    pub value: Option<f64>,
+    /// Standard error, SI.
+    pub std_error: Option<f64>,
+    /// Unit.
+    pub unit: String,
+    /// The size that is typical of low-cost sensors.
+    pub typical: Option<f64>,
+}
+
+/// Noise as reported.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct NoiseValue {
+    /// rad/√s.
+    pub angle_random_walk: Option<f64>,
+    /// rad/s/√s.
+    pub bias_random_walk: Option<f64>,
+    /// rad.
+    pub encoder: Option<f64>,
+}
+
+/// One averaging time of the error curve.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct ErrorPoint {
+    /// Averaging time, s.
+    pub tau_s: f64,
+    /// Held-out error, rad/s.
+    pub error: Option<f64>,
+    /// Expected where no physics is missing, rad/s.
+    pub floor: Option<f64>,
+    /// Upper end of the band in which 99 % of such logs lie, rad/s.
+    pub floor_99: Option<f64>,
+}
+
+/// One regime in which the model errs.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct FailsWhere {
+    /// `time`, `rate`, `direction`, `angle`, `temperature`, `acceleration`, `frequency`.
+    pub regressor: String,
+    /// Lower edge, SI.
+    pub from: Option<f64>,
+    /// Upper edge, SI.
+    pub to: Option<f64>,
+    /// Samples in the bin.
+    pub samples: usize,
+    /// Mean rate error in the bin (gyro less reference), rad/s.
+    pub mean_error: Option<f64>,
+    /// Its standard error, rad/s.
+    pub std_error: Option<f64>,
+    /// In words.
+    pub says: String,
+}
+
+/// A physical effect that may be missing.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Suspect {
+    /// Effect id.
+    pub effect: String,
+    /// Effects that cannot be told from it on this log, best first, at most three.
+    pub aliases: Vec<String>,
+    /// The manoeuvre that would tell them apart.
+    pub separate_by: String,
+    /// Significance, priced for the whole search.
+    pub p_value: Option<f64>,
+    /// Share of the held-out excess that adding it removes.
+    pub error_fall: Option<f64>,
+    /// Its parameters after an exact refit.
+    pub parameters: Vec<ParameterValue>,
+    /// The error curve with it added.
+    pub error_curve: Vec<ErrorPoint>,
+}
+
+/// A fault of the data, reported beside the effects and never as physics.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DataFault {
+    /// `outliers`, `dropouts`, `repeated-samples`, `timestamp-jitter`, `stuck-channel`, `wrong-unit`, `wrong-sign`,
+    /// `swapped-axes`, `not-excited`, `non-finite`, `time-going-back`.
+    pub fault: String,
+    /// How often.
+    pub count: u64,
+    /// When first, s.
+    pub first_t: Option<f64>,
+    /// In words: which column, where, what to do.
+    pub says: String,
+}
+
+/// `ladder` of one log.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Ladder {
+    /// `"truerate.ladder/1"`.
+    pub schema: String,
+    /// The log's name.
+    pub log: String,
+    /// One entry an axis.
+    pub axes: Vec<AxisLadder>,
+}
+
+/// `ladder` of one axis.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct AxisLadder {
+    /// The axis.
+    pub axis: Axis,
+    /// What it comes to.
+    pub verdict: Verdict,
+    /// The verdict in one or two sentences, with what to do next.
+    pub says: String,
+    /// What the final model has.
+    pub effects: Vec<String>,
+    /// Its parameters.
+    pub parameters: Vec<ParameterValue>,
+    /// Its noise.
+    pub noise: NoiseValue,
+    /// The first step is the starting model.
+    pub steps: Vec<LadderStep>,
+    /// Faults of the data.
+    pub data_faults: Vec<DataFault>,
+}
+
+/// One step of a ladder.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct LadderStep {
+    /// Effect added in this step.
+    pub added: Option<String>,
+    /// Effect removed in this step.
+    pub removed: Option<String>,
+    /// Aliases of what was added, on this log.
+    pub aliases: Vec<String>,
+    /// The error curve after this step.
+    pub error_curve: Vec<ErrorPoint>,
+    /// Largest error/floor after this step.
+    pub error_over_floor: Option<f64>,
+}

@@ -1,0 +1,47 @@
+//! `bias`: the reading at rest is −δ/α (the paper's equation (1)).
+
+use super::{Card, Effect, ParameterCard, Role, Stage};
+use crate::Axis;
+
+/// The effect.
+pub static BIAS: Bias = Bias;
+
+/// See the file's head.
+pub struct Bias;
+
+static CARD: Card = Card {
+    id: "bias",
+    title: "zero-rate output",
+    physics: "At rest the sensor does not read zero. Integrated, the bias is an angle that grows with time.",
+    equation: "ω̂ = α ω_g + δ; the reading at rest is −δ/α",
+    typical: "0.1–20 °/s on MEMS parts",
+    source: "IEEE Std 1431, bias; equation (1) of the paper behind this project",
+    needs: &[],
+    excited_by: "any log",
+    mended_by: "exactly, as long as it does not wander",
+    aliases: &[],
+};
+
+static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
+    name: "delta",
+    unit: "rad/s",
+    says: "added to the scaled reading",
+    role: Role::Linear,
+    neutral: 0.0,
+    typical: 0.02,
+    bounds: (-50.0, 50.0),
+}];
+
+impl Effect for Bias {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Calibration
+    }
+
+    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
+        &PARAMETERS
+    }
+}

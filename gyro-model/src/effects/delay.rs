@@ -1,0 +1,70 @@
+//! `delay`: the gyro is later than the reference, ω_f(t) = ω(t − d).
+
+use super::{Alias, Card, Effect, ParameterCard, Role, Span, Stage};
+use crate::Axis;
+
+/// The effect.
+pub static DELAY: Delay = Delay;
+
+/// See the file's head.
+pub struct Delay;
+
+static CARD: Card = Card {
+    id: "delay",
+    title: "the gyro is later than the reference",
+    physics: "The sensor's digital filter, its bus and the time-stamping at the receiver all take time, so the reading \
+              stamped t belongs to t − d. At rate ω the angle is wrong by about ω d.",
+    equation: "ω_f(t) = ω(t − d)",
+    typical: "1–100 ms; 12 ms seen on an MPU-6050",
+    source: "IEEE Std 1431, time delay; measured against encoders",
+    needs: &[],
+    excited_by: "changing rates, more than one frequency",
+    mended_by: "re-stamping: the estimate is valid at t − d, live and in logs",
+    aliases: &[
+        Alias {
+            id: "lag",
+            when: "the motion holds little content near the sensor's corner frequency",
+            split_by: "sharp steps, or motion up to the corner frequency: only a lag loses amplitude",
+        },
+        Alias {
+            id: "g-sensitivity",
+            when: "the sensor sits on an arm, so that tangential acceleration follows dω/dt",
+            split_by: "another radius, or shaking without turning",
+        },
+    ],
+};
+
+static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
+    name: "d",
+    unit: "s",
+    says: "how late the gyro is",
+    role: Role::Shape,
+    neutral: 0.0,
+    typical: 0.01,
+    bounds: (-0.2, 0.5),
+}];
+
+impl Effect for Delay {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Timing
+    }
+
+    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
+        &PARAMETERS
+    }
+
+    fn valid_time(&self, p: &[f64], t: f64) -> f64 {
+        t - p[0]
+    }
+
+    fn grid(&self, _: &Span) -> Vec<Vec<f64>> {
+        [-0.02, -0.01, -0.005, -0.002, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06, 0.1]
+            .iter()
+            .map(|&d| vec![d])
+            .collect()
+    }
+}

@@ -1,0 +1,55 @@
+//! `encoder-backlash`: play between shaft and encoder, a play operator of width b on θ.
+
+use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage, play};
+use crate::Axis;
+
+/// The effect.
+pub static ENCODER_BACKLASH: EncoderBacklash = EncoderBacklash;
+
+/// See the file's head.
+pub struct EncoderBacklash;
+
+static CARD: Card = Card {
+    id: "encoder-backlash",
+    title: "play between shaft and encoder",
+    physics: "A coupling or gear with clearance lets the shaft turn by b before the encoder follows, at every reversal.",
+    equation: "θ_e = P_b(θ): the encoder stands still until the shaft has left the clearance ±b/2 about it",
+    typical: "0.1–2°",
+    source: "play (backlash) operator; gear and coupling data sheets",
+    needs: &[super::Need::AngleReference],
+    excited_by: "reversals",
+    mended_by: "taken out of the reference",
+    aliases: &[],
+};
+
+static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
+    name: "b",
+    unit: "rad",
+    says: "width of the clearance",
+    role: Role::Shape,
+    neutral: 0.0,
+    typical: 0.01,
+    bounds: (0.0, 0.5),
+}];
+
+impl Effect for EncoderBacklash {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Reference
+    }
+
+    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
+        &PARAMETERS
+    }
+
+    fn error(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
+        play(p[0], s.angle, memory) - s.angle
+    }
+
+    fn grid(&self, _: &Span) -> Vec<Vec<f64>> {
+        [0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035].iter().map(|&b| vec![b]).collect()
+    }
+}

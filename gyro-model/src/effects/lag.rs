@@ -1,0 +1,93 @@
+//! `lag`: first-order sensor bandwidth, τ dω_f/dt + ω_f = ω.
+
+use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Span, Stage};
+use crate::Axis;
+
+/// The effect.
+pub static LAG: Lag = Lag;
+
+/// See the file's head.
+pub struct Lag;
+
+static CARD: Card = Card {
+    id: "lag",
+    title: "first-order sensor bandwidth",
+    physics: "The sensor's own low-pass filter follows the rate with a time constant: quick changes come late and \
+              smaller.",
+    equation: "τ dω_f/dt + ω_f = ω",
+    typical: "τ 0.5–30 ms (bandwidth 5–300 Hz)",
+    source: "IEEE Std 1431, bandwidth; the filter tables of MEMS data sheets",
+    needs: &[],
+    excited_by: "content near 1/(2πτ), steps",
+    mended_by: "the inverse filter, which amplifies noise above 1/(2πτ)",
+    aliases: &[Alias {
+        id: "delay",
+        when: "the motion holds little content near 1/(2πτ)",
+        split_by: "sharp steps, or motion up to the corner frequency: only a lag loses amplitude",
+    }],
+};
+
+static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
+    name: "tau",
+    unit: "s",
+    says: "time constant",
+    role: Role::Shape,
+    neutral: 0.0,
+    typical: 0.01,
+    bounds: (0.0, 0.3),
+}];
+
+impl Effect for Lag {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Response
+    }
+
+    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
+        &PARAMETERS
+    }
+
+    /// Exact for a rate that is constant over the step. Memory: [0] felt rate, [6] started.
+    fn respond(&self, p: &[f64], rate: f64, dt: f64, memory: &mut Memory) -> f64 {
+        if memory[6] == 0.0 {
+            *memory = [rate, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, memory[7]];
+        } else if p[0] > 0.0 {
+            memory[0] += (rate - memory[0]) * -(-dt / p[0]).exp_m1();
+        } else {
+            memory[0] = rate;
+        }
+        memory[0]
+    }
+
+    /// ω = ω_f + τ dω_f/dt with the parabola through the last three samples. Memory: [0], [1] the last two felt rates,
+    /// [2] the last step, [6] how many.
+    fn undo_response(&self, p: &[f64], felt: f64, dt: f64, memory: &mut Memory) -> f64 {
+        let (f1, f2, dt1) = (memory[0], memory[1], memory[2]);
+        let slope = match memory[6] {
+            0.0 => 0.0,
+            1.0 => (felt - f1) / dt,
+            _ => {
+                let (d1, d2) = ((felt - f1) / dt, (f1 - f2) / dt1);
+                d1 + (d1 - d2) * dt / (dt + dt1)
+            }
+        };
+        *memory = [felt, f1, dt, 0.0, 0.0, 0.0, (memory[6] + 1.0).min(2.0), memory[7]];
+        felt + p[0] * slope
+    }
+
+    fn undo_response_whole(&self, p: &[f64], t: &[f64], felt: &[f64]) -> Vec<f64> {
+        let slope = super::derivative(t, felt);
+        felt.iter().zip(slope).map(|(f, d)| f + p[0] * d).collect()
+    }
+
+    fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
+        [0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06]
+            .iter()
+            .filter(|&&tau| tau > 0.1 * span.dt)
+            .map(|&tau| vec![tau])
+            .collect()
+    }
+}

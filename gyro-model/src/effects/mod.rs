@@ -1,0 +1,294 @@
+//! The catalogue of physical effects: one effect a file, one static list.
+//!
+//! An effect is a set of facts (its [`Card`]) and a few pure functions. Where it acts on the way from the true rate to
+//! the reading is its [`Stage`]; the stage says which of the functions it implements. Everything else in truerate
+//! (simulator, compensation, fit, diagnosis, reports, `truerate effects`) walks [`CATALOGUE`].
+
+use crate::{Axis, record::FREE_CHANNELS};
+
+pub mod bias;
+pub mod delay;
+pub mod encoder_backlash;
+pub mod lag;
+pub mod saturation;
+pub mod scale_factor;
+pub mod temperature_bias;
+
+/// Every effect that truerate knows, in the order of `truerate effects`.
+pub static CATALOGUE: &[&dyn Effect] = &[
+    &scale_factor::SCALE_FACTOR,
+    &bias::BIAS,
+    &temperature_bias::TEMPERATURE_BIAS,
+    &delay::DELAY,
+    &lag::LAG,
+    &saturation::SATURATION,
+    &encoder_backlash::ENCODER_BACKLASH,
+];
+
+/// The effect of this id.
+#[must_use]
+pub fn find(id: &str) -> Option<&'static dyn Effect> {
+    CATALOGUE.iter().copied().find(|e| e.card().id == id)
+}
+
+/// Where an effect acts between the true motion and the two readings.
+///
+/// Forward order: true rate → `Timing` → `Response` of the mount → `Felt` → `Response` of the sensor →
+/// `Calibration` → `Reading` → noise and quantisation; and for the reference, true angle → `Reference` → noise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// `scale-factor` and `bias`: ω̂ = α ω_g + δ − …
+    Calibration,
+    /// Adds [`Effect::error`] to the felt rate, rad/s.
+    Felt,
+    /// A reading taken at `t` belongs to [`Effect::valid_time`].
+    Timing,
+    /// A linear filter between true and felt rate, undone by [`Effect::undo_response`].
+    Response,
+    /// Limits the reading itself; where [`Effect::lost`] says so the information is gone.
+    Reading,
+    /// Adds [`Effect::error`] to the reference angle, rad.
+    Reference,
+}
+
+/// How a parameter enters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// A coefficient: the effect is proportional to it.
+    Linear,
+    /// A shape (time constant, width, frequency): it means nothing while the effect is absent and has to be scanned.
+    Shape,
+}
+
+/// One parameter of an effect.
+#[derive(Clone, Copy, Debug)]
+pub struct ParameterCard {
+    /// Name as in model files.
+    pub name: &'static str,
+    /// Unit as in model files.
+    pub unit: &'static str,
+    /// What it is, in a few words.
+    pub says: &'static str,
+    /// Coefficient or shape.
+    pub role: Role,
+    /// The value at which the effect changes nothing (shapes of effects with a coefficient: any value, the typical one).
+    pub neutral: f64,
+    /// The typical size on a low-cost sensor: what `simulate --hide ID` takes.
+    pub typical: f64,
+    /// Physical bounds; no fit leaves them.
+    pub bounds: (f64, f64),
+}
+
+/// What a log must hold for an effect to be examined.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Need {
+    /// All three gyro axes.
+    ThreeGyros,
+    /// An accelerometer.
+    Accelerometer,
+    /// A temperature that changes.
+    Temperature,
+    /// A supply voltage that changes.
+    Supply,
+    /// A reference that is an angle.
+    AngleReference,
+}
+
+/// An effect that can look the same on one log.
+#[derive(Clone, Copy, Debug)]
+pub struct Alias {
+    /// Its id.
+    pub id: &'static str,
+    /// When the two look alike.
+    pub when: &'static str,
+    /// The manoeuvre that splits them.
+    pub split_by: &'static str,
+}
+
+/// The facts about an effect.
+#[derive(Clone, Copy, Debug)]
+pub struct Card {
+    /// Public id.
+    pub id: &'static str,
+    /// What it is, half a line.
+    pub title: &'static str,
+    /// What happens physically, two or three sentences for an engineer.
+    pub physics: &'static str,
+    /// The equation, in the symbols of the crate's head.
+    pub equation: &'static str,
+    /// Typical size on low-cost sensors, in words and data-sheet units.
+    pub typical: &'static str,
+    /// Where the equation and the size come from.
+    pub source: &'static str,
+    /// What the log must hold.
+    pub needs: &'static [Need],
+    /// What motion or condition shows it.
+    pub excited_by: &'static str,
+    /// What compensation can do about it.
+    pub mended_by: &'static str,
+    /// What it can be confused with.
+    pub aliases: &'static [Alias],
+}
+
+/// One instant as a regressor sees it. All finite where the effect's needs are met.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Signals {
+    /// Time since the log's first row, s.
+    pub t: f64,
+    /// Since the previous sample, s (0 at the first).
+    pub dt: f64,
+    /// The axis under study.
+    pub axis: usize,
+    /// Compensated rates of the three axes, rad/s; the others' raw where they have no model, 0 where there is no gyro.
+    pub rates: [f64; 3],
+    /// Derivative of this axis' compensated rate, rad/s².
+    pub rate_dot: f64,
+    /// Shaft angle (reference stages: the true angle; others: the best known), rad.
+    pub angle: f64,
+    /// Specific force, m/s².
+    pub accel: [f64; 3],
+    /// T − 25 °C.
+    pub delta_temperature: f64,
+    /// Supply less the model's origin, V.
+    pub delta_supply: f64,
+    /// Free channels.
+    pub free: [f64; FREE_CHANNELS],
+}
+
+impl Signals {
+    /// ω of the axis under study.
+    #[must_use]
+    pub fn rate(&self) -> f64 {
+        self.rates[self.axis]
+    }
+}
+
+/// What an effect remembers from sample to sample (a play operator's position, a filter's state). All zero at the
+/// start of a log; `[7]` counts as free for the caller to use as a "started" flag.
+pub type Memory = [f64; 8];
+
+/// What a scan needs to know of a log to choose its grid of shapes.
+#[derive(Clone, Copy, Debug)]
+pub struct Span {
+    /// Length of the log, s.
+    pub duration: f64,
+    /// Median sample interval, s.
+    pub dt: f64,
+    /// Largest |reading|, rad/s.
+    pub reading_max: f64,
+    /// RMS of the rate, rad/s.
+    pub rate_rms: f64,
+    /// Largest less smallest reference angle, rad.
+    pub travel: f64,
+}
+
+/// A physical effect: facts and pure functions. `p` is the parameters in the order of [`Effect::parameters`].
+///
+/// Which functions matter follows from [`Effect::stage`]; the others keep their defaults.
+pub trait Effect: Send + Sync {
+    /// The facts.
+    fn card(&self) -> &'static Card;
+
+    /// Where it acts.
+    fn stage(&self) -> Stage;
+
+    /// Its parameters on this axis: coefficients first, then shapes.
+    fn parameters(&self, axis: Axis) -> &'static [ParameterCard];
+
+    /// `Felt`: Σβφ, rad/s. `Reference`: Σκψ, rad. Called once a sample in time order; zero when `p` is neutral.
+    fn error(&self, _p: &[f64], _signals: &Signals, _memory: &mut Memory) -> f64 {
+        0.0
+    }
+
+    /// `Timing`: the time whose true rate is read at `t`, s.
+    fn valid_time(&self, _p: &[f64], t: f64) -> f64 {
+        t
+    }
+
+    /// `Response`, forward: one step of the filter, `dt` after the previous one; true rate in, felt rate out.
+    fn respond(&self, _p: &[f64], rate: f64, _dt: f64, _memory: &mut Memory) -> f64 {
+        rate
+    }
+
+    /// `Response`, backward and causal: one step; felt rate in, true rate out.
+    fn undo_response(&self, _p: &[f64], felt: f64, _dt: f64, _memory: &mut Memory) -> f64 {
+        felt
+    }
+
+    /// `Response`, backward over a whole log with centred derivatives: felt rates at times `t` (s), true rates out.
+    fn undo_response_whole(&self, _p: &[f64], _t: &[f64], felt: &[f64]) -> Vec<f64> {
+        felt.to_vec()
+    }
+
+    /// `Reading`, forward: what the sensor puts out where it would have read `reading`, rad/s.
+    fn limit(&self, _p: &[f64], reading: f64) -> f64 {
+        reading
+    }
+
+    /// `Reading`, backward: whether this reading says nothing about the rate.
+    fn lost(&self, _p: &[f64], _reading: f64) -> bool {
+        false
+    }
+
+    /// The shapes to scan on such a log: one entry a grid point, in the order of the `Shape` parameters. Empty where
+    /// the effect has no shape. Finer than half the distance at which two shapes can be told apart.
+    fn grid(&self, _span: &Span) -> Vec<Vec<f64>> {
+        Vec::new()
+    }
+}
+
+/// One step of the play operator of width `w`: the output stays until the input has left the clearance ±w/2 about it.
+/// Memory: [0] output, [6] started.
+pub(crate) fn play(w: f64, input: f64, memory: &mut Memory) -> f64 {
+    if memory[6] == 0.0 {
+        memory[6] = 1.0;
+        memory[0] = input;
+    }
+    memory[0] = memory[0].clamp(input - 0.5 * w, input + 0.5 * w);
+    memory[0]
+}
+
+/// Derivative of samples at uneven times, centred, of fourth order where five even samples stand around.
+pub(crate) fn derivative(t: &[f64], y: &[f64]) -> Vec<f64> {
+    let n = y.len();
+    (0..n)
+        .map(|k| {
+            if n < 2 {
+                return 0.0;
+            }
+            let (a, b) = (k.saturating_sub(1), (k + 1).min(n - 1));
+            if k < 2 || k + 2 >= n {
+                return (y[b] - y[a]) / (t[b] - t[a]);
+            }
+            let near = (y[k + 1] - y[k - 1]) / (t[k + 1] - t[k - 1]);
+            let far = (y[k + 2] - y[k - 2]) / (t[k + 2] - t[k - 2]);
+            let even = ((t[k + 2] - t[k - 2]) - 2.0 * (t[k + 1] - t[k - 1])).abs() < 0.02 * (t[k + 2] - t[k - 2]);
+            if even { (4.0 * near - far) / 3.0 } else { near }
+        })
+        .collect()
+}
+
+impl std::fmt::Debug for dyn Effect {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.card().id)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ids_are_unique_and_cards_complete() {
+        let mut seen = std::collections::BTreeSet::new();
+        for effect in CATALOGUE {
+            let card = effect.card();
+            assert!(seen.insert(card.id), "{} stands twice", card.id);
+            for text in
+                [card.title, card.physics, card.equation, card.typical, card.source, card.excited_by, card.mended_by]
+            {
+                assert!(!text.is_empty(), "{} has an empty field", card.id);
+            }
+        }
+    }
+}

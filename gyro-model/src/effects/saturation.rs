@@ -1,0 +1,63 @@
+//! `saturation`: the range ends, ω_g held within ±l.
+
+use super::{Alias, Card, Effect, ParameterCard, Role, Span, Stage};
+use crate::Axis;
+
+/// The effect.
+pub static SATURATION: Saturation = Saturation;
+
+/// See the file's head.
+pub struct Saturation;
+
+static CARD: Card = Card {
+    id: "saturation",
+    title: "the range ends",
+    physics: "Beyond full scale the reading stays at the rail; what turned meanwhile is lost.",
+    equation: "ω_g held within ±l, l a reading",
+    typical: "97 % of full scale: 2.1, 4.2, 8.5, 17, 34 rad/s for 125…2000 °/s",
+    source: "MEMS data sheets, measurement range",
+    needs: &[],
+    excited_by: "turning faster than the range",
+    mended_by: "nothing: the sample is marked and the standard deviation grows; choose a wider range",
+    aliases: &[Alias {
+        id: "cubic-nonlinearity",
+        when: "one amplitude of motion",
+        split_by: "several amplitudes: a rail stays where it is",
+    }],
+};
+
+static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
+    name: "l",
+    unit: "rad/s",
+    says: "largest reading",
+    role: Role::Shape,
+    neutral: f64::INFINITY,
+    typical: 2.1,
+    bounds: (0.01, f64::INFINITY),
+}];
+
+impl Effect for Saturation {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Reading
+    }
+
+    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
+        &PARAMETERS
+    }
+
+    fn limit(&self, p: &[f64], reading: f64) -> f64 {
+        reading.clamp(-p[0], p[0])
+    }
+
+    fn lost(&self, p: &[f64], reading: f64) -> bool {
+        reading.abs() >= p[0]
+    }
+
+    fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
+        [1.0, 0.995, 0.98, 0.95].iter().map(|share| vec![share * span.reading_max]).collect()
+    }
+}

@@ -1,0 +1,48 @@
+//! `scale-factor`: the reading is the rate divided by α (the paper's equation (1)).
+
+use super::{Card, Effect, ParameterCard, Role, Stage};
+use crate::Axis;
+
+/// The effect.
+pub static SCALE_FACTOR: ScaleFactor = ScaleFactor;
+
+/// See the file's head.
+pub struct ScaleFactor;
+
+static CARD: Card = Card {
+    id: "scale-factor",
+    title: "scale factor",
+    physics: "The sensor's gain differs from its data sheet's, from part to part and with mounting. A turn of 360° \
+              is read as 360°/α.",
+    equation: "ω̂ = α ω_g + δ",
+    typical: "α within 3 % of 1 on MEMS parts",
+    source: "IEEE Std 1431, scale factor; equation (1) of the paper behind this project",
+    needs: &[],
+    excited_by: "any rotation",
+    mended_by: "exactly",
+    aliases: &[],
+};
+
+static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
+    name: "alpha",
+    unit: "1",
+    says: "true rate per unit of reading",
+    role: Role::Linear,
+    neutral: 1.0,
+    typical: 0.98,
+    bounds: (0.01, 100.0),
+}];
+
+impl Effect for ScaleFactor {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Calibration
+    }
+
+    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
+        &PARAMETERS
+    }
+}

@@ -1,0 +1,84 @@
+//! `temperature-bias`: zero-rate output against temperature, φ = ΔT, ΔT².
+
+use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
+use crate::Axis;
+
+/// The effect.
+pub static TEMPERATURE_BIAS: TemperatureBias = TemperatureBias;
+
+/// See the file's head.
+pub struct TemperatureBias;
+
+static CARD: Card = Card {
+    id: "temperature-bias",
+    title: "zero-rate output against temperature",
+    physics: "The silicon and its package expand, the quadrature error leaks differently, and the reading at rest \
+              moves with the sensor's temperature.",
+    equation: "ω_f = ω + c1 ΔT + c2 ΔT²,  ΔT = T − 25 °C",
+    typical: "0.005–0.08 °/s per K",
+    source: "IEEE Std 1431, bias temperature sensitivity; MEMS data sheets",
+    needs: &[Need::Temperature],
+    excited_by: "a temperature that changes by several kelvin, up and down",
+    mended_by: "exactly, where temperature is measured at the sensor",
+    aliases: &[
+        Alias {
+            id: "warm-up",
+            when: "one heating from power-on",
+            split_by: "restart the sensor hot: a warm-up starts again, a temperature effect does not",
+        },
+        Alias {
+            id: "bias-drift",
+            when: "the temperature rises steadily",
+            split_by: "heat and cool: a drift goes on, a temperature effect comes back",
+        },
+        Alias {
+            id: "supply-voltage",
+            when: "the battery discharges while the sensor heats",
+            split_by: "vary one at a time",
+        },
+        Alias {
+            id: "temperature-scale",
+            when: "the rate is constant",
+            split_by: "turn the other way at two temperatures",
+        },
+    ],
+};
+
+static PARAMETERS: [ParameterCard; 2] = [
+    ParameterCard {
+        name: "c1",
+        unit: "rad/s/K",
+        says: "slope of the bias",
+        role: Role::Linear,
+        neutral: 0.0,
+        typical: 5e-4,
+        bounds: (-0.1, 0.1),
+    },
+    ParameterCard {
+        name: "c2",
+        unit: "rad/s/K²",
+        says: "curvature of the bias",
+        role: Role::Linear,
+        neutral: 0.0,
+        typical: 0.0,
+        bounds: (-0.01, 0.01),
+    },
+];
+
+impl Effect for TemperatureBias {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Felt
+    }
+
+    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
+        &PARAMETERS
+    }
+
+    fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
+        (p[0] + p[1] * s.delta_temperature) * s.delta_temperature
+    }
+}

@@ -1,0 +1,103 @@
+//! The model: effects and their parameters, axis by axis.
+
+use crate::{
+    Axis,
+    effects::{Effect, ParameterCard},
+};
+
+/// A model of up to three axes.
+#[derive(Clone, Debug, Default)]
+pub struct Model {
+    /// Grows by one with every change; stamped on every estimate made with it.
+    pub epoch: u64,
+    /// The axes that are modelled.
+    pub axes: [Option<AxisModel>; 3],
+    /// What the parameters are relative to.
+    pub origin: Origin,
+}
+
+/// Zero points that belong to the log on which the model was fitted.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Origin {
+    /// Supply voltage against which ΔV counts (the log's median), V.
+    pub supply: Option<f64>,
+}
+
+/// One axis: which effects it has, with which parameters, and how noisy it is.
+#[derive(Clone, Debug, Default)]
+pub struct AxisModel {
+    /// The effects, in the order of adding; the base model is `scale-factor`, `bias`.
+    pub terms: Vec<Term>,
+    /// The identified noise.
+    pub noise: Noise,
+}
+
+/// One effect with its parameters.
+#[derive(Clone, Debug)]
+pub struct Term {
+    /// The effect, out of the catalogue or a user's own.
+    pub effect: &'static dyn Effect,
+    /// Values in the order of `effect.parameters(axis)`.
+    pub values: Vec<f64>,
+    /// Their standard errors; `NaN` before a fit.
+    pub std_errors: Vec<f64>,
+}
+
+/// The stochastic errors of one axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Noise {
+    /// N, rad/√s.
+    pub angle_random_walk: f64,
+    /// Random walk of the bias, rad/s/√s.
+    pub bias_random_walk: f64,
+    /// Standard deviation of one reference angle, rad.
+    pub encoder: f64,
+}
+
+impl Term {
+    /// A term at the parameters that change nothing.
+    #[must_use]
+    pub fn neutral(effect: &'static dyn Effect, axis: Axis) -> Self {
+        let values: Vec<f64> = effect.parameters(axis).iter().map(|p| p.neutral).collect();
+        let std_errors = vec![f64::NAN; values.len()];
+        Self { effect, values, std_errors }
+    }
+
+    /// Each parameter with its card: (card, value, standard error).
+    pub fn parameters(&self, axis: Axis) -> impl Iterator<Item = (&'static ParameterCard, f64, f64)> + '_ {
+        self.effect.parameters(axis).iter().zip(&self.values).zip(&self.std_errors).map(|((c, &v), &s)| (c, v, s))
+    }
+}
+
+impl AxisModel {
+    /// The base model at α = 1, δ = 0.
+    #[must_use]
+    pub fn base(axis: Axis) -> Self {
+        use crate::effects::{bias::BIAS, scale_factor::SCALE_FACTOR};
+        Self { terms: vec![Term::neutral(&SCALE_FACTOR, axis), Term::neutral(&BIAS, axis)], noise: Noise::default() }
+    }
+
+    /// The term of this id, if the model has it.
+    #[must_use]
+    pub fn term(&self, id: &str) -> Option<&Term> {
+        self.terms.iter().find(|t| t.effect.card().id == id)
+    }
+
+    /// The ids of the effects, in the order of adding.
+    #[must_use]
+    pub fn effect_ids(&self) -> Vec<&'static str> {
+        self.terms.iter().map(|t| t.effect.card().id).collect()
+    }
+
+    /// α of the paper's equation (1); 1 where the model has no `scale-factor`.
+    #[must_use]
+    pub fn alpha(&self) -> f64 {
+        self.term("scale-factor").map_or(1.0, |t| t.values[0])
+    }
+
+    /// δ of the paper's equation (1), rad/s; 0 where the model has no `bias`.
+    #[must_use]
+    pub fn delta(&self) -> f64 {
+        self.term("bias").map_or(0.0, |t| t.values[0])
+    }
+}

@@ -1,0 +1,114 @@
+//! A log in memory: columns over time, in SI units.
+
+use crate::Axis;
+
+/// Free channels carried beside the named ones, for a user's own effects.
+pub const FREE_CHANNELS: usize = 8;
+
+/// One instant, as every stage sees it. `NaN` stands for "no value at this row".
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row {
+    /// Time since the log's first row, ns.
+    pub t_ns: i64,
+    /// Gyro reading, rad/s.
+    pub gyro: [f64; 3],
+    /// Reference angle of each axis as read (wrapped or not), rad.
+    pub ref_angle: [f64; 3],
+    /// Reference rate, rad/s.
+    pub ref_rate: [f64; 3],
+    /// Reference orientation, body to world: w, x, y, z.
+    pub ref_quaternion: [f64; 4],
+    /// Specific force, m/s².
+    pub accel: [f64; 3],
+    /// Temperature, °C.
+    pub temperature: f64,
+    /// Supply voltage, V.
+    pub supply: f64,
+    /// Free channels, in the order of [`Record::free_names`].
+    pub free: [f64; FREE_CHANNELS],
+}
+
+impl Row {
+    /// A row with no value but its time.
+    pub const EMPTY: Self = Self {
+        t_ns: 0,
+        gyro: [f64::NAN; 3],
+        ref_angle: [f64::NAN; 3],
+        ref_rate: [f64::NAN; 3],
+        ref_quaternion: [f64::NAN; 4],
+        accel: [f64::NAN; 3],
+        temperature: f64::NAN,
+        supply: f64::NAN,
+        free: [f64::NAN; FREE_CHANNELS],
+    };
+}
+
+/// The reference that an axis is fitted against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReferenceKind {
+    /// A shaft encoder: angle about this axis alone.
+    Angle,
+    /// A rate of this axis alone.
+    Rate,
+    /// An orientation, which serves all three axes together.
+    Quaternion,
+}
+
+/// A log: one row an instant, times strictly increasing.
+#[derive(Clone, Debug, Default)]
+pub struct Record {
+    /// The rows, in time.
+    pub rows: Vec<Row>,
+    /// Names of the free channels that are in use, at most [`FREE_CHANNELS`].
+    pub free_names: Vec<String>,
+}
+
+impl Record {
+    /// Number of rows.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Whether there is no row.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// From the first row to the last, s.
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        match (self.rows.first(), self.rows.last()) {
+            (Some(a), Some(b)) => (b.t_ns - a.t_ns) as f64 * 1e-9,
+            _ => 0.0,
+        }
+    }
+
+    /// Whether any row has a reading of this axis' gyro.
+    #[must_use]
+    pub fn has_gyro(&self, axis: Axis) -> bool {
+        self.rows.iter().any(|r| r.gyro[axis.index()].is_finite())
+    }
+
+    /// The reference of this axis, the most direct one where there are several.
+    #[must_use]
+    pub fn reference(&self, axis: Axis) -> Option<ReferenceKind> {
+        let i = axis.index();
+        if self.rows.iter().any(|r| r.ref_angle[i].is_finite()) {
+            Some(ReferenceKind::Angle)
+        } else if self.rows.iter().any(|r| r.ref_quaternion[0].is_finite()) {
+            Some(ReferenceKind::Quaternion)
+        } else if self.rows.iter().any(|r| r.ref_rate[i].is_finite()) {
+            Some(ReferenceKind::Rate)
+        } else {
+            None
+        }
+    }
+
+    /// The axes that can be fitted: those with both a gyro and a reference.
+    #[must_use]
+    pub fn fitted_axes(&self) -> Vec<Axis> {
+        Axis::ALL.into_iter().filter(|&a| self.has_gyro(a) && self.reference(a).is_some()).collect()
+    }
+}
