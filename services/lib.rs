@@ -1,1 +1,9 @@
+//! The program's library: commands, services, and what they read and write.
+//!
+//! | module | noun |
+//! | --- | --- |
+//! | [`cli`] | the command line: what there is, and the exit code |
+//! | [`commands`] | one command a file |
 
+pub mod cli;
+pub mod commands;

@@ -1,1 +1,7 @@
-fn main() {}
+//! The one program. It only enters; `truerate::cli` does the rest.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    truerate::cli::enter()
+}

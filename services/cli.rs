@@ -1,0 +1,147 @@
+//! The command line: every command, the flags that several of them share, and the exit code.
+
+use crate::commands;
+use anyhow::Error;
+use clap::{Parser, Subcommand, ValueEnum};
+use gyro_model::Axis;
+use std::{io, path::PathBuf, process::ExitCode};
+use tracing_subscriber::EnvFilter;
+
+/// Tells the truth about a low-cost gyro.
+///
+/// What its errors are, which physics its model is missing, and what the rate really is, from a log or
+/// live.
+#[derive(Parser, Debug)]
+#[command(
+    name = "truerate",
+    version,
+    max_term_width = 100,
+    propagate_version = false,
+    after_help = "Start with `truerate diagnose LOG`, or `truerate simulate -o log.csv.gz` where there is no log yet.",
+    after_long_help = "\
+The usual way through:
+  truerate simulate --hide delay -o log.csv.gz     a log to try things on, its truth beside it
+  truerate fit log.csv.gz -o model.toml            scale factor and bias
+  truerate diagnose log.csv.gz                     which physical effect is missing
+  truerate ladder log.csv.gz -o model.toml         add what is missing until nothing is
+  truerate apply log.csv.gz --model model.toml -o compensated.csv
+
+LOG is CSV, plain or .gz, or `-` for standard input: a header row with `t` (s) and any of
+  gyro_x gyro_y gyro_z                 rad/s, at least one
+  ref_angle_x …                        rad, shaft encoder of that axis
+  ref_rate_x …                         rad/s, a reference that gives rate
+  ref_qw ref_qx ref_qy ref_qz          reference orientation, body to world
+  accel_x …, temp, supply              m/s², °C, V
+A suffix gives another unit: gyro_x_dps, ref_angle_x_deg, accel_x_g, temp_f, t_ns, supply_mv.
+An empty field or `nan` is no value. `--columns F` renames foreign headers.
+
+Exit codes: 0 done; 1 failed, one line on standard error; 2 wrong usage; 3 `diagnose --fail-on`.
+TRUERATE_LOG=info (or debug, truerate=trace, …) shows more on standard error."
+)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// Every command. A new one is a variant here and an arm in [`Command::run`]; its `Args` and `run` live in its own file
+/// under `commands/`.
+#[derive(Subcommand, Debug)]
+pub enum Command {
+    /// Show the catalogue of physical effects, or one card of it
+    Effects(commands::effects::Args),
+}
+
+impl Command {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// What went wrong, where, and what to do, as a chain that reads as one line.
+    pub fn run(&self) -> anyhow::Result<ExitCode> {
+        match self {
+            Self::Effects(args) => commands::effects::run(args),
+        }
+    }
+}
+
+/// Which log, and how to read it.
+#[derive(clap::Args, Debug, Clone)]
+pub struct LogArgs {
+    /// The log: CSV, plain or .gz, or `-` for standard input
+    #[arg(value_name = "LOG")]
+    pub log: PathBuf,
+    /// A TOML file that renames foreign headers: lines such as `"IMU gz (deg/s)" = "gyro_z_dps"`
+    #[arg(long, value_name = "F")]
+    pub columns: Option<PathBuf>,
+}
+
+/// How a result is printed.
+#[derive(clap::Args, Debug, Clone)]
+pub struct ReportArgs {
+    /// What is printed to standard output
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+    /// Also write the report to this file; its ending (.txt, .json, .html) says in which form
+    #[arg(long, value_name = "F")]
+    pub report: Option<PathBuf>,
+}
+
+/// The forms of a report.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// For people, in the terminal
+    #[default]
+    Text,
+    /// For programs: SI units, keys that stay
+    Json,
+    /// One self-contained page with charts
+    Html,
+}
+
+/// The axes that `--axis` picks: that one, or all of the given.
+#[must_use]
+pub fn picked(axis: Option<Axis>, all: &[Axis]) -> Vec<Axis> {
+    axis.map_or_else(|| all.to_vec(), |axis| vec![axis])
+}
+
+/// Parses the command line, runs the command, and turns what came of it into an exit code.
+#[must_use]
+pub fn enter() -> ExitCode {
+    let cli = Cli::parse();
+    let filter = EnvFilter::try_from_env("TRUERATE_LOG").unwrap_or_else(|_| EnvFilter::new("error,truerate=warn"));
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr).init();
+    match cli.command.run() {
+        Ok(code) => code,
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("truerate: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Whether whoever read our standard output has left (`truerate … | head`): not a failure of ours.
+fn is_broken_pipe(error: &Error) -> bool {
+    error.chain().filter_map(|cause| cause.downcast_ref::<io::Error>()).any(|e| e.kind() == io::ErrorKind::BrokenPipe)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn every_command_and_flag_explains_itself() {
+        for command in Cli::command().get_subcommands() {
+            assert!(command.get_about().is_some(), "`{}` says nothing about itself", command.get_name());
+            for argument in command.get_arguments().filter(|a| a.get_id() != "help") {
+                assert!(argument.get_help().is_some(), "`{} {}` says nothing", command.get_name(), argument.get_id());
+            }
+        }
+    }
+}

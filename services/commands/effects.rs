@@ -1,0 +1,155 @@
+//! `truerate effects`: the catalogue, or one card.
+
+use crate::commands::print;
+use anyhow::{Result, bail};
+use comfy_table::{ContentArrangement, Table, presets};
+use gyro_model::{
+    Axis,
+    effects::{CATALOGUE, Effect, Need, Role, Stage},
+};
+use std::{collections::BTreeSet, fmt::Write, process::ExitCode};
+
+/// What `truerate effects` takes.
+#[derive(clap::Args, Debug)]
+#[command(after_long_help = "\
+Examples:
+  truerate effects                    the whole catalogue, a line each
+  truerate effects g-sensitivity      equation, units, size, source, aliases, how to tell them apart")]
+pub struct Args {
+    /// The effect whose card to show; without it, the whole catalogue
+    #[arg(value_name = "ID")]
+    pub id: Option<String>,
+}
+
+/// Prints the catalogue or one card.
+///
+/// # Errors
+/// An id that the catalogue does not have.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    match &args.id {
+        None => print(&list())?,
+        Some(id) => match gyro_model::effects::find(id) {
+            Some(effect) => print(&card(effect))?,
+            None => bail!("no effect '{id}'{}; `truerate effects` lists them all", meant(id)),
+        },
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// `: did you mean 'X'?` for the nearest id of the catalogue, or nothing where none is near.
+#[must_use]
+pub fn meant(id: &str) -> String {
+    CATALOGUE
+        .iter()
+        .map(|e| e.card().id)
+        .map(|known| (distance(id, known), known))
+        .min()
+        .filter(|&(d, known)| d <= 3 || known.contains(id))
+        .map_or_else(String::new, |(_, known)| format!(": did you mean '{known}'?"))
+}
+
+/// Levenshtein's distance, by characters.
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().take(64).collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().take(64).enumerate() {
+        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
+        for (j, &y) in b.iter().enumerate() {
+            let replaced = diagonal + usize::from(x != y);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+fn list() -> String {
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic);
+    for effect in CATALOGUE {
+        let card = effect.card();
+        table.add_row([card.id, card.title, card.typical]);
+    }
+    format!("{table}\n\n`truerate effects ID` shows the card: equation, units, source, what it is confused with.\n")
+}
+
+fn card(effect: &dyn Effect) -> String {
+    let card = effect.card();
+    let mut text = format!("{}: {}\n\n{}\n\n", card.id, card.title, card.physics);
+    let mut line = |name: &str, value: &str| {
+        if !value.is_empty() {
+            let _ = writeln!(text, "{name:<11} {value}");
+        }
+    };
+    line("equation", card.equation);
+    line("acts on", acts_on(effect.stage()));
+    line("typical", card.typical);
+    line("needs", &card.needs.iter().map(|&need| needs(need)).collect::<Vec<_>>().join(", "));
+    line("shows in", card.excited_by);
+    line("mended by", card.mended_by);
+    line("source", card.source);
+    text.push_str("\nparameters\n");
+    let mut seen = BTreeSet::new();
+    for parameter in Axis::ALL.into_iter().flat_map(|axis| effect.parameters(axis)) {
+        if seen.insert(parameter.name) {
+            let shape = if parameter.role == Role::Shape { "; a shape, scanned" } else { "" };
+            let (low, high) = parameter.bounds;
+            let _ = writeln!(
+                text,
+                "  {:<9} {:<12} {}; typically {}, within {low} … {high}{shape}",
+                parameter.name, parameter.unit, parameter.says, parameter.typical
+            );
+        }
+    }
+    if !card.aliases.is_empty() {
+        text.push_str("\ncan look like\n");
+        for alias in card.aliases {
+            let _ = writeln!(text, "  {}: {}; told apart by: {}", alias.id, alias.when, alias.split_by);
+        }
+    }
+    text
+}
+
+fn acts_on(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Calibration => "the calibration of the reading",
+        Stage::Felt => "the rate that the sensor feels",
+        Stage::Timing => "the time at which a reading is valid",
+        Stage::Response => "the way from the true rate to the felt one, as a filter",
+        Stage::Reading => "the reading itself",
+        Stage::Reference => "the reference angle",
+    }
+}
+
+fn needs(need: Need) -> &'static str {
+    match need {
+        Need::ThreeGyros => "three gyro axes",
+        Need::Accelerometer => "an accelerometer",
+        Need::Temperature => "a temperature that changes",
+        Need::Supply => "a supply voltage that changes",
+        Need::AngleReference => "a reference that is an angle",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_effect_of_the_catalogue_is_listed_and_has_a_card_that_names_its_parameters() {
+        let list = list();
+        for effect in CATALOGUE {
+            assert!(list.contains(effect.card().id));
+            let card = card(*effect);
+            for parameter in effect.parameters(Axis::X) {
+                assert!(card.contains(parameter.unit) && card.contains(parameter.name));
+            }
+        }
+    }
+
+    #[test]
+    fn a_slip_of_the_pen_is_guessed() {
+        assert_eq!(meant("scale-facter"), ": did you mean 'scale-factor'?");
+        assert_eq!(meant("something else entirely"), "");
+    }
+}

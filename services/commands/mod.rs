@@ -1,0 +1,29 @@
+//! One command a file, all alike: `Args` is what clap parses, `run` does it.
+//!
+//! To hook one in: the file and its `pub mod` here, a variant in [`crate::cli::Command`] and its arm in `run` there. A
+//! command whose file has no `run` yet is not offered.
+//! A command writes its result with [`print`], never `println!`, so that `truerate … | head` ends quietly.
+
+use std::io::{self, Write};
+
+pub mod control;
+pub mod demo;
+pub mod effects;
+pub mod paper;
+pub mod run;
+pub mod service;
+pub mod status;
+pub mod top;
+
+/// Writes to standard output, whole.
+///
+/// # Errors
+/// What standard output answers; a reader that has left ends the program quietly at the top.
+pub fn print(text: &str) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_bytes())?;
+    if !text.ends_with('\n') {
+        out.write_all(b"\n")?;
+    }
+    out.flush()
+}

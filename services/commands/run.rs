@@ -1,0 +1,42 @@
+//! `truerate run`: the processes, supervised, on a live source or a log.
+
+use std::path::PathBuf;
+
+/// What `truerate run` takes.
+#[derive(clap::Args, Debug, Clone)]
+#[command(after_long_help = "\
+Examples:
+  truerate run                                          a simulated vehicle, live, with the dashboard
+  truerate run --hide delay --hide g-sensitivity        the same with two effects that the model does not know
+  truerate run --source log.csv.gz --speed max          a log pushed through the processes without loss
+  truerate run --source log.csv.gz --speed max --model m.toml --freeze --record out.csv
+                                                        the same rows as `truerate apply`, byte for byte")]
+pub struct Args {
+    /// A TOML file with the pipeline's settings (see deploy/truerate.toml); flags win over it
+    #[arg(long, value_name = "F")]
+    pub config: Option<PathBuf>,
+    /// Where samples come from: `sim`, a log (CSV, .gz, .mcap), or `-` for standard input [default: sim]
+    #[arg(long, value_name = "sim|LOG|-")]
+    pub source: Option<String>,
+    /// How fast a log is replayed: 1 is real time, 10 ten times that, `max` unpaced and without loss [default: 1]
+    #[arg(long, value_name = "X|max")]
+    pub speed: Option<String>,
+    /// The model to start from; without it the base model, learned on the way
+    #[arg(long, value_name = "M")]
+    pub model: Option<PathBuf>,
+    /// No learning: the model stays as it is
+    #[arg(long)]
+    pub freeze: bool,
+    /// Hide this effect in the source, at its typical size or with these values; may be given several times
+    #[arg(long, value_name = "ID[:NAME=VALUE,…]")]
+    pub hide: Vec<String>,
+    /// Record the estimates, in the columns of `truerate apply`: CSV, or MCAP by the file's ending
+    #[arg(long, value_name = "F")]
+    pub record: Option<PathBuf>,
+    /// Where the dashboard listens, or `off` [default: 127.0.0.1:7777]
+    #[arg(long, value_name = "ADDR|off")]
+    pub dashboard: Option<String>,
+    /// The name of this pipeline: several of different names run side by side
+    #[arg(long, value_name = "NAME", default_value = "default")]
+    pub instance: String,
+}
