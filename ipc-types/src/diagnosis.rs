@@ -1,0 +1,86 @@
+//! compensator → dashboard, terminal: how far the model is from the floor, and what may be missing.
+//!
+//! The whole, with every text, is the JSON of topic `report`.
+
+use crate::Text;
+use iceoryx2::prelude::ZeroCopySend;
+
+/// Averaging times of an error curve.
+pub const TAUS: usize = 32;
+/// Suspects that are listed.
+pub const SUSPECTS: usize = 5;
+
+/// One averaging time.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[type_name("truerate.ErrorPoint.v1")]
+pub struct ErrorPoint {
+    /// s; 0 beyond the last.
+    pub tau: f64,
+    /// Held out, open loop, rad/s.
+    pub error: f64,
+    /// Expected where no physics is missing, rad/s.
+    pub floor: f64,
+    /// Upper end of its 99 % band, rad/s.
+    pub floor_99: f64,
+}
+
+/// An effect that may be missing.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[type_name("truerate.Suspect.v1")]
+pub struct Suspect {
+    /// Effect id; empty beyond the last.
+    pub effect: Text<38>,
+    /// Effects that look the same on these data, separated by spaces.
+    pub aliases: Text<118>,
+    /// Share of the excess that adding it removes.
+    pub error_fall: f64,
+    /// Significance.
+    pub p_value: f64,
+}
+
+/// One axis.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[type_name("truerate.AxisDiagnosis.v1")]
+pub struct AxisDiagnosis {
+    /// 1 where there is a diagnosis of this axis.
+    pub present: u32,
+    /// 1 where every error is within its floor's band.
+    pub within_floor: u32,
+    /// As in the JSON.
+    pub verdict: Text<30>,
+    /// Largest error over floor; `NaN` where there is none.
+    pub error_over_floor: f64,
+    /// The error curve.
+    pub curve: [ErrorPoint; TAUS],
+    /// Best first.
+    pub suspects: [Suspect; SUSPECTS],
+}
+
+/// The diagnosis of the recent data, about once a second.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[type_name("truerate.Diagnosis.v1")]
+pub struct Diagnosis {
+    /// The run.
+    pub run: u64,
+    /// Grows by one with every diagnosis.
+    pub sequence: u64,
+    /// Epoch of the model that was judged.
+    pub epoch: u64,
+    /// The data judged, from and to, ns of the source.
+    pub from_ns: i64,
+    /// See `from_ns`.
+    pub to_ns: i64,
+    /// The axes.
+    pub axes: [AxisDiagnosis; 3],
+    /// When the work began.
+    pub compensator_took_ns: u64,
+    /// When this was given.
+    pub compensator_gave_ns: u64,
+}
+
+const _: () = assert!(size_of::<Suspect>() == 176);
+const _: () = assert!(size_of::<Diagnosis>() == 56 + 3 * (48 + 32 * TAUS + 176 * SUSPECTS));

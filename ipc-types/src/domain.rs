@@ -1,0 +1,105 @@
+//! Where a pipeline lives: one private iceoryx2 domain for each instance, by root path **and** prefix, so that several
+//! run side by side on a machine and tests never meet.
+
+use iceoryx2::prelude::{Config, FileName, Path as IoxPath, SemanticString};
+use std::path::{Path, PathBuf};
+
+/// The longest name of an instance: socket paths below the root have room for 108 bytes in all.
+pub const LONGEST_NAME: usize = 24;
+
+/// One instance's place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Domain {
+    name: String,
+    folder: PathBuf,
+    prefix: String,
+}
+
+/// Why a place cannot serve.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum DomainError {
+    /// Not a name.
+    #[error("'{0}' is no name for an instance: use 1 to {LONGEST_NAME} letters, digits, '-' or '_'")]
+    Name(String),
+    /// Too deep a folder.
+    #[error("{0}: this path is too long for the sockets below it; set TRUERATE_RUNTIME_DIR to a shorter one")]
+    Path(PathBuf),
+}
+
+impl Domain {
+    /// The instance `name` below the folder `base`.
+    ///
+    /// # Errors
+    /// A name that is no file name, a base whose path is too long.
+    pub fn new(base: &Path, name: &str) -> Result<Self, DomainError> {
+        let good = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+        if name.is_empty() || name.len() > LONGEST_NAME || !name.chars().all(good) {
+            return Err(DomainError::Name(name.to_owned()));
+        }
+        let folder = base.join(name);
+        let path = folder.to_str().ok_or_else(|| DomainError::Path(folder.clone()))?;
+        if path.len() > 60 {
+            return Err(DomainError::Path(folder));
+        }
+        let prefix = format!("truerate_{:016x}_", crate::schema(path));
+        Ok(Self { name: name.to_owned(), folder, prefix })
+    }
+
+    /// The instance's name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Everything of this instance that is a file lies here.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Every shared-memory segment of this instance has a name that begins so.
+    #[must_use]
+    pub fn prefix(&self) -> &str {
+        &self.prefix
+    }
+
+    /// iceoryx2's own files.
+    #[must_use]
+    pub fn root(&self) -> PathBuf {
+        self.folder.join("i")
+    }
+
+    /// iceoryx2's configuration for this domain; no file is read.
+    ///
+    /// # Errors
+    /// A path that iceoryx2 refuses.
+    pub fn config(&self) -> Result<Config, DomainError> {
+        let wrong = || DomainError::Path(self.folder.clone());
+        let mut config = Config::default();
+        let root = self.root();
+        let root = IoxPath::new(root.to_str().ok_or_else(wrong)?.as_bytes()).map_err(|_| wrong())?;
+        config.global.set_root_path(&root);
+        config.global.prefix = FileName::new(self.prefix.as_bytes()).map_err(|_| wrong())?;
+        Ok(config)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Domain;
+    use std::path::Path;
+
+    #[test]
+    fn two_names_or_two_bases_make_two_prefixes() {
+        let of = |base: &str, name| Domain::new(Path::new(base), name).unwrap().prefix().to_owned();
+        assert_ne!(of("/tmp/a", "x"), of("/tmp/a", "y"));
+        assert_ne!(of("/tmp/a", "x"), of("/tmp/b", "x"));
+    }
+
+    #[test]
+    fn a_name_with_a_slash_is_refused() {
+        for name in ["", "..", "a/b", "ä", &"x".repeat(25)] {
+            assert!(Domain::new(Path::new("/tmp"), name).is_err(), "{name}");
+        }
+    }
+}

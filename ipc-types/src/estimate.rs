@@ -1,0 +1,66 @@
+//! kalman → recorder, dashboard, terminal, the vehicle; and acquisition, for which it acknowledges a sample.
+
+use iceoryx2::prelude::ZeroCopySend;
+
+/// [`Estimate::flags`]: the parameters are old, because the compensator is silent.
+pub const FLAG_STALE_PARAMETERS: u32 = 1;
+
+/// What is known of one axis at one instant.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[type_name("truerate.AxisEstimate.v1")]
+pub struct AxisEstimate {
+    /// 1 where this axis has a reading, or had one.
+    pub present: u32,
+    /// Flags of the estimator, as `gyro-model` defines them.
+    pub flags: u32,
+    /// Compensated only, rad/s.
+    pub rate: f64,
+    /// Compensated and filtered, rad/s.
+    pub rate_filtered: f64,
+    /// Standard deviation of `rate_filtered`, rad/s.
+    pub rate_std: f64,
+    /// Integral of `rate` alone, rad.
+    pub angle: f64,
+    /// With the reference, where there is one, rad.
+    pub angle_fused: f64,
+    /// Reference less prediction, rad (rad/s for a rate reference).
+    pub innovation: f64,
+    /// Its predicted standard deviation.
+    pub innovation_std: f64,
+    /// Normalised innovation squared.
+    pub nis: f64,
+}
+
+/// The state after one sample.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[type_name("truerate.Estimate.v1")]
+pub struct Estimate {
+    /// The run that this belongs to.
+    pub run: u64,
+    /// The sample's number.
+    pub sequence: u64,
+    /// [`crate::MARK_DATA`] or [`crate::MARK_END`].
+    pub mark: u32,
+    /// `FLAG_…`.
+    pub flags: u32,
+    /// Epoch of the parameters it was made with.
+    pub epoch: u64,
+    /// The sample's time, ns.
+    pub time_ns: i64,
+    /// The time at which the rate held, ns (earlier than `time_ns` by the modelled delay).
+    pub valid_ns: i64,
+    /// The axes.
+    pub axes: [AxisEstimate; 3],
+    /// When acquisition had the row.
+    pub arrived_ns: u64,
+    /// When acquisition gave the sample away.
+    pub acquisition_gave_ns: u64,
+    /// When kalman took it.
+    pub kalman_took_ns: u64,
+    /// When kalman gave this.
+    pub kalman_gave_ns: u64,
+}
+
+const _: () = assert!(size_of::<Estimate>() == 296);

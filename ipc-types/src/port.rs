@@ -1,0 +1,535 @@
+//! The one place that opens ports.
+//!
+//! The supervisor creates every topic with its full quality of service and holds it ([`Hub::create_all`]); all others
+//! only open, so that a process that is killed while opening never leaves a half-made topic behind.
+
+use crate::{
+    domain::{Domain, DomainError},
+    topic::{self, Service, Topic},
+    wait::Wait,
+};
+use iceoryx2::{
+    node::Node,
+    port::{
+        client::Client, listener::Listener, notifier::Notifier, publisher::Publisher, server::Server,
+        subscriber::Subscriber, update_connections::UpdateConnections,
+    },
+    prelude::{
+        AllocationStrategy, AttributeVerifier, CallbackProgression, NodeBuilder, NodeState, ServiceName,
+        SignalHandlingMode, ZeroCopySend, ipc,
+    },
+};
+use std::{
+    any::Any,
+    fmt::Debug,
+    time::{Duration, Instant},
+};
+
+const NODES: usize = 48;
+const SCHEMA: &str = "schema";
+
+/// What iceoryx2 refused.
+#[derive(Debug, thiserror::Error)]
+pub enum PortError {
+    /// The place is wrong.
+    #[error(transparent)]
+    Domain(#[from] DomainError),
+    /// Anything else.
+    #[error("{what} of topic '{topic}': {cause}")]
+    Refused {
+        /// What was tried.
+        what: &'static str,
+        /// On which topic.
+        topic: &'static str,
+        /// In iceoryx2's words.
+        cause: String,
+    },
+    /// No answer in time.
+    #[error("no answer from topic '{topic}' within {seconds} s: is the pipeline running? ('truerate status' tells)")]
+    Silent {
+        /// The topic asked.
+        topic: &'static str,
+        /// How long was waited in all.
+        seconds: f64,
+    },
+}
+
+fn refused<E: Debug>(what: &'static str, topic: &'static str) -> impl Fn(E) -> PortError {
+    move |cause| PortError::Refused { what, topic, cause: format!("{cause:?}") }
+}
+
+/// One process' place in a domain. Not `Send`: ports stay on the thread that opened them.
+#[derive(Debug)]
+pub struct Hub {
+    node: Node<ipc::Service>,
+}
+
+/// Topics kept alive.
+#[derive(Debug)]
+pub struct Held(#[allow(dead_code, reason = "held for its drop")] Vec<Box<dyn Any>>);
+
+/// Gives messages.
+#[derive(Debug)]
+pub struct Writer<M: Debug + Copy + ZeroCopySend + 'static> {
+    publisher: Publisher<ipc::Service, M, ()>,
+    notifier: Option<Notifier<ipc::Service>>,
+    topic: &'static str,
+}
+
+/// Takes messages.
+#[derive(Debug)]
+pub struct Reader<M: Debug + Copy + ZeroCopySend + 'static> {
+    subscriber: Subscriber<ipc::Service, M, ()>,
+    listener: Option<Listener<ipc::Service>>,
+    wait: Wait,
+    topic: &'static str,
+}
+
+/// Gives texts of bounded length.
+#[derive(Debug)]
+pub struct BytesWriter(Publisher<ipc::Service, [u8], ()>);
+
+/// Takes texts of bounded length.
+#[derive(Debug)]
+pub struct BytesReader(Subscriber<ipc::Service, [u8], ()>);
+
+/// Asks.
+#[derive(Debug)]
+pub struct Caller<Q, A>
+where
+    Q: Debug + Copy + ZeroCopySend + 'static,
+    A: Debug + Copy + ZeroCopySend + 'static,
+{
+    client: Client<ipc::Service, Q, (), A, ()>,
+    topic: &'static str,
+}
+
+/// Answers.
+#[derive(Debug)]
+pub struct Answerer<Q, A>
+where
+    Q: Debug + Copy + ZeroCopySend + 'static,
+    A: Debug + Copy + ZeroCopySend + 'static,
+{
+    server: Server<ipc::Service, Q, (), A, ()>,
+    topic: &'static str,
+}
+
+fn service_name(name: &'static str) -> Result<ServiceName, PortError> {
+    name.try_into().map_err(refused("the name", name))
+}
+
+fn check(schema: u64, name: &'static str) -> Result<AttributeVerifier, PortError> {
+    let key = SCHEMA.try_into().map_err(refused("the attribute", name))?;
+    let value = format!("{schema:016x}").as_str().try_into().map_err(refused("the attribute", name))?;
+    AttributeVerifier::new().require(&key, &value).map_err(refused("the attribute", name))
+}
+
+impl Hub {
+    /// Joins the domain under a name.
+    ///
+    /// # Errors
+    /// Where the domain's folder cannot be used.
+    pub fn join(domain: &Domain, name: &'static str) -> Result<Self, PortError> {
+        let node = NodeBuilder::new()
+            .name(&name.try_into().map_err(refused("the node's name", name))?)
+            .config(&domain.config()?)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<ipc::Service>()
+            .map_err(refused("the node", name))?;
+        Ok(Self { node })
+    }
+
+    /// Creates (or, adopting a running pipeline, opens) every topic. They live as long as the result.
+    ///
+    /// # Errors
+    /// Where a topic exists in another form, or is broken.
+    pub fn create_all(&self) -> Result<Held, PortError> {
+        let mut held: Vec<Box<dyn Any>> = Vec::new();
+        self.create(&topic::SAMPLE, &mut held)?;
+        self.create(&topic::ESTIMATE, &mut held)?;
+        self.create(&topic::PARAMETERS, &mut held)?;
+        self.create(&topic::DIAGNOSIS, &mut held)?;
+        self.create(&topic::HEALTH, &mut held)?;
+        self.create(&topic::STATUS, &mut held)?;
+        let report = &topic::REPORT;
+        let bytes = self
+            .node
+            .service_builder(&service_name(report.name)?)
+            .publish_subscribe::<[u8]>()
+            .max_publishers(report.writers)
+            .max_subscribers(report.readers)
+            .max_nodes(NODES)
+            .subscriber_max_buffer_size(report.buffer)
+            .history_size(report.history)
+            .open_or_create()
+            .map_err(refused("creation", report.name))?;
+        held.push(Box::new(bytes));
+        for service in [&topic::CONTROL, &topic::INJECTION] {
+            self.create_service(service, &mut held)?;
+        }
+        Ok(Held(held))
+    }
+
+    fn create<M>(&self, topic: &Topic<M>, held: &mut Vec<Box<dyn Any>>) -> Result<(), PortError>
+    where
+        M: Debug + Copy + ZeroCopySend + 'static,
+    {
+        let name = service_name(topic.name)?;
+        let verifier = check(topic.schema, topic.name)?;
+        let stream = self
+            .node
+            .service_builder(&name)
+            .publish_subscribe::<M>()
+            .max_publishers(topic.writers)
+            .max_subscribers(topic.readers)
+            .max_nodes(NODES)
+            .subscriber_max_buffer_size(topic.buffer)
+            .subscriber_max_borrowed_samples(2)
+            .history_size(topic.history)
+            .enable_safe_overflow(true)
+            .open_or_create_with_attributes(&verifier)
+            .map_err(refused("creation", topic.name))?;
+        held.push(Box::new(stream));
+        if topic.wakes {
+            let event = self
+                .node
+                .service_builder(&name)
+                .event()
+                .max_notifiers(topic.writers)
+                .max_listeners(topic.readers)
+                .max_nodes(NODES)
+                .event_id_max_value(7)
+                .open_or_create()
+                .map_err(refused("creation of the event", topic.name))?;
+            held.push(Box::new(event));
+        }
+        Ok(())
+    }
+
+    fn create_service<Q, A>(&self, service: &Service<Q, A>, held: &mut Vec<Box<dyn Any>>) -> Result<(), PortError>
+    where
+        Q: Debug + Copy + ZeroCopySend + 'static,
+        A: Debug + Copy + ZeroCopySend + 'static,
+    {
+        let verifier = check(service.schema, service.name)?;
+        let factory = self
+            .node
+            .service_builder(&service_name(service.name)?)
+            .request_response::<Q, A>()
+            .max_clients(8)
+            .max_servers(3)
+            .max_nodes(NODES)
+            .max_active_requests_per_client(2)
+            .max_response_buffer_size(4)
+            .open_or_create_with_attributes(&verifier)
+            .map_err(refused("creation", service.name))?;
+        held.push(Box::new(factory));
+        Ok(())
+    }
+
+    /// A port to give messages on `topic`.
+    ///
+    /// # Errors
+    /// Where the topic is not there, is of another kind, or has all its writers.
+    pub fn writer<M>(&self, topic: &Topic<M>) -> Result<Writer<M>, PortError>
+    where
+        M: Debug + Copy + ZeroCopySend + 'static,
+    {
+        let name = service_name(topic.name)?;
+        let stream = self
+            .node
+            .service_builder(&name)
+            .publish_subscribe::<M>()
+            .open_with_attributes(&check(topic.schema, topic.name)?)
+            .map_err(refused("opening", topic.name))?;
+        let publisher =
+            stream.publisher_builder().max_loaned_samples(1).create().map_err(refused("a writer", topic.name))?;
+        let notifier = if topic.wakes {
+            let event = self.node.service_builder(&name).event().open().map_err(refused("the event", topic.name))?;
+            Some(event.notifier_builder().create().map_err(refused("a notifier", topic.name))?)
+        } else {
+            None
+        };
+        Ok(Writer { publisher, notifier, topic: topic.name })
+    }
+
+    /// A port to take messages of `topic`, `buffer` of which wait at most (none said: all that the topic allows).
+    ///
+    /// # Errors
+    /// Where the topic is not there, is of another kind, or has all its readers.
+    pub fn reader<M>(&self, topic: &Topic<M>, buffer: Option<usize>, wait: Wait) -> Result<Reader<M>, PortError>
+    where
+        M: Debug + Copy + ZeroCopySend + 'static,
+    {
+        let name = service_name(topic.name)?;
+        let stream = self
+            .node
+            .service_builder(&name)
+            .publish_subscribe::<M>()
+            .open_with_attributes(&check(topic.schema, topic.name)?)
+            .map_err(refused("opening", topic.name))?;
+        let subscriber = stream
+            .subscriber_builder()
+            .buffer_size(buffer.unwrap_or(topic.buffer).min(topic.buffer))
+            .create()
+            .map_err(refused("a reader", topic.name))?;
+        let listener = if topic.wakes && wait != Wait::Spin {
+            let event = self.node.service_builder(&name).event().open().map_err(refused("the event", topic.name))?;
+            Some(event.listener_builder().create().map_err(refused("a listener", topic.name))?)
+        } else {
+            None
+        };
+        Ok(Reader { subscriber, listener, wait, topic: topic.name })
+    }
+
+    /// A port to give reports.
+    ///
+    /// # Errors
+    /// As [`Hub::writer`].
+    pub fn bytes_writer(&self, topic: &Topic<[u8]>, longest: usize) -> Result<BytesWriter, PortError> {
+        let stream = self
+            .node
+            .service_builder(&service_name(topic.name)?)
+            .publish_subscribe::<[u8]>()
+            .open()
+            .map_err(refused("opening", topic.name))?;
+        let publisher = stream
+            .publisher_builder()
+            .initial_max_slice_len(longest)
+            .allocation_strategy(AllocationStrategy::Static)
+            .create()
+            .map_err(refused("a writer", topic.name))?;
+        Ok(BytesWriter(publisher))
+    }
+
+    /// A port to take reports.
+    ///
+    /// # Errors
+    /// As [`Hub::reader`].
+    pub fn bytes_reader(&self, topic: &Topic<[u8]>) -> Result<BytesReader, PortError> {
+        let stream = self
+            .node
+            .service_builder(&service_name(topic.name)?)
+            .publish_subscribe::<[u8]>()
+            .open()
+            .map_err(refused("opening", topic.name))?;
+        Ok(BytesReader(stream.subscriber_builder().create().map_err(refused("a reader", topic.name))?))
+    }
+
+    /// A port to ask.
+    ///
+    /// # Errors
+    /// As [`Hub::writer`].
+    pub fn caller<Q, A>(&self, service: &Service<Q, A>) -> Result<Caller<Q, A>, PortError>
+    where
+        Q: Debug + Copy + ZeroCopySend + 'static,
+        A: Debug + Copy + ZeroCopySend + 'static,
+    {
+        let factory = self
+            .node
+            .service_builder(&service_name(service.name)?)
+            .request_response::<Q, A>()
+            .open_with_attributes(&check(service.schema, service.name)?)
+            .map_err(refused("opening", service.name))?;
+        let client = factory.client_builder().create().map_err(refused("a client", service.name))?;
+        Ok(Caller { client, topic: service.name })
+    }
+
+    /// A port to answer.
+    ///
+    /// # Errors
+    /// As [`Hub::writer`].
+    pub fn answerer<Q, A>(&self, service: &Service<Q, A>) -> Result<Answerer<Q, A>, PortError>
+    where
+        Q: Debug + Copy + ZeroCopySend + 'static,
+        A: Debug + Copy + ZeroCopySend + 'static,
+    {
+        let factory = self
+            .node
+            .service_builder(&service_name(service.name)?)
+            .request_response::<Q, A>()
+            .open_with_attributes(&check(service.schema, service.name)?)
+            .map_err(refused("opening", service.name))?;
+        let server = factory.server_builder().create().map_err(refused("a server", service.name))?;
+        Ok(Answerer { server, topic: service.name })
+    }
+
+    /// Clears what dead processes left: how many, and how many resisted.
+    #[must_use]
+    pub fn sweep(&self) -> (u64, u64) {
+        let state = self.node.try_cleanup_dead_nodes();
+        (state.cleanups, state.failed_cleanups)
+    }
+}
+
+/// Whether a living process has joined the domain.
+///
+/// # Errors
+/// Where its folder cannot be read.
+pub fn inhabited(domain: &Domain) -> Result<bool, PortError> {
+    let mut alive = false;
+    Node::<ipc::Service>::list(&domain.config()?, |state| {
+        alive |= matches!(state, NodeState::Alive(_));
+        CallbackProgression::Continue
+    })
+    .map_err(refused("the list of nodes", "domain"))?;
+    Ok(alive)
+}
+
+impl<M: Debug + Copy + ZeroCopySend + 'static> Writer<M> {
+    /// Gives one message; says how many readers got it. One allocation, inside iceoryx2's loan.
+    ///
+    /// # Errors
+    /// Where the plumbing is broken.
+    pub fn give(&self, message: M) -> Result<usize, PortError> {
+        let loan = self.publisher.loan_uninit().map_err(refused("a loan", self.topic))?;
+        let readers = loan.write_payload(message).send().map_err(refused("sending", self.topic))?;
+        if let Some(notifier) = &self.notifier {
+            notifier.notify().map_err(refused("waking", self.topic))?;
+        }
+        Ok(readers)
+    }
+
+    /// Connects new readers without giving anything new: late joiners get the last message.
+    ///
+    /// # Errors
+    /// Where the plumbing is broken.
+    pub fn connect(&self) -> Result<(), PortError> {
+        self.publisher.update_connections().map_err(refused("connecting", self.topic))
+    }
+}
+
+impl<M: Debug + Copy + ZeroCopySend + 'static> Reader<M> {
+    /// The next message, if one waits.
+    ///
+    /// # Errors
+    /// Where the plumbing is broken.
+    pub fn take(&self) -> Result<Option<M>, PortError> {
+        Ok(self.subscriber.receive().map_err(refused("taking", self.topic))?.map(|sample| *sample))
+    }
+
+    /// The newest message that waits, the others being dropped.
+    ///
+    /// # Errors
+    /// Where the plumbing is broken.
+    pub fn newest(&self) -> Result<Option<M>, PortError> {
+        let mut newest = None;
+        while let Some(message) = self.take()? {
+            newest = Some(message);
+        }
+        Ok(newest)
+    }
+
+    /// Returns when a message waits, or after `longest`; may return early. A topic that wakes nobody is waited for by
+    /// looking every millisecond.
+    ///
+    /// # Errors
+    /// Where the plumbing is broken.
+    pub fn wait(&self, longest: Duration) -> Result<(), PortError> {
+        let spin_for = match self.wait {
+            Wait::Event => Duration::ZERO,
+            Wait::Spin => longest,
+            Wait::Hybrid(spin) => spin.min(longest),
+        };
+        if !spin_for.is_zero() {
+            let start = Instant::now();
+            loop {
+                for _ in 0..32 {
+                    if self.subscriber.has_samples().map_err(refused("looking", self.topic))? {
+                        return Ok(());
+                    }
+                    std::hint::spin_loop();
+                }
+                if start.elapsed() >= spin_for {
+                    break;
+                }
+            }
+        }
+        if spin_for < longest {
+            match &self.listener {
+                Some(listener) => {
+                    listener.timed_wait(|_| {}, longest - spin_for).map_err(refused("waiting", self.topic))?;
+                }
+                None => std::thread::sleep((longest - spin_for).min(Duration::from_millis(1))),
+            }
+        }
+        Ok(())
+    }
+}
+
+impl BytesWriter {
+    /// Gives one text.
+    ///
+    /// # Errors
+    /// Where it is too long, or the plumbing broken.
+    pub fn give(&self, bytes: &[u8]) -> Result<(), PortError> {
+        let loan = self.0.loan_slice_uninit(bytes.len()).map_err(refused("a loan", topic::REPORT.name))?;
+        loan.write_from_slice(bytes).send().map_err(refused("sending", topic::REPORT.name))?;
+        Ok(())
+    }
+}
+
+impl BytesReader {
+    /// The newest text that waits.
+    ///
+    /// # Errors
+    /// Where the plumbing is broken.
+    pub fn newest(&self) -> Result<Option<Vec<u8>>, PortError> {
+        let mut newest = None;
+        while let Some(bytes) = self.0.receive().map_err(refused("taking", topic::REPORT.name))? {
+            newest = Some(bytes.to_vec());
+        }
+        Ok(newest)
+    }
+}
+
+impl<Q, A> Caller<Q, A>
+where
+    Q: Debug + Copy + ZeroCopySend + 'static,
+    A: Debug + Copy + ZeroCopySend + 'static,
+{
+    /// Asks, and asks again where no answer comes within `patience`, `attempts` times in all. The question must carry
+    /// an id by which the other side knows a repetition; `fits` tells an answer to this question from an older one.
+    ///
+    /// # Errors
+    /// Where nobody answers, or the plumbing is broken.
+    pub fn ask(
+        &self,
+        question: Q,
+        patience: Duration,
+        attempts: u32,
+        fits: impl Fn(&A) -> bool,
+    ) -> Result<A, PortError> {
+        for _ in 0..attempts {
+            let pending = self.client.send_copy(question).map_err(refused("asking", self.topic))?;
+            let start = Instant::now();
+            while start.elapsed() < patience {
+                while let Some(answer) = pending.receive().map_err(refused("the answer", self.topic))? {
+                    if fits(&answer) {
+                        return Ok(*answer);
+                    }
+                }
+                std::thread::sleep(Duration::from_millis(2));
+            }
+        }
+        Err(PortError::Silent { topic: self.topic, seconds: patience.as_secs_f64() * f64::from(attempts) })
+    }
+}
+
+impl<Q, A> Answerer<Q, A>
+where
+    Q: Debug + Copy + ZeroCopySend + 'static,
+    A: Debug + Copy + ZeroCopySend + 'static,
+{
+    /// Answers every question that waits.
+    ///
+    /// # Errors
+    /// Where the plumbing is broken. Nobody left to hear an answer is no error.
+    pub fn serve(&self, mut answer: impl FnMut(&Q) -> A) -> Result<(), PortError> {
+        while let Some(request) = self.server.receive().map_err(refused("a question", self.topic))? {
+            let _ = request.send_copy(answer(&request));
+        }
+        Ok(())
+    }
+}
