@@ -22,7 +22,9 @@
 pub mod axis;
 pub mod diagnosis;
 pub mod effects;
+pub mod evidence;
 pub mod model;
+pub mod nls;
 pub mod record;
 
 pub use axis::Axis;

@@ -70,6 +70,10 @@ impl Term {
 }
 
 impl AxisModel {
+    /// No effect at all.
+    pub const EMPTY: Self =
+        Self { terms: Vec::new(), noise: Noise { angle_random_walk: 0.0, bias_random_walk: 0.0, encoder: 0.0 } };
+
     /// The base model at α = 1, δ = 0.
     #[must_use]
     pub fn base(axis: Axis) -> Self {

@@ -1,0 +1,16 @@
+//! Evidence: what a log says about a model.
+//!
+//! | module | noun |
+//! | --- | --- |
+//! | [`series`] | one axis of a log, laid out for evaluation |
+//! | [`problem`] | the residual of a model and its derivatives |
+//! | [`increments`] | increments over averaging times: the error curve's Gram matrices, held out block by block |
+//! | [`whiten`] | the noise as a state-space model: likelihood, generalised least squares |
+//! | [`floor`] | what the error curve would be with no physics missing |
+
+pub mod attitude;
+pub mod increments;
+pub mod integrate;
+pub mod problem;
+pub mod series;
+pub mod whiten;

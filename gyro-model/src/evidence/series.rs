@@ -1,0 +1,216 @@
+//! One axis of a log, laid out for evaluation: filled columns, reference rows, time.
+
+use crate::{
+    Axis, Record,
+    effects::{Signals, Span},
+    model::Origin,
+    record::{FREE_CHANNELS, ReferenceKind},
+};
+
+/// The columns of one axis. Inputs have no holes: what is missing is interpolated and, for the gyro, marked lost.
+#[derive(Clone, Debug)]
+pub struct Series {
+    /// The axis.
+    pub axis: Axis,
+    /// What it is judged against.
+    pub kind: ReferenceKind,
+    /// Time of each gyro sample since the log's first row, s.
+    pub t: Vec<f64>,
+    /// Reading, rad/s.
+    pub gyro: Vec<f64>,
+    /// Samples whose reading is missing.
+    pub missing: Vec<bool>,
+    /// What the regressors see, but for rate, rate_dot and angle.
+    pub signals: Vec<Signals>,
+    /// Indices (into the samples) of the rows with a reference.
+    pub reference_rows: Vec<usize>,
+    /// Their times, s.
+    pub reference_t: Vec<f64>,
+    /// Unwrapped reference angle there, rad (empty for quaternions).
+    pub reference_angle: Vec<f64>,
+    /// Smallest step of the encoder, rad; 0 where it is not quantised.
+    pub quantum: f64,
+    /// How many equal readings in a row each reference reading belongs to (1 where it is not quantised).
+    pub plateau: Vec<f64>,
+}
+
+/// Fills holes by interpolation between neighbours; the ends by the nearest value. `None` where nothing is finite.
+fn fill(t: &[f64], values: &[f64]) -> Option<Vec<f64>> {
+    let known: Vec<usize> = (0..values.len()).filter(|&k| values[k].is_finite()).collect();
+    let (&first, &last) = (known.first()?, known.last()?);
+    let mut out = values.to_vec();
+    out[..first].fill(values[first]);
+    out[last..].fill(values[last]);
+    for pair in known.windows(2) {
+        let (a, b) = (pair[0], pair[1]);
+        for k in a + 1..b {
+            let w = (t[k] - t[a]) / (t[b] - t[a]);
+            out[k] = values[a] + w * (values[b] - values[a]);
+        }
+    }
+    Some(out)
+}
+
+/// Removes jumps of more than half a turn, for encoders that wrap at 2π.
+fn unwrap(angle: &mut [f64]) {
+    use std::f64::consts::TAU;
+    let mut offset = 0.0;
+    for k in 1..angle.len() {
+        let step = angle[k] + offset - angle[k - 1];
+        if step.abs() > TAU / 2.0 {
+            offset -= (step / TAU).round() * TAU;
+        }
+        angle[k] += offset;
+    }
+}
+
+/// The step of a quantised signal: the value of which nearly all differences are multiples; 0 where there is none.
+fn quantum(values: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|&d| d > 1e-9).collect();
+    let repeats = values.windows(2).filter(|w| w[0] == w[1]).count();
+    if steps.len() < 20 || repeats < 5 {
+        return 0.0;
+    }
+    steps.sort_by(f64::total_cmp);
+    let guess = steps[steps.len() / 200];
+    let (mut sum, mut count) = (0.0, 0.0);
+    for d in steps.iter().take_while(|&&d| d < 20.5 * guess) {
+        let n = (d / guess).round();
+        if (d / guess - n).abs() < 0.1 {
+            sum += d;
+            count += n;
+        }
+    }
+    let q = sum / count;
+    let near = steps.iter().take(2000).filter(|&&d| d < 50.0 * q);
+    let (mut on, mut all) = (0, 0);
+    for d in near {
+        all += 1;
+        on += usize::from((d / q - (d / q).round()).abs() < 0.15);
+    }
+    if on * 10 >= all * 8 && all > 10 { q } else { 0.0 }
+}
+
+fn plateaus(values: &[f64]) -> Vec<f64> {
+    let mut out = vec![1.0; values.len()];
+    let mut start = 0;
+    for k in 1..=values.len() {
+        if k == values.len() || values[k] != values[start] {
+            out[start..k].fill((k - start) as f64);
+            start = k;
+        }
+    }
+    out
+}
+
+impl Series {
+    /// Lays out one axis; `None` where it has no gyro or no reference.
+    #[must_use]
+    pub fn new(record: &Record, axis: Axis, origin: &Origin) -> Option<Self> {
+        let i = axis.index();
+        let kind = record.reference(axis)?;
+        let rows = &record.rows;
+        let t: Vec<f64> = rows.iter().map(|r| r.t_ns as f64 * 1e-9).collect();
+        let column = |pick: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..rows.len()).map(pick).collect() };
+        let raw = column(&|k| rows[k].gyro[i]);
+        let missing: Vec<bool> = raw.iter().map(|v| !v.is_finite()).collect();
+        let gyro = fill(&t, &raw)?;
+        let zero = || vec![0.0; t.len()];
+        let filled = |pick: &dyn Fn(usize) -> f64| fill(&t, &column(pick)).unwrap_or_else(zero);
+        let rates: [Vec<f64>; 3] = std::array::from_fn(|a| filled(&|k| rows[k].gyro[a]));
+        let accel: [Vec<f64>; 3] = std::array::from_fn(|a| filled(&|k| rows[k].accel[a]));
+        let temperature = fill(&t, &column(&|k| rows[k].temperature)).unwrap_or_else(|| vec![25.0; t.len()]);
+        let supply = filled(&|k| rows[k].supply);
+        let free: Vec<Vec<f64>> =
+            (0..record.free_names.len().min(FREE_CHANNELS)).map(|c| filled(&|k| rows[k].free[c])).collect();
+        let signals = (0..t.len())
+            .map(|k| Signals {
+                t: t[k],
+                dt: if k == 0 { 0.0 } else { t[k] - t[k - 1] },
+                axis: i,
+                rates: std::array::from_fn(|a| rates[a][k]),
+                accel: std::array::from_fn(|a| accel[a][k]),
+                delta_temperature: temperature[k] - 25.0,
+                delta_supply: origin.supply.map_or(0.0, |origin| supply[k] - origin),
+                free: std::array::from_fn(|c| free.get(c).map_or(0.0, |f| f[k])),
+                ..Signals::default()
+            })
+            .collect();
+        let has = |k: &usize| match kind {
+            ReferenceKind::Angle => rows[*k].ref_angle[i].is_finite(),
+            ReferenceKind::Rate => rows[*k].ref_rate[i].is_finite(),
+            ReferenceKind::Quaternion => rows[*k].ref_quaternion.iter().all(|q| q.is_finite()),
+        };
+        let reference_rows: Vec<usize> = (0..rows.len()).filter(has).collect();
+        let reference_t: Vec<f64> = reference_rows.iter().map(|&k| t[k]).collect();
+        let (reference_angle, quantum, plateau) = match kind {
+            ReferenceKind::Angle => {
+                let mut angle: Vec<f64> = reference_rows.iter().map(|&k| rows[k].ref_angle[i]).collect();
+                unwrap(&mut angle);
+                let q = quantum(&angle);
+                let plateau = if q > 0.0 { plateaus(&angle) } else { vec![1.0; angle.len()] };
+                (angle, q, plateau)
+            }
+            ReferenceKind::Rate => {
+                let rate: Vec<f64> = reference_rows.iter().map(|&k| rows[k].ref_rate[i]).collect();
+                let angle = super::integrate::integral(&reference_t, &rate);
+                let n = angle.len();
+                (angle, 0.0, vec![1.0; n])
+            }
+            ReferenceKind::Quaternion => (Vec::new(), 0.0, vec![1.0; reference_rows.len()]),
+        };
+        (reference_rows.len() >= 20).then_some(Self {
+            axis,
+            kind,
+            t,
+            gyro,
+            missing,
+            signals,
+            reference_rows,
+            reference_t,
+            reference_angle,
+            quantum,
+            plateau,
+        })
+    }
+
+    /// What the grids of shapes are chosen by.
+    #[must_use]
+    pub fn span(&self) -> Span {
+        let mut steps: Vec<f64> = self.t.windows(2).map(|w| w[1] - w[0]).collect();
+        steps.sort_by(f64::total_cmp);
+        let (low, high) =
+            self.reference_angle.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &x| (a.min(x), b.max(x)));
+        let mean = self.gyro.iter().sum::<f64>() / self.gyro.len() as f64;
+        Span {
+            duration: self.t[self.t.len() - 1] - self.t[0],
+            dt: steps[steps.len() / 2],
+            reading_max: self.gyro.iter().fold(0.0, |m, g| f64::max(m, g.abs())),
+            rate_rms: (self.gyro.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / self.gyro.len() as f64).sqrt(),
+            travel: if high > low { high - low } else { 0.0 },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_encoder_step_is_found_and_a_smooth_angle_has_none() {
+        let angle: Vec<f64> = (0..4000).map(|k| 2.0 * (f64::from(k) * 0.01).sin()).collect();
+        assert_eq!(quantum(&angle), 0.0);
+        let q = 0.00153;
+        let counts: Vec<f64> = angle.iter().map(|a| ((a / q).round() * q * 1e6).round() / 1e6).collect();
+        assert!((quantum(&counts) - q).abs() < 1e-3 * q, "{}", quantum(&counts));
+    }
+
+    #[test]
+    fn a_wrapped_angle_unwraps() {
+        use std::f64::consts::TAU;
+        let truth: Vec<f64> = (0..500).map(|k| f64::from(k) * 0.1).collect();
+        let mut wrapped: Vec<f64> = truth.iter().map(|a| a.rem_euclid(TAU)).collect();
+        unwrap(&mut wrapped);
+        assert!(truth.iter().zip(&wrapped).all(|(a, b)| (a - b).abs() < 1e-9));
+    }
+}

@@ -1,0 +1,218 @@
+//! Nonlinear least squares: Levenberg–Marquardt on the normal equations, solved with faer.
+//!
+//! Minimises f(p) = Σᵢ rᵢ(p)². One iteration solves, with scaled columns D = diag(JᵀJ)^½ and S = D⁻¹ JᵀJ D⁻¹,
+//!
+//! ```text
+//! (S + λ I) D Δp = −D⁻¹ Jᵀ r
+//! ```
+//!
+//! and takes the step where f falls (Marquardt 1963; Nocedal & Wright, Numerical Optimization, ch. 10). The scaling
+//! makes λ and the rank test independent of units. A direction in which S has no weight is left alone, and the
+//! parameters that lie in it are named.
+
+use faer::{Mat, Side, linalg::solvers::Solve as _};
+
+/// The normal equations at one point.
+#[derive(Clone, Debug)]
+pub struct Normal {
+    /// f(p) = Σ r².
+    pub cost: f64,
+    /// Jᵀ r, one entry a parameter.
+    pub gradient: Vec<f64>,
+    /// Jᵀ J, square.
+    pub matrix: Mat<f64>,
+}
+
+impl Normal {
+    /// Equations of `n` parameters with nothing in them yet.
+    #[must_use]
+    pub fn zeros(n: usize) -> Self {
+        Self { cost: 0.0, gradient: vec![0.0; n], matrix: Mat::zeros(n, n) }
+    }
+
+    /// Adds residuals `r` with columns `columns` (∂r/∂p, each as long as `r`).
+    pub fn add(&mut self, r: &[f64], columns: &[&[f64]]) {
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+        self.cost += dot(r, r);
+        for (i, a) in columns.iter().enumerate() {
+            self.gradient[i] += dot(a, r);
+            for (j, b) in columns.iter().enumerate().take(i + 1) {
+                self.matrix[(i, j)] += dot(a, b);
+                self.matrix[(j, i)] = self.matrix[(i, j)];
+            }
+        }
+    }
+}
+
+/// When to stop.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// At most so many accepted or refused steps.
+    pub max_iterations: usize,
+    /// Converged when a step changes the cost by less than this share.
+    pub tolerance: f64,
+    /// A direction counts as unobservable when its eigenvalue of the scaled matrix is below this.
+    pub rank_tolerance: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { max_iterations: 50, tolerance: 1e-12, rank_tolerance: 1e-11 }
+    }
+}
+
+/// One accepted step.
+#[derive(Clone, Debug)]
+pub struct Iteration {
+    /// The parameters after it.
+    pub values: Vec<f64>,
+    /// f there.
+    pub cost: f64,
+}
+
+/// Where the minimisation ended.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// The parameters.
+    pub values: Vec<f64>,
+    /// f there.
+    pub cost: f64,
+    /// (JᵀJ)⁻¹ there; times the variance of one residual it is the covariance. Infinite on the diagonal where a
+    /// parameter is unobservable.
+    pub inverse: Mat<f64>,
+    /// The start and every accepted step.
+    pub iterations: Vec<Iteration>,
+    /// Indices of the parameters that the data do not determine.
+    pub unobservable: Vec<usize>,
+    /// Whether it stopped because nothing improved any more.
+    pub converged: bool,
+}
+
+/// Minimises Σ r² from `start` within `bounds`. `evaluate(p, true)` gives cost, gradient and matrix; with `false` only
+/// the cost is looked at.
+pub fn minimise(
+    start: &[f64],
+    bounds: &[(f64, f64)],
+    mut evaluate: impl FnMut(&[f64], bool) -> Normal,
+    options: &Options,
+) -> Solution {
+    let mut values = start.to_vec();
+    let mut normal = evaluate(&values, true);
+    let mut iterations = vec![Iteration { values: values.clone(), cost: normal.cost }];
+    let mut lambda = 1e-6;
+    let mut converged = false;
+    for _ in 0..options.max_iterations {
+        let Some(step) = solve(&normal, lambda) else { break };
+        let trial: Vec<f64> = values.iter().zip(&step).zip(bounds).map(|((v, s), b)| (v + s).clamp(b.0, b.1)).collect();
+        let cost = evaluate(&trial, false).cost;
+        if cost.is_finite() && cost <= normal.cost {
+            let fall = normal.cost - cost;
+            values = trial;
+            normal = evaluate(&values, true);
+            iterations.push(Iteration { values: values.clone(), cost: normal.cost });
+            lambda = (lambda * 0.1).max(1e-12);
+            if fall <= options.tolerance * normal.cost {
+                converged = true;
+                break;
+            }
+        } else {
+            lambda *= 10.0;
+            if lambda > 1e8 || (cost - normal.cost).abs() <= options.tolerance * normal.cost {
+                converged = true;
+                break;
+            }
+        }
+    }
+    let (inverse, unobservable) = invert(&normal.matrix, options.rank_tolerance);
+    Solution { values, cost: normal.cost, inverse, iterations, unobservable, converged }
+}
+
+fn scales(matrix: &Mat<f64>) -> Vec<f64> {
+    (0..matrix.nrows()).map(|i| matrix[(i, i)].sqrt()).map(|d| if d > 0.0 && d.is_finite() { d } else { 1.0 }).collect()
+}
+
+/// Δp of the damped, scaled normal equations; `None` where they are not finite.
+fn solve(normal: &Normal, lambda: f64) -> Option<Vec<f64>> {
+    let n = normal.gradient.len();
+    let d = scales(&normal.matrix);
+    let scaled = Mat::from_fn(n, n, |i, j| normal.matrix[(i, j)] / (d[i] * d[j]) + if i == j { lambda } else { 0.0 });
+    let right = Mat::from_fn(n, 1, |i, _| -normal.gradient[i] / d[i]);
+    let factor = scaled.llt(Side::Lower).ok()?;
+    let step = factor.solve(&right);
+    let step: Vec<f64> = (0..n).map(|i| step[(i, 0)] / d[i]).collect();
+    step.iter().all(|s| s.is_finite()).then_some(step)
+}
+
+/// Inverse of a symmetric positive semidefinite matrix, infinite on the diagonal where a parameter lies in a direction
+/// that the data do not determine; and which parameters those are.
+#[must_use]
+pub fn invert(matrix: &Mat<f64>, rank_tolerance: f64) -> (Mat<f64>, Vec<usize>) {
+    let (mut inverse, unobservable) = invert_observable(matrix, rank_tolerance);
+    for &i in &unobservable {
+        inverse[(i, i)] = f64::INFINITY;
+    }
+    (inverse, unobservable)
+}
+
+/// Inverse over the observable directions alone (zero along the others), and which parameters lie in the others.
+#[must_use]
+pub fn invert_observable(matrix: &Mat<f64>, rank_tolerance: f64) -> (Mat<f64>, Vec<usize>) {
+    let n = matrix.nrows();
+    let d = scales(matrix);
+    let scaled = Mat::from_fn(n, n, |i, j| matrix[(i, j)] / (d[i] * d[j]));
+    let Ok(eigen) = scaled.self_adjoint_eigen(Side::Lower) else {
+        return (Mat::zeros(n, n), (0..n).collect());
+    };
+    let (u, s) = (eigen.U(), eigen.S().column_vector());
+    let mut unobservable = Vec::new();
+    let mut inverse = Mat::zeros(n, n);
+    for k in 0..n {
+        if s[k] > rank_tolerance {
+            for i in 0..n {
+                for j in 0..n {
+                    inverse[(i, j)] += u[(i, k)] * u[(j, k)] / s[k] / (d[i] * d[j]);
+                }
+            }
+        } else {
+            unobservable.extend((0..n).filter(|&i| u[(i, k)].abs() > 0.3));
+        }
+    }
+    unobservable.sort_unstable();
+    unobservable.dedup();
+    (inverse, unobservable)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn exponential(p: &[f64]) -> Normal {
+        let t: Vec<f64> = (0..40).map(|k| f64::from(k) * 0.1).collect();
+        let r: Vec<f64> = t.iter().map(|t| p[0] * (-t * p[1]).exp() - 3.0 * (-t * 0.7).exp()).collect();
+        let a: Vec<f64> = t.iter().map(|t| (-t * p[1]).exp()).collect();
+        let b: Vec<f64> = t.iter().map(|t| -p[0] * t * (-t * p[1]).exp()).collect();
+        let mut normal = Normal::zeros(2);
+        normal.add(&r, &[&a, &b]);
+        normal
+    }
+
+    #[test]
+    fn a_nonlinear_problem_converges_to_its_truth_from_afar() {
+        let s = minimise(&[1.0, 3.0], &[(-10.0, 10.0), (0.0, 10.0)], |p, _| exponential(p), &Options::default());
+        assert!((s.values[0] - 3.0).abs() < 1e-6 && (s.values[1] - 0.7).abs() < 1e-6, "{:?}", s.values);
+        assert!(s.converged && s.unobservable.is_empty());
+        assert!(s.iterations.windows(2).all(|w| w[1].cost <= w[0].cost));
+    }
+
+    #[test]
+    fn two_equal_columns_are_named_unobservable() {
+        let (_, names) = invert(&Mat::from_fn(3, 3, |i, j| if i < 2 && j < 2 || i == j { 4.0 } else { 0.0 }), 1e-11);
+        assert_eq!(names, vec![0, 1]);
+    }
+
+    #[test]
+    fn bounds_hold() {
+        let s = minimise(&[1.0, 3.0], &[(-10.0, 2.0), (0.0, 10.0)], |p, _| exponential(p), &Options::default());
+        assert!(s.values[0] <= 2.0);
+    }
+}
