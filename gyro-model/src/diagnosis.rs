@@ -2,7 +2,7 @@
 //!
 //! SI units; what has no value is `None` (JSON `null`), never a number that is not finite.
 
-use crate::Axis;
+use crate::{Axis, detail::AxisDetail};
 use serde::{Deserialize, Serialize};
 
 /// `compare` and `diagnose` of one log.
@@ -63,6 +63,9 @@ pub struct AxisDiagnosis {
     pub suspects: Vec<Suspect>,
     /// Faults of the data.
     pub data_faults: Vec<DataFault>,
+    /// What the pictures are drawn from, where they were asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub detail: Option<AxisDetail>,
 }
 
 /// One parameter with its uncertainty.
@@ -188,6 +191,9 @@ pub struct AxisLadder {
     pub steps: Vec<LadderStep>,
     /// Faults of the data.
     pub data_faults: Vec<DataFault>,
+    /// What the pictures are drawn from, where they were asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub detail: Option<AxisDetail>,
 }
 
 /// One step of a ladder.

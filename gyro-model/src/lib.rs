@@ -18,8 +18,10 @@
 //! | [`model`] | effects and their parameters, axis by axis |
 //! | [`effects`] | the catalogue, one physical effect a file |
 //! | [`diagnosis`] | the result types, as the JSON interface has them |
+//! | [`detail`] | the pictures behind a verdict: overlay, regimes, spectrum, whiteness |
 
 pub mod axis;
+pub mod detail;
 pub mod diagnosis;
 pub mod effects;
 pub mod evidence;
