@@ -12,8 +12,8 @@ pub struct Delay;
 static CARD: Card = Card {
     id: "delay",
     title: "the gyro is later than the reference",
-    physics: "The sensor's digital filter, its bus and the time-stamping at the receiver all take time, so the reading \
-              stamped t belongs to t − d. At rate ω the angle is wrong by about ω d.",
+    physics: "The sensor's digital filter, its bus and the time-stamping at the receiver all take time, so the \
+              reading stamped t belongs to t − d. At rate ω the angle is wrong by about ω d.",
     equation: "ω_f(t) = ω(t − d)",
     typical: "1–100 ms; 12 ms seen on an MPU-6050",
     source: "IEEE Std 1431, time delay; measured against encoders",
@@ -23,13 +23,13 @@ static CARD: Card = Card {
     aliases: &[
         Alias {
             id: "lag",
-            when: "the motion holds little content near the sensor's corner frequency",
+            when: "the motion holds little content near the corner frequency 1/(2πτ)",
             split_by: "sharp steps, or motion up to the corner frequency: only a lag loses amplitude",
         },
         Alias {
             id: "g-sensitivity",
-            when: "the sensor sits on an arm, so that tangential acceleration follows dω/dt",
-            split_by: "another radius, or shaking without turning",
+            when: "the sensor sits on an arm, so that tangential acceleration follows dω/dt; always, to first order",
+            split_by: "another radius, or shaking without turning; or the accelerometer as regressor",
         },
     ],
 };

@@ -1,6 +1,6 @@
 //! `encoder-backlash`: play between shaft and encoder, a play operator of width b on θ.
 
-use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage, play};
+use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Span, Stage, play};
 use crate::Axis;
 
 /// The effect.
@@ -12,11 +12,12 @@ pub struct EncoderBacklash;
 static CARD: Card = Card {
     id: "encoder-backlash",
     title: "play between shaft and encoder",
-    physics: "A coupling or gear with clearance lets the shaft turn by b before the encoder follows, at every reversal.",
+    physics: "A coupling or gear with clearance lets the shaft turn by b before the encoder follows, at every \
+              reversal.",
     equation: "θ_e = P_b(θ): the encoder stands still until the shaft has left the clearance ±b/2 about it",
     typical: "0.1–2°",
     source: "play (backlash) operator; gear and coupling data sheets",
-    needs: &[super::Need::AngleReference],
+    needs: &[Need::AngleReference],
     excited_by: "reversals",
     mended_by: "taken out of the reference",
     aliases: &[],

@@ -1,6 +1,6 @@
 //! `lag`: first-order sensor bandwidth, τ dω_f/dt + ω_f = ω.
 
-use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Span, Stage};
+use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Span, Stage, derivative, low_pass};
 use crate::Axis;
 
 /// The effect.
@@ -20,11 +20,18 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "content near 1/(2πτ), steps",
     mended_by: "the inverse filter, which amplifies noise above 1/(2πτ)",
-    aliases: &[Alias {
-        id: "delay",
-        when: "the motion holds little content near 1/(2πτ)",
-        split_by: "sharp steps, or motion up to the corner frequency: only a lag loses amplitude",
-    }],
+    aliases: &[
+        Alias {
+            id: "delay",
+            when: "the motion holds little content near the corner frequency 1/(2πτ)",
+            split_by: "sharp steps, or motion up to the corner frequency: only a lag loses amplitude",
+        },
+        Alias {
+            id: "g-sensitivity",
+            when: "one sine of small amplitude, where gravity and dω/dt follow one another",
+            split_by: "motion of more than one frequency, or of large amplitude",
+        },
+    ],
 };
 
 static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
@@ -50,16 +57,11 @@ impl Effect for Lag {
         &PARAMETERS
     }
 
-    /// Exact for a rate that is constant over the step. Memory: [0] felt rate, [6] started.
+    /// Exact for a rate that is linear over the step. Memory: [0] felt rate, [1] the rate before, [6] started.
     fn respond(&self, p: &[f64], rate: f64, dt: f64, memory: &mut Memory) -> f64 {
-        if memory[6] == 0.0 {
-            *memory = [rate, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, memory[7]];
-        } else if p[0] > 0.0 {
-            memory[0] += (rate - memory[0]) * -(-dt / p[0]).exp_m1();
-        } else {
-            memory[0] = rate;
-        }
-        memory[0]
+        let felt = if memory[6] == 0.0 { rate } else { low_pass(memory[0], memory[1], rate, dt, p[0]) };
+        [memory[0], memory[1], memory[6]] = [felt, rate, 1.0];
+        felt
     }
 
     /// ω = ω_f + τ dω_f/dt with the parabola through the last three samples. Memory: [0], [1] the last two felt rates,
@@ -74,12 +76,12 @@ impl Effect for Lag {
                 d1 + (d1 - d2) * dt / (dt + dt1)
             }
         };
-        *memory = [felt, f1, dt, 0.0, 0.0, 0.0, (memory[6] + 1.0).min(2.0), memory[7]];
+        [memory[0], memory[1], memory[2], memory[6]] = [felt, f1, dt, (memory[6] + 1.0).min(2.0)];
         felt + p[0] * slope
     }
 
     fn undo_response_whole(&self, p: &[f64], t: &[f64], felt: &[f64]) -> Vec<f64> {
-        let slope = super::derivative(t, felt);
+        let slope = derivative(t, felt);
         felt.iter().zip(slope).map(|(f, d)| f + p[0] * d).collect()
     }
 

@@ -7,21 +7,59 @@
 use crate::{Axis, record::FREE_CHANNELS};
 
 pub mod bias;
+pub mod bias_drift;
+pub mod bias_step;
+pub mod clock_skew;
+pub mod cross_axis;
+pub mod cubic_nonlinearity;
+pub mod dead_zone;
 pub mod delay;
 pub mod encoder_backlash;
+pub mod encoder_eccentricity;
+pub mod encoder_subdivision;
+pub mod g_sensitivity;
+pub mod g_squared_sensitivity;
 pub mod lag;
+pub mod mount_resonance;
+pub mod quadratic_nonlinearity;
+pub mod rate_hysteresis;
 pub mod saturation;
+pub mod scale_asymmetry;
 pub mod scale_factor;
+pub mod supply_voltage;
 pub mod temperature_bias;
+pub mod temperature_rate;
+pub mod temperature_scale;
+pub mod vibration_tone;
+pub mod warm_up;
 
 /// Every effect that truerate knows, in the order of `truerate effects`.
 pub static CATALOGUE: &[&dyn Effect] = &[
     &scale_factor::SCALE_FACTOR,
     &bias::BIAS,
+    &cross_axis::CROSS_AXIS,
+    &quadratic_nonlinearity::QUADRATIC_NONLINEARITY,
+    &cubic_nonlinearity::CUBIC_NONLINEARITY,
+    &scale_asymmetry::SCALE_ASYMMETRY,
+    &g_sensitivity::G_SENSITIVITY,
+    &g_squared_sensitivity::G_SQUARED_SENSITIVITY,
     &temperature_bias::TEMPERATURE_BIAS,
-    &delay::DELAY,
+    &temperature_scale::TEMPERATURE_SCALE,
+    &temperature_rate::TEMPERATURE_RATE,
+    &warm_up::WARM_UP,
+    &bias_drift::BIAS_DRIFT,
+    &bias_step::BIAS_STEP,
+    &supply_voltage::SUPPLY_VOLTAGE,
     &lag::LAG,
+    &delay::DELAY,
+    &clock_skew::CLOCK_SKEW,
+    &dead_zone::DEAD_ZONE,
     &saturation::SATURATION,
+    &rate_hysteresis::RATE_HYSTERESIS,
+    &mount_resonance::MOUNT_RESONANCE,
+    &vibration_tone::VIBRATION_TONE,
+    &encoder_eccentricity::ENCODER_ECCENTRICITY,
+    &encoder_subdivision::ENCODER_SUBDIVISION,
     &encoder_backlash::ENCODER_BACKLASH,
 ];
 
@@ -262,10 +300,50 @@ pub(crate) fn derivative(t: &[f64], y: &[f64]) -> Vec<f64> {
             }
             let near = (y[k + 1] - y[k - 1]) / (t[k + 1] - t[k - 1]);
             let far = (y[k + 2] - y[k - 2]) / (t[k + 2] - t[k - 2]);
-            let even = ((t[k + 2] - t[k - 2]) - 2.0 * (t[k + 1] - t[k - 1])).abs() < 0.02 * (t[k + 2] - t[k - 2]);
-            if even { (4.0 * near - far) / 3.0 } else { near }
+            if is_even(t, k) { (4.0 * near - far) / 3.0 } else { near }
         })
         .collect()
+}
+
+/// Second derivative of samples at uneven times, centred, of fourth order where five even samples stand around.
+pub(crate) fn second_derivative(t: &[f64], y: &[f64]) -> Vec<f64> {
+    let n = y.len();
+    (0..n)
+        .map(|k| {
+            if n < 3 {
+                return 0.0;
+            }
+            let k = k.clamp(1, n - 2);
+            let around = |step: usize| {
+                let (ahead, behind) = (t[k + step] - t[k], t[k] - t[k - step]);
+                2.0 * ((y[k + step] - y[k]) / ahead - (y[k] - y[k - step]) / behind) / (ahead + behind)
+            };
+            if k < 2 || k + 2 >= n {
+                return around(1);
+            }
+            if is_even(t, k) { (4.0 * around(1) - around(2)) / 3.0 } else { around(1) }
+        })
+        .collect()
+}
+
+/// Whether the five times about `k` are evenly spaced, to 2 % of their span.
+fn is_even(t: &[f64], k: usize) -> bool {
+    let (span, mean) = (t[k + 2] - t[k - 2], 0.5 * (t[k + 2] + t[k - 2]));
+    let steps = [t[k + 1] - t[k], t[k] - t[k - 1]];
+    steps.iter().all(|step| (4.0 * step - span).abs() < 0.02 * span) && (t[k] - mean).abs() < 0.02 * span
+}
+
+/// One step of the first-order low-pass T y' + y = u, exact for an input that goes linearly from `u0` to `u1`.
+pub(crate) fn low_pass(y: f64, u0: f64, u1: f64, dt: f64, time_constant: f64) -> f64 {
+    if dt <= 0.0 {
+        return y;
+    }
+    if time_constant <= 0.0 {
+        return u1;
+    }
+    let a = dt / time_constant;
+    let rise = -(-a).exp_m1();
+    y + (u0 - y) * rise + (u1 - u0) * (1.0 - rise / a)
 }
 
 impl std::fmt::Debug for dyn Effect {
@@ -275,20 +353,4 @@ impl std::fmt::Debug for dyn Effect {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn ids_are_unique_and_cards_complete() {
-        let mut seen = std::collections::BTreeSet::new();
-        for effect in CATALOGUE {
-            let card = effect.card();
-            assert!(seen.insert(card.id), "{} stands twice", card.id);
-            for text in
-                [card.title, card.physics, card.equation, card.typical, card.source, card.excited_by, card.mended_by]
-            {
-                assert!(!text.is_empty(), "{} has an empty field", card.id);
-            }
-        }
-    }
-}
+mod tests;

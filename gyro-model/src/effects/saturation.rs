@@ -11,19 +11,26 @@ pub struct Saturation;
 
 static CARD: Card = Card {
     id: "saturation",
-    title: "the range ends",
-    physics: "Beyond full scale the reading stays at the rail; what turned meanwhile is lost.",
-    equation: "ω_g held within ±l, l a reading",
-    typical: "97 % of full scale: 2.1, 4.2, 8.5, 17, 34 rad/s for 125…2000 °/s",
-    source: "MEMS data sheets, measurement range",
+    title: "end of range",
+    physics: "Beyond its range the sensor puts out its largest reading, whatever the rate.",
+    equation: "ω_g held within ±l",
+    typical: "97 % of the printed full scale",
+    source: "IEEE Std 1431, input rate limits; MEMS data sheets",
     needs: &[],
-    excited_by: "turning faster than the range",
+    excited_by: "turns faster than the range",
     mended_by: "nothing: the sample is marked and the standard deviation grows; choose a wider range",
-    aliases: &[Alias {
-        id: "cubic-nonlinearity",
-        when: "one amplitude of motion",
-        split_by: "several amplitudes: a rail stays where it is",
-    }],
+    aliases: &[
+        Alias {
+            id: "cubic-nonlinearity",
+            when: "the motion has one amplitude",
+            split_by: "several amplitudes: a rail stays where it is, a curve does not",
+        },
+        Alias {
+            id: "dead-zone",
+            when: "the motion has one amplitude",
+            split_by: "several amplitudes: the one acts at the range's end, the other about zero",
+        },
+    ],
 };
 
 static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
@@ -58,6 +65,6 @@ impl Effect for Saturation {
     }
 
     fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
-        [1.0, 0.995, 0.98, 0.95].iter().map(|share| vec![share * span.reading_max]).collect()
+        [1.0, 0.995, 0.98, 0.95].iter().map(|share| vec![(share * span.reading_max).max(0.01)]).collect()
     }
 }

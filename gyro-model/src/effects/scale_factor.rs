@@ -1,6 +1,6 @@
 //! `scale-factor`: the reading is the rate divided by α (the paper's equation (1)).
 
-use super::{Card, Effect, ParameterCard, Role, Stage};
+use super::{Alias, Card, Effect, ParameterCard, Role, Stage};
 use crate::Axis;
 
 /// The effect.
@@ -20,7 +20,19 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "any rotation",
     mended_by: "exactly",
-    aliases: &[],
+    aliases: &[
+        Alias {
+            id: "cross-axis",
+            when: "one axis turns alone, or the other axes turn in proportion",
+            split_by: "re-mount the sensor by 90°, or turn another axis",
+        },
+        Alias {
+            id: "encoder-eccentricity",
+            when: "the travel is much under a turn: the calibrated scale takes the error up and every residual looks \
+                   clean",
+            split_by: "full turns",
+        },
+    ],
 };
 
 static PARAMETERS: [ParameterCard; 1] = [ParameterCard {

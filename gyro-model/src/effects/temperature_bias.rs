@@ -15,7 +15,7 @@ static CARD: Card = Card {
     physics: "The silicon and its package expand, the quadrature error leaks differently, and the reading at rest \
               moves with the sensor's temperature.",
     equation: "ω_f = ω + c1 ΔT + c2 ΔT²,  ΔT = T − 25 °C",
-    typical: "0.005–0.08 °/s per K",
+    typical: "0.005–0.08 °/s per K (9e-5–1.4e-3 rad/s/K)",
     source: "IEEE Std 1431, bias temperature sensitivity; MEMS data sheets",
     needs: &[Need::Temperature],
     excited_by: "a temperature that changes by several kelvin, up and down",
@@ -34,7 +34,7 @@ static CARD: Card = Card {
         Alias {
             id: "supply-voltage",
             when: "the battery discharges while the sensor heats",
-            split_by: "vary one at a time",
+            split_by: "vary one at a time: heat at constant supply, or change the supply at constant temperature",
         },
         Alias {
             id: "temperature-scale",

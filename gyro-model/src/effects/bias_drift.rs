@@ -1,0 +1,67 @@
+//! `bias-drift`: a ramp in rate, φ = t.
+
+use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Stage};
+use crate::Axis;
+
+/// The effect.
+pub static BIAS_DRIFT: BiasDrift = BiasDrift;
+
+/// See the file's head.
+pub struct BiasDrift;
+
+static CARD: Card = Card {
+    id: "bias-drift",
+    title: "rate ramp",
+    physics: "The bias moves steadily through the log: ageing, settling stress, or a cause that nobody measures.",
+    equation: "ω_f = ω + r t, t from the log's first row",
+    typical: "0.001–0.1 °/s per minute (3e-7–3e-5 rad/s²), more while settling",
+    source: "IEEE Std 1431 and IEEE Std 952, rate ramp",
+    needs: &[],
+    excited_by: "a long log",
+    mended_by: "within this log; a ramp says nothing about the next one",
+    aliases: &[
+        Alias {
+            id: "temperature-bias",
+            when: "the temperature rises steadily",
+            split_by: "heat and cool: a drift goes on, a temperature effect comes back",
+        },
+        Alias {
+            id: "warm-up",
+            when: "the log is short against the time constant",
+            split_by: "a log of several time constants: a warm-up ends, a drift goes on",
+        },
+        Alias {
+            id: "supply-voltage",
+            when: "one battery discharge",
+            split_by: "change the supply: a drift does not notice",
+        },
+    ],
+};
+
+static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
+    name: "r",
+    unit: "rad/s²",
+    says: "slope of the bias",
+    role: Role::Linear,
+    neutral: 0.0,
+    typical: 5e-5,
+    bounds: (-0.1, 0.1),
+}];
+
+impl Effect for BiasDrift {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Felt
+    }
+
+    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
+        &PARAMETERS
+    }
+
+    fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
+        p[0] * s.t
+    }
+}

@@ -1,0 +1,68 @@
+//! `bias-step`: the bias jumps once, φ = 1 for t > t₀.
+
+use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage};
+use crate::Axis;
+
+/// The effect.
+pub static BIAS_STEP: BiasStep = BiasStep;
+
+/// See the file's head.
+pub struct BiasStep;
+
+static CARD: Card = Card {
+    id: "bias-step",
+    title: "bias step",
+    physics: "A shock, a clipped temperature, a brown-out or a crack shifts the bias from one instant to the next, \
+              and it stays there.",
+    equation: "ω_f = ω + j for t > t0",
+    typical: "0.05–4 °/s (−4 °/s seen on a real MPU-6050)",
+    source: "recordings; IEEE Std 952, bias repeatability",
+    needs: &[],
+    excited_by: "a log that holds the instant",
+    mended_by: "exactly after the instant; before the next jump nothing warns",
+    aliases: &[],
+};
+
+static PARAMETERS: [ParameterCard; 2] = [
+    ParameterCard {
+        name: "j",
+        unit: "rad/s",
+        says: "height of the jump",
+        role: Role::Linear,
+        neutral: 0.0,
+        typical: 0.01,
+        bounds: (-5.0, 5.0),
+    },
+    ParameterCard {
+        name: "t0",
+        unit: "s",
+        says: "when it jumps",
+        role: Role::Shape,
+        neutral: 30.0,
+        typical: 30.0,
+        bounds: (0.0, 1e7),
+    },
+];
+
+impl Effect for BiasStep {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Felt
+    }
+
+    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
+        &PARAMETERS
+    }
+
+    fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
+        if s.t > p[1] { p[0] } else { 0.0 }
+    }
+
+    fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
+        const INSTANTS: u32 = 60;
+        (1..INSTANTS).map(|k| vec![span.duration * f64::from(k) / f64::from(INSTANTS)]).collect()
+    }
+}

@@ -1,0 +1,66 @@
+//! `clock-skew`: the two clocks run apart, ω_f(t) = ω(t(1 + s)).
+
+use super::{Card, Effect, ParameterCard, Role, Span, Stage};
+use crate::Axis;
+
+/// The effect.
+pub static CLOCK_SKEW: ClockSkew = ClockSkew;
+
+/// See the file's head.
+pub struct ClockSkew;
+
+static CARD: Card = Card {
+    id: "clock-skew",
+    title: "clocks that run apart",
+    physics: "Sensor and reference are stamped by two oscillators. What begins in step is apart by s·t later, so the \
+              error grows with the length of the log.",
+    equation: "ω_f(t) = ω(t (1 + s)), t from the log's first row",
+    typical: "10–100 ppm with quartz, up to 5000 ppm with an RC oscillator",
+    source: "oscillator tolerances in MEMS data sheets",
+    needs: &[],
+    excited_by: "a long log with changing rates throughout",
+    mended_by: "re-stamping",
+    aliases: &[],
+};
+
+static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
+    name: "s",
+    unit: "1",
+    says: "how much too fast the gyro's clock counts its readings late",
+    role: Role::Shape,
+    neutral: 0.0,
+    typical: 1e-3,
+    bounds: (-0.05, 0.05),
+}];
+
+impl Effect for ClockSkew {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Timing
+    }
+
+    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
+        &PARAMETERS
+    }
+
+    fn valid_time(&self, p: &[f64], t: f64) -> f64 {
+        t * (1.0 + p[0])
+    }
+
+    fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
+        /// Displacement at the log's end that one step of the grid may make, s: a quarter of a period at some 5 Hz.
+        const STEP: f64 = 0.05;
+        const LARGEST: f64 = 5e-3;
+        let steps = (LARGEST * span.duration / STEP).ceil().clamp(4.0, 24.0);
+        let mut sizes: Vec<f64> = (1..=steps as u32).map(|k| LARGEST * f64::from(k) / steps).collect();
+        let mut fine = 0.4 * sizes[0];
+        while fine > 1e-5 && fine * span.duration > 1e-3 {
+            sizes.push(fine);
+            fine *= 0.4;
+        }
+        sizes.iter().flat_map(|&s| [vec![-s], vec![s]]).collect()
+    }
+}

@@ -1,0 +1,63 @@
+//! `cubic-nonlinearity`: the scale factor grows with the square of the rate, φ = ω³.
+
+use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Stage};
+use crate::Axis;
+
+/// The effect.
+pub static CUBIC_NONLINEARITY: CubicNonlinearity = CubicNonlinearity;
+
+/// See the file's head.
+pub struct CubicNonlinearity;
+
+static CARD: Card = Card {
+    id: "cubic-nonlinearity",
+    title: "cubic nonlinearity",
+    physics: "Springs stiffen and amplifiers bend before they clip: the scale factor at fast turns differs from that \
+              at slow turns, the same both ways.",
+    equation: "ω_f = ω + k3 ω³",
+    typical: "0.1–0.2 % of full scale (at 250 °/s full scale, 0.1 % is k3 = 5.3e-5 s²/rad²)",
+    source: "IEEE Std 1431, scale factor nonlinearity; MEMS data sheets",
+    needs: &[],
+    excited_by: "at least two amplitudes",
+    mended_by: "exactly, by iteration in the compensated rate",
+    aliases: &[
+        Alias {
+            id: "saturation",
+            when: "the motion has one amplitude",
+            split_by: "several amplitudes: a rail stays where it is, a curve does not",
+        },
+        Alias {
+            id: "dead-zone",
+            when: "the motion has one amplitude",
+            split_by: "several amplitudes: a dead zone stays where it is, a curve does not",
+        },
+    ],
+};
+
+static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
+    name: "k3",
+    unit: "s²/rad²",
+    says: "growth of the scale factor with rate squared",
+    role: Role::Linear,
+    neutral: 0.0,
+    typical: 5e-4,
+    bounds: (-0.05, 0.05),
+}];
+
+impl Effect for CubicNonlinearity {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Felt
+    }
+
+    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
+        &PARAMETERS
+    }
+
+    fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
+        p[0] * s.rate() * s.rate() * s.rate()
+    }
+}

@@ -1,0 +1,72 @@
+//! `dead-zone`: small readings come out as zero.
+
+use super::{Alias, Card, Effect, ParameterCard, Role, Span, Stage};
+use crate::Axis;
+
+/// The effect.
+pub static DEAD_ZONE: DeadZone = DeadZone;
+
+/// See the file's head.
+pub struct DeadZone;
+
+static CARD: Card = Card {
+    id: "dead-zone",
+    title: "dead zone",
+    physics: "A threshold in the sensor or its driver sets small readings to zero, so slow turns are never seen. The \
+              zone lies around a reading of zero, not around zero rate.",
+    equation: "ω_g = 0 where |ω_g| < w",
+    typical: "0.05–3 °/s of reading, where drivers have one",
+    source: "IEEE Std 1431, dead band; drivers of low-cost boards",
+    needs: &[],
+    excited_by: "slow turns",
+    mended_by: "nothing: the sample is marked and the standard deviation grows; switch the threshold off",
+    aliases: &[
+        Alias {
+            id: "cubic-nonlinearity",
+            when: "the motion has one amplitude",
+            split_by: "several amplitudes: a dead zone stays where it is, a curve does not",
+        },
+        Alias {
+            id: "saturation",
+            when: "the motion has one amplitude",
+            split_by: "several amplitudes: the one acts at the range's end, the other about zero",
+        },
+    ],
+};
+
+static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
+    name: "w",
+    unit: "rad/s",
+    says: "largest reading that comes out as zero",
+    role: Role::Shape,
+    neutral: 0.0,
+    typical: 0.03,
+    bounds: (0.0, 2.0),
+}];
+
+impl Effect for DeadZone {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Reading
+    }
+
+    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
+        &PARAMETERS
+    }
+
+    fn limit(&self, p: &[f64], reading: f64) -> f64 {
+        if reading.abs() < p[0] { 0.0 } else { reading }
+    }
+
+    fn lost(&self, p: &[f64], reading: f64) -> bool {
+        reading.abs() < p[0]
+    }
+
+    fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
+        let end = (0.5 * span.reading_max).min(2.0);
+        std::iter::successors(Some(0.002), |w| Some(w * 1.4)).take_while(|&w| w <= end).map(|w| vec![w]).collect()
+    }
+}

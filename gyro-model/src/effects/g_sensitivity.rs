@@ -1,0 +1,94 @@
+//! `g-sensitivity`: acceleration mistaken for rotation, φ = a_x, a_y, a_z.
+
+use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
+use crate::Axis;
+
+/// The effect.
+pub static G_SENSITIVITY: GSensitivity = GSensitivity;
+
+/// See the file's head.
+pub struct GSensitivity;
+
+static CARD: Card = Card {
+    id: "g-sensitivity",
+    title: "linear acceleration sensitivity",
+    physics: "Acceleration bends the suspension of the vibrating mass, and the sense electrodes take that for \
+              rotation. Gravity turning in the body frame does the same as shaking.",
+    equation: "ω_f = ω + g_x a_x + g_y a_y + g_z a_z, a the specific force",
+    typical: "0.01–0.1 °/s per g (1.8e-5–1.8e-4 rad/s per m/s²)",
+    source: "IEEE Std 1431, g-sensitivity; MEMS data sheets",
+    needs: &[Need::Accelerometer],
+    excited_by: "a horizontal axis (gravity turns), or an arm and changing rates",
+    mended_by: "exactly, where acceleration is measured at the sensor",
+    aliases: &[
+        Alias {
+            id: "delay",
+            when: "the sensor sits on an arm, so that tangential acceleration follows dω/dt; always, to first order",
+            split_by: "another radius, or shaking without turning; or the accelerometer as regressor",
+        },
+        Alias {
+            id: "lag",
+            when: "one sine of small amplitude, where gravity and dω/dt follow one another",
+            split_by: "motion of more than one frequency, or of large amplitude",
+        },
+        Alias {
+            id: "quadratic-nonlinearity",
+            when: "the sensor sits on a fixed arm, so that centripetal acceleration follows ω²",
+            split_by: "another radius, or the sensor on the axis of rotation",
+        },
+        Alias {
+            id: "encoder-eccentricity",
+            when: "the rate is constant, so that gravity and the magnet both come once a turn",
+            split_by: "two rates (the magnet's error in rate grows with rate, gravity's does not), or a vertical \
+                       axis",
+        },
+    ],
+};
+
+static PARAMETERS: [ParameterCard; 3] = [
+    ParameterCard {
+        name: "g_x",
+        unit: "rad/s per m/s²",
+        says: "error per acceleration along x",
+        role: Role::Linear,
+        neutral: 0.0,
+        typical: 1.8e-4,
+        bounds: (-0.1, 0.1),
+    },
+    ParameterCard {
+        name: "g_y",
+        unit: "rad/s per m/s²",
+        says: "error per acceleration along y",
+        role: Role::Linear,
+        neutral: 0.0,
+        typical: 1.8e-4,
+        bounds: (-0.1, 0.1),
+    },
+    ParameterCard {
+        name: "g_z",
+        unit: "rad/s per m/s²",
+        says: "error per acceleration along z",
+        role: Role::Linear,
+        neutral: 0.0,
+        typical: 1.8e-4,
+        bounds: (-0.1, 0.1),
+    },
+];
+
+impl Effect for GSensitivity {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Felt
+    }
+
+    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
+        &PARAMETERS
+    }
+
+    fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
+        p[0] * s.accel[0] + p[1] * s.accel[1] + p[2] * s.accel[2]
+    }
+}

@@ -1,0 +1,73 @@
+//! `g-squared-sensitivity`: vibration rectification, φ = a_x², a_y², a_z².
+
+use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
+use crate::Axis;
+
+/// The effect.
+pub static G_SQUARED_SENSITIVITY: GSquaredSensitivity = GSquaredSensitivity;
+
+/// See the file's head.
+pub struct GSquaredSensitivity;
+
+static CARD: Card = Card {
+    id: "g-squared-sensitivity",
+    title: "vibration rectification",
+    physics: "A nonlinear suspension turns acceleration either way into an error of one sign: vibration whose mean \
+              is zero moves the bias.",
+    equation: "ω_f = ω + g_x a_x² + g_y a_y² + g_z a_z², a the specific force",
+    typical: "rarely printed; 1e-4–1e-2 °/s per g² (2e-8–2e-6 rad/s per (m/s²)²), ten times that on cheap parts",
+    source: "IEEE Std 1431, g²-sensitivity (vibration rectification)",
+    needs: &[Need::Accelerometer],
+    excited_by: "a horizontal axis, or vibration of changing strength",
+    mended_by: "exactly, where acceleration is measured without aliasing",
+    aliases: &[],
+};
+
+static PARAMETERS: [ParameterCard; 3] = [
+    ParameterCard {
+        name: "g_x",
+        unit: "rad/s per (m/s²)²",
+        says: "error per squared acceleration along x",
+        role: Role::Linear,
+        neutral: 0.0,
+        typical: 2e-5,
+        bounds: (-0.01, 0.01),
+    },
+    ParameterCard {
+        name: "g_y",
+        unit: "rad/s per (m/s²)²",
+        says: "error per squared acceleration along y",
+        role: Role::Linear,
+        neutral: 0.0,
+        typical: 2e-5,
+        bounds: (-0.01, 0.01),
+    },
+    ParameterCard {
+        name: "g_z",
+        unit: "rad/s per (m/s²)²",
+        says: "error per squared acceleration along z",
+        role: Role::Linear,
+        neutral: 0.0,
+        typical: 2e-5,
+        bounds: (-0.01, 0.01),
+    },
+];
+
+impl Effect for GSquaredSensitivity {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Felt
+    }
+
+    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
+        &PARAMETERS
+    }
+
+    fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
+        let [x, y, z] = s.accel;
+        p[0] * x * x + p[1] * y * y + p[2] * z * z
+    }
+}

@@ -1,0 +1,113 @@
+//! `mount-resonance`: a springy plate between shaft and gyro, a second-order response.
+
+use super::{Card, Effect, Memory, ParameterCard, Role, Span, Stage, low_pass, second_derivative};
+use crate::Axis;
+
+/// The effect.
+pub static MOUNT_RESONANCE: MountResonance = MountResonance;
+
+/// See the file's head.
+pub struct MountResonance;
+
+static CARD: Card = Card {
+    id: "mount-resonance",
+    title: "springy mount",
+    physics: "Tape, foam or a thin plate between shaft and gyro is a spring with damping: quick motion is magnified \
+              up to the resonance and swallowed above it.",
+    equation: "ω_f = ω through (2ζω_n s + ω_n²)/(s² + 2ζω_n s + ω_n²), ω_n = 2πf",
+    typical: "f 5–300 Hz, ζ 0.02–0.3",
+    source: "base-excited oscillator (transmissibility), any text on vibration",
+    needs: &[],
+    excited_by: "content up to f",
+    mended_by: "the inverse D = ω − ω_f, 2ζω_n D' + ω_n² D = ω_f'', which amplifies noise above f",
+    aliases: &[],
+};
+
+static PARAMETERS: [ParameterCard; 2] = [
+    ParameterCard {
+        name: "f",
+        unit: "Hz",
+        says: "undamped resonance",
+        role: Role::Shape,
+        neutral: f64::INFINITY,
+        typical: 12.0,
+        bounds: (1.0, f64::INFINITY),
+    },
+    ParameterCard {
+        name: "zeta",
+        unit: "1",
+        says: "damping ratio",
+        role: Role::Shape,
+        neutral: 0.1,
+        typical: 0.1,
+        bounds: (0.005, 0.95),
+    },
+];
+
+impl Effect for MountResonance {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Response
+    }
+
+    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
+        &PARAMETERS
+    }
+
+    /// Exact for a rate that is linear over the step: e = ω − ω_f swings freely, e'' + 2ζω_n e' + ω_n² e = 0, and e'
+    /// jumps where the slope of ω does. Memory: [0] e, [1] e', [2] the rate before, [3] its slope, [6] started.
+    fn respond(&self, p: &[f64], rate: f64, dt: f64, memory: &mut Memory) -> f64 {
+        if memory[6] == 0.0 || !p[0].is_finite() || dt <= 0.0 {
+            *memory = [0.0, 0.0, rate, 0.0, 0.0, 0.0, 1.0, memory[7]];
+            return rate;
+        }
+        let (omega, zeta) = (std::f64::consts::TAU * p[0], p[1]);
+        let slope = (rate - memory[2]) / dt;
+        let (e, e_dot) = (memory[0], memory[1] + slope - memory[3]);
+        let (decay, damped) = (zeta * omega, omega * (1.0 - zeta * zeta).sqrt());
+        let (sin, cos) = (damped * dt).sin_cos();
+        let fall = (-decay * dt).exp();
+        memory[0] = fall * (e * cos + (e_dot + decay * e) / damped * sin);
+        memory[1] = fall * (e_dot * cos - (decay * e_dot + omega * omega * e) / damped * sin);
+        [memory[2], memory[3]] = [rate, slope];
+        rate - memory[0]
+    }
+
+    /// D = ω − ω_f is ω_f''/ω_n² through a first-order low-pass of time constant 2ζ/ω_n, exact for an input that is
+    /// linear over the step; ω_f'' from the last three samples. Memory: [0], [1] the last two felt rates, [2] the last
+    /// step, [3] D, [4] its input, [6] how many.
+    fn undo_response(&self, p: &[f64], felt: f64, dt: f64, memory: &mut Memory) -> f64 {
+        let (f1, f2, dt1) = (memory[0], memory[1], memory[2]);
+        let curvature = if memory[6] < 2.0 { 0.0 } else { 2.0 * ((felt - f1) / dt - (f1 - f2) / dt1) / (dt + dt1) };
+        let omega = std::f64::consts::TAU * p[0];
+        let input = curvature / (omega * omega);
+        let difference = low_pass(memory[3], memory[4], input, dt, 2.0 * p[1] / omega);
+        *memory = [felt, f1, dt, difference, input, memory[5], (memory[6] + 1.0).min(2.0), memory[7]];
+        felt + difference
+    }
+
+    fn undo_response_whole(&self, p: &[f64], t: &[f64], felt: &[f64]) -> Vec<f64> {
+        let omega = std::f64::consts::TAU * p[0];
+        let curvature = second_derivative(t, felt);
+        let (mut difference, mut before) = (0.0, 0.0);
+        (0..felt.len())
+            .map(|k| {
+                let input = curvature[k] / (omega * omega);
+                if k > 0 {
+                    difference = low_pass(difference, before, input, t[k] - t[k - 1], 2.0 * p[1] / omega);
+                }
+                before = input;
+                felt[k] + difference
+            })
+            .collect()
+    }
+
+    fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
+        let end = (1.0 / span.dt).min(300.0);
+        let frequencies = std::iter::successors(Some(3.0), |f| Some(f * 1.5)).take_while(|&f| f <= end);
+        frequencies.flat_map(|f| [0.03, 0.1, 0.3].map(|zeta| vec![f, zeta])).collect()
+    }
+}

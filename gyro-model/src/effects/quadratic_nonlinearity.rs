@@ -1,0 +1,63 @@
+//! `quadratic-nonlinearity`: the scale factor grows with rate, φ = ω².
+
+use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Stage};
+use crate::Axis;
+
+/// The effect.
+pub static QUADRATIC_NONLINEARITY: QuadraticNonlinearity = QuadraticNonlinearity;
+
+/// See the file's head.
+pub struct QuadraticNonlinearity;
+
+static CARD: Card = Card {
+    id: "quadratic-nonlinearity",
+    title: "quadratic nonlinearity",
+    physics: "The drive and sense electrodes are not quite linear: the scale factor rises with rate one way and \
+              falls the other way.",
+    equation: "ω_f = ω + k2 ω²",
+    typical: "0.1–0.2 % of full scale (at 250 °/s full scale, 0.1 % is k2 = 2.3e-4 s/rad)",
+    source: "IEEE Std 1431, scale factor nonlinearity; MEMS data sheets",
+    needs: &[],
+    excited_by: "at least two amplitudes",
+    mended_by: "exactly, by iteration in the compensated rate",
+    aliases: &[
+        Alias {
+            id: "g-sensitivity",
+            when: "the sensor sits on a fixed arm, so that centripetal acceleration follows ω²",
+            split_by: "another radius, or the sensor on the axis of rotation",
+        },
+        Alias {
+            id: "scale-asymmetry",
+            when: "the motion has one amplitude",
+            split_by: "several amplitudes: a kink at rest against a curve",
+        },
+    ],
+};
+
+static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
+    name: "k2",
+    unit: "s/rad",
+    says: "growth of the scale factor with rate",
+    role: Role::Linear,
+    neutral: 0.0,
+    typical: 1.5e-3,
+    bounds: (-0.2, 0.2),
+}];
+
+impl Effect for QuadraticNonlinearity {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Felt
+    }
+
+    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
+        &PARAMETERS
+    }
+
+    fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
+        p[0] * s.rate() * s.rate()
+    }
+}

@@ -1,0 +1,56 @@
+//! `scale-asymmetry`: turns one way and the other have different scales, φ = |ω|.
+
+use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Stage};
+use crate::Axis;
+
+/// The effect.
+pub static SCALE_ASYMMETRY: ScaleAsymmetry = ScaleAsymmetry;
+
+/// See the file's head.
+pub struct ScaleAsymmetry;
+
+static CARD: Card = Card {
+    id: "scale-asymmetry",
+    title: "scale-factor asymmetry",
+    physics: "Positive and negative rates go through different halves of the sense electronics, so the two \
+              directions scale differently. To and fro, the angle drifts although the bias is right.",
+    equation: "ω_f = ω + a |ω|",
+    typical: "50–600 ppm, worse exists (up to 1 % on cheap parts)",
+    source: "IEEE Std 1431, scale factor asymmetry",
+    needs: &[],
+    excited_by: "both directions, several amplitudes",
+    mended_by: "exactly, by iteration in the compensated rate",
+    aliases: &[Alias {
+        id: "quadratic-nonlinearity",
+        when: "the motion has one amplitude",
+        split_by: "several amplitudes: a kink at rest against a curve",
+    }],
+};
+
+static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
+    name: "a",
+    unit: "1",
+    says: "half the difference between the two scales",
+    role: Role::Linear,
+    neutral: 0.0,
+    typical: 3e-3,
+    bounds: (-0.2, 0.2),
+}];
+
+impl Effect for ScaleAsymmetry {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Felt
+    }
+
+    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
+        &PARAMETERS
+    }
+
+    fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
+        p[0] * s.rate().abs()
+    }
+}

@@ -1,0 +1,68 @@
+//! `supply-voltage`: zero-rate output against supply, φ = ΔV.
+
+use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
+use crate::Axis;
+
+/// The effect.
+pub static SUPPLY_VOLTAGE: SupplyVoltage = SupplyVoltage;
+
+/// See the file's head.
+pub struct SupplyVoltage;
+
+static CARD: Card = Card {
+    id: "supply-voltage",
+    title: "zero-rate output against supply voltage",
+    physics: "The drive amplitude and the references of the converter hang on the supply, and with them the bias. A \
+              motor that starts pulls the supply down and the reading off.",
+    equation: "ω_f = ω + c ΔV, ΔV = V less the median of the log on which the model was fitted",
+    typical: "2 °/s per V (0.035 rad/s/V)",
+    source: "power supply sensitivity in MEMS data sheets",
+    needs: &[Need::Supply],
+    excited_by: "a supply that changes by some 0.05 V or more",
+    mended_by: "exactly, where the supply is measured at the sensor",
+    aliases: &[
+        Alias {
+            id: "temperature-bias",
+            when: "the battery discharges while the sensor heats",
+            split_by: "vary one at a time: heat at constant supply, or change the supply at constant temperature",
+        },
+        Alias {
+            id: "warm-up",
+            when: "one battery discharge from power-on",
+            split_by: "restart on a full battery, or on a bench supply: a warm-up starts again",
+        },
+        Alias {
+            id: "bias-drift",
+            when: "one battery discharge",
+            split_by: "change the supply: a drift does not notice",
+        },
+    ],
+};
+
+static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
+    name: "c",
+    unit: "rad/s/V",
+    says: "bias per volt",
+    role: Role::Linear,
+    neutral: 0.0,
+    typical: 0.035,
+    bounds: (-5.0, 5.0),
+}];
+
+impl Effect for SupplyVoltage {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Felt
+    }
+
+    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
+        &PARAMETERS
+    }
+
+    fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
+        p[0] * s.delta_supply
+    }
+}

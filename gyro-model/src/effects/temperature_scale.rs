@@ -1,0 +1,55 @@
+//! `temperature-scale`: scale factor against temperature, φ = ΔT·ω.
+
+use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
+use crate::Axis;
+
+/// The effect.
+pub static TEMPERATURE_SCALE: TemperatureScale = TemperatureScale;
+
+/// See the file's head.
+pub struct TemperatureScale;
+
+static CARD: Card = Card {
+    id: "temperature-scale",
+    title: "scale factor against temperature",
+    physics: "The resonance and the electronics' gain move with temperature, and with them the scale factor.",
+    equation: "ω_f = ω + c ΔT ω,  ΔT = T − 25 °C",
+    typical: "2–4 % over the range −40…85 °C (1.6e-4–3.2e-4 1/K)",
+    source: "IEEE Std 1431, scale factor temperature sensitivity; MEMS data sheets",
+    needs: &[Need::Temperature],
+    excited_by: "rotation at several temperatures",
+    mended_by: "exactly, where temperature is measured at the sensor",
+    aliases: &[Alias {
+        id: "temperature-bias",
+        when: "the rate is constant",
+        split_by: "turn the other way at two temperatures",
+    }],
+};
+
+static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
+    name: "c",
+    unit: "1/K",
+    says: "change of the scale factor per kelvin",
+    role: Role::Linear,
+    neutral: 0.0,
+    typical: 5e-4,
+    bounds: (-0.02, 0.02),
+}];
+
+impl Effect for TemperatureScale {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Felt
+    }
+
+    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
+        &PARAMETERS
+    }
+
+    fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
+        p[0] * s.delta_temperature * s.rate()
+    }
+}

@@ -1,0 +1,78 @@
+//! `vibration-tone`: a line in the spectrum that the shaft does not make, φ = sin, cos 2πft.
+
+use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage};
+use crate::Axis;
+
+/// The effect.
+pub static VIBRATION_TONE: VibrationTone = VibrationTone;
+
+/// See the file's head.
+pub struct VibrationTone;
+
+static CARD: Card = Card {
+    id: "vibration-tone",
+    title: "vibration tone",
+    physics: "A fan, a propeller or the supply's ripple shakes the sensor or its electronics at one frequency; the \
+              shaft does not turn with it.",
+    equation: "ω_f = ω + a_sin sin 2πft + a_cos cos 2πft, f ≥ 1 Hz, t from the log's first row",
+    typical: "0.05–5 °/s, 5–400 Hz",
+    source: "vibration environment of motors and fans",
+    needs: &[],
+    excited_by: "any log; two logs show whether it stays",
+    mended_by: "within this log: its phase is another one in the next",
+    aliases: &[],
+};
+
+static PARAMETERS: [ParameterCard; 3] = [
+    ParameterCard {
+        name: "a_sin",
+        unit: "rad/s",
+        says: "sine part",
+        role: Role::Linear,
+        neutral: 0.0,
+        typical: 0.01,
+        bounds: (-5.0, 5.0),
+    },
+    ParameterCard {
+        name: "a_cos",
+        unit: "rad/s",
+        says: "cosine part",
+        role: Role::Linear,
+        neutral: 0.0,
+        typical: 0.0,
+        bounds: (-5.0, 5.0),
+    },
+    ParameterCard {
+        name: "f",
+        unit: "Hz",
+        says: "frequency",
+        role: Role::Shape,
+        neutral: 11.0,
+        typical: 11.0,
+        bounds: (1.0, 10000.0),
+    },
+];
+
+impl Effect for VibrationTone {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Felt
+    }
+
+    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
+        &PARAMETERS
+    }
+
+    fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
+        let (sin, cos) = (std::f64::consts::TAU * p[2] * s.t).sin_cos();
+        p[0] * sin + p[1] * cos
+    }
+
+    /// Empty: a line is as narrow as the log is long, so it is sought in the spectrum of the residual.
+    fn grid(&self, _: &Span) -> Vec<Vec<f64>> {
+        Vec::new()
+    }
+}
