@@ -49,7 +49,7 @@ static PARAMETERS: [ParameterCard; 3] = [
         role: Role::Shape,
         neutral: 2.0,
         typical: 2.0,
-        bounds: (2.0, 100000.0),
+        bounds: (2.0, 100_000.0),
     },
 ];
 

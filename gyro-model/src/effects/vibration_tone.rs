@@ -49,7 +49,7 @@ static PARAMETERS: [ParameterCard; 3] = [
         role: Role::Shape,
         neutral: 11.0,
         typical: 11.0,
-        bounds: (1.0, 10000.0),
+        bounds: (1.0, 10_000.0),
     },
 ];
 
