@@ -25,6 +25,7 @@ pub mod detail;
 pub mod diagnosis;
 pub mod effects;
 pub mod evidence;
+pub mod fit;
 pub mod model;
 pub mod nls;
 pub mod record;

@@ -37,6 +37,18 @@ impl Attitude {
         Self { world_from_body, increments, middle }
     }
 
+    /// Sum of the increments about body axis `axis`, rad.
+    #[must_use]
+    pub fn turned_about(&self, axis: usize) -> Vec<f64> {
+        self.increments
+            .iter()
+            .scan(0.0, |sum, step| {
+                *sum += step[axis];
+                Some(*sum)
+            })
+            .collect()
+    }
+
     /// Sum of step errors in the world frame: the gyro's rotation vector of each step (its three angles' increments,
     /// with the coning correction of two successive steps) less the reference's.
     #[must_use]

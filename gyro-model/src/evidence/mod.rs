@@ -11,6 +11,9 @@
 pub mod attitude;
 pub mod increments;
 pub mod integrate;
+pub mod noise;
+pub mod prior;
 pub mod problem;
 pub mod series;
+pub mod study;
 pub mod whiten;

@@ -64,31 +64,29 @@ fn unwrap(angle: &mut [f64]) {
     }
 }
 
-/// The step of a quantised signal: the value of which nearly all differences are multiples; 0 where there is none.
+/// The step of a quantised signal: the value of which nearly all gaps between its sorted values are multiples; 0 where
+/// there is none.
 fn quantum(values: &[f64]) -> f64 {
-    let mut steps: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|&d| d > 1e-9).collect();
-    let repeats = values.windows(2).filter(|w| w[0] == w[1]).count();
-    if steps.len() < 20 || repeats < 5 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let mut gaps: Vec<f64> = sorted.windows(2).map(|w| w[1] - w[0]).filter(|&d| d > 0.0).collect();
+    if gaps.len() < 20 || gaps.len() * 10 > values.len() * 9 {
         return 0.0;
     }
-    steps.sort_by(f64::total_cmp);
-    let guess = steps[steps.len() / 200];
+    gaps.sort_by(f64::total_cmp);
+    // Values are printed with finite digits: copies of one count may differ by a rounding.
+    let smallest = 1e-2 * gaps[gaps.len() - 1 - gaps.len() / 20];
+    gaps.retain(|&d| d > smallest);
+    let Some(&guess) = gaps.get(gaps.len() / 20) else { return 0.0 };
     let (mut sum, mut count) = (0.0, 0.0);
-    for d in steps.iter().take_while(|&&d| d < 20.5 * guess) {
-        let n = (d / guess).round();
-        if (d / guess - n).abs() < 0.1 {
-            sum += d;
-            count += n;
-        }
+    for d in gaps.iter().take_while(|&&d| d < 5.5 * guess) {
+        sum += d;
+        count += (d / guess).round();
     }
     let q = sum / count;
-    let near = steps.iter().take(2000).filter(|&&d| d < 50.0 * q);
-    let (mut on, mut all) = (0, 0);
-    for d in near {
-        all += 1;
-        on += usize::from((d / q - (d / q).round()).abs() < 0.15);
-    }
-    if on * 10 >= all * 8 && all > 10 { q } else { 0.0 }
+    let on = gaps.iter().take_while(|&&d| d < 20.0 * q).filter(|&&d| (d / q - (d / q).round()).abs() < 0.15).count();
+    let all = gaps.iter().take_while(|&&d| d < 20.0 * q).count();
+    if all > 10 && on * 10 >= all * 9 { q } else { 0.0 }
 }
 
 fn plateaus(values: &[f64]) -> Vec<f64> {

@@ -1,0 +1,252 @@
+//! A model fitted to a log: its parameters, its residual, and the derivatives there.
+
+use super::{
+    increments::{Grams, HeldOut, Windows},
+    noise::{self, Gls},
+    prior::{self, Prior},
+    problem::{Evaluation, Problem, Slot, Warm, value},
+    whiten::NoiseModel,
+};
+use crate::{Axis, Model, Record, effects::Role, nls};
+
+/// A log ready to be fitted: everything that does not depend on the model.
+#[derive(Clone, Debug)]
+pub struct Bench {
+    /// Columns and residuals.
+    pub problem: Problem,
+    /// The increments of the error curve.
+    pub windows: Windows,
+    /// Noise known beforehand, one an axis.
+    pub prior: Vec<Prior>,
+    /// The weights' F(τ): the axes' prior floors, in the mean square.
+    pub weights: Vec<f64>,
+}
+
+impl Bench {
+    /// Lays out the axes of `record` that share a reference; `None` where they have none.
+    #[must_use]
+    pub fn new(record: &Record, axes: &[Axis], model: &Model) -> Option<Self> {
+        let problem = Problem::new(record, axes, &model.origin)?;
+        let windows = Windows::new(problem.times());
+        if windows.tau.len() < 3 {
+            return None;
+        }
+        let prior: Vec<Prior> = problem
+            .series
+            .iter()
+            .map(|s| match problem.attitude() {
+                None => prior::prior(s, &s.reference_angle),
+                Some(attitude) => prior::prior(s, &attitude.turned_about(s.axis.index())),
+            })
+            .collect();
+        let each: Vec<Vec<f64>> = prior.iter().map(|p| prior::weights(p, &windows.tau)).collect();
+        let weights = (0..windows.tau.len())
+            .map(|k| (each.iter().map(|w| w[k] * w[k]).sum::<f64>() / each.len() as f64).sqrt())
+            .collect();
+        Some(Self { problem, windows, prior, weights })
+    }
+}
+
+/// A model at its best on a log.
+#[derive(Clone, Debug)]
+pub struct Study<'a> {
+    /// The log.
+    pub bench: &'a Bench,
+    /// The model, fitted.
+    pub model: Model,
+    /// Its free parameters.
+    pub slots: Vec<Slot>,
+    /// Where its regressors are evaluated.
+    pub warm: Vec<Warm>,
+    /// Residual and rates.
+    pub evaluation: Evaluation,
+    /// ∂r/∂p, one entry a slot.
+    pub columns: Vec<Vec<Vec<f64>>>,
+    /// Increments of residual and columns (all channels).
+    pub grams: Grams,
+    /// Parameters (indices into `slots`) that the log does not determine.
+    pub unobservable: Vec<usize>,
+}
+
+impl<'a> Study<'a> {
+    /// Fits every parameter of `start` by minimising Σ_τ E²/F².
+    #[must_use]
+    pub fn fit(bench: &'a Bench, start: &Model, warm: Option<&[Warm]>) -> Self {
+        let problem = &bench.problem;
+        let mut model = start.clone();
+        let slots = problem.slots(&model);
+        let mut warm = warm.map_or_else(|| problem.cold(), <[Warm]>::to_vec);
+        let mut unobservable = Vec::new();
+        for _ in 0..4 {
+            let before = values(problem, &mut model, &slots);
+            let bounds: Vec<(f64, f64)> = slots.iter().map(|s| card(problem, &model, *s).bounds).collect();
+            let mut trial = model.clone();
+            let solution = nls::minimise(
+                &before,
+                &bounds,
+                |p, derivatives| {
+                    assign(problem, &mut trial, &slots, p);
+                    let evaluation = problem.evaluate(&trial, &warm);
+                    let columns =
+                        if derivatives { columns(problem, &trial, &slots, &warm, &evaluation) } else { Vec::new() };
+                    grams(bench, &evaluation, &columns, None).normal(&bench.windows.tau, &bench.weights, None)
+                },
+                &nls::Options { max_iterations: 12, tolerance: 1e-9, ..nls::Options::default() },
+            );
+            assign(problem, &mut model, &slots, &solution.values);
+            unobservable = solution.unobservable;
+            let evaluation = problem.evaluate(&model, &warm);
+            warm = problem.warm(&evaluation);
+            let moved = before
+                .iter()
+                .zip(&solution.values)
+                .zip(&slots)
+                .any(|((a, b), s)| (a - b).abs() > 1e-5 * scale(card(problem, &model, *s).typical, *b));
+            if !moved {
+                break;
+            }
+        }
+        Self::hold(bench, &model, &slots, warm, unobservable)
+    }
+
+    /// The model as it stands, its derivatives taken but nothing moved.
+    #[must_use]
+    pub fn held(bench: &'a Bench, model: &Model) -> Self {
+        let mut warm = bench.problem.cold();
+        for _ in 0..2 {
+            warm = bench.problem.warm(&bench.problem.evaluate(model, &warm));
+        }
+        let slots = bench.problem.slots(model);
+        Self::hold(bench, model, &slots, warm, Vec::new())
+    }
+
+    fn hold(bench: &'a Bench, model: &Model, slots: &[Slot], warm: Vec<Warm>, unobservable: Vec<usize>) -> Self {
+        let evaluation = bench.problem.evaluate(model, &warm);
+        let columns = columns(&bench.problem, model, slots, &warm, &evaluation);
+        let grams = grams(bench, &evaluation, &columns, None);
+        Self { bench, model: model.clone(), slots: slots.to_vec(), warm, evaluation, columns, grams, unobservable }
+    }
+
+    /// Held-out errors of all channels together.
+    #[must_use]
+    pub fn held_out(&self) -> HeldOut {
+        self.grams.held_out(&self.bench.windows.tau, &self.bench.weights)
+    }
+
+    /// Identifies the noise of the residual, and with it generalised least squares about the present parameters.
+    #[must_use]
+    pub fn identify(&self, start: Option<&NoiseModel>) -> Gls {
+        noise::identify(self, start)
+    }
+
+    /// Moves the parameters to the generalised least-squares optimum, the noise being identified anew each time, and
+    /// gives the noise and the covariance there.
+    #[must_use]
+    pub fn refine(self, start: Option<&NoiseModel>) -> (Self, Gls) {
+        let bench = self.bench;
+        let mut study = self;
+        let mut gls = study.identify(start);
+        for _ in 0..3 {
+            let mut model = study.model.clone();
+            let mut largest: f64 = 0.0;
+            for (k, slot) in study.slots.iter().enumerate() {
+                let bounds = card(&bench.problem, &model, *slot).bounds;
+                if let Some(v) = value(&bench.problem, &mut model, *slot) {
+                    *v = (*v + gls.step[k]).clamp(bounds.0, bounds.1);
+                    let sigma = gls.std_error(k);
+                    if sigma.is_finite() && sigma > 0.0 {
+                        largest = largest.max(gls.step[k].abs() / sigma);
+                    }
+                }
+            }
+            let warm = bench.problem.warm(&bench.problem.evaluate(&model, &study.warm));
+            study = Self::hold(bench, &model, &study.slots, warm, study.unobservable);
+            gls = study.identify(Some(&gls.noise));
+            if largest < 0.02 {
+                break;
+            }
+        }
+        (study, gls)
+    }
+
+    /// Writes standard errors and noise into the model.
+    pub fn stamp(&mut self, gls: &Gls) {
+        for (k, slot) in self.slots.iter().enumerate() {
+            let axis = self.bench.problem.series[slot.series].axis.index();
+            if let Some(model) = &mut self.model.axes[axis] {
+                model.terms[slot.term].std_errors[slot.parameter] = gls.std_error(k);
+            }
+        }
+        for series in &self.bench.problem.series {
+            if let Some(model) = &mut self.model.axes[series.axis.index()] {
+                model.noise = gls.noise.summary();
+            }
+        }
+    }
+}
+
+fn scale(typical: f64, value: f64) -> f64 {
+    let typical = if typical.is_finite() { typical.abs() } else { 0.0 };
+    typical.max(value.abs()).max(1e-9)
+}
+
+fn card(problem: &Problem, model: &Model, slot: Slot) -> &'static crate::effects::ParameterCard {
+    let axis = problem.series[slot.series].axis;
+    let terms = model.axes[axis.index()].as_ref().map_or(&[][..], |m| &m.terms);
+    &terms[slot.term].effect.parameters(axis)[slot.parameter]
+}
+
+/// Parameter values in the order of the slots.
+pub(crate) fn values(problem: &Problem, model: &mut Model, slots: &[Slot]) -> Vec<f64> {
+    slots.iter().map(|s| value(problem, model, *s).map_or(f64::NAN, |v| *v)).collect()
+}
+
+fn assign(problem: &Problem, model: &mut Model, slots: &[Slot], values: &[f64]) {
+    for (slot, v) in slots.iter().zip(values) {
+        if let Some(place) = value(problem, model, *slot) {
+            *place = *v;
+        }
+    }
+}
+
+/// ∂r/∂p by differences, the regressors held at `warm`.
+pub(crate) fn columns(
+    problem: &Problem,
+    model: &Model,
+    slots: &[Slot],
+    warm: &[Warm],
+    at: &Evaluation,
+) -> Vec<Vec<Vec<f64>>> {
+    let mut trial = model.clone();
+    slots
+        .iter()
+        .map(|slot| {
+            let card = card(problem, model, *slot);
+            let Some(place) = value(problem, &mut trial, *slot).map(|v| *v) else { return Vec::new() };
+            let mut h = scale(card.typical, place) * if card.role == Role::Linear { 1e-2 } else { 1e-3 };
+            if place + h > card.bounds.1 {
+                h = -h;
+            }
+            if let Some(v) = value(problem, &mut trial, *slot) {
+                *v = place + h;
+            }
+            let moved = problem.evaluate(&trial, warm);
+            if let Some(v) = value(problem, &mut trial, *slot) {
+                *v = place;
+            }
+            difference(&moved, at, h)
+        })
+        .collect()
+}
+
+/// (a − b)/h, channel by channel.
+pub(crate) fn difference(a: &Evaluation, b: &Evaluation, h: f64) -> Vec<Vec<f64>> {
+    a.residual.iter().zip(&b.residual).map(|(x, y)| x.iter().zip(y).map(|(x, y)| (x - y) / h).collect()).collect()
+}
+
+/// Increments of residual and columns.
+pub(crate) fn grams(bench: &Bench, at: &Evaluation, columns: &[Vec<Vec<f64>>], component: Option<usize>) -> Grams {
+    let mut series: Vec<&[Vec<f64>]> = vec![&at.residual];
+    series.extend(columns.iter().map(Vec::as_slice));
+    bench.windows.grams(&bench.problem, &series, component)
+}

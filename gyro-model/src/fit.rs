@@ -1,0 +1,102 @@
+//! Fits a model to a log.
+//!
+//! Every parameter of the model's effects minimises Σ_τ E(τ)²/F(τ)², the error curve over its floor: least squares on
+//! increments over all averaging times, which a small missing delay hardly biases, whereas one-step increments are
+//! biased by it. Where the model leaves nothing but noise, a last step by generalised least squares (the noise
+//! identified by maximum likelihood) makes the estimates efficient. Standard errors are those of the identified noise.
+
+use crate::{
+    Axis, AxisModel, Model, Record,
+    evidence::study::{Bench, Study},
+    record::ReferenceKind,
+};
+use thiserror::Error;
+
+/// Why a log cannot be fitted.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum FitError {
+    /// No axis has both a gyro and a reference.
+    #[error("no axis has both a gyro column and a reference; add ref_angle_x, ref_rate_x or ref_qw…ref_qz")]
+    NoReference,
+    /// One axis that was asked for has none.
+    #[error("axis {0} has no gyro column or no reference")]
+    NoReferenceOn(Axis),
+    /// Too few rows with a reference.
+    #[error("axis {0} has too few rows with a reference to fit anything; record at least 100")]
+    TooShort(Axis),
+}
+
+impl Model {
+    /// The base model of every axis of `record` that can be fitted, at α = 1, δ = 0.
+    #[must_use]
+    pub fn base_for(record: &Record) -> Self {
+        let mut model = Self::default();
+        for axis in record.fitted_axes() {
+            model.axes[axis.index()] = Some(AxisModel::base(axis));
+        }
+        model.origin.supply = median(record.rows.iter().map(|r| r.supply).filter(|v| v.is_finite()).collect());
+        model
+    }
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+/// The axes in groups that share a reference: each shaft axis alone, those of a quaternion together.
+#[must_use]
+pub fn groups(record: &Record, axes: &[Axis]) -> Vec<Vec<Axis>> {
+    let (together, alone): (Vec<Axis>, Vec<Axis>) =
+        axes.iter().partition(|&&a| record.reference(a) == Some(ReferenceKind::Quaternion));
+    let mut groups: Vec<Vec<Axis>> = alone.into_iter().map(|a| vec![a]).collect();
+    if !together.is_empty() {
+        groups.push(together);
+    }
+    groups
+}
+
+/// Refits every parameter of `start` on `axes` of `record`; standard errors and noise are filled in.
+///
+/// # Errors
+/// Where an axis has no gyro, no reference, or too few rows of it.
+pub fn fit(record: &Record, start: &Model, axes: &[Axis]) -> Result<Model, FitError> {
+    let mut model = start.clone();
+    if axes.is_empty() {
+        return Err(FitError::NoReference);
+    }
+    for axis in axes {
+        if !record.has_gyro(*axis) || record.reference(*axis).is_none() {
+            return Err(FitError::NoReferenceOn(*axis));
+        }
+        model.axes[axis.index()].get_or_insert_with(|| AxisModel::base(*axis));
+    }
+    if model.origin.supply.is_none() {
+        model.origin.supply = Model::base_for(record).origin.supply;
+    }
+    for group in groups(record, axes) {
+        let bench = Bench::new(record, &group, &model).ok_or(FitError::TooShort(group[0]))?;
+        let study = Study::fit(&bench, &model, None);
+        model = settle(study).model;
+    }
+    Ok(model)
+}
+
+/// The largest error over the floor at which the noise alone may be left: beyond it the least squares over all
+/// averaging times stands, because whitening trusts a model that is wrong.
+const NOISE_ALONE: f64 = 2.0;
+
+/// Generalised least squares where the model is good, standard errors and noise everywhere.
+#[must_use]
+pub(crate) fn settle(study: Study<'_>) -> Study<'_> {
+    let curve = study.held_out().curve();
+    let worst = curve.iter().zip(&study.bench.weights).map(|(e, f)| e / f).fold(0.0, f64::max);
+    let (mut study, gls) = if worst < NOISE_ALONE {
+        study.refine(None)
+    } else {
+        let gls = study.identify(None);
+        (study, gls)
+    };
+    study.stamp(&gls);
+    study
+}
