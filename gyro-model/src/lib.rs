@@ -17,6 +17,7 @@
 //! | [`record`] | a log in memory: columns over time |
 //! | [`model`] | effects and their parameters, axis by axis |
 //! | [`effects`] | the catalogue, one physical effect a file |
+//! | [`simulate`] | logs whose truth is known |
 //! | [`diagnosis`] | the result types, as the JSON interface has them |
 //! | [`detail`] | the pictures behind a verdict: overlay, regimes, spectrum, whiteness |
 
@@ -29,6 +30,7 @@ pub mod fit;
 pub mod model;
 pub mod nls;
 pub mod record;
+pub mod simulate;
 
 pub use axis::Axis;
 pub use model::{AxisModel, Model, Noise, Term};

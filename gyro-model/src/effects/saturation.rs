@@ -43,6 +43,9 @@ static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
     bounds: (0.01, f64::INFINITY),
 }];
 
+/// A rail in whole steps of the converter may lie half a step below `l`.
+const NEAR: f64 = 0.999;
+
 impl Effect for Saturation {
     fn card(&self) -> &'static Card {
         &CARD
@@ -61,7 +64,7 @@ impl Effect for Saturation {
     }
 
     fn lost(&self, p: &[f64], reading: f64) -> bool {
-        reading.abs() >= p[0]
+        reading.abs() >= NEAR * p[0]
     }
 
     fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
