@@ -18,17 +18,29 @@
 //! | [`model`] | effects and their parameters, axis by axis |
 //! | [`effects`] | the catalogue, one physical effect a file |
 //! | [`simulate`] | logs whose truth is known |
+//! | [`compensation`] | from readings to rates, sample by sample |
+//! | [`history`] | the recent past of a signal |
+//! | [`kalman`] | the filter of one axis |
+//! | [`process_noise`] | how restless the motion is |
+//! | [`observer`] | the paper's own filter |
+//! | [`estimator`] | compensation and filters together: one row in, one estimate out |
 //! | [`diagnosis`] | the result types, as the JSON interface has them |
 //! | [`detail`] | the pictures behind a verdict: overlay, regimes, spectrum, whiteness |
 
 pub mod axis;
+pub mod compensation;
 pub mod detail;
 pub mod diagnosis;
 pub mod effects;
+pub mod estimator;
 pub mod evidence;
 pub mod fit;
+pub mod history;
+pub mod kalman;
 pub mod model;
 pub mod nls;
+pub mod observer;
+pub mod process_noise;
 pub mod record;
 pub mod simulate;
 

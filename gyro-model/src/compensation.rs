@@ -1,0 +1,539 @@
+//! Compensation: from readings to rates, sample by sample, causal, without allocation.
+//!
+//! ```text
+//! reading ω_g → lost?                        Reading: the sample is marked where the information is gone
+//!             → u = α ω_g + δ                Calibration
+//!             → undo the sensor's response   Response (lag): ω_f
+//!             → ω̂ = ω_f − Σ β φ(ω̂, …)        Felt: fixed point in ω̂ over all axes together
+//!             → undo the mount's response    Response (mount resonance)
+//!             → valid at t − d               Timing
+//! ```
+//!
+//! The fixed point converges where the errors are errors (|∂(βφ)/∂ω| < 1); each effect's memory is committed once a
+//! sample, at the last iterate. An accelerometer, thermometer or supply that has no value at a row holds its last one.
+
+use crate::{
+    AxisModel, Model, Noise, Row,
+    effects::{Effect, Memory, Signals, Stage},
+    history::{History, seconds},
+    record::FREE_CHANNELS,
+};
+
+/// Effects of one axis whose memory a [`State`] holds; later ones start afresh after a restore.
+pub const MEMORIES: usize = 32;
+
+/// Most iterations of the fixed point; it stops earlier at [`CONVERGED`].
+const ITERATIONS: usize = 12;
+
+/// Relative change at which the fixed point is taken as reached.
+const CONVERGED: f64 = 1e-13;
+
+/// A reading beyond this is no reading, rad/s (a thousand turns a second).
+const ABSURD: f64 = 1e4;
+
+/// One axis' compensated reading.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Compensated {
+    /// ω̂, rad/s.
+    pub rate: f64,
+    /// The time at which it is valid, ns.
+    pub valid_t_ns: i64,
+    /// Whether the reading said nothing about the rate (dead zone, saturation).
+    pub lost: bool,
+}
+
+/// What is known of an axis' uncertainty.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Identified {
+    /// The model's noise.
+    pub noise: Noise,
+    /// Standard deviation of the bias that the model leaves, rad/s: the standard error of δ, or what an unfitted
+    /// sensor may have.
+    pub bias_std: f64,
+}
+
+/// Residual bias of a sensor that was never fitted, rad/s (11 °/s).
+const BIAS_UNFITTED: f64 = 0.2;
+
+impl Identified {
+    fn of(model: &AxisModel) -> Self {
+        let fitted = model.term("bias").map_or(f64::NAN, |term| term.std_errors[0]);
+        Self { noise: model.noise, bias_std: if fitted.is_finite() { fitted } else { BIAS_UNFITTED } }
+    }
+}
+
+/// What compensation remembers, as plain data for crash recovery.
+#[derive(Clone, Copy, Debug)]
+pub struct State {
+    memory: [[Memory; MEMORIES]; 3],
+    axes: [AxisPast; 3],
+    environment: Environment,
+}
+
+/// One effect of a model with its memory.
+struct Placed {
+    effect: &'static dyn Effect,
+    values: Vec<f64>,
+    memory: Memory,
+}
+
+/// One axis' model, its effects sorted by the stage at which they act.
+#[derive(Default)]
+struct Plan {
+    alpha: f64,
+    delta: f64,
+    timing: Vec<Placed>,
+    reading: Vec<Placed>,
+    sensor: Vec<Placed>,
+    felt: Vec<Placed>,
+    mount: Vec<Placed>,
+    reference: Vec<Placed>,
+}
+
+/// The last samples of one axis.
+#[derive(Clone, Copy, Debug, Default)]
+struct AxisPast {
+    started: bool,
+    t_ns: i64,
+    /// ω_f of the last sample.
+    felt: f64,
+    /// ω̂ at the gyro of the last two samples.
+    rates: [f64; 2],
+    /// The last step, s.
+    step: f64,
+    /// Samples so far, up to two.
+    count: u8,
+    /// The last compensated rate.
+    output: f64,
+}
+
+impl AxisPast {
+    /// dω̂/dt at a new rate, `dt` after the last: the slope there of the parabola through the last three.
+    fn slope(&self, rate: f64, dt: f64) -> f64 {
+        if self.count == 0 || dt <= 0.0 {
+            return 0.0;
+        }
+        let near = (rate - self.rates[0]) / dt;
+        if self.count == 1 || self.step <= 0.0 {
+            return near;
+        }
+        near + (near - (self.rates[0] - self.rates[1]) / self.step) * dt / (dt + self.step)
+    }
+}
+
+/// Values held from the last row that had them.
+#[derive(Clone, Copy, Debug)]
+struct Environment {
+    accel: [f64; 3],
+    temperature: f64,
+    supply: f64,
+    supply_origin: f64,
+    free: [f64; FREE_CHANNELS],
+}
+
+impl Environment {
+    const EMPTY: Self = Self {
+        accel: [0.0; 3],
+        temperature: 25.0,
+        supply: f64::NAN,
+        supply_origin: f64::NAN,
+        free: [0.0; FREE_CHANNELS],
+    };
+
+    fn take(&mut self, row: &Row) {
+        let hold = |held: &mut f64, value: f64| {
+            if value.is_finite() {
+                *held = value;
+            }
+        };
+        for (held, &value) in self.accel.iter_mut().zip(&row.accel) {
+            hold(held, value);
+        }
+        hold(&mut self.temperature, row.temperature);
+        hold(&mut self.supply, row.supply);
+        if !self.supply_origin.is_finite() {
+            self.supply_origin = self.supply;
+        }
+        for (held, &value) in self.free.iter_mut().zip(&row.free) {
+            hold(held, value);
+        }
+    }
+
+    fn signals(&self, t_ns: i64) -> Signals {
+        let delta_supply = self.supply - self.supply_origin;
+        Signals {
+            t: t_ns as f64 * 1e-9,
+            accel: self.accel,
+            delta_temperature: self.temperature - 25.0,
+            delta_supply: if delta_supply.is_finite() { delta_supply } else { 0.0 },
+            free: self.free,
+            ..Signals::default()
+        }
+    }
+}
+
+impl Placed {
+    fn of(model: &AxisModel, stage: impl Fn(&dyn Effect) -> bool) -> Vec<Self> {
+        model
+            .terms
+            .iter()
+            .filter(|term| stage(term.effect))
+            .map(|term| Self { effect: term.effect, values: term.values.clone(), memory: Memory::default() })
+            .collect()
+    }
+}
+
+/// Whether this response is the mount's (between shaft and gyro) rather than the sensor's own.
+fn of_the_mount(effect: &dyn Effect) -> bool {
+    effect.stage() == Stage::Response && effect.card().id == "mount-resonance"
+}
+
+impl Plan {
+    fn new(model: &AxisModel) -> Self {
+        let at = |stage| Placed::of(model, move |e| e.stage() == stage);
+        Self {
+            alpha: model.alpha(),
+            delta: model.delta(),
+            timing: at(Stage::Timing),
+            reading: at(Stage::Reading),
+            sensor: Placed::of(model, |e| e.stage() == Stage::Response && !of_the_mount(e)),
+            felt: at(Stage::Felt),
+            mount: Placed::of(model, of_the_mount),
+            reference: at(Stage::Reference),
+        }
+    }
+
+    /// The effects that remember something, always in the same order.
+    fn placed(&self) -> impl Iterator<Item = &Placed> {
+        self.sensor.iter().chain(&self.felt).chain(&self.mount).chain(&self.reference)
+    }
+
+    /// The same, to be changed.
+    fn placed_mut(&mut self) -> impl Iterator<Item = &mut Placed> {
+        self.sensor.iter_mut().chain(&mut self.felt).chain(&mut self.mount).chain(&mut self.reference)
+    }
+
+    /// Takes over the memory of the effects that `old` had too.
+    fn inherit(&mut self, old: &Self) {
+        for new in self.placed_mut() {
+            if let Some(before) = old.placed().find(|p| p.effect.card().id == new.effect.card().id) {
+                new.memory = before.memory;
+            }
+        }
+    }
+
+    fn valid_time(&self, t_ns: i64) -> i64 {
+        let t = t_ns as f64 * 1e-9;
+        let valid = self.timing.iter().fold(t, |t, p| p.effect.valid_time(&p.values, t));
+        let shift = ((valid - t) * 1e9).round();
+        if shift.is_finite() { t_ns.saturating_add(shift as i64) } else { t_ns }
+    }
+
+    fn felt_error(&mut self, signals: &Signals, commit: bool) -> f64 {
+        sum_of_errors(&mut self.felt, signals, commit)
+    }
+}
+
+/// Σ of these effects' errors; they remember the sample only where it is committed.
+fn sum_of_errors(effects: &mut [Placed], signals: &Signals, commit: bool) -> f64 {
+    effects.iter_mut().fold(0.0, |sum, p| {
+        let mut memory = p.memory;
+        let error = p.effect.error(&p.values, signals, &mut memory);
+        if commit {
+            p.memory = memory;
+        }
+        sum + if error.is_finite() { error } else { 0.0 }
+    })
+}
+
+/// Undoes a chain of responses, one step.
+fn undo(chain: &mut [Placed], felt: f64, dt: f64) -> f64 {
+    chain.iter_mut().fold(felt, |rate, p| {
+        let undone = p.effect.undo_response(&p.values, rate, dt, &mut p.memory);
+        if undone.is_finite() { undone } else { rate }
+    })
+}
+
+/// Compensates up to three axes.
+pub struct Compensation {
+    plans: [Plan; 3],
+    past: [AxisPast; 3],
+    environment: Environment,
+    history: [History; 3],
+    identified: [Identified; 3],
+    /// 1 where a reading was lost, over time of validity.
+    lost: [History; 3],
+}
+
+impl Compensation {
+    /// A compensation that starts with this model; an axis without one passes its reading through.
+    #[must_use]
+    pub fn new(model: &Model) -> Self {
+        let mut compensation = Self {
+            plans: [Plan::default(), Plan::default(), Plan::default()],
+            past: [AxisPast::default(); 3],
+            environment: Environment::EMPTY,
+            history: [History::default(), History::default(), History::default()],
+            identified: [Identified::default(); 3],
+            lost: [History::default(), History::default(), History::default()],
+        };
+        compensation.take(model);
+        compensation
+    }
+
+    /// What is known of an axis' uncertainty.
+    #[must_use]
+    pub fn identified(&self, axis: usize) -> Identified {
+        self.identified[axis]
+    }
+
+    /// Whether a reading that bears on this instant says nothing about the rate.
+    #[must_use]
+    pub fn lost(&self, axis: usize, valid_t_ns: i64) -> bool {
+        self.lost[axis].value(valid_t_ns).is_some_and(|share| share.abs() > 1e-6)
+    }
+
+    /// The compensated rates of an axis over time of validity.
+    #[must_use]
+    pub fn history(&self, axis: usize) -> &History {
+        &self.history[axis]
+    }
+
+    /// When a reading taken at `t_ns` is valid on this axis, ns.
+    #[must_use]
+    pub fn valid_time(&self, axis: usize, t_ns: i64) -> i64 {
+        self.plans[axis].valid_time(t_ns)
+    }
+
+    /// Whether this axis has had a reading.
+    #[must_use]
+    pub fn started(&self, axis: usize) -> bool {
+        self.past[axis].started
+    }
+
+    /// Takes another model between two samples. The last samples are rewritten to it (exactly for α, δ and timing; what
+    /// other effects change is carried over from the last sample), so that no later output mixes two models. Returns
+    /// the step of each axis' last compensated rate.
+    pub fn set_model(&mut self, model: &Model, angle: [f64; 3]) -> [f64; 3] {
+        let before: [(f64, f64); 3] = std::array::from_fn(|i| (self.plans[i].alpha, self.plans[i].delta));
+        self.take(model);
+        let plans = &self.plans;
+        let affine = |i: usize, rate: f64| plans[i].alpha * (rate - before[i].1) / before[i].0 + plans[i].delta;
+        let again = Instant {
+            t_ns: self.past.iter().filter(|past| past.started).map(|past| past.t_ns).max().unwrap_or(0),
+            stamps: [0; 3],
+            present: self.past.map(|past| past.started),
+            felt: std::array::from_fn(|i| affine(i, self.past[i].felt)),
+            dt: self.past.map(|past| past.step),
+            angle,
+            new: false,
+        };
+        let rates = self.fixed_point(&again);
+        std::array::from_fn(|i| {
+            let ((a0, d0), plan, past) = (before[i], &self.plans[i], &mut self.past[i]);
+            if !past.started {
+                return 0.0;
+            }
+            let affine = |rate: f64| plan.alpha * (rate - d0) / a0 + plan.delta;
+            let rest = rates[i] - affine(past.rates[0]);
+            let step = affine(past.output) + rest - past.output;
+            let shift = self.history[i].newest().map_or(0, |(t, _)| plan.valid_time(past.t_ns).saturating_sub(t));
+            past.felt = again.felt[i];
+            past.output += step;
+            past.rates = past.rates.map(|rate| affine(rate) + rest);
+            self.history[i].rewrite(|t, rate| (t.saturating_add(shift), affine(rate) + rest));
+            self.lost[i].rewrite(|t, lost| (t.saturating_add(shift), lost));
+            step
+        })
+    }
+
+    fn take(&mut self, model: &Model) {
+        for (i, axis) in model.axes.iter().enumerate() {
+            let neutral = AxisModel::default();
+            let axis = axis.as_ref().unwrap_or(&neutral);
+            let mut plan = Plan::new(axis);
+            plan.inherit(&self.plans[i]);
+            self.plans[i] = plan;
+            self.identified[i] = Identified::of(axis);
+        }
+        if let Some(supply) = model.origin.supply {
+            self.environment.supply_origin = supply;
+        }
+    }
+
+    /// One row in, one compensated rate an axis out; `None` where the axis has no reading at this row. `angle` is the
+    /// best known shaft angle of each axis, for effects that depend on it.
+    pub fn step(&mut self, row: &Row, angle: [f64; 3]) -> [Option<Compensated>; 3] {
+        self.environment.take(row);
+        let present = row.gyro.map(|reading| reading.is_finite() && reading.abs() < ABSURD);
+        let mut now = Instant {
+            t_ns: row.t_ns,
+            stamps: std::array::from_fn(|i| self.plans[i].valid_time(row.t_ns)),
+            present,
+            felt: self.past.map(|past| past.rates[0]),
+            dt: [0.0; 3],
+            angle,
+            new: true,
+        };
+        for i in now.axes() {
+            let (past, plan) = (&self.past[i], &mut self.plans[i]);
+            now.dt[i] = if past.started { seconds(row.t_ns, past.t_ns) } else { 0.0 };
+            now.felt[i] = undo(&mut plan.sensor, plan.alpha * row.gyro[i] + plan.delta, now.dt[i]);
+            self.history[i].push(now.stamps[i], now.felt[i]);
+        }
+        let rates = self.fixed_point(&now);
+        for i in now.axes() {
+            let signals = self.signals(&now, &rates, i);
+            self.plans[i].felt_error(&signals, true);
+        }
+        std::array::from_fn(|i| {
+            if !present[i] {
+                return None;
+            }
+            let (past, plan) = (&mut self.past[i], &mut self.plans[i]);
+            let undone = undo(&mut plan.mount, rates[i], now.dt[i]);
+            let rate = if undone.is_finite() && undone.abs() < ABSURD { undone } else { past.output };
+            *past = AxisPast {
+                started: true,
+                t_ns: row.t_ns,
+                felt: now.felt[i],
+                rates: [rates[i], past.rates[0]],
+                step: now.dt[i],
+                count: (past.count + 1).min(2),
+                output: rate,
+            };
+            self.history[i].replace_newest(rate);
+            let lost = plan.reading.iter().any(|p| p.effect.lost(&p.values, row.gyro[i]));
+            self.lost[i].push(now.stamps[i], if lost { 1.0 } else { 0.0 });
+            Some(Compensated { rate, valid_t_ns: now.stamps[i], lost })
+        })
+    }
+
+    /// ω̂ = ω_f − Σ βφ(ω̂) of all axes of one instant together.
+    fn fixed_point(&mut self, instant: &Instant) -> [f64; 3] {
+        let mut rates = instant.felt;
+        for _ in 0..ITERATIONS {
+            let mut next = rates;
+            for i in instant.axes() {
+                let signals = self.signals(instant, &rates, i);
+                next[i] = instant.felt[i] - self.plans[i].felt_error(&signals, false);
+                if !next[i].is_finite() || next[i].abs() > ABSURD {
+                    next[i] = instant.felt[i];
+                }
+            }
+            let reached = (0..3).all(|i| (next[i] - rates[i]).abs() <= CONVERGED * (1.0 + rates[i].abs()));
+            rates = next;
+            if instant.new {
+                for i in instant.axes() {
+                    self.history[i].replace_newest(rates[i]);
+                }
+            }
+            if reached {
+                break;
+            }
+        }
+        rates
+    }
+
+    /// What the regressors of axis `i` see at this instant.
+    fn signals(&self, instant: &Instant, rates: &[f64; 3], i: usize) -> Signals {
+        Signals {
+            axis: i,
+            dt: instant.dt[i],
+            angle: instant.angle[i],
+            rates: std::array::from_fn(|j| {
+                let together = j == i || instant.stamps[j] == instant.stamps[i];
+                let earlier = if together { None } else { self.history[j].value(instant.stamps[i]) };
+                earlier.unwrap_or(rates[j])
+            }),
+            rate_dot: self.past[i].slope(rates[i], instant.dt[i]),
+            ..self.environment.signals(instant.t_ns)
+        }
+    }
+
+    /// Σ κψ: what the encoder of this axis reads too much at this true angle, rad. Call once a reference reading, in
+    /// time order, with `commit`; without it nothing is remembered.
+    pub fn reference_error(&mut self, axis: usize, t_ns: i64, angle: f64, commit: bool) -> f64 {
+        let plan = &mut self.plans[axis];
+        if plan.reference.is_empty() {
+            return 0.0;
+        }
+        let rates = self.past.map(|past| past.output);
+        let signals = Signals { axis, angle, rates, ..self.environment.signals(t_ns) };
+        sum_of_errors(&mut plan.reference, &signals, commit)
+    }
+
+    /// By how much undoing the responses of this axis multiplies the variance of white noise, at this sample interval.
+    #[must_use]
+    pub fn noise_gain(&self, axis: usize, dt: f64) -> f64 {
+        let plan = &self.plans[axis];
+        if plan.sensor.is_empty() && plan.mount.is_empty() {
+            return 1.0;
+        }
+        // The impulse response after the start-up, squared and summed.
+        let mut memory: [Memory; MEMORIES] = [Memory::default(); MEMORIES];
+        let mut sum = 0.0;
+        for k in 0..200 {
+            let impulse = if k == 8 { 1.0 } else { 0.0 };
+            let response = plan
+                .sensor
+                .iter()
+                .chain(&plan.mount)
+                .zip(&mut memory)
+                .fold(impulse, |rate, (p, memory)| p.effect.undo_response(&p.values, rate, dt, memory));
+            sum += response * response;
+        }
+        if sum.is_finite() { sum.max(1.0) } else { 1.0 }
+    }
+
+    /// What is remembered, for crash recovery.
+    #[must_use]
+    pub fn save(&self) -> State {
+        let mut memory = [[Memory::default(); MEMORIES]; 3];
+        for (memory, plan) in memory.iter_mut().zip(&self.plans) {
+            for (memory, placed) in memory.iter_mut().zip(plan.placed()) {
+                *memory = placed.memory;
+            }
+        }
+        State { memory, axes: self.past, environment: self.environment }
+    }
+
+    /// Takes up where a saved compensation with the same model left off; the history starts again at its last sample.
+    pub fn restore(&mut self, state: &State) {
+        for (memory, plan) in state.memory.iter().zip(&mut self.plans) {
+            for (memory, placed) in memory.iter().zip(plan.placed_mut()) {
+                placed.memory = *memory;
+            }
+        }
+        self.past = state.axes;
+        self.environment = state.environment;
+        for i in 0..3 {
+            self.history[i].clear();
+            self.lost[i].clear();
+            if self.past[i].started {
+                self.history[i].push(self.plans[i].valid_time(self.past[i].t_ns), self.past[i].output);
+            }
+        }
+    }
+}
+
+/// One instant of all axes, on its way through the fixed point.
+struct Instant {
+    t_ns: i64,
+    /// Time of validity of each axis, ns.
+    stamps: [i64; 3],
+    present: [bool; 3],
+    /// ω_f of each axis; the last rate of an axis without a reading.
+    felt: [f64; 3],
+    dt: [f64; 3],
+    angle: [f64; 3],
+    /// Whether this instant is the newest of the history (not one gone through again).
+    new: bool,
+}
+
+impl Instant {
+    fn axes(&self) -> impl Iterator<Item = usize> + use<> {
+        let present = self.present;
+        (0..3).filter(move |&i| present[i])
+    }
+}
