@@ -329,6 +329,14 @@ impl Filter {
         self.p[(RATE, RATE)].max(0.0).sqrt()
     }
 
+    /// The share of the last gyro innovation of variance `r` that the rate took, 0–1.
+    #[must_use]
+    pub fn rate_gain(&self, r: f64) -> f64 {
+        // K = P⁻/S = P⁺/R for the sum ω + b that the gyro measures.
+        let read = self.p[(RATE, RATE)] + 2.0 * self.p[(RATE, BIAS)] + self.p[(BIAS, BIAS)];
+        (read / r.max(f64::MIN_POSITIVE)).clamp(1e-6, 1.0)
+    }
+
     /// Standard deviation of b, rad/s.
     #[must_use]
     pub fn bias_std(&self) -> f64 {

@@ -254,7 +254,9 @@ impl AxisEstimator {
         if !state.filter.is_finite() {
             state.filter = before;
         }
-        let tau = (r * state.spread.interval / jerk.max(f64::MIN_POSITIVE)).powf(0.25);
+        // A stationary gain K of the rate is √2 dt/τ where it is small; at K = 1 nothing is averaged.
+        let gain = state.filter.rate_gain(r);
+        let tau = SQRT_2 * state.spread.interval * (1.0 - gain) / gain;
         state.motion.take(state.filter.rate(), state.filter.acceleration(), tau, moment.dt);
         out.lag = state.motion.lag();
         out

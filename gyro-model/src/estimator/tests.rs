@@ -151,7 +151,6 @@ fn the_lag_that_is_reported_is_the_lag_that_is_there() {
         }
         let sigma = rms(late.iter().map(|e| e.axes[2].rate_std)) * 4.0 / squares.sqrt();
         let measured = sum / squares;
-        println!("{measured} {lag} {sigma}");
         assert!((measured - lag).abs() < sigma + 0.5 * lag, "{lag} reported, {measured} ± {sigma} there");
     }
 }
