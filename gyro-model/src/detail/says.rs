@@ -122,6 +122,15 @@ fn place(regime: &Regime, stretch: &Stretch) -> String {
         (name, _) => (format!("where {name} is "), "", 1.0),
     };
     let (a, b) = (number(from * factor), number(to * factor));
+    if regime.regressor == "rate-change" && (from >= 0.0 || to <= 0.0) {
+        let (a, b) =
+            (number((from * factor).abs().min((to * factor).abs())), number(from.abs().max(to.abs()) * factor));
+        let way = if from >= 0.0 { "rises" } else { "falls" };
+        return match (stretch.first == 0, stretch.last + 1 == bins.len()) {
+            (false, false) => format!("while the rate {way} by {a} to {b}{unit}"),
+            _ => format!("while the rate {way} faster than {a}{unit}"),
+        };
+    }
     let by = if regime.regressor == "rate-change" { "by " } else { "" };
     match (stretch.first == 0, stretch.last + 1 == bins.len()) {
         (true, true) => "over the whole range of ".to_string() + &regime.regressor.replace('-', " "),

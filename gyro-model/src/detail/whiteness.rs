@@ -35,10 +35,10 @@ pub(super) fn whiteness(input: &Input, referenced: &Referenced) -> Whiteness {
         .collect();
     let motion = normalised(innovations(&turned, gain));
     let n = residual.len() as f64;
-    let lags: Vec<isize> = (-(LAGS as isize)..=LAGS as isize).collect();
+    let lags: Vec<isize> = (-LAGS.cast_signed()..=LAGS.cast_signed()).collect();
     Whiteness {
         lag_s: (1..=LAGS).map(|k| short(k as f64 * referenced.dt)).collect(),
-        autocorrelation: (1..=LAGS).map(|k| short(correlation(&residual, &residual, k as isize))).collect(),
+        autocorrelation: (1..=LAGS).map(|k| short(correlation(&residual, &residual, k.cast_signed()))).collect(),
         cross_lag_s: lags.iter().map(|&k| short(k as f64 * referenced.dt)).collect(),
         motion_correlation: lags.iter().map(|&k| short(correlation(&residual, &motion, k))).collect(),
         band_99: short(2.576 / n.sqrt()),
@@ -80,10 +80,14 @@ fn power(e: &[f64], gain: f64) -> f64 {
 /// Zero mean, unit power.
 fn normalised(mut v: Vec<f64>) -> Vec<f64> {
     let mean = super::mean(&v);
-    v.iter_mut().for_each(|x| *x -= mean);
+    for x in &mut v {
+        *x -= mean;
+    }
     let rms = (v.iter().map(|x| x * x).sum::<f64>() / v.len() as f64).sqrt();
     if rms > 0.0 {
-        v.iter_mut().for_each(|x| *x /= rms);
+        for x in &mut v {
+            *x /= rms;
+        }
     }
     v
 }

@@ -1,0 +1,73 @@
+//! JSON: the interface's keys, SI units, `null` where there is no value.
+//!
+//! The overlay over time stays out: it is the log again, and `truerate apply` gives it in full.
+
+use super::{Against, Change};
+use gyro_model::diagnosis::{AxisDiagnosis, Diagnosis, Ladder};
+use serde::Serialize;
+
+/// `compare`, `diagnose`.
+pub(super) fn diagnosis(diagnosis: &Diagnosis) -> String {
+    line(&Diagnosis { axes: without_trace(&diagnosis.axes), ..diagnosis.clone() })
+}
+
+/// `ladder`.
+pub(super) fn ladder(ladder: &Ladder) -> String {
+    let mut ladder = ladder.clone();
+    for detail in ladder.axes.iter_mut().filter_map(|a| a.detail.as_mut()) {
+        detail.trace = gyro_model::detail::Trace::default();
+    }
+    line(&ladder)
+}
+
+/// `add`, `remove`: the new model's diagnosis, with `added`, `removed` and the axes `before`.
+pub(super) fn change(change: &Change) -> String {
+    #[derive(Serialize)]
+    struct Json<'a> {
+        #[serde(flatten)]
+        after: Diagnosis,
+        added: &'a [String],
+        removed: &'a [String],
+        before: Vec<AxisDiagnosis>,
+    }
+    line(&Json {
+        after: Diagnosis { axes: without_trace(&change.after.axes), ..change.after.clone() },
+        added: change.added,
+        removed: change.removed,
+        before: without_trace(&change.before.axes),
+    })
+}
+
+/// `compare --against`: the model's diagnosis, with the other's under `against`.
+pub(super) fn against(against: &Against) -> String {
+    #[derive(Serialize)]
+    struct Other<'a> {
+        model: &'a str,
+        axes: Vec<AxisDiagnosis>,
+    }
+    #[derive(Serialize)]
+    struct Json<'a> {
+        #[serde(flatten)]
+        diagnosis: Diagnosis,
+        model: &'a str,
+        against: Other<'a>,
+    }
+    line(&Json {
+        diagnosis: Diagnosis { axes: without_trace(&against.diagnosis.axes), ..against.diagnosis.clone() },
+        model: against.model,
+        against: Other { model: against.other_model, axes: without_trace(&against.other.axes) },
+    })
+}
+
+fn without_trace(axes: &[AxisDiagnosis]) -> Vec<AxisDiagnosis> {
+    let mut axes = axes.to_vec();
+    for detail in axes.iter_mut().filter_map(|a| a.detail.as_mut()) {
+        detail.trace = gyro_model::detail::Trace::default();
+    }
+    axes
+}
+
+/// serde writes a number that is not finite as `null`; these types hold nothing else that could fail.
+fn line(value: &impl Serialize) -> String {
+    serde_json::to_string(value).unwrap_or_else(|error| format!("{{\"error\":\"{error}\"}}")) + "\n"
+}

@@ -1,0 +1,155 @@
+//! The command to run next, whatever came out.
+
+use super::Context;
+use gyro_model::{Axis, diagnosis::Verdict};
+use serde::Serialize;
+
+/// Which command made a result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Command {
+    /// `fit`.
+    Fit,
+    /// `compare`.
+    Compare,
+    /// `diagnose`.
+    Diagnose,
+    /// `add`.
+    Add,
+    /// `remove`.
+    Remove,
+    /// `ladder`.
+    Ladder,
+}
+
+/// One command to run and why.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Next {
+    /// To copy and paste.
+    pub command: String,
+    /// Why, a few words.
+    pub says: String,
+}
+
+/// What the choice depends on, of the axis that needs attention most.
+pub(super) struct Finding<'a> {
+    pub axis: Axis,
+    /// Whether other axes came to something else, so that the axis has to be named.
+    pub alone: bool,
+    pub verdict: Verdict,
+    pub suspect: Option<&'a str>,
+}
+
+/// What to run next, best first.
+pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
+    let line = Line { context };
+    let made = context.output.as_deref();
+    match (context.command, finding.verdict) {
+        (_, Verdict::BadData) => vec![line.of(
+            "compare",
+            &[],
+            context.model.as_deref(),
+            &[],
+            "once the faults named above are mended in the log",
+        )],
+        (Command::Compare | Command::Fit | Command::Diagnose, Verdict::Adequate) => {
+            match made.or(context.model.as_deref()) {
+                Some(model) => vec![line.apply(model)],
+                None => vec![line.of(
+                    "fit",
+                    &[],
+                    None,
+                    &["-o", "model.toml"],
+                    "keeps this model in a file, for `apply` and `run`",
+                )],
+            }
+        }
+        (Command::Compare | Command::Fit, _) => {
+            vec![line.of(
+                "diagnose",
+                &[],
+                made.or(context.model.as_deref()),
+                &[],
+                "names the physical effect that is missing",
+            )]
+        }
+        (Command::Diagnose, Verdict::MissingEffect | Verdict::Ambiguous) => {
+            let Some(effect) = finding.suspect else { return vec![line.ladder()] };
+            let letter = finding.axis.letter();
+            let mut rest = vec!["-o", "model.toml"];
+            if finding.alone && !context.flags.iter().any(|f| f == "--axis") {
+                rest.extend(["--axis", letter]);
+            }
+            let why = if finding.verdict == Verdict::Ambiguous {
+                "adds the best of the group; the manoeuvre above would tell them apart"
+            } else {
+                "adds it, refits, and shows before and after"
+            };
+            vec![line.of("add", &[effect], context.model.as_deref(), &rest, why), line.ladder()]
+        }
+        (Command::Diagnose | Command::Ladder, Verdict::Unexplained) => vec![line.of(
+            "compare",
+            &[],
+            made.or(context.model.as_deref()),
+            &["--report", "left.html"],
+            "shows what is left and where; an effect of your own can be written into the model file",
+        )],
+        (Command::Diagnose | Command::Ladder, Verdict::CannotTell) => vec![line.of(
+            "diagnose",
+            &[],
+            made.or(context.model.as_deref()),
+            &[],
+            "again, on a log with the motion that is asked for above",
+        )],
+        (Command::Add | Command::Remove, _) => match made {
+            Some(model) => vec![line.of("diagnose", &[], Some(model), &[], "looks for what is still missing")],
+            None => vec![line.ladder()],
+        },
+        (Command::Ladder, _) => match made {
+            Some(model) => vec![line.apply(model)],
+            None => vec![line.ladder()],
+        },
+    }
+}
+
+/// Puts command lines together.
+struct Line<'a> {
+    context: &'a Context,
+}
+
+impl Line<'_> {
+    fn of(&self, command: &str, effects: &[&str], model: Option<&str>, rest: &[&str], says: &str) -> Next {
+        let mut words = vec!["truerate".to_string(), command.to_string(), quoted(&self.context.log)];
+        words.extend(effects.iter().map(|e| (*e).to_string()));
+        if let Some(model) = model {
+            words.extend(["--model".to_string(), quoted(model)]);
+        }
+        words.extend(self.context.flags.iter().map(|f| quoted(f)));
+        words.extend(rest.iter().map(|r| (*r).to_string()));
+        Next { command: words.join(" "), says: says.to_string() }
+    }
+
+    fn ladder(&self) -> Next {
+        let model = self.context.model.as_deref();
+        self.of(
+            "ladder",
+            &[],
+            model,
+            &["-o", "model.toml"],
+            "adds what is missing until nothing is, and keeps the model",
+        )
+    }
+
+    fn apply(&self, model: &str) -> Next {
+        self.of("apply", &[], Some(model), &["-o", "compensated.csv"], "writes the compensated log")
+    }
+}
+
+/// As a shell takes it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "/._-+=:,@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_string()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}

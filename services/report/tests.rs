@@ -1,0 +1,252 @@
+use super::*;
+use gyro_model::{
+    Axis, Noise,
+    detail::{Channel, Input, detail},
+    diagnosis::{
+        AxisDiagnosis, AxisLadder, DataFault, ErrorPoint, FailsWhere, LadderStep, NoiseValue, ParameterValue, Suspect,
+        Verdict,
+    },
+};
+
+fn curve(excess: f64) -> Vec<ErrorPoint> {
+    (0..20)
+        .map(|i| {
+            let tau_s = 0.02 * 1.43f64.powi(i);
+            let floor = 2e-3 / tau_s.sqrt() + 3e-4;
+            let error = floor.hypot(excess / (1.0 + 0.3 * tau_s));
+            ErrorPoint { tau_s, error: Some(error), floor: Some(floor), floor_99: Some(1.2 * floor) }
+        })
+        .collect()
+}
+
+fn parameter(effect: &str, name: &str, value: f64, std_error: f64, unit: &str) -> ParameterValue {
+    ParameterValue {
+        effect: effect.into(),
+        name: name.into(),
+        value: Some(value),
+        std_error: Some(std_error),
+        unit: unit.into(),
+        typical: Some(value * 0.8),
+    }
+}
+
+/// A log of 100 s whose gyro is 12 ms late.
+fn late(verdict: Verdict) -> AxisDiagnosis {
+    let t: Vec<f64> = (0..10_000).map(|k| f64::from(k) * 0.01).collect();
+    let rate: Vec<f64> = t.iter().map(|t| 2.0 * (1.1 * t).sin() + (0.31 * t).sin()).collect();
+    let error: Vec<f64> = t.iter().zip(&rate).map(|(t, w)| -0.012 * w + 1e-3 * (97.0 * t).sin().powi(3)).collect();
+    let change: Vec<f64> = t.iter().map(|t| 2.2 * (1.1 * t).cos() + 0.31 * (0.31 * t).cos()).collect();
+    let channels = [
+        Channel { regressor: "time".into(), unit: "s", values: t.clone() },
+        Channel { regressor: "rate".into(), unit: "rad/s", values: rate.clone() },
+        Channel { regressor: "rate-change".into(), unit: "rad/s²", values: change },
+        Channel {
+            regressor: "direction".into(),
+            unit: "1",
+            values: rate.iter().map(|w| if w.abs() < 0.1 { 0.0 } else { w.signum() }).collect(),
+        },
+        Channel { regressor: "temperature".into(), unit: "°C", values: t.iter().map(|t| 24.0 + 0.08 * t).collect() },
+    ];
+    let noise = Noise { angle_random_walk: 7e-5, bias_random_walk: 0.0, encoder: 4.5e-4 };
+    let detail = detail(&Input { t: &t, rate: &rate, error_angle: &error, channels: &channels, noise });
+    AxisDiagnosis {
+        axis: Axis::Z,
+        verdict,
+        says: "The gyro is later than the reference by 12.1 ± 0.1 ms; adding `delay` removes 98 % of the excess."
+            .into(),
+        effects: vec!["scale-factor".into(), "bias".into()],
+        parameters: vec![
+            parameter("scale-factor", "alpha", 0.9939, 1e-5, "1"),
+            parameter("bias", "delta", 8.6e-4, 2e-6, "rad/s"),
+        ],
+        noise: NoiseValue { angle_random_walk: Some(7.1e-5), bias_random_walk: None, encoder: Some(4.5e-4) },
+        error_curve: curve(0.05),
+        error_over_floor: Some(31.0),
+        within_floor: Some(false),
+        floor_source: "gyro noise from standing still, encoder from its quantum".into(),
+        fails_where: gyro_model::detail::fails_where(&detail)
+            .into_iter()
+            .chain([FailsWhere {
+                regressor: "temperature".into(),
+                from: Some(31.0),
+                to: None,
+                samples: 900,
+                mean_error: Some(0.012),
+                std_error: Some(0.001),
+                says: "above 31 °C the rate reads 0.70 ± 0.06 °/s high".into(),
+            }])
+            .collect(),
+        suspects: vec![
+            Suspect {
+                effect: "delay".into(),
+                aliases: vec!["lag".into()],
+                separate_by: "turn faster than 20 times a second: only a lag loses amplitude".into(),
+                p_value: Some(1e-12),
+                error_fall: Some(0.98),
+                parameters: vec![parameter("delay", "d", 0.0121, 1e-4, "s")],
+                error_curve: curve(1e-4),
+            },
+            Suspect {
+                effect: "encoder-backlash".into(),
+                aliases: vec![],
+                separate_by: String::new(),
+                p_value: Some(0.02),
+                error_fall: Some(0.31),
+                parameters: vec![parameter("encoder-backlash", "b", 0.004, 5e-4, "rad")],
+                error_curve: curve(0.03),
+            },
+        ],
+        data_faults: vec![DataFault {
+            fault: "outliers".into(),
+            count: 3,
+            first_t: Some(12.5),
+            says: "gyro_z jumps by more than 20 times its usual step; those rows are left out".into(),
+        }],
+        detail: Some(detail),
+    }
+}
+
+fn diagnosis(verdict: Verdict) -> Diagnosis {
+    Diagnosis { schema: "truerate.diagnosis/1".into(), log: "yaw.csv.gz".into(), axes: vec![late(verdict)] }
+}
+
+fn ladder() -> Ladder {
+    let axis = late(Verdict::Adequate);
+    let step = |added: Option<&str>, excess: f64, ratio: f64| LadderStep {
+        added: added.map(Into::into),
+        removed: None,
+        aliases: if added == Some("delay") { vec!["lag".into()] } else { vec![] },
+        error_curve: curve(excess),
+        error_over_floor: Some(ratio),
+    };
+    Ladder {
+        schema: "truerate.ladder/1".into(),
+        log: "yaw.csv.gz".into(),
+        axes: vec![AxisLadder {
+            axis: Axis::Z,
+            verdict: Verdict::Adequate,
+            says: "Nothing is missing: what is left is noise.".into(),
+            effects: vec!["scale-factor".into(), "bias".into(), "delay".into()],
+            parameters: axis.parameters,
+            noise: axis.noise,
+            steps: vec![
+                step(None, 0.05, 31.0),
+                step(Some("delay"), 0.004, 3.1),
+                step(Some("encoder-backlash"), 0.0, 1.02),
+            ],
+            data_faults: vec![],
+            detail: axis.detail,
+        }],
+    }
+}
+
+fn context(command: Command) -> Context {
+    Context { terminal: Terminal::PLAIN, ..Context::new(command, "yaw.csv.gz") }
+}
+
+#[test]
+fn text_opens_with_the_verdict_and_ends_with_the_next_command() {
+    let text = render(&diagnosis(Verdict::MissingEffect), Format::Text, &context(Command::Diagnose));
+    let verdict = text.find("missing effect: delay").expect("the verdict");
+    let table = text.find("held-out error").expect("the curve");
+    let next = text.find("truerate add yaw.csv.gz delay -o model.toml").expect("the next command");
+    assert!(verdict < table && table < next, "{text}");
+    assert!(text.contains("°/s") && text.contains("12.10 ± 0.10 ms") && text.contains("98 %"), "{text}");
+    assert!(text.contains("above 31 °C") && text.contains("outliers"), "{text}");
+    assert!(!text.contains('\x1b') && !text.contains("NaN"), "{text}");
+}
+
+#[test]
+fn text_stays_within_its_terminal() {
+    for width in [60, 80, 110] {
+        let context = Context { terminal: Terminal { width, colour: false }, ..context(Command::Diagnose) };
+        for line in render(&diagnosis(Verdict::Ambiguous), Format::Text, &context).lines() {
+            assert!(line.chars().count() <= width, "{width}: {line}");
+        }
+    }
+}
+
+#[test]
+fn an_ambiguous_verdict_prints_the_group_and_the_manoeuvre() {
+    let text = render(&diagnosis(Verdict::Ambiguous), Format::Text, &context(Command::Diagnose));
+    assert!(text.contains("ambiguous: delay or lag"), "{text}");
+    assert!(text.contains("only a lag loses amplitude"), "{text}");
+}
+
+#[test]
+fn every_verdict_of_every_command_has_a_next_command() {
+    let verdicts = [
+        Verdict::Adequate,
+        Verdict::MissingEffect,
+        Verdict::Ambiguous,
+        Verdict::Unexplained,
+        Verdict::CannotTell,
+        Verdict::BadData,
+    ];
+    for command in [Command::Fit, Command::Compare, Command::Diagnose, Command::Add, Command::Remove] {
+        for verdict in verdicts {
+            let text = render(&diagnosis(verdict), Format::Text, &context(command));
+            assert!(text.contains("\nnext  truerate "), "{command:?} {verdict:?}: {text}");
+        }
+    }
+}
+
+#[test]
+fn the_ladder_falls() {
+    let text = render_ladder(&ladder(), Format::Text, &context(Command::Ladder));
+    let bars: Vec<usize> = text
+        .lines()
+        .filter(|l| l.contains('█') && l.contains("at 1 s"))
+        .map(|l| l.chars().filter(|&c| c == '█').count())
+        .collect();
+    assert_eq!(bars.len(), 3, "{text}");
+    assert!(bars.windows(2).all(|w| w[1] < w[0]), "{bars:?}");
+    assert!(text.contains("or lag"), "{text}");
+}
+
+#[test]
+fn before_and_after_stand_beside_each_other() {
+    let (before, mut after) = (diagnosis(Verdict::MissingEffect), diagnosis(Verdict::Adequate));
+    after.axes[0].error_curve = curve(0.0);
+    let added = ["delay".to_string()];
+    let change = Change { added: &added, removed: &[], before: &before, after: &after };
+    let text = render_change(&change, Format::Text, &context(Command::Add));
+    assert!(text.contains("before") && text.contains("delay added"), "{text}");
+    let json: serde_json::Value =
+        serde_json::from_str(&render_change(&change, Format::Json, &context(Command::Add))).unwrap();
+    assert_eq!(json["schema"], "truerate.diagnosis/1");
+    assert_eq!(json["added"][0], "delay");
+    assert_eq!(json["before"][0]["verdict"], "missing-effect");
+    assert_eq!(json["axes"][0]["verdict"], "adequate");
+}
+
+#[test]
+fn json_has_null_where_a_number_is_not_finite() {
+    let mut diagnosis = diagnosis(Verdict::Adequate);
+    diagnosis.axes[0].error_over_floor = Some(f64::NAN);
+    diagnosis.axes[0].error_curve[0].error = Some(f64::INFINITY);
+    let json: serde_json::Value =
+        serde_json::from_str(&render(&diagnosis, Format::Json, &context(Command::Compare))).unwrap();
+    assert!(json["axes"][0]["error_over_floor"].is_null());
+    assert!(json["axes"][0]["error_curve"][0]["error"].is_null());
+    assert_eq!(json["axes"][0]["suspects"][0]["aliases"][0], "lag");
+}
+
+#[test]
+fn html_is_one_file_that_fetches_nothing_and_holds_text_as_text() {
+    let mut diagnosis = diagnosis(Verdict::MissingEffect);
+    diagnosis.log = "</script><b>{{scripts}}.csv".into();
+    let html = render(&diagnosis, Format::Html, &context(Command::Diagnose));
+    for fetching in ["src=\"", "@import", "url(http", "<link rel=\"stylesheet\""] {
+        assert!(!html.contains(fetching), "{fetching}");
+    }
+    assert!(html.contains("default-src 'none'") && html.contains("MIT"));
+    assert!(!html.contains("</script><b>"), "the log's name ends the script");
+    assert!(html.contains("&lt;/script&gt;&lt;b&gt;{{scripts}}.csv"));
+}
+
+#[test]
+fn colour_is_for_terminals_that_want_it() {
+    let context = Context { terminal: Terminal { width: 90, colour: true }, ..context(Command::Diagnose) };
+    assert!(render(&diagnosis(Verdict::Adequate), Format::Text, &context).contains("\x1b["));
+}

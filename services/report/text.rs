@@ -1,0 +1,233 @@
+//! One terminal screen: the verdict first, the next command last.
+
+use super::{
+    bars::{self, Scale},
+    terminal::{Ink, Terminal},
+    units,
+    view::{AxisView, Page, ParameterView},
+};
+
+/// Suspects shown: the rest removes less and only distracts; JSON and HTML have them all.
+const SUSPECTS: usize = 4;
+
+/// The whole page.
+pub(super) fn render(page: &Page, terminal: Terminal) -> String {
+    let mut screen = Screen { terminal, text: String::new() };
+    screen.line(&format!("{}  {}", terminal.paint(Ink::Strong, &page.title), terminal.paint(Ink::Quiet, &page.log)));
+    for axis in &page.axes {
+        screen.axis(axis);
+    }
+    if page.axes.is_empty() {
+        screen.line("No axis was examined: none has both a gyro column and a reference.");
+    }
+    for (i, next) in page.next.iter().enumerate() {
+        let lead = if i == 0 { "\nnext  " } else { "or    " };
+        screen.line(&format!("{lead}{}", terminal.paint(Ink::Command, &next.command)));
+        screen.wrapped("      ", &next.says, Ink::Quiet);
+    }
+    screen.text
+}
+
+struct Screen {
+    terminal: Terminal,
+    text: String,
+}
+
+impl Screen {
+    fn line(&mut self, line: &str) {
+        self.text.push_str(line.trim_end());
+        self.text.push('\n');
+    }
+
+    fn heading(&mut self, heading: &str) {
+        let heading = self.terminal.paint(Ink::Strong, heading);
+        self.line(&format!("\n{heading}"));
+    }
+
+    /// Words up to the terminal's width, every line behind the indent.
+    fn wrapped(&mut self, indent: &str, text: &str, ink: Ink) {
+        let width = self.terminal.width.saturating_sub(indent.chars().count()).max(20);
+        let mut line = String::new();
+        for word in text.split_whitespace() {
+            if !line.is_empty() && line.chars().count() + 1 + word.chars().count() > width {
+                let painted = self.terminal.paint(ink, &line);
+                self.line(&format!("{indent}{painted}"));
+                line.clear();
+            }
+            if !line.is_empty() {
+                line.push(' ');
+            }
+            line.push_str(word);
+        }
+        if !line.is_empty() {
+            let painted = self.terminal.paint(ink, &line);
+            self.line(&format!("{indent}{painted}"));
+        }
+    }
+
+    /// Wrapped with a bullet before the first line.
+    fn item(&mut self, bullet: &str, text: &str) {
+        let start = self.text.len();
+        let indent = " ".repeat(bullet.chars().count());
+        self.wrapped(&indent, text, Ink::Plain);
+        self.text.replace_range(start..start + indent.len(), bullet);
+    }
+
+    fn axis(&mut self, axis: &AxisView) {
+        let ink = match axis.tone {
+            "good" => Ink::Good,
+            "bad" => Ink::Bad,
+            _ => Ink::Warn,
+        };
+        self.text.push('\n');
+        let headline = self.terminal.paint(ink, &axis.headline);
+        self.line(&format!("axis {}  {headline}", axis.axis));
+        self.wrapped("        ", &axis.says, Ink::Plain);
+        self.steps(axis);
+        self.curve(axis);
+        self.parameters(axis);
+        if !axis.fails_where.is_empty() {
+            self.heading("where it fails");
+            for says in &axis.fails_where {
+                self.item("  · ", says);
+            }
+        }
+        self.suspects(axis);
+        if !axis.data_faults.is_empty() {
+            self.heading("data faults");
+            for says in &axis.data_faults {
+                self.item("  ! ", says);
+            }
+        }
+    }
+
+    fn steps(&mut self, axis: &AxisView) {
+        if axis.steps.is_empty() {
+            return;
+        }
+        self.heading("largest error / floor");
+        let wide = axis.steps.iter().map(|s| s.label.chars().count()).max().unwrap_or(0);
+        let room = self.terminal.width.saturating_sub(wide + 30).clamp(10, 50);
+        for (step, cells) in axis.steps.iter().zip(bars::step_cells(&axis.steps, room)) {
+            let ratio = step.ratio.map_or_else(|| "–".into(), units::ratio);
+            let at_1s = step.error_1s.map_or_else(String::new, |e| format!("  {} °/s at 1 s", units::number(e)));
+            let alias =
+                if step.aliases.is_empty() { String::new() } else { format!("  or {}", step.aliases.join(" or ")) };
+            let bar = "█".repeat(cells);
+            let rest = self.terminal.paint(Ink::Quiet, &format!("{at_1s}{alias}"));
+            self.line(&format!("  {:wide$}  {bar} {ratio}{rest}", step.label));
+        }
+    }
+
+    fn curve(&mut self, axis: &AxisView) {
+        let rows = bars::rows(axis);
+        if rows.is_empty() {
+            return;
+        }
+        let pair = rows.iter().any(|r| r.before.is_some());
+        self.heading("held-out error, open loop, °/s");
+        let columns = if pair { 47 } else { 37 };
+        let width = self.terminal.width.saturating_sub(columns).clamp(8, 48);
+        let scale = Scale::around(rows.iter().flat_map(|r| [r.before, r.error, r.floor, r.floor_99]).flatten(), width);
+        let before = if pair { format!("{:>10}", "before") } else { String::new() };
+        let legend = if width >= 32 { "█ noise alone  ▒ more than noise" } else { "▒ not noise" };
+        let legend = self.terminal.paint(Ink::Quiet, if width >= 12 { legend } else { "" });
+        self.line(&format!("  {:>8}{before}{:>9}{:>9}{:>7}  {legend}", "τ", "error", "floor", "×"));
+        for row in &rows {
+            let (within, above, before_cells) = bars::parts(row, &scale);
+            let above_ink = if above > 0 { Ink::Warn } else { Ink::Plain };
+            let bar = format!(
+                "{}{}{}",
+                "█".repeat(within),
+                self.terminal.paint(above_ink, &"▒".repeat(above)),
+                self.terminal.paint(Ink::Quiet, &"·".repeat(before_cells))
+            );
+            let show = |v: Option<f64>| v.map_or_else(|| "–".into(), units::number);
+            let before = if pair { format!("{:>10}", show(row.before)) } else { String::new() };
+            let ratio =
+                row.error.zip(row.floor).filter(|r| r.1 > 0.0).map_or_else(|| "–".into(), |(e, f)| units::ratio(e / f));
+            self.line(&format!(
+                "  {:>8}{before}{:>9}{:>9}{ratio:>7}  {bar}",
+                time(row.tau),
+                show(row.error),
+                show(row.floor)
+            ));
+        }
+        if !axis.floor_source.is_empty() {
+            self.wrapped("  ", &format!("floor: {}", axis.floor_source), Ink::Quiet);
+        }
+    }
+
+    fn parameters(&mut self, axis: &AxisView) {
+        if axis.parameters.is_empty() {
+            return;
+        }
+        self.heading("model");
+        self.table(&axis.parameters, "  ");
+        if !axis.noise.is_empty() {
+            let noise: Vec<String> = axis.noise.iter().map(|(name, value)| format!("{name} {value}")).collect();
+            self.wrapped("  ", &format!("noise: {}", noise.join(", ")), Ink::Quiet);
+        }
+    }
+
+    fn table(&mut self, parameters: &[ParameterView], indent: &str) {
+        let name = |p: &ParameterView| format!("{} {}", p.effect, p.name);
+        let wide = parameters.iter().map(|p| name(p).chars().count()).max().unwrap_or(0);
+        let shown = parameters.iter().map(|p| p.shown.chars().count()).max().unwrap_or(0);
+        for p in parameters {
+            let typical = if p.typical.is_empty() { p.says.clone() } else { format!("typical {}", p.typical) };
+            let room = self.terminal.width.saturating_sub(indent.len() + wide + shown + 4);
+            let typical: String = if typical.chars().count() > room { String::new() } else { typical };
+            let typical = self.terminal.paint(Ink::Quiet, &typical);
+            self.line(&format!("{indent}{:wide$}  {:shown$}  {typical}", name(p), p.shown));
+        }
+    }
+
+    fn suspects(&mut self, axis: &AxisView) {
+        if axis.suspects.is_empty() {
+            return;
+        }
+        self.heading("suspects, and the share of the excess error each removes");
+        for suspect in axis.suspects.iter().take(SUSPECTS) {
+            let values: Vec<String> = suspect
+                .parameters
+                .iter()
+                .map(|p| {
+                    let typical =
+                        if p.typical.is_empty() { String::new() } else { format!(" (typical {})", p.typical) };
+                    format!("{} = {}{typical}", p.name, p.shown)
+                })
+                .collect();
+            let name = self.terminal.paint(Ink::Strong, &suspect.effect);
+            let pad = " ".repeat(24usize.saturating_sub(suspect.effect.chars().count()));
+            let text = format!("{:>6}  {name}{pad} {}", suspect.removes, suspect.card.title);
+            self.line(&text);
+            self.wrapped("          ", &values.join(", "), Ink::Plain);
+            if !suspect.aliases.is_empty() {
+                let ids: Vec<&str> = suspect.aliases.iter().map(|a| a.id.as_str()).collect();
+                self.wrapped(
+                    "          ",
+                    &format!("on this log it cannot be told from {}", ids.join(", ")),
+                    Ink::Warn,
+                );
+                if !suspect.separate_by.is_empty() {
+                    self.wrapped("          ", &format!("to tell them apart: {}", suspect.separate_by), Ink::Warn);
+                }
+            }
+        }
+        if axis.suspects.len() > SUSPECTS {
+            let more = format!("  and {} more (--format html)", axis.suspects.len() - SUSPECTS);
+            let more = self.terminal.paint(Ink::Quiet, &more);
+            self.line(&more);
+        }
+    }
+}
+
+/// `20 ms`, `1.5 s`, `15 s`.
+fn time(tau: f64) -> String {
+    let (value, unit) = if tau < 0.0995 { (tau * 1e3, "ms") } else { (tau, "s") };
+    let digits = (1.0 - value.abs().log10().floor()).clamp(0.0, 3.0) as usize;
+    let text = format!("{value:.digits$}");
+    let text = if digits > 0 { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    format!("{text} {unit}")
+}

@@ -1,0 +1,201 @@
+//! The parts of an axis in human units and words.
+
+use super::{AliasView, CardView, Curve, ParameterView, StepView, SuspectView};
+use crate::report::units::{self, Shown};
+use gyro_model::{
+    Axis,
+    diagnosis::{DataFault, ErrorPoint, NoiseValue, ParameterValue, Suspect, Verdict},
+    effects,
+};
+
+/// `missing effect: delay`, `adequate`, …
+pub(super) fn words(verdict: Verdict, suspect: Option<&str>, aliases: &[String]) -> String {
+    match (verdict, suspect) {
+        (Verdict::Adequate, _) => "adequate: what is left is noise".into(),
+        (Verdict::MissingEffect, Some(effect)) => format!("missing effect: {effect}"),
+        (Verdict::MissingEffect, None) => "an effect is missing".into(),
+        (Verdict::Ambiguous, Some(effect)) => {
+            let group: Vec<&str> = std::iter::once(effect).chain(aliases.iter().map(String::as_str)).collect();
+            format!("ambiguous: {}", group.join(" or "))
+        }
+        (Verdict::Ambiguous, None) => "ambiguous: several effects fit alike".into(),
+        (Verdict::Unexplained, _) => "unexplained: more than noise is left, and no known effect removes it".into(),
+        (Verdict::CannotTell, _) => "cannot tell: this log does not excite what is needed".into(),
+        (Verdict::BadData, _) => "bad data".into(),
+    }
+}
+
+/// The colour of a verdict.
+pub(super) const fn tone(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Adequate => "good",
+        Verdict::MissingEffect | Verdict::Unexplained => "warn",
+        Verdict::BadData => "bad",
+        Verdict::Ambiguous | Verdict::CannotTell => "unknown",
+    }
+}
+
+/// An error curve in °/s.
+pub(super) fn curve(label: &str, points: &[ErrorPoint]) -> Curve {
+    let degrees = |v: Option<f64>| v.filter(|v| v.is_finite()).map(f64::to_degrees);
+    Curve {
+        label: label.into(),
+        tau: points.iter().map(|p| p.tau_s).collect(),
+        error: points.iter().map(|p| degrees(p.error)).collect(),
+        floor: points.iter().map(|p| degrees(p.floor)).collect(),
+        floor_99: points.iter().map(|p| degrees(p.floor_99)).collect(),
+    }
+}
+
+/// A step of the ladder.
+pub(super) fn falling(label: String, points: &[ErrorPoint], ratio: Option<f64>, aliases: &[String]) -> StepView {
+    let near_1s = points.iter().min_by(|a, b| a.tau_s.ln().abs().total_cmp(&b.tau_s.ln().abs()));
+    StepView {
+        label,
+        ratio: ratio.filter(|r| r.is_finite()),
+        error_1s: near_1s.and_then(|p| p.error).map(f64::to_degrees),
+        aliases: aliases.to_vec(),
+    }
+}
+
+/// Parameters with their typical sizes; with `rest`, the reading at rest is added behind the bias.
+pub(super) fn parameters(axis: Axis, values: &[ParameterValue], rest: bool) -> Vec<ParameterView> {
+    let mut views: Vec<ParameterView> = values.iter().map(|p| parameter(axis, p)).collect();
+    let find = |effect: &str| values.iter().find(|p| p.effect == effect).and_then(|p| p.value);
+    if let (true, Some(delta)) = (rest, find("bias")) {
+        let reading = -delta / find("scale-factor").unwrap_or(1.0);
+        let place = views.iter().position(|v| v.effect == "bias").map_or(views.len(), |i| i + 1);
+        views.insert(
+            place,
+            ParameterView {
+                effect: "bias".into(),
+                name: "−δ/α".into(),
+                says: "what the gyro reads at rest".into(),
+                shown: units::uncertain(
+                    Some(reading),
+                    values.iter().find(|p| p.effect == "bias").and_then(|p| p.std_error),
+                    &units::shown("rad/s", &[]),
+                ),
+                typical: String::new(),
+            },
+        );
+    }
+    views
+}
+
+fn parameter(axis: Axis, p: &ParameterValue) -> ParameterView {
+    let says = effects::find(&p.effect)
+        .and_then(|e| e.parameters(axis).iter().find(|c| c.name == p.name))
+        .map_or("", |c| c.says);
+    let unit = if p.name == "alpha" || p.name == "n" {
+        Shown { factor: 1.0, unit: String::new() }
+    } else {
+        units::shown(&p.unit, &[p.value, p.std_error])
+    };
+    ParameterView {
+        effect: p.effect.clone(),
+        name: p.name.clone(),
+        says: says.into(),
+        shown: units::uncertain(p.value, p.std_error, &unit),
+        typical: p
+            .typical
+            .filter(|t| t.is_finite() && *t != 0.0 && p.name != "n")
+            .map_or_else(String::new, |t| format!("{}{}", units::round(t * unit.factor), unit.unit)),
+    }
+}
+
+/// Noise in data-sheet units.
+pub(super) fn noise(noise: &NoiseValue) -> Vec<(String, String)> {
+    let line = |name: &str, value: Option<f64>, factor: f64, unit: &str| {
+        value
+            .filter(|v| v.is_finite() && *v > 0.0)
+            .map(|v| (name.to_string(), format!("{} {unit}", units::number(v * factor))))
+    };
+    [
+        line("angle random walk", noise.angle_random_walk, 1f64.to_degrees(), "°/s/√Hz"),
+        line("random walk of the bias", noise.bias_random_walk, 1f64.to_degrees(), "°/s/√s"),
+        line("encoder", noise.encoder, 1f64.to_degrees(), "°"),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+/// What the catalogue says; a user's own effect has its id alone.
+pub(super) fn card(id: &str) -> CardView {
+    let Some(effect) = effects::find(id) else {
+        let own = "an effect of your own, from the model file".to_string();
+        let no = String::new;
+        return CardView {
+            id: id.into(),
+            title: own,
+            physics: no(),
+            equation: no(),
+            typical: no(),
+            excited_by: no(),
+            mended_by: no(),
+            source: no(),
+        };
+    };
+    let card = effect.card();
+    CardView {
+        id: card.id.into(),
+        title: card.title.into(),
+        physics: card.physics.into(),
+        equation: card.equation.into(),
+        typical: card.typical.into(),
+        excited_by: card.excited_by.into(),
+        mended_by: card.mended_by.into(),
+        source: card.source.into(),
+    }
+}
+
+/// A suspect with its card and aliases.
+pub(super) fn suspect(axis: Axis, s: &Suspect) -> SuspectView {
+    let share = s.error_fall.filter(|f| f.is_finite());
+    let pairs = effects::find(&s.effect).map_or(&[][..], |e| e.card().aliases);
+    let aliases: Vec<AliasView> = s
+        .aliases
+        .iter()
+        .map(|id| {
+            // Either card may describe the pair.
+            let other = effects::find(id).map_or(&[][..], |e| e.card().aliases);
+            let pair = pairs.iter().find(|a| a.id == id).or_else(|| other.iter().find(|a| a.id == s.effect));
+            AliasView {
+                id: id.clone(),
+                title: effects::find(id).map_or("", |e| e.card().title).into(),
+                when: pair.map_or("", |a| a.when).into(),
+                split_by: pair.map_or("", |a| a.split_by).into(),
+            }
+        })
+        .collect();
+    SuspectView {
+        effect: s.effect.clone(),
+        card: card(&s.effect),
+        removes: share.map_or_else(|| "–".into(), units::percent),
+        share: share.map(|f| f.clamp(0.0, 1.0)),
+        significance: s.p_value.filter(|p| p.is_finite()).map_or_else(String::new, |p| {
+            if p < 1e-6 { "p < 10⁻⁶".into() } else { format!("p = {}", units::number(p)) }
+        }),
+        parameters: parameters(
+            axis,
+            &s.parameters.iter().filter(|p| p.effect == s.effect).cloned().collect::<Vec<_>>(),
+            false,
+        ),
+        aliases,
+        separate_by: s.separate_by.clone(),
+    }
+}
+
+/// `outliers, 12 from 3.4 s on: …`.
+pub(super) fn fault(fault: &DataFault) -> String {
+    let at = fault.first_t.filter(|t| t.is_finite()).map_or_else(String::new, |t| format!(", first at {t:.2} s"));
+    let count = if fault.count > 1 {
+        format!(" ({} times{at})", fault.count)
+    } else if at.is_empty() {
+        String::new()
+    } else {
+        format!(" ({})", &at[2..])
+    };
+    format!("{}{count}: {}", fault.fault, fault.says)
+}

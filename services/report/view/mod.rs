@@ -1,0 +1,351 @@
+//! A result made ready to be read: human units, words, and what to run next. Text and HTML both lay this out.
+
+mod axis;
+
+use super::{Against, Change, Context, next};
+use axis::{curve, falling, tone, words};
+use gyro_model::{
+    Axis,
+    detail::AxisDetail,
+    diagnosis::{AxisDiagnosis, AxisLadder, Diagnosis, Ladder, Verdict},
+};
+use serde::Serialize;
+
+/// One result.
+#[derive(Clone, Debug, Serialize)]
+pub struct Page {
+    /// What was done: `compare`, `diagnose`, `before and after`, `ladder`, …
+    pub title: String,
+    /// The log.
+    pub log: String,
+    /// One entry an axis.
+    pub axes: Vec<AxisView>,
+    /// What to run next, best first.
+    pub next: Vec<next::Next>,
+    /// Of the program.
+    pub version: &'static str,
+}
+
+/// One axis.
+#[derive(Clone, Debug, Serialize)]
+pub struct AxisView {
+    /// `x`, `y`, `z`.
+    pub axis: &'static str,
+    /// `missing-effect`, …
+    pub verdict: Verdict,
+    /// `missing effect: delay`.
+    pub headline: String,
+    /// `good`, `warn`, `bad`, `unknown`.
+    pub tone: &'static str,
+    /// In a sentence or two.
+    pub says: String,
+    /// What the model has.
+    pub effects: Vec<CardView>,
+    /// Its parameters.
+    pub parameters: Vec<ParameterView>,
+    /// Its noise: name, value.
+    pub noise: Vec<(String, String)>,
+    /// The error curves: the first is where it started, the last where it ended; all in °/s.
+    pub curves: Vec<Curve>,
+    /// Which curve is the one judged.
+    pub judged: usize,
+    /// Largest error/floor.
+    pub error_over_floor: Option<f64>,
+    /// Every error below the band's upper end.
+    pub within_floor: Option<bool>,
+    /// Where the floor's noise comes from.
+    pub floor_source: String,
+    /// Where the model fails, in words.
+    pub fails_where: Vec<String>,
+    /// What may be missing, best first.
+    pub suspects: Vec<SuspectView>,
+    /// The ladder's steps.
+    pub steps: Vec<StepView>,
+    /// Faults of the data, in words.
+    pub data_faults: Vec<String>,
+    /// Series for the charts, SI.
+    pub detail: Option<AxisDetail>,
+}
+
+/// An error curve, °/s over s.
+#[derive(Clone, Debug, Serialize)]
+pub struct Curve {
+    /// What it belongs to: `model`, `with delay`, `before`, …
+    pub label: String,
+    /// Averaging time, s.
+    pub tau: Vec<f64>,
+    /// Held-out error.
+    pub error: Vec<Option<f64>>,
+    /// Floor.
+    pub floor: Vec<Option<f64>>,
+    /// Upper end of the floor's 99 % band.
+    pub floor_99: Vec<Option<f64>>,
+}
+
+/// A parameter.
+#[derive(Clone, Debug, Serialize)]
+pub struct ParameterView {
+    /// Effect id.
+    pub effect: String,
+    /// Name as in model files.
+    pub name: String,
+    /// What it is.
+    pub says: String,
+    /// `12.10 ± 0.12 ms`.
+    pub shown: String,
+    /// The size typical of such sensors, in the same unit.
+    pub typical: String,
+}
+
+/// What the catalogue says of an effect.
+#[derive(Clone, Debug, Serialize)]
+pub struct CardView {
+    /// Effect id.
+    pub id: String,
+    /// What it is, half a line.
+    pub title: String,
+    /// What happens physically.
+    pub physics: String,
+    /// Equation.
+    pub equation: String,
+    /// Typical size, in words.
+    pub typical: String,
+    /// What shows it.
+    pub excited_by: String,
+    /// What compensation can do about it.
+    pub mended_by: String,
+    /// Where this is from.
+    pub source: String,
+}
+
+/// A suspect.
+#[derive(Clone, Debug, Serialize)]
+pub struct SuspectView {
+    /// Effect id.
+    pub effect: String,
+    /// Its card.
+    pub card: CardView,
+    /// `removes 98 % of the excess`, or a dash.
+    pub removes: String,
+    /// The same as a number from 0 to 1, for a bar.
+    pub share: Option<f64>,
+    /// Significance in words.
+    pub significance: String,
+    /// Its parameters after a refit.
+    pub parameters: Vec<ParameterView>,
+    /// What it cannot be told from on this log.
+    pub aliases: Vec<AliasView>,
+    /// The manoeuvre that would.
+    pub separate_by: String,
+}
+
+/// An alias on this log.
+#[derive(Clone, Debug, Serialize)]
+pub struct AliasView {
+    /// Effect id.
+    pub id: String,
+    /// What it is, half a line.
+    pub title: String,
+    /// When the two look alike.
+    pub when: String,
+    /// What splits the two.
+    pub split_by: String,
+}
+
+/// One step of a ladder.
+#[derive(Clone, Debug, Serialize)]
+pub struct StepView {
+    /// `start`, `+ delay`, `− lag`.
+    pub label: String,
+    /// Largest error/floor after the step.
+    pub ratio: Option<f64>,
+    /// Error at about 1 s, °/s.
+    pub error_1s: Option<f64>,
+    /// Aliases on this log.
+    pub aliases: Vec<String>,
+}
+
+impl Page {
+    /// Of `compare` and `diagnose`.
+    #[must_use]
+    pub fn of_diagnosis(diagnosis: &Diagnosis, context: &Context) -> Self {
+        let title = match context.command {
+            next::Command::Diagnose => "Which physics is missing",
+            next::Command::Fit => "The fitted model against measurements",
+            _ => "Model against measurements",
+        };
+        let next = next_of(diagnosis.axes.iter().map(attention), context);
+        page(title, &diagnosis.log, diagnosis.axes.iter().map(AxisView::of_diagnosis).collect(), next)
+    }
+
+    /// Of `ladder`.
+    #[must_use]
+    pub fn of_ladder(ladder: &Ladder, context: &Context) -> Self {
+        let next = next_of(ladder.axes.iter().map(|a| (a.axis, a.verdict, None, None)), context);
+        page(
+            "The ladder: adding what is missing",
+            &ladder.log,
+            ladder.axes.iter().map(AxisView::of_ladder).collect(),
+            next,
+        )
+    }
+
+    /// Of `add` and `remove`.
+    #[must_use]
+    pub fn of_change(change: &Change, context: &Context) -> Self {
+        let changes: Vec<String> = change
+            .added
+            .iter()
+            .map(|e| format!("{e} added"))
+            .chain(change.removed.iter().map(|e| format!("{e} removed")))
+            .collect();
+        let axes = change
+            .after
+            .axes
+            .iter()
+            .map(|after| {
+                let before = change.before.axes.iter().find(|b| b.axis == after.axis);
+                AxisView::of_pair(before, "before", after, "after")
+            })
+            .collect();
+        let next = next_of(change.after.axes.iter().map(attention), context);
+        page(&format!("Before and after: {}", changes.join(", ")), &change.after.log, axes, next)
+    }
+
+    /// Of `compare --against`.
+    #[must_use]
+    pub fn of_against(against: &Against, context: &Context) -> Self {
+        let axes = against
+            .diagnosis
+            .axes
+            .iter()
+            .map(|axis| {
+                let other = against.other.axes.iter().find(|b| b.axis == axis.axis);
+                AxisView::of_pair(other, against.other_model, axis, against.model)
+            })
+            .collect();
+        let next = next_of(against.diagnosis.axes.iter().map(attention), context);
+        page(&format!("{} against {}", against.model, against.other_model), &against.diagnosis.log, axes, next)
+    }
+}
+
+fn page(title: &str, log: &str, axes: Vec<AxisView>, next: Vec<next::Next>) -> Page {
+    Page { title: title.into(), log: log.into(), axes, next, version: env!("CARGO_PKG_VERSION") }
+}
+
+impl AxisView {
+    fn of_diagnosis(axis: &AxisDiagnosis) -> Self {
+        let mut curves = vec![curve("model", &axis.error_curve)];
+        if let Some(best) = axis.suspects.first().filter(|s| !s.error_curve.is_empty()) {
+            curves.push(curve(&format!("with {}", best.effect), &best.error_curve));
+        }
+        let suspect = axis.suspects.first().map(|s| s.effect.as_str());
+        Self {
+            axis: axis.axis.letter(),
+            verdict: axis.verdict,
+            headline: words(axis.verdict, suspect, axis.suspects.first().map_or(&[], |s| &s.aliases)),
+            tone: tone(axis.verdict),
+            says: axis.says.clone(),
+            effects: axis.effects.iter().map(|id| axis::card(id)).collect(),
+            parameters: axis::parameters(axis.axis, &axis.parameters, true),
+            noise: axis::noise(&axis.noise),
+            curves,
+            judged: 0,
+            error_over_floor: axis.error_over_floor.filter(|r| r.is_finite()),
+            within_floor: axis.within_floor,
+            floor_source: axis.floor_source.clone(),
+            fails_where: axis.fails_where.iter().map(|f| f.says.clone()).collect(),
+            suspects: axis.suspects.iter().map(|s| axis::suspect(axis.axis, s)).collect(),
+            steps: Vec::new(),
+            data_faults: axis.data_faults.iter().map(axis::fault).collect(),
+            detail: axis.detail.clone(),
+        }
+    }
+
+    fn of_pair(before: Option<&AxisDiagnosis>, before_label: &str, after: &AxisDiagnosis, label: &str) -> Self {
+        let mut view = Self::of_diagnosis(after);
+        view.curves.truncate(1);
+        view.curves[0].label = label.into();
+        if let Some(before) = before {
+            view.curves.insert(0, curve(before_label, &before.error_curve));
+            view.judged = 1;
+            view.steps = vec![
+                falling(before_label.into(), &before.error_curve, before.error_over_floor, &[]),
+                falling(label.into(), &after.error_curve, after.error_over_floor, &[]),
+            ];
+        }
+        view
+    }
+
+    fn of_ladder(axis: &AxisLadder) -> Self {
+        let steps: Vec<StepView> = axis
+            .steps
+            .iter()
+            .map(|step| {
+                let label = match (&step.added, &step.removed) {
+                    (Some(added), Some(removed)) => format!("+ {added} − {removed}"),
+                    (Some(added), None) => format!("+ {added}"),
+                    (None, Some(removed)) => format!("− {removed}"),
+                    (None, None) => "start".into(),
+                };
+                falling(label, &step.error_curve, step.error_over_floor, &step.aliases)
+            })
+            .collect();
+        let curves: Vec<Curve> =
+            axis.steps.iter().zip(&steps).map(|(step, view)| curve(&view.label, &step.error_curve)).collect();
+        let ambiguous = axis.steps.iter().find(|s| !s.aliases.is_empty());
+        let (named, aliases) = match (axis.verdict, ambiguous) {
+            (Verdict::Ambiguous, Some(step)) => (step.added.as_deref(), step.aliases.as_slice()),
+            _ => (None, &[][..]),
+        };
+        let last = axis.steps.last();
+        Self {
+            axis: axis.axis.letter(),
+            verdict: axis.verdict,
+            headline: words(axis.verdict, named, aliases),
+            tone: tone(axis.verdict),
+            says: axis.says.clone(),
+            effects: axis.effects.iter().map(|id| axis::card(id)).collect(),
+            parameters: axis::parameters(axis.axis, &axis.parameters, true),
+            noise: axis::noise(&axis.noise),
+            judged: curves.len().saturating_sub(1),
+            curves,
+            error_over_floor: last.and_then(|s| s.error_over_floor).filter(|r| r.is_finite()),
+            within_floor: last
+                .map(|s| s.error_curve.iter().all(|p| p.error.zip(p.floor_99).is_none_or(|(error, top)| error <= top))),
+            floor_source: String::new(),
+            fails_where: Vec::new(),
+            suspects: Vec::new(),
+            steps,
+            data_faults: axis.data_faults.iter().map(axis::fault).collect(),
+            detail: axis.detail.clone(),
+        }
+    }
+}
+
+/// What the next command depends on: axis, verdict, error/floor, best suspect.
+type Attention<'a> = (Axis, Verdict, Option<f64>, Option<&'a str>);
+
+fn attention(axis: &AxisDiagnosis) -> Attention<'_> {
+    (axis.axis, axis.verdict, axis.error_over_floor, axis.suspects.first().map(|s| s.effect.as_str()))
+}
+
+/// The axis that needs attention most decides.
+fn next_of<'a>(axes: impl Iterator<Item = Attention<'a>>, context: &Context) -> Vec<next::Next> {
+    let axes: Vec<Attention> = axes.collect();
+    let urgency = |verdict: Verdict| match verdict {
+        Verdict::BadData => 5,
+        Verdict::MissingEffect => 4,
+        Verdict::Ambiguous => 3,
+        Verdict::Unexplained => 2,
+        Verdict::CannotTell => 1,
+        Verdict::Adequate => 0,
+    };
+    let worst = axes
+        .iter()
+        .max_by(|a, b| urgency(a.1).cmp(&urgency(b.1)).then(a.2.unwrap_or(0.0).total_cmp(&b.2.unwrap_or(0.0))));
+    worst.map_or_else(Vec::new, |&(axis, verdict, _, suspect)| {
+        let alone = axes.iter().any(|a| a.0 != axis && a.3 != suspect);
+        next::next(&next::Finding { axis, alone, verdict, suspect }, context)
+    })
+}

@@ -1,0 +1,72 @@
+'use strict';
+// Parts of a page that the report and the dashboard share. All text goes in as text, never as markup.
+const Parts = (() => {
+  // h('p.soft', { title: '…' }, 'text', node, …)
+  function h(tag, ...rest) {
+    const [name, ...classes] = tag.split('.');
+    const node = document.createElement(name || 'div');
+    if (classes.length) node.className = classes.join(' ');
+    for (const part of rest.flat()) {
+      if (part == null || part === false) continue;
+      if (part instanceof Node) node.append(part);
+      else if (typeof part === 'object') for (const [k, v] of Object.entries(part)) { if (k.startsWith('on')) node.addEventListener(k.slice(2), v); else if (v != null) node.setAttribute(k, v); }
+      else node.append(String(part));
+    }
+    return node;
+  }
+
+  const panel = (size, heading, ...content) => h('section.panel' + (size ? '.' + size : ''), heading ? h('h3', heading) : null, ...content);
+
+  function copyButton(text) {
+    const button = h('button', { type: 'button' }, 'Copy');
+    button.addEventListener('click', async () => {
+      try { await navigator.clipboard.writeText(text); } catch {
+        const area = h('textarea'); area.value = text; document.body.append(area); area.select(); document.execCommand('copy'); area.remove();
+      }
+      button.textContent = 'Copied';
+      setTimeout(() => { button.textContent = 'Copy'; }, 1500);
+    });
+    return button;
+  }
+
+  const command = next => h('', h('.command', h('code', next.command), copyButton(next.command)), h('p.soft.small', next.says));
+
+  function card(c) {
+    const rows = [['what', c.title], ['physics', c.physics], ['equation', c.equation], ['typical size', c.typical], ['shown by', c.excited_by], ['mended by', c.mended_by], ['source', c.source]];
+    return h('details', h('summary', `What ${c.id} is`), h('dl', rows.filter(r => r[1]).map(([k, v]) => [h('dt', k), h('dd', k === 'equation' ? h('code', v) : v)])));
+  }
+
+  function parameters(list, withEffect) {
+    if (!list.length) return h('p.soft', 'No parameters yet.');
+    return h('.scroll', h('table.values',
+      h('thead', h('tr', withEffect ? h('th', 'effect') : null, h('th', ''), h('th', 'value ± standard error'), h('th', 'typical'), h('th.says', ''))),
+      h('tbody', list.map(p => h('tr', withEffect ? h('td', p.effect) : null, h('td', h('code', p.name)), h('td.number', p.shown), h('td.number', p.typical || ''), h('td.soft.says', p.says))))));
+  }
+
+  // extra: nodes behind the title (the dashboard's Add button)
+  function suspect(s, extra) {
+    return h('article.suspect', { 'data-effect': s.effect },
+      h('.head', h('b', s.effect), h('span.soft', s.card.title), extra || null),
+      h('.share', { title: `removes ${s.removes} of the excess error` }, h('i', { style: `width:${100 * (s.share ?? 0)}%` })),
+      h('p.small', `removes ${s.removes} of the excess error`, s.significance ? `, ${s.significance}` : ''),
+      s.parameters.length ? h('p.number', s.parameters.map(p => h('', `${p.name} = ${p.shown}`, p.typical ? h('span.soft', `   typical ${p.typical}`) : null))) : null,
+      s.aliases.map(a => h('.alias', h('p', `On this log it cannot be told from `, h('b', a.id), a.title ? ` (${a.title})` : '', '.'), a.when ? h('p.soft.small', `They look alike when ${a.when}.`) : null, a.split_by ? h('p.small', `To tell them apart: ${a.split_by}.`) : null)),
+      s.aliases.length && s.separate_by ? h('p', h('b', 'Manoeuvre: '), s.separate_by) : null,
+      card(s.card));
+  }
+
+  // Bars on a logarithmic scale of error/floor; a stub is left at the floor.
+  function steps(list) {
+    const most = Math.max(2, ...list.map(s => s.ratio ?? 1));
+    const wide = r => (r == null ? 0 : 4 + 96 * Math.log(Math.max(1, r)) / Math.log(most));
+    return h('.steps', list.map(s => [
+      h('.label', s.label, s.aliases.length ? h('span.or.soft.small', `or ${s.aliases.join(' or ')}`) : null),
+      h('.fall', { title: `largest error/floor ${Charts.number(s.ratio)}` }, h('i' + (s.ratio != null && s.ratio < 1.35 ? '.floor' : ''), { style: `width:${wide(s.ratio)}%` })),
+      h('.number', s.ratio == null ? '–' : `${Charts.number(s.ratio)} × floor`, s.error_1s != null ? h('span.soft', `  ${Charts.number(s.error_1s)} °/s at 1 s`) : null),
+    ]));
+  }
+
+  const list = items => h('ul.plain', items.map(i => h('li', i)));
+
+  return { h, panel, command, card, parameters, suspect, steps, list, copyButton };
+})();
