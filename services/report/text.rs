@@ -200,8 +200,9 @@ impl Screen {
                 .collect();
             let name = self.terminal.paint(Ink::Strong, &suspect.effect);
             let pad = " ".repeat(24usize.saturating_sub(suspect.effect.chars().count()));
-            let text = format!("{:>6}  {name}{pad} {}", suspect.removes, suspect.card.title);
-            self.line(&text);
+            let room = self.terminal.width >= 36 + suspect.card.title.chars().count();
+            let title = if room { suspect.card.title.as_str() } else { "" };
+            self.line(&format!("{:>6}  {name}{pad} {title}", suspect.removes));
             self.wrapped("          ", &values.join(", "), Ink::Plain);
             if !suspect.aliases.is_empty() {
                 let ids: Vec<&str> = suspect.aliases.iter().map(|a| a.id.as_str()).collect();
