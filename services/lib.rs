@@ -9,3 +9,12 @@
 pub mod cli;
 pub mod commands;
 pub mod report;
+//! | [`log`] | logs: CSV in, checked; CSV out |
+//! | [`output`] | files that are written whole or not at all |
+//! | [`toml_error`] | what is wrong in a TOML file, with line and caret |
+
+pub mod cli;
+pub mod commands;
+pub mod log;
+pub mod output;
+pub mod toml_error;

@@ -24,6 +24,7 @@
 //! | [`process_noise`] | how restless the motion is |
 //! | [`observer`] | the paper's own filter |
 //! | [`estimator`] | compensation and filters together: one row in, one estimate out |
+//! | [`faults`] | faults of the data, as against physics |
 //! | [`diagnosis`] | the result types, as the JSON interface has them |
 //! | [`detail`] | the pictures behind a verdict: overlay, regimes, spectrum, whiteness |
 
@@ -34,6 +35,7 @@ pub mod diagnosis;
 pub mod effects;
 pub mod estimator;
 pub mod evidence;
+pub mod faults;
 pub mod fit;
 pub mod history;
 pub mod kalman;

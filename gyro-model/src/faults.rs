@@ -1,0 +1,69 @@
+//! Faults of the data, as against physics: found over a whole log, counted, located, and taken out where that is possible.
+//!
+//! What a fault must not be mistaken for: a quantised sensor at rest repeats its reading; a dead zone gives many zeros;
+//! saturation holds the reading at the range's end; backlash holds the encoder at reversals; an encoder slower than the
+//! gyro leaves rows without value. None of these is reported here.
+
+mod missing;
+mod reference;
+mod repeated;
+mod spikes;
+mod stuck;
+mod timing;
+
+use crate::{Record, diagnosis::DataFault};
+
+/// What was found.
+#[derive(Clone, Debug, Default)]
+pub struct Report {
+    /// The faults, counted and located.
+    pub faults: Vec<DataFault>,
+    /// Rows of which a reading is missing or was taken out.
+    pub rows_marked: u64,
+}
+
+/// Checks a whole log. Readings that are certainly wrong (single spikes, repeated samples) become "no value" in `record`.
+///
+/// `already` tells, row by row, which ones were counted as faulty before (empty: none); they are not counted again.
+pub fn check(record: &mut Record, already: &[bool]) -> Report {
+    let mut report = Report::default();
+    let mut already = already.to_vec();
+    already.resize(record.len(), false);
+    missing::check(record, &mut already, &mut report);
+    timing::check(record, &mut report);
+    spikes::check(record, &mut already, &mut report);
+    repeated::check(record, &mut already, &mut report);
+    stuck::check(record, &mut report);
+    reference::check(record, &mut report);
+    report
+}
+
+impl Report {
+    /// Counts a row of which a reading is missing or was taken out, once.
+    fn mark(&mut self, already: &mut [bool], row: usize) {
+        if let Some(flag) = already.get_mut(row)
+            && !*flag
+        {
+            *flag = true;
+            self.rows_marked += 1;
+        }
+    }
+
+    fn add(&mut self, fault: &str, count: u64, first_t: Option<f64>, says: String) {
+        self.faults.push(DataFault { fault: fault.to_owned(), count, first_t, says });
+    }
+}
+
+/// Seconds from the first row.
+fn seconds(record: &Record, row: usize) -> f64 {
+    record.rows[row].t_ns as f64 * 1e-9
+}
+
+/// The value below which a share `q` of them lies; `None` where there is none.
+fn quantile(mut values: Vec<f64>, q: f64) -> Option<f64> {
+    if values.is_empty() {
+        return None;
+    }
+    let place = ((values.len() - 1) as f64 * q).round() as usize;
+    Some(*values.select_nth_unstable_by(place, f64::total_cmp).1)
+}

@@ -1,0 +1,284 @@
+//! Gyro against reference, coarsely: is the unit, the sign or the axis wrong, and does the axis turn at all?
+
+use super::{Report, quantile, spikes};
+use crate::{Axis, Record, record::ReferenceKind};
+
+/// Increments are compared over pieces of this length, s: long against any delay, short against a log.
+const PIECE: f64 = 0.5;
+
+/// Below this spread of the reference's rate, rad/s, an axis counts as not turned.
+const TURNED: f64 = 0.02;
+
+/// The reference's angle about one axis, continuous; for a quaternion the integral of the body rate.
+pub(super) struct Motion {
+    t: Vec<f64>,
+    angle: Vec<f64>,
+    /// RMS of the rate over [`PIECE`], rad/s.
+    pub(super) rate_rms: f64,
+}
+
+impl Motion {
+    /// `None` where the axis has no reference.
+    pub(super) fn of(record: &Record, axis: Axis) -> Option<Self> {
+        let i = axis.index();
+        let (mut t, mut angle) = (Vec::new(), Vec::new());
+        match record.reference(axis)? {
+            ReferenceKind::Angle => {
+                for row in record.rows.iter().filter(|r| r.ref_angle[i].is_finite()) {
+                    t.push(row.t_ns as f64 * 1e-9);
+                    angle.push(row.ref_angle[i]);
+                }
+                if !wraps_in_degrees(&angle) {
+                    spikes::unwrap(&mut angle);
+                }
+            }
+            ReferenceKind::Rate => {
+                let mut sum = 0.0;
+                for row in record.rows.iter().filter(|r| r.ref_rate[i].is_finite()) {
+                    let now = row.t_ns as f64 * 1e-9;
+                    sum += t.last().map_or(0.0, |before| now - before) * row.ref_rate[i];
+                    t.push(now);
+                    angle.push(sum);
+                }
+            }
+            ReferenceKind::Quaternion => {
+                let (mut sum, mut before): (f64, Option<[f64; 4]>) = (0.0, None);
+                for row in record.rows.iter().filter(|r| r.ref_quaternion[0].is_finite()) {
+                    let q = row.ref_quaternion;
+                    sum += before.map_or(0.0, |p| turn(p, q)[i]);
+                    before = Some(q);
+                    t.push(row.t_ns as f64 * 1e-9);
+                    angle.push(sum);
+                }
+            }
+        }
+        let mut motion = Self { t, angle, rate_rms: 0.0 };
+        let (&from, &to) = (motion.t.first()?, motion.t.last()?);
+        let rates = motion.rates(from, to, PIECE);
+        motion.rate_rms = (rates.iter().map(|x| x * x).sum::<f64>() / rates.len().max(1) as f64).sqrt();
+        Some(motion)
+    }
+
+    /// Angle at `t`, linear between samples, held at the ends.
+    fn at(&self, t: f64) -> f64 {
+        let k = self.t.partition_point(|&x| x <= t);
+        if k == 0 {
+            return self.angle[0];
+        }
+        if k == self.t.len() {
+            return self.angle[k - 1];
+        }
+        let share = (t - self.t[k - 1]) / (self.t[k] - self.t[k - 1]);
+        self.angle[k - 1] + share * (self.angle[k] - self.angle[k - 1])
+    }
+
+    /// Mean rates over pieces of this length from `from` to `to`.
+    pub(super) fn rates(&self, from: f64, to: f64, piece: f64) -> Vec<f64> {
+        // A clock that jumps years ahead must not make years of pieces.
+        let pieces = (((to - from) / piece) as usize).clamp(1, 4 * self.t.len().max(1));
+        let edge = |k: usize| from + (to - from) * k as f64 / pieces as f64;
+        let length = (to - from).max(1e-9) / pieces as f64;
+        (0..pieces).map(|k| (self.at(edge(k + 1)) - self.at(edge(k))) / length).collect()
+    }
+}
+
+/// Rotation from attitude `p` to `q` (both body to world), in body axes, rad.
+fn turn(p: [f64; 4], q: [f64; 4]) -> [f64; 3] {
+    let w = p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3];
+    let v = [
+        p[0] * q[1] - p[1] * q[0] - p[2] * q[3] + p[3] * q[2],
+        p[0] * q[2] + p[1] * q[3] - p[2] * q[0] - p[3] * q[1],
+        p[0] * q[3] - p[1] * q[2] + p[2] * q[1] - p[3] * q[0],
+    ];
+    let sine = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
+    let scale = if sine < 1e-12 { 2.0 } else { 2.0 * sine.atan2(w.abs()) / sine };
+    v.map(|x| x * scale * w.signum())
+}
+
+/// Whether an angle jumps by a full turn of 360.
+fn wraps_in_degrees(angle: &[f64]) -> bool {
+    let span = angle.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
+    span.1 - span.0 <= 361.0 && angle.windows(2).any(|pair| (300.0..=361.0).contains(&(pair[1] - pair[0]).abs()))
+}
+
+/// Reports wrong units, signs and axes, and axes that are not turned.
+pub(super) fn check(record: &Record, report: &mut Report) {
+    other_units(record, report);
+    for axis in Axis::ALL.into_iter().filter(|&a| record.has_gyro(a)) {
+        let Some(motion) = Motion::of(record, axis) else { continue };
+        let (Some(&from), Some(&to)) = (motion.t.first(), motion.t.last()) else { continue };
+        let wanted = motion.rates(from, to, PIECE);
+        let spread = deviation(&wanted);
+        let rows = record.len() as u64;
+        let own = gyro_rates(record, axis, &motion);
+        let column = reference_column(record, axis);
+        if spread < TURNED {
+            let says = if own.as_ref().is_some_and(|g| deviation(g) > 10.0 * TURNED) {
+                format!("gyro_{axis} turns but {column} does not: check the reference's wiring, axis and unit")
+            } else {
+                format!("axis {axis} hardly changes its rate: turn it both ways, at several rates")
+            };
+            report.add("not-excited", rows, None, says);
+            continue;
+        }
+        let fit = own.as_deref().map_or((0.0, 0.0), |g| regress(g, &wanted));
+        if fit.1 > 0.8 {
+            let slope = fit.0;
+            if slope < 0.0 {
+                let says = format!("gyro_{axis} turns against {column}: negate one of them");
+                report.add("wrong-sign", rows, Some(0.0), says);
+            }
+            if let Some(says) = factor(slope.abs(), axis, column) {
+                report.add("wrong-unit", rows, Some(0.0), says);
+            }
+        } else if fit.1 < 0.3 {
+            let others = Axis::ALL.into_iter().filter(|&a| a != axis && record.has_gyro(a));
+            let follows = others.filter_map(|a| {
+                let (slope, r2) = regress(&gyro_rates(record, a, &motion)?, &wanted);
+                (r2 > 0.9).then_some((a, slope, r2))
+            });
+            if let Some((other, slope, _)) = follows.max_by(|a, b| a.2.total_cmp(&b.2)) {
+                let sign = if slope < 0.0 { ", with the other sign" } else { "" };
+                let says = format!("{column} follows gyro_{other}{sign}, not gyro_{axis}: rename one of them");
+                report.add("swapped-axes", rows, Some(0.0), says);
+            }
+        }
+    }
+}
+
+fn reference_column(record: &Record, axis: Axis) -> &'static str {
+    match record.reference(axis) {
+        Some(ReferenceKind::Angle) => ["ref_angle_x", "ref_angle_y", "ref_angle_z"][axis.index()],
+        Some(ReferenceKind::Rate) => ["ref_rate_x", "ref_rate_y", "ref_rate_z"][axis.index()],
+        Some(ReferenceKind::Quaternion) | None => "the reference orientation",
+    }
+}
+
+/// Mean gyro readings over the pieces of the reference.
+fn gyro_rates(record: &Record, axis: Axis, motion: &Motion) -> Option<Vec<f64>> {
+    let (mut t, mut angle, mut sum) = (Vec::new(), Vec::new(), 0.0);
+    for row in record.rows.iter().filter(|r| r.gyro[axis.index()].is_finite()) {
+        let now = row.t_ns as f64 * 1e-9;
+        sum += t.last().map_or(0.0, |before| now - before) * row.gyro[axis.index()];
+        t.push(now);
+        angle.push(sum);
+    }
+    t.first()?;
+    let gyro = Motion { t, angle, rate_rms: 0.0 };
+    Some(gyro.rates(*motion.t.first()?, *motion.t.last()?, PIECE))
+}
+
+fn deviation(values: &[f64]) -> f64 {
+    let n = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt()
+}
+
+/// (slope of `y` on `x` with an intercept, r²).
+fn regress(x: &[f64], y: &[f64]) -> (f64, f64) {
+    let n = x.len().min(y.len()) as f64;
+    let (mx, my) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for (a, b) in x.iter().zip(y) {
+        xx += (a - mx).powi(2);
+        xy += (a - mx) * (b - my);
+        yy += (b - my).powi(2);
+    }
+    if xx > 0.0 && yy > 0.0 { (xy / xx, xy * xy / (xx * yy)) } else { (0.0, 0.0) }
+}
+
+/// What a reference that is `ratio` times the gyro's motion suggests.
+fn factor(ratio: f64, axis: Axis, column: &str) -> Option<String> {
+    const DEGREES: f64 = 180.0 / std::f64::consts::PI;
+    let gyro = format!("gyro_{axis}");
+    let known = [
+        (1.0 / DEGREES, format!("{gyro} looks like °/s: name it {gyro}_dps")),
+        (DEGREES, format!("{column} looks like degrees: add _deg (an angle) or _dps (a rate) to its name")),
+        (1e-3, format!("t looks like milliseconds (name it t_ms), or {gyro} like mrad/s")),
+        (1e-3 / DEGREES, format!("{gyro} looks like m°/s: divide it by 1000 and name it {gyro}_dps")),
+        (1e3, format!("{gyro} is a thousand times too small: check its unit and that of t")),
+        (2.0, format!("{gyro} is half of what {column} shows: check the sensor's full-scale setting")),
+        (0.5, format!("{gyro} is twice what {column} shows: check the sensor's full-scale setting")),
+        (4.0, format!("{gyro} is a quarter of what {column} shows: check the sensor's full-scale setting")),
+        (0.25, format!("{gyro} is four times what {column} shows: check the sensor's full-scale setting")),
+        (
+            1.0 / DEGREES / 16.4,
+            format!("{gyro} looks like raw counts at ±2000 °/s: divide it by 16.4, name it {gyro}_dps"),
+        ),
+        (
+            1.0 / DEGREES / 32.8,
+            format!("{gyro} looks like raw counts at ±1000 °/s: divide it by 32.8, name it {gyro}_dps"),
+        ),
+        (
+            1.0 / DEGREES / 65.5,
+            format!("{gyro} looks like raw counts at ±500 °/s: divide it by 65.5, name it {gyro}_dps"),
+        ),
+        (
+            1.0 / DEGREES / 131.0,
+            format!("{gyro} looks like raw counts at ±250 °/s: divide it by 131, name it {gyro}_dps"),
+        ),
+        (std::f64::consts::TAU / 60.0, format!("{gyro} looks like turns a minute: convert it to rad/s")),
+        (std::f64::consts::TAU, format!("{gyro} looks like turns a second: convert it to rad/s")),
+        (1.0 / std::f64::consts::TAU, format!("{column} looks like turns: convert it to rad")),
+        (9.806_65, format!("{column} is 9.81 times what {gyro} shows: check both units")),
+    ];
+    // Nearer than 5 %: no low-cost gyro's scale is further off, and the closest two entries lie 6 % apart.
+    let nearest = known.iter().min_by(|a, b| (ratio / a.0).ln().abs().total_cmp(&(ratio / b.0).ln().abs()))?;
+    if (ratio / nearest.0).ln().abs() < 0.05 {
+        return Some(format!("{} (a factor of {ratio:.4})", nearest.1));
+    }
+    (!(1.0 / 3.0..=3.0).contains(&ratio))
+        .then(|| format!("{column} is {ratio:.4} times what {gyro} shows: check both units"))
+}
+
+/// Units that show without a reference.
+fn other_units(record: &Record, report: &mut Report) {
+    let rows = record.len() as u64;
+    let middle = |of: fn(&crate::Row) -> f64| {
+        quantile(record.rows.iter().map(of).filter(|x| x.is_finite()).collect(), 0.5).unwrap_or(f64::NAN)
+    };
+    let gravity = middle(|r| (r.accel[0].powi(2) + r.accel[1].powi(2) + r.accel[2].powi(2)).sqrt());
+    if (0.85..1.15).contains(&gravity) {
+        let says = "the accelerometer shows about 1 where gravity is 9.81 m/s²: add _g to its columns' names";
+        report.add("wrong-unit", rows, Some(0.0), says.to_owned());
+    } else if (850.0..1150.0).contains(&gravity) {
+        let says = "the accelerometer shows about 1000 where gravity is 9.81 m/s²: add _mg to its columns' names";
+        report.add("wrong-unit", rows, Some(0.0), says.to_owned());
+    }
+    let temperature = middle(|r| r.temperature);
+    if temperature > 200.0 {
+        report.add("wrong-unit", rows, Some(0.0), format!("temp is about {temperature:.0}: kelvin? Name it temp_k"));
+    }
+    let supply = middle(|r| r.supply);
+    if supply > 500.0 {
+        report.add(
+            "wrong-unit",
+            rows,
+            Some(0.0),
+            format!("supply is about {supply:.0}: millivolts? Name it supply_mv"),
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_turn_about_one_body_axis_is_seen_there_with_its_sign() {
+        let about_z = |angle: f64| [(angle / 2.0).cos(), 0.0, 0.0, (angle / 2.0).sin()];
+        for step in [0.3, -0.3, 1e-7] {
+            let found = turn(about_z(1.0), about_z(1.0 + step));
+            assert!((found[2] - step).abs() < 1e-12 && found[0].abs() < 1e-12, "{found:?}");
+            // The same attitude written with the other sign.
+            let found = turn(about_z(1.0), about_z(1.0 + step).map(|x| -x));
+            assert!((found[2] - step).abs() < 1e-12, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn the_papers_scale_of_2_156_is_no_wrong_unit() {
+        assert_eq!(factor(2.156, Axis::X, "ref_angle_x"), None);
+        assert!(factor(57.0, Axis::X, "ref_angle_x").unwrap().contains("degrees"));
+    }
+}

@@ -1,0 +1,117 @@
+//! Channels that stand still while another one shows motion.
+
+use super::{Report, reference::Motion, seconds};
+use crate::{Axis, Record};
+
+/// Shorter than this, s, nothing is called stuck.
+const SHORTEST: f64 = 0.5;
+
+/// Pieces of a run over which rates are compared, s.
+const PIECE: f64 = 0.1;
+
+/// Where the gyro is stuck in more of the rows than this, it is said but left as it is.
+const MARKED_UP_TO: f64 = 0.1;
+
+/// Reports gyros and references that are stuck.
+pub(super) fn check(record: &mut Record, report: &mut Report) {
+    for axis in Axis::ALL {
+        let Some(motion) = Motion::of(record, axis) else { continue };
+        let runs = gyro(record, axis, &motion);
+        say(record, report, &format!("gyro_{axis}"), "the reference turns", &runs);
+        let rows: usize = runs.iter().map(|&(from, to)| to - from).sum();
+        if (rows as f64) < MARKED_UP_TO * record.len() as f64 {
+            for &(from, to) in &runs {
+                record.rows[from + 1..to].iter_mut().for_each(|row| row.gyro[axis.index()] = f64::NAN);
+            }
+        }
+        let runs = encoder(record, axis);
+        say(record, report, &format!("ref_angle_{axis}"), "the gyro turns", &runs);
+    }
+}
+
+fn say(record: &Record, report: &mut Report, name: &str, while_: &str, runs: &[(usize, usize)]) {
+    let Some(&(first, _)) = runs.first() else { return };
+    let rows: usize = runs.iter().map(|&(from, to)| to - from).sum();
+    let t = seconds(record, first);
+    report.add(
+        "stuck-channel",
+        rows as u64,
+        Some(t),
+        format!(
+            "{name} stands still in {rows} rows while {while_}, first at t = {t:.3} s: check its wiring and driver"
+        ),
+    );
+}
+
+/// Runs `from..to` of one value, at least [`SHORTEST`] long; rows without value don't end a run.
+fn runs(record: &Record, value: impl Fn(usize) -> f64) -> Vec<(usize, usize)> {
+    let (mut found, mut from): (Vec<(usize, usize)>, Option<usize>) = (Vec::new(), None);
+    let mut last = 0;
+    for k in 0..record.len() {
+        let x = value(k);
+        if !x.is_finite() {
+            continue;
+        }
+        if let Some(start) = from
+            && value(start) != x
+        {
+            found.push((start, last + 1));
+            from = None;
+        }
+        from.get_or_insert(k);
+        last = k;
+    }
+    found.extend(from.map(|start| (start, last + 1)));
+    found.retain(|&(a, b)| b - a >= 20 && seconds(record, b - 1) - seconds(record, a) >= SHORTEST);
+    found
+}
+
+/// Stuck runs of a gyro: the reference's rate changes inside them as it does elsewhere. A reading held at the range's end,
+/// or at zero while the axis turns slowly, is physics.
+fn gyro(record: &Record, axis: Axis, motion: &Motion) -> Vec<(usize, usize)> {
+    let value = |k: usize| record.rows[k].gyro[axis.index()];
+    let ends = (0..record.len()).map(value).filter(|x| x.is_finite()).fold(0.0_f64, |most, x| most.max(x.abs()));
+    let mut found = runs(record, value);
+    found.retain(|&(from, to)| {
+        let rates = motion.rates(seconds(record, from), seconds(record, to - 1), PIECE);
+        let (low, high) = rates.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
+        let held = value(from);
+        let least = (0.5 * motion.rate_rms).max(0.05);
+        let clipped = held.abs() >= 0.97 * ends && held.abs() > 0.0 && {
+            let beyond = rates.iter().filter(|&&x| x * held.signum() > 0.7 * held.abs()).count();
+            10 * beyond >= 9 * rates.len()
+        };
+        high - low > least && !clipped && (held.abs() > 1e-9 || high.max(-low) > least)
+    });
+    found
+}
+
+/// Stuck runs of an encoder: the gyro's angle inside them, less a straight line, goes further than any play.
+fn encoder(record: &Record, axis: Axis) -> Vec<(usize, usize)> {
+    let i = axis.index();
+    let mut found = runs(record, |k| record.rows[k].ref_angle[i]);
+    let quantum = {
+        let values: Vec<f64> = record.rows.iter().map(|r| r.ref_angle[i]).filter(|x| x.is_finite()).collect();
+        let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+        steps.filter(|&x| x > 1e-9).fold(f64::INFINITY, f64::min)
+    };
+    let play = if quantum.is_finite() { 0.2_f64.max(3.0 * quantum) } else { 0.2 };
+    found.retain(|&(from, to)| {
+        let (mut angle, mut curve) = (0.0, vec![(seconds(record, from), 0.0)]);
+        for k in from + 1..to {
+            let (rate, dt) = (record.rows[k].gyro[i], seconds(record, k) - seconds(record, k - 1));
+            if rate.is_finite() {
+                angle += rate * dt;
+            }
+            curve.push((seconds(record, k), angle));
+        }
+        let (start, span) = (curve[0].0, curve[curve.len() - 1].0 - curve[0].0);
+        let line = |t: f64| angle * (t - start) / span;
+        let (low, high) = curve
+            .iter()
+            .map(|&(t, a)| a - line(t))
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        high - low > play || (angle / span).abs() > 1.0 && angle.abs() > std::f64::consts::PI
+    });
+    found
+}

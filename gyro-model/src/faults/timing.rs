@@ -1,0 +1,58 @@
+//! Gaps between samples, and uneven ones.
+
+use super::{Report, quantile, seconds};
+use crate::Record;
+
+/// An interval this many times the usual one is a gap.
+const GAP: f64 = 1.8;
+
+/// Intervals that spread by more than this share of the usual one are called jitter.
+const JITTER: f64 = 0.5;
+
+/// Reports gaps and timestamp jitter of the gyro's samples.
+pub(super) fn check(record: &Record, report: &mut Report) {
+    let rows: Vec<usize> = (0..record.len()).filter(|&k| record.rows[k].gyro.iter().any(|x| x.is_finite())).collect();
+    let dt: Vec<f64> = rows.windows(2).map(|pair| seconds(record, pair[1]) - seconds(record, pair[0])).collect();
+    let (Some(low), Some(usual), Some(high)) =
+        (quantile(dt.clone(), 0.01), quantile(dt.clone(), 0.5), quantile(dt.clone(), 0.99))
+    else {
+        return;
+    };
+    let (low, high) = (low.max(usual / GAP), high.min(usual * GAP));
+    let spread = (high - low) / usual;
+    // Where stamps jitter much, only an interval well beyond the jitter is a gap.
+    let gap = usual * if spread > JITTER { 2.0 * GAP } else { GAP };
+    let gaps: Vec<usize> = (0..dt.len()).filter(|&k| dt[k] > gap).collect();
+    if let Some(&first) = gaps.first() {
+        let missing: f64 = gaps.iter().map(|&k| (dt[k] / usual).round() - 1.0).sum();
+        let longest = gaps.iter().map(|&k| dt[k]).fold(0.0, f64::max);
+        let t = seconds(record, rows[first]);
+        report.add(
+            "dropouts",
+            gaps.len() as u64,
+            Some(t),
+            format!(
+                "{} gaps, about {missing:.0} samples missing, the longest {longest:.3} s, the first after t = {t:.3} s; \
+                 nothing is assumed inside them",
+                gaps.len()
+            ),
+        );
+    }
+    if spread > JITTER {
+        let off = |k: &usize| (dt[*k] - usual).abs() > 0.25 * usual && dt[*k] <= gap;
+        let count = (0..dt.len()).filter(off).count() as u64;
+        let first = (0..dt.len()).find(off).map(|k| seconds(record, rows[k]));
+        report.add(
+            "timestamp-jitter",
+            count,
+            first,
+            format!(
+                "sample intervals spread over {:.2} to {:.2} ms about {:.2} ms: stamp samples where they are taken, not \
+                 where they arrive",
+                low * 1e3,
+                high * 1e3,
+                usual * 1e3
+            ),
+        );
+    }
+}

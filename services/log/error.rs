@@ -1,0 +1,146 @@
+//! Why a log is refused: what, where, what to do, in one line.
+
+use crate::toml_error::{TomlError, quoted};
+use std::{fmt, io};
+
+/// A refused log.
+#[derive(Debug)]
+pub struct LogError {
+    /// The log's path, or `standard input`.
+    pub log: String,
+    /// Line of the (unpacked) text, from 1.
+    pub line: Option<u64>,
+    /// Column, from 1, and its name.
+    pub column: Option<(usize, String)>,
+    /// What is wrong.
+    pub problem: Problem,
+}
+
+/// What is wrong with a log, and what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum Problem {
+    /// It cannot be opened.
+    #[error("cannot be opened ({0}): check the path and who may read it")]
+    Open(io::Error),
+    /// It is a folder.
+    #[error("is a folder, not a log: name a CSV file in it")]
+    Folder,
+    /// Reading failed half-way.
+    #[error("cannot be read ({0}): check the disk, or copy the file anew")]
+    Read(io::Error),
+    /// The packed file ends early or is damaged.
+    #[error("truncated or corrupt gzip ({0}): copy the file anew, or save what is whole with `gzip -dc`")]
+    Gzip(io::Error),
+    /// Named .gz, but not packed.
+    #[error("is named .gz but is not gzip: copy the file anew, or name it .csv if it is plain text")]
+    NotGzip,
+    /// No byte in it.
+    #[error("is empty: a header row and data rows are needed, such as t,gyro_z,ref_angle_z")]
+    Empty,
+    /// The first row holds numbers.
+    #[error("no header: the first row holds numbers; put the column names there, such as t,gyro_z,ref_angle_z")]
+    NoHeader,
+    /// Not comma-separated.
+    #[error("the header is not separated by commas but by {0}: convert the file to commas")]
+    Separator(&'static str),
+    /// No column of this kind.
+    #[error("no column `{wanted}`: the header has {has}; rename yours with `--columns F`{hint}")]
+    Missing {
+        /// What is wanted.
+        wanted: &'static str,
+        /// What is there.
+        has: String,
+        /// What may be meant.
+        hint: String,
+    },
+    /// No axis can be fitted.
+    #[error(
+        "no axis has both a gyro and a reference: add ref_angle_{0}, ref_rate_{0} or ref_qw … ref_qz, or rename yours with \
+         `--columns F`"
+    )]
+    NoReference(&'static str),
+    /// One quantity, two columns.
+    #[error("named twice ({first} and {second}): leave one out, or rename it with `--columns F`")]
+    Twice {
+        /// The earlier header.
+        first: String,
+        /// The later header.
+        second: String,
+    },
+    /// A unit that does not fit.
+    #[error("the suffix _{suffix} is no unit of {quantity}: use {fitting}, or rename the column with `--columns F`")]
+    Unit {
+        /// The suffix.
+        suffix: &'static str,
+        /// The quantity.
+        quantity: &'static str,
+        /// Names that would do.
+        fitting: String,
+    },
+    /// Part of a quaternion.
+    #[error("is missing: a reference orientation needs all of ref_qw, ref_qx, ref_qy, ref_qz")]
+    PartOfQuaternion,
+    /// Text where a number should be.
+    #[error("{} is not a number: mend it, or leave the field empty where there is no value", quoted(.0))]
+    Text(String),
+    /// A row of another length.
+    #[error("{found} fields where the header has {wanted}: mend or delete the row")]
+    Length {
+        /// In this row.
+        found: usize,
+        /// In the header.
+        wanted: usize,
+    },
+    /// A line without end.
+    #[error("longer than {0} bytes: this is not a row of a log (a missing line break or quotation mark?)")]
+    LongLine(usize),
+    /// A time that nanoseconds cannot hold.
+    #[error("time {} lies more than 292 years from the first row: mend it, or check its unit", quoted(.0))]
+    TimeRange(String),
+    /// Too few rows.
+    #[error("only {found} usable rows, at least {wanted} are needed: record a longer log{why}")]
+    TooFew {
+        /// Usable rows.
+        found: usize,
+        /// Needed.
+        wanted: usize,
+        /// What made others unusable.
+        why: String,
+    },
+    /// Too much is faulty.
+    #[error("{faulty} of {rows} rows are faulty, more than 10 % ({worst}): mend the recording")]
+    TooFaulty {
+        /// Faulty rows.
+        faulty: u64,
+        /// All rows.
+        rows: u64,
+        /// The most frequent fault.
+        worst: String,
+    },
+    /// The column map cannot be read.
+    #[error("column map {file} cannot be read ({cause}): check the path")]
+    MapFile {
+        /// The map.
+        file: String,
+        /// Why.
+        cause: io::Error,
+    },
+    /// The column map is wrong.
+    #[error("column map {0}")]
+    Map(TomlError),
+}
+
+impl fmt::Display for LogError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.log)?;
+        if let Some(line) = self.line {
+            write!(f, " line {line}")?;
+        }
+        if let Some((number, name)) = &self.column {
+            write!(f, " column {number} ({name})")?;
+        }
+        write!(f, ": {}", self.problem)
+    }
+}
+
+impl std::error::Error for LogError {}

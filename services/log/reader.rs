@@ -1,0 +1,337 @@
+//! A log row by row: the same rows, checks and units for acquisition and for the offline commands.
+
+use super::{
+    LogError, Options,
+    column_map::ColumnMap,
+    error::Problem,
+    header::Layout,
+    input::{Input, STANDARD_INPUT},
+    number::{self, Field, TimeField},
+    tally::{RowFault, Tally},
+    unit::Channel,
+};
+use csv::ByteRecord;
+use gyro_model::{Row, diagnosis::DataFault};
+use std::path::Path;
+
+/// Reads rows in order. Times repeated or going back are left out, infinite values are taken as no value, both counted.
+///
+/// It reads one row ahead, so that a single time far ahead of its neighbours costs that row and not all after it.
+pub struct Reader {
+    log: String,
+    csv: csv::Reader<Input>,
+    layout: Layout,
+    record: ByteRecord,
+    /// Own time of the first row, ns.
+    start: Option<i128>,
+    /// Own time of the last row given, ns.
+    last: Option<i128>,
+    pending: Option<Pending>,
+    tally: Tally,
+    /// By column: whether a free channel has held a number, or text.
+    free_kind: Vec<FreeKind>,
+    rows: u64,
+    faulty: u64,
+    marked: bool,
+    ended: bool,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum FreeKind {
+    Unknown,
+    Numbers,
+    Text,
+}
+
+struct Pending {
+    row: Row,
+    time: i128,
+    line: u64,
+    marked: bool,
+}
+
+/// Readings beyond this are no sensor's: rad/s, rad, m/s², °C, V alike.
+const IMPOSSIBLE: f64 = 1e9;
+
+/// A row counts as jumping ahead where it lies this many times further on than the row after it.
+const AHEAD: i128 = 10;
+
+impl Reader {
+    /// Opens a log (`-`: standard input) and understands its header.
+    ///
+    /// # Errors
+    /// Whatever makes the log unreadable from its first row on.
+    pub fn open(path: &Path, options: &Options) -> Result<Self, LogError> {
+        let log = if path == Path::new("-") { STANDARD_INPUT.to_owned() } else { path.display().to_string() };
+        let refuse = |line, column, problem| LogError { log: log.clone(), line, column, problem };
+        let map = options.columns.as_deref().map(ColumnMap::load).transpose().map_err(|p| refuse(None, None, p))?;
+        let input = Input::open(path).map_err(|p| refuse(None, None, p))?;
+        let mut csv = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(input);
+        let mut record = ByteRecord::new();
+        let found = csv.read_byte_record(&mut record).map_err(|e| refuse(Some(1), None, read_problem(&csv, e)))?;
+        if !found {
+            return Err(refuse(None, None, Problem::Empty));
+        }
+        let line = record.position().map(csv::Position::line);
+        let fields: Vec<&[u8]> = record.iter().collect();
+        let layout = Layout::new(&fields, map.as_ref()).map_err(|(column, p)| refuse(line, column, p))?;
+        if options.needs_reference && !layout.has_reference() {
+            let axis = layout.gyros().first().map_or("z", |a| a.letter());
+            return Err(refuse(line, None, Problem::NoReference(axis)));
+        }
+        let free_kind = vec![FreeKind::Unknown; layout.columns.len()];
+        Ok(Self {
+            log,
+            csv,
+            layout,
+            record,
+            start: None,
+            last: None,
+            pending: None,
+            tally: Tally::default(),
+            free_kind,
+            rows: 0,
+            faulty: 0,
+            marked: false,
+            ended: false,
+        })
+    }
+
+    /// What the columns hold.
+    #[must_use]
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// The first row's own time, ns, once it has been read: what all times count from.
+    #[must_use]
+    pub fn start_ns(&self) -> Option<i128> {
+        self.start
+    }
+
+    /// Data rows read so far, faulty ones included.
+    #[must_use]
+    pub fn rows_read(&self) -> u64 {
+        self.rows
+    }
+
+    /// Rows so far that were left out, or of which a value was.
+    #[must_use]
+    pub fn rows_faulty(&self) -> u64 {
+        self.faulty
+    }
+
+    /// Whether a value of the row given last was taken as no value for a fault.
+    #[must_use]
+    pub fn row_was_marked(&self) -> bool {
+        self.marked
+    }
+
+    /// SHA-256 of the bytes read so far; of the whole log once the rows have ended.
+    #[must_use]
+    pub fn sha256(&self) -> String {
+        self.csv.get_ref().sha256()
+    }
+
+    /// The log's path, or `standard input`.
+    #[must_use]
+    pub fn log(&self) -> &str {
+        &self.log
+    }
+
+    /// The faults so far, counted and located.
+    #[must_use]
+    pub fn faults(&self) -> Vec<DataFault> {
+        let mut faults = self.tally.report(|column| self.layout.columns[column].name.clone());
+        if let Some(first) = self.layout.unused_names.first() {
+            faults.push(DataFault {
+                fault: "unused-columns".to_owned(),
+                count: self.layout.unused_names.len() as u64,
+                first_t: None,
+                says: format!(
+                    "{} free channels are not read, from '{first}' on: only the first {} are; put yours further left",
+                    self.layout.unused_names.len(),
+                    self.layout.free_names.len()
+                ),
+            });
+        }
+        faults
+    }
+
+    /// The next row, or `None` at the log's end.
+    ///
+    /// # Errors
+    /// Text where a number should be, a row of another length, a damaged file; nothing can be read after that.
+    pub fn next_row(&mut self) -> Result<Option<Row>, LogError> {
+        loop {
+            let Some(next) = self.parse_row()? else {
+                return self.pending.take().map(|row| self.give(row)).transpose();
+            };
+            let Some(held) = self.pending.take() else {
+                self.pending = Some(next);
+                continue;
+            };
+            if next.time > held.time {
+                self.pending = Some(next);
+                return self.give(held).map(Some);
+            }
+            let held_is_ahead =
+                self.last.is_some_and(|last| next.time > last && held.time - last > AHEAD * (next.time - last));
+            let (kept, dropped, fault) =
+                if held_is_ahead { (next, held, RowFault::TimeAhead) } else { (held, next, RowFault::TimeGoingBack) };
+            self.tally.add(fault, 0, dropped.line, self.seconds(dropped.time));
+            self.faulty += u64::from(!dropped.marked);
+            self.pending = Some(kept);
+        }
+    }
+
+    fn seconds(&self, time: i128) -> Option<f64> {
+        self.start.map(|start| (time - start) as f64 * 1e-9)
+    }
+
+    fn give(&mut self, held: Pending) -> Result<Row, LogError> {
+        let start = *self.start.get_or_insert(held.time);
+        self.last = Some(held.time);
+        self.marked = held.marked;
+        let t_ns = i64::try_from(held.time - start)
+            .map_err(|_| self.error(held.line, None, Problem::TimeRange(held.time.to_string())))?;
+        Ok(Row { t_ns, ..held.row })
+    }
+
+    fn error(&self, line: u64, column: Option<usize>, problem: Problem) -> LogError {
+        let column = column.map(|i| (i + 1, self.layout.columns[i].name.clone()));
+        LogError { log: self.log.clone(), line: Some(line), column, problem }
+    }
+
+    /// The next row that has a time.
+    fn parse_row(&mut self) -> Result<Option<Pending>, LogError> {
+        loop {
+            if self.ended {
+                return Ok(None);
+            }
+            self.csv.get_mut().next_line();
+            let before = self.csv.position().line();
+            let found = self.csv.read_byte_record(&mut self.record).map_err(|e| {
+                let problem = read_problem(&self.csv, e);
+                self.error(before, None, problem)
+            })?;
+            if !found {
+                self.ended = true;
+                return Ok(None);
+            }
+            self.rows += 1;
+            let record = std::mem::take(&mut self.record);
+            let row = self.parse(&record);
+            self.record = record;
+            if let Some(row) = row? {
+                return Ok(Some(row));
+            }
+        }
+    }
+
+    fn parse(&mut self, record: &ByteRecord) -> Result<Option<Pending>, LogError> {
+        let line = record.position().map_or(0, csv::Position::line);
+        if record.len() != self.layout.columns.len() {
+            let problem = Problem::Length { found: record.len(), wanted: self.layout.columns.len() };
+            return Err(self.error(line, None, problem));
+        }
+        let (mut row, mut time, mut marks) = (Row::EMPTY, None, Vec::new());
+        for (i, field) in record.iter().enumerate() {
+            let column = &self.layout.columns[i];
+            let conversion = column.conversion;
+            let text = || Problem::Text(String::from_utf8_lossy(&field[..field.len().min(400)]).into_owned());
+            match column.channel {
+                Channel::Unused => {}
+                Channel::Time => match number::time(field, conversion.exponent) {
+                    TimeField::Nanoseconds(ns) => time = Some(ns),
+                    TimeField::NoTime => {}
+                    TimeField::OutOfRange => {
+                        let written = String::from_utf8_lossy(&field[..field.len().min(400)]).into_owned();
+                        return Err(self.error(line, Some(i), Problem::TimeRange(written)));
+                    }
+                    TimeField::Text => return Err(self.error(line, Some(i), text())),
+                },
+                channel => match number::value(field) {
+                    Field::Number(x) if x.abs() > IMPOSSIBLE && !matches!(channel, Channel::Free(_)) => {
+                        marks.push((RowFault::Impossible, i));
+                    }
+                    Field::Number(x) => {
+                        if let Some(place) = place(&mut row, channel) {
+                            *place = x * conversion.scale + conversion.offset;
+                        }
+                        if self.free_kind[i] == FreeKind::Unknown {
+                            self.free_kind[i] = FreeKind::Numbers;
+                        }
+                    }
+                    Field::Empty | Field::Nan => {}
+                    Field::Infinite => marks.push((RowFault::Infinite, i)),
+                    Field::Text => {
+                        if !matches!(channel, Channel::Free(_)) || self.free_kind[i] == FreeKind::Numbers {
+                            return Err(self.error(line, Some(i), text()));
+                        }
+                        self.free_kind[i] = FreeKind::Text;
+                        marks.push((RowFault::TextColumn, i));
+                    }
+                },
+            }
+        }
+        if let Some(mark) = check_quaternion(&mut row.ref_quaternion) {
+            marks.push((mark, 0));
+        }
+        // A text column is a note about the column; it makes no row faulty.
+        let marked = marks.iter().any(|&(fault, _)| fault != RowFault::TextColumn) || time.is_none();
+        self.faulty += u64::from(marked);
+        let t = time.map(|time| self.seconds(time).unwrap_or(0.0));
+        for (fault, column) in marks {
+            self.tally.add(fault, column, line, t);
+        }
+        let Some(time) = time else {
+            self.tally.add(RowFault::NoTime, 0, line, self.last.and_then(|last| self.seconds(last)));
+            return Ok(None);
+        };
+        Ok(Some(Pending { row, time, line, marked }))
+    }
+}
+
+impl Iterator for Reader {
+    type Item = Result<Row, LogError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.next_row().transpose()
+    }
+}
+
+fn read_problem(csv: &csv::Reader<Input>, error: csv::Error) -> Problem {
+    let error = match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        other => std::io::Error::other(format!("{other:?}")),
+    };
+    csv.get_ref().problem(error)
+}
+
+/// Where a channel's value goes.
+fn place(row: &mut Row, channel: Channel) -> Option<&mut f64> {
+    Some(match channel {
+        Channel::Gyro(axis) => &mut row.gyro[axis.index()],
+        Channel::RefAngle(axis) => &mut row.ref_angle[axis.index()],
+        Channel::RefRate(axis) => &mut row.ref_rate[axis.index()],
+        Channel::Quaternion(i) => &mut row.ref_quaternion[i],
+        Channel::Accel(axis) => &mut row.accel[axis.index()],
+        Channel::Temperature => &mut row.temperature,
+        Channel::Supply => &mut row.supply,
+        Channel::Free(i) => &mut row.free[i],
+        Channel::Time | Channel::Unused => return None,
+    })
+}
+
+/// Scales a quaternion to length 1; one that is far from it, or has only a part, is no value.
+fn check_quaternion(q: &mut [f64; 4]) -> Option<RowFault> {
+    let present = q.iter().filter(|x| x.is_finite()).count();
+    let length = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+    if (0.9..=1.1).contains(&length) {
+        q.iter_mut().for_each(|x| *x /= length);
+        return None;
+    }
+    *q = [f64::NAN; 4];
+    (present > 0).then_some(RowFault::NotARotation)
+}

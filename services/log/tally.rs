@@ -1,0 +1,80 @@
+//! Faults counted and located while rows are read.
+
+use gyro_model::diagnosis::DataFault;
+use std::collections::BTreeMap;
+
+/// Faults that one row shows by itself or against the row before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum RowFault {
+    /// A row without a time.
+    NoTime,
+    /// Time repeated or going back.
+    TimeGoingBack,
+    /// A single time far ahead of those around it.
+    TimeAhead,
+    /// An infinite value.
+    Infinite,
+    /// A value that nothing physical reaches.
+    Impossible,
+    /// A quaternion that is not a rotation.
+    NotARotation,
+    /// A free channel of text.
+    TextColumn,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Count {
+    count: u64,
+    first_line: u64,
+    first_t: Option<f64>,
+}
+
+/// The counts so far, by fault and column.
+#[derive(Clone, Debug, Default)]
+pub struct Tally(BTreeMap<(RowFault, usize), Count>);
+
+impl Tally {
+    /// One more; `t` in seconds from the first row, where it is known.
+    pub fn add(&mut self, fault: RowFault, column: usize, line: u64, t: Option<f64>) {
+        self.0.entry((fault, column)).or_insert(Count { count: 0, first_line: line, first_t: t }).count += 1;
+    }
+
+    /// As reported, `name` giving a column's name.
+    pub fn report(&self, name: impl Fn(usize) -> String) -> Vec<DataFault> {
+        self.0
+            .iter()
+            .map(|(&(fault, column), count)| {
+                let (n, line, name) = (count.count, count.first_line, name(column));
+                let (fault, what) = match fault {
+                    RowFault::NoTime => ("non-finite", format!("{n} rows have no time and are left out")),
+                    RowFault::TimeGoingBack => {
+                        ("time-going-back", format!("in {n} rows the time repeats or goes back; they are left out"))
+                    }
+                    RowFault::TimeAhead => (
+                        "time-going-back",
+                        format!("{n} rows jump ahead in time and are left out, for the next goes back"),
+                    ),
+                    RowFault::Infinite => {
+                        ("non-finite", format!("{name} is infinite in {n} rows; taken as no value there"))
+                    }
+                    RowFault::Impossible => {
+                        ("outliers", format!("{name} is beyond anything physical in {n} rows; taken as no value there"))
+                    }
+                    RowFault::NotARotation => (
+                        "outliers",
+                        format!("the reference quaternion is not of length 1 in {n} rows; taken as no value there"),
+                    ),
+                    RowFault::TextColumn => {
+                        ("unused-columns", format!("{name} holds text in {n} rows; taken as no value there"))
+                    }
+                };
+                DataFault {
+                    fault: fault.to_owned(),
+                    count: n,
+                    first_t: count.first_t,
+                    says: format!("{what} (first at line {line})"),
+                }
+            })
+            .collect()
+    }
+}

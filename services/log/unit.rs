@@ -1,0 +1,195 @@
+//! Column names of the log format, and the units that a suffix on them means.
+
+use gyro_model::Axis;
+
+/// What a column holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channel {
+    /// `t`
+    Time,
+    /// `gyro_x` …
+    Gyro(Axis),
+    /// `ref_angle_x` …
+    RefAngle(Axis),
+    /// `ref_rate_x` …
+    RefRate(Axis),
+    /// `ref_qw`, `ref_qx`, `ref_qy`, `ref_qz`
+    Quaternion(usize),
+    /// `accel_x` …
+    Accel(Axis),
+    /// `temp`
+    Temperature,
+    /// `supply`
+    Supply,
+    /// Any other name: place among the free channels.
+    Free(usize),
+    /// A free channel past the last that is carried.
+    Unused,
+}
+
+/// From the written number to the SI one: value · scale + offset. Times: nanoseconds are value · 10^exponent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conversion {
+    /// Factor.
+    pub scale: f64,
+    /// Added after the factor.
+    pub offset: f64,
+    /// Times only: power of ten that makes nanoseconds.
+    pub exponent: i32,
+}
+
+impl Conversion {
+    /// SI already.
+    pub const NONE: Self = Self { scale: 1.0, offset: 0.0, exponent: 9 };
+
+    const fn scaled(scale: f64) -> Self {
+        Self { scale, ..Self::NONE }
+    }
+}
+
+/// Standard gravity, m/s² (exact by definition).
+pub const STANDARD_GRAVITY: f64 = 9.806_65;
+
+/// The suffixes of the format.
+const SUFFIXES: [&str; 10] = ["dps", "deg", "g", "mg", "k", "f", "ms", "us", "ns", "mv"];
+
+/// A name of the format's table, without suffix.
+fn plain(name: &str) -> Option<Channel> {
+    let axis = |text: &str| text.parse::<Axis>().ok();
+    match name {
+        "t" => Some(Channel::Time),
+        "temp" => Some(Channel::Temperature),
+        "supply" => Some(Channel::Supply),
+        "ref_qw" => Some(Channel::Quaternion(0)),
+        "ref_qx" => Some(Channel::Quaternion(1)),
+        "ref_qy" => Some(Channel::Quaternion(2)),
+        "ref_qz" => Some(Channel::Quaternion(3)),
+        _ => None
+            .or_else(|| name.strip_prefix("gyro_").and_then(axis).map(Channel::Gyro))
+            .or_else(|| name.strip_prefix("ref_angle_").and_then(axis).map(Channel::RefAngle))
+            .or_else(|| name.strip_prefix("ref_rate_").and_then(axis).map(Channel::RefRate))
+            .or_else(|| name.strip_prefix("accel_").and_then(axis).map(Channel::Accel)),
+    }
+}
+
+/// The suffixes that a channel's quantity has: (suffix, conversion).
+fn units(channel: Channel) -> &'static [(&'static str, Conversion)] {
+    const DEGREE: f64 = std::f64::consts::PI / 180.0;
+    const RATE: &[(&str, Conversion)] = &[("dps", Conversion::scaled(DEGREE))];
+    const ANGLE: &[(&str, Conversion)] = &[("deg", Conversion::scaled(DEGREE))];
+    const ACCEL: &[(&str, Conversion)] =
+        &[("g", Conversion::scaled(STANDARD_GRAVITY)), ("mg", Conversion::scaled(STANDARD_GRAVITY * 1e-3))];
+    const TEMPERATURE: &[(&str, Conversion)] = &[
+        ("k", Conversion { offset: -273.15, ..Conversion::NONE }),
+        ("f", Conversion { scale: 5.0 / 9.0, offset: -160.0 / 9.0, exponent: 9 }),
+    ];
+    const SUPPLY: &[(&str, Conversion)] = &[("mv", Conversion::scaled(1e-3))];
+    const TIME: &[(&str, Conversion)] = &[
+        ("ms", Conversion { exponent: 6, ..Conversion::NONE }),
+        ("us", Conversion { exponent: 3, ..Conversion::NONE }),
+        ("ns", Conversion { exponent: 0, ..Conversion::NONE }),
+    ];
+    match channel {
+        Channel::Time => TIME,
+        Channel::Gyro(_) | Channel::RefRate(_) => RATE,
+        Channel::RefAngle(_) => ANGLE,
+        Channel::Accel(_) => ACCEL,
+        Channel::Temperature => TEMPERATURE,
+        Channel::Supply => SUPPLY,
+        Channel::Quaternion(_) | Channel::Free(_) | Channel::Unused => &[],
+    }
+}
+
+/// A quantity in words.
+fn quantity(channel: Channel) -> &'static str {
+    match channel {
+        Channel::Time => "a time",
+        Channel::Gyro(_) | Channel::RefRate(_) => "a rate",
+        Channel::RefAngle(_) => "an angle",
+        Channel::Quaternion(_) => "a quaternion",
+        Channel::Accel(_) => "an acceleration",
+        Channel::Temperature => "a temperature",
+        Channel::Supply => "a voltage",
+        Channel::Free(_) | Channel::Unused => "a free channel",
+    }
+}
+
+/// What a header's name means.
+#[derive(Debug, PartialEq)]
+pub enum Name {
+    /// A name of the format, and its unit.
+    Known(Channel, Conversion),
+    /// A name of the format with a unit of something else.
+    WrongUnit {
+        /// The suffix.
+        suffix: &'static str,
+        /// The quantity that it does not fit.
+        quantity: &'static str,
+        /// The names that would do.
+        fitting: String,
+    },
+    /// Anything else.
+    Free,
+}
+
+/// What this name means.
+pub fn name(name: &str) -> Name {
+    if let Some(channel) = plain(name) {
+        return Name::Known(channel, Conversion::NONE);
+    }
+    let Some((base, ending)) = name.rsplit_once('_') else { return Name::Free };
+    let (Some(channel), Some(&suffix)) = (plain(base), SUFFIXES.iter().find(|&&s| s == ending)) else {
+        return Name::Free;
+    };
+    match units(channel).iter().find(|(s, _)| *s == suffix) {
+        Some(&(_, conversion)) => Name::Known(channel, conversion),
+        None => {
+            let mut fitting = format!("`{base}` (SI)");
+            for (unit, _) in units(channel) {
+                fitting.push_str(&format!(" or `{base}_{unit}`"));
+            }
+            Name::WrongUnit { suffix, quantity: quantity(channel), fitting }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn known(text: &str) -> (Channel, Conversion) {
+        match name(text) {
+            Name::Known(channel, conversion) => (channel, conversion),
+            other => panic!("{text}: {other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_suffix_of_the_quantity_converts_to_si() {
+        let si = |text, value: f64| {
+            let (_, c) = known(text);
+            value * c.scale + c.offset
+        };
+        assert!((si("gyro_x_dps", 180.0) - std::f64::consts::PI).abs() < 1e-15);
+        assert!((si("ref_angle_z_deg", -90.0) + std::f64::consts::FRAC_PI_2).abs() < 1e-15);
+        assert!((si("accel_y_mg", 1000.0) - 9.806_65).abs() < 1e-12);
+        assert!((si("temp_f", 212.0) - 100.0).abs() < 1e-12);
+        assert!((si("temp_k", 273.15)).abs() < 1e-12);
+        assert!((si("supply_mv", 3300.0) - 3.3).abs() < 1e-15);
+        assert_eq!(known("t_us").1.exponent, 3);
+    }
+
+    #[test]
+    fn a_suffix_on_any_other_name_is_part_of_a_free_channel() {
+        for text in ["vibration_g", "motor_ms", "gyro_x_mdps", "t_s", "T", "gyro_w", "ref_qw2", "temp2_k", ""] {
+            assert_eq!(name(text), Name::Free, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_unit_of_something_else_is_not_taken_for_a_free_channel() {
+        for text in ["gyro_x_g", "gyro_x_deg", "accel_x_dps", "t_k", "ref_qw_deg", "temp_mv"] {
+            assert!(matches!(name(text), Name::WrongUnit { .. }), "{text}");
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! A whole log in memory, with what is checked over all of it.
+
+use super::{FAULTY_SHARE, FEWEST_ROWS, LogError, Options, Provenance, Reader, error::Problem};
+use gyro_model::{Axis, Record, Row, diagnosis::DataFault, faults};
+use std::path::Path;
+
+/// Reads a log (`-`: standard input): its rows, what is faulty in them, and where they come from.
+///
+/// # Errors
+/// See [`Problem`]: unreadable, no usable header, text for a number, too few rows, more than a tenth of them faulty.
+pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, Provenance), LogError> {
+    let mut reader = Reader::open(path, options)?;
+    let mut record = Record { rows: Vec::new(), free_names: reader.layout().free_names.clone() };
+    let mut marked = Vec::new();
+    while let Some(row) = reader.next_row()? {
+        record.rows.push(row);
+        marked.push(reader.row_was_marked());
+    }
+    let refuse = |problem| LogError { log: reader.log().to_owned(), line: None, column: None, problem };
+    let mut found = reader.faults();
+    let mut checked = if options.as_streamed { record.clone() } else { std::mem::take(&mut record) };
+    let report = faults::check(&mut checked, &marked);
+    if !options.as_streamed {
+        record = checked;
+    }
+    found.extend(report.faults);
+    let faulty = reader.rows_faulty() + report.rows_marked;
+    let worst = || found.iter().max_by_key(|f| f.count).map_or_else(String::new, |f| f.says.clone());
+    if faulty as f64 > FAULTY_SHARE * reader.rows_read() as f64 {
+        return Err(refuse(Problem::TooFaulty { faulty, rows: reader.rows_read(), worst: worst() }));
+    }
+    let gyros = reader.layout().gyros();
+    let has_gyro = |row: &&Row| gyros.iter().any(|a| row.gyro[a.index()].is_finite());
+    let usable = record.rows.iter().filter(has_gyro).count();
+    if usable < FEWEST_ROWS {
+        let why = if reader.rows_read() > usable as u64 {
+            format!(" ({} rows in all, some without a gyro reading)", reader.rows_read())
+        } else {
+            String::new()
+        };
+        return Err(refuse(Problem::TooFew { found: usable, wanted: FEWEST_ROWS, why }));
+    }
+    if options.needs_reference && record.fitted_axes().is_empty() {
+        return Err(refuse(Problem::NoReference(gyros.first().map_or("z", |a: &Axis| a.letter()))));
+    }
+    let provenance = provenance(path, &reader, &record);
+    Ok((record, found, provenance))
+}
+
+fn provenance(path: &Path, reader: &Reader, record: &Record) -> Provenance {
+    let finite = |value: fn(&Row) -> f64| record.rows.iter().map(value).filter(|x| x.is_finite());
+    let temperature = finite(|r| r.temperature)
+        .fold(None, |range: Option<(f64, f64)>, x| Some(range.map_or((x, x), |(low, high)| (low.min(x), high.max(x)))));
+    let mut supply: Vec<f64> = finite(|r| r.supply).collect();
+    let middle = supply.len() / 2;
+    let supply = (!supply.is_empty()).then(|| *supply.select_nth_unstable_by(middle, f64::total_cmp).1);
+    Provenance {
+        log: path.file_name().map_or_else(|| "-".to_owned(), |name| name.to_string_lossy().into_owned()),
+        sha256: reader.sha256(),
+        samples: record.len() as u64,
+        temperature,
+        supply,
+        start_ns: reader.start_ns().unwrap_or_default(),
+    }
+}

@@ -1,0 +1,157 @@
+//! Files that are written whole or not at all.
+
+use anyhow::{Context, Result};
+use std::{
+    fs::{self, File},
+    io::{self, BufWriter, Write},
+    path::{Path, PathBuf},
+};
+use tempfile::NamedTempFile;
+
+/// A file under way: nobody sees it, and what stood there before stays, until [`Output::finish`].
+///
+/// Devices and pipes (`/dev/stdout`, `/dev/full`) are written directly, and `-` is standard output.
+pub struct Output {
+    path: PathBuf,
+    to: BufWriter<To>,
+}
+
+enum To {
+    Temporary(NamedTempFile),
+    Direct(File),
+    Stdout(io::Stdout),
+}
+
+impl Output {
+    /// Begins to write this file.
+    ///
+    /// # Errors
+    /// Its folder is missing or read-only, or it is itself a folder.
+    pub fn create(path: &Path) -> Result<Self> {
+        let to = open(path).with_context(|| {
+            format!("{}: cannot be written: check that the folder exists and may be written to", path.display())
+        })?;
+        Ok(Self { path: path.to_owned(), to: BufWriter::with_capacity(1 << 16, to) })
+    }
+
+    /// Everything is written: put it in its place, on the disk.
+    ///
+    /// # Errors
+    /// The disk is full, or the folder has changed meanwhile.
+    pub fn finish(self) -> Result<()> {
+        let path = self.path;
+        let done = || -> io::Result<()> {
+            match self.to.into_inner().map_err(io::IntoInnerError::into_error)? {
+                To::Temporary(file) => {
+                    file.as_file().sync_all()?;
+                    // Behind a symbolic link the file itself is replaced, not the link.
+                    let target = fs::canonicalize(&path).unwrap_or_else(|_| path.clone());
+                    file.persist(target)?;
+                    Ok(())
+                }
+                To::Direct(mut file) => file.flush(),
+                To::Stdout(mut out) => out.flush(),
+            }
+        };
+        done().with_context(|| failed(&path))
+    }
+}
+
+/// Writes a file in one go, whole or not at all.
+///
+/// # Errors
+/// As [`Output::create`] and [`Output::finish`].
+pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    let mut output = Output::create(path)?;
+    output.write_all(bytes).with_context(|| failed(path))?;
+    output.finish()
+}
+
+/// What failed, for the chain of a write error.
+#[must_use]
+pub fn failed(path: &Path) -> String {
+    format!("{}: cannot be written to the end: free some space, or choose another place", path.display())
+}
+
+fn open(path: &Path) -> io::Result<To> {
+    if path == Path::new("-") {
+        return Ok(To::Stdout(io::stdout()));
+    }
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    match fs::metadata(&target) {
+        Ok(meta) if meta.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
+        Ok(meta) if !meta.is_file() => return File::options().write(true).open(&target).map(To::Direct),
+        Ok(meta) if meta.permissions().readonly() => return Err(io::ErrorKind::PermissionDenied.into()),
+        _ => {}
+    }
+    let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut builder = tempfile::Builder::new();
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666)); // the umask narrows it, as for any new file
+    builder.prefix(".truerate-").tempfile_in(folder).map(To::Temporary)
+}
+
+impl Write for To {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self {
+            Self::Temporary(file) => file.as_file_mut().write(bytes),
+            Self::Direct(file) => file.write(bytes),
+            Self::Stdout(out) => out.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match self {
+            Self::Temporary(file) => file.as_file_mut().flush(),
+            Self::Direct(file) => file.flush(),
+            Self::Stdout(out) => out.flush(),
+        }
+    }
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.to.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.to.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_stood_there_stays_until_the_new_is_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("m.toml");
+        fs::write(&path, "old").unwrap();
+        let mut output = Output::create(&path).unwrap();
+        output.write_all(&vec![b'x'; 1 << 20]).unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        drop(output);
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "an abandoned file is left behind");
+        write(&path, b"new").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "new");
+    }
+
+    #[test]
+    fn a_full_disk_is_an_error_that_says_so() {
+        let error = write(Path::new("/dev/full"), b"x").unwrap_err();
+        assert!(format!("{error:#}").starts_with("/dev/full: cannot be written to the end"), "{error:#}");
+    }
+
+    #[test]
+    fn a_symbolic_link_keeps_pointing_at_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let (real, link) = (folder.path().join("real"), folder.path().join("link"));
+        fs::write(&real, "old").unwrap();
+        std::os::unix::fs::symlink(&real, &link).unwrap();
+        write(&link, b"new").unwrap();
+        assert_eq!(fs::read_to_string(&real).unwrap(), "new");
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+    }
+}

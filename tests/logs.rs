@@ -1,0 +1,39 @@
+//! Logs that come with nothing wrong in them are read without complaint.
+
+use std::path::PathBuf;
+use truerate::log::{self, Options};
+
+/// The folder of logs to try things on: `TRUERATE_LOGS`, or the one beside the checkout.
+fn logs() -> Option<PathBuf> {
+    let folder = std::env::var_os("TRUERATE_LOGS")
+        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
+    if !folder.is_dir() {
+        eprintln!("skipped: no folder {}; set TRUERATE_LOGS", folder.display());
+        return None;
+    }
+    Some(folder)
+}
+
+#[test]
+fn logs_of_real_and_simulated_sensors_show_no_fault_but_true_gaps() {
+    let Some(folder) = logs() else { return };
+    let mut read = 0;
+    for part in ["hidden", "recorded"] {
+        for entry in std::fs::read_dir(folder.join(part)).into_iter().flatten().flatten() {
+            let path = entry.path();
+            if path.extension().is_none_or(|e| e != "gz") {
+                continue;
+            }
+            let options = Options { needs_reference: true, ..Options::default() };
+            let (record, faults, provenance) = log::read(&path, &options).unwrap();
+            assert_eq!(record.len() as u64, provenance.samples);
+            assert_eq!(provenance.sha256.len(), 64);
+            for fault in faults {
+                // The stepper rig lost three and four samples out of twenty thousand.
+                assert!(part == "recorded" && fault.fault == "dropouts" && fault.count < 5, "{path:?}: {fault:?}");
+            }
+            read += 1;
+        }
+    }
+    assert!(read > 0, "no log in {}", folder.display());
+}
