@@ -56,7 +56,12 @@ impl Report {
 
 /// Seconds from the first row.
 fn seconds(record: &Record, row: usize) -> f64 {
-    record.rows[row].t_ns as f64 * 1e-9
+    record.rows[row].t_ns as f64 / 1e9
+}
+
+/// `1 row`, `2 rows`.
+fn counted(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
 /// The value below which a share `q` of them lies; `None` where there is none.

@@ -186,7 +186,7 @@ impl Reader {
     }
 
     fn seconds(&self, time: i128) -> Option<f64> {
-        self.start.map(|start| (time - start) as f64 * 1e-9)
+        self.start.map(|start| (time - start) as f64 / 1e9)
     }
 
     fn give(&mut self, held: Pending) -> Result<Row, LogError> {

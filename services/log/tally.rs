@@ -45,28 +45,23 @@ impl Tally {
             .iter()
             .map(|(&(fault, column), count)| {
                 let (n, line, name) = (count.count, count.first_line, name(column));
+                let rows = if n == 1 { "1 row".to_owned() } else { format!("{n} rows") };
                 let (fault, what) = match fault {
-                    RowFault::NoTime => ("non-finite", format!("{n} rows have no time and are left out")),
+                    RowFault::NoTime => ("non-finite", format!("no time in {rows}: left out")),
                     RowFault::TimeGoingBack => {
-                        ("time-going-back", format!("in {n} rows the time repeats or goes back; they are left out"))
+                        ("time-going-back", format!("the time repeats or goes back in {rows}: left out"))
                     }
-                    RowFault::TimeAhead => (
-                        "time-going-back",
-                        format!("{n} rows jump ahead in time and are left out, for the next goes back"),
-                    ),
-                    RowFault::Infinite => {
-                        ("non-finite", format!("{name} is infinite in {n} rows; taken as no value there"))
+                    RowFault::TimeAhead => {
+                        ("time-going-back", format!("the time jumps ahead, and back after it, in {rows}: left out"))
                     }
+                    RowFault::Infinite => ("non-finite", format!("{name} is infinite in {rows}: no value there")),
                     RowFault::Impossible => {
-                        ("outliers", format!("{name} is beyond anything physical in {n} rows; taken as no value there"))
+                        ("outliers", format!("{name} is beyond anything physical in {rows}: no value there"))
                     }
-                    RowFault::NotARotation => (
-                        "outliers",
-                        format!("the reference quaternion is not of length 1 in {n} rows; taken as no value there"),
-                    ),
-                    RowFault::TextColumn => {
-                        ("unused-columns", format!("{name} holds text in {n} rows; taken as no value there"))
+                    RowFault::NotARotation => {
+                        ("outliers", format!("the reference quaternion is not of length 1 in {rows}: no value there"))
                     }
+                    RowFault::TextColumn => ("unused-columns", format!("{name} holds text in {rows}: no value there")),
                 };
                 DataFault {
                     fault: fault.to_owned(),

@@ -1,6 +1,6 @@
 //! Gyro readings that are missing where the rows around have them.
 
-use super::{Report, seconds};
+use super::{Report, counted, seconds};
 use crate::{Axis, Record, Row};
 
 /// Reports missing gyro readings. A gyro slower than the reference, or in rows of its own, has none missing.
@@ -19,7 +19,7 @@ pub(super) fn check(record: &Record, already: &mut [bool], report: &mut Report) 
             "non-finite",
             missing.len() as u64,
             Some(seconds(record, first)),
-            format!("gyro_{axis} has no value in {} rows, where the rows around have one", missing.len()),
+            format!("gyro_{axis} has no value in {}, where the rows around have one", counted(missing.len(), "row")),
         );
     }
 }

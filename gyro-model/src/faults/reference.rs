@@ -54,9 +54,15 @@ impl Motion {
         }
         let mut motion = Self { t, angle, rate_rms: 0.0 };
         let (&from, &to) = (motion.t.first()?, motion.t.last()?);
-        let rates = motion.rates(from, to, PIECE);
+        let rates = motion.rates(from, to, motion.piece());
         motion.rate_rms = (rates.iter().map(|x| x * x).sum::<f64>() / rates.len().max(1) as f64).sqrt();
         Some(motion)
+    }
+
+    /// The length of the pieces over which increments are compared: [`PIECE`], and at least twenty samples.
+    fn piece(&self) -> f64 {
+        let span = self.t.last().zip(self.t.first()).map_or(0.0, |(to, from)| to - from);
+        PIECE.max(20.0 * span / self.t.len().max(1) as f64)
     }
 
     /// Angle at `t`, linear between samples, held at the ends.
@@ -107,12 +113,14 @@ pub(super) fn check(record: &Record, report: &mut Report) {
     for axis in Axis::ALL.into_iter().filter(|&a| record.has_gyro(a)) {
         let Some(motion) = Motion::of(record, axis) else { continue };
         let (Some(&from), Some(&to)) = (motion.t.first(), motion.t.last()) else { continue };
-        let wanted = motion.rates(from, to, PIECE);
+        let wanted = motion.rates(from, to, motion.piece());
         let spread = deviation(&wanted);
         let rows = record.len() as u64;
         let own = gyro_rates(record, axis, &motion);
         let column = reference_column(record, axis);
-        if spread < TURNED {
+        let fit = own.as_deref().map_or((0.0, 0.0), |g| regress(g, &wanted));
+        let unit = factor(fit.0.abs(), axis, column).filter(|_| fit.1 > 0.8);
+        if spread < TURNED && unit.is_none() {
             let says = if own.as_ref().is_some_and(|g| deviation(g) > 10.0 * TURNED) {
                 format!("gyro_{axis} turns but {column} does not: check the reference's wiring, axis and unit")
             } else {
@@ -121,14 +129,12 @@ pub(super) fn check(record: &Record, report: &mut Report) {
             report.add("not-excited", rows, None, says);
             continue;
         }
-        let fit = own.as_deref().map_or((0.0, 0.0), |g| regress(g, &wanted));
         if fit.1 > 0.8 {
-            let slope = fit.0;
-            if slope < 0.0 {
+            if fit.0 < 0.0 {
                 let says = format!("gyro_{axis} turns against {column}: negate one of them");
                 report.add("wrong-sign", rows, Some(0.0), says);
             }
-            if let Some(says) = factor(slope.abs(), axis, column) {
+            if let Some(says) = unit {
                 report.add("wrong-unit", rows, Some(0.0), says);
             }
         } else if fit.1 < 0.3 {
@@ -165,7 +171,7 @@ fn gyro_rates(record: &Record, axis: Axis, motion: &Motion) -> Option<Vec<f64>> 
     }
     t.first()?;
     let gyro = Motion { t, angle, rate_rms: 0.0 };
-    Some(gyro.rates(*motion.t.first()?, *motion.t.last()?, PIECE))
+    Some(gyro.rates(*motion.t.first()?, *motion.t.last()?, motion.piece()))
 }
 
 fn deviation(values: &[f64]) -> f64 {
@@ -190,42 +196,37 @@ fn regress(x: &[f64], y: &[f64]) -> (f64, f64) {
 /// What a reference that is `ratio` times the gyro's motion suggests.
 fn factor(ratio: f64, axis: Axis, column: &str) -> Option<String> {
     const DEGREES: f64 = 180.0 / std::f64::consts::PI;
+    const STANDARD_GRAVITY: f64 = 9.806_65;
     let gyro = format!("gyro_{axis}");
+    let counts = |a_dps: f64| {
+        format!("{gyro} looks like raw counts, {a_dps} to the °/s: divide it by {a_dps} and name it {gyro}_dps")
+    };
+    // No low-cost gyro's scale is off by more than the tolerance; a full-scale setting has to fit closely, for the scale of
+    // a sensor of another kind may be anything.
+    let (unit, setting) = (0.15, 0.05);
     let known = [
-        (1.0 / DEGREES, format!("{gyro} looks like °/s: name it {gyro}_dps")),
-        (DEGREES, format!("{column} looks like degrees: add _deg (an angle) or _dps (a rate) to its name")),
-        (1e-3, format!("t looks like milliseconds (name it t_ms), or {gyro} like mrad/s")),
-        (1e-3 / DEGREES, format!("{gyro} looks like m°/s: divide it by 1000 and name it {gyro}_dps")),
-        (1e3, format!("{gyro} is a thousand times too small: check its unit and that of t")),
-        (2.0, format!("{gyro} is half of what {column} shows: check the sensor's full-scale setting")),
-        (0.5, format!("{gyro} is twice what {column} shows: check the sensor's full-scale setting")),
-        (4.0, format!("{gyro} is a quarter of what {column} shows: check the sensor's full-scale setting")),
-        (0.25, format!("{gyro} is four times what {column} shows: check the sensor's full-scale setting")),
-        (
-            1.0 / DEGREES / 16.4,
-            format!("{gyro} looks like raw counts at ±2000 °/s: divide it by 16.4, name it {gyro}_dps"),
-        ),
-        (
-            1.0 / DEGREES / 32.8,
-            format!("{gyro} looks like raw counts at ±1000 °/s: divide it by 32.8, name it {gyro}_dps"),
-        ),
-        (
-            1.0 / DEGREES / 65.5,
-            format!("{gyro} looks like raw counts at ±500 °/s: divide it by 65.5, name it {gyro}_dps"),
-        ),
-        (
-            1.0 / DEGREES / 131.0,
-            format!("{gyro} looks like raw counts at ±250 °/s: divide it by 131, name it {gyro}_dps"),
-        ),
-        (std::f64::consts::TAU / 60.0, format!("{gyro} looks like turns a minute: convert it to rad/s")),
-        (std::f64::consts::TAU, format!("{gyro} looks like turns a second: convert it to rad/s")),
-        (1.0 / std::f64::consts::TAU, format!("{column} looks like turns: convert it to rad")),
-        (9.806_65, format!("{column} is 9.81 times what {gyro} shows: check both units")),
+        (1.0 / DEGREES, unit, format!("{gyro} looks like °/s: name it {gyro}_dps")),
+        (DEGREES, unit, format!("{column} looks like degrees: add _deg (an angle) or _dps (a rate) to its name")),
+        (1e-3, unit, format!("t looks like milliseconds (name it t_ms), or {gyro} like mrad/s")),
+        (1e-3 / DEGREES, unit, format!("{gyro} looks like m°/s: divide it by 1000 and name it {gyro}_dps")),
+        (1e3, unit, format!("{gyro} is a thousand times too small: check its unit and that of t")),
+        (2.0, setting, format!("{gyro} is half of what {column} shows: check the sensor's full-scale setting")),
+        (0.5, setting, format!("{gyro} is twice what {column} shows: check the sensor's full-scale setting")),
+        (4.0, setting, format!("{gyro} is a quarter of what {column} shows: check the sensor's full-scale setting")),
+        (0.25, setting, format!("{gyro} is four times what {column} shows: check the sensor's full-scale setting")),
+        (1.0 / DEGREES / 16.4, setting, counts(16.4)),
+        (1.0 / DEGREES / 32.8, unit, counts(32.8)),
+        (1.0 / DEGREES / 65.5, unit, counts(65.5)),
+        (1.0 / DEGREES / 131.0, unit, counts(131.0)),
+        (std::f64::consts::TAU / 60.0, unit, format!("{gyro} looks like turns a minute: convert it to rad/s")),
+        (std::f64::consts::TAU, unit, format!("{gyro} looks like turns a second: convert it to rad/s")),
+        (1.0 / std::f64::consts::TAU, setting, format!("{column} looks like turns: convert it to rad")),
+        (STANDARD_GRAVITY, unit, format!("{column} is 9.81 times what {gyro} shows: check both units")),
     ];
-    // Nearer than 5 %: no low-cost gyro's scale is further off, and the closest two entries lie 6 % apart.
-    let nearest = known.iter().min_by(|a, b| (ratio / a.0).ln().abs().total_cmp(&(ratio / b.0).ln().abs()))?;
-    if (ratio / nearest.0).ln().abs() < 0.05 {
-        return Some(format!("{} (a factor of {ratio:.4})", nearest.1));
+    let off = |of: f64| (ratio / of).ln().abs();
+    let nearest = known.iter().filter(|k| off(k.0) < k.1).min_by(|a, b| off(a.0).total_cmp(&off(b.0)));
+    if let Some((_, _, says)) = nearest {
+        return Some(format!("{says} (a factor of {ratio:.4})"));
     }
     (!(1.0 / 3.0..=3.0).contains(&ratio))
         .then(|| format!("{column} is {ratio:.4} times what {gyro} shows: check both units"))

@@ -1,6 +1,6 @@
 //! Samples that were logged again in place of new ones.
 
-use super::{Report, seconds};
+use super::{Report, counted, seconds};
 use crate::{Record, Row};
 
 /// Where more of the rows repeat than this, the log was polled faster than the sensor samples: said, but left as it is.
@@ -55,7 +55,10 @@ pub(super) fn check(record: &mut Record, already: &mut [bool], report: &mut Repo
         "repeated-samples",
         found.len() as u64,
         Some(t),
-        format!("{} samples repeat the one before in every channel, the first at t = {t:.3} s; {then}", found.len()),
+        format!(
+            "{} logged again in place of a new one, the first at t = {t:.3} s; {then}",
+            counted(found.len(), "sample")
+        ),
     );
 }
 

@@ -1,6 +1,6 @@
 //! Single readings far from those on both sides.
 
-use super::{Report, quantile, seconds};
+use super::{Report, counted, quantile, seconds};
 use crate::{Axis, Record, Row};
 
 /// The way to a spike and back is this many times longer than the other steps around.
@@ -52,8 +52,8 @@ fn channel(
         report.mark(already, rows[k]);
     }
     let t = seconds(record, rows[first]);
-    let says =
-        format!("{name}: {} single readings far from those around, the first at t = {t:.3} s; left out", found.len());
+    let readings = counted(found.len(), "single reading");
+    let says = format!("{name}: {readings} far from those around, the first at t = {t:.3} s; left out");
     report.add("outliers", found.len() as u64, Some(t), says);
 }
 

@@ -1,6 +1,6 @@
 //! Gaps between samples, and uneven ones.
 
-use super::{Report, quantile, seconds};
+use super::{Report, counted, quantile, seconds};
 use crate::Record;
 
 /// An interval this many times the usual one is a gap.
@@ -32,9 +32,9 @@ pub(super) fn check(record: &Record, report: &mut Report) {
             gaps.len() as u64,
             Some(t),
             format!(
-                "{} gaps, about {missing:.0} samples missing, the longest {longest:.3} s, the first after t = {t:.3} s; \
-                 nothing is assumed inside them",
-                gaps.len()
+                "{}, about {} missing, the longest {longest:.3} s, the first after t = {t:.3} s; nothing is assumed inside",
+                counted(gaps.len(), "gap"),
+                counted(missing as usize, "sample")
             ),
         );
     }
