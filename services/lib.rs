@@ -5,10 +5,6 @@
 //! | [`cli`] | the command line: what there is, and the exit code |
 //! | [`commands`] | one command a file |
 //! | [`report`] | results as text, JSON and one HTML page |
-
-pub mod cli;
-pub mod commands;
-pub mod report;
 //! | [`log`] | logs: CSV in, checked; CSV out |
 //! | [`output`] | files that are written whole or not at all |
 //! | [`toml_error`] | what is wrong in a TOML file, with line and caret |
@@ -17,4 +13,5 @@ pub mod cli;
 pub mod commands;
 pub mod log;
 pub mod output;
+pub mod report;
 pub mod toml_error;
