@@ -36,7 +36,6 @@ pub mod effects;
 pub mod estimator;
 pub mod evidence;
 pub mod faults;
-pub mod faults;
 pub mod fit;
 pub mod history;
 pub mod kalman;

@@ -1,6 +1,6 @@
 //! Channels that stand still while another one shows motion.
 
-use super::{Report, counted, reference::Motion, seconds};
+use super::{Report, reference::Motion, seconds};
 use crate::{Axis, Record};
 
 /// Shorter than this, s, nothing is called stuck.
