@@ -30,6 +30,7 @@ pub mod supply_voltage;
 pub mod temperature_bias;
 pub mod temperature_rate;
 pub mod temperature_scale;
+pub mod user;
 pub mod vibration_tone;
 pub mod warm_up;
 
@@ -189,6 +190,8 @@ pub struct Signals {
     pub delta_temperature: f64,
     /// Supply less the model's origin, V.
     pub delta_supply: f64,
+    /// Supply voltage, V.
+    pub supply: f64,
     /// Free channels.
     pub free: [f64; FREE_CHANNELS],
 }

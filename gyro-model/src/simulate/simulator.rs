@@ -162,6 +162,7 @@ impl Simulator {
         let now = self.at(t);
         self.body.step(&self.sensor, free, now, dt, |t| at(&mut self.shafts, t));
         let supply = self.supply.0.step(dt, &mut self.supply.1);
+        let delta_supply = supply - self.sensor.supply.sag * -(-t / 200.0).exp_m1();
         let valid = self.valid_time(t);
         let gyro = self.at(valid);
         let mut signals = Signals {
@@ -173,7 +174,8 @@ impl Simulator {
             angle: gyro[axis].angle,
             accel: self.body.force,
             delta_temperature: self.sensor.temperature.at(t) - 25.0,
-            delta_supply: supply - self.sensor.supply.sag * -(-t / 200.0).exp_m1(),
+            delta_supply,
+            supply: self.sensor.supply.nominal + delta_supply,
             ..Signals::default()
         };
         let mut rate = signals.rates[axis];

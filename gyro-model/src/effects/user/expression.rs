@@ -1,0 +1,452 @@
+//! Arithmetic over named quantities: text to a stack program, and its value without allocation.
+//!
+//! ```text
+//! sum     = product { ('+' | '-') product }
+//! product = sign { ('*' | '/') sign }
+//! sign    = ('-' | '+') sign | power
+//! power   = atom [ '^' sign ]                      right to left, and before a sign: −2^2 = −4
+//! atom    = NUMBER | NAME | FUNCTION '(' sum { ',' sum } ')' | '(' sum ')'
+//! ```
+
+use super::function::Function;
+use std::ops::Range;
+use thiserror::Error;
+
+/// Longest expression, bytes.
+pub const LONGEST: usize = 1000;
+/// Deepest nesting, and highest stack.
+pub const DEEPEST: usize = 32;
+
+/// A program for a machine with a stack.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expression<V> {
+    /// In reverse Polish order.
+    pub(super) program: Vec<Operation<V>>,
+}
+
+/// One step of the program.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Operation<V> {
+    Constant(f64),
+    Variable(V),
+    Negate,
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Power,
+    Call(Function),
+}
+
+/// What is wrong with an expression, and where.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{problem}")]
+pub struct ExpressionError {
+    /// The bytes of the text that are meant.
+    pub span: Range<usize>,
+    /// What is wrong.
+    pub problem: Problem,
+}
+
+/// What can be wrong.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum Problem {
+    /// Nothing there.
+    #[error("the expression is empty")]
+    Empty,
+    /// Longer than [`LONGEST`].
+    #[error("the expression is longer than {LONGEST} bytes")]
+    TooLong,
+    /// Nested deeper than [`DEEPEST`].
+    #[error("the expression is nested deeper than {DEEPEST} levels")]
+    TooDeep,
+    /// A character with no meaning here.
+    #[error("'{0}' has no meaning here")]
+    Stray(char),
+    /// The end, or an operator, where a value should stand.
+    #[error("a value is missing here: a number, a name, a function or a parenthesis")]
+    MissingValue,
+    /// A value where an operator should stand.
+    #[error("an operator is missing here: + - * / ^")]
+    MissingOperator,
+    /// A parenthesis that is not closed.
+    #[error("this parenthesis is not closed")]
+    Unclosed,
+    /// Not a number.
+    #[error("'{0}' is not a number")]
+    NotANumber(String),
+    /// A name of nothing.
+    #[error("there is no '{name}': {known}")]
+    UnknownName {
+        /// As written.
+        name: String,
+        /// What there is.
+        known: String,
+    },
+    /// A call of something that is no function.
+    #[error("there is no function '{name}': it has {known}")]
+    UnknownFunction {
+        /// As written.
+        name: String,
+        /// What there is.
+        known: String,
+    },
+    /// Too few or too many arguments.
+    #[error("{name} takes {takes} arguments, not {given}")]
+    Arguments {
+        /// The function.
+        name: &'static str,
+        /// How many it takes.
+        takes: usize,
+        /// How many stand there.
+        given: usize,
+    },
+}
+
+impl<V: Copy> Expression<V> {
+    /// Compiles `text`; `name` says what a name stands for, or lists what there is.
+    ///
+    /// # Errors
+    /// Where the text is no expression, with the place.
+    pub fn parse(text: &str, name: impl FnMut(&str) -> Result<V, String>) -> Result<Self, ExpressionError> {
+        if text.len() > LONGEST {
+            return Err(ExpressionError { span: LONGEST..text.len(), problem: Problem::TooLong });
+        }
+        let mut parser = Parser { text, at: 0, depth: 0, program: Vec::new(), name };
+        parser.space();
+        if parser.at == text.len() {
+            return Err(ExpressionError { span: 0..text.len(), problem: Problem::Empty });
+        }
+        parser.sum()?;
+        if let Some(next) = parser.peek() {
+            let problem = if starts_value(next) { Problem::MissingOperator } else { Problem::Stray(next) };
+            return Err(parser.here(problem));
+        }
+        let expression = Self { program: parser.program };
+        if expression.height() > DEEPEST {
+            return Err(ExpressionError { span: 0..text.len(), problem: Problem::TooDeep });
+        }
+        Ok(expression)
+    }
+
+    /// The variables, in order of appearance, repeated where they are.
+    pub fn variables(&self) -> impl Iterator<Item = V> + '_ {
+        self.program.iter().filter_map(|operation| match operation {
+            Operation::Variable(v) => Some(*v),
+            _ => None,
+        })
+    }
+
+    /// The same program over other variables.
+    pub(super) fn map<W>(&self, mut to: impl FnMut(V) -> W) -> Expression<W> {
+        let program = self.program.iter().map(|operation| match *operation {
+            Operation::Variable(v) => Operation::Variable(to(v)),
+            Operation::Constant(c) => Operation::Constant(c),
+            Operation::Negate => Operation::Negate,
+            Operation::Add => Operation::Add,
+            Operation::Subtract => Operation::Subtract,
+            Operation::Multiply => Operation::Multiply,
+            Operation::Divide => Operation::Divide,
+            Operation::Power => Operation::Power,
+            Operation::Call(function) => Operation::Call(function),
+        });
+        Expression { program: program.collect() }
+    }
+
+    /// Its value, where `value` gives that of each variable. Allocates nothing.
+    pub fn evaluate(&self, mut value: impl FnMut(V) -> f64) -> f64 {
+        let mut stack = [0.0; DEEPEST];
+        let mut top = 0;
+        for operation in &self.program {
+            let (taken, result) = match *operation {
+                Operation::Constant(c) => (0, c),
+                Operation::Variable(v) => (0, value(v)),
+                Operation::Negate => (1, -stack[top - 1]),
+                Operation::Add => (2, stack[top - 2] + stack[top - 1]),
+                Operation::Subtract => (2, stack[top - 2] - stack[top - 1]),
+                Operation::Multiply => (2, stack[top - 2] * stack[top - 1]),
+                Operation::Divide => (2, stack[top - 2] / stack[top - 1]),
+                Operation::Power => (2, power(stack[top - 2], stack[top - 1])),
+                Operation::Call(f) => (f.arity(), f.value(&stack[top - f.arity()..top])),
+            };
+            top -= taken;
+            stack[top] = result;
+            top += 1;
+        }
+        stack[0]
+    }
+
+    /// Highest the stack gets.
+    fn height(&self) -> usize {
+        let (mut now, mut highest) = (0_usize, 0);
+        for operation in &self.program {
+            now = now + 1 - operation.taken();
+            highest = highest.max(now);
+        }
+        highest
+    }
+}
+
+impl<V> Operation<V> {
+    /// How many values it takes from the stack; each puts one back.
+    pub(super) fn taken(&self) -> usize {
+        match self {
+            Self::Constant(_) | Self::Variable(_) => 0,
+            Self::Negate => 1,
+            Self::Add | Self::Subtract | Self::Multiply | Self::Divide | Self::Power => 2,
+            Self::Call(function) => function.arity(),
+        }
+    }
+}
+
+/// Small whole exponents by multiplication, so that x^2 is exactly x·x.
+fn power(base: f64, exponent: f64) -> f64 {
+    if exponent.fract() == 0.0 && exponent.abs() <= 16.0 { base.powi(exponent as i32) } else { base.powf(exponent) }
+}
+
+fn starts_value(c: char) -> bool {
+    c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '(')
+}
+
+struct Parser<'a, V, N> {
+    text: &'a str,
+    at: usize,
+    depth: usize,
+    program: Vec<Operation<V>>,
+    name: N,
+}
+
+impl<V: Copy, N: FnMut(&str) -> Result<V, String>> Parser<'_, V, N> {
+    fn sum(&mut self) -> Result<(), ExpressionError> {
+        self.product()?;
+        while let Some(operator @ ('+' | '-')) = self.peek() {
+            self.advance();
+            self.product()?;
+            self.program.push(if operator == '+' { Operation::Add } else { Operation::Subtract });
+        }
+        Ok(())
+    }
+
+    fn product(&mut self) -> Result<(), ExpressionError> {
+        self.sign()?;
+        while let Some(operator @ ('*' | '/')) = self.peek() {
+            self.advance();
+            self.sign()?;
+            self.program.push(if operator == '*' { Operation::Multiply } else { Operation::Divide });
+        }
+        Ok(())
+    }
+
+    fn sign(&mut self) -> Result<(), ExpressionError> {
+        self.nested(|parser| match parser.peek() {
+            Some('-') => {
+                parser.advance();
+                parser.sign()?;
+                parser.program.push(Operation::Negate);
+                Ok(())
+            }
+            Some('+') => {
+                parser.advance();
+                parser.sign()
+            }
+            _ => parser.power(),
+        })
+    }
+
+    fn power(&mut self) -> Result<(), ExpressionError> {
+        self.atom()?;
+        if self.peek() == Some('^') {
+            self.advance();
+            self.sign()?;
+            self.program.push(Operation::Power);
+        }
+        Ok(())
+    }
+
+    fn atom(&mut self) -> Result<(), ExpressionError> {
+        match self.peek() {
+            Some('(') => {
+                let open = self.at;
+                self.advance();
+                self.sum()?;
+                self.close(open)
+            }
+            Some(c) if c.is_ascii_digit() || c == '.' => self.number(),
+            Some(c) if c.is_ascii_alphabetic() || c == '_' => self.word(),
+            Some(c) if !"+-*/^,)".contains(c) => Err(self.here(Problem::Stray(c))),
+            _ => Err(self.here(Problem::MissingValue)),
+        }
+    }
+
+    fn number(&mut self) -> Result<(), ExpressionError> {
+        let (start, bytes) = (self.at, self.text.as_bytes());
+        let mut end = start;
+        while end < bytes.len() {
+            let signs_exponent = matches!(bytes[end], b'+' | b'-') && matches!(bytes[end - 1], b'e' | b'E');
+            if !(bytes[end].is_ascii_alphanumeric() || matches!(bytes[end], b'.' | b'_') || signs_exponent) {
+                break;
+            }
+            end += 1;
+        }
+        let written = &self.text[start..end];
+        let value = written.parse::<f64>().ok().filter(|v| v.is_finite());
+        let value = value
+            .ok_or_else(|| ExpressionError { span: start..end, problem: Problem::NotANumber(written.to_owned()) })?;
+        self.program.push(Operation::Constant(value));
+        self.at = end;
+        self.space();
+        Ok(())
+    }
+
+    fn word(&mut self) -> Result<(), ExpressionError> {
+        let start = self.at;
+        let length = self.text[start..].find(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
+        let end = length.map_or(self.text.len(), |length| start + length);
+        let word = &self.text[start..end];
+        self.at = end;
+        self.space();
+        let open = self.at;
+        if self.peek() != Some('(') {
+            match (self.name)(word) {
+                Ok(variable) => self.program.push(Operation::Variable(variable)),
+                Err(_) if word == "pi" => self.program.push(Operation::Constant(std::f64::consts::PI)),
+                Err(known) => {
+                    let problem = Problem::UnknownName { name: word.to_owned(), known };
+                    return Err(ExpressionError { span: start..end, problem });
+                }
+            }
+            return Ok(());
+        }
+        let function = Function::find(word).ok_or_else(|| ExpressionError {
+            span: start..end,
+            problem: Problem::UnknownFunction { name: word.to_owned(), known: Function::names() },
+        })?;
+        self.advance();
+        let mut given = 1;
+        self.sum()?;
+        while self.peek() == Some(',') {
+            self.advance();
+            self.sum()?;
+            given += 1;
+        }
+        self.close(open)?;
+        if given != function.arity() {
+            let problem = Problem::Arguments { name: function.name(), takes: function.arity(), given };
+            return Err(ExpressionError { span: start..self.text[..self.at].trim_end().len(), problem });
+        }
+        self.program.push(Operation::Call(function));
+        Ok(())
+    }
+
+    fn close(&mut self, open: usize) -> Result<(), ExpressionError> {
+        match self.peek() {
+            Some(')') => {
+                self.advance();
+                Ok(())
+            }
+            None => Err(ExpressionError { span: open..open + 1, problem: Problem::Unclosed }),
+            Some(c) if starts_value(c) => Err(self.here(Problem::MissingOperator)),
+            Some(c) => Err(self.here(Problem::Stray(c))),
+        }
+    }
+
+    /// One level deeper, if that is not too deep.
+    fn nested(&mut self, parse: impl FnOnce(&mut Self) -> Result<(), ExpressionError>) -> Result<(), ExpressionError> {
+        if self.depth >= DEEPEST {
+            return Err(self.here(Problem::TooDeep));
+        }
+        self.depth += 1;
+        let parsed = parse(self);
+        self.depth -= 1;
+        parsed
+    }
+
+    fn peek(&self) -> Option<char> {
+        self.text[self.at..].chars().next()
+    }
+
+    fn advance(&mut self) {
+        self.at += self.peek().map_or(0, char::len_utf8);
+        self.space();
+    }
+
+    fn space(&mut self) {
+        self.at = self.text.len() - self.text[self.at..].trim_start().len();
+    }
+
+    fn here(&self, problem: Problem) -> ExpressionError {
+        ExpressionError { span: self.at..self.at + self.peek().map_or(0, char::len_utf8), problem }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// x = 2, y = 3 and nothing else.
+    fn compile(text: &str) -> Result<Expression<f64>, ExpressionError> {
+        Expression::parse(text, |name| match name {
+            "x" => Ok(2.0),
+            "y" => Ok(3.0),
+            _ => Err("it has x, y".to_owned()),
+        })
+    }
+
+    fn value(text: &str) -> f64 {
+        compile(text).unwrap().evaluate(|v| v)
+    }
+
+    #[test]
+    fn arithmetic_has_its_usual_order() {
+        assert_eq!(value("1 + 2 * 3 - 4 / 2"), 5.0);
+        assert_eq!(value("-2^2"), -4.0);
+        assert_eq!(value("2^3^2"), 512.0);
+        assert_eq!(value("2^-1 * x"), 1.0);
+        assert_eq!(value("8 - 3 - 2"), 3.0);
+        assert_eq!(value(" ( x + y ) * -( 1 - 2 ) "), 5.0);
+        assert_eq!(value("1.5e-3 + 2E+1 + .5"), 20.5015);
+        assert_eq!(value("min(x, max(y, 1)) + abs(-x)"), 4.0);
+        assert!((value("sin(pi / 2) + ln(exp(2)) + log10(100) + sqrt(16) + sign(-7)") - 8.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn mistakes_are_found_where_they_are() {
+        let found = |text: &str| compile(text).unwrap_err();
+        for (text, span, says) in [
+            ("", 0..0, "empty"),
+            ("x + zeta * 2", 4..8, "there is no 'zeta': it has x, y"),
+            ("x + ", 4..4, "value is missing"),
+            ("x * / y", 4..5, "value is missing"),
+            ("x y", 2..3, "operator is missing"),
+            ("3 (x)", 2..3, "operator is missing"),
+            ("(x + 1", 0..1, "not closed"),
+            ("sin(x", 3..4, "not closed"),
+            ("x)", 1..2, "')' has no meaning"),
+            ("x # y", 2..3, "'#' has no meaning"),
+            ("2 * µ", 4..6, "'µ' has no meaning"),
+            ("sine(x)", 0..4, "no function 'sine'"),
+            ("min(x) + 1", 0..6, "min takes 2 arguments, not 1"),
+            ("1e-3x", 0..5, "not a number"),
+            ("1e999", 0..5, "not a number"),
+        ] {
+            let error = found(text);
+            assert_eq!(error.span, span, "{text}: {error}");
+            assert!(error.to_string().contains(says), "{text}: {error}");
+        }
+        assert_eq!(found(&"(".repeat(900)).problem, Problem::TooDeep);
+        assert_eq!(found(&"-".repeat(900)).problem, Problem::TooDeep);
+        assert_eq!(found(&"x+".repeat(900)).problem, Problem::TooLong);
+        assert_eq!(found(&format!("{}x{}", "x^(".repeat(31), ")".repeat(31))).problem, Problem::TooDeep);
+    }
+
+    proptest! {
+        #[test]
+        fn no_text_makes_the_parser_panic_and_every_place_is_in_the_text(text in "[-+*/^(),.xye0-9 µ°a-z]{0,60}") {
+            match compile(&text) {
+                Ok(expression) => { expression.evaluate(|v| v); }
+                Err(error) => prop_assert!(text.get(error.span).is_some()),
+            }
+        }
+    }
+}

@@ -1,0 +1,376 @@
+//! A user's own effect: an expression over the log's columns and the model's signals, with named parameters.
+//!
+//! | name | meaning |
+//! | --- | --- |
+//! | `rate`, `rate_dot` | compensated rate of the axis under study, rad/s, and its derivative, rad/s² |
+//! | `angle` | best known shaft angle, rad |
+//! | `t` | time from the log's first row, s |
+//! | `gyro_x` `gyro_y` `gyro_z` | compensated rates of the axes (raw where an axis has no model), rad/s |
+//! | `accel_x` `accel_y` `accel_z` | specific force, m/s² |
+//! | `temp`, `supply` | °C, V |
+//! | a free channel's name | that column; between its values, the last one |
+//! | `pi` | π, unless something else is called so |
+//!
+//! The expression is in rad/s and is added to the felt rate. It has to be proportional to at least one parameter, its
+//! coefficient, so that it can be absent; the other parameters are shapes. Where it has no finite value it counts as 0.
+
+pub mod expression;
+mod function;
+mod linearity;
+
+use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Span, Stage};
+use crate::{Axis, record::FREE_CHANNELS};
+use expression::{Expression, ExpressionError};
+use std::sync::{Mutex, PoisonError};
+use thiserror::Error;
+
+/// Most parameters of one effect.
+pub const MOST_PARAMETERS: usize = 8;
+
+/// What a user writes down.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Definition {
+    /// Id: lower-case letters, digits and hyphens.
+    pub id: String,
+    /// The expression, rad/s.
+    pub regressor: String,
+    /// Its parameters.
+    pub parameters: Vec<ParameterDefinition>,
+}
+
+/// One parameter as a user writes it down.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParameterDefinition {
+    /// Name, as in the expression.
+    pub name: String,
+    /// Unit, for people.
+    pub unit: String,
+    /// The size to expect: where a search for a shape starts, and what a simulation takes.
+    pub typical: f64,
+}
+
+/// What is wrong with a definition.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum DefinitionError {
+    /// The id has other characters, or none.
+    #[error("'{id}' is not an effect's name: lower-case letters, digits and hyphens, a letter first")]
+    BadId {
+        /// As written.
+        id: String,
+    },
+    /// The catalogue has this id.
+    #[error("the catalogue has an effect '{id}' already: choose another name")]
+    TakenId {
+        /// As written.
+        id: String,
+    },
+    /// Too many parameters.
+    #[error("{given} parameters are too many: at most {MOST_PARAMETERS}")]
+    TooManyParameters {
+        /// How many there are.
+        given: usize,
+    },
+    /// A parameter is not named like one.
+    #[error("'{name}' is not a parameter's name: letters, digits and _, a letter first, and none of the signals")]
+    BadParameter {
+        /// As written.
+        name: String,
+    },
+    /// A parameter is declared twice.
+    #[error("parameter '{name}' is declared twice")]
+    RepeatedParameter {
+        /// As written.
+        name: String,
+    },
+    /// A typical size that is no number.
+    #[error("parameter '{name}': the typical size must be a finite number")]
+    BadTypical {
+        /// As written.
+        name: String,
+    },
+    /// A parameter is not in the expression.
+    #[error("parameter '{name}' does not appear in the expression")]
+    UnusedParameter {
+        /// As written.
+        name: String,
+    },
+    /// Nothing to be proportional to.
+    #[error(
+        "the expression is proportional to none of its parameters, so the effect could never be absent: multiply it by one"
+    )]
+    NoCoefficient,
+    /// The expression is wrong; the place is in the error.
+    #[error(transparent)]
+    Expression(#[from] ExpressionError),
+}
+
+/// A name in an expression.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Variable {
+    Parameter(usize),
+    Rate,
+    RateDot,
+    Angle,
+    Time,
+    Gyro(usize),
+    Accel(usize),
+    Temperature,
+    Supply,
+    /// Channel, and where its last value is remembered.
+    Free(usize, usize),
+}
+
+/// The signals that every log has a place for.
+const SIGNALS: [(&str, Variable); 12] = [
+    ("rate", Variable::Rate),
+    ("rate_dot", Variable::RateDot),
+    ("angle", Variable::Angle),
+    ("t", Variable::Time),
+    ("gyro_x", Variable::Gyro(0)),
+    ("gyro_y", Variable::Gyro(1)),
+    ("gyro_z", Variable::Gyro(2)),
+    ("accel_x", Variable::Accel(0)),
+    ("accel_y", Variable::Accel(1)),
+    ("accel_z", Variable::Accel(2)),
+    ("temp", Variable::Temperature),
+    ("supply", Variable::Supply),
+];
+
+/// Free channels that one expression may use: each needs a place in the effect's memory.
+const MOST_CHANNELS: usize = 7;
+
+/// A user's own effect.
+pub struct UserEffect {
+    definition: Definition,
+    free_names: Vec<String>,
+    card: &'static Card,
+    parameters: &'static [ParameterCard],
+    expression: Expression<Variable>,
+}
+
+/// The effects defined so far, kept for the life of the process.
+static DEFINED: Mutex<Vec<&'static UserEffect>> = Mutex::new(Vec::new());
+
+/// The effect of this definition, on logs whose free channels are called `free_names` (in the order of
+/// [`crate::Record::free_names`]).
+///
+/// It lives as long as the process; the same definition gives the same effect, so reading a model file again costs
+/// nothing.
+///
+/// # Errors
+/// Where the definition makes no effect; [`DefinitionError::Expression`] has the place in the expression.
+pub fn define(definition: &Definition, free_names: &[String]) -> Result<&'static dyn Effect, DefinitionError> {
+    let mut defined = DEFINED.lock().unwrap_or_else(PoisonError::into_inner);
+    let same = |e: &&&UserEffect| e.definition == *definition && e.free_names == free_names;
+    if let Some(effect) = defined.iter().find(same) {
+        return Ok(*effect);
+    }
+    let effect: &'static UserEffect = Box::leak(Box::new(UserEffect::new(definition, free_names)?));
+    defined.push(effect);
+    Ok(effect)
+}
+
+/// The definition of a user's own effect, for writing it to a model file; `None` for an effect of the catalogue.
+#[must_use]
+pub fn definition(effect: &'static dyn Effect) -> Option<Definition> {
+    let defined = DEFINED.lock().unwrap_or_else(PoisonError::into_inner);
+    defined.iter().rev().find(|user| std::ptr::eq(user.card(), effect.card())).map(|user| user.definition.clone())
+}
+
+impl UserEffect {
+    fn new(definition: &Definition, free_names: &[String]) -> Result<Self, DefinitionError> {
+        check(definition)?;
+        let mut channels = Vec::new();
+        let written = |name: &str| definition.parameters.iter().position(|p| p.name == name);
+        let expression = Expression::parse(&definition.regressor, |name| {
+            if let Some(parameter) = written(name) {
+                return Ok(Variable::Parameter(parameter));
+            }
+            if let Some((_, signal)) = SIGNALS.iter().find(|(signal, _)| *signal == name) {
+                return Ok(*signal);
+            }
+            let channel = free_names.iter().take(FREE_CHANNELS).position(|free| free == name);
+            let channel = channel.ok_or_else(|| known(definition, free_names))?;
+            let place = channels.iter().position(|c| *c == channel).unwrap_or(channels.len());
+            if place == MOST_CHANNELS {
+                return Err(format!("at most {MOST_CHANNELS} free channels fit into one expression"));
+            }
+            if place == channels.len() {
+                channels.push(channel);
+            }
+            Ok(Variable::Free(channel, place))
+        })?;
+        let count = definition.parameters.len();
+        for (k, parameter) in definition.parameters.iter().enumerate() {
+            if !expression.variables().any(|v| v == Variable::Parameter(k)) {
+                return Err(DefinitionError::UnusedParameter { name: parameter.name.clone() });
+            }
+        }
+        let linear = linearity::coefficients(&expression.map(Variable::parameter), count);
+        if !linear.contains(&true) {
+            return Err(DefinitionError::NoCoefficient);
+        }
+        // Coefficients first, then shapes, as every effect has them.
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_by_key(|&k| !linear[k]);
+        let place = |v| match v {
+            Variable::Parameter(k) => Variable::Parameter(order.iter().position(|&o| o == k).unwrap_or(k)),
+            other => other,
+        };
+        let cards: Vec<_> = order.iter().map(|&k| parameter_card(&definition.parameters[k], linear[k])).collect();
+        Ok(Self {
+            card: Box::leak(Box::new(card(definition, &expression))),
+            parameters: cards.leak(),
+            expression: expression.map(place),
+            definition: definition.clone(),
+            free_names: free_names.to_vec(),
+        })
+    }
+}
+
+impl Variable {
+    fn parameter(self) -> Option<usize> {
+        match self {
+            Self::Parameter(k) => Some(k),
+            _ => None,
+        }
+    }
+}
+
+impl Effect for UserEffect {
+    fn card(&self) -> &'static Card {
+        self.card
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Felt
+    }
+
+    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
+        self.parameters
+    }
+
+    /// Memory: the last value of each free channel.
+    fn error(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
+        let value = self.expression.evaluate(|variable| match variable {
+            Variable::Parameter(k) => p[k],
+            Variable::Rate => s.rate(),
+            Variable::RateDot => s.rate_dot,
+            Variable::Angle => s.angle,
+            Variable::Time => s.t,
+            Variable::Gyro(i) => s.rates[i],
+            Variable::Accel(i) => s.accel[i],
+            Variable::Temperature => s.delta_temperature + 25.0,
+            Variable::Supply => s.supply,
+            Variable::Free(channel, place) => {
+                if s.free[channel].is_finite() {
+                    memory[place] = s.free[channel];
+                }
+                memory[place]
+            }
+        });
+        if value.is_finite() { value } else { 0.0 }
+    }
+
+    /// Each shape on its own from a tenth to ten times its typical size, the others at theirs.
+    fn grid(&self, _: &Span) -> Vec<Vec<f64>> {
+        const FACTORS: [f64; 9] = [1.0, 0.1, 0.18, 0.32, 0.56, 1.8, 3.2, 5.6, 10.0];
+        let shapes = self.parameters.iter().filter(|card| card.role == Role::Shape);
+        let typical: Vec<f64> = shapes.map(|card| card.typical).collect();
+        let mut grid = Vec::new();
+        for (k, size) in typical.iter().enumerate() {
+            // The typical point itself stands in the grid once.
+            for factor in FACTORS.iter().skip(usize::from(k > 0)) {
+                let mut point = typical.clone();
+                point[k] = size * factor;
+                grid.push(point);
+            }
+        }
+        grid
+    }
+}
+
+/// What can be seen wrong without looking at the expression.
+fn check(definition: &Definition) -> Result<(), DefinitionError> {
+    let id = definition.id.clone();
+    let named = |name: &str, extra: &str| {
+        name.starts_with(|c: char| c.is_ascii_alphabetic())
+            && name.chars().all(|c| c.is_ascii_alphanumeric() || extra.contains(c))
+    };
+    if !named(&id, "-") || id.chars().any(|c| c.is_ascii_uppercase()) {
+        return Err(DefinitionError::BadId { id });
+    }
+    if super::find(&id).is_some() {
+        return Err(DefinitionError::TakenId { id });
+    }
+    let parameters = &definition.parameters;
+    if parameters.len() > MOST_PARAMETERS {
+        return Err(DefinitionError::TooManyParameters { given: parameters.len() });
+    }
+    for (k, parameter) in parameters.iter().enumerate() {
+        let name = parameter.name.clone();
+        if !named(&name, "_") || SIGNALS.iter().any(|(signal, _)| *signal == name) {
+            return Err(DefinitionError::BadParameter { name });
+        }
+        if parameters[..k].iter().any(|other| other.name == name) {
+            return Err(DefinitionError::RepeatedParameter { name });
+        }
+        if !parameter.typical.is_finite() {
+            return Err(DefinitionError::BadTypical { name });
+        }
+    }
+    Ok(())
+}
+
+/// The names that may stand in an expression.
+fn known(definition: &Definition, free_names: &[String]) -> String {
+    let list = |names: Vec<&str>| if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+    let parameters = list(definition.parameters.iter().map(|p| p.name.as_str()).collect());
+    let signals = list(SIGNALS.iter().map(|(name, _)| *name).collect());
+    let free = list(free_names.iter().map(String::as_str).collect());
+    format!("parameters are {parameters}; signals are {signals}; free channels of the log are {free}")
+}
+
+/// A shape keeps its sign and stays within a factor of a thousand of its typical size.
+fn parameter_card(parameter: &ParameterDefinition, linear: bool) -> ParameterCard {
+    let typical = parameter.typical;
+    let (near, far) = (typical * 1e-3, typical * 1e3);
+    let free = (f64::NEG_INFINITY, f64::INFINITY);
+    ParameterCard {
+        name: parameter.name.clone().leak(),
+        unit: parameter.unit.clone().leak(),
+        says: if linear { "coefficient of the user's expression" } else { "shape in the user's expression" },
+        role: if linear { Role::Linear } else { Role::Shape },
+        neutral: if linear { 0.0 } else { typical },
+        typical,
+        bounds: if linear || typical == 0.0 { free } else { (near.min(far), near.max(far)) },
+    }
+}
+
+fn card(definition: &Definition, expression: &Expression<Variable>) -> Card {
+    let uses = |of: fn(Variable) -> bool| expression.variables().any(of);
+    let needs = [
+        (Need::ThreeGyros, uses(|v| matches!(v, Variable::Gyro(_)))),
+        (Need::Accelerometer, uses(|v| matches!(v, Variable::Accel(_)))),
+        (Need::Temperature, uses(|v| v == Variable::Temperature)),
+        (Need::Supply, uses(|v| v == Variable::Supply)),
+    ];
+    let needs: Vec<Need> = needs.into_iter().filter(|(_, used)| *used).map(|(need, _)| need).collect();
+    let sizes: Vec<String> =
+        definition.parameters.iter().map(|p| format!("{} = {:e} {}", p.name, p.typical, p.unit)).collect();
+    Card {
+        id: definition.id.clone().leak(),
+        title: "a user's own effect",
+        physics: "Defined by an expression in the model file.",
+        equation: format!("ω_f = ω + {}", definition.regressor).leak(),
+        typical: sizes.join(", ").leak(),
+        source: "the model file",
+        needs: needs.leak(),
+        excited_by: "whatever moves the columns of its expression",
+        mended_by: "exactly, where the columns of its expression are measured",
+        aliases: &[],
+    }
+}
+
+#[cfg(test)]
+mod tests;
