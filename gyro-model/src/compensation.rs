@@ -166,6 +166,7 @@ impl Environment {
             accel: self.accel,
             delta_temperature: self.temperature - 25.0,
             delta_supply: if delta_supply.is_finite() { delta_supply } else { 0.0 },
+            supply: if self.supply.is_finite() { self.supply } else { 0.0 },
             free: self.free,
             ..Signals::default()
         }

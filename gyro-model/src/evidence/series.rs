@@ -129,6 +129,7 @@ impl Series {
                 rates: std::array::from_fn(|a| rates[a][k]),
                 accel: std::array::from_fn(|a| accel[a][k]),
                 delta_temperature: temperature[k] - 25.0,
+                supply: supply[k],
                 delta_supply: origin.supply.map_or(0.0, |origin| supply[k] - origin),
                 free: std::array::from_fn(|c| free.get(c).map_or(0.0, |f| f[k])),
                 ..Signals::default()
