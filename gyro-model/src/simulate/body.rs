@@ -2,7 +2,7 @@
 
 use super::{
     motion::{Instant, normal},
-    noise::Wander,
+    noise::Smooth,
     sensor::SensorSpec,
 };
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -10,6 +10,9 @@ use rand_chacha::ChaCha8Rng;
 
 /// Standard gravity, m/s².
 pub const GRAVITY: f64 = 9.80665;
+
+/// Time constant of shaking, s: it reaches to some 4 Hz.
+const SHAKING: f64 = 0.042;
 
 /// Attitude and specific force.
 #[derive(Clone, Debug)]
@@ -19,7 +22,7 @@ pub(super) struct Body {
     /// Specific force in the body frame without the accelerometer's noise, m/s².
     pub force: [f64; 3],
     time: f64,
-    shaking: [Wander; 3],
+    shaking: [Smooth; 3],
     random: ChaCha8Rng,
 }
 
@@ -29,7 +32,7 @@ impl Body {
             attitude: UnitQuaternion::identity(),
             force: [0.0; 3],
             time: 0.0,
-            shaking: [Wander::new(sensor.shaking, 0.02); 3],
+            shaking: [Smooth::new(sensor.shaking, SHAKING); 3],
             random,
         }
     }
@@ -56,7 +59,8 @@ impl Body {
             if sensor.horizontal {
                 (up[(i + 1) % 3], up[(i + 2) % 3]) = now[i].angle.sin_cos();
             } else {
-                up[i] = 1.0;
+                let tilt = sensor.tilt * (std::f64::consts::TAU * sensor.tilt_frequency * (self.time + dt)).sin();
+                (up[(i + 1) % 3], up[i]) = tilt.sin_cos();
             }
             up
         };

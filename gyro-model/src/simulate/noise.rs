@@ -1,6 +1,7 @@
 //! Random errors, each from its own stream so that switching one on changes no other.
 
 use super::motion::normal;
+use crate::effects::low_pass;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -38,6 +39,28 @@ impl Wander {
     }
 }
 
+/// A wander through a low-pass of its own time constant: smooth, as shaking is. r(τ) = (1 + τ/T) e^{−τ/T}.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Smooth {
+    pub value: f64,
+    drive: Wander,
+}
+
+impl Smooth {
+    /// Starting at zero.
+    pub fn new(std: f64, time_constant: f64) -> Self {
+        Self { value: 0.0, drive: Wander::new(std * 2_f64.sqrt(), time_constant) }
+    }
+
+    /// For steps well below the time constant.
+    pub fn step(&mut self, dt: f64, random: &mut ChaCha8Rng) -> f64 {
+        let before = self.drive.value;
+        let after = self.drive.step(dt, random);
+        self.value = low_pass(self.value, before, after, dt, self.drive.time_constant);
+        self.value
+    }
+}
+
 /// 1/f noise: wanders of equal strength, their time constants a factor of four apart.
 #[derive(Clone, Debug)]
 pub(super) struct Flicker(Vec<Wander>);
@@ -67,6 +90,18 @@ mod tests {
         let after = values.windows(11).map(|w| w[0] * w[10]).sum::<f64>() / n;
         assert!((variance / 4.0 - 1.0).abs() < 0.06, "{variance}");
         assert!((after / variance - (-1_f64).exp()).abs() < 0.04, "{}", after / variance);
+    }
+
+    #[test]
+    fn smooth_shaking_has_its_standard_deviation_and_correlation() {
+        let mut random = stream(3, 0);
+        let mut shaking = Smooth::new(2.0, 0.5);
+        let values: Vec<f64> = (0..400_000).map(|_| shaking.step(0.025, &mut random)).collect();
+        let n = values.len() as f64;
+        let variance = values.iter().map(|v| v * v).sum::<f64>() / n;
+        let after = values.windows(21).map(|w| w[0] * w[20]).sum::<f64>() / n;
+        assert!((variance / 4.0 - 1.0).abs() < 0.06, "{variance}");
+        assert!((after / variance - 2.0 * (-1_f64).exp()).abs() < 0.04, "{}", after / variance);
     }
 
     #[test]

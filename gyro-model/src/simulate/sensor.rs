@@ -34,8 +34,14 @@ pub struct SensorSpec {
     pub full_scale: f64,
     /// Other axes: standard deviation of a row, rad/s.
     pub other_noise: f64,
-    /// Peak rate of the next axis, which moves by its own, rad/s.
+    /// Peak rate of the axis after next, which moves by its own, rad/s.
     pub other_rate: f64,
+    /// RMS rate of the next axis, which wobbles, rad/s.
+    pub wobble: f64,
+    /// How far a vertical shaft tilts to and fro, rad.
+    pub tilt: f64,
+    /// How often, Hz.
+    pub tilt_frequency: f64,
     /// Standard deviation of an accelerometer row, m/s².
     pub accel_noise: f64,
     /// Shaking that the accelerometer and a g-sensitive gyro feel alike, m/s².
@@ -116,10 +122,13 @@ impl Default for SensorSpec {
             rate_noise: 0.0,
             quantum: MPU_6050_QUANTUM,
             full_scale: 34.9,
-            other_noise: 0.012,
+            other_noise: 1e-3,
             other_rate: 0.9,
-            accel_noise: 0.2,
-            shaking: 0.1,
+            wobble: 0.012,
+            tilt: 0.12,
+            tilt_frequency: 0.033,
+            accel_noise: 0.02,
+            shaking: 0.2,
             reference: Reference::Encoder(4096),
             reference_noise: 0.0,
             reference_every: 1,
@@ -160,10 +169,13 @@ impl SensorSpec {
             noise_density: random.random_range(0.0024_f64..0.008).to_radians(),
             bias_random_walk: 10_f64.powf(random.random_range(-6.5..-5.0)),
             quantum: MPU_6050_QUANTUM * [1.0, 1.0, 0.5, 0.25][random.random_range(0..4)],
-            other_noise: random.random_range(0.001..0.015),
-            other_rate: random.random_range(0.3..1.2),
-            accel_noise: random.random_range(0.05..0.25),
-            shaking: random.random_range(0.02..0.3),
+            other_noise: random.random_range(3e-4..1.5e-3),
+            other_rate: random.random_range(0.4..1.2),
+            wobble: random.random_range(0.002..0.02),
+            tilt: random.random_range(0.03..0.2),
+            tilt_frequency: random.random_range(0.02..0.06),
+            accel_noise: random.random_range(0.01..0.06),
+            shaking: random.random_range(0.05..0.3),
             reference: Reference::Encoder(
                 [2048, 2500, 3600, 4000, 4096, 5000, 8192, 10_000][random.random_range(0..8)],
             ),

@@ -12,9 +12,12 @@ use crate::{
     effects::{Memory, Signals, Stage},
     model::Origin,
 };
+use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
+/// Lines of a wobble.
+const WOBBLES: u32 = 12;
 /// Physical steps a row.
 const OVERSAMPLING: u32 = 10;
 
@@ -301,7 +304,7 @@ fn at(shafts: &mut [Shaft; 3], t: f64) -> [Instant; 3] {
     shafts.each_mut().map(|shaft| shaft.at(t))
 }
 
-/// The motions of the three axes: on a rig the next axis moves by its own and the last one stands still.
+/// The motions of the three axes: on a rig the next axis wobbles and the one after next moves by its own.
 fn shafts(scenario: &Scenario) -> [Shaft; 3] {
     let (sensor, seed) = (&scenario.sensor, scenario.seed);
     let i = sensor.axis.index();
@@ -317,9 +320,19 @@ fn shafts(scenario: &Scenario) -> [Shaft; 3] {
     }
     shafts[i] = Shaft::new(scenario.motion, seed);
     if sensor.reference != Reference::Quaternion {
-        let lines = [(0.173, 2.0 / 3.0), (0.607, 1.0 / 3.0)];
-        let line = |(frequency, share)| Line { rate: share * sensor.other_rate, frequency, phase: -0.25 * TAU };
-        shafts[(i + 2) % 3] = Shaft::Lines(lines.map(line).to_vec());
+        let random = &mut stream(seed, 10);
+        let own = [(0.173, 2.0 / 3.0), (0.607, 1.0 / 3.0)].map(|(frequency, share)| Line {
+            rate: share * sensor.other_rate,
+            frequency: frequency * random.random_range(0.8..1.25),
+            phase: random.random_range(0.0..TAU),
+        });
+        shafts[(i + 2) % 3] = Shaft::Lines(own.to_vec());
+        let wobble = (0..WOBBLES).map(|_| Line {
+            rate: sensor.wobble * (2.0 / f64::from(WOBBLES)).sqrt(),
+            frequency: random.random_range(0.3..5.0),
+            phase: random.random_range(0.0..TAU),
+        });
+        shafts[(i + 1) % 3] = Shaft::Lines(wobble.collect());
     }
     shafts
 }

@@ -13,6 +13,7 @@ fn silent() -> SensorSpec {
         bias_random_walk: 0.0,
         quantum: 0.0,
         other_noise: 0.0,
+        tilt: 0.0,
         accel_noise: 0.0,
         shaking: 0.0,
         reference: Reference::Encoder(0),
