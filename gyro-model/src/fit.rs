@@ -92,9 +92,9 @@ pub(crate) fn settle(study: Study<'_>) -> Study<'_> {
     let curve = study.held_out().curve();
     let worst = curve.iter().zip(&study.bench.weights).map(|(e, f)| e / f).fold(0.0, f64::max);
     let (mut study, gls) = if worst < NOISE_ALONE {
-        study.refine(None)
+        study.refine(&[])
     } else {
-        let gls = study.identify(None);
+        let gls = study.identify(&[]);
         (study, gls)
     };
     study.stamp(&gls);

@@ -31,6 +31,7 @@
 pub mod axis;
 pub mod compensation;
 pub mod detail;
+pub mod diagnose;
 pub mod diagnosis;
 pub mod effects;
 pub mod estimator;

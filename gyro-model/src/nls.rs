@@ -44,6 +44,57 @@ impl Normal {
     }
 }
 
+impl Normal {
+    /// Adds `sign` times another set of equations.
+    pub fn merge(&mut self, other: &Self, sign: f64) {
+        self.cost += sign * other.cost;
+        for (a, b) in self.gradient.iter_mut().zip(&other.gradient) {
+            *a += sign * b;
+        }
+        for i in 0..self.gradient.len() {
+            for j in 0..self.gradient.len() {
+                self.matrix[(i, j)] += sign * other.matrix[(i, j)];
+            }
+        }
+    }
+
+    /// The undamped step of these equations, a part of `whole`. Directions of which less than `share` of the whole's
+    /// information is left stay where the whole put them.
+    #[must_use]
+    pub fn step_from(&self, whole: &Self, share: f64) -> Vec<f64> {
+        let n = self.gradient.len();
+        let d = scales(&whole.matrix);
+        let scaled = Mat::from_fn(n, n, |i, j| self.matrix[(i, j)] / (d[i] * d[j]));
+        let Ok(eigen) = scaled.self_adjoint_eigen(Side::Lower) else { return vec![0.0; n] };
+        let (u, s) = (eigen.U(), eigen.S().column_vector());
+        // How much the whole holds in each direction of the part.
+        let held = |k: usize| -> f64 {
+            (0..n)
+                .map(|i| (0..n).map(|j| u[(i, k)] * whole.matrix[(i, j)] / (d[i] * d[j]) * u[(j, k)]).sum::<f64>())
+                .sum()
+        };
+        let mut step = vec![0.0; n];
+        for k in 0..n {
+            if s[k] > share * held(k) && s[k] > 1e-10 {
+                let along = (0..n).map(|i| u[(i, k)] * self.gradient[i] / d[i]).sum::<f64>() / s[k];
+                for i in 0..n {
+                    step[i] -= u[(i, k)] * along / d[i];
+                }
+            }
+        }
+        step
+    }
+
+    /// f to second order after a step.
+    #[must_use]
+    pub fn cost_after(&self, step: &[f64]) -> f64 {
+        let n = step.len();
+        let quadratic: f64 = (0..n).map(|i| (0..n).map(|j| step[i] * self.matrix[(i, j)] * step[j]).sum::<f64>()).sum();
+        let linear: f64 = step.iter().zip(&self.gradient).map(|(s, g)| s * g).sum();
+        self.cost + 2.0 * linear + quadratic
+    }
+}
+
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {

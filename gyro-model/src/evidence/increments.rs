@@ -6,7 +6,6 @@
 
 use super::problem::Problem;
 use crate::nls;
-use faer::Mat;
 
 /// Blocks that a log is cut into.
 pub const BLOCKS: usize = 10;
@@ -248,8 +247,16 @@ impl Grams {
     /// Each block judged with the parameters of the others (one Gauss–Newton step from where the derivatives stand).
     #[must_use]
     pub fn held_out(&self, tau: &[f64], floor: &[f64]) -> HeldOut {
-        let steps: Vec<Vec<f64>> = (0..BLOCKS).map(|b| step(&self.normal(tau, floor, Some(b)))).collect();
-        self.judged(tau, &steps)
+        self.held_out_on(self, tau, floor)
+    }
+
+    /// The same with the parameters from these increments and the judgement on others (one axis of three).
+    #[must_use]
+    pub fn held_out_on(&self, judged: &Self, tau: &[f64], floor: &[f64]) -> HeldOut {
+        let whole = self.normal(tau, floor, None);
+        let steps: Vec<Vec<f64>> =
+            (0..BLOCKS).map(|b| self.normal(tau, floor, Some(b)).step_from(&whole, 1e-3)).collect();
+        judged.judged(tau, &steps)
     }
 
     /// Every block judged as it stands: no parameter refitted.
@@ -276,11 +283,4 @@ impl Grams {
             .collect();
         HeldOut { sums }
     }
-}
-
-/// The undamped step of normal equations, over their observable directions.
-fn step(normal: &nls::Normal) -> Vec<f64> {
-    let n = normal.gradient.len();
-    let (inverse, _): (Mat<f64>, _) = nls::invert_observable(&normal.matrix, 1e-10);
-    (0..n).map(|i| -(0..n).map(|j| inverse[(i, j)] * normal.gradient[j]).sum::<f64>()).collect()
 }

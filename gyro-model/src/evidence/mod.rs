@@ -9,6 +9,7 @@
 //! | [`floor`] | what the error curve would be with no physics missing |
 
 pub mod attitude;
+pub mod floor;
 pub mod increments;
 pub mod integrate;
 pub mod noise;

@@ -1,4 +1,8 @@
 //! Identifies the noise of a residual by maximum likelihood, and estimates with it.
+//!
+//! Noise and parameters are sought in turn: the noise that is likeliest for the present residual, then generalised
+//! least squares with that noise, three times over. What comes out besides is the log likelihood block by block, each
+//! block judged with the parameters of the others: the currency in which models are compared.
 
 use super::{
     study::Study,
@@ -7,6 +11,9 @@ use super::{
 use crate::{model::Noise, nls};
 use faer::Mat;
 
+/// Blocks in time over which the likelihood is held out.
+pub const BLOCKS: usize = 20;
+
 /// Generalised least squares about the parameters of a study.
 #[derive(Clone, Debug)]
 pub struct Gls {
@@ -14,6 +21,8 @@ pub struct Gls {
     pub noise: NoiseModel,
     /// ln L at the optimum.
     pub log_likelihood: f64,
+    /// ln L of each block under the parameters of the others.
+    pub held_out: Vec<f64>,
     /// From the study's parameters to the optimum.
     pub step: Vec<f64>,
     /// Covariance of the parameters; infinite where unobservable.
@@ -49,38 +58,77 @@ impl NoiseModel {
             correlation_time: if p.len() > 4 { e(4) } else { 1.0 },
         }
     }
+
+    fn logs(&self) -> Vec<f64> {
+        let mut out = vec![self.angle_random_walk, self.bias_random_walk, self.encoder];
+        if self.correlated > 0.0 {
+            out.extend([self.correlated, self.correlation_time]);
+        }
+        out.into_iter().map(|v| v.max(1e-20).ln()).collect()
+    }
 }
 
 /// Rows that are looked at while the noise is being searched for; the estimate itself uses all.
 const SEARCH_ROWS: usize = 20_000;
 
+/// The rows of a study, whole or thinned.
+struct Rows {
+    every: usize,
+    t: Vec<f64>,
+    plateau: Vec<f64>,
+    lost: Vec<bool>,
+}
+
+impl Rows {
+    fn new(study: &Study, every: usize) -> Self {
+        let problem = &study.bench.problem;
+        let (t, lost, plateau) = (problem.times(), &study.evaluation.lost, &problem.series[0].plateau);
+        let thin = |x: &[f64]| -> Vec<f64> { x.iter().step_by(every).copied().collect() };
+        Self {
+            every,
+            t: thin(t),
+            plateau: thin(plateau).iter().map(|p| (p / every as f64).max(1.0)).collect(),
+            lost: (0..lost.len()).step_by(every).map(|i| (i.saturating_sub(every - 1)..=i).any(|k| lost[k])).collect(),
+        }
+    }
+
+    fn whitener(&self, noise: &NoiseModel) -> Whitener {
+        Whitener::new(noise, &self.t, &self.plateau, &self.lost)
+    }
+
+    /// ln L of a residual (one entry a channel) under a noise.
+    fn log_likelihood(&self, residual: &[Vec<f64>], noise: &NoiseModel) -> f64 {
+        let whitener = self.whitener(noise);
+        residual
+            .iter()
+            .map(|r| whitener.log_likelihood(whitener.sum_of_squares(r.iter().step_by(self.every).copied())))
+            .sum()
+    }
+}
+
 /// Whitened residual and columns under one noise, as normal equations.
-pub(crate) fn normal(study: &Study, noise: &NoiseModel, every: usize) -> (nls::Normal, Whitener) {
-    let problem = &study.bench.problem;
-    let (t, lost) = (problem.times(), &study.evaluation.lost);
-    let plateau = &problem.series[0].plateau;
-    let thin = |x: &[f64]| -> Vec<f64> { x.iter().step_by(every).copied().collect() };
-    let whitener = if every == 1 {
-        Whitener::new(noise, t, plateau, lost)
-    } else {
-        let lost: Vec<bool> =
-            (0..lost.len()).step_by(every).map(|i| (i.saturating_sub(every - 1)..=i).any(|k| lost[k])).collect();
-        let plateau: Vec<f64> = thin(plateau).iter().map(|p| (p / every as f64).max(1.0)).collect();
-        Whitener::new(noise, &thin(t), &plateau, &lost)
-    };
+pub(crate) fn normal(study: &Study, noise: &NoiseModel) -> (nls::Normal, Whitener) {
+    let whitener = Rows::new(study, 1).whitener(noise);
     let mut normal = nls::Normal::zeros(study.columns.len());
-    for channel in 0..problem.channels() {
-        let white = |x: &[f64]| if every == 1 { whitener.apply(x) } else { whitener.apply(&thin(x)) };
-        let r = white(&study.evaluation.residual[channel]);
-        let columns: Vec<Vec<f64>> = study.columns.iter().map(|c| white(&c[channel])).collect();
-        let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-        normal.add(&r, &columns);
+    for channel in 0..study.bench.problem.channels() {
+        let (r, columns) = white(study, &whitener, channel);
+        normal.add(&r, &columns.iter().map(Vec::as_slice).collect::<Vec<_>>());
     }
     (normal, whitener)
 }
 
+/// The gains of one noise along a study's rows.
+pub(crate) fn whitener(study: &Study, noise: &NoiseModel) -> Whitener {
+    Rows::new(study, 1).whitener(noise)
+}
+
+fn white(study: &Study, whitener: &Whitener, channel: usize) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let columns = study.columns.iter().map(|c| whitener.apply(&c[channel])).collect();
+    (whitener.apply(&study.evaluation.residual[channel]), columns)
+}
+
 /// Least squares on whitened normal equations: step, covariance, remaining sum of squares.
-pub(crate) fn solve(normal: &nls::Normal) -> (Vec<f64>, Mat<f64>, f64) {
+fn solve(normal: &nls::Normal) -> (Vec<f64>, Mat<f64>, f64) {
     let n = normal.gradient.len();
     let (inverse, unobservable) = nls::invert_observable(&normal.matrix, 1e-10);
     let step: Vec<f64> = (0..n).map(|i| -(0..n).map(|j| inverse[(i, j)] * normal.gradient[j]).sum::<f64>()).collect();
@@ -92,50 +140,107 @@ pub(crate) fn solve(normal: &nls::Normal) -> (Vec<f64>, Mat<f64>, f64) {
     (step, covariance, rss.max(0.0))
 }
 
-fn log_likelihood(study: &Study, noise: &NoiseModel, every: usize) -> f64 {
-    let (normal, whitener) = normal(study, noise, every);
-    let channels = study.bench.problem.channels() as f64;
-    -0.5 * (channels * whitener.log_determinant + solve(&normal).2)
-}
-
-/// Maximum-likelihood noise with the parameters profiled out.
-pub(crate) fn identify(study: &Study, start: Option<&NoiseModel>) -> Gls {
-    let rows = study.bench.problem.times().len();
-    let every = rows.div_ceil(SEARCH_ROWS);
-    let prior = &study.bench.prior[0];
-    let objective = |p: &[f64]| {
-        let value = -log_likelihood(study, &NoiseModel::from_logs(p), every);
-        if value.is_finite() { value } else { 1e300 }
-    };
-    let (n, e) = start.map_or((prior.angle_random_walk, prior.encoder), |s| (s.angle_random_walk, s.encoder));
-    let b = start.map_or(0.01 * n, |s| s.bias_random_walk.max(1e-4 * n));
-    let first = [n.max(1e-12).ln(), b.ln(), e.max(1e-12).ln()];
-    let (best, value) = simplex(&first, 0.7, 70, objective);
-    let (mut best, value) = simplex(&best, 0.3, 40, objective).min_by(value, best);
-    let duration = study.bench.windows.tau.last().map_or(10.0, |t| 10.0 * t);
-    let mut lowest = value;
-    for time in [0.003 * duration, 0.03 * duration] {
-        let mut wide = best[..3].to_vec();
-        wide.extend([(0.3 * best[0].exp() / time.sqrt()).ln(), time.ln()]);
-        let (point, value) = simplex(&wide, 0.8, 120, objective);
-        // Two more parameters have to earn their keep.
-        if value < lowest - if best.len() == 3 { 6.0 } else { 0.0 } {
-            (best, lowest) = (point, value);
+/// The residual after a step of the parameters, to first order.
+fn moved(study: &Study, step: &[f64]) -> Vec<Vec<f64>> {
+    let mut residual = study.evaluation.residual.clone();
+    for (column, s) in study.columns.iter().zip(step) {
+        for (r, c) in residual.iter_mut().zip(column) {
+            for (r, c) in r.iter_mut().zip(c) {
+                *r += s * c;
+            }
         }
     }
-    let noise = NoiseModel::from_logs(&best);
-    let (normal, whitener) = normal(study, &noise, 1);
-    let (step, covariance, rss) = solve(&normal);
-    let channels = study.bench.problem.channels() as f64;
-    Gls { noise, log_likelihood: -0.5 * (channels * whitener.log_determinant + rss), step, covariance }
+    residual
 }
 
-trait Better {
-    fn min_by(self, value: f64, point: Vec<f64>) -> (Vec<f64>, f64);
+/// Maximum-likelihood noise with the parameters profiled out. `starts` are noises to begin from besides the prior.
+pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
+    let rows = Rows::new(study, study.bench.problem.times().len().div_ceil(SEARCH_ROWS));
+    let prior = &study.bench.prior[0];
+    let n = prior.angle_random_walk.max(1e-12);
+    let first = NoiseModel {
+        angle_random_walk: n,
+        bias_random_walk: 0.01 * n,
+        encoder: prior.encoder.max(1e-12),
+        correlated: 0.0,
+        correlation_time: 1.0,
+    };
+    let mut step = vec![0.0; study.columns.len()];
+    let mut noise = first;
+    for round in 0..3 {
+        let residual = moved(study, &step);
+        let search = |start: &[f64], scale: f64, evaluations: usize| {
+            simplex(start, scale, evaluations, |p| {
+                let value = -rows.log_likelihood(&residual, &NoiseModel::from_logs(p));
+                if value.is_finite() { value } else { 1e300 }
+            })
+        };
+        let mut best = search(&noise.logs(), if round == 0 { 0.8 } else { 0.3 }, 70);
+        if round == 0 {
+            for start in starts {
+                let other = search(&start.logs(), 0.4, 60);
+                if other.1 < best.1 - if other.0.len() > best.0.len() { WORTH } else { 0.0 } {
+                    best = other;
+                }
+            }
+            best = search(&best.0, 0.3, 60);
+        }
+        if round < 2 && best.0.len() == 3 {
+            let span = rows.t[rows.t.len() - 1] - rows.t[0];
+            let spread = (best.0[0].exp().powi(2) / span.sqrt()).sqrt();
+            for time in [1e-3 * span, 2e-2 * span] {
+                let mut wide = best.0[..3].to_vec();
+                wide.extend([(spread / time.sqrt()).max(1e-12).ln(), time.ln()]);
+                let other = search(&wide, 0.8, 90);
+                if other.1 < best.1 - if best.0.len() == 3 { WORTH } else { 0.0 } {
+                    best = other;
+                }
+            }
+        }
+        noise = NoiseModel::from_logs(&best.0);
+        step = solve(&normal(study, &noise).0).0;
+    }
+    at_noise(study, &noise)
 }
 
-impl Better for (Vec<f64>, f64) {
-    fn min_by(self, value: f64, point: Vec<f64>) -> (Vec<f64>, f64) {
-        if self.1 <= value { self } else { (point, value) }
+/// What two more noise parameters have to raise ln L by.
+const WORTH: f64 = 6.0;
+
+/// Generalised least squares under a given noise.
+pub(crate) fn at_noise(study: &Study, noise: &NoiseModel) -> Gls {
+    let whitener = Rows::new(study, 1).whitener(noise);
+    let t = study.bench.problem.times();
+    let edge = |b: usize| t.partition_point(|&x| x < t[0] + (t[t.len() - 1] - t[0]) * b as f64 / BLOCKS as f64);
+    let n = study.columns.len();
+    let mut blocks = vec![nls::Normal::zeros(n); BLOCKS];
+    let channels = study.bench.problem.channels();
+    for channel in 0..channels {
+        let (r, columns) = white(study, &whitener, channel);
+        for (b, block) in blocks.iter_mut().enumerate() {
+            let range = edge(b)..if b + 1 == BLOCKS { t.len() } else { edge(b + 1) };
+            block.add(&r[range.clone()], &columns.iter().map(|c| &c[range.clone()]).collect::<Vec<_>>());
+        }
+    }
+    let mut total = nls::Normal::zeros(n);
+    for block in &blocks {
+        total.merge(block, 1.0);
+    }
+    let (step, covariance, rss) = solve(&total);
+    let held_out = (0..BLOCKS)
+        .map(|b| {
+            let mut rest = total.clone();
+            rest.merge(&blocks[b], -1.0);
+            let p = rest.step_from(&total, 1e-4);
+            let cost = blocks[b].cost_after(&p);
+            let range = edge(b)..if b + 1 == BLOCKS { t.len() } else { edge(b + 1) };
+            -0.5 * (cost + channels as f64 * whitener.log_determinant_of(range))
+        })
+        .collect();
+    Gls {
+        noise: *noise,
+        log_likelihood: -0.5 * (channels as f64 * whitener.log_determinant + rss),
+        held_out,
+        step,
+        covariance,
     }
 }

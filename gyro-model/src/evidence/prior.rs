@@ -21,6 +21,8 @@ pub struct Prior {
 const ORDER: usize = 6;
 /// Σ of the squared binomial coefficients of the sixth difference.
 const GAIN: f64 = 924.0;
+/// N of a poor MEMS gyro, rad/√s (0.03 °/s/√Hz): taken where motion hides the noise everywhere.
+const POOR: f64 = 4e-4;
 const WINDOW: usize = 18;
 /// What share of their mean the variances of the quietest fiftieth of such stretches lie at, for white noise.
 const QUIET: f64 = 0.25;
@@ -84,8 +86,11 @@ pub fn prior(series: &Series, reference: &[f64]) -> Prior {
     let step = series.quantum.powi(2) / 12.0;
     let known = if step > 0.0 { step } else { angle.quiet };
     // Jerky motion shows in the reference too; noise that grows with rate does not.
-    let jerky = gyro.uneven() && angle.mean > 3.0 * known;
-    let (variance, gyro_says) = if jerky {
+    let poor = POOR.powi(2) / span.dt;
+    let jerky = angle.mean > 3.0 * known && (gyro.uneven() || gyro.mean > poor);
+    let (variance, gyro_says) = if jerky && gyro.quiet > poor {
+        (poor, "a poor MEMS sensor's data sheet (0.03 °/s/√Hz): the motion is jerky and never rests")
+    } else if jerky {
         (gyro.quiet, "the quietest stretches (the motion is jerky)")
     } else {
         (gyro.mean, "sixth differences of the reading")

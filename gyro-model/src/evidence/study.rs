@@ -91,7 +91,7 @@ impl<'a> Study<'a> {
                         if derivatives { columns(problem, &trial, &slots, &warm, &evaluation) } else { Vec::new() };
                     grams(bench, &evaluation, &columns, None).normal(&bench.windows.tau, &bench.weights, None)
                 },
-                &nls::Options { max_iterations: 12, tolerance: 1e-9, ..nls::Options::default() },
+                &nls::Options { max_iterations: 8, tolerance: 1e-7, ..nls::Options::default() },
             );
             assign(problem, &mut model, &slots, &solution.values);
             unobservable = solution.unobservable;
@@ -135,18 +135,18 @@ impl<'a> Study<'a> {
 
     /// Identifies the noise of the residual, and with it generalised least squares about the present parameters.
     #[must_use]
-    pub fn identify(&self, start: Option<&NoiseModel>) -> Gls {
-        noise::identify(self, start)
+    pub fn identify(&self, starts: &[NoiseModel]) -> Gls {
+        noise::identify(self, starts)
     }
 
     /// Moves the parameters to the generalised least-squares optimum, the noise being identified anew each time, and
     /// gives the noise and the covariance there.
     #[must_use]
-    pub fn refine(self, start: Option<&NoiseModel>) -> (Self, Gls) {
+    pub fn refine(self, starts: &[NoiseModel]) -> (Self, Gls) {
         let bench = self.bench;
         let mut study = self;
-        let mut gls = study.identify(start);
-        for _ in 0..3 {
+        let mut gls = study.identify(starts);
+        for _ in 0..4 {
             let mut model = study.model.clone();
             let mut largest: f64 = 0.0;
             for (k, slot) in study.slots.iter().enumerate() {
@@ -161,12 +161,19 @@ impl<'a> Study<'a> {
             }
             let warm = bench.problem.warm(&bench.problem.evaluate(&model, &study.warm));
             study = Self::hold(bench, &model, &study.slots, warm, study.unobservable);
-            gls = study.identify(Some(&gls.noise));
+            gls = noise::at_noise(&study, &gls.noise);
             if largest < 0.02 {
                 break;
             }
         }
         (study, gls)
+    }
+
+    /// Whether a parameter belongs to the last term of an axis.
+    #[must_use]
+    pub fn is_last_term(&self, slot: Slot, series: usize) -> bool {
+        let axis = self.bench.problem.series[series].axis.index();
+        slot.series == series && self.model.axes[axis].as_ref().is_some_and(|m| slot.term + 1 == m.terms.len())
     }
 
     /// Writes standard errors and noise into the model.

@@ -114,6 +114,30 @@ impl Whitener {
             .collect()
     }
 
+    /// Sum of squares of the whitened series, without storing it.
+    pub fn sum_of_squares(&self, y: impl Iterator<Item = f64>) -> f64 {
+        let [mut a, mut b, mut c] = [0.0; 3];
+        self.steps
+            .iter()
+            .zip(y)
+            .map(|(s, y)| {
+                a += s.dt * (b + c);
+                c *= s.phi;
+                let e = y - a;
+                a += s.gain[0] * e;
+                b += s.gain[1] * e;
+                c += s.gain[2] * e;
+                (e * s.weight).powi(2)
+            })
+            .sum()
+    }
+
+    /// Σ ln S over some of the rows.
+    #[must_use]
+    pub fn log_determinant_of(&self, rows: std::ops::Range<usize>) -> f64 {
+        self.steps[rows].iter().filter(|s| s.weight > 0.0).map(|s| -2.0 * s.weight.ln()).sum()
+    }
+
     /// ln L of a whitened residual whose sum of squares is `rss` (constants left out).
     #[must_use]
     pub fn log_likelihood(&self, rss: f64) -> f64 {

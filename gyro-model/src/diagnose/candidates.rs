@@ -1,0 +1,200 @@
+//! What may be missing: every effect of the catalogue that this log can show, scanned over its shapes.
+//!
+//! The scan is a score test in the whitened domain: with the noise identified for the present model, how much would
+//! ln L rise if this column joined, everything else re-fitted linearly. It only chooses who is refitted exactly.
+
+use super::{limits, tone};
+use crate::{
+    AxisModel, Model, Term,
+    effects::{CATALOGUE, Effect, Need, Role, Stage},
+    evidence::{
+        noise::{self, Gls},
+        series::Series,
+        study::{Study, difference},
+        whiten::Whitener,
+    },
+    nls,
+    record::ReferenceKind,
+};
+use faer::Mat;
+
+/// One effect at its best grid point.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    /// Index into the problem's series.
+    pub series: usize,
+    /// The effect, with the parameters to start an exact refit from.
+    pub term: Term,
+    /// Rise of ln L by the linear scan.
+    pub score: f64,
+    /// Parameters that adding it frees.
+    pub freedom: usize,
+}
+
+/// Whether the log holds what the effect needs.
+#[must_use]
+pub fn can_show(effect: &dyn Effect, series: &Series) -> bool {
+    let varies = |pick: &dyn Fn(usize) -> f64, least: f64| {
+        let (low, high) =
+            (0..series.t.len()).map(pick).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        high - low > least
+    };
+    let s = &series.signals;
+    effect.card().needs.iter().all(|need| match need {
+        Need::ThreeGyros => (0..3).filter(|&a| a != series.axis.index()).any(|a| varies(&|k| s[k].rates[a], 0.02)),
+        Need::Accelerometer => (0..3).any(|a| varies(&|k| s[k].accel[a], 1e-6)),
+        Need::Temperature => varies(&|k| s[k].delta_temperature, 0.5),
+        Need::Supply => varies(&|k| s[k].delta_supply, 1e-3),
+        Need::AngleReference => series.kind == ReferenceKind::Angle,
+    })
+}
+
+/// Every absent effect that this log can show, at its best grid point, best first.
+#[must_use]
+pub fn scan(study: &Study, gls: &Gls, extra: &[&'static dyn Effect]) -> Vec<Candidate> {
+    let scanner = Scanner::new(study, gls);
+    let mut found = Vec::new();
+    for (index, series) in study.bench.problem.series.iter().enumerate() {
+        let axis = series.axis;
+        let empty = AxisModel::EMPTY;
+        let model = study.model.axes[axis.index()].as_ref().unwrap_or(&empty);
+        for effect in CATALOGUE.iter().chain(extra) {
+            let present = model.terms.iter().filter(|t| t.effect.card().id == effect.card().id).count();
+            if present > 0 || !can_show(*effect, series) {
+                continue;
+            }
+            found.extend(scanner.best(*effect, index, series));
+        }
+    }
+    found.sort_by(|a, b| (b.score - penalty(b)).total_cmp(&(a.score - penalty(a))));
+    found
+}
+
+/// What a candidate's freedom would gain by chance alone.
+fn penalty(candidate: &Candidate) -> f64 {
+    candidate.freedom as f64
+}
+
+struct Scanner<'a> {
+    study: &'a Study<'a>,
+    whitener: Whitener,
+    residual: Vec<Vec<f64>>,
+    columns: Vec<Vec<Vec<f64>>>,
+    inverse: Mat<f64>,
+    gradient: Vec<f64>,
+}
+
+impl<'a> Scanner<'a> {
+    fn new(study: &'a Study<'a>, gls: &Gls) -> Self {
+        let (normal, whitener) = noise::normal(study, &gls.noise);
+        let (inverse, _) = nls::invert_observable(&normal.matrix, 1e-10);
+        let white = |channels: &[Vec<f64>]| -> Vec<Vec<f64>> { channels.iter().map(|c| whitener.apply(c)).collect() };
+        let residual = white(&study.evaluation.residual);
+        let columns = study.columns.iter().map(|c| white(c)).collect();
+        Self { study, residual, columns, inverse, gradient: normal.gradient, whitener }
+    }
+
+    fn best(&self, effect: &'static dyn Effect, index: usize, series: &Series) -> Option<Candidate> {
+        let parameters = effect.parameters(series.axis);
+        let linear = parameters.iter().filter(|p| p.role == Role::Linear).count();
+        if effect.stage() == Stage::Reading {
+            let value = limits::read_off(effect, series)?;
+            let term = Term { effect, values: vec![value], std_errors: vec![f64::NAN] };
+            return Some(Candidate { series: index, term, score: f64::INFINITY, freedom: 1 });
+        }
+        let span = series.span();
+        let shapes: Vec<Vec<f64>> = if effect.card().id == "vibration-tone" {
+            tone::peak(&self.residual, self.study.bench.problem.times()).map(|f| vec![f]).into_iter().collect()
+        } else if linear == parameters.len() {
+            vec![Vec::new()]
+        } else {
+            effect.grid(&span)
+        };
+        let mut best: Option<Candidate> = None;
+        for shape in shapes {
+            let mut term = Term::neutral(effect, series.axis);
+            term.values[linear..].copy_from_slice(&shape);
+            let freedom = parameters.len();
+            let score = if linear == 0 {
+                let column = self.column(index, &term, 1.0);
+                self.fall_with(&column)
+            } else {
+                let columns: Vec<Vec<Vec<f64>>> = (0..linear)
+                    .map(|j| {
+                        let card = &parameters[j];
+                        let h = if card.typical == 0.0 { 1e-6 * card.bounds.1 } else { 0.1 * card.typical.abs() };
+                        let mut trial = term.clone();
+                        trial.values[j] += h;
+                        self.column(index, &trial, h)
+                    })
+                    .collect();
+                let (score, coefficients) = self.rise(&columns);
+                for (j, c) in coefficients.iter().enumerate() {
+                    let bounds = parameters[j].bounds;
+                    term.values[j] = c.clamp(bounds.0, bounds.1);
+                }
+                score
+            };
+            if score.is_finite() && best.as_ref().is_none_or(|b| score > b.score) {
+                best = Some(Candidate { series: index, term, score, freedom });
+            }
+        }
+        best
+    }
+
+    /// Whitened (residual with the term − residual)/h.
+    fn column(&self, index: usize, term: &Term, h: f64) -> Vec<Vec<f64>> {
+        let model = with_term(self.study, index, term.clone());
+        let moved = self.study.bench.problem.evaluate(&model, &self.study.warm);
+        difference(&moved, &self.study.evaluation, h).iter().map(|c| self.whitener.apply(c)).collect()
+    }
+
+    /// Projection of `c` onto the model's columns removed: (c·c, c·r) that remain, and c·W.
+    fn cross(&self, a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
+        a.iter().zip(b).map(|(x, y)| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>()).sum()
+    }
+
+    fn against_model(&self, a: &[Vec<f64>]) -> Vec<f64> {
+        self.columns.iter().map(|c| self.cross(c, a)).collect()
+    }
+
+    fn quadratic(&self, a: &[f64], b: &[f64]) -> f64 {
+        let n = a.len();
+        (0..n).map(|i| (0..n).map(|j| a[i] * self.inverse[(i, j)] * b[j]).sum::<f64>()).sum()
+    }
+
+    /// Rise of ln L where the columns join with free coefficients, and the coefficients.
+    fn rise(&self, columns: &[Vec<Vec<f64>>]) -> (f64, Vec<f64>) {
+        let n = columns.len();
+        let w: Vec<Vec<f64>> = columns.iter().map(|c| self.against_model(c)).collect();
+        let matrix = Mat::from_fn(n, n, |i, j| self.cross(&columns[i], &columns[j]) - self.quadratic(&w[i], &w[j]));
+        let gradient: Vec<f64> =
+            (0..n).map(|i| self.cross(&columns[i], &self.residual) - self.quadratic(&w[i], &self.gradient)).collect();
+        let full: Vec<f64> = columns.iter().map(|c| self.cross(c, c)).collect();
+        // A column that the model's own nearly spans says nothing of its own.
+        if (0..n).all(|i| matrix[(i, i)] < 1e-6 * full[i]) {
+            return (0.0, vec![0.0; n]);
+        }
+        let (inverse, _) = nls::invert_observable(&matrix, 1e-8);
+        let p: Vec<f64> = (0..n).map(|i| -(0..n).map(|j| inverse[(i, j)] * gradient[j]).sum::<f64>()).collect();
+        let rise = -0.5 * p.iter().zip(&gradient).map(|(p, g)| p * g).sum::<f64>();
+        (rise, p)
+    }
+
+    /// Rise of ln L where the column joins with coefficient 1.
+    fn fall_with(&self, column: &[Vec<f64>]) -> f64 {
+        let w = self.against_model(column);
+        let cc = self.cross(column, column) - self.quadratic(&w, &w);
+        let cr = self.cross(column, &self.residual) - self.quadratic(&w, &self.gradient);
+        -(cr + 0.5 * cc)
+    }
+}
+
+/// The study's model with one more term.
+#[must_use]
+pub fn with_term(study: &Study, series: usize, term: Term) -> Model {
+    let mut model = study.model.clone();
+    let axis = study.bench.problem.series[series].axis;
+    model.axes[axis.index()].get_or_insert_with(|| AxisModel::base(axis)).terms.push(term);
+    model
+}

@@ -1,0 +1,84 @@
+//! Dead zone and saturation, read off the readings themselves.
+//!
+//! Both leave marks that no motion makes: a reading that is reached again and again and never passed, or a hole about
+//! zero that the readings jump over. The residual could not tell: where the information is gone it can be bridged, and
+//! bridging removes every error.
+
+use crate::{effects::Effect, evidence::series::Series};
+
+/// The limit that the readings show, if they do.
+#[must_use]
+pub fn read_off(effect: &dyn Effect, series: &Series) -> Option<f64> {
+    let readings: Vec<f64> = series.gyro.iter().zip(&series.missing).filter(|(_, m)| !**m).map(|(g, _)| *g).collect();
+    match effect.card().id {
+        "saturation" => rail(&readings),
+        "dead-zone" => hole(&readings),
+        _ => None,
+    }
+}
+
+/// The largest |reading|, where it is reached far more often than the values just below it.
+fn rail(readings: &[f64]) -> Option<f64> {
+    let mut size: Vec<f64> = readings.iter().map(|g| g.abs()).collect();
+    size.sort_by(|a, b| b.total_cmp(a));
+    let top = *size.first()?;
+    let near = 1e-6 * top;
+    let at = size.iter().take_while(|&&g| g > top - near).count();
+    let below: Vec<f64> = size[at..].to_vec();
+    // As many readings again, but at least thirty: how thinly are the values below spread?
+    let next = &below[..below.len().min(at.max(30))];
+    let spread = top - next.last()?;
+    let step = smallest_gap(&below[..below.len().min(2000)], near);
+    let levels = (spread / step).max(1.0);
+    let usual = next.len() as f64 / levels;
+    (at >= 8 && at as f64 > 6.0 * usual.max(1.0)).then_some(top)
+}
+
+/// Half width of the hole about zero: readings of exactly zero, and none up to the smallest other one.
+fn hole(readings: &[f64]) -> Option<f64> {
+    let zeros = readings.iter().filter(|g| **g == 0.0).count();
+    let mut size: Vec<f64> = readings.iter().map(|g| g.abs()).filter(|&g| g > 0.0).collect();
+    size.sort_by(f64::total_cmp);
+    let edge = *size.first()?;
+    let beyond = size.iter().take_while(|&&g| g < 2.0 * edge).count();
+    let step = smallest_gap(&size[..size.len().min(2000)], 1e-9 * edge);
+    (zeros >= 20 && beyond >= 20 && edge > 3.5 * step && zeros > beyond / 3).then_some(edge)
+}
+
+/// The smallest difference between successive sorted values that is no rounding.
+fn smallest_gap(sorted: &[f64], rounding: f64) -> f64 {
+    let mut gaps: Vec<f64> = sorted.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|&d| d > rounding).collect();
+    gaps.sort_by(f64::total_cmp);
+    gaps.get(gaps.len() / 10).copied().unwrap_or(f64::INFINITY)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn quantised_sine() -> Vec<f64> {
+        (0..15_000)
+            .map(|k| {
+                ((3.5 * (f64::from(k) * 0.0157).sin() + 4e-4 * f64::from(k * 7919 % 11 - 5)) / 1e-3).round() * 1e-3
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_clipped_sine_shows_its_rail_and_a_whole_one_none() {
+        let whole = quantised_sine();
+        assert_eq!(rail(&whole), None);
+        let clipped: Vec<f64> = whole.iter().map(|g| g.clamp(-3.0, 3.0)).collect();
+        assert_eq!(rail(&clipped), Some(3.0));
+    }
+
+    #[test]
+    fn a_dead_zone_shows_its_width_and_quantised_rest_does_not() {
+        let whole = quantised_sine();
+        assert_eq!(hole(&whole), None);
+        let dead: Vec<f64> = whole.iter().map(|&g| if g.abs() < 0.05 { 0.0 } else { g }).collect();
+        assert!((hole(&dead).expect("a hole") - 0.05).abs() < 2e-3);
+        let rest: Vec<f64> = (0..5000).map(|k| f64::from(k % 3 - 1) * 1e-3).collect();
+        assert_eq!(hole(&rest), None);
+    }
+}

@@ -1,0 +1,265 @@
+//! A suspect refitted exactly, and what that is worth.
+
+use super::{
+    candidates::{Candidate, scan, with_term},
+    tone,
+};
+use crate::{
+    effects::{Effect, Stage},
+    evidence::{
+        floor,
+        noise::{self, BLOCKS, Gls},
+        study::Study,
+    },
+    nls,
+};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// The present model: what suspects are measured against.
+#[derive(Clone, Debug)]
+pub struct Present<'a> {
+    /// Fitted.
+    pub study: Study<'a>,
+    /// Whitened draws of noise alone.
+    draws: Vec<Vec<Vec<f64>>>,
+    /// Its noise and likelihood.
+    pub gls: Gls,
+    /// J, the mean over τ of (E/F)², held out.
+    pub excess: f64,
+    blocks: Vec<Option<f64>>,
+}
+
+/// One suspect at its exact optimum.
+#[derive(Clone, Debug)]
+pub struct Refit<'a> {
+    /// Where it came from.
+    pub candidate: Candidate,
+    /// The model with it, fitted.
+    pub study: Study<'a>,
+    /// Noise and likelihood with it.
+    pub gls: Gls,
+    /// J with it.
+    pub excess: f64,
+    /// Rise of ln L.
+    pub rise: f64,
+    /// How much noise alone raises ln L beyond what white noise would.
+    pub inflation: f64,
+    /// Rise of the held-out ln L over the blocks, and its standard error.
+    pub held_out: (f64, f64),
+    /// Chance of such a rise from noise, priced for the whole search.
+    pub p_value: f64,
+    /// Fall of the held-out error: mean over blocks of ln(J₀/J₁), and its standard error.
+    pub fall: (f64, f64),
+    blocks: Vec<Option<f64>>,
+}
+
+/// How many suspects are refitted exactly.
+const LEADERS: usize = 8;
+/// Significance, priced for the whole search, that a suspect needs.
+const GATE: f64 = 2e-3;
+/// Rise of ln L below which the scan's suspects are not refitted.
+const NOTICEABLE: f64 = 4.0;
+
+impl<'a> Present<'a> {
+    /// Takes a fitted model's measure.
+    #[must_use]
+    pub fn new(study: Study<'a>) -> Self {
+        let gls = study.identify(&[]);
+        let held = study.held_out();
+        let weights = &study.bench.weights;
+        let whitener = noise::whitener(&study, &gls.noise);
+        let draws = (0..DRAWS)
+            .map(|seed| floor::draw(study.bench, 0, &study.warm[0], seed).iter().map(|c| whitener.apply(c)).collect())
+            .collect();
+        Self { excess: held.excess(weights), blocks: held.by_block(weights), draws, study, gls }
+    }
+
+    /// How much more noise alone raises ln L along the columns of the last term of `study` than white noise would: an
+    /// encoder's quantisation under a regular motion is anything but white.
+    fn inflation(&self, refit: &Study, candidate: &Candidate) -> f64 {
+        let n = self.draws.len() as f64;
+        if candidate.term.effect.card().id == "vibration-tone" {
+            let peaks = self.draws.iter().filter_map(|d| tone::highest(d, refit.bench.problem.times()));
+            let usual = tone::frequencies(refit.bench.problem.times()).ln();
+            return (peaks.sum::<f64>() / n / usual).max(1.0);
+        }
+        let (normal, whitener) = noise::normal(refit, &self.gls.noise);
+        let (all, _) = nls::invert_observable(&normal.matrix, 1e-10);
+        let own: Vec<bool> = refit.slots.iter().map(|s| refit.is_last_term(*s, candidate.series)).collect();
+        let rest: Vec<usize> = (0..own.len()).filter(|&k| !own[k]).collect();
+        let few = faer::Mat::from_fn(rest.len(), rest.len(), |i, j| normal.matrix[(rest[i], rest[j])]);
+        let (few, _) = nls::invert_observable(&few, 1e-10);
+        let columns: Vec<Vec<Vec<f64>>> =
+            refit.columns.iter().map(|c| c.iter().map(|c| whitener.apply(c)).collect()).collect();
+        let mut sum = 0.0;
+        for draw in &self.draws {
+            let g: Vec<f64> = columns
+                .iter()
+                .map(|c| c.iter().zip(draw).map(|(a, b)| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>()).sum())
+                .collect();
+            let form = |m: &faer::Mat<f64>, pick: &[usize]| -> f64 {
+                (0..pick.len()).map(|i| (0..pick.len()).map(|j| g[pick[i]] * m[(i, j)] * g[pick[j]]).sum::<f64>()).sum()
+            };
+            let every: Vec<usize> = (0..g.len()).collect();
+            sum += 0.5 * (form(&all, &every) - form(&few, &rest));
+        }
+        let usual = 0.5 * own.iter().filter(|o| **o).count() as f64;
+        (sum / n / usual).max(1.0)
+    }
+
+    /// The suspects of this model, refitted, best first.
+    #[must_use]
+    pub fn suspects(&self, extra: &[&'static dyn Effect], mut progress: impl FnMut(&str)) -> Vec<Refit<'a>> {
+        let mut list = scan(&self.study, &self.gls, extra);
+        list.retain(|c| c.score - c.freedom as f64 > NOTICEABLE - 1.0);
+        list.truncate(LEADERS);
+        let mut refits: Vec<Refit<'a>> = list
+            .into_iter()
+            .map(|c| {
+                progress(c.term.effect.card().id);
+                self.refit(c)
+            })
+            .collect();
+        rank(&mut refits);
+        refits
+    }
+
+    fn refit(&self, mut candidate: Candidate) -> Refit<'a> {
+        let model = with_term(&self.study, candidate.series, candidate.term.clone());
+        let study = Study::fit(self.study.bench, &model, Some(&self.study.warm));
+        let axis = study.bench.problem.series[candidate.series].axis;
+        if let Some(term) = study.model.axes[axis.index()].as_ref().and_then(|m| m.terms.last()) {
+            candidate.term = term.clone();
+        }
+        let gls = study.identify(&[self.gls.noise]);
+        let held = study.held_out();
+        let weights = &study.bench.weights;
+        let blocks = held.by_block(weights);
+        let read_off = candidate.term.effect.stage() == Stage::Reading;
+        let rise = if read_off { f64::INFINITY } else { gls.log_likelihood - self.gls.log_likelihood };
+        let gains: Vec<f64> = gls.held_out.iter().zip(&self.gls.held_out).map(|(a, b)| a - b).collect();
+        let held_out = if read_off { (f64::INFINITY, 0.0) } else { total(&gains) };
+        let logs: Vec<f64> =
+            self.blocks.iter().zip(&blocks).filter_map(|(a, b)| Some((a.as_ref()? / b.as_ref()?).ln())).collect();
+        let (sum, error) = total(&logs);
+        let n = logs.len().max(1) as f64;
+        let inflation = self.inflation(&study, &candidate);
+        let p_value = chance(rise / inflation, &candidate, &study);
+        Refit {
+            candidate,
+            gls,
+            excess: held.excess(weights),
+            inflation,
+            rise,
+            held_out,
+            p_value,
+            fall: (sum / n, error / n),
+            blocks,
+            study,
+        }
+    }
+}
+
+/// Sum of block values and its standard error.
+fn total(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    if n < 2.0 {
+        return (values.iter().sum(), f64::INFINITY);
+    }
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (n * mean, (n * variance).sqrt())
+}
+
+/// Chance that noise alone raises ln L as much, for any effect at any shape of the search.
+fn chance(rise: f64, candidate: &Candidate, study: &Study) -> f64 {
+    let effect = candidate.term.effect;
+    let series = &study.bench.problem.series[candidate.series];
+    let shapes = if effect.card().id == "vibration-tone" {
+        tone::frequencies(study.bench.problem.times())
+    } else {
+        effect.grid(&series.span()).len().max(1) as f64
+    };
+    let effects = (crate::effects::CATALOGUE.len() * study.bench.problem.series.len()) as f64;
+    let Ok(law) = ChiSquared::new(candidate.freedom as f64) else { return 1.0 };
+    // Neighbouring shapes of a grid are not independent: its square root, but every line of a spectrum is its own.
+    let shapes = if effect.card().id == "vibration-tone" { shapes } else { shapes.sqrt() };
+    (law.sf((2.0 * rise).max(0.0)) * effects * shapes).min(1.0)
+}
+
+/// By the held-out error where that tells them apart, else by the held-out likelihood, which tells more finely.
+fn rank(refits: &mut Vec<Refit>) {
+    let mut left = std::mem::take(refits);
+    while !left.is_empty() {
+        let lowest = left.iter().map(|r| r.excess).fold(f64::INFINITY, f64::min);
+        let close = |r: &Refit| r.excess < lowest * (1.0 + CLOSE);
+        let best = (0..left.len())
+            .filter(|&k| close(&left[k]))
+            .max_by(|&a, &b| left[a].held_out.0.total_cmp(&left[b].held_out.0))
+            .unwrap_or(0);
+        refits.push(left.remove(best));
+    }
+}
+
+impl Refit<'_> {
+    /// Share of the held-out excess that it removes; `None` where there is none.
+    #[must_use]
+    pub fn share(&self, present: &Present) -> Option<f64> {
+        (present.excess > 1.0).then(|| (present.excess - self.excess) / (present.excess - 1.0))
+    }
+
+    /// Whether it is significant, holds on data it was not fitted on, and matters.
+    #[must_use]
+    pub fn passes(&self, present: &Present) -> bool {
+        if self.candidate.term.effect.stage() == Stage::Reading {
+            return true;
+        }
+        if self.at_bound() || self.p_value >= GATE || self.excess >= present.excess {
+            return false;
+        }
+        if present.excess > ROUGH && self.share(present).is_none_or(|s| s < SHARE) {
+            return false;
+        }
+        let needed = 0.25 * self.rise.min(40.0);
+        self.held_out.0 > needed
+            && (self.candidate.term.effect.card().id != "vibration-tone" || tone::seen_by_gyro(self))
+    }
+
+    /// Whether a parameter ran to the end of what is physical: the fit looks for something else.
+    fn at_bound(&self) -> bool {
+        let series = &self.study.bench.problem.series[self.candidate.series];
+        let nyquist = 0.5 / series.span().dt;
+        let term = &self.candidate.term;
+        term.effect.parameters(series.axis).iter().zip(&term.values).any(|(card, &v)| {
+            let near = |bound: f64| bound.is_finite() && (v - bound).abs() <= 1e-6 * bound.abs().max(1e-12);
+            near(card.bounds.0) || near(card.bounds.1) || (card.unit == "Hz" && v > nyquist)
+        })
+    }
+
+    /// Whether this log cannot tell it from `other`: their held-out likelihoods differ by less than two standard errors.
+    #[must_use]
+    pub fn alike(&self, other: &Refit) -> bool {
+        let gains: Vec<f64> = self.gls.held_out.iter().zip(&other.gls.held_out).map(|(a, b)| a - b).collect();
+        let (difference, error) = total(&gains);
+        difference.abs() < 2.0 * error && gains.len() == BLOCKS
+    }
+
+    /// ln(J_other/J_self) over the blocks: mean and standard error.
+    #[must_use]
+    pub fn against(&self, other: &Refit) -> (f64, f64) {
+        let logs: Vec<f64> =
+            other.blocks.iter().zip(&self.blocks).filter_map(|(a, b)| Some((a.as_ref()? / b.as_ref()?).ln())).collect();
+        let (sum, error) = total(&logs);
+        let n = logs.len().max(1) as f64;
+        (sum / n, error / n)
+    }
+}
+
+/// J above which the noise is not all there is: likelihoods then trust a wrong model, and the held-out error decides.
+const ROUGH: f64 = 1.5;
+/// Share of the held-out excess that an effect has to remove there.
+const SHARE: f64 = 0.1;
+/// Held-out errors that differ by less than this share count as equal.
+const CLOSE: f64 = 0.03;
+/// Draws of noise alone.
+const DRAWS: u64 = 12;

@@ -1,0 +1,91 @@
+//! The floor: what the error curve would be with no physics missing.
+//!
+//! Noise alone, of the size known beforehand ([`super::prior`]), is put through the very computation that makes the
+//! error curve: white gyro noise integrated along the log, and the encoder's own quantisation along the motion as it
+//! was, its zero at a random place. The mean square over the draws is F(τ)², the cost of estimating the parameters
+//! included; their spread gives the band.
+
+use super::{
+    problem::Warm,
+    study::{Bench, Study},
+};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// F(τ) and the upper end of its band.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Floor {
+    /// F(τ), rad/s.
+    pub floor: Vec<f64>,
+    /// What 99 % of such logs lie below, over all τ together, rad/s.
+    pub upper: Vec<f64>,
+}
+
+const DRAWS: u64 = 40;
+/// Standard deviations that the largest of some dozen correlated points stays within, in 99 of 100 logs.
+const BAND: f64 = 3.1;
+/// How well the prior noise is known: a share of F.
+const PRIOR_UNCERTAINTY: f64 = 0.04;
+
+/// One draw of noise alone, a residual at the reference rows (each channel its own).
+#[must_use]
+pub fn draw(bench: &Bench, series: usize, warm: &Warm, seed: u64) -> Vec<Vec<f64>> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let (s, prior) = (&bench.problem.series[series], &bench.prior[series]);
+    let q = s.quantum;
+    (0..bench.problem.channels())
+        .map(|_| {
+            let offset = rng.random::<f64>() * q;
+            let mut walk = 0.0;
+            s.reference_rows
+                .iter()
+                .enumerate()
+                .map(|(i, &row)| {
+                    let normal: f64 = StandardNormal.sample(&mut rng);
+                    if i > 0 {
+                        walk += prior.angle_random_walk * (s.reference_t[i] - s.reference_t[i - 1]).sqrt() * normal;
+                    }
+                    let reading = if q > 0.0 {
+                        let angle = warm.angle[row] + offset;
+                        (angle / q).round() * q - angle
+                    } else {
+                        let normal: f64 = StandardNormal.sample(&mut rng);
+                        prior.encoder * normal
+                    };
+                    walk - reading
+                })
+                .collect()
+        })
+        .collect()
+}
+
+/// The floor of one axis of a study; `component` picks its body axis where a quaternion serves three.
+#[must_use]
+pub fn floor(study: &Study, series: usize, component: Option<usize>) -> Floor {
+    let bench = study.bench;
+    let windows = &bench.windows;
+    let curves: Vec<Vec<f64>> = (0..DRAWS)
+        .map(|seed| {
+            let noise = draw(bench, series, &study.warm[series], seed);
+            let mut list: Vec<&[Vec<f64>]> = vec![&noise];
+            list.extend(study.columns.iter().map(Vec::as_slice));
+            let all = windows.grams(&bench.problem, &list, None);
+            let judged =
+                if component.is_some() { windows.grams(&bench.problem, &list, component) } else { all.clone() };
+            all.held_out_on(&judged, &windows.tau, &bench.weights).curve()
+        })
+        .collect();
+    let n = DRAWS as f64;
+    let (mut floor, mut upper) = (Vec::new(), Vec::new());
+    for k in 0..windows.tau.len() {
+        let mean_square = curves.iter().map(|c| c[k] * c[k]).sum::<f64>() / n;
+        let logs: Vec<f64> = curves.iter().map(|c| c[k].max(1e-300).ln()).collect();
+        let mean = logs.iter().sum::<f64>() / n;
+        let spread = (logs.iter().map(|l| (l - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+        let f = mean_square.sqrt();
+        floor.push(f);
+        upper.push(f * (BAND * spread.hypot(PRIOR_UNCERTAINTY)).exp());
+    }
+    Floor { floor, upper }
+}
