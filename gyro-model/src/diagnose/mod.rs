@@ -1,6 +1,228 @@
-//! Which physical effect is missing.
+//! Which physical effect is missing: compare, diagnose, climb.
+//!
+//! One search answers all three. The present model is fitted; every absent effect is scanned by a score test in the
+//! whitened domain ([`candidates`]); the leaders are refitted exactly and measured twice ([`refit`]): by the held-out
+//! error curve, which is honest about models that are still wrong, and by the likelihood of the identified noise, which
+//! is the sharper of the two once the model is nearly right. Significance is priced for the whole search and against
+//! draws of noise alone on this very motion.
 
 pub mod candidates;
+pub mod judged;
+pub mod ladder;
 pub mod limits;
 pub mod refit;
 pub mod tone;
+pub mod verdict;
+
+use crate::{
+    Axis, AxisModel, Model, Record,
+    diagnosis::{AxisDiagnosis, AxisLadder, DataFault, Suspect, Verdict},
+    evidence::study::{Bench, Study},
+    fit::{FitError, groups},
+};
+use judged::{Judged, finite};
+use refit::{Present, Refit};
+
+/// How a diagnosis is run.
+#[derive(Clone, Copy)]
+pub struct Options<'a> {
+    /// Told what is being looked at, some times a second.
+    pub progress: &'a dyn Fn(&str),
+    /// Faults found on reading the log, carried into the result.
+    pub faults: &'a [DataFault],
+    /// Whether the model was fitted on this very log: its errors are then shown from blocked refits.
+    pub own_log: bool,
+}
+
+impl Default for Options<'_> {
+    fn default() -> Self {
+        Self { progress: &|_| (), faults: &[], own_log: false }
+    }
+}
+
+/// Lays out each group of axes and hands it to `work` with the model, completed by base models where an axis has none.
+fn each_group<T>(
+    record: &Record,
+    model: &Model,
+    axes: &[Axis],
+    mut work: impl FnMut(&Bench, &Model) -> T,
+) -> Result<Vec<T>, FitError> {
+    if axes.is_empty() {
+        return Err(FitError::NoReference);
+    }
+    let mut model = model.clone();
+    for axis in axes {
+        if !record.has_gyro(*axis) || record.reference(*axis).is_none() {
+            return Err(FitError::NoReferenceOn(*axis));
+        }
+        model.axes[axis.index()].get_or_insert_with(|| AxisModel::base(*axis));
+    }
+    if model.origin.supply.is_none() {
+        model.origin = Model::base_for(record).origin;
+    }
+    groups(record, axes)
+        .into_iter()
+        .map(|group| {
+            let bench = Bench::new(record, &group, &model).ok_or(FitError::TooShort(group[0]))?;
+            Ok(work(&bench, &model))
+        })
+        .collect()
+}
+
+/// Holds a model against a log.
+///
+/// # Errors
+/// Where an axis has no gyro, no reference or too few rows.
+pub fn compare(
+    record: &Record,
+    model: &Model,
+    axes: &[Axis],
+    options: &Options,
+) -> Result<Vec<AxisDiagnosis>, FitError> {
+    let all = each_group(record, model, axes, |bench, model| {
+        let study = Study::held(bench, model);
+        let gls = study.identify(&[]);
+        let present = Present::with(study, gls);
+        (0..bench.problem.series.len())
+            .map(|k| {
+                let judged = Judged::new(&present.study, k, !options.own_log);
+                let (mut verdict, mut says) = match verdict::unexcited(&present.study, &present.gls, k) {
+                    Some(says) => (Verdict::CannotTell, says),
+                    None => verdict::rest(&present, &[], &judged, k),
+                };
+                if verdict == Verdict::Unexplained {
+                    says = format!(
+                        "the error is up to {:.1} times what noise leaves: diagnose names what is missing.",
+                        judged.over_floor()
+                    );
+                }
+                bad_data(options.faults, &mut verdict, &mut says);
+                axis_diagnosis(record, &present.study, k, &judged, (verdict, says), Vec::new(), options)
+            })
+            .collect::<Vec<_>>()
+    })?;
+    Ok(sorted(all.into_iter().flatten().collect(), |d| d.axis))
+}
+
+/// Refits a model and says which physical effect is missing.
+///
+/// # Errors
+/// As [`compare`].
+pub fn diagnose(
+    record: &Record,
+    model: &Model,
+    axes: &[Axis],
+    options: &Options,
+) -> Result<Vec<AxisDiagnosis>, FitError> {
+    let all = each_group(record, model, axes, |bench, model| {
+        let mut present = Present::new(Study::fit(bench, model, None));
+        let suspects = present.suspects(&[], options.progress);
+        let gls = present.gls.clone();
+        present.study.stamp(&gls);
+        (0..bench.problem.series.len())
+            .map(|k| {
+                let judged = Judged::new(&present.study, k, false);
+                let own: Vec<&Refit> = suspects.iter().filter(|r| r.candidate.series == k).collect();
+                let aliases: Vec<Vec<String>> = suspects
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, r)| r.candidate.series == k)
+                    .map(|(i, _)| ladder::aliases(&suspects, i, true))
+                    .collect();
+                let (mut verdict, mut says) = verdict::verdict(&present, &own, &aliases, &judged, k);
+                bad_data(options.faults, &mut verdict, &mut says);
+                let list = own.iter().zip(&aliases).filter(|(r, _)| r.significant()).take(5);
+                let listed = list.map(|(r, a)| suspect(r, a, &judged, k)).collect();
+                axis_diagnosis(record, &present.study, k, &judged, (verdict, says), listed, options)
+            })
+            .collect::<Vec<_>>()
+    })?;
+    Ok(sorted(all.into_iter().flatten().collect(), |d| d.axis))
+}
+
+/// Diagnoses and adds until nothing is missing; the final model and the steps.
+///
+/// # Errors
+/// As [`compare`].
+pub fn ladder(
+    record: &Record,
+    model: &Model,
+    axes: &[Axis],
+    options: &Options,
+) -> Result<(Model, Vec<AxisLadder>), FitError> {
+    let mut result = model.clone();
+    let all = each_group(record, model, axes, |bench, model| {
+        let (fitted, mut ladders) = ladder::climb(record, bench, model, options.progress, options.faults);
+        for l in &mut ladders {
+            result.axes[l.axis.index()].clone_from(&fitted.axes[l.axis.index()]);
+            bad_data(options.faults, &mut l.verdict, &mut l.says);
+        }
+        result.origin = fitted.origin;
+        ladders
+    })?;
+    result.epoch += 1;
+    Ok((result, sorted(all.into_iter().flatten().collect(), |l| l.axis)))
+}
+
+fn sorted<T>(mut list: Vec<T>, axis: impl Fn(&T) -> Axis) -> Vec<T> {
+    list.sort_by_key(axis);
+    list
+}
+
+/// Faults that make every other verdict worthless.
+fn bad_data(faults: &[DataFault], verdict: &mut Verdict, says: &mut String) {
+    let grave = ["wrong-unit", "wrong-sign", "swapped-axes", "stuck-channel"];
+    if let Some(fault) = faults.iter().find(|f| grave.contains(&f.fault.as_str())) {
+        *verdict = Verdict::BadData;
+        says.clone_from(&fault.says);
+    }
+}
+
+fn axis_diagnosis(
+    record: &Record,
+    study: &Study,
+    series: usize,
+    judged: &Judged,
+    (verdict, says): (Verdict, String),
+    suspects: Vec<Suspect>,
+    options: &Options,
+) -> AxisDiagnosis {
+    let axis = study.bench.problem.series[series].axis;
+    let own = judged::axis_model(&study.model, axis);
+    let (detail, fails_where) = judged::pictures(record, study, series);
+    AxisDiagnosis {
+        axis,
+        verdict,
+        says,
+        effects: own.effect_ids().into_iter().map(str::to_owned).collect(),
+        parameters: judged::parameters(&own.terms, axis),
+        noise: judged::noise(&own),
+        error_curve: judged.points(),
+        error_over_floor: finite(judged.over_floor()),
+        within_floor: Some(judged.within()),
+        floor_source: study.bench.prior[series].source.clone(),
+        fails_where,
+        suspects,
+        data_faults: options.faults.to_vec(),
+        detail: Some(detail),
+    }
+}
+
+fn suspect(refit: &Refit, aliases: &[String], before: &Judged, series: usize) -> Suspect {
+    let axis = refit.study.bench.problem.series[series].axis;
+    let after = Judged::new(&refit.study, series, false);
+    let (j0, j1) = (before.excess(), after.excess());
+    let mut study = refit.study.clone();
+    study.stamp(&refit.gls);
+    let own = judged::axis_model(&study.model, axis);
+    let card = refit.candidate.term.effect.card();
+    Suspect {
+        effect: card.id.to_owned(),
+        aliases: aliases.to_vec(),
+        separate_by: verdict::split_by(card.id, aliases),
+        p_value: finite(refit.p_value),
+        error_fall: (!before.within()).then(|| finite((j0 - j1) / (j0 - 1.0))).flatten(),
+        parameters: judged::parameters(own.terms.last().map_or(&[], std::slice::from_ref), axis),
+        error_curve: after.points(),
+    }
+}

@@ -5,6 +5,7 @@ use super::{
     tone,
 };
 use crate::{
+    Term,
     effects::{Effect, Stage},
     evidence::{
         floor,
@@ -65,11 +66,22 @@ impl<'a> Present<'a> {
     #[must_use]
     pub fn new(study: Study<'a>) -> Self {
         let gls = study.identify(&[]);
+        Self::with(study, gls)
+    }
+
+    /// The same with the noise known.
+    #[must_use]
+    pub fn with(study: Study<'a>, gls: Gls) -> Self {
         let held = study.held_out();
         let weights = &study.bench.weights;
         let whitener = noise::whitener(&study, &gls.noise);
         let draws = (0..DRAWS)
-            .map(|seed| floor::draw(study.bench, 0, &study.warm[0], seed).iter().map(|c| whitener.apply(c)).collect())
+            .map(|seed| {
+                floor::draw(study.bench, 0, &study.warm[0], &study.evaluation.lost, seed)
+                    .iter()
+                    .map(|c| whitener.apply(c))
+                    .collect()
+            })
             .collect();
         Self { excess: held.excess(weights), blocks: held.by_block(weights), draws, study, gls }
     }
@@ -160,6 +172,16 @@ impl<'a> Present<'a> {
     }
 }
 
+impl Present<'_> {
+    /// Whether a model without `term` needs it: `with` is this model and the term, fitted.
+    #[must_use]
+    pub fn needs(&self, with: &Present, term: &Term) -> bool {
+        let rise = with.gls.log_likelihood - self.gls.log_likelihood;
+        let candidate = Candidate { series: 0, term: term.clone(), score: rise, freedom: term.values.len() };
+        chance(rise, &candidate, &with.study) < GATE && with.excess < self.excess
+    }
+}
+
 /// Sum of block values and its standard error.
 fn total(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
@@ -236,12 +258,20 @@ impl Refit<'_> {
         })
     }
 
-    /// Whether this log cannot tell it from `other`: their held-out likelihoods differ by less than two standard errors.
+    /// Whether noise alone would hardly do as well, and it lowers the error.
+    #[must_use]
+    pub fn significant(&self) -> bool {
+        self.p_value < GATE && self.held_out.0 > 0.0 && !self.at_bound()
+    }
+
+    /// Whether this log cannot tell it from `other`: both their held-out likelihoods and their held-out errors differ by
+    /// less than two standard errors over the blocks.
     #[must_use]
     pub fn alike(&self, other: &Refit) -> bool {
         let gains: Vec<f64> = self.gls.held_out.iter().zip(&other.gls.held_out).map(|(a, b)| a - b).collect();
         let (difference, error) = total(&gains);
-        difference.abs() < 2.0 * error && gains.len() == BLOCKS
+        let (mean, spread) = self.against(other);
+        difference.abs() < 2.0 * error && gains.len() == BLOCKS && mean.abs() < 2.0 * spread
     }
 
     /// ln(J_other/J_self) over the blocks: mean and standard error.

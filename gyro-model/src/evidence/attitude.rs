@@ -49,6 +49,22 @@ impl Attitude {
             .collect()
     }
 
+    /// Sum of world-frame error steps, each turned back to the body and taken about one of its axes.
+    #[must_use]
+    pub fn about_body_axis(&self, world: &[Vec<f64>], axis: usize) -> Vec<f64> {
+        let n = self.middle.len();
+        let mut sum = 0.0;
+        (0..n)
+            .map(|i| {
+                if i > 0 {
+                    let step = Vector3::from_fn(|c, _| world[c][i] - world[c][i - 1]);
+                    sum += (self.middle[i].inverse() * step)[axis];
+                }
+                sum
+            })
+            .collect()
+    }
+
     /// Sum of step errors in the world frame: the gyro's rotation vector of each step (its three angles' increments,
     /// with the coning correction of two successive steps) less the reference's.
     #[must_use]

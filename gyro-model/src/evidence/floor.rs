@@ -30,14 +30,14 @@ const PRIOR_UNCERTAINTY: f64 = 0.04;
 
 /// One draw of noise alone, a residual at the reference rows (each channel its own).
 #[must_use]
-pub fn draw(bench: &Bench, series: usize, warm: &Warm, seed: u64) -> Vec<Vec<f64>> {
+pub fn draw(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seed: u64) -> Vec<Vec<f64>> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (s, prior) = (&bench.problem.series[series], &bench.prior[series]);
     let q = s.quantum;
     (0..bench.problem.channels())
         .map(|_| {
             let offset = rng.random::<f64>() * q;
-            let mut walk = 0.0;
+            let (mut walk, mut skipped, mut before) = (0.0, 0.0, 0.0);
             s.reference_rows
                 .iter()
                 .enumerate()
@@ -53,7 +53,13 @@ pub fn draw(bench: &Bench, series: usize, warm: &Warm, seed: u64) -> Vec<Vec<f64
                         let normal: f64 = StandardNormal.sample(&mut rng);
                         prior.encoder * normal
                     };
-                    walk - reading
+                    let whole = walk - reading;
+                    // A step that says nothing is bridged, as in the residual: what it held, encoder noise too, is gone.
+                    if lost[i] {
+                        skipped += whole - before;
+                    }
+                    before = whole;
+                    whole - skipped
                 })
                 .collect()
         })
@@ -67,7 +73,7 @@ pub fn floor(study: &Study, series: usize, component: Option<usize>) -> Floor {
     let windows = &bench.windows;
     let curves: Vec<Vec<f64>> = (0..DRAWS)
         .map(|seed| {
-            let noise = draw(bench, series, &study.warm[series], seed);
+            let noise = draw(bench, series, &study.warm[series], &study.evaluation.lost, seed);
             let mut list: Vec<&[Vec<f64>]> = vec![&noise];
             list.extend(study.columns.iter().map(Vec::as_slice));
             let all = windows.grams(&bench.problem, &list, None);

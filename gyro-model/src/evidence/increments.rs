@@ -9,6 +9,8 @@ use crate::nls;
 
 /// Blocks that a log is cut into.
 pub const BLOCKS: usize = 10;
+/// Averaging times that are always among them, s: those of the headline.
+const HEADLINE: [f64; 3] = [0.1, 1.0, 10.0];
 const PAIRS: usize = 30_000;
 
 /// The increments that are looked at: their averaging times and which rows they join.
@@ -53,6 +55,8 @@ impl Windows {
         let mut samples: Vec<usize> = (0..count.max(2))
             .map(|i| ((low * (high / low).powf(i as f64 / (count.max(2) - 1) as f64)) / step).round() as usize)
             .collect();
+        samples.extend(HEADLINE.iter().filter(|&&h| h >= low && h <= high).map(|h| (h / step).round() as usize));
+        samples.sort_unstable();
         samples.dedup();
         let block = |x: f64| (((x - first) / span * BLOCKS as f64) as usize).min(BLOCKS - 1) as u8;
         let mut tau = Vec::new();

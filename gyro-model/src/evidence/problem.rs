@@ -177,6 +177,16 @@ impl Problem {
         Evaluation { residual, lost, rate: tracks.into_iter().map(|t| t.rate).collect() }
     }
 
+    /// The open-loop angle error of one axis at the reference rows, rad: with an attitude, its errors about this body axis
+    /// summed.
+    #[must_use]
+    pub fn axis_error(&self, evaluation: &Evaluation, series: usize) -> Vec<f64> {
+        match &self.attitude {
+            None => evaluation.residual[0].clone(),
+            Some(attitude) => attitude.about_body_axis(&evaluation.residual, self.series[series].axis.index()),
+        }
+    }
+
     /// One axis: compensated rate, its angle at the reference rows, the reference less its own errors.
     fn track(&self, s: &Series, terms: &[Term], index: usize, warm: &[Warm]) -> Track {
         let of = |stage: Stage| terms.iter().filter(move |t| t.effect.stage() == stage);

@@ -1,0 +1,142 @@
+//! One axis judged: its error curve beside the floor, its pictures, its parameters as reported.
+
+use crate::{
+    Axis, AxisModel, Model, Record, Term,
+    detail::{self, AxisDetail, Input, channels, fails_where},
+    diagnosis::{ErrorPoint, FailsWhere, NoiseValue, ParameterValue},
+    evidence::{
+        floor::{self, Floor},
+        increments::HeldOut,
+        study::{Study, grams},
+    },
+};
+
+/// An axis' held-out errors beside what noise alone would leave.
+#[derive(Clone, Debug)]
+pub struct Judged {
+    /// Averaging times, s.
+    pub tau: Vec<f64>,
+    /// E(τ), rad/s.
+    pub error: Vec<f64>,
+    /// F(τ) and its band.
+    pub floor: Floor,
+}
+
+impl Judged {
+    /// Judges series `series` of a study; `held` judges the parameters as they stand, without blocked refits.
+    #[must_use]
+    pub fn new(study: &Study, series: usize, held: bool) -> Self {
+        let bench = study.bench;
+        let component = bench.problem.attitude().map(|_| bench.problem.series[series].axis.index());
+        let tau = &bench.windows.tau;
+        let own = if component.is_some() {
+            grams(bench, &study.evaluation, &study.columns, component)
+        } else {
+            study.grams.clone()
+        };
+        let errors: HeldOut = if held { own.as_is(tau) } else { study.grams.held_out_on(&own, tau, &bench.weights) };
+        Self { tau: tau.clone(), error: errors.curve(), floor: floor::floor(study, series, component) }
+    }
+
+    /// The largest E/F.
+    #[must_use]
+    pub fn over_floor(&self) -> f64 {
+        self.error.iter().zip(&self.floor.floor).map(|(e, f)| e / f).fold(0.0, f64::max)
+    }
+
+    /// J, the mean of (E/F)².
+    #[must_use]
+    pub fn excess(&self) -> f64 {
+        self.error.iter().zip(&self.floor.floor).map(|(e, f)| (e / f).powi(2)).sum::<f64>() / self.error.len() as f64
+    }
+
+    /// Whether every error lies below the band's upper end.
+    #[must_use]
+    pub fn within(&self) -> bool {
+        self.error.iter().zip(&self.floor.upper).all(|(e, u)| e <= u)
+    }
+
+    /// As reported.
+    #[must_use]
+    pub fn points(&self) -> Vec<ErrorPoint> {
+        (0..self.tau.len())
+            .map(|k| ErrorPoint {
+                tau_s: self.tau[k],
+                error: finite(self.error[k]),
+                floor: finite(self.floor.floor[k]),
+                floor_99: finite(self.floor.upper[k]),
+            })
+            .collect()
+    }
+}
+
+/// A number that JSON can hold.
+#[must_use]
+pub fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+/// The axis' part of a model; empty where it has none.
+#[must_use]
+pub fn axis_model(model: &Model, axis: Axis) -> AxisModel {
+    model.axes[axis.index()].clone().unwrap_or_default()
+}
+
+/// The parameters of some terms, as reported.
+#[must_use]
+pub fn parameters(terms: &[Term], axis: Axis) -> Vec<ParameterValue> {
+    terms
+        .iter()
+        .flat_map(|term| {
+            term.parameters(axis).map(|(card, value, std_error)| ParameterValue {
+                effect: term.effect.card().id.to_owned(),
+                name: card.name.to_owned(),
+                value: finite(value),
+                std_error: finite(std_error),
+                unit: card.unit.to_owned(),
+                typical: finite(card.typical),
+            })
+        })
+        .collect()
+}
+
+/// The noise, as reported.
+#[must_use]
+pub fn noise(model: &AxisModel) -> NoiseValue {
+    NoiseValue {
+        angle_random_walk: finite(model.noise.angle_random_walk),
+        bias_random_walk: finite(model.noise.bias_random_walk),
+        encoder: finite(model.noise.encoder),
+    }
+}
+
+/// The pictures of one axis, and where it fails in words.
+#[must_use]
+pub fn pictures(record: &Record, study: &Study, series: usize) -> (AxisDetail, Vec<FailsWhere>) {
+    let problem = &study.bench.problem;
+    let s = &problem.series[series];
+    let error = problem.axis_error(&study.evaluation, series);
+    let mut error_angle = vec![f64::NAN; s.t.len()];
+    for (&row, e) in s.reference_rows.iter().zip(&error) {
+        error_angle[row] = *e;
+    }
+    let mut rates: [&[f64]; 3] = [&[]; 3];
+    for (other, rate) in problem.series.iter().zip(&study.evaluation.rate) {
+        rates[other.axis.index()] = rate;
+    }
+    let list = channels(record, s.axis, rates, &study.warm[series].angle);
+    let prior = &study.bench.prior[series];
+    let detail = detail::detail(&Input {
+        t: &s.t,
+        rate: &study.evaluation.rate[series],
+        error_angle: &error_angle,
+        channels: &list,
+        noise: crate::Noise {
+            angle_random_walk: prior.angle_random_walk,
+            bias_random_walk: 0.0,
+            encoder: prior.encoder,
+        },
+    });
+    let fails = fails_where(&detail);
+    (detail, fails)
+}

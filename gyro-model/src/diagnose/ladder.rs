@@ -1,0 +1,165 @@
+//! Diagnose and add until nothing is missing; then one pass back.
+
+use super::{
+    judged::{self, Judged},
+    refit::{Present, Refit},
+    verdict,
+};
+use crate::{
+    Axis, Model, Record,
+    diagnosis::{AxisLadder, DataFault, LadderStep, Verdict},
+    effects::Stage,
+    evidence::study::{Bench, Study},
+    fit,
+};
+
+/// Steps at most: a log that wants more is wrong in another way.
+const STEPS: usize = 8;
+
+/// The ladder of axes that share a reference.
+#[must_use]
+pub fn climb(
+    record: &Record,
+    bench: &Bench,
+    start: &Model,
+    progress: &dyn Fn(&str),
+    faults: &[DataFault],
+) -> (Model, Vec<AxisLadder>) {
+    let axes: Vec<Axis> = bench.problem.series.iter().map(|s| s.axis).collect();
+    let mut present = Present::new(Study::fit(bench, start, None));
+    let mut steps: Vec<Vec<LadderStep>> =
+        (0..axes.len()).map(|k| vec![step(&Judged::new(&present.study, k, false), None, None, Vec::new())]).collect();
+    let mut ambiguous = vec![false; axes.len()];
+    let mut last: Vec<Refit> = Vec::new();
+    for _ in 0..STEPS {
+        let suspects = present.suspects(&[], progress);
+        let chosen: Vec<Option<usize>> = (0..axes.len())
+            .map(|k| suspects.iter().position(|r| r.candidate.series == k && r.passes(&present)))
+            .collect();
+        if chosen.iter().all(Option::is_none) {
+            last = suspects;
+            break;
+        }
+        let mut model = present.study.model.clone();
+        for (k, choice) in chosen.iter().enumerate() {
+            if let (Some(c), Some(m)) = (choice, &mut model.axes[axes[k].index()]) {
+                m.terms.push(suspects[*c].candidate.term.clone());
+            }
+        }
+        present = Present::new(Study::fit(bench, &model, Some(&present.study.warm)));
+        for (k, choice) in chosen.iter().enumerate() {
+            if let Some(c) = choice {
+                let aliases = aliases(&suspects, *c, true);
+                ambiguous[k] |= !aliases.is_empty();
+                let id = suspects[*c].candidate.term.effect.card().id;
+                steps[k].push(step(&Judged::new(&present.study, k, false), Some(id), None, aliases));
+            }
+        }
+    }
+    let (present, removed) = back(present, start, progress);
+    for (k, id) in removed {
+        steps[k].push(step(&Judged::new(&present.study, k, false), None, Some(id), Vec::new()));
+    }
+    let study = fit::settle(present.study.clone());
+    let model = study.model.clone();
+    let ladders = axes
+        .iter()
+        .enumerate()
+        .map(|(k, &axis)| {
+            let judged = Judged::new(&study, k, false);
+            let list: Vec<&Refit> = last.iter().filter(|r| r.candidate.series == k).collect();
+            let (mut verdict, mut says) = match verdict::unexcited(&present.study, &present.gls, k) {
+                Some(says) => (Verdict::CannotTell, says),
+                None => verdict::rest(&present, &list, &judged, k),
+            };
+            if ambiguous[k] && matches!(verdict, Verdict::Adequate) {
+                verdict = Verdict::Ambiguous;
+                says = steps[k]
+                    .iter()
+                    .filter(|s| !s.aliases.is_empty())
+                    .filter_map(|s| {
+                        s.added.as_ref().map(|id| {
+                            format!("{id} or {}: {}", s.aliases.join(" or "), verdict::split_by(id, &s.aliases))
+                        })
+                    })
+                    .collect::<Vec<_>>()
+                    .join("; ");
+            }
+            let own = judged::axis_model(&model, axis);
+            let (detail, _) = judged::pictures(record, &study, k);
+            AxisLadder {
+                axis,
+                verdict,
+                says,
+                effects: own.effect_ids().into_iter().map(str::to_owned).collect(),
+                parameters: judged::parameters(&own.terms, axis),
+                noise: judged::noise(&own),
+                steps: steps[k].clone(),
+                data_faults: faults.to_vec(),
+                detail: Some(detail),
+            }
+        })
+        .collect();
+    (model, ladders)
+}
+
+fn step(judged: &Judged, added: Option<&str>, removed: Option<&str>, aliases: Vec<String>) -> LadderStep {
+    LadderStep {
+        added: added.map(str::to_owned),
+        removed: removed.map(str::to_owned),
+        aliases,
+        error_curve: judged.points(),
+        error_over_floor: judged::finite(judged.over_floor()),
+    }
+}
+
+/// Suspects that this log cannot tell from `suspects[k]`: at most three, best first.
+#[must_use]
+pub fn aliases(suspects: &[Refit], k: usize, significant: bool) -> Vec<String> {
+    let own = &suspects[k];
+    if own.candidate.term.effect.stage() == Stage::Reading {
+        return Vec::new();
+    }
+    suspects
+        .iter()
+        .enumerate()
+        .filter(|(i, r)| *i != k && r.candidate.series == own.candidate.series && (!significant || r.significant()))
+        .filter(|(_, r)| own.alike(r))
+        .map(|(_, r)| r.candidate.term.effect.card().id.to_owned())
+        .take(3)
+        .collect()
+}
+
+/// One pass back: what was added and is no longer needed goes.
+fn back<'a>(present: Present<'a>, start: &Model, progress: &dyn Fn(&str)) -> (Present<'a>, Vec<(usize, &'static str)>) {
+    let mut present = present;
+    let mut removed = Vec::new();
+    let axes: Vec<Axis> = present.study.bench.problem.series.iter().map(|s| s.axis).collect();
+    for (k, axis) in axes.iter().enumerate() {
+        let kept = judged::axis_model(start, *axis).effect_ids();
+        let added: Vec<&'static str> = judged::axis_model(&present.study.model, *axis)
+            .effect_ids()
+            .into_iter()
+            .filter(|id| !kept.contains(id))
+            .collect();
+        if added.len() < 2 {
+            continue;
+        }
+        for id in &added[..added.len() - 1] {
+            progress(id);
+            let mut model = present.study.model.clone();
+            let Some(own) = &mut model.axes[axis.index()] else { continue };
+            let Some(place) = own.terms.iter().position(|t| t.effect.card().id == *id) else { continue };
+            let term = own.terms.remove(place);
+            if term.effect.stage() == Stage::Reading {
+                continue;
+            }
+            let without = Present::new(Study::fit(present.study.bench, &model, Some(&present.study.warm)));
+            if !without.needs(&present, &term) {
+                present = without;
+                removed.push((k, *id));
+            }
+        }
+    }
+    (present, removed)
+}

@@ -1,0 +1,137 @@
+//! What a study comes to, in one word and one or two sentences.
+
+use super::{
+    judged::Judged,
+    refit::{Present, Refit},
+};
+use crate::{
+    diagnosis::Verdict,
+    effects::Stage,
+    evidence::{noise::Gls, study::Study},
+};
+
+/// Standard error of α, as a share, beyond which the log has not turned the sensor enough.
+const UNEXCITED: f64 = 0.03;
+/// Size of a correlated rate error that still counts as bias instability, rad/s (0.6 °/s).
+const WANDER: f64 = 0.01;
+/// Bias random walk that still counts as wander, rad/s/√s.
+const WALK: f64 = 3e-4;
+/// How far the noise may lie above its prior and still be noise.
+const ABOVE_PRIOR: f64 = 2.0;
+
+/// What the log lacks for the base model itself, in words.
+#[must_use]
+pub fn unexcited(study: &Study, gls: &Gls, series: usize) -> Option<String> {
+    let axis = study.bench.problem.series[series].axis;
+    let model = study.model.axes[axis.index()].as_ref()?;
+    for (k, slot) in study.slots.iter().enumerate() {
+        if slot.series != series || model.terms[slot.term].effect.stage() != Stage::Calibration {
+            continue;
+        }
+        let id = model.terms[slot.term].effect.card().id;
+        let value = model.terms[slot.term].values[slot.parameter];
+        let sigma = gls.std_error(k);
+        if id == "scale-factor" && (sigma.is_nan() || sigma > UNEXCITED * value.abs()) {
+            return Some(format!(
+                "axis {axis} hardly turns in this log, so its scale factor is not known to better than {:.0} %: \
+                 turn it to and fro through at least a quarter turn for a minute, at several speeds",
+                100.0 * (sigma / value.abs()).min(10.0)
+            ));
+        }
+    }
+    None
+}
+
+/// The verdict of a model with its suspects.
+#[must_use]
+pub fn verdict(
+    present: &Present,
+    suspects: &[&Refit],
+    aliases: &[Vec<String>],
+    judged: &Judged,
+    series: usize,
+) -> (Verdict, String) {
+    let study = &present.study;
+    if let Some(says) = unexcited(study, &present.gls, series) {
+        return (Verdict::CannotTell, says);
+    }
+    let best = suspects.iter().position(|r| r.passes(present));
+    if let Some(k) = best {
+        let card = suspects[k].candidate.term.effect.card();
+        return if aliases[k].is_empty() {
+            (Verdict::MissingEffect, format!("{} is missing: {}. Add it and look again.", card.id, card.title))
+        } else {
+            let split = split_by(card.id, &aliases[k]);
+            (
+                Verdict::Ambiguous,
+                format!(
+                    "{} or {} is missing, and this log cannot tell which: {split}.",
+                    card.id,
+                    aliases[k].join(" or ")
+                ),
+            )
+        };
+    }
+    rest(present, suspects, judged, series)
+}
+
+/// The verdict where no suspect passes.
+#[must_use]
+pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usize) -> (Verdict, String) {
+    let noise = &present.gls.noise;
+    let prior = &present.study.bench.prior[series];
+    let span = present.study.bench.windows.tau.last().map_or(1.0, |t| 10.0 * t);
+    let walks = noise.bias_random_walk * span.sqrt();
+    let wander = walks.max(noise.correlated);
+    if judged.within() {
+        return (
+            Verdict::Adequate,
+            "the error is what noise alone leaves: no physics that this log could show is missing.".into(),
+        );
+    }
+    let noise_alone = noise.correlated < WANDER
+        && noise.bias_random_walk < WALK
+        && noise.angle_random_walk < ABOVE_PRIOR * prior.angle_random_walk.max(1e-4)
+        && noise.encoder < ABOVE_PRIOR * prior.encoder;
+    let slow = suspects.iter().find(|r| r.rise > 5.0 && is_slow(r.candidate.term.effect.card().id));
+    match (noise_alone, slow) {
+        (true, Some(r)) => (
+            Verdict::CannotTell,
+            format!(
+                "a slow error is left that a wandering bias ({wander:.1e} rad/s over this log) and {} explain alike: record \
+                 a second cycle (heat and cool, restart hot, or twice as long)",
+                r.candidate.term.effect.card().id
+            ),
+        ),
+        (true, None) => (
+            Verdict::Adequate,
+            format!(
+                "what is left is noise: the bias wanders by about {wander:.1e} rad/s over this log, which no parameter can \
+                 take out and a filter with a reference must follow."
+            ),
+        ),
+        (false, _) => (
+            Verdict::Unexplained,
+            format!(
+                "the error is up to {:.1} times what noise leaves, and no effect of the catalogue removes it: look at where it \
+                 fails, check the reference and its mounting, or write the effect that you suspect as your own.",
+                judged.over_floor()
+            ),
+        ),
+    }
+}
+
+fn is_slow(id: &str) -> bool {
+    ["temperature-bias", "temperature-rate", "warm-up", "bias-drift", "bias-step", "supply-voltage"].contains(&id)
+}
+
+/// The manoeuvre that tells an effect from its aliases, as its card has it.
+#[must_use]
+pub fn split_by(id: &str, aliases: &[String]) -> String {
+    let Some(effect) = crate::effects::find(id) else {
+        return "change one of their causes and not the other".into();
+    };
+    let known: Vec<&str> =
+        effect.card().aliases.iter().filter(|a| aliases.iter().any(|b| b == a.id)).map(|a| a.split_by).collect();
+    if known.is_empty() { format!("to excite {id} alone: {}", effect.card().excited_by) } else { known.join("; ") }
+}
