@@ -25,6 +25,7 @@
 //! | [`observer`] | the paper's own filter |
 //! | [`estimator`] | compensation and filters together: one row in, one estimate out |
 //! | [`faults`] | faults of the data, as against physics |
+//! | [`paper`] | the paper's experiment, simulated |
 //! | [`diagnosis`] | the result types, as the JSON interface has them |
 //! | [`detail`] | the pictures behind a verdict: overlay, regimes, spectrum, whiteness |
 
@@ -43,6 +44,7 @@ pub mod kalman;
 pub mod model;
 pub mod nls;
 pub mod observer;
+pub mod paper;
 pub mod process_noise;
 pub mod record;
 pub mod simulate;
