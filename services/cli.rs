@@ -50,6 +50,8 @@ pub struct Cli {
 pub enum Command {
     /// Show the catalogue of physical effects, or one card of it
     Effects(commands::effects::Args),
+    /// Reproduce the paper behind this project: its seven figures, each number beside the printed one
+    Paper(commands::paper::Args),
 }
 
 impl Command {
@@ -60,6 +62,7 @@ impl Command {
     pub fn run(&self) -> anyhow::Result<ExitCode> {
         match self {
             Self::Effects(args) => commands::effects::run(args),
+            Self::Paper(args) => commands::paper::run(args),
         }
     }
 }
