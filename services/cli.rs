@@ -52,6 +52,10 @@ pub enum Command {
     Effects(commands::effects::Args),
     /// Reproduce the paper behind this project: its seven figures, each number beside the printed one
     Paper(commands::paper::Args),
+    /// Compensate a log, with the very filter that runs live
+    Apply(commands::apply::Args),
+    /// Make a log with a known truth beside it
+    Simulate(commands::simulate::Args),
 }
 
 impl Command {
@@ -63,6 +67,8 @@ impl Command {
         match self {
             Self::Effects(args) => commands::effects::run(args),
             Self::Paper(args) => commands::paper::run(args),
+            Self::Apply(args) => commands::apply::run(args),
+            Self::Simulate(args) => commands::simulate::run(args),
         }
     }
 }

@@ -6,13 +6,16 @@
 
 use std::io::{self, Write};
 
+pub mod apply;
 pub mod control;
 pub mod demo;
 pub mod effects;
 pub mod paper;
 pub mod run;
 pub mod service;
+pub mod simulate;
 pub mod status;
+pub mod subject;
 pub mod top;
 
 /// Writes to standard output, whole.

@@ -1,0 +1,113 @@
+//! `truerate apply`: a compensated log, from the very filter that runs live.
+
+use crate::{
+    cli::{LogArgs, picked},
+    commands::{print, subject::writable},
+    estimates::EstimateWriter,
+    log::{self, Options},
+    model_file,
+    progress::Progress,
+};
+use anyhow::{Result, bail};
+use gyro_model::{Axis, Record, diagnosis::DataFault, estimator, estimator::Estimator};
+use std::{
+    fmt::Write,
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
+
+/// What `truerate apply` takes.
+#[derive(clap::Args, Debug, Clone)]
+#[command(after_long_help = "\
+Examples:
+  truerate apply log.csv.gz --model model.toml -o compensated.csv
+  truerate apply - --model model.toml < log.csv > compensated.csv
+
+Columns, one row for each row of the log:
+  t                when the row's rates are valid, s on the log's own clock: a model with a delay d
+                   makes it the row's time less d
+  rate_x …         compensated rate, rad/s, nothing else done to it
+  rate_filtered_x  filtered rate, rad/s, and rate_std_x its standard deviation
+  angle_x          integral of rate_x alone, rad, from the first reference on
+  angle_fused_x    filtered angle, rad, with the reference where there is one
+No reference is needed. The rows are those of `truerate run --speed max --model M --freeze --record F`.")]
+pub struct Args {
+    #[command(flatten)]
+    log: LogArgs,
+    /// The model that compensates
+    #[arg(long, value_name = "M")]
+    model: PathBuf,
+    /// Only this axis
+    #[arg(long, value_name = "x|y|z")]
+    axis: Option<Axis>,
+    /// The file to write: CSV, packed where it ends in .gz, or `-` for standard output
+    #[arg(short, value_name = "OUT.csv", default_value = "-")]
+    output: PathBuf,
+}
+
+/// Compensates and filters the whole log.
+///
+/// # Errors
+/// A refused log or model, a model without an axis of the log, or a file that cannot be written.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    writable(&args.output)?;
+    let options = Options { columns: args.log.columns.clone(), as_streamed: true, ..Options::default() };
+    let (record, faults, provenance) = log::read(&args.log.log, &options)?;
+    let model = model_file::load(&args.model, &record.free_names)?.model;
+    let both: Vec<Axis> =
+        Axis::ALL.into_iter().filter(|&a| record.has_gyro(a) && model.axes[a.index()].is_some()).collect();
+    let axes: Vec<Axis> = picked(args.axis, &both);
+    if axes.is_empty() || axes.iter().any(|a| !both.contains(a)) {
+        bail!(
+            "{} with model {}: {}: fit the model on a log of this sensor",
+            args.log.log.display(),
+            args.model.display(),
+            none_in_common(&record, &model, args.axis)
+        );
+    }
+    let mut writer = EstimateWriter::create(&args.output, &axes, provenance.start_ns)?;
+    let mut estimator = Estimator::new(estimator::Options::default());
+    estimator.set_model(&model);
+    let progress = Progress::of(record.len() as u64, "compensating");
+    for (k, row) in record.rows.iter().enumerate() {
+        let estimate = estimator.step(row);
+        writer.row(estimate.valid_t_ns, &estimate)?;
+        if k % 4096 == 0 {
+            progress.at(k as u64);
+        }
+    }
+    drop(progress);
+    writer.finish()?;
+    if args.output != Path::new("-") {
+        print(&summary(args, &record, &axes, &faults))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn none_in_common(record: &Record, model: &gyro_model::Model, axis: Option<Axis>) -> String {
+    let list = |has: &dyn Fn(Axis) -> bool| {
+        let letters: Vec<&str> = Axis::ALL.into_iter().filter(|&a| has(a)).map(Axis::letter).collect();
+        if letters.is_empty() { "no axis".to_owned() } else { letters.join(", ") }
+    };
+    let wanted = axis.map_or_else(String::new, |a| format!("axis {a} is asked for, "));
+    format!(
+        "{wanted}the log has gyro {}, the model {}",
+        list(&|a| record.has_gyro(a)),
+        list(&|a| model.axes[a.index()].is_some())
+    )
+}
+
+fn summary(args: &Args, record: &Record, axes: &[Axis], faults: &[DataFault]) -> String {
+    let letters: Vec<&str> = axes.iter().map(|a| a.letter()).collect();
+    let mut text = format!(
+        "{}: {} rows of axis {}, compensated with {}\n",
+        args.output.display(),
+        record.len(),
+        letters.join(", "),
+        args.model.display()
+    );
+    for fault in faults {
+        let _ = writeln!(text, "data fault {}: {}", fault.fault, fault.says);
+    }
+    text
+}

@@ -1,0 +1,129 @@
+//! What the offline commands have in common: a log, its axes, a model to start from, and where the result goes.
+
+use crate::{
+    cli::{Format, LogArgs, ReportArgs, picked},
+    commands::print,
+    log::{self, Options},
+    model_file::{self, ModelFile, Provenance},
+    output::{self, Output},
+    progress::Progress,
+};
+use anyhow::{Context, Result, bail};
+use gyro_model::{Axis, Model, Record, diagnosis::DataFault, effects::Effect, fit};
+use std::path::Path;
+
+/// A log that has been read, and the axes that are meant.
+pub struct Subject {
+    /// The rows.
+    pub record: Record,
+    /// What is faulty in them.
+    pub faults: Vec<DataFault>,
+    /// Which log it is.
+    pub provenance: log::Provenance,
+    /// The axes to work on.
+    pub axes: Vec<Axis>,
+    /// The log as it was named.
+    pub name: String,
+}
+
+/// A model to start from.
+pub struct Start {
+    /// The model.
+    pub file: ModelFile,
+    /// Whether it was fitted on this very log.
+    pub own_log: bool,
+}
+
+impl Subject {
+    /// Reads a log for fitting: one that has a reference, on the axis that is asked for.
+    ///
+    /// # Errors
+    /// A refused log, or an axis without gyro or reference.
+    pub fn read(args: &LogArgs, axis: Option<Axis>) -> Result<Self> {
+        let options = Options { columns: args.columns.clone(), needs_reference: true, ..Options::default() };
+        let (record, faults, provenance) = {
+            let _spinner = Progress::spinner("reading the log");
+            log::read(&args.log, &options)?
+        };
+        let fitted = record.fitted_axes();
+        let name = args.log.display().to_string();
+        if let Some(axis) = axis.filter(|a| !fitted.contains(a)) {
+            let has: Vec<&str> = fitted.iter().map(|a| a.letter()).collect();
+            bail!("{name}: axis {axis} has no gyro or no reference: choose from {}", has.join(", "));
+        }
+        let axes = picked(axis, &fitted);
+        Ok(Self { record, faults, provenance, axes, name })
+    }
+
+    /// The model of this file, or the base model fitted to this log.
+    ///
+    /// # Errors
+    /// A model that cannot be read, or a log that cannot be fitted.
+    pub fn start(&self, model: Option<&Path>) -> Result<Start> {
+        if let Some(path) = model {
+            let file = model_file::load(path, &self.record.free_names)?;
+            let own_log = file.provenance.as_ref().is_some_and(|p| p.names(&self.provenance));
+            return Ok(Start { file, own_log });
+        }
+        let base = Model::base_for(&self.record);
+        Ok(Start { file: self.fitted(self.fit(&base)?, Vec::new()), own_log: true })
+    }
+
+    /// Refits a model on the axes that are meant.
+    ///
+    /// # Errors
+    /// A log that cannot be fitted.
+    pub fn fit(&self, model: &Model) -> Result<Model> {
+        let _spinner = Progress::spinner("fitting");
+        fit::fit(&self.record, model, &self.axes).with_context(|| self.name.clone())
+    }
+
+    /// A model with this log as its provenance, and the user's own effects that its file defines.
+    #[must_use]
+    pub fn fitted(&self, model: Model, own_effects: Vec<&'static dyn Effect>) -> ModelFile {
+        ModelFile { model, provenance: Some(Provenance::now(&self.provenance)), own_effects }
+    }
+}
+
+impl ReportArgs {
+    /// Checks that the report can be written, before any long work.
+    ///
+    /// # Errors
+    /// An ending that says no form, or a place that cannot be written to.
+    pub fn check(&self) -> Result<()> {
+        if let Some(path) = &self.report {
+            form(path)?;
+            writable(path)?;
+        }
+        Ok(())
+    }
+
+    /// Prints a result, and writes the report file. `render` makes it, told whether it is for a file.
+    ///
+    /// # Errors
+    /// Standard output or the report cannot be written.
+    pub fn emit(&self, render: impl Fn(Format, bool) -> String) -> Result<()> {
+        if let Some(path) = &self.report {
+            output::write(path, render(form(path)?, true).as_bytes())?;
+        }
+        Ok(print(&render(self.format, false))?)
+    }
+}
+
+/// The form that a report file's ending asks for.
+fn form(path: &Path) -> Result<Format> {
+    match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
+        Some("txt" | "text" | "md") => Ok(Format::Text),
+        Some("json") => Ok(Format::Json),
+        Some("html" | "htm") => Ok(Format::Html),
+        _ => bail!("{}: a report's ending says its form: use .txt, .json or .html", path.display()),
+    }
+}
+
+/// Checks that a file can be written here, without touching what stands there.
+///
+/// # Errors
+/// The folder is missing or read-only, or the name is a folder's.
+pub fn writable(path: &Path) -> Result<()> {
+    Output::create(path).map(drop)
+}

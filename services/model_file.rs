@@ -1,0 +1,111 @@
+//! Model files: TOML, schema `truerate.model/1`, written whole or not at all.
+//!
+//! Reading is strict: a newer schema, an unknown effect, parameter or key, a missing parameter is an error that names it,
+//! with line and caret. What is read and written again is the same model to the last bit.
+
+mod read;
+mod write;
+
+use crate::{
+    commands::effects::meant,
+    log, output,
+    toml_error::{TomlError, quoted},
+};
+use anyhow::{Context, Result};
+use gyro_model::{Model, effects::Effect};
+use jiff::Timestamp;
+use std::{fs, path::Path};
+
+/// The schema that is written, and the newest that is read.
+pub const SCHEMA: &str = "truerate.model/1";
+
+/// A model with what is known of its origin.
+#[derive(Clone, Debug, Default)]
+pub struct ModelFile {
+    /// The model.
+    pub model: Model,
+    /// What it was fitted on.
+    pub provenance: Option<Provenance>,
+    /// The user's own effects that the file defines, whether an axis has them or not.
+    pub own_effects: Vec<&'static dyn Effect>,
+}
+
+impl ModelFile {
+    /// The effect of this id: one of the user's own, or of the catalogue.
+    ///
+    /// # Errors
+    /// There is none; the nearest is suggested.
+    pub fn effect(&self, id: &str) -> Result<&'static dyn Effect> {
+        let own = self.own_effects.iter().copied().find(|e| e.card().id == id);
+        own.or_else(|| gyro_model::effects::find(id))
+            .with_context(|| format!("no effect {}{}; `truerate effects` lists them all", quoted(id), meant(id)))
+    }
+}
+
+/// What a model was fitted on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Provenance {
+    /// The log's name.
+    pub log: Option<String>,
+    /// SHA-256 of the log as stored.
+    pub sha256: Option<String>,
+    /// When it was fitted.
+    pub fitted: Option<Timestamp>,
+    /// Rows that were used.
+    pub samples: Option<u64>,
+    /// Lowest and highest temperature in them, °C.
+    pub temperature: Option<(f64, f64)>,
+}
+
+impl Provenance {
+    /// Fitted now, on this log.
+    #[must_use]
+    pub fn now(log: &log::Provenance) -> Self {
+        Self {
+            log: Some(log.log.clone()),
+            sha256: Some(log.sha256.clone()),
+            fitted: Some(Timestamp::now()),
+            samples: Some(log.samples),
+            temperature: log.temperature,
+        }
+    }
+
+    /// Whether this is the very log that the model was fitted on.
+    #[must_use]
+    pub fn names(&self, log: &log::Provenance) -> bool {
+        self.sha256.as_deref().is_some_and(|hash| hash.eq_ignore_ascii_case(&log.sha256))
+    }
+}
+
+/// Reads a model file; `free_names` are the log's free channels, which the user's own effects may use.
+///
+/// # Errors
+/// It cannot be read, or it is not a valid model: [`TomlError`] in the chain.
+pub fn load(path: &Path, free_names: &[String]) -> Result<ModelFile> {
+    let text = fs::read_to_string(path).with_context(|| {
+        format!("model {}: cannot be read: check the path, or make one with `truerate fit`", path.display())
+    })?;
+    Ok(parse(path, &text, free_names)?)
+}
+
+/// Understands a model file's text; `path` is only named in errors, `free_names` as in [`load`].
+///
+/// # Errors
+/// What is wrong, with line and caret.
+pub fn parse(path: &Path, text: &str, free_names: &[String]) -> Result<ModelFile, TomlError> {
+    read::parse(path, text, free_names)
+}
+
+/// The text of a model file.
+#[must_use]
+pub fn render(file: &ModelFile) -> String {
+    write::render(file)
+}
+
+/// Writes a model file, whole or not at all.
+///
+/// # Errors
+/// The folder is missing or read-only, or the disk is full; what stood there before is then unchanged.
+pub fn save(path: &Path, file: &ModelFile) -> Result<()> {
+    output::write(path, render(file).as_bytes())
+}
