@@ -65,8 +65,8 @@ impl Effect for DeadZone {
         reading.abs() < p[0]
     }
 
+    /// The zone ends where the readings begin: between zero and the smallest other reading there is nothing.
     fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
-        let end = (0.5 * span.reading_max).min(2.0);
-        std::iter::successors(Some(0.002), |w| Some(w * 1.4)).take_while(|&w| w <= end).map(|w| vec![w]).collect()
+        if span.reading_min < 2.0 { vec![vec![span.reading_min]] } else { Vec::new() }
     }
 }

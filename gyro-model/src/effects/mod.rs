@@ -215,6 +215,8 @@ pub struct Span {
     pub duration: f64,
     /// Median sample interval, s.
     pub dt: f64,
+    /// Smallest |reading| that is not zero, rad/s.
+    pub reading_min: f64,
     /// Largest |reading|, rad/s.
     pub reading_max: f64,
     /// RMS of the rate, rad/s.

@@ -214,23 +214,16 @@ impl Problem {
         for term in of(Stage::Response).filter(|t| t.effect.card().id == "mount-resonance") {
             rate = term.effect.undo_response_whole(&term.values, &s.t, &rate);
         }
-        let whole = integral(&s.t, &rate);
         let timing: Vec<&Term> = of(Stage::Timing).collect();
         let angle = if timing.is_empty() {
+            let whole = integral(&s.t, &rate);
             s.reference_rows.iter().map(|&k| whole[k]).collect()
         } else {
-            let valid = |t: f64| timing.iter().fold(t, |t, term| term.effect.valid_time(&term.values, t));
-            let mut hint = 0;
-            s.reference_t
-                .iter()
-                .map(|&t| {
-                    let mut stamp = t;
-                    for _ in 0..3 {
-                        stamp += t - valid(stamp);
-                    }
-                    hermite(&s.t, &whole, &rate, stamp, &mut hint)
-                })
-                .collect()
+            // A rate belongs to its time of validity, and that is the time over which it is integrated.
+            let at = |&t: &f64| timing.iter().fold(t, |t, term| term.effect.valid_time(&term.values, t));
+            let valid: Vec<f64> = s.t.iter().map(at).collect();
+            let (whole, mut hint) = (integral(&valid, &rate), 0);
+            s.reference_t.iter().map(|&t| hermite(&valid, &whole, &rate, t, &mut hint)).collect()
         };
         let mut reference = s.reference_angle.clone();
         for term in of(Stage::Reference) {
