@@ -7,6 +7,7 @@
 //! | [`progress`] | progress of long work, on a terminal |
 //! | [`report`] | results as text, JSON and one HTML page |
 //! | [`estimates`] | the columns of `apply` and of recordings |
+//! | [`dashboard`] | the live page: what it shows, who may see it, what it orders |
 //! | [`log`] | logs: CSV in, checked; CSV out |
 //! | [`model_file`] | model files: TOML, strict |
 //! | [`output`] | files that are written whole or not at all |
@@ -16,6 +17,7 @@
 pub mod cli;
 pub mod commands;
 pub mod estimates;
+pub mod dashboard;
 pub mod log;
 pub mod model_file;
 pub mod output;

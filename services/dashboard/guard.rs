@@ -1,0 +1,167 @@
+//! Who may look and who may change: the page of this very dashboard, from this machine or with the token.
+//!
+//! A web page of another origin can make a browser send requests here. It is told apart by `Origin` and
+//! `Sec-Fetch-Site`, and one that gave itself our address (DNS rebinding) by `Host`. Beyond loopback anyone can
+//! connect, so there everything wants the token.
+
+use axum::http::{HeaderMap, Method, header};
+use std::{fs::File, io::Read, net::SocketAddr};
+
+/// Name of the cookie that carries the token after the first visit.
+pub const COOKIE: &str = "truerate-token";
+
+/// The rules of one dashboard.
+#[derive(Clone, Debug)]
+pub struct Guard {
+    address: SocketAddr,
+    token: Option<String>,
+}
+
+/// Why a request is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Refused {
+    /// The name in the address bar isn't ours.
+    #[error("this dashboard does not answer to that host name; open it by the address that `truerate run` printed")]
+    Host,
+    /// A page of another origin asks.
+    #[error("commands are taken from this dashboard's own page only")]
+    Origin,
+    /// Beyond loopback, without the token.
+    #[error("this dashboard wants its token: open the whole address that `truerate run` printed, with ?token=…")]
+    Token,
+}
+
+impl Guard {
+    /// For a dashboard that listens here; beyond loopback it draws a token.
+    ///
+    /// # Errors
+    /// Where the system has no random numbers.
+    pub fn of(address: SocketAddr) -> std::io::Result<Self> {
+        let token = if address.ip().is_loopback() { None } else { Some(random_token()?) };
+        Ok(Self { address, token })
+    }
+
+    /// The token, where one is wanted.
+    #[must_use]
+    pub fn token(&self) -> Option<&str> {
+        self.token.as_deref()
+    }
+
+    /// The address to open.
+    #[must_use]
+    pub fn url(&self) -> String {
+        let token = self.token.as_ref().map_or_else(String::new, |t| format!("?token={t}"));
+        format!("http://{}/{token}", self.address)
+    }
+
+    /// Checks one request.
+    ///
+    /// # Errors
+    /// Why it is refused.
+    pub fn check(&self, method: &Method, headers: &HeaderMap, query: Option<&str>) -> Result<(), Refused> {
+        let text = |name| headers.get(name).and_then(|v| v.to_str().ok());
+        let host = text(header::HOST).ok_or(Refused::Host)?;
+        match &self.token {
+            None if !self.is_ours(host) => return Err(Refused::Host),
+            Some(token) if !presented(headers, query).any(|t| same(t, token)) => return Err(Refused::Token),
+            _ => {}
+        }
+        let origin = text(header::ORIGIN);
+        let foreign = origin.is_some_and(|o| o.strip_prefix("http://") != Some(host))
+            || text(header::HeaderName::from_static("sec-fetch-site"))
+                .is_some_and(|s| s == "cross-site" || s == "same-site");
+        // To look from another page is harmless only for the first page itself (a link); everything else stays here.
+        let navigation =
+            text(header::HeaderName::from_static("sec-fetch-mode")) == Some("navigate") && origin.is_none();
+        if foreign && !(method == Method::GET && navigation) {
+            return Err(Refused::Origin);
+        }
+        Ok(())
+    }
+
+    fn is_ours(&self, host: &str) -> bool {
+        let port = self.address.port();
+        ["127.0.0.1", "localhost", "[::1]"]
+            .iter()
+            .any(|name| host == format!("{name}:{port}") || port == 80 && host == *name)
+            || host == self.address.to_string()
+    }
+}
+
+/// Tokens that a request carries: in its cookie and in its query.
+fn presented<'a>(headers: &'a HeaderMap, query: Option<&'a str>) -> impl Iterator<Item = &'a str> {
+    let cookies = headers.get_all(header::COOKIE).iter().filter_map(|v| v.to_str().ok()).flat_map(|v| v.split(';'));
+    let in_cookie = cookies.filter_map(|c| c.trim().strip_prefix(COOKIE)?.strip_prefix('='));
+    in_cookie.chain(query.into_iter().flat_map(|q| q.split('&')).filter_map(|p| p.strip_prefix("token=")))
+}
+
+/// Compares without telling by its time how far the two agree.
+fn same(a: &str, b: &str) -> bool {
+    a.len() == b.len() && a.bytes().zip(b.bytes()).fold(0, |d, (x, y)| d | (x ^ y)) == 0
+}
+
+fn random_token() -> std::io::Result<String> {
+    let mut bytes = [0; 16];
+    File::open("/dev/urandom")?.read_exact(&mut bytes)?;
+    Ok(bytes.iter().map(|b| format!("{b:02x}")).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn headers(pairs: &[(&'static str, &str)]) -> HeaderMap {
+        pairs.iter().map(|(k, v)| (header::HeaderName::from_static(k), v.parse().unwrap())).collect()
+    }
+
+    fn local() -> Guard {
+        Guard::of("127.0.0.1:7777".parse().unwrap()).unwrap()
+    }
+
+    #[test]
+    fn our_own_page_may_command() {
+        for host in ["127.0.0.1:7777", "localhost:7777"] {
+            let origin = format!("http://{host}");
+            let h = headers(&[("host", host), ("origin", &origin), ("sec-fetch-site", "same-origin")]);
+            assert_eq!(local().check(&Method::POST, &h, None), Ok(()));
+        }
+    }
+
+    #[test]
+    fn a_page_of_another_origin_may_neither_command_nor_read() {
+        for (name, value) in [("origin", "http://evil.example"), ("origin", "null"), ("sec-fetch-site", "cross-site")] {
+            let h = headers(&[("host", "127.0.0.1:7777"), (name, value)]);
+            assert_eq!(local().check(&Method::POST, &h, None), Err(Refused::Origin), "{name}: {value}");
+            assert_eq!(local().check(&Method::GET, &h, None), Err(Refused::Origin), "{name}: {value}");
+        }
+    }
+
+    #[test]
+    fn a_name_that_was_bent_to_our_address_is_refused() {
+        let h = headers(&[("host", "evil.example:7777"), ("origin", "http://evil.example:7777")]);
+        assert_eq!(local().check(&Method::POST, &h, None), Err(Refused::Host));
+        assert_eq!(local().check(&Method::GET, &HeaderMap::new(), None), Err(Refused::Host));
+    }
+
+    #[test]
+    fn a_link_from_elsewhere_opens_the_page() {
+        let h =
+            headers(&[("host", "localhost:7777"), ("sec-fetch-site", "cross-site"), ("sec-fetch-mode", "navigate")]);
+        assert_eq!(local().check(&Method::GET, &h, None), Ok(()));
+        assert_eq!(local().check(&Method::POST, &h, None), Err(Refused::Origin));
+    }
+
+    #[test]
+    fn beyond_loopback_everything_wants_the_token() {
+        let guard = Guard::of("192.168.1.5:7777".parse().unwrap()).unwrap();
+        let token = guard.token().unwrap().to_string();
+        let h = headers(&[("host", "192.168.1.5:7777")]);
+        assert_eq!(guard.check(&Method::GET, &h, None), Err(Refused::Token));
+        assert_eq!(guard.check(&Method::GET, &h, Some("token=00")), Err(Refused::Token));
+        assert_eq!(guard.check(&Method::GET, &h, Some(&format!("token={token}"))), Ok(()));
+        let cookie = format!("a=b; {COOKIE}={token}");
+        let h = headers(&[("host", "192.168.1.5:7777"), ("cookie", &cookie)]);
+        assert_eq!(guard.check(&Method::POST, &h, None), Ok(()));
+        assert!(local().token().is_none());
+    }
+}

@@ -1,0 +1,163 @@
+//! The pages, the stream of news, the orders and the exports, over HTTP.
+
+use super::{
+    guard::{COOKIE, Guard},
+    order::Order,
+    scene::Scene,
+};
+use axum::{
+    Json, Router,
+    body::Body,
+    extract::{DefaultBodyLimit, Path as UrlPath, Request, State},
+    http::{HeaderValue, StatusCode, header},
+    middleware::{self, Next},
+    response::{
+        IntoResponse, Response,
+        sse::{Event, KeepAlive, Sse},
+    },
+    routing::{get, post},
+};
+use ipc_types::{Command, Reply};
+use serde_json::json;
+use std::{convert::Infallible, io, net::TcpListener, path::PathBuf, sync::Arc, sync::mpsc::Sender, time::Duration};
+use tokio::sync::oneshot;
+use tokio_stream::{Stream, StreamExt, once, wrappers::BroadcastStream};
+
+/// A command on its way to the pipeline, and where its answer goes.
+pub type Errand = (Command, oneshot::Sender<Result<Reply, String>>);
+
+/// What a download holds: type, bytes; or why there is none.
+pub type Download = Result<(&'static str, Vec<u8>), String>;
+
+/// Everything that a request can reach.
+#[derive(Clone)]
+pub struct Shop {
+    /// What there is to see.
+    pub scene: Scene,
+    /// Who may.
+    pub guard: Arc<Guard>,
+    /// Commands go here.
+    pub errands: Sender<Errand>,
+    /// Models are saved here.
+    pub folder: PathBuf,
+    /// Makes `model.toml`, `report.html`, `log.csv`.
+    pub export: Arc<dyn Fn(&Scene, &str) -> Download + Send + Sync>,
+}
+
+/// The files of the page: name, type, content.
+const FILES: [(&str, &str, &str); 7] = [
+    ("", "text/html; charset=utf-8", include_str!("../web/dashboard.html")),
+    ("dashboard.js", "text/javascript", include_str!("../web/dashboard.js")),
+    ("charts.js", "text/javascript", include_str!("../web/charts.js")),
+    ("parts.js", "text/javascript", include_str!("../web/parts.js")),
+    ("style.css", "text/css", include_str!("../web/style.css")),
+    ("uplot.js", "text/javascript", include_str!("../web/uplot/uPlot.iife.min.js")),
+    ("uplot.css", "text/css", include_str!("../web/uplot/uPlot.min.css")),
+];
+
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; connect-src 'self'; \
+                      img-src data:; form-action 'none'; frame-ancestors 'none'; base-uri 'none'";
+
+/// Serves until the process ends.
+///
+/// # Errors
+/// Where the listener cannot be used.
+pub fn serve(listener: TcpListener, shop: Shop) -> io::Result<()> {
+    listener.set_nonblocking(true)?;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    runtime.block_on(async {
+        let listener = tokio::net::TcpListener::from_std(listener)?;
+        axum::serve(listener, router(shop)).await
+    })
+}
+
+fn router(shop: Shop) -> Router {
+    Router::new()
+        .route("/", get(|| async { file("") }))
+        .route("/{name}", get(|UrlPath(name): UrlPath<String>| async move { file(&name) }))
+        .route("/events", get(events))
+        .route("/order", post(order))
+        .route("/export/{name}", get(export))
+        .layer(DefaultBodyLimit::max(8 * 1024))
+        .layer(middleware::from_fn_with_state(shop.clone(), guarded))
+        .with_state(shop)
+}
+
+/// Nothing is answered before the guard has looked.
+async fn guarded(State(shop): State<Shop>, request: Request, next: Next) -> Response {
+    let query = request.uri().query().map(str::to_owned);
+    if let Err(refused) = shop.guard.check(request.method(), request.headers(), query.as_deref()) {
+        return (StatusCode::FORBIDDEN, refused.to_string()).into_response();
+    }
+    let first = request.uri().path() == "/" && query.is_some_and(|q| q.contains("token="));
+    let mut response = next.run(request).await;
+    let headers = response.headers_mut();
+    for (name, value) in [
+        (header::CONTENT_SECURITY_POLICY, POLICY),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::CACHE_CONTROL, "no-store"),
+    ] {
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+    let cookie = shop.guard.token().map(|t| format!("{COOKIE}={t}; HttpOnly; SameSite=Strict; Path=/"));
+    if let Some(cookie) = cookie.filter(|_| first).and_then(|c| HeaderValue::from_str(&c).ok()) {
+        headers.insert(header::SET_COOKIE, cookie);
+    }
+    response
+}
+
+fn file(name: &str) -> Response {
+    match FILES.iter().find(|f| f.0 == name) {
+        Some((_, kind, content)) => ([(header::CONTENT_TYPE, *kind)], *content).into_response(),
+        None => (StatusCode::NOT_FOUND, "there is no such page; the dashboard is at /").into_response(),
+    }
+}
+
+/// The whole first, then what changes; a page that was too slow begins anew.
+async fn events(State(shop): State<Shop>) -> Sse<impl Stream<Item = Result<Event, Infallible>>> {
+    let (whole, news) = shop.scene.open();
+    let first = Event::default().event(whole.event).data(whole.data);
+    let rest = BroadcastStream::new(news).map(move |message| match message {
+        Ok(message) => Event::default().event(message.event).data(&message.data),
+        Err(_lagged) => {
+            let whole = shop.scene.open().0;
+            Event::default().event(whole.event).data(whole.data)
+        }
+    });
+    Sse::new(once(first).chain(rest).map(Ok))
+        .keep_alive(KeepAlive::new().interval(Duration::from_secs(2)).text("alive"))
+}
+
+async fn order(State(shop): State<Shop>, Json(order): Json<Order>) -> Response {
+    let refuse = |status, says: String| (status, Json(json!({ "done": false, "says": says }))).into_response();
+    let command = match order.command(&shop.folder) {
+        Ok(command) => command,
+        Err(error) => return refuse(StatusCode::BAD_REQUEST, error.to_string()),
+    };
+    let (answer, answered) = oneshot::channel();
+    if shop.errands.send((command, answer)).is_err() {
+        return refuse(StatusCode::SERVICE_UNAVAILABLE, "the pipeline has ended".into());
+    }
+    match answered.await {
+        Ok(Ok(reply)) => {
+            Json(json!({ "done": reply.done == 1, "epoch": reply.epoch, "says": reply.says.as_str() })).into_response()
+        }
+        Ok(Err(error)) => refuse(StatusCode::SERVICE_UNAVAILABLE, error),
+        Err(_) => refuse(StatusCode::SERVICE_UNAVAILABLE, "the pipeline has ended".into()),
+    }
+}
+
+async fn export(State(shop): State<Shop>, UrlPath(name): UrlPath<String>) -> Response {
+    // Off the one thread that serves everybody: a report or a log takes a while.
+    let made = tokio::task::spawn_blocking(move || (shop.export)(&shop.scene, &name).map(|d| (name, d))).await;
+    match made {
+        Ok(Ok((name, (kind, bytes)))) => {
+            let disposition = format!("attachment; filename=\"{name}\"");
+            ([(header::CONTENT_TYPE, kind), (header::CONTENT_DISPOSITION, disposition.as_str())], Body::from(bytes))
+                .into_response()
+        }
+        Ok(Err(says)) => (StatusCode::NOT_FOUND, says).into_response(),
+        Err(_) => (StatusCode::INTERNAL_SERVER_ERROR, "that export failed").into_response(),
+    }
+}

@@ -1,0 +1,292 @@
+'use strict';
+// The live page: takes the stream of news, draws it at most once a frame, and sends orders.
+(() => {
+  const { h } = Parts;
+  const { number } = Charts;
+  const $ = id => document.getElementById(id);
+  const WINDOW = 30;
+  const STEPS = 1200, ERRORS = 1200, VALUES = 600;
+  const scene = { steps: [], errors: [], values: [], marks: [], newest: {} };
+  let axis = null, heard = 0, moved = 0, open = false, busy = false;
+  const dirty = new Set();
+
+  // ---- news ----------------------------------------------------------------------------------------------------
+  const push = (list, items, most) => { list.push(...items); if (list.length > most) list.splice(0, list.length - most); };
+  const now = name => data => { scene.newest[name] = data; touch(name); };
+  const news = {
+    whole: data => { Object.assign(scene, data); moved = performance.now(); touch('steps', 'error', 'values', 'mark', ...Object.keys(data.newest), 'page', 'model', 'status', 'stages'); },
+    steps: data => {
+      if (scene.steps.length && data[0].t <= scene.steps.at(-1).t) scene.steps = [];
+      push(scene.steps, data, STEPS); moved = performance.now(); touch('steps');
+    },
+    error: data => { push(scene.errors, [data], ERRORS); touch('error'); },
+    values: data => { push(scene.values, [data], VALUES); touch('values'); },
+    mark: data => { push(scene.marks, [data], 100); touch('mark', 'error', 'values'); },
+    page: now('page'), model: now('model'), status: now('status'), stages: now('stages'), source: now('source'),
+  };
+
+  let source = null;
+  function connect() {
+    source?.close();
+    source = new EventSource('events');
+    source.onopen = () => { open = true; heard = performance.now(); };
+    source.onerror = () => {
+      open = false;
+      pill();
+      if (source.readyState === EventSource.CLOSED) setTimeout(connect, 1500);
+    };
+    for (const [name, take] of Object.entries(news)) {
+      source.addEventListener(name, event => { open = true; heard = performance.now(); take(JSON.parse(event.data)); });
+    }
+  }
+
+  function pill() {
+    const age = (performance.now() - moved) / 1000;
+    const finished = scene.newest.status?.finished;
+    const [tone, text] = !open ? ['bad', 'connection lost, trying again'] : finished ? ['', 'the source has ended'] : !scene.steps.length ? ['warn', 'waiting for samples'] : age > 3 ? ['warn', `no new samples for ${age.toFixed(0)} s`] : ['good', 'live'];
+    const link = $('link');
+    if (link.textContent !== text) { link.textContent = text; link.className = 'pill' + (tone ? ' ' + tone : ''); }
+  }
+  setInterval(pill, 500);
+
+  // ---- drawing, once a frame, and only what changed --------------------------------------------------------------
+  let asked = false;
+  function touch(...names) {
+    names.forEach(n => dirty.add(n));
+    if (!asked) { asked = true; requestAnimationFrame(draw); }
+  }
+  const painters = { steps: drawMotion, error: drawFalling, mark: drawMotion, values: drawHistory, page: drawPage, model: drawModel, status: drawStatus, stages: drawStages, source: drawSource };
+  function draw() {
+    asked = false;
+    chooseAxes();
+    const todo = [...dirty];
+    dirty.clear();
+    for (const name of new Set(todo.map(n => painters[n]).filter(Boolean))) name();
+    pill();
+  }
+  const all = () => touch(...Object.keys(painters));
+
+  // Changes an old tree into a new one, keeping nodes: buttons stay under the finger, unfolded cards stay unfolded.
+  function morph(old, fresh) {
+    if (old.nodeType !== fresh.nodeType || old.nodeName !== fresh.nodeName || (old.dataset?.effect || '') !== (fresh.dataset?.effect || '')) { old.replaceWith(fresh); return; }
+    if (old.nodeType === Node.TEXT_NODE) { if (old.data !== fresh.data) old.data = fresh.data; return; }
+    for (const { name, value } of [...fresh.attributes]) if (old.getAttribute(name) !== value) old.setAttribute(name, value);
+    for (const { name } of [...old.attributes]) if (!fresh.hasAttribute(name) && !(name === 'open' && old.nodeName === 'DETAILS')) old.removeAttribute(name);
+    const [a, b] = [[...old.childNodes], [...fresh.childNodes]];
+    b.forEach((node, i) => { if (i < a.length) morph(a[i], node); else old.append(node); });
+    a.slice(b.length).forEach(node => node.remove());
+  }
+  function fill(id, ...content) {
+    const old = $(id);
+    const fresh = old.cloneNode(false);
+    fresh.append(...content.flat(9).filter(Boolean));
+    morph(old, fresh);
+  }
+
+  // ---- axes ------------------------------------------------------------------------------------------------------
+  function present() {
+    const found = new Set([...(scene.newest.page?.axes || []), ...(scene.newest.model?.axes || [])].map(a => a.axis));
+    const last = scene.steps.at(-1);
+    if (last) last.axes.forEach((a, i) => { if (a.model != null && a.measured != null) found.add('xyz'[i]); });
+    return ['x', 'y', 'z'].filter(a => found.has(a));
+  }
+  let shownAxes = '';
+  function chooseAxes() {
+    const axes = present();
+    if (!axes.length) return;
+    if (!axes.includes(axis)) {
+      // The axis that needs attention most comes first.
+      const worst = [...(scene.newest.page?.axes || [])].sort((a, b) => (b.error_over_floor ?? 0) - (a.error_over_floor ?? 0))[0];
+      axis = worst?.axis ?? axes[0];
+      all();
+    }
+    const state = axes.join() + axis;
+    if (state === shownAxes) return;
+    shownAxes = state;
+    $('axes').replaceChildren(...(axes.length > 1 ? axes.map(a => h('button', { type: 'button', 'aria-pressed': String(a === axis), 'data-axis': a, 'data-do': 'axis', title: `Axis ${a} (${'xyz'.indexOf(a) + 1})` }, `axis ${a}`)) : []));
+  }
+  function pick(letter) { if (present().includes(letter)) { axis = letter; all(); } }
+  const at = () => 'xyz'.indexOf(axis ?? 'x');
+  const ofAxis = list => list?.find(a => a.axis === axis);
+
+  function drawSource() {
+    const s = scene.newest.source;
+    if (s) $('source').textContent = s.name + (s.instance && s.instance !== 'default' ? ` · ${s.instance}` : '');
+  }
+
+  // ---- motion ----------------------------------------------------------------------------------------------------
+  const live = () => { const end = scene.steps.at(-1)?.t ?? 0; return [Math.max(scene.steps[0]?.t ?? 0, end - WINDOW), Math.max(end, (scene.steps[0]?.t ?? 0) + WINDOW)]; };
+  const marks = label => u => {
+    const { ctx } = u;
+    ctx.save();
+    ctx.strokeStyle = Charts.ink('unknown'); ctx.fillStyle = Charts.ink('unknown');
+    ctx.lineWidth = devicePixelRatio; ctx.font = `${11 * devicePixelRatio}px system-ui, sans-serif`;
+    for (const mark of scene.marks) {
+      const x = u.valToPos(mark.t, 'x', true);
+      if (x < u.bbox.left || x > u.bbox.left + u.bbox.width) continue;
+      ctx.beginPath(); ctx.moveTo(x, u.bbox.top); ctx.lineTo(x, u.bbox.top + u.bbox.height); ctx.stroke();
+      if (label) {
+        const right = x + ctx.measureText(mark.says).width + 8 > u.bbox.left + u.bbox.width;
+        ctx.textAlign = right ? 'right' : 'left';
+        ctx.fillText(mark.says, x + (right ? -4 : 4) * devicePixelRatio, u.bbox.top + 12 * devicePixelRatio);
+      }
+    }
+    ctx.restore();
+  };
+  // A symmetric range that grows at once and shrinks slowly: no jitter from one update to the next.
+  function calm(least) {
+    let held = least;
+    return (u, min, max) => {
+      const most = Math.max(least, Math.abs(min ?? 0), Math.abs(max ?? 0)) * 1.1;
+      held = most > held || most < 0.5 * held ? most : held;
+      return [-held, held];
+    };
+  }
+  let rate, residual;
+  function drawMotion() {
+    if (!scene.steps.length) return;
+    const steps = scene.steps.filter(s => s.t >= scene.steps.at(-1).t - 2 * WINDOW);
+    const xs = steps.map(s => s.t), i = at();
+    const of = key => steps.map(s => s.axes[i][key]);
+    const x = { label: 'time', unit: 's', range: () => live() };
+    rate ??= Charts.make($('rate'), { name: 'Rate over the last half minute', x, y: { label: 'rate', unit: '°/s' }, height: 240, sync: 'live', draw: marks(true), series: [{ label: 'measured', ink: 'measured', width: 4, unit: '°/s' }, { label: 'model', ink: 'model', width: 1.6, unit: '°/s' }], data: [xs, of('measured'), of('model')] });
+    residual ??= Charts.make($('residual'), { name: 'Residual over the last half minute', x, y: { label: 'residual', unit: '°/s', range: calm(0.02) }, height: 170, sync: 'live', draw: marks(false), series: [{ label: 'model − measured', ink: 'residual', width: 1.6, unit: '°/s' }], data: [xs, of('residual')] });
+    rate.set([xs, of('measured'), of('model')]);
+    residual.set([xs, of('residual')]);
+  }
+
+  // ---- error over time -----------------------------------------------------------------------------------------------
+  let falling;
+  function drawFalling() {
+    const list = scene.errors.filter(e => e.axis === axis && e.ratio > 0);
+    if (!list.length) return;
+    const data = [list.map(e => e.t), list.map(e => e.ratio), list.map(() => 1), Charts.positive(list.map(e => e.error))];
+    falling ??= Charts.make($('falling'), { name: 'Largest error over floor, over time', x: { label: 'time', unit: 's' }, y: { label: 'error / floor', unit: '', log: true, range: (u, min, max) => [0.7, Math.max(3, (max ?? 1) * 1.4)] }, height: 220, draw: marks(true), series: [{ label: 'largest error / floor', ink: 'model', width: 2, points: 4 }, { label: 'floor', ink: 'floor', width: 2, dash: [7, 4] }, { label: 'error at 1 s', ink: 'residual', bare: true, unit: '°/s' }], data });
+    falling.set(data);
+  }
+
+  // ---- the diagnosis ---------------------------------------------------------------------------------------------------
+  let curve, curveShape = '', before = null;
+  function drawPage() {
+    const view = ofAxis(scene.newest.page?.axes);
+    if (!view) return;
+    const judged = view.curves[view.judged];
+    $('verdict').className = `panel two-thirds verdict ${view.tone}`;
+    const figure = (of, value, floor) => h('.figure', h('.of', of), h('.value', value), h('.of', floor));
+    const nearest = tau => judged?.tau.length && tau > 0.7 * judged.tau[0] && tau < 1.4 * judged.tau.at(-1) ? judged.tau.reduce((best, t, k) => (Math.abs(Math.log(t / tau)) < Math.abs(Math.log(judged.tau[best] / tau)) ? k : best), 0) : null;
+    const figures = [0.1, 1, 10].map(tau => { const k = nearest(tau); return k == null ? null : figure(`error at ${number(judged.tau[k])} s`, `${number(judged.error[k])} °/s`, `floor ${number(judged.floor[k])} °/s`); });
+    fill('verdict', h('p.soft.small', `axis ${axis}`), h('h2', view.headline[0].toUpperCase() + view.headline.slice(1)), view.says ? h('p', view.says) : null,
+      h('.figures', figures, view.error_over_floor == null ? null : figure('largest error / floor', number(view.error_over_floor), view.within_floor ? 'within the band of noise alone' : 'above the band of noise alone')));
+    drawCurve(view);
+    fill('suspects', h('h3', 'What may be missing'), view.suspects.length ? view.suspects.map((s, i) => Parts.suspect(s, h(i ? 'button' : 'button.primary', { type: 'button', 'data-do': 'add', 'data-effect': s.effect, 'data-axis': axis, title: i ? `Add ${s.effect} to the model` : `Add ${s.effect} to the model (a)`, disabled: busy ? '' : null }, 'Add'))) : h('p.soft', view.verdict === 'adequate' ? 'Nothing: what is left is noise.' : 'No suspect stands out yet.'));
+    const faults = view.data_faults.length ? [h('h3', 'Data faults'), Parts.list(view.data_faults)] : null;
+    fill('fails', h('h3', 'Where it fails'), view.fails_where.length ? Parts.list(view.fails_where) : h('p.soft', 'No regime stands out from the noise.'), faults);
+  }
+  function drawCurve(view) {
+    const judged = view.curves[view.judged];
+    if (!judged?.tau.length) return;
+    // The curve before the last change of the model stays as a ghost.
+    const epochs = axis + scene.marks.length;
+    if (before?.of !== epochs) before = { of: epochs, last: before?.of?.startsWith(axis) ? before.now : null, now: null };
+    before.now = { ...judged, label: 'before the last change' };
+    const curves = [{ ...judged, label: 'now' }, ...view.curves.slice(1), ...(before.last ? [before.last] : [])];
+    const shape = axis + curves.map(c => c.label).join();
+    const spec = Charts.errorCurveSpec(curves, 0);
+    if (shape !== curveShape) { curve?.destroy(); curve = null; curveShape = shape; }
+    if (curve) curve.set(spec.data); else curve = Charts.make($('curve'), { ...spec, height: 320 });
+  }
+
+  // ---- the model ---------------------------------------------------------------------------------------------------------
+  function drawModel() {
+    const model = scene.newest.model, mine = ofAxis(model?.axes);
+    if (!mine) return;
+    const chip = id => (id === 'scale-factor' || id === 'bias' ? h('span.chip.fixed', id) : h('span.chip', { 'data-effect': id }, id, h('button', { type: 'button', 'data-do': 'remove', 'data-effect': id, 'data-axis': axis, title: `Remove ${id}`, 'aria-label': `Remove ${id}`, disabled: busy ? '' : null }, '✕')));
+    fill('model', h('h3', `Model, epoch ${model.epoch}`), h('.chips', mine.effects.map(chip)),
+      h('.choices', h('button', { type: 'button', 'data-do': 'undo', title: 'Back to the model before the last change (u)', disabled: busy ? '' : null }, 'Undo'),
+        h('button', { type: 'button', 'data-do': model.paused ? 'resume' : 'pause', title: 'Learning on and off (p)', disabled: busy ? '' : null }, model.paused ? 'Resume learning' : 'Pause learning'),
+        h('button', { type: 'button', 'data-do': 'forget', title: 'Forget what was seen so far', disabled: busy ? '' : null }, 'Forget')),
+      model.paused ? h('p.soft.small', 'Learning rests: by command, or because the motion excites too little.') : null,
+      Parts.parameters(mine.parameters, true));
+  }
+  let minis = new Map();
+  function drawHistory() {
+    const mine = ofAxis(scene.newest.model?.axes);
+    if (!mine || !scene.values.length) return;
+    const keys = mine.parameters.map(p => p.key);
+    if ([...minis.keys()].join() !== keys.join()) {
+      minis.forEach(m => m.chart?.destroy());
+      minis = new Map(mine.parameters.map(p => [p.key, { p, place: h('') }]));
+      $('history').replaceChildren(...[...minis.values()].map(m => h('', h('h3', `${m.p.effect} ${m.p.name}`), m.place)));
+    }
+    const ts = scene.values.map(v => v.t);
+    for (const [key, mini] of minis) {
+      const found = scene.values.map(v => v.values.find(x => x[0] === key));
+      const bound = sign => found.map(x => (x && x[2] != null ? x[1] + sign * x[2] : x ? x[1] : null));
+      const data = [ts, found.map(x => (x ? x[1] : null)), bound(1), bound(-1)];
+      const { unit } = mini.p;
+      mini.chart ??= Charts.make(mini.place, { name: `${mini.p.effect} ${mini.p.name} over time`, x: { label: 'time', unit: 's' }, y: { label: mini.p.name, unit }, height: 150, draw: marks(false), bands: [[2, 3]], series: [{ label: mini.p.name, ink: 'model', width: 1.8, unit }, { label: '', ink: 'band', width: 1 }, { label: '', ink: 'band', width: 1 }], data });
+      mini.chart.set(data);
+    }
+  }
+
+  // ---- health ------------------------------------------------------------------------------------------------------------
+  const span = ns => (ns >= 1e9 ? `${number(ns / 1e9)} s` : ns >= 1e6 ? `${number(ns / 1e6)} ms` : `${number(ns / 1e3)} µs`);
+  function drawStatus() {
+    const status = scene.newest.status;
+    if (!status) return;
+    const tone = s => ({ running: 'good', failed: 'bad', restarting: 'warn', starting: 'warn' })[s];
+    fill('services', h('h3', 'Processes'), h('.scroll', h('table.values', h('thead', h('tr', ['process', 'state', 'restarts', 'taken', 'given', 'lost', 'refused'].map(t => h('th', t)))),
+      h('tbody', status.services.map(s => h('tr', h('td', s.name), h('td', h('span.pill' + (tone(s.state) ? '.' + tone(s.state) : ''), s.state)), ...[s.restarts, s.received, s.sent, s.lost, s.rejected].map(v => h('td.number', v.toLocaleString('en')))))))));
+  }
+  function drawStages() {
+    const stages = scene.newest.stages;
+    if (!stages?.length) return;
+    fill('stages', h('h3', 'Latency of each stage'), h('.scroll', h('table.values', h('thead', h('tr', ['stage', 'median', '99 %', '99.9 %', 'worst', ''].map(t => h('th', t)))),
+      h('tbody', stages.map(s => {
+        const most = Math.max(...s.octaves.map(o => Math.log1p(o[1])), 1);
+        return h('tr', h('td', s.stage), ...[s.p50_ns, s.p99_ns, s.p999_ns, s.max_ns].map(v => h('td.number', span(v))), h('td', h('.bars', { title: s.octaves.map(([ns, n]) => `${span(ns)}: ${n}`).join('\n') }, s.octaves.map(([, n]) => h('i', { style: `height:${(100 * Math.log1p(n) / most).toFixed(0)}%` })))));
+      })))));
+  }
+
+  // ---- orders ------------------------------------------------------------------------------------------------------------
+  let clear;
+  function notice(tone, text) {
+    $('notice').replaceChildren(h('.' + tone, text));
+    clearTimeout(clear);
+    clear = setTimeout(() => $('notice').replaceChildren(), tone === 'good' ? 8000 : 20000);
+  }
+  async function order(body) {
+    if (busy) return;
+    busy = true;
+    touch('page', 'model');
+    try {
+      const response = await fetch('order', { method: 'POST', headers: { 'content-type': 'application/json' }, body: JSON.stringify(body) });
+      const text = await response.text();
+      let answer;
+      try { answer = JSON.parse(text); } catch { answer = { done: false, says: text }; }
+      notice(answer.done ? 'good' : 'bad', answer.says || (answer.done ? 'Done.' : 'Refused.'));
+    } catch { notice('bad', 'The dashboard does not answer: is the pipeline still running?'); }
+    busy = false;
+    touch('page', 'model');
+  }
+  function act({ do: what, effect, axis: on }) {
+    if (what === 'axis') pick(on);
+    else if (what === 'add' || what === 'remove') order({ do: what, effect, axis: on });
+    else order({ do: what });
+  }
+  document.addEventListener('click', event => { const button = event.target.closest('[data-do]'); if (button) act(button.dataset); });
+  document.addEventListener('keydown', event => {
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest('input, textarea, select')) return;
+    const best = ofAxis(scene.newest.page?.axes)?.suspects[0];
+    if (event.key === 'a' && best) order({ do: 'add', effect: best.effect, axis });
+    else if (event.key === 'u') order({ do: 'undo' });
+    else if (event.key === 'p') order({ do: scene.newest.model?.paused ? 'resume' : 'pause' });
+    else if ('123'.includes(event.key)) pick('xyz'[event.key - 1]);
+    else return;
+    event.preventDefault();
+  });
+  $('save').addEventListener('submit', event => { event.preventDefault(); order({ do: 'save', argument: $('name').value }); });
+
+  document.querySelector('.bar').append(Charts.themeButton());
+  connect();
+})();
