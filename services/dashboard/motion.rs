@@ -175,7 +175,7 @@ impl Motion {
 impl Line {
     fn step(&mut self, from: i64, to: i64) -> StepAxis {
         let seconds = (to - from) as f64 * 1e-9;
-        let rate = |track: &Track| Some((track.at(to)? - track.at(from)?) / seconds).map(f64::to_degrees);
+        let rate = |track: &Track| Some(((track.at(to)? - track.at(from)?) / seconds).to_degrees());
         let error = self.model.at(to).zip(self.reference.at(to)).map(|(m, r)| m - r);
         self.errors.push_back(error);
         if self.errors.len() > RESIDUAL_STEPS + 1 {

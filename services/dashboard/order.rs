@@ -101,7 +101,9 @@ fn is_id(id: &str) -> bool {
 
 fn is_file_name(name: &str) -> bool {
     let plain = |b: u8| b.is_ascii_alphanumeric() || b"._-".contains(&b);
-    name.ends_with(".toml") && name.len() <= 100 && !name.starts_with('.') && name.bytes().all(plain)
+    name.strip_suffix(".toml").is_some_and(|stem| !stem.is_empty() && stem.len() <= 90)
+        && !name.starts_with('.')
+        && name.bytes().all(plain)
 }
 
 /// Never the same twice in this process, and hardly ever in another one.

@@ -29,6 +29,9 @@ pub type Errand = (Command, oneshot::Sender<Result<Reply, String>>);
 /// What a download holds: type, bytes; or why there is none.
 pub type Download = Result<(&'static str, Vec<u8>), String>;
 
+/// Makes the download of this name.
+pub type Exporter = dyn Fn(&Scene, &str) -> Download + Send + Sync;
+
 /// Everything that a request can reach.
 #[derive(Clone)]
 pub struct Shop {
@@ -41,7 +44,7 @@ pub struct Shop {
     /// Models are saved here.
     pub folder: PathBuf,
     /// Makes `model.toml`, `report.html`, `log.csv`.
-    pub export: Arc<dyn Fn(&Scene, &str) -> Download + Send + Sync>,
+    pub export: Arc<Exporter>,
 }
 
 /// The files of the page: name, type, content.
