@@ -48,14 +48,26 @@ pub struct Cli {
 /// under `commands/`.
 #[derive(Subcommand, Debug)]
 pub enum Command {
-    /// Show the catalogue of physical effects, or one card of it
-    Effects(commands::effects::Args),
-    /// Reproduce the paper behind this project: its seven figures, each number beside the printed one
-    Paper(commands::paper::Args),
+    /// Fit the base model: scale factor and bias
+    Fit(commands::fit::Args),
+    /// Hold a model against the measurements, and see where it fails
+    Compare(commands::compare::Args),
+    /// Find out which physical effect is missing
+    Diagnose(commands::diagnose::Args),
+    /// Add effects to a model, refit, see before and after
+    Add(commands::add::Args),
+    /// Remove effects from a model, refit, see before and after
+    Remove(commands::remove::Args),
+    /// Diagnose and add until nothing is missing
+    Ladder(commands::ladder::Args),
     /// Compensate a log, with the very filter that runs live
     Apply(commands::apply::Args),
     /// Make a log with a known truth beside it
     Simulate(commands::simulate::Args),
+    /// Show the catalogue of physical effects, or one card of it
+    Effects(commands::effects::Args),
+    /// Reproduce the paper behind this project: its seven figures, each number beside the printed one
+    Paper(commands::paper::Args),
 }
 
 impl Command {
@@ -65,10 +77,16 @@ impl Command {
     /// What went wrong, where, and what to do, as a chain that reads as one line.
     pub fn run(&self) -> anyhow::Result<ExitCode> {
         match self {
-            Self::Effects(args) => commands::effects::run(args),
-            Self::Paper(args) => commands::paper::run(args),
+            Self::Fit(args) => commands::fit::run(args),
+            Self::Compare(args) => commands::compare::run(args),
+            Self::Diagnose(args) => commands::diagnose::run(args),
+            Self::Add(args) => commands::add::run(args),
+            Self::Remove(args) => commands::remove::run(args),
+            Self::Ladder(args) => commands::ladder::run(args),
             Self::Apply(args) => commands::apply::run(args),
             Self::Simulate(args) => commands::simulate::run(args),
+            Self::Effects(args) => commands::effects::run(args),
+            Self::Paper(args) => commands::paper::run(args),
         }
     }
 }

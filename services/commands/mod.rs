@@ -6,11 +6,18 @@
 
 use std::io::{self, Write};
 
+pub mod add;
 pub mod apply;
+pub mod change;
+pub mod compare;
 pub mod control;
 pub mod demo;
+pub mod diagnose;
 pub mod effects;
+pub mod fit;
+pub mod ladder;
 pub mod paper;
+pub mod remove;
 pub mod run;
 pub mod service;
 pub mod simulate;

@@ -7,9 +7,15 @@ use crate::{
     model_file::{self, ModelFile, Provenance},
     output::{self, Output},
     progress::Progress,
+    report,
 };
 use anyhow::{Context, Result, bail};
-use gyro_model::{Axis, Model, Record, diagnosis::DataFault, effects::Effect, fit};
+use gyro_model::{
+    Axis, Model, Record, diagnose,
+    diagnosis::{DataFault, Diagnosis},
+    effects::Effect,
+    fit,
+};
 use std::path::Path;
 
 /// A log that has been read, and the axes that are meant.
@@ -78,6 +84,56 @@ impl Subject {
         fit::fit(&self.record, model, &self.axes).with_context(|| self.name.clone())
     }
 
+    /// Holds a model against the log; `own_log` where it was fitted on this very one.
+    ///
+    /// # Errors
+    /// A log that cannot be judged.
+    pub fn compare(&self, model: &Model, own_log: bool) -> Result<Diagnosis> {
+        let spinner = Progress::spinner("comparing");
+        let progress = |what: &str| spinner.says(what);
+        let options = diagnose::Options { own_log, ..self.options(&progress) };
+        let axes = diagnose::compare(&self.record, model, &self.axes, &options).with_context(|| self.name.clone())?;
+        Ok(self.diagnosis(axes))
+    }
+
+    /// How a diagnosis of this log is run.
+    #[must_use]
+    pub fn options<'a>(&'a self, progress: &'a dyn Fn(&str)) -> diagnose::Options<'a> {
+        diagnose::Options { progress, faults: &self.faults, ..diagnose::Options::default() }
+    }
+
+    /// The result for this log.
+    #[must_use]
+    pub fn diagnosis(&self, axes: Vec<gyro_model::diagnosis::AxisDiagnosis>) -> Diagnosis {
+        Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: self.name.clone(), axes }
+    }
+
+    /// What a report has to know of how the command was called.
+    #[must_use]
+    pub fn context(
+        &self,
+        command: report::Command,
+        args: &LogArgs,
+        axis: Option<Axis>,
+        model: Option<&Path>,
+        output: Option<&Path>,
+    ) -> report::Context {
+        let shown = |path: Option<&Path>| path.map(|p| p.display().to_string());
+        let mut flags = Vec::new();
+        if let Some(columns) = &args.columns {
+            flags.extend(["--columns".to_owned(), columns.display().to_string()]);
+        }
+        if let Some(axis) = axis {
+            flags.extend(["--axis".to_owned(), axis.to_string()]);
+        }
+        report::Context {
+            model: shown(model),
+            output: shown(output),
+            flags,
+            ..report::Context::new(command, self.name.clone())
+        }
+    }
+
     /// A model with this log as its provenance, and the user's own effects that its file defines.
     #[must_use]
     pub fn fitted(&self, model: Model, own_effects: Vec<&'static dyn Effect>) -> ModelFile {
@@ -98,13 +154,17 @@ impl ReportArgs {
         Ok(())
     }
 
-    /// Prints a result, and writes the report file. `render` makes it, told whether it is for a file.
+    /// Prints a result, and writes the report file. `render` makes it, told whether it is for a file. Nothing is printed
+    /// where `product`, what the command makes, went to standard output.
     ///
     /// # Errors
     /// Standard output or the report cannot be written.
-    pub fn emit(&self, render: impl Fn(Format, bool) -> String) -> Result<()> {
+    pub fn emit(&self, product: Option<&Path>, render: impl Fn(Format, bool) -> String) -> Result<()> {
         if let Some(path) = &self.report {
             output::write(path, render(form(path)?, true).as_bytes())?;
+        }
+        if product == Some(Path::new("-")) {
+            return Ok(());
         }
         Ok(print(&render(self.format, false))?)
     }

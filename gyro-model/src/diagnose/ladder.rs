@@ -1,13 +1,14 @@
 //! Diagnose and add until nothing is missing; then one pass back.
 
 use super::{
+    Options,
     judged::{self, Judged},
     refit::{Present, Refit},
     verdict,
 };
 use crate::{
     Axis, Model, Record,
-    diagnosis::{AxisLadder, DataFault, LadderStep, Verdict},
+    diagnosis::{AxisLadder, LadderStep, Verdict},
     effects::Stage,
     evidence::study::{Bench, Study},
     fit,
@@ -18,13 +19,8 @@ const STEPS: usize = 8;
 
 /// The ladder of axes that share a reference.
 #[must_use]
-pub fn climb(
-    record: &Record,
-    bench: &Bench,
-    start: &Model,
-    progress: &dyn Fn(&str),
-    faults: &[DataFault],
-) -> (Model, Vec<AxisLadder>) {
+pub fn climb(record: &Record, bench: &Bench, start: &Model, options: &Options) -> (Model, Vec<AxisLadder>) {
+    let (progress, faults) = (options.progress, options.faults);
     let axes: Vec<Axis> = bench.problem.series.iter().map(|s| s.axis).collect();
     let mut present = Present::new(Study::fit(bench, start, None));
     let mut steps: Vec<Vec<LadderStep>> =
@@ -32,7 +28,7 @@ pub fn climb(
     let mut ambiguous = vec![false; axes.len()];
     let mut last: Vec<Refit> = Vec::new();
     for _ in 0..STEPS {
-        let suspects = present.suspects(&[], progress);
+        let suspects = present.suspects(options.own_effects, progress);
         let chosen: Vec<Option<usize>> = (0..axes.len())
             .map(|k| suspects.iter().position(|r| r.candidate.series == k && r.passes(&present)))
             .collect();

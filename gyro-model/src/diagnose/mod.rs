@@ -17,6 +17,7 @@ pub mod verdict;
 use crate::{
     Axis, AxisModel, Model, Record,
     diagnosis::{AxisDiagnosis, AxisLadder, DataFault, Suspect, Verdict},
+    effects::Effect,
     evidence::study::{Bench, Study},
     fit::{FitError, groups},
 };
@@ -32,11 +33,13 @@ pub struct Options<'a> {
     pub faults: &'a [DataFault],
     /// Whether the model was fitted on this very log: its errors are then shown from blocked refits.
     pub own_log: bool,
+    /// The user's own effects, suspects like those of the catalogue.
+    pub own_effects: &'a [&'static dyn Effect],
 }
 
 impl Default for Options<'_> {
     fn default() -> Self {
-        Self { progress: &|_| (), faults: &[], own_log: false }
+        Self { progress: &|_| (), faults: &[], own_log: false, own_effects: &[] }
     }
 }
 
@@ -116,7 +119,7 @@ pub fn diagnose(
 ) -> Result<Vec<AxisDiagnosis>, FitError> {
     let all = each_group(record, model, axes, |bench, model| {
         let mut present = Present::new(Study::fit(bench, model, None));
-        let suspects = present.suspects(&[], options.progress);
+        let suspects = present.suspects(options.own_effects, options.progress);
         let gls = present.gls.clone();
         present.study.stamp(&gls);
         (0..bench.problem.series.len())
@@ -152,7 +155,7 @@ pub fn ladder(
 ) -> Result<(Model, Vec<AxisLadder>), FitError> {
     let mut result = model.clone();
     let all = each_group(record, model, axes, |bench, model| {
-        let (fitted, mut ladders) = ladder::climb(record, bench, model, options.progress, options.faults);
+        let (fitted, mut ladders) = ladder::climb(record, bench, model, options);
         for l in &mut ladders {
             result.axes[l.axis.index()].clone_from(&fitted.axes[l.axis.index()]);
             bad_data(options.faults, &mut l.verdict, &mut l.says);

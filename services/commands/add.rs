@@ -1,0 +1,26 @@
+//! `truerate add`: a model with more effects, refitted, before and after.
+
+use super::change::{self, Direction};
+use anyhow::Result;
+use std::process::ExitCode;
+
+/// What `truerate add` takes.
+#[derive(clap::Args, Debug, Clone)]
+#[command(after_long_help = "\
+Examples:
+  truerate add log.csv.gz delay -o late.toml                     the base model and a delay
+  truerate add log.csv.gz delay g-sensitivity --axis z --model model.toml -o new.toml
+
+Both models are refitted to the log and judged on data that they did not see.")]
+pub struct Args {
+    #[command(flatten)]
+    change: change::Args,
+}
+
+/// Adds, refits, prints.
+///
+/// # Errors
+/// As [`change::run`].
+pub fn run(args: &Args) -> Result<ExitCode> {
+    change::run(&args.change, Direction::Add)
+}

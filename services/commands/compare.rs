@@ -1,0 +1,63 @@
+//! `truerate compare`: model against measurements, and where it fails.
+
+use crate::{
+    cli::{LogArgs, ReportArgs},
+    commands::subject::Subject,
+    report::{self, Against, Command},
+};
+use anyhow::Result;
+use gyro_model::Axis;
+use std::{path::PathBuf, process::ExitCode};
+
+/// What `truerate compare` takes.
+#[derive(clap::Args, Debug, Clone)]
+#[command(after_long_help = "\
+Examples:
+  truerate compare log.csv.gz                                 the base model, fitted to this log
+  truerate compare new.csv.gz --model model.toml              a model on a log that it has not seen
+  truerate compare log.csv.gz --model a.toml --against b.toml two models on the same samples
+  truerate compare log.csv.gz --model model.toml --report page.html
+
+The model's parameters are held. Where it was fitted on this very log, which its provenance tells,
+the errors shown are those of refits that did not see the block they are judged on.")]
+pub struct Args {
+    #[command(flatten)]
+    log: LogArgs,
+    /// The model to hold against the log; without it the base model, fitted to it
+    #[arg(long, value_name = "M")]
+    model: Option<PathBuf>,
+    /// Another model to hold against the same samples
+    #[arg(long, value_name = "M2")]
+    against: Option<PathBuf>,
+    /// Only this axis
+    #[arg(long, value_name = "x|y|z")]
+    axis: Option<Axis>,
+    #[command(flatten)]
+    report: ReportArgs,
+}
+
+/// Compares and prints.
+///
+/// # Errors
+/// A refused log or model, or a report that cannot be written.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    args.report.check()?;
+    let subject = Subject::read(&args.log, args.axis)?;
+    let judge = |model: Option<&PathBuf>| {
+        let start = subject.start(model.map(PathBuf::as_path))?;
+        subject.compare(&start.file.model, start.own_log)
+    };
+    let diagnosis = judge(args.model.as_ref())?;
+    let context = subject.context(Command::Compare, &args.log, args.axis, args.model.as_deref(), None);
+    let context = |file: bool| if file { context.for_file() } else { context.clone() };
+    if let Some(against) = &args.against {
+        let other = judge(Some(against))?;
+        let model = args.model.as_ref().map_or_else(|| "base model".to_owned(), |m| m.display().to_string());
+        let against = against.display().to_string();
+        let both = Against { model: &model, diagnosis: &diagnosis, other_model: &against, other: &other };
+        args.report.emit(None, |format, file| report::render_against(&both, format, &context(file)))?;
+    } else {
+        args.report.emit(None, |format, file| report::render(&diagnosis, format, &context(file)))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,94 @@
+//! `truerate diagnose`: which physical effect is missing.
+
+use crate::{
+    cli::{LogArgs, ReportArgs},
+    commands::subject::Subject,
+    progress::Progress,
+    report::{self, Command},
+};
+use anyhow::{Context, Result};
+use clap::ValueEnum;
+use gyro_model::{Axis, diagnose, diagnosis::Verdict};
+use std::{path::PathBuf, process::ExitCode};
+
+/// What `truerate diagnose` takes.
+#[derive(clap::Args, Debug, Clone)]
+#[command(after_long_help = "\
+Examples:
+  truerate diagnose log.csv.gz                          what the base model is missing
+  truerate diagnose log.csv.gz --model model.toml       what this model is missing
+  truerate diagnose log.csv.gz --axis z --format json
+  truerate diagnose log.csv.gz --model model.toml --fail-on missing-effect
+                                                        exit code 3 where an effect is missing: for CI
+
+The model is refitted to the log first. Verdicts: adequate, missing-effect, ambiguous, unexplained,
+cannot-tell, bad-data; the last line says what to run next.")]
+pub struct Args {
+    #[command(flatten)]
+    log: LogArgs,
+    /// The model to start from; without it the base model
+    #[arg(long, value_name = "M")]
+    model: Option<PathBuf>,
+    /// Only this axis
+    #[arg(long, value_name = "x|y|z")]
+    axis: Option<Axis>,
+    #[command(flatten)]
+    report: ReportArgs,
+    /// Exit with code 3 where this is the verdict of an axis; may be given several times
+    #[arg(long, value_enum, value_name = "VERDICT")]
+    fail_on: Vec<FailOn>,
+}
+
+/// The verdicts on which a script may want to stop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum FailOn {
+    /// One physical effect is missing and named
+    MissingEffect,
+    /// One is missing, and this log cannot tell which
+    Ambiguous,
+    /// An excess that no effect explains
+    Unexplained,
+    /// The log does not excite what is needed
+    CannotTell,
+    /// The data are faulty
+    BadData,
+}
+
+impl FailOn {
+    fn verdict(self) -> Verdict {
+        match self {
+            Self::MissingEffect => Verdict::MissingEffect,
+            Self::Ambiguous => Verdict::Ambiguous,
+            Self::Unexplained => Verdict::Unexplained,
+            Self::CannotTell => Verdict::CannotTell,
+            Self::BadData => Verdict::BadData,
+        }
+    }
+}
+
+/// The exit code of `--fail-on`.
+const FOUND: u8 = 3;
+
+/// Diagnoses and prints.
+///
+/// # Errors
+/// A refused log or model, or a report that cannot be written.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    args.report.check()?;
+    let subject = Subject::read(&args.log, args.axis)?;
+    let start = subject.start(args.model.as_deref())?;
+    let axes = {
+        let spinner = Progress::spinner("diagnosing");
+        let progress = |what: &str| spinner.says(what);
+        let options = diagnose::Options { own_effects: &start.file.own_effects, ..subject.options(&progress) };
+        diagnose::diagnose(&subject.record, &start.file.model, &subject.axes, &options)
+            .with_context(|| subject.name.clone())?
+    };
+    let diagnosis = subject.diagnosis(axes);
+    let context = subject.context(Command::Diagnose, &args.log, args.axis, args.model.as_deref(), None);
+    args.report.emit(None, |format, file| {
+        report::render(&diagnosis, format, &if file { context.for_file() } else { context.clone() })
+    })?;
+    let found = diagnosis.axes.iter().any(|axis| args.fail_on.iter().any(|f| f.verdict() == axis.verdict));
+    Ok(if found { ExitCode::from(FOUND) } else { ExitCode::SUCCESS })
+}

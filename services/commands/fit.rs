@@ -1,0 +1,68 @@
+//! `truerate fit`: the base model, by nonlinear least squares.
+
+use crate::{
+    cli::{LogArgs, ReportArgs},
+    commands::subject::{Subject, writable},
+    model_file,
+    report::{self, Command},
+};
+use anyhow::Result;
+use gyro_model::{Axis, Model};
+use std::{path::PathBuf, process::ExitCode};
+
+/// What `truerate fit` takes.
+#[derive(clap::Args, Debug, Clone)]
+#[command(after_long_help = "\
+Examples:
+  truerate fit log.csv.gz -o model.toml              scale factor and bias of every axis with a reference
+  truerate fit log.csv.gz --axis z                   of one axis, only printed
+  truerate fit new.csv.gz --model old.toml -o new.toml
+                                                     the effects of old.toml, their parameters from new.csv.gz
+
+What the model then still leaves: `truerate compare`, `truerate diagnose`.")]
+pub struct Args {
+    #[command(flatten)]
+    log: LogArgs,
+    /// Refit this model's effects in place of the base model's
+    #[arg(long, value_name = "M")]
+    model: Option<PathBuf>,
+    /// Only this axis
+    #[arg(long, value_name = "x|y|z")]
+    axis: Option<Axis>,
+    #[command(flatten)]
+    report: ReportArgs,
+    /// The model file to write
+    #[arg(short, value_name = "M")]
+    output: Option<PathBuf>,
+}
+
+/// Fits, prints, writes the model.
+///
+/// # Errors
+/// A refused log or model, or a file that cannot be written.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    args.report.check()?;
+    if let Some(path) = &args.output {
+        writable(path)?;
+    }
+    let subject = Subject::read(&args.log, args.axis)?;
+    let (start, own_effects) = match &args.model {
+        Some(path) => {
+            let file = model_file::load(path, &subject.record.free_names)?;
+            (file.model, file.own_effects)
+        }
+        None => (Model::base_for(&subject.record), Vec::new()),
+    };
+    let mut model = subject.fit(&start)?;
+    model.epoch = start.epoch + 1;
+    let diagnosis = subject.compare(&model, true)?;
+    let file = subject.fitted(model, own_effects);
+    if let Some(path) = &args.output {
+        model_file::save(path, &file)?;
+    }
+    let context = subject.context(Command::Fit, &args.log, args.axis, args.model.as_deref(), args.output.as_deref());
+    args.report.emit(args.output.as_deref(), |format, file| {
+        report::render(&diagnosis, format, &if file { context.for_file() } else { context.clone() })
+    })?;
+    Ok(ExitCode::SUCCESS)
+}

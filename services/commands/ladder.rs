@@ -1,0 +1,68 @@
+//! `truerate ladder`: diagnose and add until nothing is missing.
+
+use crate::{
+    cli::{LogArgs, ReportArgs},
+    commands::subject::{Subject, writable},
+    model_file,
+    progress::Progress,
+    report::{self, Command},
+};
+use anyhow::{Context, Result};
+use gyro_model::{Axis, diagnose, diagnosis::Ladder};
+use std::{path::PathBuf, process::ExitCode};
+
+/// What `truerate ladder` takes.
+#[derive(clap::Args, Debug, Clone)]
+#[command(after_long_help = "\
+Examples:
+  truerate ladder log.csv.gz -o model.toml                 from the base model up
+  truerate ladder log.csv.gz --model model.toml -o new.toml
+  truerate ladder log.csv.gz --axis z --report page.html   with charts of every step
+
+Each step adds the effect that removes most of the held-out error, refits, and re-tests all; a last
+pass takes back what has become needless. It stops at the floor that noise alone leaves, or says what
+is left and where.")]
+pub struct Args {
+    #[command(flatten)]
+    log: LogArgs,
+    /// The model to start from; without it the base model
+    #[arg(long, value_name = "M")]
+    model: Option<PathBuf>,
+    /// Only this axis
+    #[arg(long, value_name = "x|y|z")]
+    axis: Option<Axis>,
+    #[command(flatten)]
+    report: ReportArgs,
+    /// The final model to write
+    #[arg(short, value_name = "NEW")]
+    output: Option<PathBuf>,
+}
+
+/// Climbs, prints, writes the final model.
+///
+/// # Errors
+/// A refused log or model, or a file that cannot be written.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    args.report.check()?;
+    if let Some(path) = &args.output {
+        writable(path)?;
+    }
+    let subject = Subject::read(&args.log, args.axis)?;
+    let start = subject.start(args.model.as_deref())?;
+    let (model, axes) = {
+        let spinner = Progress::spinner("climbing");
+        let progress = |what: &str| spinner.says(what);
+        let options = diagnose::Options { own_effects: &start.file.own_effects, ..subject.options(&progress) };
+        diagnose::ladder(&subject.record, &start.file.model, &subject.axes, &options)
+            .with_context(|| subject.name.clone())?
+    };
+    if let Some(path) = &args.output {
+        model_file::save(path, &subject.fitted(model, start.file.own_effects))?;
+    }
+    let ladder = Ladder { schema: "truerate.ladder/1".to_owned(), log: subject.name.clone(), axes };
+    let context = subject.context(Command::Ladder, &args.log, args.axis, args.model.as_deref(), args.output.as_deref());
+    args.report.emit(args.output.as_deref(), |format, file| {
+        report::render_ladder(&ladder, format, &if file { context.for_file() } else { context.clone() })
+    })?;
+    Ok(ExitCode::SUCCESS)
+}
