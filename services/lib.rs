@@ -16,8 +16,8 @@
 
 pub mod cli;
 pub mod commands;
-pub mod estimates;
 pub mod dashboard;
+pub mod estimates;
 pub mod log;
 pub mod model_file;
 pub mod output;
