@@ -4,7 +4,11 @@ use crate::commands;
 use anyhow::Error;
 use clap::{Parser, Subcommand, ValueEnum};
 use gyro_model::Axis;
-use std::{io, path::PathBuf, process::ExitCode};
+use std::{
+    io::{self, IsTerminal},
+    path::PathBuf,
+    process::ExitCode,
+};
 use tracing_subscriber::EnvFilter;
 
 /// Tells the truth about a low-cost gyro.
@@ -68,6 +72,12 @@ pub enum Command {
     Effects(commands::effects::Args),
     /// Reproduce the paper behind this project: its seven figures, each number beside the printed one
     Paper(commands::paper::Args),
+    /// Run the pipeline: its processes, supervised, on a live source or a log
+    Run(commands::run::Args),
+    /// Run one process of a pipeline
+    Service(commands::service::Args),
+    /// Show what runs, and every stage's latency
+    Status(commands::status::Args),
 }
 
 impl Command {
@@ -87,6 +97,9 @@ impl Command {
             Self::Simulate(args) => commands::simulate::run(args),
             Self::Effects(args) => commands::effects::run(args),
             Self::Paper(args) => commands::paper::run(args),
+            Self::Run(args) => commands::run::run(args),
+            Self::Service(args) => commands::service::run(args),
+            Self::Status(args) => commands::status::run(args),
         }
     }
 }
@@ -136,7 +149,13 @@ pub fn picked(axis: Option<Axis>, all: &[Axis]) -> Vec<Axis> {
 pub fn enter() -> ExitCode {
     let cli = Cli::parse();
     let filter = EnvFilter::try_from_env("TRUERATE_LOG").unwrap_or_else(|_| EnvFilter::new("error,truerate=warn"));
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr).init();
+    // A process whose standard error has gone (its supervisor's terminal, say) works on in silence.
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(io::stderr)
+        .with_ansi(io::stderr().is_terminal())
+        .log_internal_errors(false)
+        .init();
     match cli.command.run() {
         Ok(code) => code,
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,

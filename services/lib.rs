@@ -5,6 +5,14 @@
 //! | [`cli`] | the command line: what there is, and the exit code |
 //! | [`commands`] | one command a file |
 //! | [`progress`] | progress of long work, on a terminal |
+//! | [`acquisition`], [`kalman`], [`compensator`], [`recorder`] | one process each, in the order of the flow |
+//! | [`supervisor`] | starts, watches and restarts them |
+//! | [`watch`] | a look at a running pipeline |
+//! | [`settings`] | what a pipeline is told |
+//! | [`domain`], [`run_folder`] | where a pipeline lives, and its files |
+//! | [`source`], [`consumers`] | where rows come from, and how far those are who follow |
+//! | [`wire`] | between messages and mathematics |
+//! | [`clock`], [`stop`], [`pulse`], [`vault`], [`hopeless`] | a process' clock, end, heart-beat, memory, last word |
 //! | [`report`] | results as text, JSON and one HTML page |
 //! | [`estimates`] | the columns of `apply` and of recordings |
 //! | [`dashboard`] | the live page: what it shows, who may see it, what it orders |
@@ -14,14 +22,33 @@
 //! | [`plot`] | figures as SVG |
 //! | [`toml_error`] | what is wrong in a TOML file, with line and caret |
 
+pub mod acquisition;
 pub mod cli;
+pub mod clock;
 pub mod commands;
 pub mod dashboard;
 pub mod estimates;
+pub mod compensator;
+pub mod consumers;
+pub mod domain;
+pub mod estimates;
+pub mod dashboard;
+pub mod hopeless;
+pub mod kalman;
 pub mod log;
 pub mod model_file;
 pub mod output;
 pub mod plot;
 pub mod progress;
+pub mod pulse;
+pub mod recorder;
 pub mod report;
+pub mod run_folder;
+pub mod settings;
+pub mod source;
+pub mod stop;
+pub mod supervisor;
 pub mod toml_error;
+pub mod vault;
+pub mod watch;
+pub mod wire;

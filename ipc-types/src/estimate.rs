@@ -20,16 +20,24 @@ pub struct AxisEstimate {
     pub rate_filtered: f64,
     /// Standard deviation of `rate_filtered`, rad/s.
     pub rate_std: f64,
+    /// By how much `rate_filtered` is later than the true rate at the motion's own frequency, s.
+    pub lag: f64,
     /// Integral of `rate` alone, rad.
     pub angle: f64,
     /// With the reference, where there is one, rad.
     pub angle_fused: f64,
-    /// Reference less prediction, rad (rad/s for a rate reference).
+    /// Residual bias of `rate` as the filter sees it, rad/s.
+    pub bias: f64,
+    /// Gyro innovation, rad/s.
     pub innovation: f64,
-    /// Its predicted standard deviation.
+    /// Its predicted standard deviation, rad/s.
     pub innovation_std: f64,
-    /// Normalised innovation squared.
+    /// Its square over its variance.
     pub nis: f64,
+    /// Innovation of the last reference at this row, rad (rad/s for a rate reference).
+    pub reference_innovation: f64,
+    /// Its predicted standard deviation.
+    pub reference_innovation_std: f64,
 }
 
 /// The state after one sample.
@@ -63,4 +71,4 @@ pub struct Estimate {
     pub kalman_gave_ns: u64,
 }
 
-const _: () = assert!(size_of::<Estimate>() == 296);
+const _: () = assert!(size_of::<Estimate>() == 392);

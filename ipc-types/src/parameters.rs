@@ -6,7 +6,7 @@ use iceoryx2::prelude::ZeroCopySend;
 /// Effects that one axis can have.
 pub const TERMS: usize = 24;
 /// Parameters that one effect can have.
-pub const VALUES: usize = 6;
+pub const VALUES: usize = 8;
 /// A user's own effects that a model can define.
 pub const DEFINITIONS: usize = 4;
 
@@ -64,7 +64,7 @@ pub struct Parameters {
     pub supply: f64,
     /// The axes.
     pub axes: [AxisParameters; 3],
-    /// A user's own effects, each as its `[effect.NAME]` table in TOML.
+    /// A user's own effects, each in JSON as the services write it.
     pub definitions: [Text<510>; DEFINITIONS],
     /// When the newest sample that it was fitted on was taken.
     pub compensator_took_ns: u64,
@@ -89,5 +89,5 @@ impl Default for Parameters {
     }
 }
 
-const _: () = assert!(size_of::<Term>() == 144);
-const _: () = assert!(size_of::<Parameters>() == 12_568);
+const _: () = assert!(size_of::<Term>() == 176);
+const _: () = assert!(size_of::<Parameters>() == 14_872);

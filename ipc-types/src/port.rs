@@ -449,7 +449,12 @@ impl<M: Debug + Copy + ZeroCopySend + 'static> Reader<M> {
         if spin_for < longest {
             match &self.listener {
                 Some(listener) => {
-                    listener.timed_wait(|_| {}, longest - spin_for).map_err(refused("waiting", self.topic))?;
+                    // A signal ends the wait early, as a message does: whoever waits looks at its own flag then.
+                    match listener.timed_wait(|_| {}, longest - spin_for) {
+                        Ok(_) => {}
+                        Err(error) if format!("{error:?}") == "InterruptSignal" => {}
+                        Err(error) => return Err(refused("waiting", self.topic)(error)),
+                    }
                 }
                 None => std::thread::sleep((longest - spin_for).min(Duration::from_millis(1))),
             }

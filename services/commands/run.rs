@@ -1,6 +1,12 @@
 //! `truerate run`: the processes, supervised, on a live source or a log.
 
-use std::path::PathBuf;
+use super::print;
+use crate::{settings::Settings, supervisor};
+use anyhow::{Context, bail};
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
 
 /// What `truerate run` takes.
 #[derive(clap::Args, Debug, Clone)]
@@ -39,4 +45,42 @@ pub struct Args {
     /// The name of this pipeline: several of different names run side by side
     #[arg(long, value_name = "NAME", default_value = "default")]
     pub instance: String,
+}
+
+/// Runs the pipeline until its source ends or a signal comes, and prints the summary.
+///
+/// # Errors
+/// Settings that make no sense, an instance that already runs, a folder that cannot be used.
+pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    let settings = settings(args)?;
+    let ending = supervisor::supervise(&args.instance, settings)?;
+    print(&ending.summary)?;
+    Ok(ending.code)
+}
+
+/// The configuration file's settings, or the defaults, with the flags laid over them.
+fn settings(args: &Args) -> anyhow::Result<Settings> {
+    let mut settings = args.config.as_deref().map(Settings::read).transpose()?.unwrap_or_default();
+    if let Some(source) = &args.source {
+        settings.source = source.parse()?;
+    }
+    if let Some(speed) = &args.speed {
+        settings.speed = speed.parse().context("--speed")?;
+    }
+    if let Some(model) = &args.model {
+        settings.model = Some(model.clone());
+    }
+    if let Some(record) = &args.record {
+        settings.record = Some(record.clone());
+    }
+    if let Some(dashboard) = &args.dashboard {
+        settings.dashboard.clone_from(dashboard);
+    }
+    settings.freeze |= args.freeze;
+    settings.hide.extend(args.hide.iter().cloned());
+    settings.make_absolute(Path::new("."))?;
+    if settings.freeze && settings.model.is_none() {
+        bail!("--freeze keeps the model as it is, and there is none: give one with --model");
+    }
+    Ok(settings)
 }

@@ -1,6 +1,14 @@
 //! `truerate status`: what runs, and every stage's latency, once.
 
+use super::print;
+use crate::{clock::now_ns, domain, watch::Watch};
 use clap::ValueEnum;
+use ipc_types::{
+    Status,
+    status::{ServiceStatus, StageStatus},
+};
+use serde_json::{Value, json};
+use std::{fmt::Write, process::ExitCode, time::Duration};
 
 /// What `truerate status` takes.
 #[derive(clap::Args, Debug, Clone)]
@@ -25,4 +33,97 @@ pub enum Format {
     Text,
     /// For programs: `truerate.status/1`
     Json,
+}
+
+/// How long to wait for the supervisor's word, which comes five times a second.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// Prints what runs.
+///
+/// # Errors
+/// Where no such pipeline runs, or it is another user's.
+pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    let watch = Watch::join(&domain::existing(&args.instance)?, "status")?;
+    let status = watch.status(PATIENCE)?;
+    match args.format {
+        Format::Text => print(&text(&args.instance, &status))?,
+        Format::Json => print(&serde_json::to_string_pretty(&json(&status))?)?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The services that are listed.
+pub fn services(status: &Status) -> impl Iterator<Item = &ServiceStatus> {
+    status.services.iter().filter(|s| !s.name.as_str().is_empty())
+}
+
+/// The stages that are listed.
+pub fn stages(status: &Status) -> impl Iterator<Item = &StageStatus> {
+    status.stages.iter().filter(|s| !s.stage.as_str().is_empty())
+}
+
+/// As the interface has it: `truerate.status/1`.
+#[must_use]
+pub fn json(status: &Status) -> Value {
+    let service = |s: &ServiceStatus| {
+        json!({
+            "name": s.name.as_str(),
+            "pid": (s.pid != 0).then_some(s.pid),
+            "state": s.state.as_str(),
+            "restarts": s.restarts,
+            "received": s.received,
+            "sent": s.sent,
+            "lost": s.lost,
+            "rejected": s.rejected,
+            "epoch": s.epoch,
+        })
+    };
+    let stage = |s: &StageStatus| {
+        json!({
+            "stage": s.stage.as_str(),
+            "count": s.count,
+            "p50_ns": s.p50_ns,
+            "p99_ns": s.p99_ns,
+            "p999_ns": s.p999_ns,
+            "max_ns": s.max_ns,
+        })
+    };
+    json!({
+        "schema": "truerate.status/1",
+        "services": services(status).map(service).collect::<Vec<_>>(),
+        "stages": stages(status).map(stage).collect::<Vec<_>>(),
+    })
+}
+
+fn text(instance: &str, status: &Status) -> String {
+    let mut out = String::new();
+    let age = now_ns().saturating_sub(status.beat_ns) as f64 * 1e-9;
+    let _ = writeln!(out, "pipeline '{instance}', supervisor {} ({age:.1} s ago)", status.pid);
+    let _ = writeln!(
+        out,
+        "{:<12} {:>8} {:<10} {:>8} {:>11} {:>11} {:>8} {:>8} {:>6}",
+        "process", "pid", "state", "restarts", "in", "out", "lost", "rejected", "epoch"
+    );
+    for s in services(status) {
+        let _ = writeln!(
+            out,
+            "{:<12} {:>8} {:<10} {:>8} {:>11} {:>11} {:>8} {:>8} {:>6}",
+            s.name, s.pid, s.state, s.restarts, s.received, s.sent, s.lost, s.rejected, s.epoch
+        );
+    }
+    let _ = writeln!(out, "{:<28} {:>11} {:>9} {:>9} {:>9} {:>9}", "stage (µs)", "count", "p50", "p99", "p99.9", "max");
+    for s in stages(status) {
+        let us = |ns: u64| ns as f64 * 1e-3;
+        let _ = writeln!(
+            out,
+            "{:<28} {:>11} {:>9.1} {:>9.1} {:>9.1} {:>9.1}",
+            s.stage,
+            s.count,
+            us(s.p50_ns),
+            us(s.p99_ns),
+            us(s.p999_ns),
+            us(s.max_ns)
+        );
+    }
+    out
 }

@@ -1,0 +1,254 @@
+//! acquisition: takes rows from the source, at their time or as fast as they are followed, and gives them as samples.
+
+use crate::{
+    clock::now_ns,
+    consumers::Consumers,
+    pulse::Pulse,
+    run_folder::{Run, RunFolder},
+    settings::{Settings, Source, Speed},
+    source::Feed,
+    stop::Stop,
+    wire,
+};
+use gyro_model::Row;
+use ipc_types::{
+    MARK_END, Sample, ServiceId, State,
+    port::{Hub, Writer},
+    topic,
+    wait::Wait,
+};
+use std::{thread::sleep, time::Duration};
+
+/// The longest sleep without looking at anything else.
+const NAP: Duration = Duration::from_millis(20);
+/// How long a live source waits for its followers before it goes on without them, ns.
+const PATIENCE_NS: u64 = 10_000_000_000;
+/// A simulated vehicle does not wait: rows that are later than this are gone, ns.
+const GONE_NS: u64 = 50_000_000;
+const END_AGAIN_NS: u64 = 100_000_000;
+
+struct Acquisition<'a> {
+    run: &'a Run,
+    settings: &'a Settings,
+    folder: &'a RunFolder,
+    stop: &'a Stop,
+    pulse: Pulse,
+    samples: Writer<Sample>,
+    consumers: Consumers,
+    feed: Feed,
+    /// Number of the last sample given.
+    sent: u64,
+    /// Where time is counted from: the clock's and the source's.
+    anchor: Option<(u64, i64)>,
+    /// The next row, read but not yet due.
+    ahead: Option<(Row, u64)>,
+}
+
+/// The process.
+///
+/// # Errors
+/// A source that cannot be read, or broken plumbing.
+pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Result<()> {
+    let settings = &run.settings;
+    let pulse = Pulse::begin(hub, run.number, ServiceId::Acquisition, ["acquisition", "", ""])?;
+    let feed = Feed::open(run, folder)?;
+    let mut followers = vec![ServiceId::Kalman, ServiceId::Compensator];
+    if settings.record.is_some() {
+        followers.push(ServiceId::Recorder);
+    }
+    let mut acquisition = Acquisition {
+        run,
+        settings,
+        folder,
+        stop,
+        pulse,
+        samples: hub.writer(&topic::SAMPLE)?,
+        consumers: Consumers::new(run.number, hub.reader(&topic::HEALTH, None, Wait::Event)?, &followers),
+        feed,
+        sent: 0,
+        anchor: None,
+        ahead: None,
+    };
+    acquisition.pulse.health.resumable = u32::from(settings.source != Source::Input);
+    acquisition.pulse.become_state(State::Running)?;
+    acquisition.begin()?;
+    acquisition.stream()?;
+    acquisition.close()
+}
+
+impl Acquisition<'_> {
+    /// Waits for the followers; takes the source up after the last row that kalman has.
+    fn begin(&mut self) -> anyhow::Result<()> {
+        let start = now_ns();
+        loop {
+            self.look()?;
+            let late = now_ns() > start + PATIENCE_NS && self.settings.speed != Speed::Max;
+            if self.stop.asked() || self.consumers.ready() || late {
+                break;
+            }
+            sleep(Duration::from_millis(2));
+        }
+        let resume =
+            if self.settings.lossless() { self.consumers.slowest() } else { self.consumers.done(ServiceId::Kalman) };
+        if resume > 0 {
+            tracing::info!("taken up after row {resume}");
+            self.go_back_to(resume + 1)?;
+        }
+        Ok(())
+    }
+
+    /// Gives every row of the source, then the end mark until everybody has it.
+    fn stream(&mut self) -> anyhow::Result<()> {
+        let mut end_ns = 0;
+        let mut last = None;
+        while !self.stop.asked() {
+            self.look()?;
+            if self.settings.lossless()
+                && let Some(first) = self.consumers.wants_again(self.sent)
+            {
+                self.go_back_to(first)?;
+                last = None;
+            }
+            match last {
+                Some(end) if self.consumers.slowest() >= end => return Ok(()),
+                Some(end) => {
+                    if !self.settings.lossless() && now_ns() > end_ns + END_AGAIN_NS {
+                        end_ns = now_ns();
+                        self.give_end(end)?;
+                    }
+                    sleep(Duration::from_millis(1));
+                }
+                None if self.settings.speed == Speed::Max => {
+                    let credit = self.consumers.credit(self.sent);
+                    if credit == 0 {
+                        sleep(Duration::from_micros(200));
+                    }
+                    for _ in 0..credit {
+                        if !self.give_next()? {
+                            last = Some(self.give_end(self.sent + 1)?);
+                            end_ns = now_ns();
+                            break;
+                        }
+                    }
+                }
+                None => {
+                    if self.sleep_until_due()? && !self.give_next()? {
+                        last = Some(self.give_end(self.sent + 1)?);
+                        end_ns = now_ns();
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Stays, for those who look, until told to go.
+    fn close(&mut self) -> anyhow::Result<()> {
+        while !self.stop.asked() {
+            self.look()?;
+            self.pulse.become_state(State::Finished)?;
+            if self.settings.lossless() && self.consumers.wants_again(self.sent).is_some() {
+                self.stream()?;
+            }
+            sleep(NAP);
+        }
+        Ok(self.pulse.beat_now()?)
+    }
+
+    fn look(&mut self) -> anyhow::Result<()> {
+        self.consumers.listen(self.sent, self.settings.lossless())?;
+        self.feed.serve()?;
+        self.pulse.beat(u64::MAX)?;
+        Ok(())
+    }
+
+    fn peek(&mut self) -> anyhow::Result<Option<Row>> {
+        if self.ahead.is_none() {
+            self.ahead = self.feed.next_row()?.map(|row| (row, now_ns()));
+            self.pulse.health.rejected = self.feed.rejected();
+        }
+        Ok(self.ahead.map(|(row, _)| row))
+    }
+
+    /// Gives the next row; false at the end.
+    fn give_next(&mut self) -> anyhow::Result<bool> {
+        self.peek()?;
+        let Some((row, read_ns)) = self.ahead.take() else { return Ok(false) };
+        let arrived_ns = if self.settings.speed == Speed::Max { read_ns } else { now_ns() };
+        self.sent += 1;
+        let mut sample = wire::sample_of(&row, self.run.number, self.sent);
+        sample.injected = u32::from(self.feed.injects());
+        sample.arrived_ns = arrived_ns;
+        sample.acquisition_gave_ns = now_ns();
+        self.pulse.health.stages[0].record(sample.acquisition_gave_ns.saturating_sub(arrived_ns));
+        self.samples.give(sample)?;
+        self.count();
+        Ok(true)
+    }
+
+    /// Counts are those of the run, whichever life of this process gave the rows.
+    fn count(&mut self) {
+        let health = &mut self.pulse.health;
+        (health.received, health.sent) = (self.feed.given() + self.feed.rejected(), self.feed.given());
+        health.acknowledged = self.feed.given();
+    }
+
+    fn give_end(&mut self, number: u64) -> anyhow::Result<u64> {
+        let now = now_ns();
+        let end = Sample {
+            run: self.run.number,
+            sequence: number,
+            mark: MARK_END,
+            arrived_ns: now,
+            acquisition_gave_ns: now,
+            ..Sample::EMPTY
+        };
+        self.samples.give(end)?;
+        self.count();
+        self.sent = number;
+        Ok(number)
+    }
+
+    /// Sleeps until the next row is due, at most a nap; whether it is due (or there is none).
+    fn sleep_until_due(&mut self) -> anyhow::Result<bool> {
+        let Speed::Times(times) = self.settings.speed else { return Ok(true) };
+        let Some(row) = self.peek()? else { return Ok(true) };
+        let now = now_ns();
+        let (clock, time) = match self.anchor {
+            Some(anchor) => anchor,
+            None => self.set_anchor(now, &row)?,
+        };
+        let due = clock + ((row.t_ns - time).max(0) as f64 / times) as u64;
+        if self.settings.source == Source::Simulated && due + GONE_NS < now && self.feed.is_taken_up() {
+            self.ahead = None;
+            self.sent += 1;
+            return Ok(false);
+        }
+        if due > now {
+            let rest = Duration::from_nanos(due - now);
+            sleep(rest.min(NAP));
+            return Ok(rest <= NAP);
+        }
+        Ok(true)
+    }
+
+    /// A log goes on from where it was; a vehicle has driven on.
+    fn set_anchor(&mut self, now: u64, row: &Row) -> anyhow::Result<(u64, i64)> {
+        let mut anchor = (now, row.t_ns);
+        if self.settings.source == Source::Simulated {
+            anchor = self.feed.remember_start(self.folder, anchor)?;
+        }
+        self.anchor = Some(anchor);
+        Ok(anchor)
+    }
+
+    fn go_back_to(&mut self, number: u64) -> anyhow::Result<()> {
+        self.ahead = None;
+        self.anchor = None;
+        if self.feed.given() + 1 != number {
+            self.feed.begin_again(number - 1)?;
+        }
+        self.sent = self.feed.given();
+        Ok(())
+    }
+}

@@ -1,0 +1,115 @@
+//! The raw rows that the compensator learns from: bounded, written by one thread while another one solves.
+
+use gyro_model::{Record, Row};
+use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, TryLockError};
+
+/// Rows, the oldest of which go when there is no more room. While the learner reads, new rows wait outside.
+#[derive(Debug)]
+pub struct Store {
+    record: Arc<RwLock<Record>>,
+    waiting: Vec<Row>,
+    limit: usize,
+}
+
+/// The learner's view.
+#[derive(Clone, Debug)]
+pub struct View(Arc<RwLock<Record>>);
+
+impl Store {
+    /// An empty store of at most `limit` rows.
+    #[must_use]
+    pub fn new(limit: usize, free_names: Vec<String>) -> Self {
+        let record = Record { rows: Vec::new(), free_names };
+        Self { record: Arc::new(RwLock::new(record)), waiting: Vec::new(), limit }
+    }
+
+    /// The learner's view.
+    #[must_use]
+    pub fn view(&self) -> View {
+        View(Arc::clone(&self.record))
+    }
+
+    /// Keeps a row.
+    pub fn push(&mut self, row: Row) {
+        self.waiting.push(row);
+        if self.waiting.len() > self.limit {
+            self.waiting.drain(..self.limit / 8);
+        }
+    }
+
+    /// Moves what waits into the record, where nobody reads; whether nothing waits any more.
+    pub fn settle(&mut self) -> bool {
+        if self.waiting.is_empty() {
+            return true;
+        }
+        let mut record = match self.record.try_write() {
+            Ok(record) => record,
+            Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
+            Err(TryLockError::WouldBlock) => return false,
+        };
+        record.rows.append(&mut self.waiting);
+        let over = record.rows.len().saturating_sub(self.limit);
+        if over > 0 {
+            let gone = over.max(self.limit / 8).min(record.rows.len());
+            record.rows.drain(..gone);
+        }
+        true
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.waiting.clear();
+        self.record.write().unwrap_or_else(PoisonError::into_inner).rows.clear();
+    }
+}
+
+impl View {
+    /// The whole record, which does not change while this is held.
+    #[must_use]
+    pub fn whole(&self) -> RwLockReadGuard<'_, Record> {
+        self.0.read().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A copy of the last `seconds`, and whether that is everything.
+    #[must_use]
+    pub fn last(&self, seconds: f64) -> (Record, bool) {
+        let whole = self.whole();
+        let Some(last) = whole.rows.last() else { return (Record::default(), true) };
+        let from = last.t_ns - (seconds * 1e9) as i64;
+        let first = whole.rows.partition_point(|row| row.t_ns < from);
+        (Record { rows: whole.rows[first..].to_vec(), free_names: whole.free_names.clone() }, first == 0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Row, Store};
+
+    #[test]
+    fn the_oldest_rows_go_and_the_window_is_the_newest() {
+        let mut store = Store::new(1000, Vec::new());
+        let view = store.view();
+        for i in 0..1500 {
+            store.push(Row { t_ns: i * 1_000_000, ..Row::EMPTY });
+            store.settle();
+        }
+        let whole = view.whole();
+        assert!(whole.len() <= 1000 && whole.len() > 800);
+        assert_eq!(whole.rows.last().unwrap().t_ns, 1_499_000_000);
+        drop(whole);
+        let (window, all) = view.last(0.1);
+        assert_eq!((window.len(), all), (101, false));
+    }
+
+    #[test]
+    fn rows_wait_while_the_learner_reads() {
+        let mut store = Store::new(1000, Vec::new());
+        let view = store.view();
+        let reading = view.whole();
+        store.push(Row::EMPTY);
+        assert!(!store.settle());
+        drop(reading);
+        assert!(store.settle());
+        assert_eq!(view.whole().len(), 1);
+    }
+}

@@ -1,0 +1,228 @@
+//! Who may use an instance's place, and how it is left: claims, locks, the clearing of what remains.
+
+use anyhow::{Context, bail};
+use ipc_types::domain::Domain;
+use std::{
+    env,
+    fs::{self, DirBuilder, File, OpenOptions, TryLockError},
+    io::{Read, Seek, Write},
+    os::unix::fs::{DirBuilderExt, MetadataExt},
+    path::{Path, PathBuf},
+    time::{Duration, Instant},
+};
+
+/// The folder below which every instance of this user lives: `TRUERATE_RUNTIME_DIR`, or `/tmp/truerate-UID`.
+#[must_use]
+pub fn base() -> PathBuf {
+    env::var_os("TRUERATE_RUNTIME_DIR")
+        .map_or_else(|| PathBuf::from(format!("/tmp/truerate-{}", rustix::process::geteuid().as_raw())), PathBuf::from)
+}
+
+/// The place of an instance, which need not exist.
+///
+/// # Errors
+/// A name that is none, a base folder with too long a path.
+pub fn place(instance: &str) -> anyhow::Result<Domain> {
+    Ok(Domain::new(&base(), instance)?)
+}
+
+/// The place of an instance that is there and ours, for those who only look.
+///
+/// # Errors
+/// Where no such pipeline runs, or it is another user's.
+pub fn existing(instance: &str) -> anyhow::Result<Domain> {
+    let domain = place(instance)?;
+    if !domain.root().is_dir() {
+        bail!("no pipeline '{instance}' runs here ({}): start one with `truerate run`", domain.folder().display());
+    }
+    check_owner(domain.folder())?;
+    Ok(domain)
+}
+
+fn check_owner(folder: &Path) -> anyhow::Result<()> {
+    let owner = fs::metadata(folder).with_context(|| folder.display().to_string())?.uid();
+    let me = rustix::process::geteuid().as_raw();
+    if owner != me {
+        bail!("{} belongs to user {owner}, we are user {me}: use that user, or another --instance", folder.display());
+    }
+    Ok(())
+}
+
+/// The claim to an instance: while it is held nobody else supervises it.
+#[derive(Debug)]
+pub struct Claim {
+    domain: Domain,
+    lock: Lock,
+}
+
+impl Claim {
+    /// Takes the claim, making the folder where it is not there.
+    ///
+    /// # Errors
+    /// Where somebody else holds it, or the folder is not ours.
+    pub fn take(instance: &str) -> anyhow::Result<Self> {
+        let domain = place(instance)?;
+        let builder = || {
+            let mut builder = DirBuilder::new();
+            builder.recursive(true).mode(0o700);
+            builder
+        };
+        loop {
+            let base = domain.folder().parent().unwrap_or(domain.folder());
+            builder().create(domain.folder()).with_context(|| {
+                format!(
+                    "{}: cannot make this folder; set TRUERATE_RUNTIME_DIR to one of yours",
+                    domain.folder().display()
+                )
+            })?;
+            check_owner(base)?;
+            check_owner(domain.folder())?;
+            let path = domain.folder().join("lock");
+            let Some(lock) = Lock::take(&path)? else {
+                let pid = Lock::holder(&path).map_or_else(String::new, |pid| format!(" (process {pid})"));
+                bail!("pipeline '{instance}' already runs{pid}: stop it, or choose another --instance");
+            };
+            if lock.is_in_place(&path) {
+                return Ok(Self { domain, lock });
+            }
+        }
+    }
+
+    /// The place claimed.
+    #[must_use]
+    pub fn domain(&self) -> &Domain {
+        &self.domain
+    }
+
+    /// Removes what iceoryx2 has of this instance: files and shared memory. Only where none of its processes lives.
+    ///
+    /// # Errors
+    /// Where something resists.
+    pub fn wipe(&self) -> anyhow::Result<()> {
+        clear_folder(&self.domain.root())?;
+        clear_memory(self.domain.prefix())
+    }
+
+    /// Removes everything of this instance and gives up the claim.
+    ///
+    /// # Errors
+    /// Where something resists.
+    pub fn remove(self) -> anyhow::Result<()> {
+        clear_memory(self.domain.prefix())?;
+        clear_folder(self.domain.folder())?;
+        drop(self.lock);
+        let _ = fs::remove_dir(self.domain.folder().parent().unwrap_or(Path::new("/nowhere")));
+        Ok(())
+    }
+}
+
+fn clear_folder(folder: &Path) -> anyhow::Result<()> {
+    match fs::remove_dir_all(folder) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+            Err(e).with_context(|| format!("{}: cannot be removed", folder.display()))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn clear_memory(prefix: &str) -> anyhow::Result<()> {
+    for entry in fs::read_dir("/dev/shm").context("/dev/shm")?.flatten() {
+        if entry.file_name().to_string_lossy().starts_with(prefix) {
+            let path = entry.path();
+            fs::remove_file(&path).with_context(|| format!("{}: cannot be removed", path.display()))?;
+        }
+    }
+    Ok(())
+}
+
+/// A lock file with its holder's process id in it. The kernel frees it when the holder dies.
+#[derive(Debug)]
+pub struct Lock(File);
+
+impl Lock {
+    /// Takes the lock; `None` where somebody has it.
+    ///
+    /// # Errors
+    /// Where the file cannot be written.
+    pub fn take(path: &Path) -> anyhow::Result<Option<Self>> {
+        let what = || format!("{}: cannot be locked", path.display());
+        let mut file =
+            OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).with_context(what)?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => return Ok(None),
+            Err(TryLockError::Error(e)) => return Err(e).with_context(what),
+        }
+        file.set_len(0).with_context(what)?;
+        file.rewind().with_context(what)?;
+        write!(file, "{}", std::process::id()).with_context(what)?;
+        Ok(Some(Self(file)))
+    }
+
+    /// Takes the lock, waiting for its holder at most `patience`.
+    ///
+    /// # Errors
+    /// As [`Lock::take`].
+    pub fn wait_for(path: &Path, patience: Duration) -> anyhow::Result<Option<Self>> {
+        let start = Instant::now();
+        loop {
+            if let Some(lock) = Self::take(path)? {
+                return Ok(Some(lock));
+            }
+            if start.elapsed() > patience {
+                return Ok(None);
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+
+    /// The process that holds the lock at `path`, if one does.
+    #[must_use]
+    pub fn holder(path: &Path) -> Option<u32> {
+        let mut file = File::open(path).ok()?;
+        match file.try_lock_shared() {
+            Err(TryLockError::WouldBlock) => {}
+            _ => return None,
+        }
+        let mut text = String::new();
+        file.read_to_string(&mut text).ok()?;
+        text.trim().parse().ok()
+    }
+
+    fn is_in_place(&self, path: &Path) -> bool {
+        match (self.0.metadata(), fs::metadata(path)) {
+            (Ok(ours), Ok(there)) => ours.ino() == there.ino(),
+            _ => false,
+        }
+    }
+}
+
+/// Writes a file whole or not at all: a reader finds the old one or the new one.
+///
+/// # Errors
+/// Where the folder cannot be written.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let what = || format!("{}: cannot be written", path.display());
+    let mut file = tempfile::NamedTempFile::new_in(folder).with_context(what)?;
+    file.write_all(bytes).with_context(what)?;
+    file.persist(path).with_context(what)?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Lock;
+
+    #[test]
+    fn a_lock_has_one_holder_and_says_who() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("lock");
+        assert_eq!(Lock::holder(&path), None);
+        let lock = Lock::take(&path).unwrap().unwrap();
+        assert!(Lock::take(&path).unwrap().is_none());
+        assert_eq!(Lock::holder(&path), Some(std::process::id()));
+        drop(lock);
+        assert_eq!(Lock::holder(&path), None);
+    }
+}

@@ -1,0 +1,316 @@
+//! What a pipeline is told: the file of `run --config` (strict), overridden by flags, handed to every process of the run
+//! in one file of its folder.
+
+use anyhow::{Context, bail};
+use ipc_types::wait::Wait;
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    str::FromStr,
+};
+
+/// Name of the settings' file in the instance's folder.
+pub const FILE: &str = "run.json";
+
+/// Settings of one pipeline; every default is usable.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// Where samples come from.
+    pub source: Source,
+    /// A TOML file that renames foreign columns of a log.
+    pub columns: Option<PathBuf>,
+    /// How fast.
+    pub speed: Speed,
+    /// The model to start from; without one α = 1, δ = 0, learned on the way.
+    pub model: Option<PathBuf>,
+    /// No learning.
+    pub freeze: bool,
+    /// Effects hidden in the source, `ID[:NAME=VALUE,…]`.
+    pub hide: Vec<String>,
+    /// Where the estimates are recorded.
+    pub record: Option<PathBuf>,
+    /// Where the dashboard listens; `off` for none.
+    pub dashboard: String,
+    /// The simulated vehicle.
+    pub simulation: Simulation,
+    /// How the compensator learns.
+    pub learning: Learning,
+    /// How each process waits for its next message.
+    pub wait: Waits,
+}
+
+/// The simulated vehicle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Simulation {
+    /// `sine`, `multisine` or `drive`.
+    pub motion: String,
+    /// Length, s; without end where it is left out.
+    pub seconds: Option<f64>,
+    /// Samples a second, Hz.
+    pub rate_hz: f64,
+    /// Which vehicle and sensor.
+    pub seed: u64,
+}
+
+/// How the compensator learns.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Learning {
+    /// The sliding window, s.
+    pub window: f64,
+    /// Between two solutions, s.
+    pub period: f64,
+    /// The share of one core that solving may take while the stream runs.
+    pub duty: f64,
+    /// Raw rows kept; the oldest go first.
+    pub rows: usize,
+}
+
+/// How each process waits.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Waits {
+    /// kalman.
+    #[serde(with = "as_text")]
+    pub kalman: Wait,
+    /// compensator.
+    #[serde(with = "as_text")]
+    pub compensator: Wait,
+    /// recorder.
+    #[serde(with = "as_text")]
+    pub recorder: Wait,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            source: Source::Simulated,
+            columns: None,
+            speed: Speed::Times(1.0),
+            model: None,
+            freeze: false,
+            hide: Vec::new(),
+            record: None,
+            dashboard: "127.0.0.1:7777".to_owned(),
+            simulation: Simulation::default(),
+            learning: Learning::default(),
+            wait: Waits::default(),
+        }
+    }
+}
+
+impl Default for Simulation {
+    fn default() -> Self {
+        Self { motion: "drive".to_owned(), seconds: None, rate_hz: 1000.0, seed: 1 }
+    }
+}
+
+impl Default for Learning {
+    fn default() -> Self {
+        Self { window: 60.0, period: 0.5, duty: 0.3, rows: 1_800_000 }
+    }
+}
+
+/// Where samples come from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// A simulated vehicle.
+    Simulated,
+    /// Standard input.
+    Input,
+    /// A log.
+    Log(PathBuf),
+}
+
+/// How fast a source is played.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Speed {
+    /// That many times real time.
+    Times(f64),
+    /// Unpaced, and without loss.
+    Max,
+}
+
+impl Settings {
+    /// Reads a configuration file; relative paths in it are relative to its folder.
+    ///
+    /// # Errors
+    /// An unknown key or a wrong value, with line and caret.
+    pub fn read(path: &Path) -> anyhow::Result<Self> {
+        let text = fs::read_to_string(path).with_context(|| path.display().to_string())?;
+        let mut settings: Self = toml::from_str(&text).with_context(|| path.display().to_string())?;
+        settings.make_absolute(path.parent().unwrap_or(Path::new(".")))?;
+        settings.check().with_context(|| path.display().to_string())?;
+        Ok(settings)
+    }
+
+    /// Makes every path absolute, taken from `folder` where it is relative.
+    ///
+    /// # Errors
+    /// Where there is no current folder.
+    pub fn make_absolute(&mut self, folder: &Path) -> anyhow::Result<()> {
+        let whole = |path: &Path| std::path::absolute(folder.join(path)).context("the current folder");
+        if let Source::Log(path) = &self.source {
+            self.source = Source::Log(whole(path)?);
+        }
+        for path in [&mut self.columns, &mut self.model, &mut self.record].into_iter().flatten() {
+            *path = whole(path)?;
+        }
+        Ok(())
+    }
+
+    /// Whether every number makes sense.
+    ///
+    /// # Errors
+    /// The first that does not.
+    pub fn check(&self) -> anyhow::Result<()> {
+        let (s, l) = (&self.simulation, &self.learning);
+        let positive = [
+            ("simulation.seconds", s.seconds.unwrap_or(1.0)),
+            ("simulation.rate_hz", s.rate_hz),
+            ("learning.window", l.window),
+            ("learning.period", l.period),
+            ("learning.duty", l.duty),
+        ];
+        for (name, value) in positive {
+            if !(value.is_finite() && value > 0.0) {
+                bail!("{name} = {value}: must be a positive number");
+            }
+        }
+        if l.duty > 1.0 {
+            bail!("learning.duty = {}: is a share of one core, 1 at most", l.duty);
+        }
+        if l.rows < 1000 {
+            bail!("learning.rows = {}: must be 1000 at least", l.rows);
+        }
+        Ok(())
+    }
+
+    /// Whether a row that a process missed is given again.
+    #[must_use]
+    pub fn lossless(&self) -> bool {
+        self.speed == Speed::Max && self.source != Source::Input
+    }
+}
+
+impl FromStr for Source {
+    type Err = std::convert::Infallible;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        Ok(match text {
+            "sim" => Self::Simulated,
+            "-" => Self::Input,
+            _ => Self::Log(PathBuf::from(text)),
+        })
+    }
+}
+
+impl FromStr for Speed {
+    type Err = anyhow::Error;
+
+    fn from_str(text: &str) -> anyhow::Result<Self> {
+        if text == "max" {
+            return Ok(Self::Max);
+        }
+        match text.parse::<f64>() {
+            Ok(x) if x.is_finite() && x > 0.0 => Ok(Self::Times(x)),
+            _ => bail!("'{text}' is no speed: 1 is real time, 10 ten times that, `max` unpaced"),
+        }
+    }
+}
+
+impl Serialize for Source {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Simulated => "sim".serialize(serializer),
+            Self::Input => "-".serialize(serializer),
+            Self::Log(path) => path.serialize(serializer),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Source {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        String::deserialize(deserializer)?.parse().map_err(D::Error::custom)
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum SpeedText {
+    Number(f64),
+    Word(String),
+}
+
+impl Serialize for Speed {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Times(x) => SpeedText::Number(*x),
+            Self::Max => SpeedText::Word("max".to_owned()),
+        }
+        .serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Speed {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = match SpeedText::deserialize(deserializer)? {
+            SpeedText::Number(x) => x.to_string(),
+            SpeedText::Word(word) => word,
+        };
+        text.parse().map_err(|e: anyhow::Error| D::Error::custom(e))
+    }
+}
+
+mod as_text {
+    use super::{Deserialize, Deserializer, Serializer, Wait};
+    use serde::de::Error as _;
+
+    pub fn serialize<S: Serializer>(wait: &Wait, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(wait)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Wait, D::Error> {
+        String::deserialize(deserializer)?.parse().map_err(D::Error::custom)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Settings, Source, Speed};
+    use std::path::Path;
+
+    #[test]
+    fn the_deployed_file_is_read_and_says_the_defaults() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("deploy/truerate.toml");
+        assert_eq!(Settings::read(&path).unwrap(), Settings::default());
+    }
+
+    #[test]
+    fn an_unknown_key_is_named_with_its_line() {
+        let error = toml::from_str::<Settings>("speed = 1\n[learning]\nwindows = 3\n").unwrap_err().to_string();
+        assert!(error.contains("line 3") && error.contains("windows") && error.contains('^'), "{error}");
+    }
+
+    #[test]
+    fn settings_pass_from_process_to_process_unchanged() {
+        let settings = Settings {
+            source: Source::Log("/tmp/a.csv".into()),
+            speed: Speed::Max,
+            hide: vec!["delay:d=0.01".into()],
+            ..Settings::default()
+        };
+        let text = serde_json::to_string(&settings).unwrap();
+        assert_eq!(serde_json::from_str::<Settings>(&text).unwrap(), settings);
+    }
+
+    #[test]
+    fn a_speed_that_is_none_is_refused() {
+        for text in ["0", "-1", "nan", "fast", "inf"] {
+            assert!(text.parse::<Speed>().is_err(), "{text}");
+        }
+    }
+}

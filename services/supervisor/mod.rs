@@ -1,0 +1,356 @@
+//! The supervisor: holds every topic, starts the processes and starts again what dies, sweeps, and leaves nothing behind.
+//!
+//! It never waits for those it supervises. When it dies itself they go on, and the next supervisor of the instance
+//! adopts them.
+
+pub mod board;
+pub mod process;
+pub mod summary;
+
+use crate::{
+    clock::now_ns,
+    domain::Claim,
+    run_folder::{Run, RunFolder},
+    settings::{Settings, Source},
+    stop::Stop,
+};
+use anyhow::{Context, bail};
+use board::Board;
+use ipc_types::{
+    Health, ServiceId, State,
+    port::{Held, Hub, Reader, Writer},
+    topic,
+    wait::Wait,
+};
+use process::{Fate, Process};
+use std::{
+    fs,
+    process::ExitCode,
+    time::{Duration, Instant},
+};
+
+/// Between two looks at the processes and two sweeps for what dead ones left.
+const LOOK: Duration = Duration::from_millis(25);
+const STATUS_NS: u64 = 200_000_000;
+/// How long a process may take to end when asked to.
+const PATIENCE: Duration = Duration::from_secs(3);
+/// A process that was silent for that long is ended and started again.
+const SILENCE_NS: u64 = 12_000_000_000;
+/// Deaths in ten seconds after which the domain itself is taken to be broken.
+const BROKEN: usize = 6;
+
+/// The ports of the supervisor. Dropped before the domain is wiped.
+struct Ports {
+    hub: Hub,
+    health: Reader<Health>,
+    status: Writer<ipc_types::Status>,
+    _held: Held,
+}
+
+impl Ports {
+    fn open(claim: &Claim) -> anyhow::Result<Self> {
+        let hub = Hub::join(claim.domain(), "supervisor")?;
+        let held = hub.create_all()?;
+        Ok(Self {
+            health: hub.reader(&topic::HEALTH, None, Wait::Event)?,
+            status: hub.writer(&topic::STATUS)?,
+            hub,
+            _held: held,
+        })
+    }
+}
+
+/// One pipeline under supervision.
+struct Pipeline {
+    claim: Claim,
+    folder: RunFolder,
+    run: Run,
+    ports: Option<Ports>,
+    processes: Vec<Process>,
+    board: Board,
+    started_ns: Vec<u64>,
+    status_ns: u64,
+    ready: bool,
+}
+
+/// What an ended run comes to.
+#[derive(Debug)]
+pub struct Ending {
+    /// The exit code of `truerate run`.
+    pub code: ExitCode,
+    /// Whether the source came to its end (and was not interrupted).
+    pub complete: bool,
+    /// The summary, as text.
+    pub summary: String,
+}
+
+/// Runs a pipeline until its source ends or a signal comes.
+///
+/// # Errors
+/// Where the instance is taken, its folder cannot be used, or a process cannot be started.
+pub fn supervise(instance: &str, settings: Settings) -> anyhow::Result<Ending> {
+    supervise_with(instance, settings, |_| Ok(()))
+}
+
+/// As [`supervise`]; `prepare` is called once before any process starts, with the run's folder.
+///
+/// # Errors
+/// As [`supervise`], and those of `prepare`.
+pub fn supervise_with(
+    instance: &str,
+    settings: Settings,
+    prepare: impl FnOnce(&RunFolder) -> anyhow::Result<()>,
+) -> anyhow::Result<Ending> {
+    let stop = Stop::on_signals().context("signals")?;
+    let mut pipeline = Pipeline::claim(instance, settings)?;
+    let ended = prepare(&pipeline.folder).and_then(|()| pipeline.watch(&stop));
+    pipeline.publish(ended.is_ok());
+    pipeline.end_processes();
+    let summary = summary::text(&pipeline.run, &pipeline.folder, &pipeline.board);
+    let lost = pipeline.board.lost();
+    pipeline.ports = None;
+    pipeline.claim.remove()?;
+    let complete = ended?;
+    let failed = matches!(complete, End::Hopeless) || (lost > 0 && complete == End::Complete);
+    Ok(Ending {
+        code: if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS },
+        complete: complete == End::Complete,
+        summary: if complete == End::Hopeless { String::new() } else { summary },
+    })
+}
+
+/// How the watch ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum End {
+    Complete,
+    Interrupted,
+    Hopeless,
+}
+
+impl Pipeline {
+    fn claim(instance: &str, settings: Settings) -> anyhow::Result<Self> {
+        let claim = Claim::take(instance)?;
+        let folder = RunFolder::of(claim.domain());
+        let mut wanted = vec![ServiceId::Acquisition, ServiceId::Kalman, ServiceId::Compensator];
+        if settings.record.is_some() {
+            wanted.push(ServiceId::Recorder);
+        }
+        let all = || wanted.iter().map(|&id| Process::new(id, folder.clone())).collect::<Vec<_>>();
+        let mut processes = all();
+        let before = processes.iter().any(Process::is_adopted).then(|| folder.run().ok()).flatten();
+        let run = match before {
+            Some(run) if run.settings == settings => {
+                tracing::warn!(instance, "adopting the processes of a supervisor that died");
+                run
+            }
+            _ => {
+                if processes.iter().any(Process::is_adopted) {
+                    tracing::warn!(instance, "ending the processes of another run whose supervisor died");
+                    end(&mut processes, || ());
+                    processes = all();
+                }
+                claim.wipe()?;
+                clear(&claim)?;
+                let began_ns = now_ns();
+                let run = Run { number: began_ns ^ (u64::from(std::process::id()) << 44), began_ns, settings };
+                folder.set_run(&run)?;
+                run
+            }
+        };
+        let started_ns = vec![now_ns(); processes.len()];
+        let mut pipeline = Self {
+            claim,
+            folder,
+            run,
+            ports: None,
+            processes,
+            board: Board::default(),
+            started_ns,
+            status_ns: 0,
+            ready: false,
+        };
+        pipeline.open()?;
+        Ok(pipeline)
+    }
+
+    /// Opens the topics; where they are broken, everything ends, is wiped and begins again.
+    fn open(&mut self) -> anyhow::Result<()> {
+        match Ports::open(&self.claim) {
+            Ok(ports) => self.ports = Some(ports),
+            Err(error) => {
+                tracing::warn!("the domain is broken and is made anew: {error:#}");
+                self.begin_again()?;
+            }
+        }
+        Ok(())
+    }
+
+    fn begin_again(&mut self) -> anyhow::Result<()> {
+        self.ports = None;
+        self.end_processes();
+        self.claim.wipe()?;
+        self.ports = Some(Ports::open(&self.claim).context("a fresh domain")?);
+        for process in &mut self.processes {
+            let restarts = process.restarts + 1;
+            *process = Process::new(process.service, self.folder.clone());
+            process.restarts = restarts;
+        }
+        Ok(())
+    }
+
+    fn watch(&mut self, stop: &Stop) -> anyhow::Result<End> {
+        loop {
+            if stop.asked() {
+                return Ok(End::Interrupted);
+            }
+            if let Some(end) = self.look_at_processes()? {
+                return Ok(end);
+            }
+            self.listen()?;
+            if self.is_complete() {
+                return Ok(End::Complete);
+            }
+            std::thread::sleep(LOOK);
+        }
+    }
+
+    fn look_at_processes(&mut self) -> anyhow::Result<Option<End>> {
+        for i in 0..self.processes.len() {
+            let process = &mut self.processes[i];
+            let name = process.service.name();
+            match process.look() {
+                Fate::Alive => {}
+                Fate::Hopeless => return Ok(Some(End::Hopeless)),
+                Fate::Died(words) => {
+                    process.restarts += 1;
+                    tracing::warn!("{name} {words}; it is started again");
+                    if process.service == ServiceId::Acquisition && self.run.settings.source == Source::Input {
+                        bail!("acquisition {words}, and standard input cannot be read again: run it on a file");
+                    }
+                    if process.recent_deaths() >= BROKEN && process.service != ServiceId::Dashboard {
+                        tracing::warn!("{name} dies again and again; everything is ended and begun again");
+                        self.begin_again()?;
+                        return Ok(None);
+                    }
+                }
+            }
+            let process = &mut self.processes[i];
+            if process.is_due() {
+                process.start(self.claim.domain().name(), &self.run.settings)?;
+                self.started_ns[i] = now_ns();
+            } else if let Some(pid) = process.pid() {
+                let beat = self.board.of(process.service).filter(|h| h.pid == pid).map_or(0, |h| h.beat_ns);
+                if now_ns() > beat.max(self.started_ns[i]) + SILENCE_NS {
+                    tracing::warn!("{name} is silent; it is ended");
+                    process.kill();
+                    self.started_ns[i] = now_ns();
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    fn listen(&mut self) -> anyhow::Result<()> {
+        if let Some(ports) = &self.ports {
+            let (_, resisting) = ports.hub.sweep();
+            if resisting > 0 {
+                tracing::debug!(resisting, "dead nodes that cannot be cleared");
+            }
+        }
+        self.hear()?;
+        if now_ns() >= self.status_ns + STATUS_NS {
+            self.publish(false);
+        }
+        if !self.ready && self.all_are(State::Running) {
+            self.ready = true;
+            tracing::info!("all processes are at work");
+            let _ = sd_notify::notify(&[sd_notify::NotifyState::Ready]);
+        }
+        Ok(())
+    }
+
+    fn hear(&mut self) -> anyhow::Result<()> {
+        if let Some(ports) = &self.ports {
+            while let Some(health) = ports.health.take()? {
+                if health.run == self.run.number {
+                    self.board.take(health);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn publish(&mut self, finished: bool) {
+        self.status_ns = now_ns();
+        let list = self.processes.iter().map(|p| {
+            let state = match p.pid() {
+                None => "restarting",
+                Some(pid) if self.board.is(p.service, Some(pid), State::Failed) => "failed",
+                Some(pid) if self.board.is(p.service, Some(pid), State::Finished) => "stopped",
+                Some(pid) if self.board.is(p.service, Some(pid), State::Running) => "running",
+                Some(_) => "starting",
+            };
+            (p.service, p.pid(), p.restarts, state)
+        });
+        let status = self.board.status(self.run.number, finished, list);
+        if let Some(Err(error)) = self.ports.as_ref().map(|p| p.status.give(status)) {
+            tracing::warn!("status: {error}");
+        }
+    }
+
+    fn all_are(&self, state: State) -> bool {
+        self.processes.iter().all(|p| p.pid().is_some() && self.board.is(p.service, p.pid(), state))
+    }
+
+    fn is_complete(&self) -> bool {
+        self.processes
+            .iter()
+            .filter(|p| p.service != ServiceId::Dashboard)
+            .all(|p| p.pid().is_some() && self.board.is(p.service, p.pid(), State::Finished))
+    }
+
+    fn end_processes(&mut self) {
+        let _ = sd_notify::notify(&[sd_notify::NotifyState::Stopping]);
+        let mut processes = std::mem::take(&mut self.processes);
+        end(&mut processes, || {
+            if let Err(error) = self.hear() {
+                tracing::debug!("the last news: {error:#}");
+            }
+        });
+        self.processes = processes;
+    }
+}
+
+/// Ends processes: asked first, killed when they take too long. `meanwhile` is called again and again.
+fn end(processes: &mut [Process], mut meanwhile: impl FnMut()) {
+    for process in &mut *processes {
+        process.ask_to_end();
+    }
+    let start = Instant::now();
+    while !processes.iter_mut().all(Process::has_ended) {
+        if start.elapsed() > PATIENCE {
+            for process in processes.iter_mut().filter_map(|p| (!p.has_ended()).then_some(p)) {
+                tracing::warn!("{} does not end and is killed", process.service.name());
+                process.kill();
+            }
+            std::thread::sleep(LOOK);
+            if start.elapsed() > 2 * PATIENCE {
+                return;
+            }
+        }
+        meanwhile();
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    meanwhile();
+}
+
+/// Clears the run's files but the claim's lock.
+fn clear(claim: &Claim) -> anyhow::Result<()> {
+    for entry in fs::read_dir(claim.domain().folder())?.flatten() {
+        let path = entry.path();
+        if path.is_file() && entry.file_name() != "lock" {
+            fs::remove_file(&path).with_context(|| path.display().to_string())?;
+        }
+    }
+    Ok(())
+}

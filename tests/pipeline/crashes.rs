@@ -1,0 +1,222 @@
+//! Processes that are killed: the others go on, the dead come back, nothing is lost that could be kept.
+
+use crate::harness::{Pipeline, Place, counted, log, signal};
+use ipc_types::{
+    Estimate,
+    estimate::FLAG_STALE_PARAMETERS,
+    port::{Hub, Reader},
+    topic,
+    wait::Wait,
+};
+use rand::{RngExt, SeedableRng, rngs::StdRng};
+use rustix::process::Signal;
+use std::time::Duration;
+
+const SERVICES: [&str; 3] = ["acquisition", "kalman", "compensator"];
+const KILLS: usize = 20;
+
+/// An onlooker of the estimates.
+struct Onlooker {
+    estimates: Reader<Estimate>,
+    last: Estimate,
+    _hub: Hub,
+}
+
+impl Onlooker {
+    fn join(pipeline: &mut Pipeline) -> Self {
+        let mut joined = None;
+        pipeline.until("the topics", |p| {
+            joined = Hub::join(&p.domain, "onlooker")
+                .ok()
+                .and_then(|hub| hub.reader(&topic::ESTIMATE, None, Wait::Event).ok().map(|estimates| (hub, estimates)));
+            joined.is_some()
+        });
+        let (hub, estimates) = joined.unwrap();
+        Self { estimates, last: Estimate::default(), _hub: hub }
+    }
+
+    /// Takes what waits. Numbers and times never go back.
+    fn look(&mut self) {
+        while let Some(estimate) = self.estimates.take().unwrap() {
+            assert!(
+                estimate.sequence > self.last.sequence || estimate.sequence + 1024 > self.last.sequence,
+                "{} after {}",
+                estimate.sequence,
+                self.last.sequence
+            );
+            if estimate.sequence > self.last.sequence {
+                self.last = estimate;
+            }
+        }
+    }
+
+    fn until_on(&mut self, pipeline: &mut Pipeline, what: &str) {
+        self.look();
+        let before = self.last.sequence;
+        pipeline.until(what, |_| {
+            self.look();
+            self.last.sequence > before
+        });
+    }
+}
+
+fn kill(pipeline: &mut Pipeline, service: &str) -> u32 {
+    let mut victim = None;
+    pipeline.until("a victim", |p| {
+        victim = p.pid(service);
+        victim.is_some()
+    });
+    let pid = victim.unwrap();
+    signal(pid, Signal::KILL);
+    pid
+}
+
+fn until_back(pipeline: &mut Pipeline, service: &str, dead: u32) {
+    pipeline.until("its next life", |p| p.pid(service).is_some_and(|pid| pid != dead));
+}
+
+#[test]
+fn whatever_is_killed_comes_back_while_the_others_go_on() {
+    let place = Place::new();
+    let mut random = StdRng::seed_from_u64(5);
+    let mut pipeline = place.start("kills", &["--source", "sim"]);
+    let mut onlooker = Onlooker::join(&mut pipeline);
+    onlooker.until_on(&mut pipeline, "the first estimate");
+    let mut epoch = 0;
+    for round in 0..KILLS {
+        for service in SERVICES {
+            let dead = kill(&mut pipeline, service);
+            if round % 5 == 4 {
+                // Once more while it starts.
+                until_back(&mut pipeline, service, dead);
+                std::thread::sleep(Duration::from_micros(random.random_range(0..12_000)));
+                let again = kill(&mut pipeline, service);
+                until_back(&mut pipeline, service, again);
+            } else {
+                until_back(&mut pipeline, service, dead);
+            }
+            onlooker.until_on(&mut pipeline, "estimates after a death");
+            assert!(onlooker.last.epoch >= epoch, "epoch {} after {epoch}", onlooker.last.epoch);
+            epoch = onlooker.last.epoch;
+            assert!(onlooker.last.axes[0].rate.is_finite());
+            // Random moments, and no more than two deaths of one process in ten seconds.
+            let pause = random.random_range(1_300..2_000);
+            for _ in 0..pause / 50 {
+                onlooker.look();
+                std::thread::sleep(Duration::from_millis(50));
+            }
+        }
+    }
+    let status = place.status("kills").unwrap();
+    for service in status["services"].as_array().unwrap() {
+        let restarts = service["restarts"].as_u64().unwrap();
+        assert!(restarts >= KILLS as u64, "{service}");
+    }
+    drop(onlooker);
+    let ended = pipeline.interrupt();
+    assert_eq!(ended.code, Some(0), "{}", ended.error);
+    let (taken, lost) = (counted(&ended.out, "kalman", "in"), counted(&ended.out, "kalman", "lost"));
+    assert!(taken > 0 && lost > 0, "{taken} taken, {lost} lost: a vehicle does not wait\n{}", ended.out);
+    assert!(place.left("kills").is_empty(), "{:?}", place.left("kills"));
+}
+
+#[test]
+fn a_replayed_log_is_taken_up_after_the_last_acknowledged_row() {
+    let place = Place::new();
+    let path = place.file("log.csv");
+    let rows = log(&path, 30.0, 3).record.len() as u64;
+    let mut pipeline = place.start("resume", &["--source", path.to_str().unwrap(), "--speed", "5"]);
+    let mut onlooker = Onlooker::join(&mut pipeline);
+    for at in [rows / 4, rows / 2, 3 * rows / 4] {
+        pipeline.until("the next death", |_| {
+            onlooker.look();
+            onlooker.last.sequence > at
+        });
+        let dead = kill(&mut pipeline, "acquisition");
+        until_back(&mut pipeline, "acquisition", dead);
+    }
+    drop(onlooker);
+    let ended = pipeline.end();
+    assert_eq!(ended.code, Some(0), "{}{}", ended.out, ended.error);
+    assert_eq!(counted(&ended.out, "kalman", "in"), rows, "{}", ended.out);
+    assert_eq!(counted(&ended.out, "kalman", "lost"), 0, "{}", ended.out);
+    assert!(place.left("resume").is_empty(), "{:?}", place.left("resume"));
+}
+
+#[test]
+fn an_unpaced_log_loses_nothing_whoever_is_killed() {
+    let place = Place::new();
+    let path = place.file("log.csv");
+    let rows = log(&path, 600.0, 4).record.len() as u64;
+    for victim in SERVICES {
+        let mut pipeline = place.start(victim, &["--source", path.to_str().unwrap(), "--speed", "max"]);
+        let mut onlooker = Onlooker::join(&mut pipeline);
+        for at in [rows / 8, rows / 3] {
+            pipeline.until("the next death", |_| {
+                onlooker.look();
+                onlooker.last.sequence > at
+            });
+            let dead = kill(&mut pipeline, victim);
+            until_back(&mut pipeline, victim, dead);
+        }
+        drop(onlooker);
+        let ended = pipeline.end();
+        assert_eq!(ended.code, Some(0), "{victim}: {}{}", ended.out, ended.error);
+        for process in ["kalman", "compensator"] {
+            assert_eq!(counted(&ended.out, process, "in"), rows, "{victim}: {}", ended.out);
+            assert_eq!(counted(&ended.out, process, "lost"), 0, "{victim}: {}", ended.out);
+        }
+        assert!(place.left(victim).is_empty(), "{:?}", place.left(victim));
+    }
+}
+
+#[test]
+fn parameters_are_marked_stale_while_the_compensator_is_gone() {
+    let place = Place::new();
+    let mut pipeline = place.start("stale", &["--source", "sim"]);
+    let mut onlooker = Onlooker::join(&mut pipeline);
+    onlooker.until_on(&mut pipeline, "the first estimate");
+    pipeline.until("fresh parameters", |_| {
+        onlooker.look();
+        onlooker.last.flags & FLAG_STALE_PARAMETERS == 0
+    });
+    let pid = pipeline.pid("compensator").unwrap();
+    signal(pid, Signal::STOP);
+    pipeline.until("stale parameters", |_| {
+        onlooker.look();
+        onlooker.last.flags & FLAG_STALE_PARAMETERS != 0
+    });
+    signal(pid, Signal::CONT);
+    pipeline.until("fresh parameters again", |_| {
+        onlooker.look();
+        onlooker.last.flags & FLAG_STALE_PARAMETERS == 0
+    });
+    drop(onlooker);
+    assert_eq!(pipeline.interrupt().code, Some(0));
+}
+
+#[test]
+fn a_new_supervisor_adopts_what_still_runs() {
+    let place = Place::new();
+    let mut first = place.start("orphans", &["--source", "sim"]);
+    let mut onlooker = Onlooker::join(&mut first);
+    onlooker.until_on(&mut first, "the first estimate");
+    let before: Vec<u32> = SERVICES.iter().map(|s| first.pid(s).unwrap()).collect();
+    first.child.kill().unwrap();
+    first.child.wait().unwrap();
+    let mut second = place.start("orphans", &["--source", "sim"]);
+    onlooker.until_on(&mut second, "estimates without a supervisor");
+    second.until("the new supervisor", |_| {
+        place.status("orphans").is_some_and(|s| s["services"][1]["state"] == "running")
+    });
+    let after: Vec<u32> = SERVICES.iter().map(|s| second.pid(s).unwrap()).collect();
+    assert_eq!(before, after);
+    let dead = kill(&mut second, "kalman");
+    until_back(&mut second, "kalman", dead);
+    onlooker.until_on(&mut second, "estimates of an adopted pipeline");
+    drop(onlooker);
+    let ended = second.interrupt();
+    assert_eq!(ended.code, Some(0), "{}", ended.error);
+    std::mem::forget(first);
+    assert!(place.left("orphans").is_empty(), "{:?}", place.left("orphans"));
+}

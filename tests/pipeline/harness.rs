@@ -1,0 +1,219 @@
+//! A pipeline of the real program, in a domain of its own, with a deadline.
+
+use gyro_model::{
+    Axis,
+    simulate::{Motion, Scenario, SensorSpec, Simulated, simulate},
+};
+use ipc_types::domain::Domain;
+use serde_json::Value;
+use std::{
+    fs,
+    io::Read,
+    path::{Path, PathBuf},
+    process::{Child, Command, Output, Stdio},
+    sync::atomic::{AtomicU32, Ordering},
+    time::{Duration, Instant},
+};
+use truerate::log::write_record;
+
+/// Nothing here takes longer, however busy the machine is.
+pub const DEADLINE: Duration = Duration::from_secs(240);
+
+static COUNT: AtomicU32 = AtomicU32::new(0);
+
+/// A place for one instance and for files; everything goes with it.
+pub struct Place {
+    pub base: PathBuf,
+    pub files: tempfile::TempDir,
+}
+
+impl Place {
+    pub fn new() -> Self {
+        let number = COUNT.fetch_add(1, Ordering::Relaxed);
+        let base = PathBuf::from(format!("/tmp/trt-{}-{number}", std::process::id()));
+        Self { base, files: tempfile::tempdir().unwrap() }
+    }
+
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.files.path().join(name)
+    }
+
+    pub fn domain(&self, instance: &str) -> Domain {
+        Domain::new(&self.base, instance).unwrap()
+    }
+
+    pub fn truerate(&self) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_truerate"));
+        command.env("TRUERATE_RUNTIME_DIR", &self.base).env("TRUERATE_LOG", "truerate=info");
+        command
+    }
+
+    /// Runs a command to its end.
+    pub fn output(&self, args: &[&str]) -> Output {
+        self.truerate().args(args).output().unwrap()
+    }
+
+    pub fn start(&self, instance: &str, args: &[&str]) -> Pipeline {
+        let child = self
+            .truerate()
+            .args(["run", "--dashboard", "off", "--instance", instance])
+            .args(args)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(fs::File::create(self.file(&format!("{instance}.err"))).unwrap())
+            .spawn()
+            .unwrap();
+        Pipeline {
+            child,
+            domain: self.domain(instance),
+            error: self.file(&format!("{instance}.err")),
+            started: Instant::now(),
+        }
+    }
+
+    pub fn status(&self, instance: &str) -> Option<Value> {
+        let output = self.output(&["status", "--format", "json", "--instance", instance]);
+        output.status.success().then(|| serde_json::from_slice(&output.stdout).unwrap())
+    }
+
+    /// What is left of an instance: files and shared memory.
+    pub fn left(&self, instance: &str) -> Vec<String> {
+        let domain = self.domain(instance);
+        let mut left = Vec::new();
+        if domain.folder().exists() {
+            left.push(domain.folder().display().to_string());
+        }
+        for entry in fs::read_dir("/dev/shm").unwrap().flatten() {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if name.starts_with(domain.prefix()) {
+                left.push(name);
+            }
+        }
+        left
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.base);
+    }
+}
+
+/// A running pipeline; it is killed with its processes when dropped.
+pub struct Pipeline {
+    pub child: Child,
+    pub domain: Domain,
+    pub error: PathBuf,
+    started: Instant,
+}
+
+pub struct Ended {
+    pub code: Option<i32>,
+    pub out: String,
+    pub error: String,
+}
+
+impl Pipeline {
+    /// The process that holds a service's lock.
+    pub fn pid(&self, service: &str) -> Option<u32> {
+        truerate::domain::Lock::holder(&self.domain.folder().join(format!("{service}.lock")))
+    }
+
+    /// Waits until `condition` holds.
+    pub fn until(&mut self, what: &str, mut condition: impl FnMut(&mut Self) -> bool) {
+        while !condition(self) {
+            self.check(what);
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    fn check(&mut self, what: &str) {
+        if let Ok(Some(status)) = self.child.try_wait() {
+            panic!("ended ({status}) while waiting for {what}:\n{}", self.errors());
+        }
+        assert!(self.started.elapsed() < DEADLINE, "too late: {what}\n{}", self.errors());
+    }
+
+    pub fn errors(&self) -> String {
+        fs::read_to_string(&self.error).unwrap_or_default()
+    }
+
+    /// Waits for its own end.
+    pub fn end(mut self) -> Ended {
+        let status = loop {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                break status;
+            }
+            assert!(self.started.elapsed() < DEADLINE, "it does not end:\n{}", self.errors());
+            std::thread::sleep(Duration::from_millis(10));
+        };
+        let mut out = String::new();
+        self.child.stdout.take().unwrap().read_to_string(&mut out).unwrap();
+        Ended { code: status.code(), out, error: self.errors() }
+    }
+
+    /// Stops it as Ctrl-C does.
+    pub fn interrupt(self) -> Ended {
+        signal(self.child.id(), rustix::process::Signal::INT);
+        self.end()
+    }
+}
+
+impl Drop for Pipeline {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+        for service in ["acquisition", "kalman", "compensator", "recorder"] {
+            if let Some(pid) = self.pid(service) {
+                signal(pid, rustix::process::Signal::KILL);
+            }
+        }
+        for entry in fs::read_dir("/dev/shm").into_iter().flatten().flatten() {
+            if entry.file_name().to_string_lossy().starts_with(self.domain.prefix()) {
+                let _ = fs::remove_file(entry.path());
+            }
+        }
+    }
+}
+
+pub fn signal(pid: u32, signal: rustix::process::Signal) {
+    if let Some(pid) = i32::try_from(pid).ok().and_then(rustix::process::Pid::from_raw) {
+        let _ = rustix::process::kill_process(pid, signal);
+    }
+}
+
+/// A simulated log on the disk, with its truth.
+pub fn log(path: &Path, seconds: f64, seed: u64) -> Simulated {
+    let scenario = Scenario {
+        motion: Motion::Drive { rate: 1.2, hold: 2.0 },
+        seconds,
+        rate_hz: 100.0,
+        seed,
+        sensor: SensorSpec { axis: Axis::Z, ..SensorSpec::default() },
+        ..Scenario::default()
+    };
+    let simulated = simulate(&scenario);
+    write_record(path, &simulated.record, 0).unwrap();
+    simulated
+}
+
+/// A number of one process in a summary, by the column's name.
+pub fn counted(out: &str, process: &str, column: &str) -> u64 {
+    let lines: Vec<Vec<&str>> = out.lines().map(|line| line.split_whitespace().collect()).collect();
+    let head =
+        lines.iter().find(|line| line.first() == Some(&"process")).unwrap_or_else(|| panic!("no counts:\n{out}"));
+    let place = head.iter().position(|name| *name == column).unwrap();
+    let row =
+        lines.iter().find(|line| line.first() == Some(&process)).unwrap_or_else(|| panic!("no {process}:\n{out}"));
+    row[place].parse().unwrap()
+}
+
+/// (value, standard error) of a parameter in a summary.
+pub fn parameter(out: &str, axis: &str, name: &str) -> (f64, f64) {
+    let line = out
+        .lines()
+        .find(|line| line.starts_with(&format!("axis {axis}: {name} ")))
+        .unwrap_or_else(|| panic!("no {name} of axis {axis}:\n{out}"));
+    let words: Vec<&str> = line.split_whitespace().collect();
+    (words[3].parse().unwrap(), words[5].parse().unwrap())
+}

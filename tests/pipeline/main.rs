@@ -1,0 +1,103 @@
+//! The pipeline as a whole, on the real program: every test in a domain of its own, with a deadline.
+
+mod crashes;
+mod harness;
+
+use gyro_model::{Axis, Model, fit::fit};
+use harness::{Place, counted, log, parameter};
+use truerate::log::{Options, read};
+
+#[test]
+fn a_log_goes_through_without_loss_and_ends_in_the_parameters_of_fit() {
+    let place = Place::new();
+    let path = place.file("log.csv");
+    let simulated = log(&path, 60.0, 11);
+    let ended = place.start("whole", &["--source", path.to_str().unwrap(), "--speed", "max"]).end();
+    assert_eq!(ended.code, Some(0), "{}{}", ended.out, ended.error);
+    let rows = simulated.record.len() as u64;
+    for process in ["kalman", "compensator"] {
+        assert_eq!(counted(&ended.out, process, "in"), rows, "{}", ended.out);
+        assert_eq!(counted(&ended.out, process, "lost"), 0, "{}", ended.out);
+    }
+    let (record, ..) = read(&path, &Options::default()).unwrap();
+    let offline = fit(&record, &Model::base_for(&record), &[Axis::Z]).unwrap();
+    for term in &offline.axes[2].as_ref().unwrap().terms {
+        for (card, value, std_error) in term.parameters(Axis::Z) {
+            let name = format!("{}.{}", term.effect.card().id, card.name);
+            let (live, live_error) = parameter(&ended.out, "z", &name);
+            assert!((live - value).abs() <= 0.1 * std_error, "{name}: {live} live, {value} ± {std_error} offline");
+            assert!((live_error / std_error - 1.0).abs() < 0.1, "{name}: ± {live_error} live, ± {std_error} offline");
+        }
+    }
+    assert!(place.left("whole").is_empty(), "{:?}", place.left("whole"));
+}
+
+#[test]
+fn two_instances_run_side_by_side_and_do_not_meet() {
+    let place = Place::new();
+    let (a, b) = (place.file("a.csv"), place.file("b.csv"));
+    let (one, two) = (log(&a, 20.0, 1), log(&b, 30.0, 2));
+    let first = place.start("left", &["--source", a.to_str().unwrap(), "--speed", "max"]);
+    let second = place.start("right", &["--source", b.to_str().unwrap(), "--speed", "max"]);
+    for (ended, rows) in [(first.end(), one.record.len()), (second.end(), two.record.len())] {
+        assert_eq!(ended.code, Some(0), "{}{}", ended.out, ended.error);
+        assert_eq!(counted(&ended.out, "kalman", "in"), rows as u64);
+    }
+    assert!(place.left("left").is_empty() && place.left("right").is_empty());
+}
+
+#[test]
+fn the_same_instance_twice_is_refused_in_one_line() {
+    let place = Place::new();
+    let mut first = place.start("only", &["--source", "sim"]);
+    first.until("all processes", |p| p.pid("kalman").is_some());
+    let second = place.output(&["run", "--source", "sim", "--dashboard", "off", "--instance", "only"]);
+    assert_eq!(second.status.code(), Some(1));
+    let error = String::from_utf8(second.stderr).unwrap();
+    assert!(error.starts_with("truerate: pipeline 'only' already runs"), "{error}");
+    assert_eq!(error.lines().count(), 1, "{error}");
+    first.interrupt();
+}
+
+#[test]
+fn status_tells_what_runs_in_the_form_of_the_interface() {
+    let place = Place::new();
+    let mut pipeline = place.start("look", &["--source", "sim"]);
+    let mut status = None;
+    pipeline.until("estimates", |_| {
+        status = place.status("look").filter(|s| s["stages"].as_array().is_some_and(|a| a.len() >= 5));
+        status.is_some()
+    });
+    let status = status.unwrap();
+    assert_eq!(status["schema"], "truerate.status/1");
+    let names: Vec<&str> = status["services"].as_array().unwrap().iter().map(|s| s["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["acquisition", "kalman", "compensator"]);
+    for service in status["services"].as_array().unwrap() {
+        assert_eq!(service["state"], "running", "{service}");
+        for key in ["pid", "restarts", "received", "sent", "lost", "rejected", "epoch"] {
+            assert!(service[key].is_u64(), "{key} of {service}");
+        }
+    }
+    let stages: Vec<&str> = status["stages"].as_array().unwrap().iter().map(|s| s["stage"].as_str().unwrap()).collect();
+    for stage in ["acquisition-to-kalman", "kalman", "sample-to-estimate", "acquisition-to-compensator"] {
+        assert!(stages.contains(&stage), "{stages:?}");
+    }
+    let ended = pipeline.interrupt();
+    assert_eq!(ended.code, Some(0), "{}", ended.error);
+    assert!(place.left("look").is_empty(), "{:?}", place.left("look"));
+    let gone = place.output(&["status", "--instance", "look"]);
+    assert_eq!(gone.status.code(), Some(1));
+}
+
+#[test]
+fn a_log_that_cannot_be_read_ends_the_run_with_its_reason() {
+    let place = Place::new();
+    let path = place.file("bad.csv");
+    std::fs::write(&path, "t,gyro_z\n0,0.1\n0.01,zero\n").unwrap();
+    let ended = place.start("bad", &["--source", path.to_str().unwrap(), "--speed", "max"]).end();
+    assert_eq!(ended.code, Some(1));
+    let lines: Vec<&str> = ended.error.lines().filter(|line| line.starts_with("truerate: ")).collect();
+    assert_eq!(lines.len(), 1, "{}", ended.error);
+    assert!(lines[0].contains("bad.csv") && lines[0].contains("zero"), "{}", lines[0]);
+    assert!(place.left("bad").is_empty());
+}
