@@ -14,7 +14,7 @@
 //!
 //! A manoeuvre begins faster than q is identified. It shows in whitened gyro innovations of one sign: where their
 //! fading sum g ← g/2 + ν/√S passes [`MANOEUVRE`] of its own standard deviation, P of rate and acceleration grows by
-//! ν², before the update.
+//! the factor ν²/S before the update.
 //!
 //! Each innovation ν is gated at [`GATE`] of its own standard deviation. Beyond it, a signal that has made such steps
 //! lately (at first: any that [`ACCELERATION_UNKNOWN`] makes) makes another, and the filter starts again from it; else up to [`PATIENCE`] in a row are taken for outliers,
@@ -112,9 +112,8 @@ pub struct Filter {
     rejected: [u8; 3],
     /// Largest innovation lately that was a step of the signal, one a measurement.
     reach: [f64; 3],
-    /// g, and the last step in s.
+    /// g.
     trend: f64,
-    dt: f64,
 }
 
 impl Filter {
@@ -125,14 +124,7 @@ impl Filter {
         let mut p = Matrix4::from_diagonal(&Vector4::new(0.0, r + b, ACCELERATION_UNKNOWN.powi(2), b));
         p[(RATE, BIAS)] = -b;
         p[(BIAS, RATE)] = -b;
-        Self {
-            x: Vector4::new(0.0, rate, 0.0, 0.0),
-            p,
-            rejected: [0; 3],
-            reach: [f64::NAN, 0.0, 0.0],
-            trend: 0.0,
-            dt: 0.0,
-        }
+        Self { x: Vector4::new(0.0, rate, 0.0, 0.0), p, rejected: [0; 3], reach: [f64::NAN, 0.0, 0.0], trend: 0.0 }
     }
 
     /// Moves the state `dt` ahead.
@@ -146,7 +138,6 @@ impl Filter {
             self.predict_over_gap(dt, drive);
             return;
         }
-        self.dt = dt;
         if self.reach[Measured::Gyro as usize].is_nan() {
             self.reach[Measured::Gyro as usize] = ACCELERATION_UNKNOWN * dt;
         }
@@ -223,13 +214,17 @@ impl Filter {
     /// Whether a manoeuvre has begun; if so, P has grown.
     fn manoeuvre(&mut self, nu: f64, s: f64) -> bool {
         self.trend = FADE * self.trend + nu / s.sqrt();
-        if self.trend * self.trend * (1.0 - FADE * FADE) < MANOEUVRE * MANOEUVRE || self.dt <= 0.0 {
+        if self.trend * self.trend * (1.0 - FADE * FADE) < MANOEUVRE * MANOEUVRE {
             return false;
         }
         self.trend = 0.0;
-        let excess = nu * nu;
-        self.p[(RATE, RATE)] += excess;
-        self.p[(ACCELERATION, ACCELERATION)] += excess / (self.dt * self.dt);
+        let root = (nu * nu / s).max(1.0).sqrt();
+        for state in [RATE, ACCELERATION] {
+            for other in 0..4 {
+                self.p[(state, other)] *= root;
+                self.p[(other, state)] *= root;
+            }
+        }
         true
     }
 
