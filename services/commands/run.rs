@@ -79,6 +79,7 @@ fn settings(args: &Args) -> anyhow::Result<Settings> {
     settings.freeze |= args.freeze;
     settings.hide.extend(args.hide.iter().cloned());
     settings.make_absolute(Path::new("."))?;
+    settings.check()?;
     if settings.freeze && settings.model.is_none() {
         bail!("--freeze keeps the model as it is, and there is none: give one with --model");
     }

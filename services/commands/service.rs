@@ -1,7 +1,7 @@
 //! `truerate service NAME`: one process of the pipeline; what `truerate run` starts.
 
 use crate::{
-    acquisition, compensator,
+    acquisition, compensator, dashboard,
     domain::{self, Lock},
     hopeless::Hopeless,
     kalman, recorder,
@@ -20,7 +20,7 @@ use std::{
 /// What `truerate service` takes.
 #[derive(clap::Args, Debug, Clone)]
 pub struct Args {
-    /// Which process: acquisition, kalman, compensator, recorder
+    /// Which process: acquisition, kalman, compensator, recorder, dashboard
     #[arg(value_name = "NAME")]
     pub name: String,
     /// The pipeline that it belongs to
@@ -67,7 +67,7 @@ fn serve(service: ServiceId, domain: &Domain, folder: &RunFolder, stop: &Stop) -
         ServiceId::Kalman => kalman::run(&hub, &run, folder, stop),
         ServiceId::Compensator => compensator::run(&hub, &run, folder, stop),
         ServiceId::Recorder => recorder::run(&hub, &run, folder, stop),
-        ServiceId::Dashboard => bail!("the dashboard is started by `truerate run --dashboard ADDR`"),
+        ServiceId::Dashboard => dashboard::run(&hub, domain, &run, folder, stop),
     }
 }
 

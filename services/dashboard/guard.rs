@@ -32,12 +32,17 @@ pub enum Refused {
 }
 
 impl Guard {
-    /// For a dashboard that listens here; beyond loopback it draws a token.
+    /// For a dashboard that listens here; beyond loopback it keeps the token that it had, or draws one.
     ///
     /// # Errors
     /// Where the system has no random numbers.
-    pub fn of(address: SocketAddr) -> std::io::Result<Self> {
-        let token = if address.ip().is_loopback() { None } else { Some(random_token()?) };
+    pub fn of(address: SocketAddr, kept: Option<String>) -> std::io::Result<Self> {
+        let kept = kept.filter(|t| t.len() == 32 && t.bytes().all(|b| b.is_ascii_hexdigit()));
+        let token = match kept {
+            _ if address.ip().is_loopback() => None,
+            Some(token) => Some(token),
+            None => Some(random_token()?),
+        };
         Ok(Self { address, token })
     }
 
@@ -115,7 +120,7 @@ mod tests {
     }
 
     fn local() -> Guard {
-        Guard::of("127.0.0.1:7777".parse().unwrap()).unwrap()
+        Guard::of("127.0.0.1:7777".parse().unwrap(), None).unwrap()
     }
 
     #[test]
@@ -153,7 +158,7 @@ mod tests {
 
     #[test]
     fn beyond_loopback_everything_wants_the_token() {
-        let guard = Guard::of("192.168.1.5:7777".parse().unwrap()).unwrap();
+        let guard = Guard::of("192.168.1.5:7777".parse().unwrap(), None).unwrap();
         let token = guard.token().unwrap().to_string();
         let h = headers(&[("host", "192.168.1.5:7777")]);
         assert_eq!(guard.check(&Method::GET, &h, None), Err(Refused::Token));

@@ -1,12 +1,15 @@
 //! dashboard: watches the pipeline and shows it in a browser; sends what is ordered there.
 //!
 //! ```text
-//! topics ─▶ feed ─▶ scene ─▶ server ─▶ pages (SSE)        one thread watches, one serves
-//!                             └─▶ orders ─▶ commander ─▶ compensator, acquisition (request–response)
+//! topics ─▶ feed ─▶ scene ─▶ server ─▶ pages (SSE)        one thread watches, one serves, one asks
+//!                              └─▶ order ─▶ errands ─▶ compensator, acquisition (request–response)
 //! ```
 //!
 //! It only reads, and asks as `truerate control` does: when it dies or hangs nobody notices.
 
+mod errands;
+mod export;
+mod feed;
 pub mod guard;
 pub mod judgement;
 pub mod model;
@@ -14,3 +17,129 @@ pub mod motion;
 pub mod order;
 pub mod scene;
 pub mod server;
+
+use crate::{
+    domain::write_whole,
+    hopeless::Hopeless,
+    pulse::Pulse,
+    run_folder::{Run, RunFolder},
+    stop::Stop,
+};
+use anyhow::Context;
+use feed::Feed;
+use guard::Guard;
+use ipc_types::{ServiceId, State, domain::Domain, port::Hub};
+use scene::Scene;
+use server::Shop;
+use std::{
+    net::{SocketAddr, TcpListener, ToSocketAddrs},
+    sync::Arc,
+    thread,
+    time::Duration,
+};
+
+/// Between two looks at the topics: a page gets 20 steps a second.
+const LOOK: Duration = Duration::from_millis(25);
+/// Looks between two attempts at an address that is in use.
+const LOOKS_PER_ATTEMPT: u32 = 80;
+
+/// The address in `--dashboard ADDR|off`; `None` for `off`.
+///
+/// # Errors
+/// Where it is no address.
+pub fn address(text: &str) -> anyhow::Result<Option<SocketAddr>> {
+    if text == "off" {
+        return Ok(None);
+    }
+    let mut found = text
+        .to_socket_addrs()
+        .with_context(|| format!("dashboard '{text}': no address: use HOST:PORT, such as 127.0.0.1:7777, or off"))?;
+    Ok(Some(found.next().with_context(|| format!("dashboard '{text}': no such host"))?))
+}
+
+/// The process.
+///
+/// # Errors
+/// An address that is none, or broken plumbing.
+pub fn run(hub: &Hub, domain: &Domain, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Result<()> {
+    let address = address(&run.settings.dashboard).map_err(Hopeless::from_error)?;
+    let Some(address) = address else { return Ok(()) };
+    let mut pulse = Pulse::begin(hub, run.number, ServiceId::Dashboard, ["kalman-to-dashboard", "", ""])?;
+    let scene = Scene::default();
+    let mut feed = Feed::open(hub, run, folder, domain.name(), scene.clone())?;
+    let errands = errands::start(domain.clone());
+    let place = std::env::current_dir().context("the current folder")?;
+    let names = folder.clone();
+    let shop = |guard: Guard| Shop {
+        scene: scene.clone(),
+        guard: Arc::new(guard),
+        errands: errands.clone(),
+        folder: place.clone(),
+        export: Arc::new({
+            let names = names.clone();
+            move |scene: &Scene, name: &str| export::export(scene, &names, name)
+        }),
+    };
+    pulse.become_state(State::Running)?;
+    let mut looks = 0;
+    let mut serving = false;
+    while !stop.asked() {
+        if !serving && looks % LOOKS_PER_ATTEMPT == 0 {
+            match TcpListener::bind(address) {
+                Ok(listener) => {
+                    serving = true;
+                    serve(listener, folder, shop)?;
+                }
+                // Nobody else suffers from it; the place may become free.
+                Err(error) if looks == 0 => {
+                    eprintln!("truerate: dashboard {address}: {error}: choose another with --dashboard, or off");
+                }
+                Err(_) => {}
+            }
+        }
+        looks += 1;
+        feed.turn(&mut pulse)?;
+        pulse.beat(u64::MAX)?;
+        thread::sleep(LOOK);
+    }
+    Ok(())
+}
+
+fn serve(listener: TcpListener, folder: &RunFolder, shop: impl FnOnce(Guard) -> Shop) -> anyhow::Result<()> {
+    let address = listener.local_addr().context("the dashboard's address")?;
+    let kept = folder.mark("dashboard.token");
+    // A dashboard that is started again keeps its token, so that open pages go on.
+    let guard = Guard::of(address, std::fs::read_to_string(&kept).ok()).context("a token")?;
+    if let Some(token) = guard.token() {
+        write_whole(&kept, token.as_bytes())?;
+    }
+    write_whole(&folder.mark("dashboard.url"), guard.url().as_bytes())?;
+    eprintln!("dashboard: {}", guard.url());
+    let shop = shop(guard);
+    thread::Builder::new()
+        .name("server".into())
+        .spawn(move || {
+            if let Err(error) = server::serve(listener, shop) {
+                // A process that watches and serves nobody is of no use: the supervisor starts a new one.
+                eprintln!("truerate: dashboard {address}: {error}");
+                std::process::exit(1);
+            }
+        })
+        .context("the server's thread")?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::address;
+
+    #[test]
+    fn an_address_that_is_none_is_refused_with_what_to_write() {
+        assert_eq!(address("off").unwrap(), None);
+        assert_eq!(address("127.0.0.1:80").unwrap(), Some("127.0.0.1:80".parse().unwrap()));
+        for text in ["7777", "", "127.0.0.1", "127.0.0.1:99999"] {
+            let error = format!("{:#}", address(text).unwrap_err());
+            assert!(error.contains("HOST:PORT"), "{error}");
+        }
+    }
+}

@@ -118,8 +118,8 @@ impl Scene {
         kept.steps.drain(..surplus);
     }
 
-    /// A row of the source, for the export.
-    pub fn keep_row(&self, rows: &mut Vec<Row>) {
+    /// Rows of the source, for the export; they are taken out of `rows`.
+    pub fn keep_rows(&self, rows: &mut Vec<Row>) {
         let mut kept = self.kept();
         let surplus = (kept.rows.len() + rows.len()).saturating_sub(ROWS).min(kept.rows.len());
         kept.rows.drain(..surplus);
@@ -204,7 +204,7 @@ mod tests {
         let scene = Scene::default();
         for k in 0..3000 {
             scene.move_on(vec![Step { t: f64::from(k), axes: Default::default() }]);
-            scene.keep_row(&mut vec![Row { t_ns: i64::from(k), ..Row::EMPTY }; 100]);
+            scene.keep_rows(&mut vec![Row { t_ns: i64::from(k), ..Row::EMPTY }; 100]);
         }
         let kept = scene.kept();
         assert_eq!(kept.steps.len(), STEPS);

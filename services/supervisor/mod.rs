@@ -135,6 +135,9 @@ impl Pipeline {
         if settings.record.is_some() {
             wanted.push(ServiceId::Recorder);
         }
+        if settings.dashboard != "off" {
+            wanted.push(ServiceId::Dashboard);
+        }
         let all = || wanted.iter().map(|&id| Process::new(id, folder.clone())).collect::<Vec<_>>();
         let mut processes = all();
         let before = processes.iter().any(Process::is_adopted).then(|| folder.run().ok()).flatten();
