@@ -14,7 +14,7 @@ Examples:
 Both models are refitted to the log and judged on data that they did not see.")]
 pub struct Args {
     #[command(flatten)]
-    change: change::Args,
+    change: change::ChangeArgs,
 }
 
 /// Adds, refits, prints.

@@ -12,7 +12,7 @@ use std::{path::PathBuf, process::ExitCode};
 
 /// What both take.
 #[derive(clap::Args, Debug, Clone)]
-pub struct Args {
+pub struct ChangeArgs {
     #[command(flatten)]
     log: LogArgs,
     /// Effect ids, as `truerate effects` lists them, or a user's own effect of the model file
@@ -44,7 +44,7 @@ pub enum Direction {
 ///
 /// # Errors
 /// A refused log or model, an effect that is not there or is there already, a file that cannot be written.
-pub fn run(args: &Args, direction: Direction) -> Result<ExitCode> {
+pub fn run(args: &ChangeArgs, direction: Direction) -> Result<ExitCode> {
     args.report.check()?;
     if let Some(path) = &args.output {
         writable(path)?;

@@ -4,6 +4,7 @@
 //! command whose file has no `run` yet is not offered.
 //! A command writes its result with [`print`], never `println!`, so that `truerate … | head` ends quietly.
 
+use anyhow::Context;
 use std::io::{self, Write};
 
 pub mod add;
@@ -29,11 +30,14 @@ pub mod top;
 ///
 /// # Errors
 /// What standard output answers; a reader that has left ends the program quietly at the top.
-pub fn print(text: &str) -> io::Result<()> {
-    let mut out = io::stdout().lock();
-    out.write_all(text.as_bytes())?;
-    if !text.ends_with('\n') {
-        out.write_all(b"\n")?;
-    }
-    out.flush()
+pub fn print(text: &str) -> anyhow::Result<()> {
+    let write = || -> io::Result<()> {
+        let mut out = io::stdout().lock();
+        out.write_all(text.as_bytes())?;
+        if !text.ends_with('\n') {
+            out.write_all(b"\n")?;
+        }
+        out.flush()
+    };
+    write().context("standard output cannot be written: send it to a place with room")
 }

@@ -166,7 +166,7 @@ impl ReportArgs {
         if product == Some(Path::new("-")) {
             return Ok(());
         }
-        Ok(print(&render(self.format, false))?)
+        print(&render(self.format, false))
     }
 }
 

@@ -12,6 +12,8 @@ mod input;
 mod number;
 mod reader;
 mod tally;
+#[cfg(test)]
+mod tests;
 mod unit;
 mod whole;
 mod writer;

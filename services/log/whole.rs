@@ -25,7 +25,9 @@ pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, P
     }
     found.extend(report.faults);
     let faulty = reader.rows_faulty() + report.rows_marked;
-    let worst = || found.iter().max_by_key(|f| f.count).map_or_else(String::new, |f| f.says.clone());
+    let costs_rows =
+        |f: &&DataFault| ["non-finite", "time-going-back", "outliers", "repeated-samples"].contains(&f.fault.as_str());
+    let worst = || found.iter().filter(costs_rows).max_by_key(|f| f.count).map_or_else(String::new, |f| f.says.clone());
     if faulty as f64 > FAULTY_SHARE * reader.rows_read() as f64 {
         return Err(refuse(Problem::TooFaulty { faulty, rows: reader.rows_read(), worst: worst() }));
     }

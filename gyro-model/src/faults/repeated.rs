@@ -36,7 +36,8 @@ pub(super) fn check(record: &mut Record, already: &mut [bool], report: &mut Repo
     if channels.len() < 4 {
         found = channels.first().map_or_else(Vec::new, |of| {
             let values: Vec<f64> = rows.iter().map(|&k| of(&record.rows[k])).collect();
-            found.retain(|&k| stands_between_changes(&values, k));
+            let ends = values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            found.retain(|&k| stands_between_changes(&values, ends, k));
             if standing_still_is_an_excess(&values, found.len()) { found } else { Vec::new() }
         });
     } else if (found.len() as f64) < 3.0 + 20.0 * by_chance * pairs {
@@ -55,10 +56,7 @@ pub(super) fn check(record: &mut Record, already: &mut [bool], report: &mut Repo
         "repeated-samples",
         found.len() as u64,
         Some(t),
-        format!(
-            "{} logged again in place of a new one, the first at t = {t:.3} s; {then}",
-            counted(found.len(), "sample")
-        ),
+        format!("{} logged again in place of a new one; {then}", counted(found.len(), "sample")),
     );
 }
 
@@ -68,13 +66,12 @@ fn quantum(values: &[f64]) -> f64 {
     steps.filter(|&step| step > 1e-12).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether reading `k` repeats the one before while the readings around change by many steps, off the range's ends.
-fn stands_between_changes(values: &[f64], k: usize) -> bool {
+/// Whether reading `k` repeats the one before while the readings around change by many steps, off the range's `ends`.
+fn stands_between_changes(values: &[f64], ends: f64, k: usize) -> bool {
     if k < 2 || k + 1 >= values.len() {
         return false;
     }
     let q = quantum(&values[k.saturating_sub(200)..(k + 200).min(values.len())]);
-    let ends = values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     let (before, after) = (values[k - 1] - values[k - 2], values[k + 1] - values[k]);
     before.abs() > 8.0 * q && after.abs() > 8.0 * q && before * after > 0.0 && values[k].abs() < 0.97 * ends
 }

@@ -53,7 +53,7 @@ fn channel(
     }
     let t = seconds(record, rows[first]);
     let readings = counted(found.len(), "single reading");
-    let says = format!("{name}: {readings} far from those around, the first at t = {t:.3} s; left out");
+    let says = format!("{name}: {readings} far from those around; left out");
     report.add("outliers", found.len() as u64, Some(t), says);
 }
 

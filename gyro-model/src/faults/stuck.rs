@@ -37,9 +37,7 @@ fn say(record: &Record, report: &mut Report, name: &str, while_: &str, runs: &[(
         "stuck-channel",
         rows as u64,
         Some(t),
-        format!(
-            "{name} stands still in {rows} rows while {while_}, first at t = {t:.3} s: check its wiring and driver"
-        ),
+        format!("{name} stands still in {rows} rows while {while_}: check its wiring and driver"),
     );
 }
 

@@ -13,12 +13,10 @@ const JITTER: f64 = 0.5;
 pub(super) fn check(record: &Record, report: &mut Report) {
     let rows: Vec<usize> = (0..record.len()).filter(|&k| record.rows[k].gyro.iter().any(|x| x.is_finite())).collect();
     let dt: Vec<f64> = rows.windows(2).map(|pair| seconds(record, pair[1]) - seconds(record, pair[0])).collect();
-    let (Some(low), Some(usual), Some(high)) =
-        (quantile(dt.clone(), 0.01), quantile(dt.clone(), 0.5), quantile(dt.clone(), 0.99))
-    else {
-        return;
-    };
-    let (low, high) = (low.max(usual / GAP), high.min(usual * GAP));
+    let Some(usual) = quantile(dt.clone(), 0.5) else { return };
+    // Jitter is judged on what is no gap.
+    let near: Vec<f64> = dt.iter().copied().filter(|&x| x <= GAP * usual).collect();
+    let (low, high) = (quantile(near.clone(), 0.01).unwrap_or(usual), quantile(near, 0.99).unwrap_or(usual));
     let spread = (high - low) / usual;
     // Where stamps jitter much, only an interval well beyond the jitter is a gap.
     let gap = usual * if spread > JITTER { 2.0 * GAP } else { GAP };
@@ -26,13 +24,12 @@ pub(super) fn check(record: &Record, report: &mut Report) {
     if let Some(&first) = gaps.first() {
         let missing: f64 = gaps.iter().map(|&k| (dt[k] / usual).round() - 1.0).sum();
         let longest = gaps.iter().map(|&k| dt[k]).fold(0.0, f64::max);
-        let t = seconds(record, rows[first]);
         report.add(
             "dropouts",
             gaps.len() as u64,
-            Some(t),
+            Some(seconds(record, rows[first])),
             format!(
-                "{}, about {} missing, the longest {longest:.3} s, the first after t = {t:.3} s; nothing is assumed inside",
+                "{}, about {} missing, the longest {longest:.3} s; nothing is assumed inside",
                 counted(gaps.len(), "gap"),
                 counted(missing as usize, "sample")
             ),

@@ -1,0 +1,195 @@
+//! The offline commands on the real program: what one writes the next one reads.
+
+mod common;
+
+use common::{Bench, log};
+use serde_json::Value;
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap_or_else(|e| panic!("{e}: {text}"))
+}
+
+/// (value, standard error) of a parameter on the first axis of a diagnosis.
+fn parameter(diagnosis: &Value, effect: &str, name: &str) -> (f64, f64) {
+    let parameters = diagnosis["axes"][0]["parameters"].as_array().unwrap();
+    let found = parameters.iter().find(|p| p["effect"] == effect && p["name"] == name);
+    let found = found.unwrap_or_else(|| panic!("no {effect}.{name} in {diagnosis}"));
+    (found["value"].as_f64().unwrap(), found["std_error"].as_f64().unwrap())
+}
+
+#[test]
+fn a_simulated_log_is_made_again_from_its_seed_and_fit_finds_its_truth() {
+    let bench = Bench::new();
+    bench.ok(&["simulate", "--seconds", "60", "--seed", "5", "-o", "a.csv.gz"]);
+    bench.ok(&["simulate", "--seconds", "60", "--seed", "5", "-o", "b.csv.gz"]);
+    assert!(std::fs::read(bench.path("a.csv.gz")).unwrap() == std::fs::read(bench.path("b.csv.gz")).unwrap());
+    let truth =
+        json(&bench.ok(&["compare", "a.csv.gz", "--model", "a.csv.gz.truth.toml", "--axis", "x", "--format", "json"]));
+    let fitted = json(&bench.ok(&["fit", "a.csv.gz", "--axis", "x", "--format", "json", "-o", "m.toml"]));
+    for (effect, name) in [("scale-factor", "alpha"), ("bias", "delta")] {
+        let ((wanted, _), (found, error)) = (parameter(&truth, effect, name), parameter(&fitted, effect, name));
+        assert!((found - wanted).abs() < 5.0 * error, "{effect}.{name}: {found} ± {error}, true {wanted}");
+    }
+    let model = bench.text("m.toml");
+    assert!(model.contains("log = \"a.csv.gz\"") && model.contains("samples = 6000"), "{model}");
+}
+
+#[test]
+fn the_truth_beside_a_log_holds_what_was_hidden() {
+    let bench = Bench::new();
+    let out = bench.ok(&["simulate", "--seconds", "20", "--hide", "delay:d=0.012", "lag", "-o", "late.csv"]);
+    assert!(out.contains("hidden: delay, lag"), "{out}");
+    let truth = bench.text("late.csv.truth.toml");
+    assert!(truth.contains("delay.d = { value = 0.012"), "{truth}");
+    assert!(truth.contains("effects = [\"scale-factor\", \"bias\", \"delay\", \"lag\"]"), "{truth}");
+    let twice = bench.run(&["simulate", "--hide", "dely", "-o", "x.csv"]);
+    assert!(twice.refusal("dely").contains("no effect 'dely'"));
+    assert!(bench.refused(&["simulate", "--hide", "delay:d=99", "-o", "x.csv"]).contains('d'));
+}
+
+#[test]
+fn a_missing_delay_is_named_added_and_taken_out_again() {
+    let bench = Bench::new();
+    bench.ok(&["simulate", "--seconds", "60", "--rate", "100", "--hide", "delay:d=0.02", "-o", "log.csv.gz"]);
+    let found = bench.run(&[
+        "diagnose",
+        "log.csv.gz",
+        "--axis",
+        "x",
+        "--format",
+        "json",
+        "--fail-on",
+        "missing-effect",
+        "--fail-on",
+        "ambiguous",
+    ]);
+    assert_eq!(found.code, 3, "{found:?}");
+    assert_eq!(json(&found.out)["axes"][0]["suspects"][0]["effect"], "delay", "{}", found.out);
+    bench.ok(&["add", "log.csv.gz", "delay", "--axis", "x", "-o", "m.toml"]);
+    let model = bench.text("m.toml");
+    assert!(model.contains("effects = [\"scale-factor\", \"bias\", \"delay\"]"), "{model}");
+    let again = bench.refused(&["add", "log.csv.gz", "delay", "--axis", "x", "--model", "m.toml"]);
+    assert!(again.contains("has 'delay' already"), "{again}");
+    bench.ok(&["remove", "log.csv.gz", "delay", "--axis", "x", "--model", "m.toml", "-o", "without.toml"]);
+    assert!(!bench.text("without.toml").contains("delay"));
+    assert!(bench.text("without.toml").contains("epoch = 3"), "{}", bench.text("without.toml"));
+    let ladder = json(&bench.ok(&["ladder", "log.csv.gz", "--axis", "x", "--format", "json", "-o", "top.toml"]));
+    assert_eq!(ladder["schema"], "truerate.ladder/1");
+    assert_eq!(ladder["axes"][0]["steps"][1]["added"], "delay", "{ladder}");
+    assert!(bench.text("top.toml").contains("delay.d"));
+}
+
+#[test]
+fn a_report_is_written_in_the_form_of_its_ending_whatever_is_printed() {
+    let bench = Bench::new();
+    bench.file("log.csv", log(1000));
+    for (report, begins) in [("r.html", "<!doctype html>"), ("r.json", "{"), ("r.txt", "")] {
+        let out = bench.ok(&["compare", "log.csv", "--report", report]);
+        let text = bench.text(report);
+        assert!(text.to_lowercase().trim_start().starts_with(begins), "{report}: {:.80}", text);
+        assert!(!out.trim_start().starts_with(['<', '{']) && out.contains("axis z"), "{out}");
+    }
+    assert_eq!(json(&bench.text("r.json"))["schema"], "truerate.diagnosis/1");
+}
+
+#[test]
+fn compare_holds_two_models_against_the_same_samples() {
+    let bench = Bench::new();
+    bench.file("log.csv", log(2000));
+    bench.ok(&["fit", "log.csv", "-o", "a.toml"]);
+    bench.ok(&["add", "log.csv", "delay", "--model", "a.toml", "-o", "b.toml"]);
+    let out = bench.ok(&["compare", "log.csv", "--model", "a.toml", "--against", "b.toml"]);
+    assert!(out.contains("a.toml") && out.contains("b.toml"), "{out}");
+}
+
+#[test]
+fn apply_undoes_scale_and_bias_and_keeps_the_logs_own_clock() {
+    let bench = Bench::new();
+    // Twice the rate and a bias of a quarter: ω = 0.5 · reading − 0.125, on an epoch clock in nanoseconds.
+    let mut text = String::from("t_ns,gyro_y\n");
+    for k in 0..200_i64 {
+        text.push_str(&format!("{},{}\n", 1_763_700_000_123_456_789 + k * 10_000_000, 2.0 * (k as f64) + 0.25));
+    }
+    bench.file("log.csv", text);
+    bench.file(
+        "m.toml",
+        "schema = \"truerate.model/1\"\n[axis.y]\neffects = [\"scale-factor\", \"bias\"]\n[axis.y.parameters]\n\
+         scale-factor.alpha = { value = 0.5, unit = \"1\" }\nbias.delta = { value = -0.125, unit = \"rad/s\" }\n",
+    );
+    let out = bench.ok(&["apply", "log.csv", "--model", "m.toml"]);
+    let mut lines = out.lines();
+    assert_eq!(lines.next(), Some("t,rate_y,rate_filtered_y,rate_std_y,angle_y,angle_fused_y"));
+    for (k, line) in lines.enumerate() {
+        let fields: Vec<&str> = line.split(',').collect();
+        let nanoseconds = 123_456_789 + k as i64 * 10_000_000;
+        let wanted = format!("{}.{:09}", 1_763_700_000 + nanoseconds / 1_000_000_000, nanoseconds % 1_000_000_000);
+        assert_eq!(fields[0], wanted.trim_end_matches('0'));
+        let rate: f64 = fields[1].parse().unwrap();
+        assert!((rate - k as f64).abs() < 1e-12, "{line}");
+    }
+    bench.ok(&["apply", "log.csv", "--model", "m.toml", "-o", "out.csv"]);
+    assert_eq!(bench.text("out.csv"), out);
+    let refused = bench.refused(&["apply", "log.csv", "--model", "m.toml", "--axis", "x"]);
+    assert!(refused.contains("the log has gyro y, the model y"), "{refused}");
+}
+
+#[test]
+fn foreign_headers_and_units_are_renamed_by_a_column_map() {
+    let bench = Bench::new();
+    bench.file("log.csv", log(300));
+    let mut foreign = String::from("\"time, s\",IMU gz (°/s),enc\n");
+    for line in log(300).lines().skip(1) {
+        let v: Vec<f64> = line.split(',').map(|x| x.parse().unwrap()).collect();
+        foreign.push_str(&format!("{},{},{}\n", v[0], v[1].to_degrees(), v[2].to_degrees()));
+    }
+    bench.file("foreign.csv", foreign);
+    let map = "\"time, s\" = \"t\"\n\"IMU gz (°/s)\" = \"gyro_z_dps\"\nref_angle_z_deg = \"enc\"\n";
+    bench.file("map.toml", map);
+    let ours = json(&bench.ok(&["fit", "log.csv", "--format", "json"]));
+    let theirs = json(&bench.ok(&["fit", "foreign.csv", "--columns", "map.toml", "--format", "json"]));
+    let ((a, _), (b, _)) = (parameter(&ours, "scale-factor", "alpha"), parameter(&theirs, "scale-factor", "alpha"));
+    assert!((a - b).abs() < 1e-6, "{a} {b}");
+    bench.file("wrong.toml", map.replace("IMU gz", "IMU gy"));
+    let outcome = bench.run(&["fit", "foreign.csv", "--columns", "wrong.toml"]);
+    assert_eq!(outcome.code, 1);
+    assert!(outcome.err.contains("wrong.toml line 2 column 1") && outcome.err.contains('^'), "{outcome:?}");
+}
+
+#[test]
+fn a_users_own_effect_is_added_like_any_other() {
+    let bench = Bench::new();
+    let mut text = String::from("t,gyro_z,ref_angle_z,load\n");
+    for (k, line) in log(3000).lines().skip(1).enumerate() {
+        let v: Vec<f64> = line.split(',').map(|x| x.parse().unwrap()).collect();
+        let load = (0.4 * v[0]).sin() + 0.3 * (k as f64 * 0.002).cos();
+        text.push_str(&format!("{},{},{},{load}\n", v[0], v[1] + 0.05 * load, v[2]));
+    }
+    bench.file("log.csv", text);
+    bench.ok(&["fit", "log.csv", "-o", "base.toml"]);
+    let own =
+        "\n[effect.load-bias]\nregressor = \"k * load\"\nparameters = { k = { unit = \"rad/s\", typical = 0.01 } }\n";
+    bench.file("own.toml", bench.text("base.toml") + own);
+    bench.ok(&["add", "log.csv", "load-bias", "--model", "own.toml", "-o", "new.toml"]);
+    let fitted = json(&bench.ok(&["compare", "log.csv", "--model", "new.toml", "--format", "json"]));
+    let (k, _) = parameter(&fitted, "load-bias", "k");
+    assert!((k - 0.05).abs() < 0.005, "{k}");
+    let diagnosis = json(&bench.ok(&["diagnose", "log.csv", "--model", "own.toml", "--format", "json"]));
+    assert_eq!(diagnosis["axes"][0]["suspects"][0]["effect"], "load-bias", "{diagnosis}");
+    let outcome = bench.run(&["apply", "log.csv", "--model", "new.toml", "-o", "out.csv"]);
+    assert_eq!(outcome.code, 0, "{outcome:?}");
+    bench.file("no-load.csv", log(300));
+    let outcome = bench.run(&["apply", "no-load.csv", "--model", "new.toml"]);
+    assert!(outcome.code == 1 && outcome.err.contains("load") && outcome.err.contains('^'), "{outcome:?}");
+}
+
+#[test]
+fn every_effect_has_a_card() {
+    let bench = Bench::new();
+    let list = bench.ok(&["effects"]);
+    for effect in gyro_model::effects::CATALOGUE {
+        let id = effect.card().id;
+        assert!(list.contains(id), "{id} is not listed");
+        assert!(bench.ok(&["effects", id]).contains(effect.card().equation), "{id}");
+    }
+    assert!(bench.refused(&["effects", "dely"]).contains("did you mean 'delay'"));
+}
