@@ -239,7 +239,7 @@ impl Plan {
 fn sum_of_errors(effects: &mut [Placed], signals: &Signals, commit: bool) -> f64 {
     effects.iter_mut().fold(0.0, |sum, p| {
         let mut memory = p.memory;
-        let error = p.effect.error(&p.values, signals, &mut memory);
+        let error = p.effect.error_seen(&p.values, signals, &mut memory);
         if commit {
             p.memory = memory;
         }

@@ -58,6 +58,24 @@ impl Normal {
         }
     }
 
+    /// The equations of the first `n` parameters alone.
+    #[must_use]
+    pub fn first(&self, n: usize) -> Self {
+        Self {
+            cost: self.cost,
+            gradient: self.gradient[..n].to_vec(),
+            matrix: Mat::from_fn(n, n, |i, j| self.matrix[(i, j)]),
+        }
+    }
+
+    /// Makes these, the first equations of `all`, those of the residual with column `k` of `all` added to it.
+    pub fn shift(&mut self, all: &Self, k: usize) {
+        self.cost += 2.0 * all.gradient[k] + all.matrix[(k, k)];
+        for (i, g) in self.gradient.iter_mut().enumerate() {
+            *g += all.matrix[(i, k)];
+        }
+    }
+
     /// The undamped step of these equations, a part of `whole`. Directions of which less than `share` of the whole's
     /// information is left stay where the whole put them.
     #[must_use]

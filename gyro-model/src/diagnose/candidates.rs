@@ -27,6 +27,8 @@ pub struct Candidate {
     pub term: Term,
     /// Rise of ln L by the linear scan.
     pub score: f64,
+    /// Share of J that the scan says it removes.
+    pub removes: f64,
     /// Parameters that adding it frees.
     pub freedom: usize,
 }
@@ -49,11 +51,12 @@ pub fn can_show(effect: &dyn Effect, series: &Series) -> bool {
     })
 }
 
-/// Every absent effect that this log can show, at its best grid point, best first.
+/// Every absent effect that this log can show: at the grid point that raises ln L most, and at the one that lowers the
+/// error most where that is another.
 #[must_use]
 pub fn scan(study: &Study, gls: &Gls, extra: &[&'static dyn Effect]) -> Vec<Candidate> {
     let scanner = Scanner::new(study, gls);
-    let mut found = Vec::new();
+    let mut found: Vec<Candidate> = Vec::new();
     for (index, series) in study.bench.problem.series.iter().enumerate() {
         let axis = series.axis;
         let empty = AxisModel::EMPTY;
@@ -66,13 +69,7 @@ pub fn scan(study: &Study, gls: &Gls, extra: &[&'static dyn Effect]) -> Vec<Cand
             found.extend(scanner.best(*effect, index, series));
         }
     }
-    found.sort_by(|a, b| (b.score - penalty(b)).total_cmp(&(a.score - penalty(a))));
     found
-}
-
-/// What a candidate's freedom would gain by chance alone.
-fn penalty(candidate: &Candidate) -> f64 {
-    candidate.freedom as f64
 }
 
 struct Scanner<'a> {
@@ -94,13 +91,20 @@ impl<'a> Scanner<'a> {
         Self { study, residual, columns, inverse, gradient: normal.gradient, whitener }
     }
 
-    fn best(&self, effect: &'static dyn Effect, index: usize, series: &Series) -> Option<Candidate> {
+    fn best(&self, effect: &'static dyn Effect, index: usize, series: &Series) -> Vec<Candidate> {
         let parameters = effect.parameters(series.axis);
         let linear = parameters.iter().filter(|p| p.role == Role::Linear).count();
         if effect.stage() == Stage::Reading {
-            let value = limits::read_off(effect, series)?;
-            let term = Term { effect, values: vec![value], std_errors: vec![f64::NAN] };
-            return Some(Candidate { series: index, term, score: f64::INFINITY, freedom: 1 });
+            return limits::read_off(effect, series)
+                .map(|value| Candidate {
+                    series: index,
+                    term: Term { effect, values: vec![value], std_errors: vec![f64::NAN] },
+                    score: f64::INFINITY,
+                    removes: 1.0,
+                    freedom: 1,
+                })
+                .into_iter()
+                .collect();
         }
         let span = series.span();
         let shapes: Vec<Vec<f64>> = if effect.card().id == "vibration-tone" {
@@ -110,16 +114,16 @@ impl<'a> Scanner<'a> {
         } else {
             effect.grid(&span)
         };
-        let mut best: Option<Candidate> = None;
+        let mut likeliest: Option<Candidate> = None;
+        let mut lowest: Option<Candidate> = None;
         for shape in shapes {
             let mut term = Term::neutral(effect, series.axis);
             term.values[linear..].copy_from_slice(&shape);
             let freedom = parameters.len();
-            let score = if linear == 0 {
-                let column = self.column(index, &term, 1.0);
-                self.fall_with(&column)
+            let columns: Vec<Vec<Vec<f64>>> = if linear == 0 {
+                vec![self.column(index, &term, 1.0)]
             } else {
-                let columns: Vec<Vec<Vec<f64>>> = (0..linear)
+                (0..linear)
                     .map(|j| {
                         let card = &parameters[j];
                         let h = if card.typical == 0.0 { 1e-6 * card.bounds.1 } else { 0.1 * card.typical.abs() };
@@ -127,26 +131,57 @@ impl<'a> Scanner<'a> {
                         trial.values[j] += h;
                         self.column(index, &trial, h)
                     })
-                    .collect();
-                let (score, coefficients) = self.rise(&columns);
+                    .collect()
+            };
+            let white: Vec<Vec<Vec<f64>>> =
+                columns.iter().map(|c| c.iter().map(|c| self.whitener.apply(c)).collect()).collect();
+            let (score, coefficients) =
+                if linear == 0 { (self.fall_with(&white[0]), Vec::new()) } else { self.rise(&white) };
+            let (removes, others) = self.lowers(&columns, linear == 0);
+            let mut keep = |best: &mut Option<Candidate>, coefficients: &[f64], better: &dyn Fn(&Candidate) -> bool| {
+                let mut term = term.clone();
                 for (j, c) in coefficients.iter().enumerate() {
                     let bounds = parameters[j].bounds;
                     term.values[j] = c.clamp(bounds.0, bounds.1);
                 }
-                score
+                if score.is_finite() && best.as_ref().is_none_or(better) {
+                    *best = Some(Candidate { series: index, term, score, removes, freedom });
+                }
             };
-            if score.is_finite() && best.as_ref().is_none_or(|b| score > b.score) {
-                best = Some(Candidate { series: index, term, score, freedom });
-            }
+            keep(&mut likeliest, &coefficients, &|b| score > b.score);
+            keep(&mut lowest, &others, &|b| removes > b.removes);
         }
-        best
+        match (likeliest, lowest) {
+            (Some(a), Some(b)) if a.term.values[linear..] == b.term.values[linear..] => vec![a],
+            (a, b) => a.into_iter().chain(b).collect(),
+        }
     }
 
-    /// Whitened (residual with the term − residual)/h.
+    /// Share of J that is removed where the columns join, everything refitted linearly, and their coefficients; `fixed`
+    /// joins the one column with coefficient 1.
+    fn lowers(&self, columns: &[Vec<Vec<f64>>], fixed: bool) -> (f64, Vec<f64>) {
+        let (bench, n) = (self.study.bench, self.study.columns.len());
+        let mut list: Vec<&[Vec<f64>]> = vec![&self.study.evaluation.residual];
+        list.extend(self.study.columns.iter().map(Vec::as_slice));
+        list.extend(columns.iter().map(Vec::as_slice));
+        let normal = bench.coarse.grams(&bench.problem, &list, None).normal(&bench.coarse.tau, &bench.weights, None);
+        let mut before = normal.first(n);
+        let left = before.cost_after(&before.step_from(&before, 1e-9));
+        let (after, coefficients) = if fixed {
+            before.shift(&normal, n);
+            (before.cost_after(&before.step_from(&before, 1e-9)), Vec::new())
+        } else {
+            let step = normal.step_from(&normal, 1e-9);
+            (normal.cost_after(&step), step[n..].to_vec())
+        };
+        (1.0 - after / left, coefficients)
+    }
+
+    /// (residual with the term − residual)/h.
     fn column(&self, index: usize, term: &Term, h: f64) -> Vec<Vec<f64>> {
         let model = with_term(self.study, index, term.clone());
-        let moved = self.study.bench.problem.evaluate(&model, &self.study.warm);
-        difference(&moved, &self.study.evaluation, h).iter().map(|c| self.whitener.apply(c)).collect()
+        let moved = self.study.bench.problem.evaluate_one(&model, &self.study.warm, &self.study.evaluation, index);
+        difference(&moved, &self.study.evaluation, h)
     }
 
     /// Projection of `c` onto the model's columns removed: (c·c, c·r) that remain, and c·W.

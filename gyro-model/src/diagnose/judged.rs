@@ -121,14 +121,14 @@ pub fn pictures(record: &Record, study: &Study, series: usize) -> (AxisDetail, V
         error_angle[row] = *e;
     }
     let mut rates: [&[f64]; 3] = [&[]; 3];
-    for (other, rate) in problem.series.iter().zip(&study.evaluation.rate) {
-        rates[other.axis.index()] = rate;
+    for (other, rate) in problem.series.iter().zip(&study.evaluation.tracks) {
+        rates[other.axis.index()] = &rate.rate;
     }
     let list = channels(record, s.axis, rates, &study.warm[series].angle);
     let prior = &study.bench.prior[series];
     let detail = detail::detail(&Input {
         t: &s.t,
-        rate: &study.evaluation.rate[series],
+        rate: &study.evaluation.tracks[series].rate,
         error_angle: &error_angle,
         channels: &list,
         noise: crate::Noise {

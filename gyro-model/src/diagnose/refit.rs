@@ -55,7 +55,9 @@ pub struct Refit<'a> {
 }
 
 /// How many suspects are refitted exactly.
-const LEADERS: usize = 8;
+const LEADERS: usize = 5;
+/// Share of J that the scan has to promise for a refit that its likelihood does not ask for.
+const LOWERS: f64 = 0.02;
 /// Significance, priced for the whole search, that a suspect needs.
 const GATE: f64 = 2e-3;
 /// Rise of ln L below which the scan's suspects are not refitted.
@@ -122,18 +124,46 @@ impl<'a> Present<'a> {
     /// The suspects of this model, refitted, best first.
     #[must_use]
     pub fn suspects(&self, extra: &[&'static dyn Effect], mut progress: impl FnMut(&str)) -> Vec<Refit<'a>> {
-        let mut list = scan(&self.study, &self.gls, extra);
-        list.retain(|c| c.score - c.freedom as f64 > NOTICEABLE - 1.0);
-        list.truncate(LEADERS);
-        let mut refits: Vec<Refit<'a>> = list
-            .into_iter()
-            .map(|c| {
-                progress(c.term.effect.card().id);
-                self.refit(c)
-            })
-            .collect();
+        let list = leaders(scan(&self.study, &self.gls, extra));
+        progress(&list.iter().map(|c| c.term.effect.card().id).collect::<Vec<_>>().join(", "));
+        let mut refits = self.refit_all(list);
         rank(&mut refits);
+        prefer_plainer(&mut refits);
+        let mut seen: Vec<(usize, &str)> = Vec::new();
+        refits.retain(|r| {
+            let key = (r.candidate.series, r.candidate.term.effect.card().id);
+            let first = !seen.contains(&key);
+            seen.push(key);
+            first
+        });
         refits
+    }
+
+    /// Refits on every core there is.
+    fn refit_all(&self, list: Vec<Candidate>) -> Vec<Refit<'a>> {
+        let threads = std::thread::available_parallelism().map_or(1, usize::from).min(list.len().max(1));
+        let next = std::sync::atomic::AtomicUsize::new(0);
+        let work = || {
+            let mut done = Vec::new();
+            loop {
+                let k = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+                let Some(candidate) = list.get(k) else { return done };
+                done.push((k, self.refit(candidate.clone())));
+            }
+        };
+        let mut all: Vec<(usize, Refit<'a>)> = std::thread::scope(|scope| {
+            let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
+            let mut all = work();
+            for other in others {
+                match other.join() {
+                    Ok(done) => all.extend(done),
+                    Err(panic) => std::panic::resume_unwind(panic),
+                }
+            }
+            all
+        });
+        all.sort_by_key(|(k, _)| *k);
+        all.into_iter().map(|(_, r)| r).collect()
     }
 
     fn refit(&self, mut candidate: Candidate) -> Refit<'a> {
@@ -172,12 +202,25 @@ impl<'a> Present<'a> {
     }
 }
 
+/// The suspects that are worth an exact refit: first by the error that they remove, and by likelihood.
+fn leaders(mut list: Vec<Candidate>) -> Vec<Candidate> {
+    list.sort_by(|a, b| b.removes.total_cmp(&a.removes));
+    let mut chosen: Vec<Candidate> = list.extract_if(.., |c| c.removes > LOWERS).collect();
+    list.extend(chosen.drain(LEADERS.min(chosen.len())..));
+    list.retain(|c| c.score - c.freedom as f64 > NOTICEABLE - 1.0);
+    list.sort_by(|a, b| b.score.total_cmp(&a.score));
+    list.truncate(LEADERS);
+    chosen.extend(list);
+    chosen
+}
+
 impl Present<'_> {
     /// Whether a model without `term` needs it: `with` is this model and the term, fitted.
     #[must_use]
     pub fn needs(&self, with: &Present, term: &Term) -> bool {
         let rise = with.gls.log_likelihood - self.gls.log_likelihood;
-        let candidate = Candidate { series: 0, term: term.clone(), score: rise, freedom: term.values.len() };
+        let candidate =
+            Candidate { series: 0, term: term.clone(), score: rise, removes: 0.0, freedom: term.values.len() };
         chance(rise, &candidate, &with.study) < GATE && with.excess < self.excess
     }
 }
@@ -214,12 +257,28 @@ fn rank(refits: &mut Vec<Refit>) {
     let mut left = std::mem::take(refits);
     while !left.is_empty() {
         let lowest = left.iter().map(|r| r.excess).fold(f64::INFINITY, f64::min);
-        let close = |r: &Refit| r.excess < lowest * (1.0 + CLOSE);
+        let margin = if lowest < ROUGH { CLOSE } else { 0.0 };
+        let close = |r: &Refit| r.excess <= lowest * (1.0 + margin);
         let best = (0..left.len())
             .filter(|&k| close(&left[k]))
             .max_by(|&a, &b| left[a].held_out.0.total_cmp(&left[b].held_out.0))
             .unwrap_or(0);
         refits.push(left.remove(best));
+    }
+}
+
+/// Puts before the best what cannot be told from it and is plainer: fewer parameters, or a measured channel instead of
+/// a free shape.
+fn prefer_plainer(refits: &mut [Refit]) {
+    let Some(best) = refits.first() else { return };
+    let measured = |r: &Refit| !r.candidate.term.effect.card().needs.is_empty();
+    let plainer = (1..refits.len()).find(|&k| {
+        let r = &refits[k];
+        let simpler = r.candidate.freedom < best.candidate.freedom || (measured(r) && !measured(best));
+        r.candidate.series == best.candidate.series && simpler && r.significant() && best.alike(r)
+    });
+    if let Some(k) = plainer {
+        refits[..=k].rotate_right(1);
     }
 }
 
@@ -236,15 +295,15 @@ impl Refit<'_> {
         if self.candidate.term.effect.stage() == Stage::Reading {
             return true;
         }
-        if self.at_bound() || self.p_value >= GATE || self.excess >= present.excess {
+        if self.at_bound() || self.p_value >= GATE || self.excess >= present.excess * (1.0 - RELEVANT) {
             return false;
         }
         if present.excess > ROUGH && self.share(present).is_none_or(|s| s < SHARE) {
             return false;
         }
-        let needed = 0.25 * self.rise.min(40.0);
-        self.held_out.0 > needed
-            && (self.candidate.term.effect.card().id != "vibration-tone" || tone::seen_by_gyro(self))
+        // What shows at one instant (a step) cannot be held out block by block in likelihood, but in the error it can.
+        let holds = self.held_out.0 > 0.25 * self.rise.min(40.0) || self.fall.0 > 4.0 * self.fall.1;
+        holds && (self.candidate.term.effect.card().id != "vibration-tone" || tone::seen_by_gyro(self))
     }
 
     /// Whether a parameter ran to the end of what is physical: the fit looks for something else.
@@ -261,7 +320,7 @@ impl Refit<'_> {
     /// Whether noise alone would hardly do as well, and it lowers the error.
     #[must_use]
     pub fn significant(&self) -> bool {
-        self.p_value < GATE && self.held_out.0 > 0.0 && !self.at_bound()
+        self.p_value < GATE && (self.held_out.0 > 0.0 || self.fall.0 > 4.0 * self.fall.1) && !self.at_bound()
     }
 
     /// Whether this log cannot tell it from `other`: both their held-out likelihoods and their held-out errors differ by
@@ -289,6 +348,8 @@ impl Refit<'_> {
 const ROUGH: f64 = 1.5;
 /// Share of the held-out excess that an effect has to remove there.
 const SHARE: f64 = 0.1;
+/// Share of J that an effect has to remove in any case.
+const RELEVANT: f64 = 4e-3;
 /// Held-out errors that differ by less than this share count as equal.
 const CLOSE: f64 = 0.03;
 /// Draws of noise alone.

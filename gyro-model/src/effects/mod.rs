@@ -243,6 +243,12 @@ pub trait Effect: Send + Sync {
         0.0
     }
 
+    /// `Felt`: the same as compensation subtracts it, evaluated at the compensated rate. Another function only where
+    /// the reading does not determine the rate, and ω̂ = ω_f − error(ω̂) has many solutions.
+    fn error_seen(&self, p: &[f64], signals: &Signals, memory: &mut Memory) -> f64 {
+        self.error(p, signals, memory)
+    }
+
     /// `Timing`: the time whose true rate is read at `t`, s.
     fn valid_time(&self, _p: &[f64], t: f64) -> f64 {
         t

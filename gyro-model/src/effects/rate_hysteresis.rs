@@ -33,6 +33,9 @@ static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
     bounds: (0.0, 0.5),
 }];
 
+/// Share of h by which the rate has to come back before it counts as turned: below it, noise would turn it.
+const TURN: f64 = 0.5;
+
 impl Effect for RateHysteresis {
     fn card(&self) -> &'static Card {
         &CARD
@@ -48,6 +51,13 @@ impl Effect for RateHysteresis {
 
     fn error(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
         play(p[0], s.rate(), memory) - s.rate()
+    }
+
+    /// Inside the play the reading stands still whatever the rate does, so P_h has no inverse. Where the rate has turned
+    /// is seen from a narrower play that it has crossed: −h/2 going up, +h/2 going down.
+    fn error_seen(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
+        let turn = TURN * p[0];
+        if turn > 0.0 { (play(turn, s.rate(), memory) - s.rate()) / TURN } else { 0.0 }
     }
 
     fn grid(&self, span: &Span) -> Vec<Vec<f64>> {

@@ -43,6 +43,12 @@ impl Windows {
     /// Log-spaced averaging times from two samples to a tenth of the log.
     #[must_use]
     pub fn new(t: &[f64]) -> Self {
+        Self::with(t, PAIRS)
+    }
+
+    /// The same with at most about `most` increments an averaging time.
+    #[must_use]
+    pub fn with(t: &[f64], most: usize) -> Self {
         let n = t.len();
         let (first, span) = (t[0], t[n - 1] - t[0]);
         let step = {
@@ -63,7 +69,7 @@ impl Windows {
         let mut pairs = Vec::new();
         for m in samples {
             let length = m as f64 * step;
-            let stride = (m / 4).max(1).max(n / PAIRS);
+            let stride = (m / 4).max(1).max(n / most);
             let mut list = Vec::with_capacity(n / stride + 1);
             let mut j = 0;
             let mut i = 0;

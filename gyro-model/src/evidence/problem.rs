@@ -15,6 +15,7 @@ use crate::{
     model::Origin,
     record::ReferenceKind,
 };
+use std::sync::Arc;
 
 /// One log, laid out for evaluating models of the axes that share a reference.
 #[derive(Clone, Debug)]
@@ -41,8 +42,8 @@ pub struct Evaluation {
     pub residual: Vec<Vec<f64>>,
     /// Steps (from the previous reference row to this one) that say nothing.
     pub lost: Vec<bool>,
-    /// Compensated rate of each axis at its samples, rad/s.
-    pub rate: Vec<Vec<f64>>,
+    /// Each axis by itself.
+    pub tracks: Vec<Track>,
 }
 
 /// Where one parameter stands in a model.
@@ -110,8 +111,8 @@ impl Problem {
         self.series
             .iter()
             .map(|s| {
-                let slope = derivative(&s.t, &s.gyro);
-                Warm { angle: self.best_angle(s, &s.gyro), rate_dot: slope, rate: s.gyro.clone() }
+                let rate = steadied(&s.t, &s.gyro);
+                Warm { angle: best_angle(s, &integral(&s.t, &s.gyro)), rate_dot: derivative(&s.t, &rate), rate }
             })
             .collect()
     }
@@ -121,39 +122,42 @@ impl Problem {
     pub fn warm(&self, evaluation: &Evaluation) -> Vec<Warm> {
         self.series
             .iter()
-            .zip(&evaluation.rate)
-            .map(|(s, rate)| Warm {
-                angle: self.best_angle(s, rate),
-                rate_dot: derivative(&s.t, rate),
-                rate: rate.clone(),
+            .zip(&evaluation.tracks)
+            .map(|(s, track)| {
+                let rate = steadied(&s.t, &track.rate);
+                Warm { angle: best_angle(s, &track.whole), rate_dot: derivative(&s.t, &rate), rate }
             })
             .collect()
-    }
-
-    /// Integral of `rate`, held to the level of the reference over some tens of seconds.
-    fn best_angle(&self, s: &Series, rate: &[f64]) -> Vec<f64> {
-        let angle = integral(&s.t, rate);
-        if s.reference_angle.is_empty() {
-            return angle;
-        }
-        let error: Vec<f64> = s.reference_rows.iter().zip(&s.reference_angle).map(|(&k, r)| angle[k] - r).collect();
-        let level = smooth(&s.reference_t, &error, 8.0);
-        let flat = vec![0.0; level.len()];
-        let mut hint = 0;
-        angle.iter().zip(&s.t).map(|(a, &t)| a - linear(&s.reference_t, &level, &flat, t, &mut hint)).collect()
     }
 
     /// The residual of `model` with its regressors at `warm`.
     #[must_use]
     pub fn evaluate(&self, model: &Model, warm: &[Warm]) -> Evaluation {
-        let tracks: Vec<Track> =
+        let tracks =
             self.series.iter().enumerate().map(|(i, s)| self.track(s, &self.axis(model, s).terms, i, warm)).collect();
+        self.together(tracks)
+    }
+
+    /// The residual where only the model of series `changed` differs from that of `at`.
+    #[must_use]
+    pub fn evaluate_one(&self, model: &Model, warm: &[Warm], at: &Evaluation, changed: usize) -> Evaluation {
+        let s = &self.series[changed];
+        let own = self.track(s, &self.axis(model, s).terms, changed, warm);
+        let mut tracks = at.tracks.clone();
+        tracks[changed] = own;
+        self.together(tracks)
+    }
+
+    /// The residual of the axes' tracks.
+    fn together(&self, tracks: Vec<Track>) -> Evaluation {
         let n = self.times().len();
         let mut lost = vec![false; n];
         for (track, s) in tracks.iter().zip(&self.series) {
-            for i in 1..n {
-                let (a, b) = (s.reference_rows[i - 1], s.reference_rows[i]);
-                lost[i] |= track.lost[a..=b].iter().any(|&l| l);
+            if track.any_lost {
+                for i in 1..n {
+                    let (a, b) = (s.reference_rows[i - 1], s.reference_rows[i]);
+                    lost[i] |= track.lost[a..=b].iter().any(|&l| l);
+                }
             }
         }
         let residual = match &self.attitude {
@@ -174,7 +178,7 @@ impl Problem {
                 attitude.residual(angle, &lost)
             }
         };
-        Evaluation { residual, lost, rate: tracks.into_iter().map(|t| t.rate).collect() }
+        Evaluation { residual, lost, tracks }
     }
 
     /// The open-loop angle error of one axis at the reference rows, rad: with an attitude, its errors about this body axis
@@ -215,16 +219,8 @@ impl Problem {
             rate = term.effect.undo_response_whole(&term.values, &s.t, &rate);
         }
         let timing: Vec<&Term> = of(Stage::Timing).collect();
-        let angle = if timing.is_empty() {
-            let whole = integral(&s.t, &rate);
-            s.reference_rows.iter().map(|&k| whole[k]).collect()
-        } else {
-            // A rate belongs to its time of validity, and that is the time over which it is integrated.
-            let at = |&t: &f64| timing.iter().fold(t, |t, term| term.effect.valid_time(&term.values, t));
-            let valid: Vec<f64> = s.t.iter().map(at).collect();
-            let (whole, mut hint) = (integral(&valid, &rate), 0);
-            s.reference_t.iter().map(|&t| hermite(&valid, &whole, &rate, t, &mut hint)).collect()
-        };
+        let whole = if timing.is_empty() { integral(&s.t, &rate) } else { restamped(&s.t, &rate, &timing) };
+        let angle = s.reference_rows.iter().map(|&k| whole[k]).collect();
         let mut reference = s.reference_angle.clone();
         for term in of(Stage::Reference) {
             let mut memory = Memory::default();
@@ -233,13 +229,13 @@ impl Problem {
                 *r -= term.effect.error(&term.values, &signals, &mut memory);
             }
         }
-        Track { rate, angle, reference, lost }
+        let any_lost = lost.iter().any(|&l| l);
+        Track { rate: Arc::new(rate), whole: Arc::new(whole), angle, reference, lost, any_lost }
     }
 
-    /// ω̂ = u − Σ error(ω̂), two rounds of the fixed point a sample, from the warm rate.
+    /// ω̂ = u − Σ error(ω̂), the errors at the warm rate: the fixed point is in the refreshing of it.
     fn subtract_felt(&self, s: &Series, felt: &[&Term], index: usize, warm: &[Warm], rate: &mut [f64]) {
         let mut memories = vec![Memory::default(); felt.len()];
-        let own = s.axis.index();
         for k in 0..rate.len() {
             let u = rate[k];
             let mut signals = s.signals[k];
@@ -248,31 +244,77 @@ impl Problem {
             }
             signals.rate_dot = warm[index].rate_dot[k];
             signals.angle = warm[index].angle[k];
-            for round in 0..2 {
-                let mut sum = 0.0;
-                for (term, memory) in felt.iter().zip(&mut memories) {
-                    let mut trial = *memory;
-                    sum += term.effect.error(&term.values, &signals, &mut trial);
-                    if round == 1 {
-                        *memory = trial;
-                    }
-                }
-                signals.rates[own] = u - sum;
+            let mut sum = 0.0;
+            for (term, memory) in felt.iter().zip(&mut memories) {
+                sum += term.effect.error_seen(&term.values, &signals, memory);
             }
-            rate[k] = signals.rates[own];
+            rate[k] = u - sum;
         }
     }
 }
 
-struct Track {
-    rate: Vec<f64>,
+/// An integrated angle held to the level of the reference over some tens of seconds.
+fn best_angle(s: &Series, angle: &[f64]) -> Vec<f64> {
+    if s.reference_angle.is_empty() {
+        return angle.to_vec();
+    }
+    let error: Vec<f64> = s.reference_rows.iter().zip(&s.reference_angle).map(|(&k, r)| angle[k] - r).collect();
+    let level = smooth(&s.reference_t, &error, 8.0);
+    let mut hint = 0;
+    angle.iter().zip(&s.t).map(|(a, &t)| a - linear(&s.reference_t, &level, t, &mut hint)).collect()
+}
+
+/// The rate without its fastest noise: a parabola through the samples within ±12 ms. A play operator or a threshold
+/// would follow the noise, which the sensor's physics does not see.
+fn steadied(t: &[f64], rate: &[f64]) -> Vec<f64> {
+    let n = rate.len();
+    let half = (STEADY / ((t[n - 1] - t[0]) / (n - 1) as f64)) as usize;
+    if half < 2 {
+        return rate.to_vec();
+    }
+    let m = half as f64;
+    // Savitzky and Golay's weights for a quadratic: (3m² + 3m − 1 − 5k²) / norm.
+    let weight = |k: f64| 3.0 * m * m + 3.0 * m - 1.0 - 5.0 * k * k;
+    let norm = (2.0 * m + 3.0) * (2.0 * m + 1.0) * (2.0 * m - 1.0) / 3.0;
+    let weights: Vec<f64> = (0..=2 * half).map(|k| weight(k as f64 - m) / norm).collect();
+    (0..n)
+        .map(|k| {
+            if k < half || k + half >= n {
+                rate[k]
+            } else {
+                rate[k - half..=k + half].iter().zip(&weights).map(|(r, w)| r * w).sum()
+            }
+        })
+        .collect()
+}
+
+/// Half width of that window, s.
+const STEADY: f64 = 0.012;
+
+/// The angle at the samples' times, where a reading stamped t is valid at another time: a rate is integrated over its
+/// times of validity, cubic between them.
+fn restamped(t: &[f64], rate: &[f64], timing: &[&Term]) -> Vec<f64> {
+    let at = |&t: &f64| timing.iter().fold(t, |t, term| term.effect.valid_time(&term.values, t));
+    let valid: Vec<f64> = t.iter().map(at).collect();
+    let (whole, mut hint) = (integral(&valid, rate), 0);
+    t.iter().map(|&t| hermite(&valid, &whole, rate, t, &mut hint)).collect()
+}
+
+/// One axis of an evaluation.
+#[derive(Clone, Debug)]
+pub struct Track {
+    /// Compensated rate at the samples, rad/s.
+    pub rate: Arc<Vec<f64>>,
+    /// Its integral at the samples' times, re-stamped, rad.
+    whole: Arc<Vec<f64>>,
     angle: Vec<f64>,
     reference: Vec<f64>,
     lost: Vec<bool>,
+    any_lost: bool,
 }
 
 /// Linear interpolation, held at the ends.
-fn linear(t: &[f64], y: &[f64], _slope: &[f64], x: f64, hint: &mut usize) -> f64 {
+fn linear(t: &[f64], y: &[f64], x: f64, hint: &mut usize) -> f64 {
     let n = t.len();
     let mut k = (*hint).min(n - 2);
     while k + 2 < n && t[k + 1] <= x {

@@ -16,6 +16,8 @@ pub struct Bench {
     pub problem: Problem,
     /// The increments of the error curve.
     pub windows: Windows,
+    /// A few of them, for scans.
+    pub coarse: Windows,
     /// Noise known beforehand, one an axis.
     pub prior: Vec<Prior>,
     /// The weights' F(τ): the axes' prior floors, in the mean square.
@@ -43,7 +45,8 @@ impl Bench {
         let weights = (0..windows.tau.len())
             .map(|k| (each.iter().map(|w| w[k] * w[k]).sum::<f64>() / each.len() as f64).sqrt())
             .collect();
-        Some(Self { problem, windows, prior, weights })
+        let coarse = Windows::with(problem.times(), 1500);
+        Some(Self { problem, windows, coarse, prior, weights })
     }
 }
 
@@ -77,7 +80,7 @@ impl<'a> Study<'a> {
         let slots = problem.slots(&model);
         let mut warm = warm.map_or_else(|| problem.cold(), <[Warm]>::to_vec);
         let mut unobservable = Vec::new();
-        for _ in 0..4 {
+        for _ in 0..6 {
             let before = values(problem, &mut model, &slots);
             let bounds: Vec<(f64, f64)> = slots.iter().map(|s| card(problem, &model, *s).bounds).collect();
             let mut trial = model.clone();
@@ -91,7 +94,7 @@ impl<'a> Study<'a> {
                         if derivatives { columns(problem, &trial, &slots, &warm, &evaluation) } else { Vec::new() };
                     grams(bench, &evaluation, &columns, None).normal(&bench.windows.tau, &bench.weights, None)
                 },
-                &nls::Options { max_iterations: 8, tolerance: 1e-7, ..nls::Options::default() },
+                &nls::Options { max_iterations: 2, tolerance: 1e-6, ..nls::Options::default() },
             );
             assign(problem, &mut model, &slots, &solution.values);
             unobservable = solution.unobservable;
@@ -237,7 +240,7 @@ pub(crate) fn columns(
             if let Some(v) = value(problem, &mut trial, *slot) {
                 *v = place + h;
             }
-            let moved = problem.evaluate(&trial, warm);
+            let moved = problem.evaluate_one(&trial, warm, at, slot.series);
             if let Some(v) = value(problem, &mut trial, *slot) {
                 *v = place;
             }
