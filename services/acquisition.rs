@@ -12,8 +12,8 @@ use crate::{
 };
 use gyro_model::Row;
 use ipc_types::{
-    MARK_END, Sample, ServiceId, State,
-    port::{Hub, Writer},
+    Command, MARK_END, Reply, Sample, ServiceId, State, Text,
+    port::{Answerer, Hub, Writer},
     topic,
     wait::Wait,
 };
@@ -35,6 +35,8 @@ struct Acquisition<'a> {
     pulse: Pulse,
     samples: Writer<Sample>,
     consumers: Consumers,
+    commands: Answerer<Command, Reply>,
+    answered: Vec<Reply>,
     feed: Feed,
     /// Number of the last sample given.
     sent: u64,
@@ -64,6 +66,8 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
         pulse,
         samples: hub.writer(&topic::SAMPLE)?,
         consumers: Consumers::new(run.number, hub.reader(&topic::HEALTH, None, Wait::Event)?, &followers),
+        commands: hub.answerer(&topic::INJECTION)?,
+        answered: Vec::new(),
         feed,
         sent: 0,
         anchor: None,
@@ -157,8 +161,30 @@ impl Acquisition<'_> {
 
     fn look(&mut self) -> anyhow::Result<()> {
         self.consumers.listen(self.sent, self.settings.lossless())?;
-        self.feed.serve()?;
+        self.obey()?;
         self.pulse.beat(u64::MAX)?;
+        Ok(())
+    }
+
+    /// Hides what it is told to hide.
+    fn obey(&mut self) -> anyhow::Result<()> {
+        let Self { commands, feed, folder, answered, .. } = self;
+        commands.serve(|command| {
+            if let Some(reply) = answered.iter().find(|reply| reply.id == command.id) {
+                return Some(*reply);
+            }
+            let values = command.argument.as_str();
+            let text =
+                if values.is_empty() { command.effect.to_string() } else { format!("{}:{values}", command.effect) };
+            let (done, says) = match feed.hide(&text, folder) {
+                Ok(()) => (1, format!("{text} is hidden in the source from now on")),
+                Err(error) => (0, format!("{error:#}")),
+            };
+            let reply = Reply { id: command.id, epoch: 0, done, says: Text::new(&says) };
+            answered.truncate(31);
+            answered.insert(0, reply);
+            Some(reply)
+        })?;
         Ok(())
     }
 

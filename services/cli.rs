@@ -72,12 +72,16 @@ pub enum Command {
     Effects(commands::effects::Args),
     /// Reproduce the paper behind this project: its seven figures, each number beside the printed one
     Paper(commands::paper::Args),
+    /// The main job in one go: a hidden effect, found and undone while the pipeline runs
+    Demo(commands::demo::Args),
     /// Run the pipeline: its processes, supervised, on a live source or a log
     Run(commands::run::Args),
     /// Run one process of a pipeline
     Service(commands::service::Args),
     /// Show what runs, and every stage's latency
     Status(commands::status::Args),
+    /// Change the model or the source of a running pipeline
+    Control(commands::control::Args),
 }
 
 impl Command {
@@ -97,9 +101,11 @@ impl Command {
             Self::Simulate(args) => commands::simulate::run(args),
             Self::Effects(args) => commands::effects::run(args),
             Self::Paper(args) => commands::paper::run(args),
+            Self::Demo(args) => commands::demo::run(args),
             Self::Run(args) => commands::run::run(args),
             Self::Service(args) => commands::service::run(args),
             Self::Status(args) => commands::status::run(args),
+            Self::Control(args) => commands::control::run(args),
         }
     }
 }

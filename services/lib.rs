@@ -8,6 +8,7 @@
 //! | [`acquisition`], [`kalman`], [`compensator`], [`recorder`] | one process each, in the order of the flow |
 //! | [`supervisor`] | starts, watches and restarts them |
 //! | [`watch`] | a look at a running pipeline |
+//! | [`demo`] | plays a user who finds out what is missing |
 //! | [`settings`] | what a pipeline is told |
 //! | [`domain`], [`run_folder`] | where a pipeline lives, and its files |
 //! | [`source`], [`consumers`] | where rows come from, and how far those are who follow |
@@ -29,6 +30,7 @@ pub mod commands;
 pub mod compensator;
 pub mod consumers;
 pub mod dashboard;
+pub mod demo;
 pub mod domain;
 pub mod estimates;
 pub mod hopeless;

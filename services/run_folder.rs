@@ -37,6 +37,8 @@ pub struct SourceFacts {
     pub start_ns: i128,
     /// Where a simulated vehicle's time is counted from: the clock's ns, and the source's.
     pub anchor: Option<(u64, i64)>,
+    /// Effects switched on in a simulated vehicle while it ran: after which row, as it was said.
+    pub switched: Vec<(u64, String)>,
 }
 
 /// The learner's last word, for the summary.

@@ -63,7 +63,9 @@ pub struct Learning {
     pub window: f64,
     /// Between two solutions, s.
     pub period: f64,
-    /// The share of one core that solving may take while the stream runs.
+    /// Between two diagnoses of a live stream at least, s; 0 for none.
+    pub diagnosis: f64,
+    /// The share of one core that solving, and judging, may take while the stream runs.
     pub duty: f64,
     /// Raw rows kept; the oldest go first.
     pub rows: usize,
@@ -110,7 +112,7 @@ impl Default for Simulation {
 
 impl Default for Learning {
     fn default() -> Self {
-        Self { window: 60.0, period: 0.5, duty: 0.3, rows: 1_800_000 }
+        Self { window: 60.0, period: 0.5, diagnosis: 1.0, duty: 0.3, rows: 1_800_000 }
     }
 }
 
@@ -180,6 +182,9 @@ impl Settings {
             if !(value.is_finite() && value > 0.0) {
                 bail!("{name} = {value}: must be a positive number");
             }
+        }
+        if !(l.diagnosis.is_finite() && l.diagnosis >= 0.0) {
+            bail!("learning.diagnosis = {}: must be 0 (none) or a positive number", l.diagnosis);
         }
         if l.duty > 1.0 {
             bail!("learning.duty = {}: is a share of one core, 1 at most", l.duty);

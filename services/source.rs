@@ -7,7 +7,7 @@ use crate::{
     run_folder::{Run, RunFolder, SourceFacts},
     settings::{Settings, Source},
 };
-use anyhow::anyhow;
+use anyhow::{anyhow, bail};
 use gyro_model::{
     Axis, Row,
     simulate::{Hidden, Scenario, SensorSpec, Simulator},
@@ -22,6 +22,8 @@ pub struct Feed {
     given: u64,
     taken_up: bool,
     rejected: u64,
+    /// Effects switched on while it runs: after which row, as it was said.
+    switched: Vec<(u64, String)>,
 }
 
 enum Rows {
@@ -68,9 +70,10 @@ impl Feed {
                 Rows::Simulated { simulator: Box::new(Simulator::new(&scenario)), scenario, rows }
             }
         };
-        let mut feed = Self { rows, ahead: None, given: 0, taken_up: false, rejected: 0 };
+        let mut feed = Self { rows, ahead: None, given: 0, taken_up: false, rejected: 0, switched: Vec::new() };
         feed.fill()?;
         let before = folder.source().ok();
+        feed.switched = before.as_ref().map(|facts| facts.switched.clone()).unwrap_or_default();
         folder.set_source(&feed.facts(before.and_then(|facts| facts.anchor)))?;
         feed.write_truth(folder)?;
         Ok(feed)
@@ -89,11 +92,13 @@ impl Feed {
                     .collect(),
                 start_ns: reader.start_ns().unwrap_or(0),
                 anchor,
+                switched: self.switched.clone(),
             },
             Rows::Simulated { scenario, .. } => SourceFacts {
                 name: format!("simulated vehicle {}", scenario.seed),
                 axes: Axis::ALL.iter().map(ToString::to_string).collect(),
                 anchor,
+                switched: self.switched.clone(),
                 ..SourceFacts::default()
             },
         }
@@ -116,6 +121,10 @@ impl Feed {
                 self.rejected = reader.rows_faulty();
             }
             Rows::Simulated { simulator, rows, .. } => {
+                // One row is always read ahead.
+                for (_, text) in self.switched.iter().filter(|(after, _)| self.taken_up && *after + 1 == self.given) {
+                    simulator.hide(Hidden::parse(text, simulator.sensor().axis)?);
+                }
                 self.ahead = rows.is_none_or(|rows| self.given < rows).then(|| simulator.step().row);
             }
         }
@@ -154,7 +163,25 @@ impl Feed {
     /// Whether something is injected into the rows given now.
     #[must_use]
     pub fn injects(&self) -> bool {
-        false
+        match &self.rows {
+            Rows::Simulated { scenario, .. } => !scenario.hidden.is_empty() || !self.switched.is_empty(),
+            Rows::Log { .. } => false,
+        }
+    }
+
+    /// Switches an effect on from the next row on, and writes it down, so that it is on again after a crash.
+    ///
+    /// # Errors
+    /// An unknown effect or parameter, or a source that nothing can be hidden in.
+    pub fn hide(&mut self, text: &str, folder: &RunFolder) -> anyhow::Result<()> {
+        let Rows::Simulated { simulator, .. } = &mut self.rows else {
+            bail!("nothing can be hidden in this source while it runs: use a simulated one");
+        };
+        simulator.hide(Hidden::parse(text, simulator.sensor().axis)?);
+        self.switched.push((self.given, text.to_owned()));
+        let anchor = folder.source()?.anchor;
+        folder.set_source(&self.facts(anchor))?;
+        self.write_truth(folder)
     }
 
     /// Begins again, and passes over the first `rows` rows (all, where there are fewer). Standard input cannot.
@@ -184,13 +211,5 @@ impl Feed {
         let anchor = *facts.anchor.get_or_insert(now);
         folder.set_source(&facts)?;
         Ok(anchor)
-    }
-
-    /// Answers commands.
-    ///
-    /// # Errors
-    /// Broken plumbing.
-    pub fn serve(&mut self) -> anyhow::Result<()> {
-        Ok(())
     }
 }

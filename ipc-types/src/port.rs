@@ -527,13 +527,15 @@ where
     Q: Debug + Copy + ZeroCopySend + 'static,
     A: Debug + Copy + ZeroCopySend + 'static,
 {
-    /// Answers every question that waits.
+    /// Answers every question that waits; one without an answer yet will be asked again.
     ///
     /// # Errors
     /// Where the plumbing is broken. Nobody left to hear an answer is no error.
-    pub fn serve(&self, mut answer: impl FnMut(&Q) -> A) -> Result<(), PortError> {
+    pub fn serve(&self, mut answer: impl FnMut(&Q) -> Option<A>) -> Result<(), PortError> {
         while let Some(request) = self.server.receive().map_err(refused("a question", self.topic))? {
-            let _ = request.send_copy(answer(&request));
+            if let Some(answer) = answer(&request) {
+                let _ = request.send_copy(answer);
+            }
         }
         Ok(())
     }

@@ -89,7 +89,7 @@ fn a_question_is_answered_and_silence_is_an_error() {
         let server = hub.answerer(&topic::CONTROL).unwrap();
         ready.send(()).unwrap();
         while is_done.try_recv().is_err() {
-            server.serve(|q| Reply { id: q.id, epoch: 9, ..Reply::default() }).unwrap();
+            server.serve(|q| Some(Reply { id: q.id, epoch: 9, ..Reply::default() })).unwrap();
             std::thread::sleep(Duration::from_millis(1));
         }
     });

@@ -1,8 +1,22 @@
 //! `truerate control`: changes the model of a running pipeline.
 
+use super::print;
+use crate::{clock::now_ns, domain};
+use anyhow::{Context, bail};
 use clap::Subcommand;
 use gyro_model::Axis;
-use std::path::PathBuf;
+use ipc_types::{
+    Command, Reply, Text,
+    command::Kind,
+    port::{Hub, PortError},
+    topic,
+};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::ExitCode,
+    time::Duration,
+};
 
 /// What `truerate control` takes.
 #[derive(clap::Args, Debug, Clone)]
@@ -63,4 +77,104 @@ pub enum Request {
         #[arg(value_name = "ID[:NAME=VALUE,…]")]
         effect: String,
     },
+}
+
+/// How long one attempt waits for an answer, and how often it is asked: a process that was just killed is back by then,
+/// and a trial has told how it goes.
+const PATIENCE: Duration = Duration::from_millis(500);
+const ATTEMPTS: u32 = 60;
+
+/// Sends the command and prints the answer.
+///
+/// # Errors
+/// Where no such pipeline runs, nobody answers, or the command is refused.
+pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    let command = command(&args.request)?;
+    let domain = domain::existing(&args.instance)?;
+    let hub = Hub::join(&domain, "control")?;
+    let kind = Kind::from_u32(command.kind).context("a command without a kind")?;
+    let caller = hub.caller(topic::answers(kind))?;
+    let reply =
+        caller.ask(command, PATIENCE, ATTEMPTS, |reply: &Reply| reply.id == command.id).map_err(|e| match e {
+            silent @ PortError::Silent { .. } => anyhow::anyhow!("pipeline '{}': {silent}", args.instance),
+            other => other.into(),
+        })?;
+    if reply.done == 0 {
+        bail!("{}", reply.says);
+    }
+    print(&format!("{} (epoch {})", reply.says, reply.epoch))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The command as a message.
+fn command(request: &Request) -> anyhow::Result<Command> {
+    let every_axis = Axis::ALL.len() as u32;
+    let of_axis = |axis: &Axis| axis.index() as u32;
+    let (kind, axis, effect, argument) = match request {
+        Request::Add { effect, axis, file } => {
+            let text = file.as_deref().map(own_effects).transpose()?.unwrap_or_default();
+            (Kind::Add, of_axis(axis), effect.as_str(), text)
+        }
+        Request::Remove { effect, axis } => (Kind::Remove, of_axis(axis), effect.as_str(), String::new()),
+        Request::Undo => (Kind::Undo, every_axis, "", String::new()),
+        Request::Pause => (Kind::Pause, every_axis, "", String::new()),
+        Request::Resume => (Kind::Resume, every_axis, "", String::new()),
+        Request::Forget => (Kind::Forget, every_axis, "", String::new()),
+        Request::Save { file } => {
+            let path = std::path::absolute(file).context("the current folder")?;
+            (Kind::Save, every_axis, "", path.to_str().context("the file's path is not UTF-8")?.to_owned())
+        }
+        Request::Hide { effect } => {
+            let (id, values) = effect.split_once(':').unwrap_or((effect, ""));
+            (Kind::Hide, every_axis, id, values.to_owned())
+        }
+    };
+    Ok(Command {
+        id: now_ns() ^ (u64::from(std::process::id()) << 40),
+        kind: kind as u32,
+        axis,
+        at_once: 0,
+        effect: Text::whole(effect).with_context(|| format!("'{effect}' is too long for an effect's id"))?,
+        argument: Text::whole(&argument).context("that is longer than a command can hold (1000 bytes)")?,
+    })
+}
+
+/// The user's own effects of a model file, as a model file without anything else.
+fn own_effects(path: &Path) -> anyhow::Result<String> {
+    let text = fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    let mut table: toml::Table = text.parse().with_context(|| path.display().to_string())?;
+    table.retain(|key, _| key == "effect" || key == "schema" || key == "epoch");
+    if !table.contains_key("effect") {
+        bail!("{}: there is no [effect.NAME] in it", path.display());
+    }
+    table.entry("schema").or_insert_with(|| crate::model_file::SCHEMA.into());
+    table.entry("epoch").or_insert_with(|| 0.into());
+    Ok(toml::to_string(&table)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_command_says_what_was_asked() {
+        let add = Request::Add { effect: "delay".into(), axis: Axis::Z, file: None };
+        let command = command(&add).unwrap();
+        assert_eq!((command.kind, command.axis, command.effect.as_str()), (Kind::Add as u32, 2, "delay"));
+        let hide = super::command(&Request::Hide { effect: "delay:d=0.01".into() }).unwrap();
+        assert_eq!((hide.effect.as_str(), hide.argument.as_str()), ("delay", "d=0.01"));
+    }
+
+    #[test]
+    fn only_the_effects_of_a_file_are_sent() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("m.toml");
+        let own = "[effect.twist]\nregressor = \"k * sin(angle)\"\nparameters = { k = { unit = \"rad/s\", typical = 1e-4 } }\n";
+        fs::write(&path, own).unwrap();
+        let sent = own_effects(&path).unwrap();
+        let file = crate::model_file::parse(Path::new("sent"), &sent, &[]).unwrap();
+        assert_eq!(file.own_effects.len(), 1);
+        fs::write(&path, "epoch = 3\n").unwrap();
+        assert!(own_effects(&path).is_err());
+    }
 }

@@ -1,6 +1,14 @@
 //! `truerate demo`: the main job in one go.
 
-use std::path::PathBuf;
+use super::print;
+use crate::{
+    demo::{self, Player},
+    settings::{Learning, Settings, Simulation, Source, Speed},
+    stop::Stop,
+    supervisor,
+};
+use anyhow::Context;
+use std::{path::PathBuf, process::ExitCode, thread};
 
 /// What `truerate demo` takes.
 #[derive(clap::Args, Debug, Clone)]
@@ -22,4 +30,73 @@ pub struct Args {
     /// The name of this pipeline: several of different names run side by side
     #[arg(long, value_name = "NAME", default_value = "demo")]
     pub instance: String,
+}
+
+/// Plays the demo.
+///
+/// # Errors
+/// Where the pipeline cannot run.
+pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    let seed = args.seed.unwrap_or_else(|| crate::clock::now_ns() % 1_000_000);
+    let hidden = args.log.is_none().then(|| demo::hidden(seed));
+    let settings = settings(args, seed, hidden)?;
+    let stop = Stop::on_signals().context("signals")?;
+    if args.auto { play(args, settings, hidden, seed, &stop) } else { show(args, settings, hidden, seed, &stop) }
+}
+
+fn settings(args: &Args, seed: u64, hidden: Option<&str>) -> anyhow::Result<Settings> {
+    let source = match &args.log {
+        Some(path) => Source::Log(std::path::absolute(path).context("the current folder")?),
+        None => Source::Simulated,
+    };
+    let default = Settings::default();
+    Ok(Settings {
+        source,
+        speed: Speed::Times(if args.auto { demo::SPEED } else { 1.0 }),
+        hide: hidden.iter().map(ToString::to_string).collect(),
+        dashboard: if args.auto { "off".to_owned() } else { default.dashboard.clone() },
+        simulation: Simulation { rate_hz: demo::RATE_HZ, seed, ..Simulation::default() },
+        learning: Learning { duty: if args.auto { 0.7 } else { 0.3 }, ..Learning::default() },
+        ..default
+    })
+}
+
+/// Runs it for somebody to look at, until Ctrl-C.
+fn show(args: &Args, settings: Settings, hidden: Option<&str>, seed: u64, stop: &Stop) -> anyhow::Result<ExitCode> {
+    let source = args.log.as_ref().map_or_else(|| format!("simulated vehicle {seed}"), |p| p.display().to_string());
+    print(&demo::invitation(&source, &args.instance, &settings.dashboard, hidden.is_some()))?;
+    let ending = supervisor::supervise(&args.instance, settings, stop)?;
+    print(&ending.summary)?;
+    if let Some(hidden) = hidden {
+        print(&format!("hidden: {hidden}"))?;
+    }
+    Ok(ending.code)
+}
+
+/// Plays the loop: the pipeline in one thread, the player, who only watches and asks, in this one.
+fn play(args: &Args, settings: Settings, hidden: Option<&str>, seed: u64, stop: &Stop) -> anyhow::Result<ExitCode> {
+    let source = args.log.as_ref().map_or_else(|| format!("simulated vehicle {seed}"), |p| p.display().to_string());
+    print(&format!("{source}: acquisition, kalman and compensator are starting; something is wrong with the gyro."))?;
+    let (instance, other) = (args.instance.clone(), stop.clone());
+    let pipeline = thread::spawn(move || {
+        let ending = supervisor::supervise(&instance, settings, &other);
+        // Nothing runs any more: the player must not wait for it.
+        other.ask();
+        ending
+    });
+    let played = Player::join(&args.instance, stop).and_then(|player| player.map(|p| p.play(stop)).transpose());
+    stop.ask();
+    let ending = pipeline.join().map_err(|_| anyhow::anyhow!("the supervisor died"))??;
+    let Some(played) = played?.flatten() else {
+        print(&ending.summary)?;
+        anyhow::bail!("the demo was interrupted before it had named anything");
+    };
+    print(&ending.summary)?;
+    let shown = hidden.unwrap_or("unknown");
+    print(&format!(
+        "hidden: {shown}  named: {}  error/floor: {:.2} -> {:.2}",
+        played.named, played.before, played.after
+    ))?;
+    let agree = hidden.is_none_or(|hidden| hidden == played.named);
+    Ok(if agree { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

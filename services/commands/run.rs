@@ -1,7 +1,7 @@
 //! `truerate run`: the processes, supervised, on a live source or a log.
 
 use super::print;
-use crate::{settings::Settings, supervisor};
+use crate::{settings::Settings, stop::Stop, supervisor};
 use anyhow::{Context, bail};
 use std::{
     path::{Path, PathBuf},
@@ -53,7 +53,7 @@ pub struct Args {
 /// Settings that make no sense, an instance that already runs, a folder that cannot be used.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let settings = settings(args)?;
-    let ending = supervisor::supervise(&args.instance, settings)?;
+    let ending = supervisor::supervise(&args.instance, settings, &Stop::on_signals().context("signals")?)?;
     print(&ending.summary)?;
     Ok(ending.code)
 }

@@ -1,29 +1,42 @@
-//! The thread that solves, beside the one that receives.
+//! What the solving thread does: the parameters of the model in use, and trials of another one on the same samples.
 
-use super::store::View;
+use super::{store::View, thin::thinned};
 use gyro_model::{
-    Axis, Model, Record,
+    Axis, AxisModel, Model, Record,
+    diagnose::{self, compare},
+    diagnosis::AxisDiagnosis,
     effects::Role,
     fit::{FitError, fit},
 };
-use std::{
-    sync::mpsc::{Receiver, Sender, TryRecvError, channel},
-    thread,
-    time::{Duration, Instant},
-};
+use std::time::Duration;
 
 /// Two solutions that differ by more than this many standard errors of their difference disagree.
 const DISAGREE: f64 = 4.0;
+/// Rows of one solution while the stream runs; longer stretches are thinned.
+pub const ROWS: usize = 30_000;
+/// A trial is won where the mean of (E/F)² over the averaging times falls by this share at least.
+const WON: f64 = 0.01;
 
 /// What to solve.
 #[derive(Clone, Debug)]
 pub struct Job {
-    /// The model to start from.
+    /// The model to start from: the one in use.
     pub start: Model,
-    /// The sliding window, s; `None` for the whole run alone, from the base model's own start where `start` is empty.
-    pub window: Option<f64>,
-    /// Tells this job's answer from those of jobs that were asked before.
+    /// What for.
+    pub task: Task,
+    /// Tells this job's answer from those of jobs that were asked before something changed.
     pub number: u64,
+}
+
+/// What a job is for.
+#[derive(Clone, Debug)]
+pub enum Task {
+    /// The parameters now: the whole run so far, or the window of so many seconds where the two disagree.
+    Learn(f64),
+    /// The parameters at the end, over every row; the errors before (with this model) and after.
+    Last(Box<Model>),
+    /// Another model beside the one in use, on the same samples.
+    Try(Box<Model>),
 }
 
 /// What came of it.
@@ -33,97 +46,103 @@ pub struct Solution {
     pub model: Result<Model, FitError>,
     /// Rows that it rests on.
     pub rows: usize,
+    /// How a trial went: held-out excess (mean of (E/F)²) of the model in use and of the other one.
+    pub trial: Option<(f64, f64)>,
+    /// The errors of the run's first model and of this one, axis by axis.
+    pub errors: Vec<(Axis, f64, f64, f64)>,
     /// How long it took.
     pub took: Duration,
     /// The job's number.
     pub number: u64,
 }
 
-/// The learner's end in the receiving thread. Dropping it ends the thread after its present job.
-#[derive(Debug)]
-pub struct Learner {
-    jobs: Option<Sender<Job>>,
-    solutions: Receiver<Solution>,
-    busy: bool,
-    rests_until: Instant,
-    duty: f64,
+impl Solution {
+    /// Whether the other model of a trial is better on data that neither learned from.
+    #[must_use]
+    pub fn is_won(&self) -> bool {
+        self.trial.is_some_and(|(before, after)| after < before - WON * (before - 1.0).max(0.0) && after < before)
+    }
 }
 
-impl Learner {
-    /// Starts the thread. While a stream runs it works that share of the time.
-    #[must_use]
-    pub fn start(view: View, duty: f64) -> Self {
-        let (jobs, inbox) = channel::<Job>();
-        let (outbox, solutions) = channel();
-        thread::spawn(move || {
-            for job in inbox {
-                let start = Instant::now();
-                let (model, rows) = solve(&view, &job);
-                let solution = Solution { model, rows, took: start.elapsed(), number: job.number };
-                if outbox.send(solution).is_err() {
-                    return;
-                }
-            }
-        });
-        Self { jobs: Some(jobs), solutions, busy: false, rests_until: Instant::now(), duty }
-    }
+/// Does a job.
+#[must_use]
+pub fn solve(view: &View, job: &Job) -> Solution {
+    let start = std::time::Instant::now();
+    let mut solution = match &job.task {
+        Task::Learn(window) => learn(view, &job.start, *window),
+        Task::Last(first) => last(view, &job.start, first),
+        Task::Try(other) => attempt(view, &job.start, other),
+    };
+    (solution.number, solution.took) = (job.number, start.elapsed());
+    solution
+}
 
-    /// Whether it works.
-    #[must_use]
-    pub fn is_busy(&self) -> bool {
-        self.busy
-    }
-
-    /// Whether it has nothing to do and has rested enough.
-    #[must_use]
-    pub fn is_ready(&self) -> bool {
-        !self.busy && Instant::now() >= self.rests_until
-    }
-
-    /// Gives it a job.
-    pub fn ask(&mut self, job: Job) {
-        if let Some(jobs) = &self.jobs {
-            self.busy = jobs.send(job).is_ok();
-        }
-    }
-
-    /// What it has solved, if it is done.
-    ///
-    /// # Errors
-    /// Where the thread died.
-    pub fn solution(&mut self) -> anyhow::Result<Option<Solution>> {
-        match self.solutions.try_recv() {
-            Ok(solution) => {
-                self.busy = false;
-                self.rests_until = Instant::now() + solution.took.mul_f64((1.0 - self.duty) / self.duty);
-                Ok(Some(solution))
-            }
-            Err(TryRecvError::Empty) => Ok(None),
-            Err(TryRecvError::Disconnected) => anyhow::bail!("the learner's thread died"),
-        }
-    }
+fn plain(model: Result<Model, FitError>, rows: usize) -> Solution {
+    Solution { model, rows, trial: None, errors: Vec::new(), took: Duration::ZERO, number: 0 }
 }
 
 /// The whole run, unless the recent window contradicts it: then the sensor has changed, and the window is right.
-fn solve(view: &View, job: &Job) -> (Result<Model, FitError>, usize) {
-    let Some(seconds) = job.window else {
-        let whole = view.whole();
-        return (fit_from(&whole, &job.start), whole.len());
-    };
+fn learn(view: &View, start: &Model, seconds: f64) -> Solution {
     let (window, everything) = view.last(seconds);
-    let recent = fit_from(&window, &job.start);
+    let window = thinned(&window, ROWS);
+    let recent = fit_from(&window, start);
     if everything {
-        return (recent, window.len());
+        return plain(recent, window.len());
     }
-    let (whole, rows) = {
-        let record = view.whole();
-        (fit_from(&record, &job.start), record.len())
-    };
+    let whole_record = thinned(&view.whole(), ROWS);
+    let whole = fit_from(&whole_record, start);
     match (whole, recent) {
-        (Ok(whole), Ok(recent)) if contradicts(&recent, &whole) => (Ok(recent), window.len()),
-        (Ok(whole), _) => (Ok(whole), rows),
-        (Err(_), recent) => (recent, window.len()),
+        (Ok(whole), Ok(recent)) if contradicts(&recent, &whole) => plain(Ok(recent), window.len()),
+        (Ok(whole), _) => plain(Ok(whole), whole_record.len()),
+        (Err(_), recent) => plain(recent, window.len()),
     }
+}
+
+fn last(view: &View, start: &Model, first: &Model) -> Solution {
+    let whole = view.whole();
+    let mut solution = plain(fit_from(&whole, start), whole.len());
+    if let Ok(model) = &solution.model {
+        let record = thinned(&whole, ROWS);
+        let before = judged(&record, first, false);
+        let after = judged(&record, model, true);
+        solution.errors = before.iter().zip(&after).filter_map(|(b, a)| at_long_tau(b, a)).collect();
+    }
+    solution
+}
+
+/// Both models refitted to the same samples, each judged where it did not learn.
+fn attempt(view: &View, present: &Model, other: &Model) -> Solution {
+    let record = thinned(&view.whole(), ROWS);
+    let (before, after) = (fit_from(&record, present), fit_from(&record, other));
+    let mut solution = plain(after, record.len());
+    if let (Ok(before), Ok(after)) = (&before, &solution.model) {
+        let excess_of = |model: &Model| excess(&judged(&record, model, true));
+        solution.trial = Some((excess_of(before), excess_of(after)));
+    }
+    solution
+}
+
+fn judged(record: &Record, model: &Model, own_log: bool) -> Vec<AxisDiagnosis> {
+    let options = diagnose::Options { own_log, ..diagnose::Options::default() };
+    compare(record, model, &record.fitted_axes(), &options).unwrap_or_default()
+}
+
+/// The mean of (E/F)² over averaging times and axes.
+fn excess(axes: &[AxisDiagnosis]) -> f64 {
+    let points = axes.iter().flat_map(|a| &a.error_curve);
+    let ratios: Vec<f64> =
+        points.filter_map(|p| Some((p.error? / p.floor?).powi(2))).filter(|r| r.is_finite()).collect();
+    if ratios.is_empty() { f64::INFINITY } else { ratios.iter().sum::<f64>() / ratios.len() as f64 }
+}
+
+/// (axis, τ, before, after) at the averaging time nearest to 10 s.
+fn at_long_tau(before: &AxisDiagnosis, after: &AxisDiagnosis) -> Option<(Axis, f64, f64, f64)> {
+    let nearest = |d: &AxisDiagnosis| {
+        let distance = |tau: f64| (tau / 10.0).ln().abs();
+        d.error_curve.iter().min_by(|a, b| distance(a.tau_s).total_cmp(&distance(b.tau_s))).copied()
+    };
+    let (b, a) = (nearest(before)?, nearest(after)?);
+    Some((after.axis, a.tau_s, b.error?, a.error?))
 }
 
 /// The fit of every axis that can be fitted; where the model has no axis yet, of the base model.
@@ -141,9 +160,10 @@ fn contradicts(a: &Model, b: &Model) -> bool {
 }
 
 fn parameters(model: &Model) -> impl Iterator<Item = (f64, f64)> + '_ {
-    model.axes.iter().flatten().flat_map(|axis| {
-        axis.terms.iter().flat_map(|term| term.values.iter().copied().zip(term.std_errors.iter().copied()))
-    })
+    let terms = |axis: &AxisModel| -> Vec<(f64, f64)> {
+        axis.terms.iter().flat_map(|t| t.values.iter().copied().zip(t.std_errors.iter().copied())).collect()
+    };
+    model.axes.iter().flatten().flat_map(terms)
 }
 
 /// Why a solution is not worth taking yet: a coefficient is not known better than to the effect's typical size.

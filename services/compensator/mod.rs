@@ -1,33 +1,47 @@
 //! compensator: keeps the raw rows, solves for the model's parameters beside the stream, gives them to kalman.
 //!
-//! One thread receives and answers, another one solves ([`learner`]); a late or slow solution slows nobody.
+//! One thread receives and answers, one solves ([`learner`]), one judges ([`judge`]); a late or slow solution slows
+//! nobody.
 
 pub mod current;
+pub mod judge;
 pub mod learner;
+pub mod orders;
 pub mod store;
+pub mod thin;
+pub mod worker;
 
 use crate::{
     clock::now_ns,
     pulse::Pulse,
-    run_folder::{Learned, Run, RunFolder},
-    settings::Settings,
+    run_folder::{Learned, LearnedAxis, Run, RunFolder, SourceFacts},
+    settings::{Settings, Speed},
     stop::Stop,
     wire,
 };
 use current::Current;
+use gyro_model::{Model, fit::FitError};
 use ipc_types::{
-    MARK_DATA, Parameters, Sample, ServiceId, State,
-    port::{Hub, Reader, Writer},
+    Command, Diagnosis, MARK_DATA, Parameters, Reply, Sample, ServiceId, State,
+    command::Kind,
+    port::{Answerer, BytesWriter, Hub, Reader, Writer},
     topic,
 };
-use learner::{Job, Learner, Solution, not_excited};
-use std::time::Duration;
+use judge::Judgement;
+use learner::{Job, Solution, Task, not_excited};
+use orders::Answers;
+use std::{path::Path, time::Duration};
 use store::Store;
+use worker::Worker;
 
 const NAP: Duration = Duration::from_millis(20);
 const AGAIN_NS: u64 = 100_000_000;
 /// Fewer rows are not worth a solution.
-const FEWEST_ROWS: usize = 100;
+const FEWEST_ROWS: u64 = 100;
+/// Who asks for a trial is told after this at the latest that it goes on, ns.
+const TRIAL_TOLD_NS: u64 = 2_500_000_000;
+/// A trial that is not won by then is given up, ns.
+const TRIAL_NS: u64 = 120_000_000_000;
 
 /// How far the last solution, over the whole run, is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,24 +56,42 @@ enum Ending {
     Done,
 }
 
+/// Another model, beside the one in use.
+#[derive(Debug)]
+struct Challenger {
+    command: Command,
+    model: Model,
+    since_ns: u64,
+}
+
 struct Compensator<'a> {
     run: &'a Run,
     settings: &'a Settings,
     folder: &'a RunFolder,
+    facts: SourceFacts,
     samples: Reader<Sample>,
     parameters: Writer<Parameters>,
+    diagnoses: Writer<Diagnosis>,
+    reports: BytesWriter,
+    commands: Answerer<Command, Reply>,
     pulse: Pulse,
     store: Store,
-    learner: Learner,
+    learner: Worker<Job, Solution>,
+    judge: Worker<judge::Job, Result<Judgement, FitError>>,
     current: Current,
+    answers: Answers,
+    challenger: Option<Challenger>,
     /// Number of the last sample; 0 before the first.
     sequence: u64,
     took_ns: u64,
     solved_ns: u64,
+    judged_ns: u64,
+    judged: u64,
     job: u64,
     given_ns: u64,
     ending: Ending,
-    paused_for: Option<String>,
+    paused: bool,
+    rests_for: Option<String>,
 }
 
 /// The process.
@@ -71,27 +103,36 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
     let stages = ["acquisition-to-compensator", "compensator", ""];
     let mut pulse = Pulse::begin(hub, run.number, ServiceId::Compensator, stages)?;
     let Some(facts) = folder.wait_for_source(stop, || Ok(pulse.beat(u64::MAX)?))? else { return Ok(()) };
-    let current = Current::begin(settings, folder)?;
-    let samples = hub.reader(&topic::SAMPLE, None, settings.wait.compensator)?;
-    let store = Store::new(settings.learning.rows, facts.free_names);
-    let learner = Learner::start(store.view(), settings.learning.duty);
+    let store = Store::new(settings.learning.rows, facts.free_names.clone());
+    let (to_learn, to_judge) = (store.view(), store.view());
+    let duty = settings.learning.duty;
     let mut compensator = Compensator {
         run,
         settings,
         folder,
-        samples,
+        current: Current::begin(settings, folder)?,
+        samples: hub.reader(&topic::SAMPLE, None, settings.wait.compensator)?,
         parameters: hub.writer(&topic::PARAMETERS)?,
+        diagnoses: hub.writer(&topic::DIAGNOSIS)?,
+        reports: hub.bytes_writer(&topic::REPORT, topic::REPORT_BYTES)?,
+        commands: hub.answerer(&topic::CONTROL)?,
         pulse,
         store,
-        learner,
-        current,
+        learner: Worker::start(duty, move |job: Job| learner::solve(&to_learn, &job)),
+        judge: Worker::start(duty, move |job: judge::Job| judge::judge(&to_judge, &job)),
+        answers: Answers::default(),
+        challenger: None,
+        facts,
         sequence: 0,
         took_ns: 0,
         solved_ns: now_ns(),
+        judged_ns: now_ns(),
+        judged: 0,
         job: 0,
         given_ns: 0,
         ending: Ending::Not,
-        paused_for: None,
+        paused: settings.freeze,
+        rests_for: None,
     };
     compensator.give()?;
     compensator.receive()?;
@@ -108,11 +149,18 @@ impl Compensator<'_> {
     fn turn(&mut self) -> anyhow::Result<()> {
         self.receive()?;
         let settled = self.store.settle();
-        if let Some(solution) = self.learner.solution()? {
+        self.obey()?;
+        if let Some(solution) = self.learner.result()? {
             self.take(solution)?;
         }
+        if let Some(Ok(judgement)) = self.judge.result()? {
+            self.report(judgement)?;
+        }
         match self.ending {
-            Ending::Not => self.learn(),
+            Ending::Not => {
+                self.learn();
+                self.look_closer();
+            }
             Ending::Ended if settled && !self.learner.is_busy() => self.solve_once_more()?,
             _ => {}
         }
@@ -159,32 +207,75 @@ impl Compensator<'_> {
         Ok(())
     }
 
-    /// Asks for a solution, where one is due.
+    fn ask(&mut self, task: Task) {
+        self.job += 1;
+        self.learner.ask(Job { start: self.current.start().clone(), task, number: self.job });
+    }
+
+    /// Asks for a solution, where one is due: of the challenger first.
     fn learn(&mut self) {
         let learning = &self.settings.learning;
         let due = now_ns() > self.solved_ns + (learning.period * 1e9) as u64;
-        if self.settings.freeze || !due || !self.learner.is_ready() || self.pulse.health.received < FEWEST_ROWS as u64 {
+        if !due || !self.learner.is_ready() || self.pulse.health.received < FEWEST_ROWS {
             return;
         }
+        let task = match &self.challenger {
+            Some(challenger) => Task::Try(Box::new(challenger.model.clone())),
+            None if self.paused => return,
+            None => Task::Learn(learning.window),
+        };
         self.solved_ns = now_ns();
-        self.job += 1;
-        self.learner.ask(Job { start: self.current.start().clone(), window: Some(learning.window), number: self.job });
+        self.ask(task);
+    }
+
+    /// Asks for a diagnosis, where one is due.
+    fn look_closer(&mut self) {
+        let period = self.settings.learning.diagnosis;
+        let due = now_ns() > self.judged_ns + (period * 1e9) as u64;
+        let live = period > 0.0 && self.settings.speed != Speed::Max;
+        if live && due && self.judge.is_ready() && self.pulse.health.received >= FEWEST_ROWS {
+            self.judged_ns = now_ns();
+            let (model, name) = (self.current.start().clone(), self.facts.name.clone());
+            self.judge.ask(judge::Job { model, name, took_ns: self.judged_ns });
+        }
+    }
+
+    fn report(&mut self, judgement: Judgement) -> anyhow::Result<()> {
+        self.judged += 1;
+        let mut message = judgement.message;
+        (message.run, message.sequence) = (self.run.number, self.judged);
+        message.compensator_gave_ns = now_ns();
+        self.diagnoses.give(message)?;
+        if judgement.report.len() <= topic::REPORT_BYTES {
+            self.reports.give(&judgement.report)?;
+        } else {
+            tracing::warn!("the report is too long: {} bytes", judgement.report.len());
+        }
+        Ok(())
     }
 
     fn solve_once_more(&mut self) -> anyhow::Result<()> {
-        if self.settings.freeze {
-            return self.finish(None, 0);
+        if let Some(challenger) = self.challenger.take() {
+            let ended = Err(anyhow::anyhow!("the stream ended before the trial was decided"));
+            self.answers.settle(challenger.command.id, self.current.epoch(), ended);
+        }
+        if self.paused {
+            return self.finish(None, 0, Vec::new());
         }
         self.ending = Ending::Solving;
         self.job += 1;
-        let start = self.current.start_of_last().clone();
-        self.learner.ask(Job { start, window: None, number: self.job });
+        let (start, first) = (self.current.start_of_last().clone(), Box::new(self.current.first().clone()));
+        self.learner.ask(Job { start, task: Task::Last(first), number: self.job });
         Ok(())
     }
 
     fn take(&mut self, solution: Solution) -> anyhow::Result<()> {
+        tracing::debug!(rows = solution.rows, took = ?solution.took, "solved");
         if solution.number != self.job {
             return Ok(());
+        }
+        if let Some(challenger) = self.challenger.take() {
+            return self.decide(challenger, solution);
         }
         let last = self.ending == Ending::Solving;
         let without = match solution.model {
@@ -193,33 +284,155 @@ impl Compensator<'_> {
                 Some(reason) if !last => Some(reason),
                 _ => {
                     self.current.take(model, self.folder)?;
+                    self.current.samples = solution.rows as u64;
                     None
                 }
             },
         };
-        if self.paused_for != without {
+        if self.rests_for != without {
             match &without {
                 Some(reason) => tracing::info!("learning rests: {reason}"),
                 None => tracing::info!("learning"),
             }
-            self.paused_for.clone_from(&without);
+            self.rests_for.clone_from(&without);
         }
-        tracing::debug!(epoch = self.current.epoch(), rows = solution.rows, took = ?solution.took, "solved");
-        self.current.samples = if without.is_none() { solution.rows as u64 } else { self.current.samples };
-        if last { self.finish(without, solution.rows) } else { self.give() }
+        if last { self.finish(without, solution.rows, solution.errors) } else { self.give() }
     }
 
-    fn finish(&mut self, without: Option<String>, rows: usize) -> anyhow::Result<()> {
-        self.ending = Ending::Done;
-        self.folder.set_learned(&Learned { without, rows, axes: Vec::new() })?;
+    /// The challenger takes over where it won on data that it did not learn from, or was told to.
+    fn decide(&mut self, challenger: Challenger, solution: Solution) -> anyhow::Result<()> {
+        let (id, epoch) = (challenger.command.id, self.current.epoch());
+        let effect = challenger.command.effect;
+        let won = solution.is_won();
+        let figures = solution.trial.map_or_else(String::new, |(before, after)| {
+            format!(" (held-out error over floor {:.2} -> {:.2})", before.sqrt(), after.sqrt())
+        });
+        match solution.model {
+            Ok(model) if won || challenger.command.at_once == 1 => {
+                let taken = self.current.change(model, self.folder).map(|()| format!("{effect} added{figures}"));
+                self.current.samples = solution.rows as u64;
+                self.answers.settle(id, self.current.epoch(), taken);
+            }
+            Ok(_) if now_ns() < challenger.since_ns + TRIAL_NS => {
+                if now_ns() > challenger.since_ns + TRIAL_TOLD_NS && self.answers.of(id).is_none() {
+                    let says = format!("{effect} is on trial: it takes over when it is better{figures}");
+                    self.answers.settle(id, epoch, Ok(says));
+                }
+                self.challenger = Some(challenger);
+            }
+            Ok(_) => {
+                let lost = anyhow::anyhow!("{effect} was not better and is given up{figures}");
+                self.answers.settle(id, epoch, Err(lost));
+            }
+            Err(error) => self.answers.settle(id, epoch, Err(error.into())),
+        }
         self.give()
+    }
+
+    fn finish(
+        &mut self,
+        without: Option<String>,
+        rows: usize,
+        errors: Vec<(gyro_model::Axis, f64, f64, f64)>,
+    ) -> anyhow::Result<()> {
+        self.ending = Ending::Done;
+        let axes = errors
+            .into_iter()
+            .map(|(axis, tau, before, after)| LearnedAxis {
+                axis: axis.to_string(),
+                tau,
+                before: Some(before),
+                after: Some(after),
+            })
+            .collect();
+        self.folder.set_learned(&Learned { without, rows, axes })?;
+        self.give()
+    }
+
+    /// Takes the commands that wait; answers those that are settled.
+    fn obey(&mut self) -> anyhow::Result<()> {
+        let mut new = Vec::new();
+        self.commands.serve(|command| {
+            if self.answers.begin(command.id) {
+                new.push(*command);
+            }
+            self.answers.of(command.id)
+        })?;
+        for command in new {
+            let result = self.begin(&command);
+            if let Some(result) = result.transpose() {
+                self.answers.settle(command.id, self.current.epoch(), result);
+            }
+            self.give()?;
+        }
+        Ok(())
+    }
+
+    /// Does a command; `None` where it takes longer.
+    fn begin(&mut self, command: &Command) -> anyhow::Result<Option<String>> {
+        let kind = Kind::from_u32(command.kind).filter(|kind| *kind != Kind::Hide);
+        let Some(kind) = kind else { anyhow::bail!("the compensator knows no command {}", command.kind) };
+        if self.ending != Ending::Not && kind != Kind::Save {
+            anyhow::bail!("the stream has ended: nothing can be changed any more");
+        }
+        let says = match kind {
+            Kind::Add => {
+                if self.challenger.is_some() {
+                    anyhow::bail!("another effect is on trial: wait for its end, or undo it");
+                }
+                let model = orders::with_effect(command, &mut self.current, &self.facts)?;
+                self.challenger = Some(Challenger { command: *command, model, since_ns: now_ns() });
+                // What is being solved now is of no use any more, and the trial need not wait.
+                self.job += 1;
+                self.solved_ns = 0;
+                return Ok(None);
+            }
+            Kind::Remove => {
+                let model = orders::without_effect(command, &self.current)?;
+                self.job += 1;
+                self.solved_ns = 0;
+                self.current.change(model, self.folder)?;
+                format!("{} removed", command.effect)
+            }
+            Kind::Undo => {
+                self.job += 1;
+                if let Some(challenger) = self.challenger.take() {
+                    format!("{} is not on trial any more", challenger.command.effect)
+                } else if self.current.undo(self.folder)? {
+                    "the model before the last change is back".to_owned()
+                } else {
+                    anyhow::bail!("nothing was changed: there is nothing to undo")
+                }
+            }
+            Kind::Pause => {
+                self.paused = true;
+                self.job += 1;
+                "learning is paused".to_owned()
+            }
+            Kind::Resume => {
+                self.paused = false;
+                "learning goes on".to_owned()
+            }
+            Kind::Forget => {
+                self.job += 1;
+                self.store.clear();
+                "what was seen so far is forgotten; the model stays until there is a new one".to_owned()
+            }
+            Kind::Save | Kind::Hide => {
+                let path = Path::new(command.argument.as_str());
+                anyhow::ensure!(path.is_absolute(), "'{}' is not an absolute path", command.argument);
+                self.current.save_to(path, orders::provenance(&self.facts, self.current.samples))?;
+                format!("saved to {}", path.display())
+            }
+        };
+        Ok(Some(says))
     }
 
     fn give(&mut self) -> anyhow::Result<()> {
         let mut message = *self.current.message();
         message.run = self.run.number;
         message.samples = self.current.samples;
-        message.paused = u32::from(self.settings.freeze || self.paused_for.is_some());
+        message.paused = u32::from(self.paused || self.rests_for.is_some());
         message.last = u32::from(self.ending == Ending::Done);
         message.compensator_took_ns = self.took_ns;
         self.given_ns = now_ns();

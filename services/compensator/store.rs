@@ -8,6 +8,8 @@ use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, TryLockError};
 pub struct Store {
     record: Arc<RwLock<Record>>,
     waiting: Vec<Row>,
+    /// What is in the record is to be forgotten as soon as nobody reads it.
+    stale: bool,
     limit: usize,
 }
 
@@ -20,7 +22,7 @@ impl Store {
     #[must_use]
     pub fn new(limit: usize, free_names: Vec<String>) -> Self {
         let record = Record { rows: Vec::new(), free_names };
-        Self { record: Arc::new(RwLock::new(record)), waiting: Vec::new(), limit }
+        Self { record: Arc::new(RwLock::new(record)), waiting: Vec::new(), stale: false, limit }
     }
 
     /// The learner's view.
@@ -39,7 +41,7 @@ impl Store {
 
     /// Moves what waits into the record, where nobody reads; whether nothing waits any more.
     pub fn settle(&mut self) -> bool {
-        if self.waiting.is_empty() {
+        if self.waiting.is_empty() && !self.stale {
             return true;
         }
         let mut record = match self.record.try_write() {
@@ -47,6 +49,9 @@ impl Store {
             Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
             Err(TryLockError::WouldBlock) => return false,
         };
+        if std::mem::take(&mut self.stale) {
+            record.rows.clear();
+        }
         record.rows.append(&mut self.waiting);
         let over = record.rows.len().saturating_sub(self.limit);
         if over > 0 {
@@ -59,7 +64,7 @@ impl Store {
     /// Forgets everything.
     pub fn clear(&mut self) {
         self.waiting.clear();
-        self.record.write().unwrap_or_else(PoisonError::into_inner).rows.clear();
+        self.stale = true;
     }
 }
 

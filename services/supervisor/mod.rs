@@ -84,26 +84,13 @@ pub struct Ending {
     pub summary: String,
 }
 
-/// Runs a pipeline until its source ends or a signal comes.
+/// Runs a pipeline until its source ends or it is asked to stop.
 ///
 /// # Errors
 /// Where the instance is taken, its folder cannot be used, or a process cannot be started.
-pub fn supervise(instance: &str, settings: Settings) -> anyhow::Result<Ending> {
-    supervise_with(instance, settings, |_| Ok(()))
-}
-
-/// As [`supervise`]; `prepare` is called once before any process starts, with the run's folder.
-///
-/// # Errors
-/// As [`supervise`], and those of `prepare`.
-pub fn supervise_with(
-    instance: &str,
-    settings: Settings,
-    prepare: impl FnOnce(&RunFolder) -> anyhow::Result<()>,
-) -> anyhow::Result<Ending> {
-    let stop = Stop::on_signals().context("signals")?;
+pub fn supervise(instance: &str, settings: Settings, stop: &Stop) -> anyhow::Result<Ending> {
     let mut pipeline = Pipeline::claim(instance, settings)?;
-    let ended = prepare(&pipeline.folder).and_then(|()| pipeline.watch(&stop));
+    let ended = pipeline.watch(stop);
     pipeline.publish(ended.is_ok());
     pipeline.end_processes();
     let summary = summary::text(&pipeline.run, &pipeline.folder, &pipeline.board);

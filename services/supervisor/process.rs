@@ -96,15 +96,16 @@ impl Process {
     /// Where the program cannot be executed.
     pub fn start(&mut self, instance: &str, settings: &Settings) -> anyhow::Result<()> {
         let input = self.service == ServiceId::Acquisition && settings.source == Source::Input;
-        let program = std::env::current_exe().context("the program's own path")?;
-        let child = Command::new(&program)
+        // This very program, even where another one has been installed in its place meanwhile.
+        let child = Command::new("/proc/self/exe")
+            .arg0("truerate")
             .args(["service", self.service.name(), "--instance", instance])
             .stdin(if input { Stdio::inherit() } else { Stdio::null() })
             .stdout(Stdio::null())
             .stderr(Stdio::inherit())
             .process_group(0)
             .spawn()
-            .with_context(|| program.display().to_string())?;
+            .context("/proc/self/exe")?;
         tracing::info!(service = self.service.name(), pid = child.id(), "started");
         self.life = Life::Child(child);
         Ok(())

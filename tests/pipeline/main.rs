@@ -2,6 +2,7 @@
 
 mod crashes;
 mod harness;
+mod live;
 
 use gyro_model::{Axis, Model, fit::fit};
 use harness::{Place, counted, log, parameter};

@@ -1,0 +1,230 @@
+//! The demo's player: looks at a running pipeline as a person would, names what is missing, adds it, sees the error fall.
+
+use crate::{clock::now_ns, commands::print, domain, stop::Stop, watch::Watch};
+use anyhow::Context;
+use gyro_model::Axis;
+use ipc_types::{
+    Command, Diagnosis, Reply, Text,
+    command::Kind,
+    diagnosis::AxisDiagnosis,
+    port::{Caller, Reader},
+    topic,
+    wait::Wait,
+};
+use std::{
+    thread::sleep,
+    time::{Duration, Instant},
+};
+
+/// Rows a second of the simulated vehicle.
+pub const RATE_HZ: f64 = 100.0;
+/// Times real time when nobody watches.
+pub const SPEED: f64 = 8.0;
+
+/// What may be hidden: effects that a drive of two minutes shows.
+const HIDDEN: [&str; 8] = [
+    "delay",
+    "g-sensitivity",
+    "scale-asymmetry",
+    "encoder-eccentricity",
+    "quadratic-nonlinearity",
+    "temperature-bias",
+    "cross-axis",
+    "rate-hysteresis",
+];
+
+/// Data before the first verdict counts, ns.
+const ENOUGH_NS: i64 = 60_000_000_000;
+/// A name counts when so many diagnoses in a row give it.
+const AGREE: usize = 2;
+const PATIENCE: Duration = Duration::from_secs(240);
+const ANSWER: Duration = Duration::from_millis(500);
+
+/// The effect that this seed hides.
+#[must_use]
+pub fn hidden(seed: u64) -> &'static str {
+    let mixed = seed.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 33;
+    HIDDEN[(mixed % HIDDEN.len() as u64) as usize]
+}
+
+/// What to look at, for somebody who does.
+#[must_use]
+pub fn invitation(source: &str, instance: &str, dashboard: &str, simulated: bool) -> String {
+    let look = if dashboard == "off" {
+        format!("  truerate top --instance {instance}      watch it in another terminal\n")
+    } else {
+        format!("  http://{dashboard}      open this: charts, suspects as cards, a button to add one\n")
+    };
+    let hidden = if simulated { "An effect is hidden in its gyro; " } else { "" };
+    format!(
+        "{source} runs. {hidden}Ctrl-C ends it.\n{look}  truerate status --instance {instance}\n  \
+         truerate control add EFFECT --axis x --instance {instance}      what you think is missing\n  \
+         truerate control undo --instance {instance}"
+    )
+}
+
+/// What came of a play.
+#[derive(Debug)]
+pub struct Played {
+    /// The effect that was named; `none`.
+    pub named: String,
+    /// Largest error over floor before anything was added.
+    pub before: f64,
+    /// The same at the end.
+    pub after: f64,
+}
+
+/// The player's ports.
+pub struct Player {
+    watch: Watch,
+    diagnoses: Reader<Diagnosis>,
+    caller: Caller<Command, Reply>,
+    started: Instant,
+}
+
+impl Player {
+    /// Joins the pipeline as soon as it is there; `None` when asked to stop before.
+    ///
+    /// # Errors
+    /// Where it does not come.
+    pub fn join(instance: &str, stop: &Stop) -> anyhow::Result<Option<Self>> {
+        let started = Instant::now();
+        while !stop.asked() {
+            match Self::try_join(instance, started) {
+                Ok(player) => return Ok(Some(player)),
+                Err(error) if started.elapsed() > Duration::from_secs(20) => return Err(error),
+                Err(_) => sleep(Duration::from_millis(50)),
+            }
+        }
+        Ok(None)
+    }
+
+    fn try_join(instance: &str, started: Instant) -> anyhow::Result<Self> {
+        let watch = Watch::join(&domain::existing(instance)?, "player")?;
+        let diagnoses = watch.hub.reader(&topic::DIAGNOSIS, None, Wait::Event)?;
+        let caller = watch.hub.caller(&topic::CONTROL)?;
+        Ok(Self { watch, diagnoses, caller, started })
+    }
+
+    /// Plays the loop; `None` when asked to stop.
+    ///
+    /// # Errors
+    /// Where the pipeline does not answer.
+    pub fn play(&self, stop: &Stop) -> anyhow::Result<Option<Played>> {
+        let Some((axis, place, seconds)) = self.wait_for_name(stop)? else { return Ok(None) };
+        let before = axis.error_over_floor;
+        let suspect = axis.suspects[0];
+        let named = suspect.effect.as_str().to_owned();
+        if named.is_empty() {
+            print(&format!("after {seconds:.0} s of driving nothing is missing"))?;
+            return Ok(Some(Played { named: "none".to_owned(), before, after: before }));
+        }
+        let letter = Axis::ALL[place].letter();
+        print(&format!(
+            "compare:  the error of axis {letter} is up to {before:.2} times its floor after {seconds:.0} s of driving"
+        ))?;
+        let aliases = suspect.aliases.as_str();
+        let aliases = if aliases.is_empty() { String::new() } else { format!(" (looks the same here: {aliases})") };
+        print(&format!(
+            "diagnose: {named} is missing{aliases}; adding it removes {:.0} % of the excess",
+            100.0 * suspect.error_fall
+        ))?;
+        let command = Command {
+            id: now_ns(),
+            kind: Kind::Add as u32,
+            axis: place as u32,
+            effect: Text::new(&named),
+            ..Command::default()
+        };
+        let reply = self.caller.ask(command, ANSWER, 60, |reply: &Reply| reply.id == command.id)?;
+        print(&format!("add:      {}", reply.says))?;
+        let Some(after) = self.wait_for_fall(place, &named, reply.epoch, stop)? else { return Ok(None) };
+        print(&format!("compare:  the error is up to {after:.2} times its floor"))?;
+        Ok(Some(Played { named, before, after }))
+    }
+
+    /// The worst axis once a name is given again and again, or there is none to give.
+    fn wait_for_name(&self, stop: &Stop) -> anyhow::Result<Option<(AxisDiagnosis, usize, f64)>> {
+        let mut names: Vec<String> = Vec::new();
+        while !stop.asked() {
+            let Some(diagnosis) = self.next(stop)? else { return Ok(None) };
+            let Some((place, axis)) = worst(&diagnosis) else { continue };
+            let seconds = (diagnosis.to_ns - diagnosis.from_ns) as f64 * 1e-9;
+            tracing::info!(
+                seconds,
+                verdict = axis.verdict.as_str(),
+                suspect = axis.suspects[0].effect.as_str(),
+                "judged"
+            );
+            if diagnosis.to_ns - diagnosis.from_ns < ENOUGH_NS {
+                continue;
+            }
+            let named = matches!(axis.verdict.as_str(), "missing-effect" | "ambiguous");
+            names.push(if named { axis.suspects[0].effect.as_str().to_owned() } else { String::new() });
+            let agree = names.iter().rev().take_while(|name| *name == names.last().unwrap_or(name)).count();
+            let last = names.last().is_some_and(|name| !name.is_empty());
+            if (last && agree >= AGREE) || (!last && agree >= 8 * AGREE) {
+                let mut axis = *axis;
+                if !last {
+                    axis.suspects[0].effect = Text::EMPTY;
+                }
+                return Ok(Some((axis, place, seconds)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Error over floor of the changed model.
+    fn wait_for_fall(&self, place: usize, named: &str, epoch: u64, stop: &Stop) -> anyhow::Result<Option<f64>> {
+        let mut parameters = None;
+        let reader = self.watch.hub.reader(&topic::PARAMETERS, None, Wait::Event)?;
+        while !stop.asked() {
+            let Some(diagnosis) = self.next(stop)? else { return Ok(None) };
+            parameters = reader.newest()?.or(parameters);
+            let has = parameters.is_some_and(|p| {
+                let axis = &p.axes[place];
+                axis.terms.iter().take(axis.count as usize).any(|term| term.effect.as_str() == named)
+            });
+            if has && diagnosis.epoch >= epoch && diagnosis.axes[place].present == 1 {
+                let still = diagnosis.axes[place].suspects.iter().any(|s| s.effect.as_str() == named);
+                if !still {
+                    return Ok(Some(diagnosis.axes[place].error_over_floor));
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    fn next(&self, stop: &Stop) -> anyhow::Result<Option<Diagnosis>> {
+        while !stop.asked() {
+            if let Some(diagnosis) = self.diagnoses.newest()? {
+                return Ok(Some(diagnosis));
+            }
+            (self.started.elapsed() < PATIENCE)
+                .then_some(())
+                .context("no diagnosis in time: is the machine overloaded?")?;
+            sleep(Duration::from_millis(20));
+        }
+        Ok(None)
+    }
+}
+
+/// The axis with the largest error over floor.
+fn worst(diagnosis: &Diagnosis) -> Option<(usize, &AxisDiagnosis)> {
+    let axes = diagnosis.axes.iter().enumerate().filter(|(_, axis)| axis.present == 1);
+    axes.max_by(|(_, a), (_, b)| a.error_over_floor.total_cmp(&b.error_over_floor))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{HIDDEN, hidden};
+    use gyro_model::effects;
+
+    #[test]
+    fn every_effect_that_may_be_hidden_is_known_and_comes_up() {
+        for id in HIDDEN {
+            assert!(effects::find(id).is_some(), "{id}");
+            assert!((0..200).any(|seed| hidden(seed) == id), "{id}");
+        }
+    }
+}

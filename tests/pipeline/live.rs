@@ -1,0 +1,150 @@
+//! The model changed while it runs: by command, refused with a reason, undone, saved.
+
+use crate::harness::{Pipeline, Place, log, signal};
+use ipc_types::{
+    Parameters,
+    port::{Hub, Reader},
+    topic,
+    wait::Wait,
+};
+use rustix::process::Signal;
+use std::{path::PathBuf, process::Output};
+
+/// A vehicle at 100 Hz, eight times as fast as real time, with a late gyro.
+fn late_vehicle(place: &Place) -> PathBuf {
+    let path = place.file("vehicle.toml");
+    let text = "speed = 8\nhide = [\"delay:d=0.02\"]\ndashboard = \"off\"\n[simulation]\nrate_hz = 100.0\nseed = 3\n";
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+struct Model {
+    parameters: Reader<Parameters>,
+    last: Parameters,
+    axis: usize,
+    _hub: Hub,
+}
+
+impl Model {
+    fn watch(pipeline: &mut Pipeline) -> Self {
+        let mut joined = None;
+        pipeline.until("the topics", |p| {
+            joined = Hub::join(&p.domain, "onlooker").ok().and_then(|hub| {
+                hub.reader(&topic::PARAMETERS, None, Wait::Event).ok().map(|parameters| (hub, parameters))
+            });
+            joined.is_some()
+        });
+        let (hub, parameters) = joined.unwrap();
+        let mut model = Self { parameters, last: Parameters::default(), axis: 0, _hub: hub };
+        pipeline.until("a first model", |_| {
+            model.look();
+            model.last.axes.iter().position(|a| a.present == 1).is_some_and(|axis| {
+                model.axis = axis;
+                true
+            })
+        });
+        model
+    }
+
+    fn look(&mut self) {
+        if let Some(parameters) = self.parameters.newest().unwrap() {
+            self.last = parameters;
+        }
+    }
+
+    fn effects(&mut self) -> Vec<String> {
+        self.look();
+        let axis = &self.last.axes[self.axis];
+        axis.terms.iter().take(axis.count as usize).map(|t| t.effect.to_string()).collect()
+    }
+
+    fn letter(&self) -> &'static str {
+        gyro_model::Axis::ALL[self.axis].letter()
+    }
+}
+
+fn control(place: &Place, args: &[&str]) -> Output {
+    let mut all = vec!["control", "--instance", "live"];
+    all.extend_from_slice(args);
+    place.output(&all)
+}
+
+#[test]
+fn an_effect_is_added_undone_and_saved_while_the_vehicle_drives() {
+    let place = Place::new();
+    let config = late_vehicle(&place);
+    let mut pipeline = place.start("live", &["--config", config.to_str().unwrap()]);
+    let mut model = Model::watch(&mut pipeline);
+    let letter = model.letter();
+    assert_eq!(model.effects(), ["scale-factor", "bias"]);
+
+    let unknown = control(&place, &["add", "nonsense", "--axis", letter]);
+    assert_eq!(unknown.status.code(), Some(1));
+    let error = String::from_utf8(unknown.stderr).unwrap();
+    assert!(error.contains("there is no effect 'nonsense'"), "{error}");
+    assert_eq!(control(&place, &["undo"]).status.code(), Some(1), "nothing was changed");
+
+    let added = control(&place, &["add", "delay", "--axis", letter]);
+    assert!(added.status.success(), "{added:?}");
+    pipeline.until("the challenger's victory", |_| model.effects().contains(&"delay".to_owned()));
+    assert_eq!(control(&place, &["add", "delay", "--axis", letter]).status.code(), Some(1), "it is there already");
+    let late = |model: &Model| model.last.axes[model.axis].terms[2].values[0];
+    pipeline.until("the delay's value", |_| {
+        model.look();
+        (late(&model) - 0.02).abs() < 0.004
+    });
+
+    let file = place.file("saved.toml");
+    assert!(control(&place, &["save", file.to_str().unwrap()]).status.success());
+    let saved = truerate::model_file::load(&file, &[]).unwrap();
+    assert_eq!(saved.model.axes[model.axis].as_ref().unwrap().effect_ids(), ["scale-factor", "bias", "delay"]);
+
+    // A crash changes nothing.
+    let dead = pipeline.pid("compensator").unwrap();
+    signal(dead, Signal::KILL);
+    pipeline.until("its next life", |p| p.pid("compensator").is_some_and(|pid| pid != dead));
+    let epoch = model.last.epoch;
+    pipeline.until("its parameters", |_| {
+        model.look();
+        model.last.epoch >= epoch
+    });
+    assert!(model.effects().contains(&"delay".to_owned()));
+
+    assert!(control(&place, &["undo"]).status.success());
+    pipeline.until("the model before", |_| model.effects() == ["scale-factor", "bias"]);
+
+    for (words, paused) in [("pause", 1), ("resume", 0)] {
+        assert!(control(&place, &[words]).status.success());
+        pipeline.until(words, |_| {
+            model.look();
+            model.last.paused == paused
+        });
+    }
+    assert!(control(&place, &["forget"]).status.success());
+    assert!(control(&place, &["hide", "g-sensitivity"]).status.success());
+    let wrong = control(&place, &["hide", "delay:q=1"]);
+    assert_eq!(wrong.status.code(), Some(1), "{wrong:?}");
+    let ended = pipeline.interrupt();
+    assert_eq!(ended.code, Some(0), "{}", ended.error);
+    assert!(place.left("live").is_empty(), "{:?}", place.left("live"));
+    assert_eq!(control(&place, &["undo"]).status.code(), Some(1), "nothing runs");
+}
+
+#[test]
+fn a_recorded_run_is_what_apply_writes() {
+    let place = Place::new();
+    let path = place.file("log.csv");
+    log(&path, 40.0, 9);
+    let (log, model) = (path.to_str().unwrap(), place.file("m.toml"));
+    let (model, run, apply) = (model.to_str().unwrap(), place.file("run.csv"), place.file("apply.csv"));
+    let fitted = place.output(&["fit", log, "-o", model]);
+    assert!(fitted.status.success(), "{fitted:?}");
+    let applied = place.output(&["apply", log, "--model", model, "-o", apply.to_str().unwrap()]);
+    assert!(applied.status.success(), "{applied:?}");
+    let args = ["--source", log, "--speed", "max", "--model", model, "--freeze", "--record", run.to_str().unwrap()];
+    let ended = place.start("record", &args).end();
+    assert_eq!(ended.code, Some(0), "{}{}", ended.out, ended.error);
+    let (live, offline) = (std::fs::read(&run).unwrap(), std::fs::read(&apply).unwrap());
+    assert!(live.len() > 100_000);
+    assert!(live == offline, "{} and {} bytes", live.len(), offline.len());
+}
