@@ -4,6 +4,7 @@
 
 use crate::{
     clock::now_ns,
+    model_file,
     pulse::Pulse,
     run_folder::{Run, RunFolder},
     settings::Settings,
@@ -11,7 +12,10 @@ use crate::{
     vault::Vault,
     wire,
 };
-use gyro_model::estimator::{Estimator, Options, Snapshot};
+use gyro_model::{
+    Model,
+    estimator::{Estimator, Options, Snapshot},
+};
 use ipc_types::{
     Estimate, Histogram, MARK_DATA, MARK_END, Parameters, Sample, ServiceId, State,
     estimate::FLAG_STALE_PARAMETERS,
@@ -114,6 +118,11 @@ impl Kalman {
             (health.lost, health.rejected) = (saved.lost, saved.rejected);
             health.acknowledged = saved.sequence;
             tracing::info!("taken up after sample {}", saved.sequence);
+        }
+        if folder.model().exists() {
+            // What the compensator gave last: nobody need wait for its next word.
+            let model = model_file::load(&folder.model(), &kalman.free_names()?)?.model;
+            kalman.use_model(&model);
         }
         // The first look connects us, so that nothing that is given from now on is missed.
         kalman.newest = kalman.parameters.newest()?;
@@ -231,17 +240,19 @@ impl Kalman {
             return Ok(());
         }
         match wire::model_of(&message, &self.free_names()?) {
-            Ok(model) => {
-                self.estimator.set_model(&model);
-                if let Some(snapshot) = self.left.take() {
-                    self.estimator.restore(&snapshot);
-                }
-                self.epoch = Some(message.epoch);
-                self.pulse.health.epoch = message.epoch;
-            }
+            Ok(model) => self.use_model(&model),
             Err(error) => tracing::error!("parameters of epoch {} are refused: {error:#}", message.epoch),
         }
         Ok(())
+    }
+
+    fn use_model(&mut self, model: &Model) {
+        self.estimator.set_model(model);
+        if let Some(snapshot) = self.left.take() {
+            self.estimator.restore(&snapshot);
+        }
+        self.epoch = Some(model.epoch);
+        self.pulse.health.epoch = model.epoch;
     }
 
     /// Names of the free channels, which a user's own effects are written in.

@@ -2,12 +2,13 @@
 
 use crate::{
     hopeless::Hopeless,
+    injection::Injection,
     log::{Options, Reader},
     model_file::ModelFile,
     run_folder::{Run, RunFolder, SourceFacts},
     settings::{Settings, Source},
 };
-use anyhow::{anyhow, bail};
+use anyhow::anyhow;
 use gyro_model::{
     Axis, Row,
     simulate::{Hidden, Scenario, SensorSpec, Simulator},
@@ -20,6 +21,7 @@ pub struct Feed {
     /// The next row: read, so that what the source says of itself is known before it is asked for.
     ahead: Option<Row>,
     given: u64,
+    settings: Settings,
     taken_up: bool,
     rejected: u64,
     /// Effects switched on while it runs: after which row, as it was said.
@@ -27,7 +29,7 @@ pub struct Feed {
 }
 
 enum Rows {
-    Log { path: PathBuf, options: Options, reader: Box<Reader> },
+    Log { path: PathBuf, options: Options, reader: Box<Reader>, injection: Injection },
     Simulated { scenario: Box<Scenario>, simulator: Box<Simulator>, rows: Option<u64> },
 }
 
@@ -49,6 +51,17 @@ pub fn scenario(settings: &Settings) -> anyhow::Result<Scenario> {
     })
 }
 
+/// What is hidden in a log from the start, on its first axis with a gyro and a reference (or with a gyro).
+fn injection(reader: &Reader, settings: &Settings) -> anyhow::Result<Injection> {
+    let gyros = reader.layout().gyros();
+    let axis = reader.layout().referenced().first().or(gyros.first()).copied().unwrap_or(Axis::Z);
+    let mut injection = Injection::new(axis);
+    for text in &settings.hide {
+        injection.hide(text)?;
+    }
+    Ok(injection)
+}
+
 impl Feed {
     /// Opens the source at its first row, and leaves what it says of itself in the run's folder.
     ///
@@ -59,7 +72,8 @@ impl Feed {
         let log = |path: PathBuf| -> anyhow::Result<Rows> {
             let options = Options { columns: settings.columns.clone(), ..Options::default() };
             let reader = Box::new(Reader::open(&path, &options).map_err(Hopeless::from_error)?);
-            Ok(Rows::Log { path, options, reader })
+            let injection = injection(&reader, settings).map_err(Hopeless::from_error)?;
+            Ok(Rows::Log { path, options, reader, injection })
         };
         let rows = match &settings.source {
             Source::Log(path) => log(path.clone())?,
@@ -70,7 +84,15 @@ impl Feed {
                 Rows::Simulated { simulator: Box::new(Simulator::new(&scenario)), scenario, rows }
             }
         };
-        let mut feed = Self { rows, ahead: None, given: 0, taken_up: false, rejected: 0, switched: Vec::new() };
+        let mut feed = Self {
+            rows,
+            ahead: None,
+            settings: settings.clone(),
+            given: 0,
+            taken_up: false,
+            rejected: 0,
+            switched: Vec::new(),
+        };
         feed.fill()?;
         let before = folder.source().ok();
         feed.switched = before.as_ref().map(|facts| facts.switched.clone()).unwrap_or_default();
@@ -116,8 +138,11 @@ impl Feed {
 
     fn fill(&mut self) -> anyhow::Result<()> {
         match &mut self.rows {
-            Rows::Log { reader, .. } => {
-                self.ahead = reader.next_row().map_err(Hopeless::from_error)?;
+            Rows::Log { reader, injection, .. } => {
+                for (_, text) in self.switched.iter().filter(|(after, _)| self.taken_up && *after + 1 == self.given) {
+                    injection.hide(text)?;
+                }
+                self.ahead = reader.next_row().map_err(Hopeless::from_error)?.map(|row| injection.spoil(row));
                 self.rejected = reader.rows_faulty();
             }
             Rows::Simulated { simulator, rows, .. } => {
@@ -165,7 +190,7 @@ impl Feed {
     pub fn injects(&self) -> bool {
         match &self.rows {
             Rows::Simulated { scenario, .. } => !scenario.hidden.is_empty() || !self.switched.is_empty(),
-            Rows::Log { .. } => false,
+            Rows::Log { injection, .. } => injection.is_on(),
         }
     }
 
@@ -174,10 +199,10 @@ impl Feed {
     /// # Errors
     /// An unknown effect or parameter, or a source that nothing can be hidden in.
     pub fn hide(&mut self, text: &str, folder: &RunFolder) -> anyhow::Result<()> {
-        let Rows::Simulated { simulator, .. } = &mut self.rows else {
-            bail!("nothing can be hidden in this source while it runs: use a simulated one");
-        };
-        simulator.hide(Hidden::parse(text, simulator.sensor().axis)?);
+        match &mut self.rows {
+            Rows::Simulated { simulator, .. } => simulator.hide(Hidden::parse(text, simulator.sensor().axis)?),
+            Rows::Log { injection, .. } => injection.hide(text)?,
+        }
         self.switched.push((self.given, text.to_owned()));
         let anchor = folder.source()?.anchor;
         folder.set_source(&self.facts(anchor))?;
@@ -190,8 +215,9 @@ impl Feed {
     /// A log that cannot be read again.
     pub fn begin_again(&mut self, rows: u64) -> anyhow::Result<()> {
         match &mut self.rows {
-            Rows::Log { path, options, reader } => {
+            Rows::Log { path, options, reader, injection: hidden } => {
                 *reader = Box::new(Reader::open(path, options).map_err(Hopeless::from_error)?);
+                *hidden = injection(reader, &self.settings)?;
             }
             Rows::Simulated { scenario, simulator, .. } => *simulator = Box::new(Simulator::new(scenario)),
         }

@@ -125,11 +125,17 @@ impl Layout {
         Axis::ALL.into_iter().filter(|&a| self.has(Channel::Gyro(a))).collect()
     }
 
+    /// The axes that have both a gyro and an angle or rate reference of their own.
+    #[must_use]
+    pub fn referenced(&self) -> Vec<Axis> {
+        let has = |a: &Axis| self.has(Channel::RefAngle(*a)) || self.has(Channel::RefRate(*a));
+        self.gyros().into_iter().filter(has).collect()
+    }
+
     /// Whether some axis has both a gyro and a reference column.
     #[must_use]
     pub fn has_reference(&self) -> bool {
-        self.has(Channel::Quaternion(0))
-            || self.gyros().into_iter().any(|a| self.has(Channel::RefAngle(a)) || self.has(Channel::RefRate(a)))
+        self.has(Channel::Quaternion(0)) || !self.referenced().is_empty()
     }
 }
 

@@ -210,6 +210,10 @@ impl Pipeline {
             let name = process.service.name();
             match process.look() {
                 Fate::Alive => {}
+                // Nobody but its onlookers needs the dashboard.
+                Fate::Hopeless if process.service == ServiceId::Dashboard => {
+                    tracing::warn!("there is no dashboard: give another --dashboard ADDR, or off");
+                }
                 Fate::Hopeless => return Ok(Some(End::Hopeless)),
                 Fate::Died(words) => {
                     process.restarts += 1;
@@ -274,6 +278,7 @@ impl Pipeline {
         self.status_ns = now_ns();
         let list = self.processes.iter().map(|p| {
             let state = match p.pid() {
+                None if p.is_over() => "failed",
                 None => "restarting",
                 Some(pid) if self.board.is(p.service, Some(pid), State::Failed) => "failed",
                 Some(pid) if self.board.is(p.service, Some(pid), State::Finished) => "stopped",
@@ -289,7 +294,7 @@ impl Pipeline {
     }
 
     fn all_are(&self, state: State) -> bool {
-        self.processes.iter().all(|p| p.pid().is_some() && self.board.is(p.service, p.pid(), state))
+        self.processes.iter().all(|p| p.is_over() || (p.pid().is_some() && self.board.is(p.service, p.pid(), state)))
     }
 
     fn is_complete(&self) -> bool {

@@ -39,8 +39,10 @@ pub struct Process {
 
 #[derive(Debug)]
 enum Life {
-    /// Not started, or ended for good.
+    /// Not started.
     None,
+    /// Ended for good.
+    Over,
     /// Ours.
     Child(Child),
     /// Left by a supervisor that died.
@@ -116,7 +118,7 @@ impl Process {
         let death = match &mut self.life {
             Life::Child(child) => match child.try_wait() {
                 Ok(Some(status)) if status.code() == Some(i32::from(HOPELESS)) => {
-                    self.life = Life::None;
+                    self.life = Life::Over;
                     return Fate::Hopeless;
                 }
                 Ok(Some(status)) => Some(in_words(status)),
@@ -131,6 +133,12 @@ impl Process {
         self.forget_old_deaths(now);
         self.life = Life::Waiting(now + self.delay().as_nanos() as u64);
         Fate::Died(words)
+    }
+
+    /// Whether it has ended for good.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        matches!(self.life, Life::Over)
     }
 
     /// Whether it waits for a start that is due.

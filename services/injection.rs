@@ -1,0 +1,161 @@
+//! Effects hidden in a replayed log: the recorded rows are taken for the truth, and spoilt as the simulator would.
+
+use gyro_model::{
+    Axis, Row,
+    effects::{Memory, Signals, Stage},
+    simulate::{Hidden, HiddenError},
+};
+use std::collections::VecDeque;
+
+/// Readings that are kept, for those that come late.
+const PAST: usize = 8192;
+
+/// What spoils the rows of one axis.
+#[derive(Debug)]
+pub struct Injection {
+    axis: Axis,
+    effects: Vec<(Hidden, Memory)>,
+    /// Time in s, and reading.
+    past: VecDeque<(f64, f64)>,
+    supply: f64,
+}
+
+impl Injection {
+    /// Nothing is spoilt yet.
+    #[must_use]
+    pub fn new(axis: Axis) -> Self {
+        Self { axis, effects: Vec::new(), past: VecDeque::new(), supply: f64::NAN }
+    }
+
+    /// Whether anything is spoilt.
+    #[must_use]
+    pub fn is_on(&self) -> bool {
+        !self.effects.is_empty()
+    }
+
+    /// Switches an effect on, or gives it other parameters: `ID[:NAME=VALUE,…]`.
+    ///
+    /// # Errors
+    /// An unknown effect or parameter.
+    pub fn hide(&mut self, text: &str) -> Result<(), HiddenError> {
+        let hidden = Hidden::parse(text, self.axis)?;
+        let id = hidden.effect.card().id;
+        match self.effects.iter_mut().find(|(known, _)| known.effect.card().id == id) {
+            Some((known, _)) => *known = hidden,
+            None => self.effects.push((hidden, Memory::default())),
+        }
+        Ok(())
+    }
+
+    /// The row as the spoilt sensor would have given it.
+    #[must_use]
+    pub fn spoil(&mut self, mut row: Row) -> Row {
+        let i = self.axis.index();
+        let (t, read) = (row.t_ns as f64 * 1e-9, row.gyro[i]);
+        let before = self.past.back().copied();
+        if read.is_finite() {
+            self.past.push_back((t, read));
+            if self.past.len() > PAST {
+                self.past.pop_front();
+            }
+        }
+        if self.supply.is_nan() {
+            self.supply = row.supply;
+        }
+        if !self.is_on() {
+            return row;
+        }
+        let known = |value: f64| if value.is_finite() { value } else { 0.0 };
+        let dt = before.map_or(0.0, |(t0, _)| t - t0);
+        let mut signals = Signals {
+            t,
+            dt,
+            axis: i,
+            rates: row.gyro.map(known),
+            rate_dot: before.map_or(0.0, |(_, r0)| if dt > 0.0 { (known(read) - r0) / dt } else { 0.0 }),
+            angle: known(row.ref_angle[i]),
+            accel: row.accel.map(known),
+            delta_temperature: known(row.temperature - 25.0),
+            delta_supply: known(row.supply - self.supply),
+            supply: known(row.supply),
+            free: row.free.map(known),
+        };
+        if row.ref_angle[i].is_finite() {
+            let of_reference = self.effects.iter_mut().filter(|(h, _)| h.effect.stage() == Stage::Reference);
+            row.ref_angle[i] += of_reference.map(|(h, m)| h.effect.error(&h.values, &signals, m)).sum::<f64>();
+        }
+        if read.is_finite() {
+            row.gyro[i] = self.reading(&mut signals, read);
+        }
+        row
+    }
+
+    /// The stages of the gyro, in the simulator's order.
+    fn reading(&mut self, signals: &mut Signals, read: f64) -> f64 {
+        let (axis, dt) = (self.axis.index(), signals.dt);
+        let timing = self.effects.iter().filter(|(h, _)| h.effect.stage() == Stage::Timing);
+        let valid = timing.fold(signals.t, |t, (h, _)| h.effect.valid_time(&h.values, t));
+        let mut rate = if valid == signals.t { read } else { self.at(valid) };
+        signals.rates[axis] = rate;
+        let felt = self.effects.iter_mut().filter(|(h, _)| h.effect.stage() == Stage::Felt);
+        rate += felt.map(|(h, m)| h.effect.error(&h.values, signals, m)).sum::<f64>();
+        for (h, m) in self.effects.iter_mut().filter(|(h, _)| h.effect.stage() == Stage::Response) {
+            rate = h.effect.respond(&h.values, rate, dt, m);
+        }
+        for (h, _) in self.effects.iter().filter(|(h, _)| h.effect.stage() == Stage::Calibration) {
+            rate = if h.effect.card().id == "scale-factor" { rate / h.values[0] } else { rate - h.values[0] };
+        }
+        let limits = self.effects.iter().filter(|(h, _)| h.effect.stage() == Stage::Reading);
+        limits.fold(rate, |rate, (h, _)| h.effect.limit(&h.values, rate))
+    }
+
+    /// The recorded reading at an earlier time; the newest for a later one.
+    fn at(&self, t: f64) -> f64 {
+        let after = self.past.partition_point(|&(time, _)| time < t);
+        match (after.checked_sub(1).and_then(|k| self.past.get(k)), self.past.get(after)) {
+            (Some(&(t0, r0)), Some(&(t1, r1))) => r0 + (r1 - r0) * (t - t0) / (t1 - t0),
+            (Some(&(_, r)), None) | (None, Some(&(_, r))) => r,
+            (None, None) => 0.0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(k: i64) -> Row {
+        let mut row = Row { t_ns: k * 10_000_000, ..Row::EMPTY };
+        row.gyro[2] = (0.05 * k as f64).sin();
+        row.ref_angle[2] = 0.2;
+        row
+    }
+
+    #[test]
+    fn nothing_hidden_changes_nothing() {
+        let mut injection = Injection::new(Axis::Z);
+        assert_eq!(injection.spoil(row(5)).gyro[2], row(5).gyro[2]);
+    }
+
+    #[test]
+    fn a_delay_gives_what_was_read_before() {
+        let mut injection = Injection::new(Axis::Z);
+        injection.hide("delay:d=0.02").unwrap();
+        let spoilt: Vec<Row> = (0..50).map(|k| injection.spoil(row(k))).collect();
+        for k in 2..50 {
+            assert!((spoilt[k].gyro[2] - row(k as i64 - 2).gyro[2]).abs() < 1e-9, "{k}");
+        }
+    }
+
+    #[test]
+    fn every_effect_of_the_catalogue_can_be_hidden_and_keeps_rows_finite() {
+        for effect in gyro_model::effects::CATALOGUE {
+            let mut injection = Injection::new(Axis::Z);
+            injection.hide(effect.card().id).unwrap();
+            for k in 0..200 {
+                let spoilt = injection.spoil(row(k));
+                assert!(spoilt.gyro[2].is_finite() && spoilt.ref_angle[2].is_finite(), "{}", effect.card().id);
+            }
+        }
+    }
+}
