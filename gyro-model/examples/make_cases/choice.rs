@@ -53,6 +53,11 @@ const EFFECTS: [&str; 24] = [
     "encoder-backlash",
 ];
 
+/// The seed of case `k` of the series `seed`.
+pub fn seed_of(seed: u64, k: u64) -> u64 {
+    seed.wrapping_mul(100_003).wrapping_add(k)
+}
+
 impl Case {
     /// The case of this seed.
     pub fn random(seed: u64) -> Self {

@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     fs::create_dir_all(folder)?;
     let mut truth = serde_json::Map::new();
     for k in 0..count {
-        let case = Case::random(seed.wrapping_mul(100_003).wrapping_add(k));
+        let case = Case::random(choice::seed_of(seed, k));
         let name = format!("case-{seed}-{k:03}");
         write_log(&folder.join(format!("{name}.csv.gz")), &case.scenario)?;
         eprintln!("{name}  {}", case.truth());
