@@ -170,7 +170,7 @@ pub struct Card {
 }
 
 /// One instant as a regressor sees it. All finite where the effect's needs are met.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Signals {
     /// Time since the log's first row, s.
     pub t: f64,
@@ -188,12 +188,34 @@ pub struct Signals {
     pub accel: [f64; 3],
     /// T − 25 °C.
     pub delta_temperature: f64,
+    /// dT/dt where the source knows it, as a simulator does; `NaN` where it has to be estimated, K/s.
+    pub temperature_dot: f64,
     /// Supply less the model's origin, V.
     pub delta_supply: f64,
     /// Supply voltage, V.
     pub supply: f64,
     /// Free channels.
     pub free: [f64; FREE_CHANNELS],
+}
+
+impl Default for Signals {
+    /// All zero, and dT/dt not known.
+    fn default() -> Self {
+        Self {
+            t: 0.0,
+            dt: 0.0,
+            axis: 0,
+            rates: [0.0; 3],
+            rate_dot: 0.0,
+            angle: 0.0,
+            accel: [0.0; 3],
+            delta_temperature: 0.0,
+            temperature_dot: f64::NAN,
+            delta_supply: 0.0,
+            supply: 0.0,
+            free: [0.0; FREE_CHANNELS],
+        }
+    }
 }
 
 impl Signals {

@@ -105,6 +105,12 @@ impl Temperature {
         let heated = self.rise * -(-t / self.time_constant).exp_m1();
         self.start + heated + self.swing * (std::f64::consts::TAU * t / self.period).sin()
     }
+
+    /// dT/dt, K/s.
+    pub(super) fn slope(&self, t: f64) -> f64 {
+        let omega = std::f64::consts::TAU / self.period;
+        self.rise / self.time_constant * (-t / self.time_constant).exp() + self.swing * omega * (omega * t).cos()
+    }
 }
 
 impl Default for SensorSpec {

@@ -177,6 +177,7 @@ impl Simulator {
             angle: gyro[axis].angle,
             accel: self.body.force,
             delta_temperature: self.sensor.temperature.at(t) - 25.0,
+            temperature_dot: self.sensor.temperature.slope(t),
             delta_supply,
             supply: self.sensor.supply.nominal + delta_supply,
             ..Signals::default()
