@@ -188,7 +188,8 @@ pub struct Signals {
     pub accel: [f64; 3],
     /// T − 25 °C.
     pub delta_temperature: f64,
-    /// dT/dt where the source knows it, as a simulator does; `NaN` where it has to be estimated, K/s.
+    /// dT/dt where it is known from elsewhere (a simulator, a log as a whole); `NaN` where the effect has to estimate it
+    /// from what it has seen, K/s.
     pub temperature_dot: f64,
     /// Supply less the model's origin, V.
     pub delta_supply: f64,

@@ -14,7 +14,7 @@ static CARD: Card = Card {
     title: "bias against heating rate",
     physics: "While it heats or cools the package is not at one temperature: its gradients bend the structure, and \
               the error goes when the temperature stands still.",
-    equation: "ω_f = ω + c dT/dt, dT/dt from a causal fading-memory parabola (time constant 0.35 s) through the \
+    equation: "ω_f = ω + c dT/dt, dT/dt from a causal fading-memory parabola (time constant 0.7 s) through the \
                measured temperature",
     typical: "hardly ever printed; 0.5–5 °/s per K/s seen on plastic packages",
     source: "IEEE Std 1431, bias temperature gradient sensitivity; fading-memory polynomial filter after N. Morrison",
@@ -57,13 +57,13 @@ impl Effect for TemperatureRate {
 
 /// Time constant of the fading memory, s. The integral of the slope is the smoothed temperature, whose noise does not
 /// grow; a longer memory would follow a cycle of a minute too late for an encoder not to notice.
-const FADING: f64 = 0.35;
+const FADING: f64 = 0.7;
 /// A line is fitted up to this age, a parabola from then on, s.
 const LINE: f64 = 1.0;
 /// Before this age the slope's noise exceeds any heating, s: the estimate is faded in.
 const YOUNG: f64 = 0.05;
 
-/// dT/dt now, K/s: slope of the parabola that fits the past with weights exp(−age/0.35 s), without lag for a parabola;
+/// dT/dt now, K/s: slope of the parabola that fits the past with weights exp(−age/0.7 s), without lag for a parabola;
 /// of all the past while that is younger. Memory: [0] level, [1] slope, [2] curvature, [3] samples, [4] age.
 fn heating(temperature: f64, dt: f64, memory: &mut Memory) -> f64 {
     let [level, slope, curvature, n, age, ..] = *memory;

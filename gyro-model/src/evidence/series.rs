@@ -118,6 +118,8 @@ impl Series {
         let rates: [Vec<f64>; 3] = std::array::from_fn(|a| filled(&|k| rows[k].gyro[a]));
         let accel: [Vec<f64>; 3] = std::array::from_fn(|a| filled(&|k| rows[k].accel[a]));
         let temperature = fill(&t, &column(&|k| rows[k].temperature)).unwrap_or_else(|| vec![25.0; t.len()]);
+        // The whole log is here, so the slope of the temperature can look ahead.
+        let heating = super::integrate::slope(&t, &temperature, 2.0);
         let supply = filled(&|k| rows[k].supply);
         let free: Vec<Vec<f64>> =
             (0..record.free_names.len().min(FREE_CHANNELS)).map(|c| filled(&|k| rows[k].free[c])).collect();
@@ -129,6 +131,7 @@ impl Series {
                 rates: std::array::from_fn(|a| rates[a][k]),
                 accel: std::array::from_fn(|a| accel[a][k]),
                 delta_temperature: temperature[k] - 25.0,
+                temperature_dot: heating[k],
                 supply: supply[k],
                 delta_supply: origin.supply.map_or(0.0, |origin| supply[k] - origin),
                 free: std::array::from_fn(|c| free.get(c).map_or(0.0, |f| f[k])),
