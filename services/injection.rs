@@ -79,6 +79,7 @@ impl Injection {
             delta_supply: known(row.supply - self.supply),
             supply: known(row.supply),
             free: row.free.map(known),
+            ..Signals::default()
         };
         if row.ref_angle[i].is_finite() {
             let of_reference = self.effects.iter_mut().filter(|(h, _)| h.effect.stage() == Stage::Reference);
