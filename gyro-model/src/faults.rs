@@ -9,6 +9,8 @@ mod reference;
 mod repeated;
 mod spikes;
 mod stuck;
+#[cfg(test)]
+mod tests;
 mod timing;
 
 use crate::{Record, diagnosis::DataFault};

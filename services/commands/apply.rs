@@ -41,7 +41,7 @@ pub struct Args {
     #[arg(long, value_name = "x|y|z")]
     axis: Option<Axis>,
     /// The file to write: CSV, packed where it ends in .gz, or `-` for standard output
-    #[arg(short, value_name = "OUT.csv", default_value = "-")]
+    #[arg(short, long, value_name = "OUT.csv", default_value = "-")]
     output: PathBuf,
 }
 

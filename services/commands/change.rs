@@ -27,7 +27,7 @@ pub struct ChangeArgs {
     #[command(flatten)]
     report: ReportArgs,
     /// The changed model to write
-    #[arg(short, value_name = "NEW")]
+    #[arg(short, long, value_name = "NEW")]
     output: Option<PathBuf>,
 }
 

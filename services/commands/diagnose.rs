@@ -17,7 +17,7 @@ use std::{path::PathBuf, process::ExitCode};
 Examples:
   truerate diagnose log.csv.gz                          what the base model is missing
   truerate diagnose log.csv.gz --model model.toml       what this model is missing
-  truerate diagnose log.csv.gz --axis z --format json
+  truerate diagnose log.csv.gz --axis z --format json   for programs
   truerate diagnose log.csv.gz --model model.toml --fail-on missing-effect
                                                         exit code 3 where an effect is missing: for CI
 

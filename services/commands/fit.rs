@@ -14,10 +14,10 @@ use std::{path::PathBuf, process::ExitCode};
 #[derive(clap::Args, Debug, Clone)]
 #[command(after_long_help = "\
 Examples:
-  truerate fit log.csv.gz -o model.toml              scale factor and bias of every axis with a reference
-  truerate fit log.csv.gz --axis z                   of one axis, only printed
+  truerate fit log.csv.gz -o model.toml      scale factor and bias of every axis with a reference
+  truerate fit log.csv.gz --axis z           of one axis, only printed
   truerate fit new.csv.gz --model old.toml -o new.toml
-                                                     the effects of old.toml, their parameters from new.csv.gz
+                                             the effects of old.toml, refitted
 
 What the model then still leaves: `truerate compare`, `truerate diagnose`.")]
 pub struct Args {
@@ -32,7 +32,7 @@ pub struct Args {
     #[command(flatten)]
     report: ReportArgs,
     /// The model file to write
-    #[arg(short, value_name = "M")]
+    #[arg(short, long, value_name = "M")]
     output: Option<PathBuf>,
 }
 

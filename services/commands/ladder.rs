@@ -34,7 +34,7 @@ pub struct Args {
     #[command(flatten)]
     report: ReportArgs,
     /// The final model to write
-    #[arg(short, value_name = "NEW")]
+    #[arg(short, long, value_name = "NEW")]
     output: Option<PathBuf>,
 }
 

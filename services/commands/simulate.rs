@@ -48,7 +48,7 @@ pub struct Args {
     #[arg(long, value_name = "x|y|z", default_value = "x")]
     pub axis: Axis,
     /// The log to write: CSV, packed where it ends in .gz, or `-` for standard output
-    #[arg(short, value_name = "LOG")]
+    #[arg(short, long, value_name = "LOG")]
     pub output: PathBuf,
 }
 

@@ -16,6 +16,9 @@ pub const LONGEST_LINE: usize = 4 << 20;
 /// The name under which `-` appears in messages and provenance.
 pub const STANDARD_INPUT: &str = "standard input";
 
+/// What some programs put before UTF-8 text.
+const BYTE_ORDER_MARK: [u8; 3] = [0xef, 0xbb, 0xbf];
+
 /// An opened log.
 pub struct Input {
     bytes: Box<dyn Read + Send>,
@@ -55,14 +58,17 @@ impl Input {
             Box::new(file)
         };
         let mut source = BufReader::with_capacity(1 << 16, Hashing { inner: source, hash: hash.clone() });
-        let mut start = Vec::with_capacity(2);
-        source.by_ref().take(2).read_to_end(&mut start).map_err(Problem::Read)?;
-        let packed = start == [0x1f, 0x8b];
+        let mut start = Vec::with_capacity(3);
+        source.by_ref().take(3).read_to_end(&mut start).map_err(Problem::Read)?;
+        let packed = start.starts_with(&[0x1f, 0x8b]);
         if start.is_empty() {
             return Err(Problem::Empty);
         }
         if !packed && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz")) {
             return Err(Problem::NotGzip);
+        }
+        if start == BYTE_ORDER_MARK {
+            start.clear();
         }
         let whole = Cursor::new(start).chain(source);
         let bytes: Box<dyn Read + Send> = if packed { Box::new(MultiGzDecoder::new(whole)) } else { Box::new(whole) };

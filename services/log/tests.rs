@@ -15,7 +15,7 @@ fn read_all(name: &str, bytes: &[u8]) -> Option<(Vec<Row>, u64)> {
     while let Some(row) = reader.next_row().ok()? {
         rows.push(row);
     }
-    reader.faults();
+    let _ = reader.faults();
     Some((rows, reader.rows_read()))
 }
 
