@@ -1,6 +1,8 @@
 //! Every case of the interface's table of bad input, on the real program: one line that says what, where and what to do,
 //! exit code 1, never a panic; what can be used is used, and its faults counted and located.
 
+#![allow(clippy::format_push_string, clippy::format_collect)] // made once, for the test
+
 mod common;
 
 use common::{Bench, gzip, log, only_file, with_field};

@@ -1,5 +1,7 @@
 //! The offline commands on the real program: what one writes the next one reads.
 
+#![allow(clippy::format_push_string)] // made once, for the test
+
 mod common;
 
 use common::{Bench, log};
@@ -86,7 +88,7 @@ fn a_report_is_written_in_the_form_of_its_ending_whatever_is_printed() {
     for (report, begins) in [("r.html", "<!doctype html>"), ("r.json", "{"), ("r.txt", "")] {
         let out = bench.ok(&["compare", "log.csv", "--report", report]);
         let text = bench.text(report);
-        assert!(text.to_lowercase().trim_start().starts_with(begins), "{report}: {:.80}", text);
+        assert!(text.to_lowercase().trim_start().starts_with(begins), "{report}: {text:.80}");
         assert!(!out.trim_start().starts_with(['<', '{']) && out.contains("axis z"), "{out}");
     }
     assert_eq!(json(&bench.text("r.json"))["schema"], "truerate.diagnosis/1");
@@ -119,9 +121,9 @@ fn apply_undoes_scale_and_bias_and_keeps_the_logs_own_clock() {
     let out = bench.ok(&["apply", "log.csv", "--model", "m.toml"]);
     let mut lines = out.lines();
     assert_eq!(lines.next(), Some("t,rate_y,rate_filtered_y,rate_std_y,angle_y,angle_fused_y"));
-    for (k, line) in lines.enumerate() {
+    for (k, line) in (0_i64..).zip(lines) {
         let fields: Vec<&str> = line.split(',').collect();
-        let nanoseconds = 123_456_789 + k as i64 * 10_000_000;
+        let nanoseconds = 123_456_789 + k * 10_000_000;
         let wanted = format!("{}.{:09}", 1_763_700_000 + nanoseconds / 1_000_000_000, nanoseconds % 1_000_000_000);
         assert_eq!(fields[0], wanted.trim_end_matches('0'));
         let rate: f64 = fields[1].parse().unwrap();

@@ -1,11 +1,15 @@
 //! Why a log is refused: what, where, what to do, in one line.
 
 use crate::toml_error::{TomlError, quoted};
-use std::{fmt, io};
+use std::{fmt, io, ops::Deref};
 
 /// A refused log.
 #[derive(Debug)]
-pub struct LogError {
+pub struct LogError(Box<Refused>);
+
+/// What is wrong with which log, and where.
+#[derive(Debug)]
+pub struct Refused {
     /// The log's path, or `standard input`.
     pub log: String,
     /// Line of the (unpacked) text, from 1.
@@ -128,6 +132,22 @@ pub enum Problem {
     /// The column map is wrong.
     #[error("column map {0}")]
     Map(TomlError),
+}
+
+impl LogError {
+    /// A problem of this log, at a line (from 1) and a column (number from 1, and name) where they are known.
+    #[must_use]
+    pub fn new(log: &str, line: Option<u64>, column: Option<(usize, String)>, problem: Problem) -> Self {
+        Self(Box::new(Refused { log: log.to_owned(), line, column, problem }))
+    }
+}
+
+impl Deref for LogError {
+    type Target = Refused;
+
+    fn deref(&self) -> &Refused {
+        &self.0
+    }
 }
 
 impl fmt::Display for LogError {

@@ -36,6 +36,9 @@ pub type Refusal = (Option<(usize, String)>, Problem);
 
 impl Layout {
     /// Understands a header row.
+    ///
+    /// # Errors
+    /// A header that is none, names a quantity twice or in a unit of another, or lacks what every log needs.
     pub fn new(fields: &[&[u8]], map: Option<&ColumnMap>) -> Result<Self, Refusal> {
         let headers: Vec<String> =
             fields.iter().map(|f| String::from_utf8_lossy(f.trim_ascii()).into_owned()).collect();

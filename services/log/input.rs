@@ -4,6 +4,7 @@ use super::error::Problem;
 use flate2::read::MultiGzDecoder;
 use sha2::{Digest, Sha256};
 use std::{
+    fmt::Write,
     fs::File,
     io::{self, BufReader, Cursor, Read},
     path::Path,
@@ -94,7 +95,10 @@ impl Input {
     /// SHA-256 of what was read so far, in hexadecimal.
     pub fn sha256(&self) -> String {
         let digest = self.hash.lock().map(|hash| hash.clone().finalize()).unwrap_or_default();
-        digest.iter().map(|byte| format!("{byte:02x}")).collect()
+        digest.iter().fold(String::with_capacity(64), |mut hex, byte| {
+            let _ = write!(hex, "{byte:02x}");
+            hex
+        })
     }
 }
 

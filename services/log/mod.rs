@@ -18,7 +18,7 @@ mod unit;
 mod whole;
 mod writer;
 
-pub use error::{LogError, Problem};
+pub use error::{LogError, Problem, Refused};
 pub use header::Layout;
 pub use reader::Reader;
 pub use whole::read;

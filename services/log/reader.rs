@@ -63,7 +63,7 @@ impl Reader {
     /// Whatever makes the log unreadable from its first row on.
     pub fn open(path: &Path, options: &Options) -> Result<Self, LogError> {
         let log = if path == Path::new("-") { STANDARD_INPUT.to_owned() } else { path.display().to_string() };
-        let refuse = |line, column, problem| LogError { log: log.clone(), line, column, problem };
+        let refuse = |line, column, problem| LogError::new(&log, line, column, problem);
         let map = options.columns.as_deref().map(ColumnMap::load).transpose().map_err(|p| refuse(None, None, p))?;
         let input = Input::open(path).map_err(|p| refuse(None, None, p))?;
         let mut csv = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(input);
@@ -165,7 +165,7 @@ impl Reader {
     pub fn next_row(&mut self) -> Result<Option<Row>, LogError> {
         loop {
             let Some(next) = self.parse_row()? else {
-                return self.pending.take().map(|row| self.give(row)).transpose();
+                return self.pending.take().map(|row| self.give(&row)).transpose();
             };
             let Some(held) = self.pending.take() else {
                 self.pending = Some(next);
@@ -173,7 +173,7 @@ impl Reader {
             };
             if next.time > held.time {
                 self.pending = Some(next);
-                return self.give(held).map(Some);
+                return self.give(&held).map(Some);
             }
             let held_is_ahead =
                 self.last.is_some_and(|last| next.time > last && held.time - last > AHEAD * (next.time - last));
@@ -189,7 +189,7 @@ impl Reader {
         self.start.map(|start| (time - start) as f64 / 1e9)
     }
 
-    fn give(&mut self, held: Pending) -> Result<Row, LogError> {
+    fn give(&mut self, held: &Pending) -> Result<Row, LogError> {
         let start = *self.start.get_or_insert(held.time);
         self.last = Some(held.time);
         self.marked = held.marked;
@@ -200,7 +200,7 @@ impl Reader {
 
     fn error(&self, line: u64, column: Option<usize>, problem: Problem) -> LogError {
         let column = column.map(|i| (i + 1, self.layout.columns[i].name.clone()));
-        LogError { log: self.log.clone(), line: Some(line), column, problem }
+        LogError::new(&self.log, Some(line), column, problem)
     }
 
     /// The next row that has a time.
@@ -329,7 +329,9 @@ fn check_quaternion(q: &mut [f64; 4]) -> Option<RowFault> {
     let present = q.iter().filter(|x| x.is_finite()).count();
     let length = q.iter().map(|x| x * x).sum::<f64>().sqrt();
     if (0.9..=1.1).contains(&length) {
-        q.iter_mut().for_each(|x| *x /= length);
+        for x in q.iter_mut() {
+            *x /= length;
+        }
         return None;
     }
     *q = [f64::NAN; 4];

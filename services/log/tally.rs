@@ -24,7 +24,7 @@ pub enum RowFault {
 
 #[derive(Clone, Copy, Debug)]
 struct Count {
-    count: u64,
+    rows: u64,
     first_line: u64,
     first_t: Option<f64>,
 }
@@ -36,7 +36,7 @@ pub struct Tally(BTreeMap<(RowFault, usize), Count>);
 impl Tally {
     /// One more; `t` in seconds from the first row, where it is known.
     pub fn add(&mut self, fault: RowFault, column: usize, line: u64, t: Option<f64>) {
-        self.0.entry((fault, column)).or_insert(Count { count: 0, first_line: line, first_t: t }).count += 1;
+        self.0.entry((fault, column)).or_insert(Count { rows: 0, first_line: line, first_t: t }).rows += 1;
     }
 
     /// As reported, `name` giving a column's name.
@@ -44,7 +44,7 @@ impl Tally {
         self.0
             .iter()
             .map(|(&(fault, column), count)| {
-                let (n, line, name) = (count.count, count.first_line, name(column));
+                let (n, line, name) = (count.rows, count.first_line, name(column));
                 let rows = if n == 1 { "1 row".to_owned() } else { format!("{n} rows") };
                 let (fault, what) = match fault {
                     RowFault::NoTime => ("non-finite", format!("no time in {rows}: left out")),

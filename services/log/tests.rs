@@ -1,5 +1,7 @@
 //! Properties of reading and writing: what is written is read back to the bit, and no bytes make the reader panic.
 
+#![allow(clippy::format_push_string)] // made once, for the test
+
 use super::{Options, Reader, read, write_record};
 use gyro_model::{Record, Row};
 use proptest::prelude::*;

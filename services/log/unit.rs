@@ -141,16 +141,12 @@ pub fn name(name: &str) -> Name {
     let (Some(channel), Some(&suffix)) = (plain(base), SUFFIXES.iter().find(|&&s| s == ending)) else {
         return Name::Free;
     };
-    match units(channel).iter().find(|(s, _)| *s == suffix) {
-        Some(&(_, conversion)) => Name::Known(channel, conversion),
-        None => {
-            let mut fitting = format!("`{base}` (SI)");
-            for (unit, _) in units(channel) {
-                fitting.push_str(&format!(" or `{base}_{unit}`"));
-            }
-            Name::WrongUnit { suffix, quantity: quantity(channel), fitting }
-        }
+    if let Some(&(_, conversion)) = units(channel).iter().find(|(s, _)| *s == suffix) {
+        return Name::Known(channel, conversion);
     }
+    let others = units(channel).iter().map(|(unit, _)| format!("`{base}_{unit}`"));
+    let fitting: Vec<String> = std::iter::once(format!("`{base}` (SI)")).chain(others).collect();
+    Name::WrongUnit { suffix, quantity: quantity(channel), fitting: fitting.join(" or ") }
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, P
         record.rows.push(row);
         marked.push(reader.row_was_marked());
     }
-    let refuse = |problem| LogError { log: reader.log().to_owned(), line: None, column: None, problem };
+    let refuse = |problem| LogError::new(reader.log(), None, None, problem);
     let mut found = reader.faults();
     let mut checked = if options.as_streamed { record.clone() } else { std::mem::take(&mut record) };
     let report = faults::check(&mut checked, &marked);

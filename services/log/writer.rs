@@ -121,6 +121,9 @@ impl RecordWriter {
 /// One column of a record: its name, and its value in a row.
 type Column = (String, Box<dyn Fn(&Row) -> f64>);
 
+/// Three columns, one an axis: their name, and their values in a row.
+type Triple = (&'static str, fn(&Row) -> &[f64; 3]);
+
 /// Writes a record as a log; `start_ns` is the first row's own time. Columns without any value are left out.
 ///
 /// # Errors
@@ -132,7 +135,6 @@ pub fn write_record(path: &Path, record: &Record, start_ns: i128) -> Result<()> 
             columns.push((name, value));
         }
     };
-    type Triple = (&'static str, fn(&Row) -> &[f64; 3]);
     let triples: [Triple; 4] = [
         ("gyro", |r| &r.gyro),
         ("ref_angle", |r| &r.ref_angle),

@@ -13,15 +13,13 @@ use gyro_model::{
     },
 };
 use jiff::Timestamp;
-use serde::{Deserialize, de::IgnoredAny};
+use serde::Deserialize;
 use std::{collections::BTreeMap, ops::Range, path::Path};
 use toml::Spanned;
 
 #[derive(Deserialize)]
 struct SchemaOnly {
     schema: Option<Spanned<String>>,
-    #[serde(flatten)]
-    _rest: BTreeMap<String, IgnoredAny>,
 }
 
 #[derive(Deserialize)]

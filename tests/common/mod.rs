@@ -57,7 +57,7 @@ impl Bench {
         let feeder = std::thread::spawn(move || drop(stdin.write_all(&bytes)));
         let output = child.wait_with_output().unwrap();
         feeder.join().unwrap();
-        Outcome::of(output)
+        Outcome::of(&output)
     }
 
     pub fn command(&self, words: &[&str]) -> Command {
@@ -81,7 +81,7 @@ impl Bench {
 }
 
 impl Outcome {
-    pub fn of(output: Output) -> Self {
+    pub fn of(output: &Output) -> Self {
         Self {
             code: output.status.code().unwrap_or(-1),
             out: String::from_utf8_lossy(&output.stdout).into_owned(),

@@ -14,7 +14,9 @@ pub(super) fn check(record: &Record, already: &mut [bool], report: &mut Report) 
         }
         let missing: Vec<usize> = (0..record.len()).filter(|&k| !has(k) && !known[k]).collect();
         let Some(&first) = missing.first() else { continue };
-        missing.iter().for_each(|&k| report.mark(already, k));
+        for &k in &missing {
+            report.mark(already, k);
+        }
         report.add(
             "non-finite",
             missing.len() as u64,
