@@ -80,7 +80,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         rate_hz: args.rate,
         seed: args.seed,
         hidden,
-        sensor: SensorSpec { axis: args.axis, ..SensorSpec::default() },
+        sensor: SensorSpec::on(args.axis),
     };
     let (record, truth) = simulate(&scenario, rows as usize);
     log::write_record(&args.output, &record, 0)?;

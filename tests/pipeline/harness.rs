@@ -189,7 +189,7 @@ pub fn log(path: &Path, seconds: f64, seed: u64) -> Simulated {
         seconds,
         rate_hz: 100.0,
         seed,
-        sensor: SensorSpec { axis: Axis::Z, ..SensorSpec::default() },
+        sensor: SensorSpec::on(Axis::Z),
         ..Scenario::default()
     };
     let simulated = simulate(&scenario);

@@ -155,6 +155,14 @@ impl Default for SensorSpec {
 const MPU_6050_QUANTUM: f64 = 1.0 / 16.4 / 180.0 * std::f64::consts::PI;
 
 impl SensorSpec {
+    /// The default rig with this sensor axis along its shaft, the arm across it.
+    #[must_use]
+    pub fn on(axis: Axis) -> Self {
+        let mut lever_arm = [0.0; 3];
+        lever_arm[(axis.index() + 2) % 3] = -0.06;
+        Self { axis, lever_arm, ..Self::default() }
+    }
+
     /// Another sensor, encoder, lever arm, heating and mounting axis for every seed, all as low-cost rigs have them.
     #[must_use]
     pub fn random(seed: u64) -> Self {

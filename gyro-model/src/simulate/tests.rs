@@ -303,6 +303,16 @@ fn an_effect_can_be_switched_on_and_off_while_rows_are_drawn() {
 }
 
 #[test]
+fn the_arm_lies_across_the_shaft_whichever_axis_that_is() {
+    assert_eq!(SensorSpec::on(Axis::X), SensorSpec::default());
+    for axis in Axis::ALL {
+        let sensor = SensorSpec::on(axis);
+        assert_eq!((sensor.axis, sensor.lever_arm[axis.index()]), (axis, 0.0));
+        assert!((sensor.lever_arm.iter().map(|r| r * r).sum::<f64>().sqrt() - 0.06).abs() < 1e-15);
+    }
+}
+
+#[test]
 fn every_random_sensor_is_another_one() {
     let sensors: Vec<_> = (0..20).map(SensorSpec::random).collect();
     for (k, sensor) in sensors.iter().enumerate() {
