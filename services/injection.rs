@@ -143,8 +143,8 @@ mod tests {
         let mut injection = Injection::new(Axis::Z);
         injection.hide("delay:d=0.02").unwrap();
         let spoilt: Vec<Row> = (0..50).map(|k| injection.spoil(row(k))).collect();
-        for k in 2..50 {
-            assert!((spoilt[k].gyro[2] - row(k as i64 - 2).gyro[2]).abs() < 1e-9, "{k}");
+        for (before, now) in (0..48).zip(&spoilt[2..]) {
+            assert!((now.gyro[2] - row(before).gyro[2]).abs() < 1e-9, "{before}");
         }
     }
 

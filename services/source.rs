@@ -216,10 +216,10 @@ impl Feed {
     pub fn begin_again(&mut self, rows: u64) -> anyhow::Result<()> {
         match &mut self.rows {
             Rows::Log { path, options, reader, injection: hidden } => {
-                *reader = Box::new(Reader::open(path, options).map_err(Hopeless::from_error)?);
+                **reader = Reader::open(path, options).map_err(Hopeless::from_error)?;
                 *hidden = injection(reader, &self.settings)?;
             }
-            Rows::Simulated { scenario, simulator, .. } => *simulator = Box::new(Simulator::new(scenario)),
+            Rows::Simulated { scenario, simulator, .. } => **simulator = Simulator::new(scenario),
         }
         self.given = 0;
         self.taken_up = true;

@@ -44,6 +44,7 @@ impl<T: Copy> Vault<T> {
     /// # Errors
     /// Where it cannot be made or mapped.
     #[allow(unsafe_code, reason = "a mapping outlives the process, which is the point")]
+    #[allow(clippy::cast_ptr_alignment, reason = "a mapping begins at a page")]
     pub fn open(path: &Path, run: u64) -> anyhow::Result<Self> {
         let what = || path.display().to_string();
         let length = size_of::<Owner>() + 2 * size_of::<Slot<T>>() + 64;

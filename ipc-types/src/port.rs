@@ -450,13 +450,13 @@ impl<M: Debug + Copy + ZeroCopySend + 'static> Reader<M> {
             match &self.listener {
                 Some(listener) => {
                     // A signal ends the wait early, as a message does: whoever waits looks at its own flag then.
-                    match listener.timed_wait(|_| {}, longest - spin_for) {
+                    match listener.timed_wait(|_| {}, longest.saturating_sub(spin_for)) {
                         Ok(_) => {}
                         Err(error) if format!("{error:?}") == "InterruptSignal" => {}
                         Err(error) => return Err(refused("waiting", self.topic)(error)),
                     }
                 }
-                None => std::thread::sleep((longest - spin_for).min(Duration::from_millis(1))),
+                None => std::thread::sleep(longest.saturating_sub(spin_for).min(Duration::from_millis(1))),
             }
         }
         Ok(())

@@ -15,7 +15,7 @@ use crate::{
     clock::now_ns,
     pulse::Pulse,
     run_folder::{Learned, LearnedAxis, Run, RunFolder, SourceFacts},
-    settings::{Settings, Speed},
+    settings::{Settings, Source, Speed},
     stop::Stop,
     wire,
 };
@@ -38,6 +38,8 @@ const NAP: Duration = Duration::from_millis(20);
 const AGAIN_NS: u64 = 100_000_000;
 /// Fewer rows are not worth a solution.
 const FEWEST_ROWS: u64 = 100;
+/// Rows kept of a stream without end: 5 minutes at 1 kHz, 65 MB.
+const LIVE_ROWS: usize = 300_000;
 /// Who asks for a trial is told after this at the latest that it goes on, ns.
 const TRIAL_TOLD_NS: u64 = 2_500_000_000;
 /// A trial that is not won by then is given up, ns.
@@ -103,7 +105,9 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
     let stages = ["acquisition-to-compensator", "compensator", ""];
     let mut pulse = Pulse::begin(hub, run.number, ServiceId::Compensator, stages)?;
     let Some(facts) = folder.wait_for_source(stop, || Ok(pulse.beat(u64::MAX)?))? else { return Ok(()) };
-    let store = Store::new(settings.learning.rows, facts.free_names.clone());
+    let live = settings.source == Source::Simulated;
+    let rows = if live { settings.learning.rows.min(LIVE_ROWS) } else { settings.learning.rows };
+    let store = Store::new(rows, live, facts.free_names.clone());
     let (to_learn, to_judge) = (store.view(), store.view());
     let duty = settings.learning.duty;
     let mut compensator = Compensator {
@@ -154,7 +158,7 @@ impl Compensator<'_> {
             self.take(solution)?;
         }
         if let Some(Ok(judgement)) = self.judge.result()? {
-            self.report(judgement)?;
+            self.report(&judgement)?;
         }
         match self.ending {
             Ending::Not => {
@@ -240,7 +244,7 @@ impl Compensator<'_> {
         }
     }
 
-    fn report(&mut self, judgement: Judgement) -> anyhow::Result<()> {
+    fn report(&mut self, judgement: &Judgement) -> anyhow::Result<()> {
         self.judged += 1;
         let mut message = judgement.message;
         (message.run, message.sequence) = (self.run.number, self.judged);
@@ -290,10 +294,10 @@ impl Compensator<'_> {
             },
         };
         if self.rests_for != without {
-            match &without {
-                Some(reason) => tracing::info!("learning rests: {reason}"),
-                None => tracing::info!("learning"),
-            }
+            tracing::info!(
+                "{}",
+                without.as_ref().map_or("learning".to_owned(), |why| format!("learning rests: {why}"))
+            );
             self.rests_for.clone_from(&without);
         }
         if last { self.finish(without, solution.rows, solution.errors) } else { self.give() }

@@ -18,10 +18,16 @@ pub struct Store {
 pub struct View(Arc<RwLock<Record>>);
 
 impl Store {
-    /// An empty store of at most `limit` rows.
+    /// An empty store of at most `limit` rows. `at_once`: its memory is taken, and touched, now, so that it stays the
+    /// same however long a stream runs.
     #[must_use]
-    pub fn new(limit: usize, free_names: Vec<String>) -> Self {
-        let record = Record { rows: Vec::new(), free_names };
+    pub fn new(limit: usize, at_once: bool, free_names: Vec<String>) -> Self {
+        let mut rows = Vec::new();
+        if at_once {
+            rows.resize(limit, Row::EMPTY);
+            rows.clear();
+        }
+        let record = Record { rows, free_names };
         Self { record: Arc::new(RwLock::new(record)), waiting: Vec::new(), stale: false, limit }
     }
 
@@ -70,7 +76,6 @@ impl Store {
 
 impl View {
     /// The whole record, which does not change while this is held.
-    #[must_use]
     pub fn whole(&self) -> RwLockReadGuard<'_, Record> {
         self.0.read().unwrap_or_else(PoisonError::into_inner)
     }
@@ -92,7 +97,7 @@ mod tests {
 
     #[test]
     fn the_oldest_rows_go_and_the_window_is_the_newest() {
-        let mut store = Store::new(1000, Vec::new());
+        let mut store = Store::new(1000, false, Vec::new());
         let view = store.view();
         for i in 0..1500 {
             store.push(Row { t_ns: i * 1_000_000, ..Row::EMPTY });
@@ -108,7 +113,7 @@ mod tests {
 
     #[test]
     fn rows_wait_while_the_learner_reads() {
-        let mut store = Store::new(1000, Vec::new());
+        let mut store = Store::new(1000, false, Vec::new());
         let view = store.view();
         let reading = view.whole();
         store.push(Row::EMPTY);

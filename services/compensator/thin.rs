@@ -40,8 +40,8 @@ fn mean(rows: &[Row]) -> Row {
         let (sum, n) = rows.iter().map(value).filter(|v| v.is_finite()).fold((0.0, 0.0), |(s, n), v| (s + v, n + 1.0));
         if n > 0.0 { sum / n } else { f64::NAN }
     };
-    let time = rows.iter().map(|row| row.t_ns - first.t_ns).sum::<i64>() / rows.len() as i64;
-    let mut out = Row { t_ns: first.t_ns + time, ..Row::EMPTY };
+    let later = rows.iter().map(|row| (row.t_ns - first.t_ns) as f64).sum::<f64>() / rows.len() as f64;
+    let mut out = Row { t_ns: first.t_ns + later.round() as i64, ..Row::EMPTY };
     for i in 0..3 {
         out.gyro[i] = of(&|row| row.gyro[i]);
         out.ref_rate[i] = of(&|row| row.ref_rate[i]);

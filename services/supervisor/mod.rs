@@ -316,25 +316,22 @@ impl Pipeline {
     }
 }
 
-/// Ends processes: asked first, killed when they take too long. `meanwhile` is called again and again.
+/// Ends processes one after the other, in the order of the flow, so that each takes in what the one before it gave:
+/// asked first, killed when they take too long. `meanwhile` is called again and again.
 fn end(processes: &mut [Process], mut meanwhile: impl FnMut()) {
-    for process in &mut *processes {
+    for process in processes {
         process.ask_to_end();
-    }
-    let start = Instant::now();
-    while !processes.iter_mut().all(Process::has_ended) {
-        if start.elapsed() > PATIENCE {
-            for process in processes.iter_mut().filter_map(|p| (!p.has_ended()).then_some(p)) {
+        let start = Instant::now();
+        let mut killed = false;
+        while !process.has_ended() && start.elapsed() < 2 * PATIENCE {
+            if start.elapsed() > PATIENCE && !killed {
                 tracing::warn!("{} does not end and is killed", process.service.name());
                 process.kill();
+                killed = true;
             }
-            std::thread::sleep(LOOK);
-            if start.elapsed() > 2 * PATIENCE {
-                return;
-            }
+            meanwhile();
+            std::thread::sleep(Duration::from_millis(2));
         }
-        meanwhile();
-        std::thread::sleep(Duration::from_millis(2));
     }
     meanwhile();
 }
