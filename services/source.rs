@@ -104,7 +104,9 @@ impl Feed {
     fn facts(&self, anchor: Option<(u64, i64)>) -> SourceFacts {
         match &self.rows {
             Rows::Log { path, reader, .. } => SourceFacts {
-                name: path.file_name().map_or_else(|| reader.log().to_owned(), |n| n.to_string_lossy().into_owned()),
+                name: std::path::Path::new(reader.log())
+                    .file_name()
+                    .map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned()),
                 sha256: None,
                 free_names: reader.layout().free_names.clone(),
                 axes: Axis::ALL

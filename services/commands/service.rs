@@ -50,7 +50,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     };
     match serve(service, &domain, &folder, &stop) {
         Err(error) if error.is::<Hopeless>() => {
-            tracing::error!("{error:#}");
             eprintln!("truerate: {error:#}");
             Ok(ExitCode::from(HOPELESS))
         }

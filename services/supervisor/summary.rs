@@ -31,7 +31,7 @@ pub fn text(run: &Run, folder: &RunFolder, board: &Board) -> String {
                 let times = before / after;
                 let _ = writeln!(
                     out,
-                    "axis {}: open-loop error over {} s {} -> {} ({times:.1} times less)",
+                    "axis {}: open-loop error over {:.1} s {} -> {} ({times:.1} times less)",
                     axis.axis,
                     axis.tau,
                     rate(before),

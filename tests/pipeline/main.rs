@@ -102,3 +102,43 @@ fn a_log_that_cannot_be_read_ends_the_run_with_its_reason() {
     assert!(lines[0].contains("bad.csv") && lines[0].contains("zero"), "{}", lines[0]);
     assert!(place.left("bad").is_empty());
 }
+
+#[test]
+fn the_unit_file_is_one_that_systemd_takes() {
+    let unit = concat!(env!("CARGO_MANIFEST_DIR"), "/deploy/truerate.service");
+    match std::process::Command::new("systemd-analyze").args(["verify", unit]).output() {
+        Ok(output) => assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr)),
+        Err(error) => eprintln!("skipped: there is no systemd-analyze here ({error})"),
+    }
+}
+
+#[test]
+fn a_log_from_standard_input_goes_through_without_loss() {
+    let place = Place::new();
+    let path = place.file("log.csv");
+    let rows = log(&path, 30.0, 6).record.len() as u64;
+    let output = place
+        .truerate()
+        .args(["run", "--source", "-", "--speed", "max", "--dashboard", "off", "--instance", "input"])
+        .stdin(std::fs::File::open(&path).unwrap())
+        .output()
+        .unwrap();
+    let (out, error) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{out}{error}");
+    assert_eq!(counted(&out, "kalman", "in"), rows);
+    assert_eq!(counted(&out, "kalman", "lost"), 0);
+}
+
+#[test]
+fn an_effect_hidden_in_a_replayed_log_spoils_what_kalman_gets() {
+    let place = Place::new();
+    let path = place.file("log.csv");
+    log(&path, 60.0, 8);
+    let args = |hide: &'static str| vec!["--source", path.to_str().unwrap(), "--speed", "max", "--hide", hide];
+    let spoilt = place.start("spoilt", &args("bias:delta=0.1")).end();
+    let plain = place.start("plain", &["--source", path.to_str().unwrap(), "--speed", "max"]).end();
+    assert_eq!((spoilt.code, plain.code), (Some(0), Some(0)), "{}", spoilt.error);
+    let delta = |out: &str| parameter(out, "z", "bias.delta");
+    let ((spoilt, _), (plain, std_error)) = (delta(&spoilt.out), delta(&plain.out));
+    assert!((spoilt - plain - 0.1).abs() < 0.002 + 5.0 * std_error, "{spoilt} and {plain}");
+}
