@@ -4,6 +4,8 @@
 //! the reading is its [`Stage`]; the stage says which of the functions it implements. Everything else in truerate
 //! (simulator, compensation, fit, diagnosis, reports, `truerate effects`) walks [`CATALOGUE`].
 
+pub(crate) use operators::{derivative, low_pass, play, second_derivative};
+
 use crate::{Axis, record::FREE_CHANNELS};
 
 pub mod bias;
@@ -21,6 +23,7 @@ pub mod g_sensitivity;
 pub mod g_squared_sensitivity;
 pub mod lag;
 pub mod mount_resonance;
+mod operators;
 pub mod quadratic_nonlinearity;
 pub mod rate_hysteresis;
 pub mod saturation;
@@ -307,77 +310,6 @@ pub trait Effect: Send + Sync {
     fn grid(&self, _span: &Span) -> Vec<Vec<f64>> {
         Vec::new()
     }
-}
-
-/// One step of the play operator of width `w`: the output stays until the input has left the clearance ±w/2 about it.
-/// Memory: [0] output, [6] started.
-pub(crate) fn play(w: f64, input: f64, memory: &mut Memory) -> f64 {
-    if memory[6] == 0.0 {
-        memory[6] = 1.0;
-        memory[0] = input;
-    }
-    memory[0] = memory[0].clamp(input - 0.5 * w, input + 0.5 * w);
-    memory[0]
-}
-
-/// Derivative of samples at uneven times, centred, of fourth order where five even samples stand around.
-pub(crate) fn derivative(t: &[f64], y: &[f64]) -> Vec<f64> {
-    let n = y.len();
-    (0..n)
-        .map(|k| {
-            if n < 2 {
-                return 0.0;
-            }
-            let (a, b) = (k.saturating_sub(1), (k + 1).min(n - 1));
-            if k < 2 || k + 2 >= n {
-                return (y[b] - y[a]) / (t[b] - t[a]);
-            }
-            let near = (y[k + 1] - y[k - 1]) / (t[k + 1] - t[k - 1]);
-            let far = (y[k + 2] - y[k - 2]) / (t[k + 2] - t[k - 2]);
-            if is_even(t, k) { (4.0 * near - far) / 3.0 } else { near }
-        })
-        .collect()
-}
-
-/// Second derivative of samples at uneven times, centred, of fourth order where five even samples stand around.
-pub(crate) fn second_derivative(t: &[f64], y: &[f64]) -> Vec<f64> {
-    let n = y.len();
-    (0..n)
-        .map(|k| {
-            if n < 3 {
-                return 0.0;
-            }
-            let k = k.clamp(1, n - 2);
-            let around = |step: usize| {
-                let (ahead, behind) = (t[k + step] - t[k], t[k] - t[k - step]);
-                2.0 * ((y[k + step] - y[k]) / ahead - (y[k] - y[k - step]) / behind) / (ahead + behind)
-            };
-            if k < 2 || k + 2 >= n {
-                return around(1);
-            }
-            if is_even(t, k) { (4.0 * around(1) - around(2)) / 3.0 } else { around(1) }
-        })
-        .collect()
-}
-
-/// Whether the five times about `k` are evenly spaced, to 2 % of their span.
-fn is_even(t: &[f64], k: usize) -> bool {
-    let (span, mean) = (t[k + 2] - t[k - 2], 0.5 * (t[k + 2] + t[k - 2]));
-    let steps = [t[k + 1] - t[k], t[k] - t[k - 1]];
-    steps.iter().all(|step| (4.0 * step - span).abs() < 0.02 * span) && (t[k] - mean).abs() < 0.02 * span
-}
-
-/// One step of the first-order low-pass T y' + y = u, exact for an input that goes linearly from `u0` to `u1`.
-pub(crate) fn low_pass(y: f64, u0: f64, u1: f64, dt: f64, time_constant: f64) -> f64 {
-    if dt <= 0.0 {
-        return y;
-    }
-    if time_constant <= 0.0 {
-        return u1;
-    }
-    let a = dt / time_constant;
-    let rise = -(-a).exp_m1();
-    y + (u0 - y) * rise + (u1 - u0) * (1.0 - rise / a)
 }
 
 impl std::fmt::Debug for dyn Effect {

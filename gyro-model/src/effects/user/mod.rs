@@ -14,95 +14,18 @@
 //! The expression is in rad/s and is added to the felt rate. It has to be proportional to at least one parameter, its
 //! coefficient, so that it can be absent; the other parameters are shapes. Where it has no finite value it counts as 0.
 
+mod definition;
 pub mod expression;
 mod function;
 mod linearity;
+mod parser;
+
+pub use definition::{Definition, DefinitionError, MOST_PARAMETERS, ParameterDefinition};
 
 use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Span, Stage};
 use crate::{Axis, record::FREE_CHANNELS};
-use expression::{Expression, ExpressionError};
+use expression::Expression;
 use std::sync::{Mutex, PoisonError};
-use thiserror::Error;
-
-/// Most parameters of one effect.
-pub const MOST_PARAMETERS: usize = 8;
-
-/// What a user writes down.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Definition {
-    /// Id: lower-case letters, digits and hyphens.
-    pub id: String,
-    /// The expression, rad/s.
-    pub regressor: String,
-    /// Its parameters.
-    pub parameters: Vec<ParameterDefinition>,
-}
-
-/// One parameter as a user writes it down.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ParameterDefinition {
-    /// Name, as in the expression.
-    pub name: String,
-    /// Unit, for people.
-    pub unit: String,
-    /// The size to expect: where a search for a shape starts, and what a simulation takes.
-    pub typical: f64,
-}
-
-/// What is wrong with a definition.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum DefinitionError {
-    /// The id has other characters, or none.
-    #[error("'{id}' is not an effect's name: lower-case letters, digits and hyphens, a letter first")]
-    BadId {
-        /// As written.
-        id: String,
-    },
-    /// The catalogue has this id.
-    #[error("the catalogue has an effect '{id}' already: choose another name")]
-    TakenId {
-        /// As written.
-        id: String,
-    },
-    /// Too many parameters.
-    #[error("{given} parameters are too many: at most {MOST_PARAMETERS}")]
-    TooManyParameters {
-        /// How many there are.
-        given: usize,
-    },
-    /// A parameter is not named like one.
-    #[error("'{name}' is not a parameter's name: letters, digits and _, a letter first, and none of the signals")]
-    BadParameter {
-        /// As written.
-        name: String,
-    },
-    /// A parameter is declared twice.
-    #[error("parameter '{name}' is declared twice")]
-    RepeatedParameter {
-        /// As written.
-        name: String,
-    },
-    /// A typical size that is no number.
-    #[error("parameter '{name}': the typical size must be a finite number")]
-    BadTypical {
-        /// As written.
-        name: String,
-    },
-    /// A parameter is not in the expression.
-    #[error("parameter '{name}' does not appear in the expression")]
-    UnusedParameter {
-        /// As written.
-        name: String,
-    },
-    /// Nothing to be proportional to.
-    #[error(
-        "the expression is proportional to none of its parameters, so the effect could never be absent: multiply it by one"
-    )]
-    NoCoefficient,
-    /// The expression is wrong; the place is in the error.
-    #[error(transparent)]
-    Expression(#[from] ExpressionError),
-}
 
 /// A name in an expression.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -179,7 +102,7 @@ pub fn definition(effect: &'static dyn Effect) -> Option<Definition> {
 
 impl UserEffect {
     fn new(definition: &Definition, free_names: &[String]) -> Result<Self, DefinitionError> {
-        check(definition)?;
+        definition.check()?;
         let mut channels = Vec::new();
         let written = |name: &str| definition.parameters.iter().position(|p| p.name == name);
         let expression = Expression::parse(&definition.regressor, |name| {
@@ -288,38 +211,6 @@ impl Effect for UserEffect {
         }
         grid
     }
-}
-
-/// What can be seen wrong without looking at the expression.
-fn check(definition: &Definition) -> Result<(), DefinitionError> {
-    let id = definition.id.clone();
-    let named = |name: &str, extra: &str| {
-        name.starts_with(|c: char| c.is_ascii_alphabetic())
-            && name.chars().all(|c| c.is_ascii_alphanumeric() || extra.contains(c))
-    };
-    if !named(&id, "-") || id.chars().any(|c| c.is_ascii_uppercase()) {
-        return Err(DefinitionError::BadId { id });
-    }
-    if super::find(&id).is_some() {
-        return Err(DefinitionError::TakenId { id });
-    }
-    let parameters = &definition.parameters;
-    if parameters.len() > MOST_PARAMETERS {
-        return Err(DefinitionError::TooManyParameters { given: parameters.len() });
-    }
-    for (k, parameter) in parameters.iter().enumerate() {
-        let name = parameter.name.clone();
-        if !named(&name, "_") || SIGNALS.iter().any(|(signal, _)| *signal == name) {
-            return Err(DefinitionError::BadParameter { name });
-        }
-        if parameters[..k].iter().any(|other| other.name == name) {
-            return Err(DefinitionError::RepeatedParameter { name });
-        }
-        if !parameter.typical.is_finite() {
-            return Err(DefinitionError::BadTypical { name });
-        }
-    }
-    Ok(())
 }
 
 /// The names that may stand in an expression.

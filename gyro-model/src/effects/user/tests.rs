@@ -1,6 +1,9 @@
 //! What a user can define, and what the definition then does.
 
-use super::{expression::Problem, *};
+use super::{
+    expression::{ExpressionError, Problem},
+    *,
+};
 
 fn parameter(name: &str, typical: f64) -> ParameterDefinition {
     ParameterDefinition { name: name.to_owned(), unit: "1".to_owned(), typical }
