@@ -22,6 +22,7 @@
 //! | [`model_file`] | model files: TOML, strict |
 //! | [`output`] | files that are written whole or not at all |
 //! | [`plot`] | figures as SVG |
+//! | [`recording`] | MCAP files: written, and read as logs |
 //! | [`toml_error`] | what is wrong in a TOML file, with line and caret |
 
 pub mod acquisition;
@@ -44,6 +45,7 @@ pub mod plot;
 pub mod progress;
 pub mod pulse;
 pub mod recorder;
+pub mod recording;
 pub mod report;
 pub mod run_folder;
 pub mod settings;

@@ -1,4 +1,4 @@
-//! recorder: takes estimates, writes them in the columns of `truerate apply`.
+//! recorder: takes estimates, writes them in the columns of `truerate apply`; into an MCAP file, the samples too.
 
 use crate::{
     clock::now_ns,
@@ -6,13 +6,19 @@ use crate::{
     hopeless::Hopeless,
     model_file,
     pulse::Pulse,
+    recording::RecordingWriter,
     run_folder::{Run, RunFolder},
     stop::Stop,
     wire,
 };
 use anyhow::{Context, anyhow};
 use gyro_model::Axis;
-use ipc_types::{Estimate, MARK_DATA, ServiceId, State, port::Hub, topic};
+use ipc_types::{
+    Estimate, MARK_DATA, Sample, ServiceId, State,
+    port::{Hub, Reader},
+    topic,
+    wait::Wait,
+};
 use std::{path::Path, time::Duration};
 
 const NAP: Duration = Duration::from_millis(20);
@@ -32,7 +38,10 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
     }
     std::fs::write(&begun, []).with_context(|| begun.display().to_string())?;
     let estimates = hub.reader(&topic::ESTIMATE, None, settings.wait.recorder)?;
-    let mut writer: Option<EstimateWriter> = None;
+    // The samples' bell is for those who estimate; they are looked at when an estimate rings.
+    let samples = if is_mcap(path) { Some(hub.reader(&topic::SAMPLE, None, Wait::Spin)?) } else { None };
+    let mut sampled = 0;
+    let mut writer: Option<Writer> = None;
     let mut ended = false;
     let mut sequence = 0;
     pulse.become_state(State::Running)?;
@@ -51,7 +60,9 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
                     writer = Some(begin(folder, path)?);
                 }
                 if let Some(writer) = &mut writer {
-                    writer.row(message.valid_ns, &wire::estimate_of(&message)).map_err(Hopeless::from_error)?;
+                    // A sample is given before its estimate, so what belongs to this one waits already.
+                    take_samples(samples.as_ref(), run.number, &mut sampled, writer, &mut pulse)?;
+                    writer.estimate(&message).map_err(Hopeless::from_error)?;
                 }
                 pulse.health.sent += 1;
                 stamp(&mut pulse, &message, took_ns);
@@ -77,13 +88,65 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
 }
 
 /// The axes of `apply`: those of the model that have a gyro; of a model that is still to be learned, those with a gyro.
-fn begin(folder: &RunFolder, path: &Path) -> anyhow::Result<EstimateWriter> {
+fn begin(folder: &RunFolder, path: &Path) -> anyhow::Result<Writer> {
     let facts = folder.source()?;
     let model = model_file::load(&folder.model(), &facts.free_names)?.model;
     let gyros: Vec<Axis> = facts.axes.iter().filter_map(|a| a.parse().ok()).collect();
     let modelled: Vec<Axis> = gyros.iter().copied().filter(|a| model.axes[a.index()].is_some()).collect();
-    let axes = if modelled.is_empty() { gyros } else { modelled };
-    EstimateWriter::create(path, &axes, facts.start_ns).map_err(Hopeless::from_error)
+    let axes = if modelled.is_empty() { gyros.clone() } else { modelled };
+    let writer = if is_mcap(path) {
+        RecordingWriter::create(path, &gyros, &facts.free_names, &axes, facts.start_ns)
+            .map(|w| Writer::Mcap(Box::new(w)))
+    } else {
+        EstimateWriter::create(path, &axes, facts.start_ns).map(Writer::Csv)
+    };
+    writer.map_err(Hopeless::from_error)
+}
+
+/// Whether this file is to be an MCAP recording.
+fn is_mcap(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("mcap"))
+}
+
+/// Writes every sample that waits and was not written yet.
+fn take_samples(
+    samples: Option<&Reader<Sample>>,
+    run: u64,
+    sampled: &mut u64,
+    writer: &mut Writer,
+    pulse: &mut Pulse,
+) -> anyhow::Result<()> {
+    let (Some(samples), Writer::Mcap(recording)) = (samples, writer) else { return Ok(()) };
+    while let Some(sample) = samples.take()? {
+        if sample.run == run && sample.sequence > *sampled && sample.mark == MARK_DATA {
+            pulse.health.lost += sample.sequence - *sampled - 1;
+            *sampled = sample.sequence;
+            recording.sample(&wire::row_of(&sample)).map_err(Hopeless::from_error)?;
+        }
+    }
+    Ok(())
+}
+
+/// What is recorded into.
+enum Writer {
+    Csv(EstimateWriter),
+    Mcap(Box<RecordingWriter>),
+}
+
+impl Writer {
+    fn estimate(&mut self, message: &Estimate) -> anyhow::Result<()> {
+        match self {
+            Self::Csv(writer) => writer.row(message.valid_ns, &wire::estimate_of(message)),
+            Self::Mcap(writer) => writer.estimate(&wire::estimate_of(message)),
+        }
+    }
+
+    fn finish(self) -> anyhow::Result<()> {
+        match self {
+            Self::Csv(writer) => writer.finish(),
+            Self::Mcap(writer) => writer.finish(),
+        }
+    }
 }
 
 fn stamp(pulse: &mut Pulse, message: &Estimate, took_ns: u64) {

@@ -75,9 +75,11 @@ impl ProcessNoise {
             return;
         }
         let forget = -(-dt / MEMORY.max(SAMPLES * nominal)).exp_m1();
-        for (i, (member, score)) in self.members.iter_mut().zip(&mut self.score).enumerate() {
-            let likelihood = member.step(z, r, density(i as f64, r, nominal), dt);
+        let mut q = density(0.0, r, nominal);
+        for (member, score) in self.members.iter_mut().zip(&mut self.score) {
+            let likelihood = member.step(z, r, q, dt);
             *score += forget * (likelihood - *score);
+            q /= RATIO * RATIO * RATIO * RATIO;
         }
         if !self.members.iter().all(|m| (m.rate + m.acceleration + m.p[2]).is_finite()) {
             *self = Self::default();

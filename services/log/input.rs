@@ -1,6 +1,7 @@
 //! The bytes of a log: from a file or standard input, unpacked, hashed on the way, and never more than a line at once.
 
 use super::error::Problem;
+use crate::recording::{AsCsv, MAGIC};
 use flate2::read::MultiGzDecoder;
 use sha2::{Digest, Sha256};
 use std::{
@@ -46,7 +47,7 @@ impl<R: Read> Read for Hashing<R> {
 }
 
 impl Input {
-    /// Opens a file, or standard input for `-`; unpacks what begins like gzip.
+    /// Opens a file, or standard input for `-`; unpacks what begins like gzip, and takes the samples out of an MCAP recording.
     pub fn open(path: &Path) -> Result<Self, Problem> {
         let hash = Arc::new(Mutex::new(Sha256::new()));
         let source: Box<dyn Read + Send> = if path == Path::new("-") {
@@ -59,20 +60,25 @@ impl Input {
             Box::new(file)
         };
         let mut source = BufReader::with_capacity(1 << 16, Hashing { inner: source, hash: hash.clone() });
-        let mut start = Vec::with_capacity(3);
-        source.by_ref().take(3).read_to_end(&mut start).map_err(Problem::Read)?;
+        let mut start = Vec::with_capacity(MAGIC.len());
+        source.by_ref().take(MAGIC.len() as u64).read_to_end(&mut start).map_err(Problem::Read)?;
         let packed = start.starts_with(&[0x1f, 0x8b]);
+        let recording = start == MAGIC;
         if start.is_empty() {
             return Err(Problem::Empty);
         }
         if !packed && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz")) {
             return Err(Problem::NotGzip);
         }
-        if start == BYTE_ORDER_MARK {
-            start.clear();
+        if start.starts_with(&BYTE_ORDER_MARK) {
+            start.drain(..BYTE_ORDER_MARK.len());
         }
         let whole = Cursor::new(start).chain(source);
-        let bytes: Box<dyn Read + Send> = if packed { Box::new(MultiGzDecoder::new(whole)) } else { Box::new(whole) };
+        let bytes: Box<dyn Read + Send> = match (packed, recording) {
+            (true, _) => Box::new(MultiGzDecoder::new(whole)),
+            (_, true) => Box::new(AsCsv::new(whole)),
+            _ => Box::new(whole),
+        };
         Ok(Self { bytes, hash, packed, left: LONGEST_LINE })
     }
 

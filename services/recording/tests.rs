@@ -1,0 +1,87 @@
+use super::*;
+use crate::log::{self, Options, Reader};
+use gyro_model::{
+    Row,
+    estimator::{Estimator, Options as EstimatorOptions},
+};
+
+/// Rows with awkward numbers, gaps and a free channel.
+fn rows() -> Vec<Row> {
+    (0..500_i32)
+        .map(|k| {
+            let t = f64::from(k) * 0.01;
+            let mut row = Row { t_ns: i64::from(k) * 10_000_001, ..Row::EMPTY };
+            row.gyro[2] = (t * 1.7).sin() / 3.0;
+            row.gyro[0] = if k % 5 == 0 { f64::NAN } else { -1e-300 };
+            row.ref_angle[2] = if k % 3 == 0 { t.cos() * 1e-7 } else { f64::NAN };
+            row.temperature = 25.0 + t;
+            row.free[0] = f64::from(k) * 0.1;
+            row
+        })
+        .collect()
+}
+
+fn recorded(path: &std::path::Path, start_ns: i128) {
+    let names = vec!["motor current, \"A\"".to_owned()];
+    let mut writer = RecordingWriter::create(path, &[Axis::X, Axis::Z], &names, &[Axis::Z], start_ns).unwrap();
+    let mut estimator = Estimator::new(EstimatorOptions::default());
+    for row in rows() {
+        writer.sample(&row).unwrap();
+        writer.estimate(&estimator.step(&row)).unwrap();
+    }
+    writer.finish().unwrap();
+}
+
+#[test]
+fn a_recording_reads_back_as_the_log_it_was_made_of_bit_for_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("r.mcap");
+    // A clock of this century, in ns: more digits than an f64 has.
+    let start_ns = 1_763_683_200_123_456_789_i128;
+    recorded(&path, start_ns);
+    let mut reader = Reader::open(&path, &Options::default()).unwrap();
+    let read: Vec<Row> = std::iter::from_fn(|| reader.next_row().unwrap()).collect();
+    assert_eq!(reader.start_ns(), Some(start_ns));
+    assert_eq!(reader.layout().free_names, ["motor current, \"A\""]);
+    assert_eq!(read.len(), rows().len());
+    let bits = |r: &Row| -> Vec<u64> {
+        let values = r.gyro.iter().chain(&r.ref_angle).chain(&r.ref_quaternion).chain(&r.accel).chain(&r.free[..1]);
+        values.chain([&r.temperature, &r.supply]).map(|v| if v.is_nan() { 1 } else { v.to_bits() }).collect()
+    };
+    for (a, b) in rows().iter().zip(&read) {
+        assert_eq!(a.t_ns, b.t_ns);
+        assert_eq!(bits(a), bits(b));
+    }
+}
+
+#[test]
+fn both_channels_say_what_they_hold_in_a_json_schema() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("r.mcap");
+    recorded(&path, 0);
+    let bytes = std::fs::read(&path).unwrap();
+    assert_eq!(bytes[..8], MAGIC);
+    let mut counts = [0, 0];
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        let message = message.unwrap();
+        let schema = message.channel.schema.as_ref().unwrap();
+        assert_eq!((schema.encoding.as_str(), message.channel.message_encoding.as_str()), ("jsonschema", "json"));
+        let schema: serde_json::Value = serde_json::from_slice(&schema.data).unwrap();
+        let value: serde_json::Value = serde_json::from_slice(&message.data).unwrap();
+        for key in value.as_object().unwrap().keys() {
+            assert!(schema["properties"].get(key).is_some(), "{key} is not in the schema");
+        }
+        counts[usize::from(message.channel.topic == ESTIMATE)] += 1;
+    }
+    assert_eq!(counts, [500, 500]);
+}
+
+#[test]
+fn a_recording_that_breaks_off_is_refused_as_a_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("r.mcap");
+    recorded(&path, 0);
+    let bytes = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+    assert!(log::read(&path, &Options::default()).is_err());
+}

@@ -1,0 +1,150 @@
+//! The writing of a recording.
+
+use super::{ESTIMATE, SAMPLE, TIME, sample_columns};
+use crate::output::{self, Output};
+use anyhow::{Context, Result};
+use gyro_model::{Axis, Row, estimator::Estimate};
+use mcap::{WriteOptions, Writer, records::MessageHeader, write::NoSeek};
+use serde_json::{Map, Value, json};
+use std::{
+    collections::BTreeMap,
+    io::Write as _,
+    path::{Path, PathBuf},
+};
+
+/// A recording under way; in its place only when finished.
+pub struct RecordingWriter {
+    writer: Writer<NoSeek<Output>>,
+    path: PathBuf,
+    start_ns: i128,
+    samples: Channel,
+    estimates: Channel,
+    gyros: Vec<Axis>,
+    axes: Vec<Axis>,
+    free: usize,
+    values: Vec<f64>,
+}
+
+/// One channel: its keys as they stand in every message, and the message under way.
+struct Channel {
+    id: u16,
+    sequence: u32,
+    keys: Vec<String>,
+    message: Vec<u8>,
+}
+
+/// What an estimate says of an axis beside the columns of `apply`.
+const OF_AXIS: [&str; 8] = ["rate", "rate_filtered", "rate_std", "angle", "angle_fused", "nis", "innovation", "flags"];
+
+impl RecordingWriter {
+    /// Begins a recording of a source with these gyros and free channels; `axes` are those that are estimated,
+    /// `start_ns` the source's own time of its first row.
+    ///
+    /// # Errors
+    /// The file cannot be created.
+    pub fn create(path: &Path, gyros: &[Axis], free_names: &[String], axes: &[Axis], start_ns: i128) -> Result<Self> {
+        let output = Output::create(path)?;
+        let options =
+            WriteOptions::new().library(concat!("truerate ", env!("CARGO_PKG_VERSION"))).disable_seeking(true);
+        let begin = || -> Result<Self> {
+            let mut writer = options.create(NoSeek::new(output))?;
+            let estimated = axes.iter().flat_map(|a| OF_AXIS.iter().map(move |name| format!("{name}_{a}")));
+            let samples = Channel::new(&mut writer, SAMPLE, sample_columns(gyros, free_names))?;
+            let estimates =
+                Channel::new(&mut writer, ESTIMATE, estimated.chain(std::iter::once("epoch".into())).collect())?;
+            Ok(Self {
+                writer,
+                path: path.to_owned(),
+                start_ns,
+                samples,
+                estimates,
+                gyros: gyros.to_vec(),
+                axes: axes.to_vec(),
+                free: free_names.len(),
+                values: Vec::new(),
+            })
+        };
+        begin().with_context(|| output::failed(path))
+    }
+
+    /// Writes one row of the source.
+    ///
+    /// # Errors
+    /// The disk is full.
+    pub fn sample(&mut self, row: &Row) -> Result<()> {
+        self.values.clear();
+        self.values.extend(self.gyros.iter().map(|a| row.gyro[a.index()]));
+        self.values.extend(row.ref_angle.iter().chain(&row.ref_rate).chain(&row.accel).chain(&row.ref_quaternion));
+        self.values.extend([row.temperature, row.supply]);
+        self.values.extend(row.free.iter().take(self.free));
+        let time = self.start_ns + i128::from(row.t_ns);
+        self.samples.write(&mut self.writer, time, &self.values).with_context(|| output::failed(&self.path))
+    }
+
+    /// Writes one estimate, at its time of validity.
+    ///
+    /// # Errors
+    /// The disk is full.
+    pub fn estimate(&mut self, estimate: &Estimate) -> Result<()> {
+        self.values.clear();
+        for axis in &self.axes {
+            let e = &estimate.axes[axis.index()];
+            let flags = f64::from(e.flags);
+            self.values.extend([
+                e.rate,
+                e.rate_filtered,
+                e.rate_std,
+                e.angle,
+                e.angle_fused,
+                e.nis,
+                e.innovation,
+                flags,
+            ]);
+        }
+        self.values.push(estimate.epoch as f64);
+        let time = self.start_ns + i128::from(estimate.valid_t_ns);
+        self.estimates.write(&mut self.writer, time, &self.values).with_context(|| output::failed(&self.path))
+    }
+
+    /// Writes index and summary, and puts the file in its place.
+    ///
+    /// # Errors
+    /// The disk is full.
+    pub fn finish(mut self) -> Result<()> {
+        self.writer.finish().with_context(|| output::failed(&self.path))?;
+        self.writer.into_inner().into_inner().finish()
+    }
+}
+
+impl Channel {
+    fn new(writer: &mut Writer<NoSeek<Output>>, topic: &str, columns: Vec<String>) -> Result<Self> {
+        let mut properties = Map::new();
+        properties.insert(TIME.into(), json!({ "type": "integer" }));
+        for column in &columns {
+            properties.insert(column.clone(), json!({ "type": ["number", "null"] }));
+        }
+        let schema = json!({ "type": "object", "properties": Value::Object(properties) });
+        let name = format!("truerate{}", topic.replace('/', "."));
+        let schema = writer.add_schema(&name, "jsonschema", &serde_json::to_vec(&schema)?)?;
+        let id = writer.add_channel(schema, topic, "json", &BTreeMap::new())?;
+        let keys = columns.iter().map(|c| Ok(format!(",{}:", serde_json::to_string(c)?))).collect::<Result<_>>()?;
+        Ok(Self { id, sequence: 0, keys, message: Vec::new() })
+    }
+
+    fn write(&mut self, writer: &mut Writer<NoSeek<Output>>, time_ns: i128, values: &[f64]) -> Result<()> {
+        self.message.clear();
+        write!(self.message, "{{\"{TIME}\":{time_ns}")?;
+        for (key, value) in self.keys.iter().zip(values) {
+            self.message.extend_from_slice(key.as_bytes());
+            serde_json::to_writer(&mut self.message, value)?;
+        }
+        self.message.push(b'}');
+        // Viewers have no time before 1970.
+        let shown = u64::try_from(time_ns.max(0))?;
+        let header =
+            MessageHeader { channel_id: self.id, sequence: self.sequence, log_time: shown, publish_time: shown };
+        self.sequence = self.sequence.wrapping_add(1);
+        writer.write_to_known_channel(&header, &self.message)?;
+        Ok(())
+    }
+}
