@@ -3,6 +3,7 @@
 mod crashes;
 mod harness;
 mod live;
+mod recording;
 
 use gyro_model::{Axis, Model, fit::fit};
 use harness::{Place, counted, log, parameter};
