@@ -4,6 +4,8 @@
 //! with line and caret. What is read and written again is the same model to the last bit.
 
 mod read;
+#[cfg(test)]
+mod tests;
 mod write;
 
 use crate::{

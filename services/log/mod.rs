@@ -11,6 +11,7 @@ mod header;
 mod input;
 mod number;
 mod reader;
+mod row;
 mod tally;
 #[cfg(test)]
 mod tests;

@@ -6,9 +6,8 @@ use super::{
     error::Problem,
     header::Layout,
     input::{Input, STANDARD_INPUT},
-    number::{self, Field, TimeField},
+    row::RowParser,
     tally::{RowFault, Tally},
-    unit::Channel,
 };
 use csv::ByteRecord;
 use gyro_model::{Row, diagnosis::DataFault};
@@ -28,19 +27,11 @@ pub struct Reader {
     last: Option<i128>,
     pending: Option<Pending>,
     tally: Tally,
-    /// By column: whether a free channel has held a number, or text.
-    free_kind: Vec<FreeKind>,
+    parser: RowParser,
     rows: u64,
     faulty: u64,
     marked: bool,
     ended: bool,
-}
-
-#[derive(Clone, Copy, PartialEq)]
-enum FreeKind {
-    Unknown,
-    Numbers,
-    Text,
 }
 
 struct Pending {
@@ -49,9 +40,6 @@ struct Pending {
     line: u64,
     marked: bool,
 }
-
-/// Readings beyond this are no sensor's: rad/s, rad, m/s², °C, V alike.
-const IMPOSSIBLE: f64 = 1e9;
 
 /// A row counts as jumping ahead where it lies this many times further on than the row after it.
 const AHEAD: i128 = 10;
@@ -79,7 +67,7 @@ impl Reader {
             let axis = layout.gyros().first().map_or("z", |a| a.letter());
             return Err(refuse(line, None, Problem::NoReference(axis)));
         }
-        let free_kind = vec![FreeKind::Unknown; layout.columns.len()];
+        let parser = RowParser::new(&layout);
         Ok(Self {
             log,
             csv,
@@ -89,7 +77,7 @@ impl Reader {
             last: None,
             pending: None,
             tally: Tally::default(),
-            free_kind,
+            parser,
             rows: 0,
             faulty: 0,
             marked: false,
@@ -229,67 +217,24 @@ impl Reader {
         }
     }
 
+    /// A row with its time, its faults counted; `None` where it has no time.
     fn parse(&mut self, record: &ByteRecord) -> Result<Option<Pending>, LogError> {
         let line = record.position().map_or(0, csv::Position::line);
-        if record.len() != self.layout.columns.len() {
-            let problem = Problem::Length { found: record.len(), wanted: self.layout.columns.len() };
-            return Err(self.error(line, None, problem));
-        }
-        let (mut row, mut time, mut marks) = (Row::EMPTY, None, Vec::new());
-        for (i, field) in record.iter().enumerate() {
-            let column = &self.layout.columns[i];
-            let conversion = column.conversion;
-            let text = || Problem::Text(String::from_utf8_lossy(&field[..field.len().min(400)]).into_owned());
-            match column.channel {
-                Channel::Unused => {}
-                Channel::Time => match number::time(field, conversion.exponent) {
-                    TimeField::Nanoseconds(ns) => time = Some(ns),
-                    TimeField::NoTime => {}
-                    TimeField::OutOfRange => {
-                        let written = String::from_utf8_lossy(&field[..field.len().min(400)]).into_owned();
-                        return Err(self.error(line, Some(i), Problem::TimeRange(written)));
-                    }
-                    TimeField::Text => return Err(self.error(line, Some(i), text())),
-                },
-                channel => match number::value(field) {
-                    Field::Number(x) if x.abs() > IMPOSSIBLE && !matches!(channel, Channel::Free(_)) => {
-                        marks.push((RowFault::Impossible, i));
-                    }
-                    Field::Number(x) => {
-                        if let Some(place) = place(&mut row, channel) {
-                            *place = x * conversion.scale + conversion.offset;
-                        }
-                        if self.free_kind[i] == FreeKind::Unknown {
-                            self.free_kind[i] = FreeKind::Numbers;
-                        }
-                    }
-                    Field::Empty | Field::Nan => {}
-                    Field::Infinite => marks.push((RowFault::Infinite, i)),
-                    Field::Text => {
-                        if !matches!(channel, Channel::Free(_)) || self.free_kind[i] == FreeKind::Numbers {
-                            return Err(self.error(line, Some(i), text()));
-                        }
-                        self.free_kind[i] = FreeKind::Text;
-                        marks.push((RowFault::TextColumn, i));
-                    }
-                },
-            }
-        }
-        if let Some(mark) = check_quaternion(&mut row.ref_quaternion) {
-            marks.push((mark, 0));
-        }
+        let parsed = match self.parser.parse(record, &self.layout) {
+            Ok(parsed) => parsed,
+            Err((column, problem)) => return Err(self.error(line, column, problem)),
+        };
+        let t = parsed.time.map_or_else(
+            || self.last.and_then(|last| self.seconds(last)),
+            |time| Some(self.seconds(time).unwrap_or(0.0)),
+        );
         // A text column is a note about the column; it makes no row faulty.
-        let marked = marks.iter().any(|&(fault, _)| fault != RowFault::TextColumn) || time.is_none();
+        let marked = parsed.faults.iter().any(|&(fault, _)| fault != RowFault::TextColumn);
         self.faulty += u64::from(marked);
-        let t = time.map(|time| self.seconds(time).unwrap_or(0.0));
-        for (fault, column) in marks {
+        for &(fault, column) in &parsed.faults {
             self.tally.add(fault, column, line, t);
         }
-        let Some(time) = time else {
-            self.tally.add(RowFault::NoTime, 0, line, self.last.and_then(|last| self.seconds(last)));
-            return Ok(None);
-        };
-        Ok(Some(Pending { row, time, line, marked }))
+        Ok(parsed.time.map(|time| Pending { row: parsed.row, time, line, marked }))
     }
 }
 
@@ -307,33 +252,4 @@ fn read_problem(csv: &csv::Reader<Input>, error: csv::Error) -> Problem {
         other => std::io::Error::other(format!("{other:?}")),
     };
     csv.get_ref().problem(error)
-}
-
-/// Where a channel's value goes.
-fn place(row: &mut Row, channel: Channel) -> Option<&mut f64> {
-    Some(match channel {
-        Channel::Gyro(axis) => &mut row.gyro[axis.index()],
-        Channel::RefAngle(axis) => &mut row.ref_angle[axis.index()],
-        Channel::RefRate(axis) => &mut row.ref_rate[axis.index()],
-        Channel::Quaternion(i) => &mut row.ref_quaternion[i],
-        Channel::Accel(axis) => &mut row.accel[axis.index()],
-        Channel::Temperature => &mut row.temperature,
-        Channel::Supply => &mut row.supply,
-        Channel::Free(i) => &mut row.free[i],
-        Channel::Time | Channel::Unused => return None,
-    })
-}
-
-/// Scales a quaternion to length 1; one that is far from it, or has only a part, is no value.
-fn check_quaternion(q: &mut [f64; 4]) -> Option<RowFault> {
-    let present = q.iter().filter(|x| x.is_finite()).count();
-    let length = q.iter().map(|x| x * x).sum::<f64>().sqrt();
-    if (0.9..=1.1).contains(&length) {
-        for x in q.iter_mut() {
-            *x /= length;
-        }
-        return None;
-    }
-    *q = [f64::NAN; 4];
-    (present > 0).then_some(RowFault::NotARotation)
 }
