@@ -23,11 +23,16 @@ const Charts = (() => {
     return { time: false, range: axis.range };
   }
 
+  // Over many decades only the decades get a grid line.
+  const decades = (u, splits) => (splits.length < 40 ? splits : splits.map(v => (Math.abs(Math.log10(v) - Math.round(Math.log10(v))) < 1e-9 ? v : null)));
+  // A time in seconds, two digits: 0.1, 1, 9.8.
+  const seconds = t => String(+t.toPrecision(2));
+
   function axis(a, side) {
     return {
       side, label: a.label + (a.unit ? ` (${a.unit})` : ''), labelSize: 20, labelGap: 0, labelFont: '12px system-ui, sans-serif',
       font: '12px system-ui, sans-serif', size: side === 3 ? 56 : 34, stroke: () => ink('soft'),
-      grid: { stroke: () => ink('grid'), width: 1 }, ticks: { stroke: () => ink('grid'), width: 1, size: 5 },
+      grid: { stroke: () => ink('grid'), width: 1, ...(a.log ? { filter: decades } : {}) }, ticks: { stroke: () => ink('grid'), width: 1, size: 5 },
       values: a.values || ((u, splits) => splits.map(v => (v == null ? '' : tick(v)))),
     };
   }
@@ -44,6 +49,7 @@ const Charts = (() => {
 
   // make(place, { name, x, y, series: [{ label, ink, … }], data: [xs, ys…], bands, height, sync, draw })
   function make(place, spec) {
+    place.replaceChildren();
     place.classList.add('chart');
     place.tabIndex = 0;
     place.setAttribute('role', 'img');
@@ -194,5 +200,5 @@ const Charts = (() => {
     };
   }
 
-  return { make, errorCurve, errorCurveSpec, number, ink, themeButton, positive, DEGREES };
+  return { make, seconds, errorCurve, errorCurveSpec, number, ink, themeButton, positive, DEGREES };
 })();

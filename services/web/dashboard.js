@@ -120,7 +120,7 @@
     const { ctx } = u;
     ctx.save();
     ctx.strokeStyle = Charts.ink('unknown'); ctx.fillStyle = Charts.ink('unknown');
-    ctx.lineWidth = devicePixelRatio; ctx.font = `${11 * devicePixelRatio}px system-ui, sans-serif`;
+    ctx.setLineDash([]); ctx.lineWidth = devicePixelRatio; ctx.font = `${11 * devicePixelRatio}px system-ui, sans-serif`;
     for (const mark of scene.marks) {
       const x = u.valToPos(mark.t, 'x', true);
       if (x < u.bbox.left || x > u.bbox.left + u.bbox.width) continue;
@@ -174,7 +174,7 @@
     $('verdict').className = `panel two-thirds verdict ${view.tone}`;
     const figure = (of, value, floor) => h('.figure', h('.of', of), h('.value', value), h('.of', floor));
     const nearest = tau => judged?.tau.length && tau > 0.7 * judged.tau[0] && tau < 1.4 * judged.tau.at(-1) ? judged.tau.reduce((best, t, k) => (Math.abs(Math.log(t / tau)) < Math.abs(Math.log(judged.tau[best] / tau)) ? k : best), 0) : null;
-    const figures = [0.1, 1, 10].map(tau => { const k = nearest(tau); return k == null ? null : figure(`error at ${number(judged.tau[k])} s`, `${number(judged.error[k])} °/s`, `floor ${number(judged.floor[k])} °/s`); });
+    const figures = [0.1, 1, 10].map(tau => { const k = nearest(tau); return k == null ? null : figure(`error at ${Charts.seconds(judged.tau[k])} s`, `${number(judged.error[k])} °/s`, `floor ${number(judged.floor[k])} °/s`); });
     fill('verdict', h('p.soft.small', `axis ${axis}`), h('h2', view.headline[0].toUpperCase() + view.headline.slice(1)), view.says ? h('p', view.says) : null,
       h('.figures', figures, view.error_over_floor == null ? null : figure('largest error / floor', number(view.error_over_floor), view.within_floor ? 'within the band of noise alone' : 'above the band of noise alone')));
     drawCurve(view);
@@ -205,8 +205,8 @@
       h('.choices', h('button', { type: 'button', 'data-do': 'undo', title: 'Back to the model before the last change (u)', disabled: busy ? '' : null }, 'Undo'),
         h('button', { type: 'button', 'data-do': model.paused ? 'resume' : 'pause', title: 'Learning on and off (p)', disabled: busy ? '' : null }, model.paused ? 'Resume learning' : 'Pause learning'),
         h('button', { type: 'button', 'data-do': 'forget', title: 'Forget what was seen so far', disabled: busy ? '' : null }, 'Forget')),
-      model.paused ? h('p.soft.small', 'Learning rests: by command, or because the motion excites too little.') : null,
-      Parts.parameters(mine.parameters, true));
+      h('p.soft.small', model.paused ? 'Learning rests: by command, or because the motion excites too little.' : `Fitted on ${model.samples.toLocaleString('en')} samples.`),
+      h('table.values', h('tbody', mine.parameters.map(p => h('tr', h('td', { title: p.says }, `${p.effect} `, h('code', p.name)), h('td.number', p.shown))))));
   }
   let minis = new Map();
   function drawHistory() {

@@ -32,7 +32,7 @@ const Parts = (() => {
   const command = next => h('', h('.command', h('code', next.command), copyButton(next.command)), h('p.soft.small', next.says));
 
   function card(c) {
-    const rows = [['what', c.title], ['physics', c.physics], ['equation', c.equation], ['typical size', c.typical], ['shown by', c.excited_by], ['mended by', c.mended_by], ['source', c.source]];
+    const rows = [['physics', c.physics], ['equation', c.equation], ['typical size', c.typical], ['shown by', c.excited_by], ['mended by', c.mended_by], ['source', c.source]];
     return h('details', h('summary', `What ${c.id} is`), h('dl', rows.filter(r => r[1]).map(([k, v]) => [h('dt', k), h('dd', k === 'equation' ? h('code', v) : v)])));
   }
 

@@ -32,7 +32,7 @@
     const at = tau => {
       if (!judged.tau.length || tau < 0.7 * judged.tau[0] || tau > 1.4 * judged.tau.at(-1)) return null;
       const i = judged.tau.reduce((best, t, k) => (Math.abs(Math.log(t / tau)) < Math.abs(Math.log(judged.tau[best] / tau)) ? k : best), 0);
-      return h('.figure', h('.of', `error at ${number(judged.tau[i])} s`), h('.value', `${number(judged.error[i])} °/s`), h('.of', `floor ${number(judged.floor[i])} °/s`));
+      return h('.figure', h('.of', `error at ${Charts.seconds(judged.tau[i])} s`), h('.value', `${number(judged.error[i])} °/s`), h('.of', `floor ${number(judged.floor[i])} °/s`));
     };
     const within = axis.within_floor == null ? '' : axis.within_floor ? 'within the band of noise alone' : 'above the band of noise alone';
     return h('.figures', at(0.1), at(1), at(10), axis.error_over_floor == null ? null : h('.figure', h('.of', 'largest error / floor'), h('.value', number(axis.error_over_floor)), h('.of', within)));
@@ -105,7 +105,7 @@
 
   function suspects(axis) {
     if (!axis.suspects.length) return null;
-    return h('.grid', panel('', 'Suspects', axis.suspects.map(s => Parts.suspect(s))));
+    return h('.grid', panel('', 'Suspects, best first', h('.suspects', axis.suspects.map(s => Parts.suspect(s)))));
   }
 
   function spectra(axis) {
