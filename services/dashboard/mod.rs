@@ -63,7 +63,10 @@ pub fn address(text: &str) -> anyhow::Result<Option<SocketAddr>> {
 /// An address that is none, or broken plumbing.
 pub fn run(hub: &Hub, domain: &Domain, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Result<()> {
     let address = address(&run.settings.dashboard).map_err(Hopeless::from_error)?;
-    let Some(address) = address else { return Ok(()) };
+    let Some(mut address) = address else { return Ok(()) };
+    if address.port() == 0 {
+        address.set_port(earlier_port(folder));
+    }
     let mut pulse = Pulse::begin(hub, run.number, ServiceId::Dashboard, ["kalman-to-dashboard", "", ""])?;
     let scene = Scene::default();
     let mut feed = Feed::open(hub, run, folder, domain.name(), scene.clone())?;
@@ -103,6 +106,13 @@ pub fn run(hub: &Hub, domain: &Domain, run: &Run, folder: &RunFolder, stop: &Sto
         thread::sleep(LOOK);
     }
     Ok(())
+}
+
+/// The port of this run's earlier dashboard, so that open pages find the new one; 0 for any.
+fn earlier_port(folder: &RunFolder) -> u16 {
+    let url = std::fs::read_to_string(folder.mark("dashboard.url")).unwrap_or_default();
+    let authority = url.strip_prefix("http://").and_then(|rest| rest.split('/').next()).unwrap_or_default();
+    authority.rsplit(':').next().and_then(|port| port.parse().ok()).unwrap_or(0)
 }
 
 fn serve(listener: TcpListener, folder: &RunFolder, shop: impl FnOnce(Guard) -> Shop) -> anyhow::Result<()> {

@@ -1,0 +1,119 @@
+//! The pages in a real browser: Debian's Chromium, driven by playwright-core. `tests/run` installs both.
+//!
+//! Where one of them is missing the tests say that they are skipped, unless `TRUERATE_BROWSER=required`.
+
+use ipc_types::domain::Domain;
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::{Child, Command, Stdio},
+    thread::sleep,
+    time::{Duration, Instant},
+};
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_truerate");
+/// Nothing here takes longer, however busy the machine is.
+const DEADLINE: Duration = Duration::from_secs(600);
+
+/// Runs one script in Node; it fails the test where the script says so.
+fn drive(script: &str, arguments: &[&str]) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser");
+    let output = Command::new("node").arg(script).args(arguments).current_dir(folder).output().unwrap();
+    let (out, error) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{script} {arguments:?}:\n{out}{error}");
+}
+
+/// Whether there is a browser and its driver; says so where there is none.
+fn is_there() -> bool {
+    let chromium = std::env::var_os("CHROMIUM").map_or_else(|| PathBuf::from("/usr/bin/chromium"), PathBuf::from);
+    let driver = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser/node_modules/playwright-core");
+    let node = Command::new("node").arg("--version").stdout(Stdio::null()).status().is_ok_and(|s| s.success());
+    let missing = match (chromium.exists(), driver.exists(), node) {
+        (false, ..) => "chromium",
+        (_, _, false) => "node",
+        (_, false, _) => "playwright-core (npm ci --prefix tests/browser)",
+        _ => return true,
+    };
+    assert!(std::env::var_os("TRUERATE_BROWSER").is_none(), "the browser tests are required and {missing} is missing");
+    eprintln!("skipped: no {missing} here; `tests/run` installs what the browser tests need");
+    false
+}
+
+/// A pipeline with its dashboard, in a place of its own.
+struct Pipeline {
+    child: Child,
+    base: PathBuf,
+}
+
+impl Pipeline {
+    fn start(name: &str, arguments: &[&str]) -> Self {
+        let base = PathBuf::from(format!("/tmp/trb-{}-{name}", std::process::id()));
+        let child = Command::new(PROGRAM)
+            .args(["run", "--source", "sim", "--dashboard", "127.0.0.1:0", "--instance", name])
+            .args(arguments)
+            .env("TRUERATE_RUNTIME_DIR", &base)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .spawn()
+            .unwrap();
+        Self { child, base }
+    }
+
+    fn url(&self, name: &str) -> String {
+        let domain = Domain::new(&self.base, name).unwrap();
+        let start = Instant::now();
+        loop {
+            if let Ok(url) = fs::read_to_string(domain.folder().join("dashboard.url")) {
+                return url;
+            }
+            assert!(start.elapsed() < DEADLINE, "no dashboard within the deadline");
+            sleep(Duration::from_millis(50));
+        }
+    }
+}
+
+impl Drop for Pipeline {
+    fn drop(&mut self) {
+        // Asked, so that it ends its processes; killed where it does not listen.
+        let pid = rustix::process::Pid::from_child(&self.child);
+        let _ = rustix::process::kill_process(pid, rustix::process::Signal::TERM);
+        let start = Instant::now();
+        while self.child.try_wait().is_ok_and(|status| status.is_none()) {
+            if start.elapsed() > Duration::from_secs(20) {
+                let _ = self.child.kill();
+            }
+            sleep(Duration::from_millis(20));
+        }
+        let _ = fs::remove_dir_all(&self.base);
+    }
+}
+
+#[test]
+fn the_live_page_moves_keeps_to_itself_and_survives_its_dashboard() {
+    if !is_there() {
+        return;
+    }
+    let pipeline = Pipeline::start("page", &[]);
+    let url = pipeline.url("page");
+    // The script asks `truerate status` in this pipeline's place.
+    let wrapper = pipeline.base.join("status.sh");
+    let text = format!("#!/bin/sh\nTRUERATE_RUNTIME_DIR='{}' exec '{PROGRAM}' \"$@\"\n", pipeline.base.display());
+    fs::write(&wrapper, text).unwrap();
+    fs::set_permissions(&wrapper, std::os::unix::fs::PermissionsExt::from_mode(0o755)).unwrap();
+    drive("live.mjs", &[&url, wrapper.to_str().unwrap(), "page"]);
+}
+
+#[test]
+fn a_report_opens_offline_from_disk() {
+    if !is_there() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| {
+        let output = Command::new(PROGRAM).args(arguments).current_dir(folder.path()).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    };
+    run(&["simulate", "--hide", "delay:d=0.02", "--seconds", "40", "--rate", "100", "--seed", "5", "-o", "log.csv"]);
+    run(&["diagnose", "log.csv", "--report", "report.html"]);
+    drive("report.mjs", &[folder.path().join("report.html").to_str().unwrap()]);
+}

@@ -1,0 +1,38 @@
+// node report.mjs FILE: an HTML report opens from disk, offline, and is whole.
+import { check, finish, launch, looks, open } from './browser.mjs';
+
+const file = `file://${process.argv[2]}`;
+const browser = await launch();
+const { context, page } = await open(browser, file);
+await context.setOffline(true);
+await page.goto(file);
+await page.waitForSelector('.chart canvas');
+
+const charts = await page.locator('.chart canvas').count();
+check(charts >= 6, `${charts} charts: overlay, residual, error curve, regimes, spectrum, whiteness are wanted`);
+check(await page.locator('.verdict h2').first().innerText() !== '', 'the verdict has no words');
+check(/truerate \w+/.test(await page.locator('.command code').last().innerText()), 'no command to run next');
+check(await page.locator('.suspect').count() > 0, 'no suspect');
+check(await page.locator('.suspect details dl').first().evaluate(d => d.children.length > 6), 'the card of a suspect is empty');
+
+// Hovering says the value with its unit; dragging zooms; the keyboard too, and back.
+const chart = page.locator('.chart').first();
+await chart.scrollIntoViewIfNeeded();
+const over = await chart.locator('.u-over').boundingBox();
+await page.mouse.move(over.x + over.width / 2, over.y + over.height / 2);
+const legend = await chart.locator('.u-legend').innerText();
+check(legend.includes('°/s') && /τ:?\s*[\d.]/.test(legend), `hovering says "${legend}"`);
+await page.mouse.down();
+await page.mouse.move(over.x + over.width * 0.7, over.y + over.height * 0.7, { steps: 4 });
+await page.mouse.up();
+check(await chart.evaluate(c => c.classList.contains('zoomed')), 'dragging does not zoom');
+await chart.focus();
+await page.keyboard.press('0');
+check(!await chart.evaluate(c => c.classList.contains('zoomed')), 'the key 0 does not show the whole again');
+await page.keyboard.press('+');
+check(await chart.evaluate(c => c.classList.contains('zoomed')), 'the key + does not zoom');
+await page.keyboard.press('0');
+
+await looks(page, 'report');
+await browser.close();
+finish();
