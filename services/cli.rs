@@ -82,6 +82,8 @@ pub enum Command {
     Status(commands::status::Args),
     /// Change the model or the source of a running pipeline
     Control(commands::control::Args),
+    /// Watch a running pipeline in the terminal, and add what is missing
+    Top(commands::top::Args),
 }
 
 impl Command {
@@ -106,6 +108,7 @@ impl Command {
             Self::Service(args) => commands::service::run(args),
             Self::Status(args) => commands::status::run(args),
             Self::Control(args) => commands::control::run(args),
+            Self::Top(args) => commands::top::run(args),
         }
     }
 }

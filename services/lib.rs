@@ -18,6 +18,7 @@
 //! | [`report`] | results as text, JSON and one HTML page |
 //! | [`estimates`] | the columns of `apply` and of recordings |
 //! | [`dashboard`] | the live page: what it shows, who may see it, what it orders |
+//! | [`top`] | the same essentials in a terminal |
 //! | [`log`] | logs: CSV in, checked; CSV out |
 //! | [`model_file`] | model files: TOML, strict |
 //! | [`output`] | files that are written whole or not at all |
@@ -53,6 +54,7 @@ pub mod source;
 pub mod stop;
 pub mod supervisor;
 pub mod toml_error;
+pub mod top;
 pub mod vault;
 pub mod watch;
 pub mod wire;

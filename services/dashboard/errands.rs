@@ -9,12 +9,14 @@ use std::{
     time::Duration,
 };
 
-/// How long one attempt waits for an answer, and how often a command is sent again (it is done once all the same).
-const PATIENCE: Duration = Duration::from_millis(1500);
-const ATTEMPTS: u32 = 3;
+/// How long one attempt waits for an answer, and how often a command is sent again (it is done once all the same): a
+/// process that was just killed is back by then, and a trial has told how it goes.
+const PATIENCE: Duration = Duration::from_millis(500);
+const ATTEMPTS: u32 = 60;
 
 /// Starts the thread; it ends when nobody can send it anything any more.
-pub(super) fn start(domain: Domain) -> Sender<Errand> {
+#[must_use]
+pub fn start(domain: Domain) -> Sender<Errand> {
     let (sender, errands) = channel::<Errand>();
     thread::spawn(move || {
         let mut hub = None;
@@ -30,7 +32,11 @@ pub(super) fn start(domain: Domain) -> Sender<Errand> {
     sender
 }
 
-fn ask(domain: &Domain, hub: &mut Option<Hub>, command: Command) -> anyhow::Result<Reply> {
+/// Asks once, over a hub that is opened where there is none.
+///
+/// # Errors
+/// Where nobody answers, or the plumbing is broken.
+pub fn ask(domain: &Domain, hub: &mut Option<Hub>, command: Command) -> anyhow::Result<Reply> {
     let kind = Kind::from_u32(command.kind).context("an unknown command")?;
     let hub = match hub {
         Some(hub) => hub,

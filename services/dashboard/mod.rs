@@ -7,7 +7,7 @@
 //!
 //! It only reads, and asks as `truerate control` does: when it dies or hangs nobody notices.
 
-mod errands;
+pub mod errands;
 mod export;
 mod feed;
 pub mod guard;

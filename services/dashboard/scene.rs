@@ -140,7 +140,7 @@ impl Scene {
 
     /// The judgement of a second.
     pub fn judge(&self, error: ErrorAt) {
-        self.tell("error", &error);
+        self.tell("judged", &error);
         let mut kept = self.kept();
         kept.errors.push_back(error);
         let surplus = kept.errors.len().saturating_sub(ERRORS);

@@ -14,14 +14,14 @@
   const push = (list, items, most) => { list.push(...items); if (list.length > most) list.splice(0, list.length - most); };
   const now = name => data => { scene.newest[name] = data; touch(name); };
   const news = {
-    whole: data => { Object.assign(scene, data); moved = performance.now(); touch('steps', 'error', 'values', 'mark', ...Object.keys(data.newest), 'page', 'model', 'status', 'stages'); },
+    whole: data => { Object.assign(scene, data); moved = performance.now(); touch('steps', 'judged', 'values', 'mark', ...Object.keys(data.newest), 'page', 'model', 'status', 'stages'); },
     steps: data => {
       if (scene.steps.length && data[0].t <= scene.steps.at(-1).t) scene.steps = [];
       push(scene.steps, data, STEPS); moved = performance.now(); touch('steps');
     },
-    error: data => { push(scene.errors, [data], ERRORS); touch('error'); },
+    judged: data => { push(scene.errors, [data], ERRORS); touch('judged'); },
     values: data => { push(scene.values, [data], VALUES); touch('values'); },
-    mark: data => { push(scene.marks, [data], 100); touch('mark', 'error', 'values'); },
+    mark: data => { push(scene.marks, [data], 100); touch('mark', 'judged', 'values'); },
     page: now('page'), model: now('model'), status: now('status'), stages: now('stages'), source: now('source'),
   };
 
@@ -55,7 +55,7 @@
     names.forEach(n => dirty.add(n));
     if (!asked) { asked = true; requestAnimationFrame(draw); }
   }
-  const painters = { steps: drawMotion, error: drawFalling, mark: drawMotion, values: drawHistory, page: drawPage, model: drawModel, status: drawStatus, stages: drawStages, source: drawSource };
+  const painters = { steps: drawMotion, judged: drawFalling, mark: drawMotion, values: drawHistory, page: drawPage, model: drawModel, status: drawStatus, stages: drawStages, source: drawSource };
   function draw() {
     asked = false;
     chooseAxes();
@@ -251,13 +251,14 @@
   // ---- orders ------------------------------------------------------------------------------------------------------------
   let clear;
   function notice(tone, text) {
-    $('notice').replaceChildren(h('.' + tone, text));
+    $('notice').replaceChildren(h(tone ? '.' + tone : '', text));
     clearTimeout(clear);
-    clear = setTimeout(() => $('notice').replaceChildren(), tone === 'good' ? 8000 : 20000);
+    clear = setTimeout(() => $('notice').replaceChildren(), tone === 'good' ? 8000 : 40000);
   }
   async function order(body) {
     if (busy) return;
     busy = true;
+    notice('', { add: `${body.effect}: tried beside the present model …`, undo: 'Going back …' }[body.do] || 'Asking the pipeline …');
     touch('page', 'model');
     try {
       const response = await fetch('order', { method: 'POST', headers: { 'content-type': 'application/json' }, body: JSON.stringify(body) });
