@@ -6,7 +6,7 @@ const Parts = (() => {
     const [name, ...classes] = tag.split('.');
     const node = document.createElement(name || 'div');
     if (classes.length) node.className = classes.join(' ');
-    for (const part of rest.flat()) {
+    for (const part of rest.flat(Infinity)) {
       if (part == null || part === false) continue;
       if (part instanceof Node) node.append(part);
       else if (typeof part === 'object') for (const [k, v] of Object.entries(part)) { if (k.startsWith('on')) node.addEventListener(k.slice(2), v); else if (v != null) node.setAttribute(k, v); }
