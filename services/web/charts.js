@@ -145,9 +145,9 @@ const Charts = (() => {
   }
   // uPlot paints legend markers once; a change of theme paints them again.
   function legend(chart) {
-    chart.place.querySelectorAll('.u-legend .u-marker').forEach((m, i) => {
-      const s = chart.u.series[i + 1] || chart.u.series[i];
-      if (s && s.stroke) m.style.background = typeof s.stroke === 'function' ? s.stroke(chart.u, i) : s.stroke;
+    chart.place.querySelectorAll('.u-legend .u-series').forEach((row, i) => {
+      const marker = row.querySelector('.u-marker');
+      if (i > 0 && marker) marker.style.background = chart.u.series[i].stroke(chart.u, i);
     });
   }
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', themed);

@@ -122,14 +122,10 @@ fn place(regime: &Regime, stretch: &Stretch) -> String {
         (name, _) => (format!("where {name} is "), "", 1.0),
     };
     let (a, b) = (number(from * factor), number(to * factor));
-    if regime.regressor == "rate-change" && (from >= 0.0 || to <= 0.0) {
-        let (a, b) =
-            (number((from * factor).abs().min((to * factor).abs())), number(from.abs().max(to.abs()) * factor));
-        let way = if from >= 0.0 { "rises" } else { "falls" };
-        return match (stretch.first == 0, stretch.last + 1 == bins.len()) {
-            (false, false) => format!("while the rate {way} by {a} to {b}{unit}"),
-            _ => format!("while the rate {way} faster than {a}{unit}"),
-        };
+    if regime.regressor == "rate-change"
+        && let Some(words) = faster(from * factor, to * factor, stretch.first == 0, stretch.last + 1 == bins.len())
+    {
+        return words;
     }
     let by = if regime.regressor == "rate-change" { "by " } else { "" };
     match (stretch.first == 0, stretch.last + 1 == bins.len()) {
@@ -140,6 +136,21 @@ fn place(regime: &Regime, stretch: &Stretch) -> String {
         (true, false) => format!("{what}{by}below {b}{unit}"),
         (false, false) => format!("{what}{by}between {a} and {b}{unit}"),
     }
+}
+
+/// "while the rate falls faster than 35 °/s²": where the stretch lies on one side of zero, but for a tenth of it.
+fn faster(from: f64, to: f64, lowest: bool, highest: bool) -> Option<String> {
+    let (way, near, far, open) = match () {
+        () if from > -0.1 * to => ("rises", from, to, highest),
+        () if to < -0.1 * from => ("falls", -to, -from, lowest),
+        () => return None,
+    };
+    Some(match (near > 0.1 * far, open) {
+        (true, true) => format!("while the rate {way} faster than {} °/s²", number(near)),
+        (true, false) => format!("while the rate {way} by {} to {} °/s²", number(near), number(far)),
+        (false, true) => format!("while the rate {way}"),
+        (false, false) => format!("while the rate {way}, by less than {} °/s²", number(far)),
+    })
 }
 
 /// Three significant digits without needless zeros.

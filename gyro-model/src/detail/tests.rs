@@ -118,3 +118,14 @@ fn model_less_measured_is_the_residual_in_the_overlay() {
         assert!((model - measured - residual).abs() < 1e-4);
     }
 }
+
+#[test]
+fn what_happens_while_the_rate_falls_is_said_so() {
+    let (t, rate, error) = log(|t, _| if (1.3 * t).cos() < 0.0 { 0.01 } else { 0.0 });
+    let change: Vec<f64> = t.iter().map(|t| 1.3 * (1.3 * t).cos() + 0.222 * (0.37 * t).cos()).collect();
+    let channels = [Channel { regressor: "rate-change".into(), unit: "rad/s²", values: change }];
+    let noise = Noise { angle_random_walk: 1e-4, bias_random_walk: 0.0, encoder: 2e-4 };
+    let found = fails_where(&detail(&Input { t: &t, rate: &rate, error_angle: &error, channels: &channels, noise }));
+    assert!(found[0].says.starts_with("while the rate falls"), "{}", found[0].says);
+    assert!(found[0].says.contains("high"), "{}", found[0].says);
+}
