@@ -9,6 +9,7 @@ mod column_map;
 mod error;
 mod header;
 mod input;
+mod jump;
 mod number;
 mod reader;
 mod row;

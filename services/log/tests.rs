@@ -198,3 +198,26 @@ fn a_slower_encoder_or_one_in_rows_of_its_own_is_no_fault() {
     }
     assert!(Reader::open(Path::new("-nowhere"), &Options::default()).is_err());
 }
+
+#[test]
+fn a_clock_that_is_set_while_recording_costs_the_shorter_side() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x.csv");
+    let write = |jump_at: i32| {
+        let text = (0..1000).fold("t,gyro_x\n".to_owned(), |all, k| {
+            let t = f64::from(k) * 0.01 + if k >= jump_at { 1.7e9 } else { 0.0 };
+            all + &format!("{t:.2},{}\n", (k * 31) % 17)
+        });
+        fs::write(&path, text).unwrap();
+    };
+    for (jump_at, rows, start_ns) in [(20, 980, 1_700_000_000_200_000_000), (990, 990, 0)] {
+        write(jump_at);
+        let (record, faults, provenance) = read(&path, &Options::default()).unwrap();
+        assert_eq!((record.len(), record.rows[0].t_ns), (rows, 0));
+        assert_eq!(provenance.start_ns, start_ns);
+        assert!(faults.iter().any(|f| f.says.contains("1700000000 s")), "{faults:?}");
+        assert!(record.duration() < 10.0);
+    }
+    write(500);
+    assert!(read(&path, &Options::default()).unwrap_err().to_string().contains("more than 10 %"));
+}

@@ -1,6 +1,6 @@
 //! A whole log in memory, with what is checked over all of it.
 
-use super::{FAULTY_SHARE, FEWEST_ROWS, LogError, Options, Provenance, Reader, error::Problem};
+use super::{FAULTY_SHARE, FEWEST_ROWS, LogError, Options, Provenance, Reader, error::Problem, jump};
 use gyro_model::{Axis, Record, Row, diagnosis::DataFault, faults};
 use std::path::Path;
 
@@ -18,13 +18,15 @@ pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, P
     }
     let refuse = |problem| LogError::new(reader.log(), None, None, problem);
     let mut found = reader.faults();
+    let (origin, left_out) =
+        if options.as_streamed { (0, 0) } else { jump::cut(&mut record.rows, &mut marked, &mut found) };
     let mut checked = if options.as_streamed { record.clone() } else { std::mem::take(&mut record) };
     let report = faults::check(&mut checked, &marked);
     if !options.as_streamed {
         record = checked;
     }
     found.extend(report.faults);
-    let faulty = reader.rows_faulty() + report.rows_marked;
+    let faulty = reader.rows_faulty() + left_out + report.rows_marked;
     let costs_rows =
         |f: &&DataFault| ["non-finite", "time-going-back", "outliers", "repeated-samples"].contains(&f.fault.as_str());
     let worst = || found.iter().filter(costs_rows).max_by_key(|f| f.count).map_or_else(String::new, |f| f.says.clone());
@@ -45,7 +47,8 @@ pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, P
     if options.needs_reference && record.fitted_axes().is_empty() {
         return Err(refuse(Problem::NoReference(gyros.first().map_or("z", |a: &Axis| a.letter()))));
     }
-    let provenance = provenance(path, &reader, &record);
+    let mut provenance = provenance(path, &reader, &record);
+    provenance.start_ns += i128::from(origin);
     Ok((record, found, provenance))
 }
 
