@@ -9,6 +9,7 @@ use crate::{
     effects::{CATALOGUE, Effect, Need, Role, Stage},
     evidence::{
         noise::{self, Gls},
+        prior,
         series::Series,
         study::{Study, difference},
         whiten::Whitener,
@@ -79,6 +80,11 @@ struct Scanner<'a> {
     columns: Vec<Vec<Vec<f64>>>,
     inverse: Mat<f64>,
     gradient: Vec<f64>,
+    /// Increments of the error curve, a few of each averaging time.
+    pairs: Vec<(u32, u32, f64)>,
+    coarse: nls::Normal,
+    coarse_residual: Vec<f64>,
+    coarse_columns: Vec<Vec<f64>>,
 }
 
 impl<'a> Scanner<'a> {
@@ -88,7 +94,25 @@ impl<'a> Scanner<'a> {
         let white = |channels: &[Vec<f64>]| -> Vec<Vec<f64>> { channels.iter().map(|c| whitener.apply(c)).collect() };
         let residual = white(&study.evaluation.residual);
         let columns = study.columns.iter().map(|c| white(c)).collect();
-        Self { study, residual, columns, inverse, gradient: normal.gradient, whitener }
+        let mut scanner = Self {
+            study,
+            residual,
+            columns,
+            inverse,
+            gradient: normal.gradient,
+            whitener,
+            pairs: study.bench.coarse.weighted(&prior_floor(study)),
+            coarse: nls::Normal::zeros(study.columns.len()),
+            coarse_residual: Vec::new(),
+            coarse_columns: Vec::new(),
+        };
+        scanner.coarse_residual = scanner.increments(&study.evaluation.residual);
+        scanner.coarse_columns = study.columns.iter().map(|c| scanner.increments(c)).collect();
+        let list: Vec<&[f64]> = scanner.coarse_columns.iter().map(Vec::as_slice).collect();
+        let mut coarse = nls::Normal::zeros(list.len());
+        coarse.add(&scanner.coarse_residual, &list);
+        scanner.coarse = coarse;
+        scanner
     }
 
     fn best(&self, effect: &'static dyn Effect, index: usize, series: &Series) -> Vec<Candidate> {
@@ -138,7 +162,7 @@ impl<'a> Scanner<'a> {
             let (score, coefficients) =
                 if linear == 0 { (self.fall_with(&white[0]), Vec::new()) } else { self.rise(&white) };
             let (removes, others) = self.lowers(&columns, linear == 0);
-            let mut keep = |best: &mut Option<Candidate>, coefficients: &[f64], better: &dyn Fn(&Candidate) -> bool| {
+            let keep = |best: &mut Option<Candidate>, coefficients: &[f64], better: &dyn Fn(&Candidate) -> bool| {
                 let mut term = term.clone();
                 for (j, c) in coefficients.iter().enumerate() {
                     let bounds = parameters[j].bounds;
@@ -160,12 +184,21 @@ impl<'a> Scanner<'a> {
     /// Share of J that is removed where the columns join, everything refitted linearly, and their coefficients; `fixed`
     /// joins the one column with coefficient 1.
     fn lowers(&self, columns: &[Vec<Vec<f64>>], fixed: bool) -> (f64, Vec<f64>) {
-        let (bench, n) = (self.study.bench, self.study.columns.len());
-        let mut list: Vec<&[Vec<f64>]> = vec![&self.study.evaluation.residual];
-        list.extend(self.study.columns.iter().map(Vec::as_slice));
-        list.extend(columns.iter().map(Vec::as_slice));
-        let normal = bench.coarse.grams(&bench.problem, &list, None).normal(&bench.coarse.tau, &bench.weights, None);
-        let mut before = normal.first(n);
+        let n = self.study.columns.len();
+        let increments: Vec<Vec<f64>> = columns.iter().map(|c| self.increments(c)).collect();
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+        let size = n + columns.len();
+        let column = |k: usize| if k < n { &self.coarse_columns[k] } else { &increments[k - n] };
+        let normal = nls::Normal {
+            cost: self.coarse.cost,
+            gradient: (0..size)
+                .map(|k| if k < n { self.coarse.gradient[k] } else { dot(column(k), &self.coarse_residual) })
+                .collect(),
+            matrix: Mat::from_fn(size, size, |i, j| {
+                if i < n && j < n { self.coarse.matrix[(i, j)] } else { dot(column(i), column(j)) }
+            }),
+        };
+        let mut before = self.coarse.clone();
         let left = before.cost_after(&before.step_from(&before, 1e-9));
         let (after, coefficients) = if fixed {
             before.shift(&normal, n);
@@ -175,6 +208,14 @@ impl<'a> Scanner<'a> {
             (normal.cost_after(&step), step[n..].to_vec())
         };
         (1.0 - after / left, coefficients)
+    }
+
+    /// Weighted increments of one series a channel.
+    fn increments(&self, series: &[Vec<f64>]) -> Vec<f64> {
+        series
+            .iter()
+            .flat_map(|c| self.pairs.iter().map(move |&(i, j, w)| w * (c[j as usize] - c[i as usize])))
+            .collect()
     }
 
     /// (residual with the term − residual)/h.
@@ -223,6 +264,15 @@ impl<'a> Scanner<'a> {
         let cr = self.cross(column, &self.residual) - self.quadratic(&w, &self.gradient);
         -(cr + 0.5 * cc)
     }
+}
+
+/// The weights' F at the coarse windows' averaging times, which are those of the fine ones.
+fn prior_floor(study: &Study) -> Vec<f64> {
+    let bench = study.bench;
+    let each: Vec<Vec<f64>> = bench.prior.iter().map(|p| prior::weights(p, &bench.coarse.tau)).collect();
+    (0..bench.coarse.tau.len())
+        .map(|k| (each.iter().map(|w| w[k] * w[k]).sum::<f64>() / each.len() as f64).sqrt())
+        .collect()
 }
 
 /// The study's model with one more term.

@@ -95,6 +95,17 @@ impl Windows {
         Self { tau, pairs }
     }
 
+    /// Every increment as (first row, last row, weight): weight² is what its square counts in Σ_τ E²/F².
+    #[must_use]
+    pub fn weighted(&self, floor: &[f64]) -> Vec<(u32, u32, f64)> {
+        let of = |k: usize| {
+            let list: &[_] = &self.pairs[k];
+            let weight = 1.0 / ((list.len() as f64).sqrt() * self.tau[k] * floor[k]);
+            list.iter().map(move |&(i, j, _, _)| (i, j, weight))
+        };
+        (0..self.tau.len()).flat_map(of).collect()
+    }
+
     /// Accumulates z = [residual, columns…]; each is one series a channel. With `frame` (channel axis, rotations to the
     /// body frame at the window's start) only that body component is taken.
     #[must_use]
