@@ -119,7 +119,8 @@ pub(super) fn check(record: &Record, report: &mut Report) {
         let own = gyro_rates(record, axis, &motion);
         let column = reference_column(record, axis);
         let fit = own.as_deref().map_or((0.0, 0.0), |g| regress(g, &wanted));
-        let unit = factor(fit.0.abs(), axis, column).filter(|_| fit.1 > 0.8);
+        let unit = factor(fit.0.abs(), axis, column)
+            .filter(|_| fit.1 > 0.8 && own.as_deref().is_some_and(|g| holds_within_the_range(g, &wanted, fit.0)));
         if spread < TURNED && unit.is_none() {
             let says = if own.as_ref().is_some_and(|g| deviation(g) > 10.0 * TURNED) {
                 format!("gyro_{axis} turns but {column} does not: check the reference's wiring, axis and unit")
@@ -191,6 +192,15 @@ fn regress(x: &[f64], y: &[f64]) -> (f64, f64) {
         yy += (b - my).powi(2);
     }
     if xx > 0.0 && yy > 0.0 { (xy / xx, xy * xy / (xx * yy)) } else { (0.0, 0.0) }
+}
+
+/// Whether the slope is the same away from the ends of the gyro's range, where a narrow one would clip it.
+fn holds_within_the_range(x: &[f64], y: &[f64], slope: f64) -> bool {
+    let ends = x.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let (x, y): (Vec<f64>, Vec<f64>) =
+        x.iter().zip(y).filter(|(x, _)| x.abs() < 0.7 * ends).map(|(x, y)| (*x, *y)).unzip();
+    let (inner, r2) = regress(&x, &y);
+    x.len() >= 5 && r2 > 0.8 && (inner / slope - 1.0).abs() < 0.2
 }
 
 /// What a reference that is `ratio` times the gyro's motion suggests.
