@@ -3,6 +3,7 @@
 use super::{store::View, thin::thinned};
 use gyro_model::{
     Model,
+    detail::Trace,
     diagnose::{self, diagnose},
     diagnosis::{AxisDiagnosis, Diagnosis},
     fit::FitError,
@@ -10,6 +11,7 @@ use gyro_model::{
 use ipc_types::{
     Text,
     diagnosis::{self as message, SUSPECTS, TAUS},
+    topic::REPORT_BYTES,
 };
 
 /// Rows of one diagnosis; longer stretches are thinned.
@@ -53,8 +55,16 @@ pub fn judge(view: &View, job: &Job) -> Result<Judgement, FitError> {
     for axis in &axes {
         message.axes[axis.axis.index()] = of_axis(axis);
     }
-    let whole = Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: job.name.clone(), axes };
-    Ok(Judgement { message, report: serde_json::to_vec(&whole).unwrap_or_default() })
+    let mut whole = Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: job.name.clone(), axes };
+    let mut report = serde_json::to_vec(&whole).unwrap_or_default();
+    if report.len() > REPORT_BYTES {
+        // The overlay over time is most of it, and the watchers see the motion itself.
+        for detail in whole.axes.iter_mut().filter_map(|a| a.detail.as_mut()) {
+            detail.trace = Trace::default();
+        }
+        report = serde_json::to_vec(&whole).unwrap_or_default();
+    }
+    Ok(Judgement { message, report })
 }
 
 fn of_axis(axis: &AxisDiagnosis) -> message::AxisDiagnosis {

@@ -5,6 +5,7 @@
 use ipc_types::domain::Domain;
 use std::{
     fs,
+    os::unix::fs::PermissionsExt,
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
     thread::sleep,
@@ -72,6 +73,17 @@ impl Pipeline {
     }
 }
 
+impl Pipeline {
+    /// The program as the script calls it: in this pipeline's place.
+    fn wrapper(&self) -> String {
+        let path = self.base.join("truerate.sh");
+        let text = format!("#!/bin/sh\nTRUERATE_RUNTIME_DIR='{}' exec '{PROGRAM}' \"$@\"\n", self.base.display());
+        fs::write(&path, text).unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
+        path.to_str().unwrap().to_owned()
+    }
+}
+
 impl Drop for Pipeline {
     fn drop(&mut self) {
         // Asked, so that it ends its processes; killed where it does not listen.
@@ -94,13 +106,16 @@ fn the_live_page_moves_keeps_to_itself_and_survives_its_dashboard() {
         return;
     }
     let pipeline = Pipeline::start("page", &[]);
-    let url = pipeline.url("page");
-    // The script asks `truerate status` in this pipeline's place.
-    let wrapper = pipeline.base.join("status.sh");
-    let text = format!("#!/bin/sh\nTRUERATE_RUNTIME_DIR='{}' exec '{PROGRAM}' \"$@\"\n", pipeline.base.display());
-    fs::write(&wrapper, text).unwrap();
-    fs::set_permissions(&wrapper, std::os::unix::fs::PermissionsExt::from_mode(0o755)).unwrap();
-    drive("live.mjs", &[&url, wrapper.to_str().unwrap(), "page"]);
+    drive("live.mjs", &[&pipeline.url("page"), &pipeline.wrapper(), "page"]);
+}
+
+#[test]
+fn what_is_hidden_is_named_added_and_undone_on_the_page() {
+    if !is_there() {
+        return;
+    }
+    let pipeline = Pipeline::start("loop", &["--hide", "delay:d=0.02"]);
+    drive("live.mjs", &[&pipeline.url("loop"), &pipeline.wrapper(), "loop", "delay"]);
 }
 
 #[test]
