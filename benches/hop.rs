@@ -123,8 +123,7 @@ fn sample_to_estimate(ports: &Ours) -> impl FnMut() + '_ {
         ports.samples.1.wait(Duration::from_secs(1)).unwrap();
         let sample = ports.samples.1.take().unwrap().unwrap();
         let estimate = estimator.step(&Row { t_ns: sample.time_ns, gyro: sample.gyro, ..Row::EMPTY });
-        let mut message = Estimate::default();
-        message.epoch = estimate.epoch;
+        let mut message = Estimate { epoch: estimate.epoch, ..Estimate::default() };
         message.axes[0].rate = estimate.axes[0].rate_filtered;
         ports.estimates.0.give(message).unwrap();
         ports.estimates.1.wait(Duration::from_secs(1)).unwrap();

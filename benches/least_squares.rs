@@ -15,7 +15,7 @@ const UNKNOWN: usize = 12;
 /// y = Σ p_j e^{−j t/4} + p₀² t: mildly nonlinear, badly scaled as exponentials are.
 fn normal(p: &[f64]) -> Normal {
     let mut r = Vec::with_capacity(ROWS);
-    let mut columns = vec![Vec::with_capacity(ROWS); UNKNOWN];
+    let mut columns: Vec<Vec<f64>> = (0..UNKNOWN).map(|_| Vec::with_capacity(ROWS)).collect();
     for k in 0..ROWS {
         let t = k as f64 / ROWS as f64;
         let mut model = p[0] * p[0] * t;

@@ -14,7 +14,7 @@ use crate::{
 };
 use gyro_model::{
     Model,
-    estimator::{Estimator, Options, Snapshot},
+    estimator::{Estimator, Snapshot},
 };
 use ipc_types::{
     Estimate, Histogram, MARK_DATA, MARK_END, Parameters, Sample, ServiceId, State,
@@ -100,7 +100,7 @@ impl Kalman {
             samples,
             pulse,
             vault: Vault::open(&folder.kalman(), run)?,
-            estimator: Estimator::new(Options::default()),
+            estimator: Estimator::new(settings.filter.options()),
             epoch: None,
             parameters_ns: 0,
             sequence: 0,

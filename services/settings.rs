@@ -2,6 +2,7 @@
 //! in one file of its folder.
 
 use anyhow::{Context, bail};
+use gyro_model::estimator;
 use ipc_types::wait::Wait;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
 use std::{
@@ -35,6 +36,8 @@ pub struct Settings {
     pub dashboard: String,
     /// The simulated vehicle.
     pub simulation: Simulation,
+    /// How kalman filters.
+    pub filter: Filter,
     /// How the compensator learns.
     pub learning: Learning,
     /// How each process waits for its next message.
@@ -53,6 +56,40 @@ pub struct Simulation {
     pub rate_hz: f64,
     /// Which vehicle and sensor.
     pub seed: u64,
+}
+
+/// How kalman filters.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Filter {
+    /// Which gain.
+    pub gain: Gain,
+}
+
+/// The gains that can be chosen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Gain {
+    /// The Kalman filter's own.
+    #[default]
+    Kalman,
+    /// The paper's observer with the stationary gain of its equation (8).
+    PaperRiccati,
+    /// The paper's observer with the gain that it prints.
+    PaperPrinted,
+}
+
+impl Filter {
+    /// The estimator's options.
+    #[must_use]
+    pub fn options(self) -> estimator::Options {
+        let gain = match self.gain {
+            Gain::Kalman => estimator::Gain::Kalman,
+            Gain::PaperRiccati => estimator::Gain::PaperRiccati,
+            Gain::PaperPrinted => estimator::Gain::PaperPrinted,
+        };
+        estimator::Options { gain, ..estimator::Options::default() }
+    }
 }
 
 /// How the compensator learns.
@@ -98,6 +135,7 @@ impl Default for Settings {
             record: None,
             dashboard: "127.0.0.1:7777".to_owned(),
             simulation: Simulation::default(),
+            filter: Filter::default(),
             learning: Learning::default(),
             wait: Waits::default(),
         }

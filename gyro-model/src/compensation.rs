@@ -460,7 +460,7 @@ impl Compensation {
             return 0.0;
         }
         let rates = self.past.map(|past| past.output);
-        let signals = Signals { axis, angle, rates, ..self.environment.signals(t_ns) };
+        let signals = Signals { axis, rates, angle, ..self.environment.signals(t_ns) };
         sum_of_errors(&mut plan.reference, &signals, commit)
     }
 

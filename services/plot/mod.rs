@@ -252,7 +252,7 @@ mod tests {
     #[test]
     fn numbers_at_the_axes_have_the_digits_they_need() {
         assert_eq!(
-            ["0", "−0.5", "150", "12.5", "2.156"].map(String::from),
+            ["0", "−0.5", "150", "12.5", "2.16"].map(String::from),
             [0.0, -0.5, 150.0, 12.5, 2.156].map(number).map(|t| t)
         );
     }

@@ -49,9 +49,9 @@ impl RecordingWriter {
         let begin = || -> Result<Self> {
             let mut writer = options.create(NoSeek::new(output))?;
             let estimated = axes.iter().flat_map(|a| OF_AXIS.iter().map(move |name| format!("{name}_{a}")));
-            let samples = Channel::new(&mut writer, SAMPLE, sample_columns(gyros, free_names))?;
-            let estimates =
-                Channel::new(&mut writer, ESTIMATE, estimated.chain(std::iter::once("epoch".into())).collect())?;
+            let estimated: Vec<String> = estimated.chain(std::iter::once("epoch".to_owned())).collect();
+            let samples = Channel::new(&mut writer, SAMPLE, &sample_columns(gyros, free_names))?;
+            let estimates = Channel::new(&mut writer, ESTIMATE, &estimated)?;
             Ok(Self {
                 writer,
                 path: path.to_owned(),
@@ -117,10 +117,10 @@ impl RecordingWriter {
 }
 
 impl Channel {
-    fn new(writer: &mut Writer<NoSeek<Output>>, topic: &str, columns: Vec<String>) -> Result<Self> {
+    fn new(writer: &mut Writer<NoSeek<Output>>, topic: &str, columns: &[String]) -> Result<Self> {
         let mut properties = Map::new();
         properties.insert(TIME.into(), json!({ "type": "integer" }));
-        for column in &columns {
+        for column in columns {
             properties.insert(column.clone(), json!({ "type": ["number", "null"] }));
         }
         let schema = json!({ "type": "object", "properties": Value::Object(properties) });

@@ -295,8 +295,8 @@ fn an_orientation_serves_three_axes() {
     for k in 0..(rate_hz as i64 * 40) {
         let t = k as f64 / rate_hz;
         let mut row = Row { t_ns: (t * 1e9).round() as i64, ..Row::EMPTY };
-        for i in 0..3 {
-            row.gyro[i] = omega(t)[i] + bias[i] + N * f64::sqrt(rate_hz) * normal.draw();
+        for (i, bias) in bias.iter().enumerate() {
+            row.gyro[i] = omega(t)[i] + bias + N * f64::sqrt(rate_hz) * normal.draw();
         }
         let noise = Vector3::from_fn(|_, _| ENCODER * normal.draw());
         let q = attitude * UnitQuaternion::from_scaled_axis(noise);
@@ -316,8 +316,8 @@ fn an_orientation_serves_three_axes() {
     });
     let estimates = run(Options::default(), &model, &rows);
     let last = estimates.last().unwrap();
-    for i in 0..3 {
-        assert!((last.axes[i].bias - bias[i]).abs() < 1e-3, "axis {i}: {} for {}", last.axes[i].bias, bias[i]);
+    for (i, bias) in bias.iter().enumerate() {
+        assert!((last.axes[i].bias - bias).abs() < 1e-3, "axis {i}: {} for {bias}", last.axes[i].bias);
         let late = &estimates[5000..];
         let nis: f64 =
             late.iter().map(|e| (e.axes[i].reference_innovation / e.axes[i].reference_innovation_std).powi(2)).sum();

@@ -34,8 +34,8 @@ pub fn all(r: &Reproduction) -> Vec<Number> {
     {
         numbers.push(Number {
             what: ["M₁, gain of equation (6)", "M₂, gain of equation (6)"][k],
-            here: minus(format!("{:.4}", riccati.gain[k])),
-            printed: minus(printed.gain[k].to_string()),
+            here: minus(&format!("{:.4}", riccati.gain[k])),
+            printed: minus(&printed.gain[k].to_string()),
             agrees: Some((riccati.gain[k] - printed.gain[k]).abs() < 5e-4),
             says: says.into(),
         });
@@ -45,10 +45,10 @@ pub fn all(r: &Reproduction) -> Vec<Number> {
     {
         numbers.push(Number {
             what,
-            here: minus(format!("{:.3}", way.found.alpha)),
+            here: minus(&format!("{:.3}", way.found.alpha)),
             printed: ALPHA.to_string(),
             agrees: Some((way.found.alpha - ALPHA).abs() < 0.01),
-            says: minus(format!(
+            says: minus(&format!(
                 "the filter (9) leaves out its input θ̇ and passes 0.25 Hz with a gain of {:.3} at {:.1}°, so least \
                  squares of (10) on its output gives about α cos φ/gain; encoder and gyro both through the same filter \
                  give {:.3}",
@@ -85,8 +85,8 @@ fn found(found: &Found) -> Vec<Number> {
         },
         Number {
             what: "bias δ, °/s",
-            here: minus(format!("{delta:.4} ± {delta_std:.4}")),
-            printed: minus(format!("{DELTA_DEGREES} (no unit)")),
+            here: minus(&format!("{delta:.4} ± {delta_std:.4}")),
+            printed: minus(&format!("{DELTA_DEGREES} (no unit)")),
             agrees: Some(delta_away < AGREES),
             says: format!(
                 "{}; read in °/s, for then the gyro reads {:.1} °/s at rest (−δ/α), as low-cost gyros do; in rad/s it \
@@ -123,6 +123,6 @@ pub fn table(numbers: &[Number]) -> String {
 }
 
 /// With a true minus sign.
-fn minus(text: String) -> String {
+fn minus(text: &str) -> String {
     text.replace('-', "−")
 }
