@@ -1,6 +1,6 @@
 //! The model changed while it runs: by command, refused with a reason, undone, saved.
 
-use crate::harness::{Pipeline, Place, log, signal};
+use crate::harness::{Pipeline, Place, counted, log, signal};
 use ipc_types::{
     Parameters,
     port::{Hub, Reader},
@@ -147,4 +147,40 @@ fn a_recorded_run_is_what_apply_writes() {
     let (live, offline) = (std::fs::read(&run).unwrap(), std::fs::read(&apply).unwrap());
     assert!(live.len() > 100_000);
     assert!(live == offline, "{} and {} bytes", live.len(), offline.len());
+}
+
+#[test]
+fn a_compensator_that_is_killed_or_stopped_while_an_effect_is_added_leaves_a_whole_model_and_no_lost_sample() {
+    let place = Place::new();
+    let config = late_vehicle(&place);
+    let mut pipeline = place.start("live", &["--config", config.to_str().unwrap()]);
+    let mut model = Model::watch(&mut pipeline);
+    let letter = model.letter();
+    for blow in [Signal::KILL, Signal::STOP] {
+        let mut asked = place
+            .truerate()
+            .args(["control", "--instance", "live", "add", "delay", "--axis", letter])
+            .stdout(std::process::Stdio::null())
+            .stderr(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(150));
+        let pid = pipeline.pid("compensator").unwrap();
+        signal(pid, blow);
+        if blow == Signal::STOP {
+            std::thread::sleep(std::time::Duration::from_secs(5));
+            signal(pid, Signal::CONT);
+        }
+        // Done, on trial, or refused because it is there already: answered in every case.
+        pipeline.until("an answer", |_| asked.try_wait().unwrap().is_some());
+        pipeline.until("a whole model with the effect", |_| {
+            let effects = model.effects();
+            assert!(effects == ["scale-factor", "bias"] || effects == ["scale-factor", "bias", "delay"], "{effects:?}");
+            effects.len() == 3
+        });
+    }
+    let ended = pipeline.interrupt();
+    assert_eq!(ended.code, Some(0), "{}", ended.error);
+    assert_eq!(counted(&ended.out, "kalman", "lost"), 0, "{}", ended.out);
+    assert!(place.left("live").is_empty(), "{:?}", place.left("live"));
 }
