@@ -317,7 +317,8 @@ impl Compensator<'_> {
                 self.current.samples = solution.rows as u64;
                 self.answers.settle(id, self.current.epoch(), taken);
             }
-            Ok(_) if now_ns() < challenger.since_ns + TRIAL_NS => {
+            // Too few data yet are no verdict either: after a crash there are none at first.
+            Ok(_) | Err(_) if now_ns() < challenger.since_ns + TRIAL_NS => {
                 if now_ns() > challenger.since_ns + TRIAL_TOLD_NS && self.answers.of(id).is_none() {
                     let says = format!("{effect} is on trial: it takes over when it is better{figures}");
                     self.answers.settle(id, epoch, Ok(says));
