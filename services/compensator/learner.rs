@@ -166,7 +166,8 @@ fn parameters(model: &Model) -> impl Iterator<Item = (f64, f64)> + '_ {
     model.axes.iter().flatten().flat_map(terms)
 }
 
-/// Why a solution is not worth taking yet: a coefficient is not known better than to the effect's typical size.
+/// Why a solution is not worth taking yet: a coefficient is not known better than to the effect's typical size, or was
+/// driven to its physical bound (a vehicle that stands still tells nothing about a scale).
 #[must_use]
 pub fn not_excited(model: &Model) -> Option<String> {
     for axis in Axis::ALL {
@@ -174,6 +175,10 @@ pub fn not_excited(model: &Model) -> Option<String> {
         for term in &of_axis.terms {
             for (card, value, std_error) in term.parameters(axis).filter(|(card, ..)| card.role == Role::Linear) {
                 let typical = (card.typical - card.neutral).abs();
+                if value <= card.bounds.0 || value >= card.bounds.1 {
+                    let id = term.effect.card().id;
+                    return Some(format!("{id}.{} of axis {axis} is at its physical bound", card.name));
+                }
                 if !value.is_finite() || !std_error.is_finite() || std_error > typical {
                     let id = term.effect.card().id;
                     return Some(format!(
@@ -185,4 +190,26 @@ pub fn not_excited(model: &Model) -> Option<String> {
         }
     }
     None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Axis, Model, not_excited};
+    use gyro_model::AxisModel;
+
+    #[test]
+    fn a_scale_that_was_driven_to_its_bound_is_not_taken() {
+        let mut axis = AxisModel::base(Axis::Z);
+        for term in &mut axis.terms {
+            term.std_errors = vec![1e-9];
+        }
+        let mut model = Model { axes: [None, None, Some(axis)], ..Model::default() };
+        assert_eq!(not_excited(&model), None);
+        if let Some(axis) = &mut model.axes[2] {
+            let (low, _) = axis.terms[0].effect.parameters(Axis::Z)[0].bounds;
+            axis.terms[0].values[0] = low;
+        }
+        let why = not_excited(&model).unwrap_or_default();
+        assert!(why.contains("alpha") && why.contains("bound"), "{why}");
+    }
 }

@@ -121,14 +121,14 @@
     ctx.save();
     ctx.strokeStyle = Charts.ink('unknown'); ctx.fillStyle = Charts.ink('unknown');
     ctx.setLineDash([]); ctx.lineWidth = devicePixelRatio; ctx.font = `${11 * devicePixelRatio}px system-ui, sans-serif`;
-    for (const mark of scene.marks) {
+    for (const [k, mark] of scene.marks.entries()) {
       const x = u.valToPos(mark.t, 'x', true);
       if (x < u.bbox.left || x > u.bbox.left + u.bbox.width) continue;
       ctx.beginPath(); ctx.moveTo(x, u.bbox.top); ctx.lineTo(x, u.bbox.top + u.bbox.height); ctx.stroke();
       if (label) {
         const right = x + ctx.measureText(mark.says).width + 8 > u.bbox.left + u.bbox.width;
         ctx.textAlign = right ? 'right' : 'left';
-        ctx.fillText(mark.says, x + (right ? -4 : 4) * devicePixelRatio, u.bbox.top + 12 * devicePixelRatio);
+        ctx.fillText(mark.says, x + (right ? -4 : 4) * devicePixelRatio, u.bbox.top + (12 + 14 * (k % 3)) * devicePixelRatio);
       }
     }
     ctx.restore();
