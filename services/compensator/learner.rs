@@ -175,7 +175,8 @@ pub fn not_excited(model: &Model) -> Option<String> {
         for term in &of_axis.terms {
             for (card, value, std_error) in term.parameters(axis).filter(|(card, ..)| card.role == Role::Linear) {
                 let typical = (card.typical - card.neutral).abs();
-                if value <= card.bounds.0 || value >= card.bounds.1 {
+                let at_bound = value <= card.bounds.0 || value >= card.bounds.1;
+                if at_bound && value != card.neutral {
                     let id = term.effect.card().id;
                     return Some(format!("{id}.{} of axis {axis} is at its physical bound", card.name));
                 }

@@ -48,7 +48,7 @@ impl Screen {
     fn wrapped(&mut self, indent: &str, text: &str, ink: Ink) {
         let width = self.terminal.width.saturating_sub(indent.chars().count()).max(20);
         let mut line = String::new();
-        for word in text.split(|c: char| c == ' ' || c == '\n') {
+        for word in text.split([' ', '\n']) {
             if !line.is_empty() && line.chars().count() + 1 + word.chars().count() > width {
                 let painted = self.terminal.paint(ink, &line);
                 self.line(&format!("{indent}{painted}"));

@@ -216,8 +216,7 @@ mod tests {
         (axis.present, axis.verdict, axis.error_over_floor) = (1, Text::new("missing-effect"), 9.0);
         axis.suspects[0].effect = Text::new("delay");
         axis.suspects[0].error_fall = 0.97;
-        for (i, point) in axis.curve.iter_mut().take(9).enumerate() {
-            let tau = 0.1 * 2f64.powi(i as i32);
+        for (point, tau) in axis.curve.iter_mut().zip([0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4]) {
             *point = ErrorPoint { tau, error: 0.02, floor: 0.01 / tau.sqrt(), floor_99: f64::NAN };
         }
         Scene { instance: "yaw".into(), axis: 2, diagnosis: Some(judgement::of_message(&message)), ..Scene::default() }
