@@ -98,7 +98,7 @@ fn begin(folder: &RunFolder, path: &Path) -> anyhow::Result<Writer> {
         RecordingWriter::create(path, &gyros, &facts.free_names, &axes, facts.start_ns)
             .map(|w| Writer::Mcap(Box::new(w)))
     } else {
-        EstimateWriter::create(path, &axes, facts.start_ns).map(Writer::Csv)
+        EstimateWriter::create(path, &axes, facts.start_ns).map(|writer| Writer::Csv(Box::new(writer)))
     };
     writer.map_err(Hopeless::from_error)
 }
@@ -129,7 +129,7 @@ fn take_samples(
 
 /// What is recorded into.
 enum Writer {
-    Csv(EstimateWriter),
+    Csv(Box<EstimateWriter>),
     Mcap(Box<RecordingWriter>),
 }
 
