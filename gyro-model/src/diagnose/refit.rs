@@ -295,7 +295,10 @@ impl Refit<'_> {
         if self.candidate.term.effect.stage() == Stage::Reading {
             return true;
         }
-        if self.at_bound() || self.p_value >= GATE || self.excess >= present.excess * (1.0 - RELEVANT) {
+        if self.at_bound() || self.excess >= present.excess * (1.0 - RELEVANT) {
+            return false;
+        }
+        if self.p_value >= GATE && !self.dominates(present) {
             return false;
         }
         if present.excess > ROUGH && self.share(present).is_none_or(|s| s < SHARE) {
@@ -304,6 +307,15 @@ impl Refit<'_> {
         // What shows at one instant (a step) cannot be held out block by block in likelihood, but in the error it can.
         let holds = self.held_out.0 > 0.25 * self.rise.min(40.0) || self.fall.0 > 4.0 * self.fall.1;
         holds && (self.candidate.term.effect.card().id != "vibration-tone" || tone::seen_by_gyro(self))
+    }
+
+    /// Whether it removes nearly all of an error that is far beyond what a gyro's own wander makes, in every block. Other
+    /// missing physics inflates the identified noise until a slow effect drowns in it; the error itself does not lie.
+    fn dominates(&self, present: &Present) -> bool {
+        present.excess > ROUGH
+            && present.gls.noise.beyond_wander()
+            && self.share(present).is_some_and(|s| s > 0.8)
+            && self.fall.0 > 5.0 * self.fall.1
     }
 
     /// Whether a parameter ran to the end of what is physical: the fit looks for something else.

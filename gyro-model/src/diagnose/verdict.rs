@@ -12,10 +12,6 @@ use crate::{
 
 /// Standard error of α, as a share, beyond which the log has not turned the sensor enough.
 const UNEXCITED: f64 = 0.03;
-/// Size of a correlated rate error that still counts as bias instability, rad/s (0.6 °/s).
-const WANDER: f64 = 0.01;
-/// Bias random walk that still counts as wander, rad/s/√s.
-const WALK: f64 = 3e-4;
 /// How far the noise may lie above its prior and still be noise.
 const ABOVE_PRIOR: f64 = 2.0;
 
@@ -89,8 +85,7 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
             "the error is what noise alone leaves: no physics that this log could show is missing.".into(),
         );
     }
-    let noise_alone = noise.correlated < WANDER
-        && noise.bias_random_walk < WALK
+    let noise_alone = !noise.beyond_wander()
         && noise.angle_random_walk < ABOVE_PRIOR * prior.angle_random_walk.max(1e-4)
         && noise.encoder < ABOVE_PRIOR * prior.encoder;
     let slow = suspects.iter().find(|r| r.rise > 5.0 && is_slow(r.candidate.term.effect.card().id));

@@ -37,7 +37,18 @@ impl Gls {
     }
 }
 
+/// Size of a correlated rate error that still counts as bias instability, rad/s (0.6 °/s).
+const WANDER: f64 = 0.01;
+/// Bias random walk that still counts as wander, rad/s/√s.
+const WALK: f64 = 3e-4;
+
 impl NoiseModel {
+    /// Whether its slow part is more than the bias instability of even a poor gyro.
+    #[must_use]
+    pub fn beyond_wander(&self) -> bool {
+        self.correlated > WANDER || self.bias_random_walk > WALK
+    }
+
     /// As the model file has it.
     #[must_use]
     pub fn summary(&self) -> Noise {

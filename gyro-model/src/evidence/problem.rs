@@ -112,7 +112,11 @@ impl Problem {
             .iter()
             .map(|s| {
                 let rate = steadied(&s.t, &s.gyro);
-                Warm { angle: best_angle(s, &integral(&s.t, &s.gyro)), rate_dot: derivative(&s.t, &rate), rate }
+                Warm {
+                    angle: best_angle(s, &integral(&s.t, &s.gyro), &s.missing),
+                    rate_dot: derivative(&s.t, &rate),
+                    rate,
+                }
             })
             .collect()
     }
@@ -125,7 +129,7 @@ impl Problem {
             .zip(&evaluation.tracks)
             .map(|(s, track)| {
                 let rate = steadied(&s.t, &track.rate);
-                Warm { angle: best_angle(s, &track.whole), rate_dot: derivative(&s.t, &rate), rate }
+                Warm { angle: best_angle(s, &track.whole, &track.lost), rate_dot: derivative(&s.t, &rate), rate }
             })
             .collect()
     }
@@ -253,13 +257,24 @@ impl Problem {
     }
 }
 
-/// An integrated angle held to the level of the reference over some tens of seconds.
-fn best_angle(s: &Series, angle: &[f64]) -> Vec<f64> {
+/// An integrated angle held to the level of the reference over some tens of seconds, and to its steps where the gyro's
+/// say nothing.
+fn best_angle(s: &Series, angle: &[f64], lost: &[bool]) -> Vec<f64> {
     if s.reference_angle.is_empty() {
         return angle.to_vec();
     }
-    let error: Vec<f64> = s.reference_rows.iter().zip(&s.reference_angle).map(|(&k, r)| angle[k] - r).collect();
-    let level = smooth(&s.reference_t, &error, 8.0);
+    let mut jumped = vec![0.0; s.reference_rows.len()];
+    for i in 1..jumped.len() {
+        let (a, b) = (s.reference_rows[i - 1], s.reference_rows[i]);
+        let step = (angle[b] - angle[a]) - (s.reference_angle[i] - s.reference_angle[i - 1]);
+        jumped[i] = jumped[i - 1] + if lost[a..=b].contains(&true) { step } else { 0.0 };
+    }
+    let rows = s.reference_rows.iter().zip(&s.reference_angle).zip(&jumped);
+    let error: Vec<f64> = rows.map(|((&k, r), j)| angle[k] - r - j).collect();
+    let mut level = smooth(&s.reference_t, &error, 8.0);
+    for (level, jump) in level.iter_mut().zip(&jumped) {
+        *level += jump;
+    }
     let mut hint = 0;
     angle.iter().zip(&s.t).map(|(a, &t)| a - linear(&s.reference_t, &level, t, &mut hint)).collect()
 }
