@@ -119,7 +119,7 @@ fn what_is_hidden_is_named_added_and_undone_on_the_page() {
 }
 
 #[test]
-fn a_report_opens_offline_from_disk() {
+fn reports_open_offline_from_disk() {
     if !is_there() {
         return;
     }
@@ -130,5 +130,8 @@ fn a_report_opens_offline_from_disk() {
     };
     run(&["simulate", "--hide", "delay:d=0.02", "--seconds", "40", "--rate", "100", "--seed", "5", "-o", "log.csv"]);
     run(&["diagnose", "log.csv", "--report", "report.html"]);
-    drive("report.mjs", &[folder.path().join("report.html").to_str().unwrap()]);
+    run(&["ladder", "log.csv", "--report", "ladder.html"]);
+    for report in ["report.html", "ladder.html"] {
+        drive("report.mjs", &[folder.path().join(report).to_str().unwrap()]);
+    }
 }

@@ -12,8 +12,8 @@ const charts = await page.locator('.chart canvas').count();
 check(charts >= 6, `${charts} charts: overlay, residual, error curve, regimes, spectrum, whiteness are wanted`);
 check(await page.locator('.verdict h2').first().innerText() !== '', 'the verdict has no words');
 check(/truerate \w+/.test(await page.locator('.command code').last().innerText()), 'no command to run next');
-check(await page.locator('.suspect').count() > 0, 'no suspect');
-check(await page.locator('.suspect details dl').first().evaluate(d => d.children.length > 6), 'the card of a suspect is empty');
+check(await page.locator('.suspect, .steps .fall i').count() > 0, 'neither a suspect nor a step');
+check(await page.locator('details dl').first().evaluate(d => d.children.length > 6), 'the card of an effect is empty');
 
 // Hovering says the value with its unit; dragging zooms; the keyboard too, and back.
 const chart = page.locator('.chart').first();

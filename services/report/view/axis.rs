@@ -25,6 +25,12 @@ pub(super) fn words(verdict: Verdict, suspect: Option<&str>, aliases: &[String])
     }
 }
 
+/// With a capital letter in front.
+pub(super) fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
 /// The colour of a verdict.
 pub(super) const fn tone(verdict: Verdict) -> &'static str {
     match verdict {
@@ -109,7 +115,7 @@ pub(super) fn noise(noise: &NoiseValue) -> Vec<(String, String)> {
     let line = |name: &str, value: Option<f64>, factor: f64, unit: &str| {
         value
             .filter(|v| v.is_finite() && *v > 0.0)
-            .map(|v| (name.to_string(), format!("{} {unit}", units::number(v * factor))))
+            .map(|v| (name.to_string(), format!("{}\u{a0}{unit}", units::number(v * factor))))
     };
     [
         line("angle random walk", noise.angle_random_walk, 1f64.to_degrees(), "°/s/√Hz"),

@@ -6,7 +6,7 @@ use super::{Against, Change, Context, next};
 use axis::{curve, falling, tone, words};
 use gyro_model::{
     Axis,
-    detail::AxisDetail,
+    detail::{AxisDetail, fails_where},
     diagnosis::{AxisDiagnosis, AxisLadder, Diagnosis, Ladder, Verdict},
 };
 use serde::Serialize;
@@ -245,7 +245,7 @@ impl AxisView {
             verdict: axis.verdict,
             headline: words(axis.verdict, suspect, axis.suspects.first().map_or(&[], |s| &s.aliases)),
             tone: tone(axis.verdict),
-            says: axis.says.clone(),
+            says: axis::sentence(&axis.says),
             effects: axis.effects.iter().map(|id| axis::card(id)).collect(),
             parameters: axis::parameters(axis.axis, &axis.parameters, true),
             noise: axis::noise(&axis.noise),
@@ -304,7 +304,7 @@ impl AxisView {
             verdict: axis.verdict,
             headline: words(axis.verdict, named, aliases),
             tone: tone(axis.verdict),
-            says: axis.says.clone(),
+            says: axis::sentence(&axis.says),
             effects: axis.effects.iter().map(|id| axis::card(id)).collect(),
             parameters: axis::parameters(axis.axis, &axis.parameters, true),
             noise: axis::noise(&axis.noise),
@@ -314,7 +314,10 @@ impl AxisView {
             within_floor: last
                 .map(|s| s.error_curve.iter().all(|p| p.error.zip(p.floor_99).is_none_or(|(error, top)| error <= top))),
             floor_source: String::new(),
-            fails_where: Vec::new(),
+            fails_where: match (&axis.detail, axis.verdict) {
+                (None, _) | (_, Verdict::Adequate) => Vec::new(),
+                (Some(detail), _) => fails_where(detail).into_iter().map(|f| f.says).collect(),
+            },
             suspects: Vec::new(),
             steps,
             data_faults: axis.data_faults.iter().map(axis::fault).collect(),
