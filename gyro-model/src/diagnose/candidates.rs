@@ -226,12 +226,12 @@ impl<'a> Scanner<'a> {
     }
 
     /// Projection of `c` onto the model's columns removed: (c·c, c·r) that remain, and c·W.
-    fn cross(&self, a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
+    fn cross(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
         a.iter().zip(b).map(|(x, y)| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>()).sum()
     }
 
     fn against_model(&self, a: &[Vec<f64>]) -> Vec<f64> {
-        self.columns.iter().map(|c| self.cross(c, a)).collect()
+        self.columns.iter().map(|c| Self::cross(c, a)).collect()
     }
 
     fn quadratic(&self, a: &[f64], b: &[f64]) -> f64 {
@@ -243,10 +243,10 @@ impl<'a> Scanner<'a> {
     fn rise(&self, columns: &[Vec<Vec<f64>>]) -> (f64, Vec<f64>) {
         let n = columns.len();
         let w: Vec<Vec<f64>> = columns.iter().map(|c| self.against_model(c)).collect();
-        let matrix = Mat::from_fn(n, n, |i, j| self.cross(&columns[i], &columns[j]) - self.quadratic(&w[i], &w[j]));
+        let matrix = Mat::from_fn(n, n, |i, j| Self::cross(&columns[i], &columns[j]) - self.quadratic(&w[i], &w[j]));
         let gradient: Vec<f64> =
-            (0..n).map(|i| self.cross(&columns[i], &self.residual) - self.quadratic(&w[i], &self.gradient)).collect();
-        let full: Vec<f64> = columns.iter().map(|c| self.cross(c, c)).collect();
+            (0..n).map(|i| Self::cross(&columns[i], &self.residual) - self.quadratic(&w[i], &self.gradient)).collect();
+        let full: Vec<f64> = columns.iter().map(|c| Self::cross(c, c)).collect();
         // A column that the model's own nearly spans says nothing of its own.
         if (0..n).all(|i| matrix[(i, i)] < 1e-6 * full[i]) {
             return (0.0, vec![0.0; n]);
@@ -260,8 +260,8 @@ impl<'a> Scanner<'a> {
     /// Rise of ln L where the column joins with coefficient 1.
     fn fall_with(&self, column: &[Vec<f64>]) -> f64 {
         let w = self.against_model(column);
-        let cc = self.cross(column, column) - self.quadratic(&w, &w);
-        let cr = self.cross(column, &self.residual) - self.quadratic(&w, &self.gradient);
+        let cc = Self::cross(column, column) - self.quadratic(&w, &w);
+        let cr = Self::cross(column, &self.residual) - self.quadratic(&w, &self.gradient);
         -(cr + 0.5 * cc)
     }
 }

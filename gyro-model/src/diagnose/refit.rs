@@ -126,7 +126,7 @@ impl<'a> Present<'a> {
     pub fn suspects(&self, extra: &[&'static dyn Effect], mut progress: impl FnMut(&str)) -> Vec<Refit<'a>> {
         let list = leaders(scan(&self.study, &self.gls, extra));
         progress(&list.iter().map(|c| c.term.effect.card().id).collect::<Vec<_>>().join(", "));
-        let mut refits = self.refit_all(list);
+        let mut refits = self.refit_all(&list);
         rank(&mut refits);
         prefer_plainer(&mut refits);
         let mut seen: Vec<(usize, &str)> = Vec::new();
@@ -140,7 +140,7 @@ impl<'a> Present<'a> {
     }
 
     /// Refits on every core there is.
-    fn refit_all(&self, list: Vec<Candidate>) -> Vec<Refit<'a>> {
+    fn refit_all(&self, list: &[Candidate]) -> Vec<Refit<'a>> {
         let threads = std::thread::available_parallelism().map_or(1, usize::from).min(list.len().max(1));
         let next = std::sync::atomic::AtomicUsize::new(0);
         let work = || {

@@ -158,9 +158,8 @@ impl Problem {
         let mut lost = vec![false; n];
         for (track, s) in tracks.iter().zip(&self.series) {
             if track.any_lost {
-                for i in 1..n {
-                    let (a, b) = (s.reference_rows[i - 1], s.reference_rows[i]);
-                    lost[i] |= track.lost[a..=b].iter().any(|&l| l);
+                for (lost, rows) in lost[1..].iter_mut().zip(s.reference_rows.windows(2)) {
+                    *lost |= track.lost[rows[0]..=rows[1]].contains(&true);
                 }
             }
         }
@@ -240,8 +239,7 @@ impl Problem {
     /// ω̂ = u − Σ error(ω̂), the errors at the warm rate: the fixed point is in the refreshing of it.
     fn subtract_felt(&self, s: &Series, felt: &[&Term], index: usize, warm: &[Warm], rate: &mut [f64]) {
         let mut memories = vec![Memory::default(); felt.len()];
-        for k in 0..rate.len() {
-            let u = rate[k];
+        for (k, rate) in rate.iter_mut().enumerate() {
             let mut signals = s.signals[k];
             for (other, w) in self.series.iter().zip(warm) {
                 signals.rates[other.axis.index()] = w.rate[k];
@@ -252,7 +250,7 @@ impl Problem {
             for (term, memory) in felt.iter().zip(&mut memories) {
                 sum += term.effect.error_seen(&term.values, &signals, memory);
             }
-            rate[k] = u - sum;
+            *rate -= sum;
         }
     }
 }
