@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     Term,
-    effects::{Effect, Stage},
+    effects::{Effect, Role, Stage},
     evidence::{
         floor,
         noise::{self, BLOCKS, Gls},
@@ -304,9 +304,23 @@ impl Refit<'_> {
         if present.excess > ROUGH && self.share(present).is_none_or(|s| s < SHARE) {
             return false;
         }
+        if self.excess > ROUGH && self.is_outsized() {
+            return false;
+        }
         // What shows at one instant (a step) cannot be held out block by block in likelihood, but in the error it can.
         let holds = self.held_out.0 > 0.25 * self.rise.min(40.0) || self.fall.0 > 4.0 * self.fall.1;
         holds && (self.candidate.term.effect.card().id != "vibration-tone" || tone::seen_by_gyro(self))
+    }
+
+    /// Whether a coefficient is far beyond what such sensors have: where much is left unexplained, the fit bends whatever
+    /// can be bent.
+    fn is_outsized(&self) -> bool {
+        let axis = self.study.bench.problem.series[self.candidate.series].axis;
+        let term = &self.candidate.term;
+        let pairs = term.effect.parameters(axis).iter().zip(&term.values);
+        pairs
+            .filter(|(card, _)| card.role == Role::Linear && card.typical != 0.0)
+            .any(|(card, v)| v.abs() > OUTSIZED * card.typical.abs())
     }
 
     /// Whether it removes nearly all of an error that is far beyond what a gyro's own wander makes, in every block. Other
@@ -362,6 +376,8 @@ const ROUGH: f64 = 1.5;
 const SHARE: f64 = 0.1;
 /// Share of J that an effect has to remove in any case.
 const RELEVANT: f64 = 4e-3;
+/// Times its typical size that a coefficient may have while much is left unexplained.
+const OUTSIZED: f64 = 20.0;
 /// Held-out errors that differ by less than this share count as equal.
 const CLOSE: f64 = 0.03;
 /// Draws of noise alone.
