@@ -138,11 +138,11 @@ fn place(regime: &Regime, stretch: &Stretch) -> String {
     }
 }
 
-/// "while the rate falls faster than 35 °/s²": where the stretch lies on one side of zero, but for a tenth of it.
+/// "while the rate falls faster than 35 °/s²": where the stretch lies on one side of zero, but for a fifth of it: bins are that wide.
 fn faster(from: f64, to: f64, lowest: bool, highest: bool) -> Option<String> {
     let (way, near, far, open) = match () {
-        () if from > -0.1 * to => ("rises", from, to, highest),
-        () if to < -0.1 * from => ("falls", -to, -from, lowest),
+        () if from > -0.2 * to => ("rises", from, to, highest),
+        () if to < -0.2 * from => ("falls", -to, -from, lowest),
         () => return None,
     };
     Some(match (near > 0.1 * far, open) {

@@ -120,6 +120,7 @@ pub(super) fn check(record: &Record, report: &mut Report) {
         let column = reference_column(record, axis);
         let fit = own.as_deref().map_or((0.0, 0.0), |g| regress(g, &wanted));
         let unit = factor(fit.0.abs(), axis, column)
+            .filter(|_| !clipped(record, axis))
             .filter(|_| fit.1 > 0.8 && own.as_deref().is_some_and(|g| holds_within_the_range(g, &wanted, fit.0)));
         if spread < TURNED && unit.is_none() {
             let says = if own.as_ref().is_some_and(|g| deviation(g) > 10.0 * TURNED) {
@@ -192,6 +193,14 @@ fn regress(x: &[f64], y: &[f64]) -> (f64, f64) {
         yy += (b - my).powi(2);
     }
     if xx > 0.0 && yy > 0.0 { (xy / xx, xy * xy / (xx * yy)) } else { (0.0, 0.0) }
+}
+
+/// Whether one reading in twenty stands at the very end of the gyro's range: the slope then says nothing of the unit.
+fn clipped(record: &Record, axis: Axis) -> bool {
+    let readings = || record.rows.iter().map(|r| r.gyro[axis.index()].abs()).filter(|g| g.is_finite());
+    let end = readings().fold(0.0, f64::max);
+    let (at, all) = readings().fold((0, 0), |(at, all), g| (at + usize::from(g >= end * (1.0 - 1e-9)), all + 1));
+    end > 0.0 && at * 20 >= all
 }
 
 /// Whether the slope is the same away from the ends of the gyro's range, where a narrow one would clip it.
