@@ -19,13 +19,29 @@ use ipc_types::{
 };
 use std::{hint::black_box, time::Duration};
 
-/// A domain of its own that is gone afterwards.
+/// A place for one domain; with it goes what iceoryx2 leaves of the domain in shared memory.
+struct Place {
+    folder: tempfile::TempDir,
+    prefix: String,
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        for entry in std::fs::read_dir("/dev/shm").into_iter().flatten().flatten() {
+            if entry.file_name().to_string_lossy().starts_with(&self.prefix) {
+                let _ = std::fs::remove_file(entry.path());
+            }
+        }
+    }
+}
+
+/// A domain of its own that is gone afterwards: the place is dropped last.
 struct Ours {
     samples: (Writer<Sample>, Reader<Sample>),
     estimates: (Writer<Estimate>, Reader<Estimate>),
     _held: ipc_types::port::Held,
     _hub: Hub,
-    _folder: tempfile::TempDir,
+    _place: Place,
 }
 
 impl Ours {
@@ -36,7 +52,8 @@ impl Ours {
         let held = hub.create_all().unwrap();
         let samples = (hub.writer(&SAMPLE).unwrap(), hub.reader(&SAMPLE, None, wait).unwrap());
         let estimates = (hub.writer(&ESTIMATE).unwrap(), hub.reader(&ESTIMATE, None, wait).unwrap());
-        Self { samples, estimates, _held: held, _hub: hub, _folder: folder }
+        let place = Place { folder, prefix: domain.prefix().to_owned() };
+        Self { samples, estimates, _held: held, _hub: hub, _place: place }
     }
 
     fn hop(&self) -> u64 {
@@ -57,15 +74,15 @@ type Port<M> = (
 struct Bare {
     samples: Port<Sample>,
     estimates: Port<Estimate>,
-    _folder: tempfile::TempDir,
+    _place: Place,
 }
 
 impl Bare {
     fn new() -> Self {
-        let folder = tempfile::tempdir().unwrap();
+        let place = Place { folder: tempfile::tempdir().unwrap(), prefix: format!("bare{}_", std::process::id()) };
         let mut config = Config::default();
-        config.global.set_root_path(&Path::new(folder.path().to_str().unwrap().as_bytes()).unwrap());
-        config.global.prefix = FileName::new(format!("bare{}_", std::process::id()).as_bytes()).unwrap();
+        config.global.set_root_path(&Path::new(place.folder.path().to_str().unwrap().as_bytes()).unwrap());
+        config.global.prefix = FileName::new(place.prefix.as_bytes()).unwrap();
         let node = NodeBuilder::new()
             .config(&config)
             .signal_handling_mode(SignalHandlingMode::Disabled)
@@ -89,7 +106,7 @@ impl Bare {
                 )
             }};
         }
-        Self { samples: port!("sample", Sample), estimates: port!("estimate", Estimate), _folder: folder }
+        Self { samples: port!("sample", Sample), estimates: port!("estimate", Estimate), _place: place }
     }
 
     fn hop(&self) -> u64 {
