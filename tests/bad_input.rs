@@ -215,6 +215,26 @@ fn a_log_with_faults_is_used_and_each_fault_is_counted_and_located() {
 }
 
 #[test]
+fn a_fault_of_one_axis_is_not_held_against_another() {
+    let bench = Bench::new();
+    let mut text = String::from("t,gyro_x,ref_angle_x,gyro_z,ref_angle_z\n");
+    for line in log(3000).lines().skip(1) {
+        let v: Vec<f64> = line.split(',').map(|field| field.parse().unwrap()).collect();
+        text.push_str(&format!("{},{},{},{},{}\n", v[0], v[1], v[2], -v[1], v[2]));
+    }
+    bench.file("pair.csv", text);
+    for command in ["compare", "diagnose"] {
+        let json: serde_json::Value =
+            serde_json::from_str(&bench.ok(&[command, "pair.csv", "--format", "json"])).unwrap();
+        let (x, z) = (&json["axes"][0], &json["axes"][1]);
+        assert_eq!((&x["axis"], &z["axis"]), (&"x".into(), &"z".into()));
+        assert!(x["verdict"] != "bad-data" && z["verdict"] == "bad-data", "{} and {}", x["verdict"], z["verdict"]);
+        assert!(z["says"].as_str().unwrap().contains("gyro_z turns against ref_angle_z"), "{}", z["says"]);
+        assert_eq!(z["data_faults"][0]["axis"], "z");
+    }
+}
+
+#[test]
 fn two_axes_swapped_are_seen_where_both_have_a_gyro() {
     let bench = Bench::new();
     let mut text = String::from("t,gyro_x,gyro_z,ref_angle_z\n");

@@ -153,6 +153,9 @@ pub struct DataFault {
     /// `outliers`, `dropouts`, `repeated-samples`, `timestamp-jitter`, `stuck-channel`, `wrong-unit`, `wrong-sign`,
     /// `swapped-axes`, `not-excited`, `non-finite`, `time-going-back`.
     pub fault: String,
+    /// The axis whose gyro or reference it is in; `None` where it concerns the log as a whole.
+    #[serde(default)]
+    pub axis: Option<Axis>,
     /// How often.
     pub count: u64,
     /// When first, s.

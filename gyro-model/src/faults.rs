@@ -13,7 +13,7 @@ mod stuck;
 mod tests;
 mod timing;
 
-use crate::{Record, diagnosis::DataFault};
+use crate::{Axis, Record, diagnosis::DataFault};
 
 /// What was found.
 #[derive(Clone, Debug, Default)]
@@ -51,8 +51,14 @@ impl Report {
         }
     }
 
+    /// A fault of the log as a whole.
     fn add(&mut self, fault: &str, count: u64, first_t: Option<f64>, says: String) {
-        self.faults.push(DataFault { fault: fault.to_owned(), count, first_t, says });
+        self.faults.push(DataFault { fault: fault.to_owned(), axis: None, count, first_t, says });
+    }
+
+    /// A fault of one axis.
+    fn add_on(&mut self, axis: Axis, fault: &str, count: u64, first_t: Option<f64>, says: String) {
+        self.faults.push(DataFault { fault: fault.to_owned(), axis: Some(axis), count, first_t, says });
     }
 }
 

@@ -27,6 +27,7 @@ pub fn cut(rows: &mut Vec<Row>, marked: &mut Vec<bool>, faults: &mut Vec<DataFau
         left_out += count as u64;
         faults.push(DataFault {
             fault: "time-going-back".to_owned(),
+            axis: None,
             count: count as u64,
             first_t: Some(t),
             says: format!("the clock jumps ahead by {gap:.0} s: the {count} rows {side} that are left out"),

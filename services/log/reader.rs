@@ -130,10 +130,14 @@ impl Reader {
     /// The faults so far, counted and located.
     #[must_use]
     pub fn faults(&self) -> Vec<DataFault> {
-        let mut faults = self.tally.report(|column| self.layout.columns[column].name.clone());
+        let mut faults = self.tally.report(|column| {
+            let column = &self.layout.columns[column];
+            (column.name.clone(), column.channel.axis())
+        });
         if let Some(first) = self.layout.unused_names.first() {
             faults.push(DataFault {
                 fault: "unused-columns".to_owned(),
+                axis: None,
                 count: self.layout.unused_names.len() as u64,
                 first_t: None,
                 says: format!(

@@ -1,6 +1,6 @@
 //! Faults counted and located while rows are read.
 
-use gyro_model::diagnosis::DataFault;
+use gyro_model::{Axis, diagnosis::DataFault};
 use std::collections::BTreeMap;
 
 /// Faults that one row shows by itself or against the row before.
@@ -39,14 +39,14 @@ impl Tally {
         self.0.entry((fault, column)).or_insert(Count { rows: 0, first_line: line, first_t: t }).rows += 1;
     }
 
-    /// As reported, `name` giving a column's name.
-    pub fn report(&self, name: impl Fn(usize) -> String) -> Vec<DataFault> {
+    /// As reported, `of` giving a column's name and the axis that it is of.
+    pub fn report(&self, of: impl Fn(usize) -> (String, Option<Axis>)) -> Vec<DataFault> {
         self.0
             .iter()
-            .map(|(&(fault, column), count)| {
-                let (n, line, name) = (count.rows, count.first_line, name(column));
+            .map(|(&(found, column), count)| {
+                let (n, line, (name, axis)) = (count.rows, count.first_line, of(column));
                 let rows = if n == 1 { "1 row".to_owned() } else { format!("{n} rows") };
-                let (fault, what) = match fault {
+                let (fault, what) = match found {
                     RowFault::NoTime => ("non-finite", format!("no time in {rows}: left out")),
                     RowFault::TimeGoingBack => {
                         ("time-going-back", format!("the time repeats or goes back in {rows}: left out"))
@@ -63,8 +63,11 @@ impl Tally {
                     }
                     RowFault::TextColumn => ("unused-columns", format!("{name} holds text in {rows}: no value there")),
                 };
+                // What concerns a row's time concerns every axis.
+                let of_column = matches!(found, RowFault::Infinite | RowFault::Impossible);
                 DataFault {
                     fault: fault.to_owned(),
+                    axis: axis.filter(|_| of_column),
                     count: n,
                     first_t: count.first_t,
                     says: format!("{what} (first at line {line})"),

@@ -27,6 +27,17 @@ pub enum Channel {
     Unused,
 }
 
+impl Channel {
+    /// The axis whose gyro or reference it is.
+    #[must_use]
+    pub fn axis(self) -> Option<Axis> {
+        match self {
+            Self::Gyro(axis) | Self::RefAngle(axis) | Self::RefRate(axis) => Some(axis),
+            _ => None,
+        }
+    }
+}
+
 /// From the written number to the SI one: value · scale + offset. Times: nanoseconds are value · 10^exponent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conversion {

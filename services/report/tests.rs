@@ -98,6 +98,7 @@ fn late(verdict: Verdict) -> AxisDiagnosis {
         ],
         data_faults: vec![DataFault {
             fault: "outliers".into(),
+            axis: Some(Axis::Z),
             count: 3,
             first_t: Some(12.5),
             says: "gyro_z jumps by more than 20 times its usual step; those rows are left out".into(),
@@ -171,6 +172,17 @@ fn an_ambiguous_verdict_prints_the_group_and_the_manoeuvre() {
     let text = render(&diagnosis(Verdict::Ambiguous), Format::Text, &context(Command::Diagnose));
     assert!(text.contains("ambiguous: delay or lag"), "{text}");
     assert!(text.contains("only a lag loses amplitude"), "{text}");
+}
+
+#[test]
+fn an_excess_is_called_unexplained_only_where_its_cause_was_looked_for() {
+    let words = |command| render(&diagnosis(Verdict::Unexplained), Format::Text, &context(command));
+    for command in [Command::Compare, Command::Fit, Command::Add, Command::Remove] {
+        let text = words(command);
+        assert!(text.contains("the model leaves more than noise") && !text.contains("unexplained"), "{text}");
+    }
+    assert!(words(Command::Compare).contains("truerate diagnose yaw.csv.gz"));
+    assert!(words(Command::Diagnose).contains("unexplained: more than noise is left"));
 }
 
 #[test]

@@ -95,11 +95,11 @@ pub fn compare(
                 };
                 if verdict == Verdict::Unexplained {
                     says = format!(
-                        "the error is up to {:.1} times what noise leaves: diagnose names what is missing.",
+                        "the error is up to {:.1} times what noise leaves: `truerate diagnose` names what is missing.",
                         judged.over_floor()
                     );
                 }
-                bad_data(options.faults, &mut verdict, &mut says);
+                bad_data(options.faults, bench, &mut verdict, &mut says);
                 axis_diagnosis(record, &present.study, k, &judged, (verdict, says), Vec::new(), options)
             })
             .collect::<Vec<_>>()
@@ -133,7 +133,7 @@ pub fn diagnose(
                     .map(|(i, _)| ladder::aliases(&suspects, i, true))
                     .collect();
                 let (mut verdict, mut says) = verdict::verdict(&present, &own, &aliases, &judged, k);
-                bad_data(options.faults, &mut verdict, &mut says);
+                bad_data(options.faults, bench, &mut verdict, &mut says);
                 let list = own.iter().zip(&aliases).filter(|(r, _)| r.significant()).take(5);
                 let listed = list.map(|(r, a)| suspect(r, a, &judged, k)).collect();
                 axis_diagnosis(record, &present.study, k, &judged, (verdict, says), listed, options)
@@ -158,7 +158,7 @@ pub fn ladder(
         let (fitted, mut ladders) = ladder::climb(record, bench, model, options);
         for l in &mut ladders {
             result.axes[l.axis.index()].clone_from(&fitted.axes[l.axis.index()]);
-            bad_data(options.faults, &mut l.verdict, &mut l.says);
+            bad_data(options.faults, bench, &mut l.verdict, &mut l.says);
         }
         result.origin = fitted.origin;
         ladders
@@ -172,10 +172,12 @@ fn sorted<T>(mut list: Vec<T>, axis: impl Fn(&T) -> Axis) -> Vec<T> {
     list
 }
 
-/// Faults that make every other verdict worthless.
-fn bad_data(faults: &[DataFault], verdict: &mut Verdict, says: &mut String) {
+/// Faults that make every other verdict on axes that are judged together worthless: theirs, and those of the whole log.
+fn bad_data(faults: &[DataFault], bench: &Bench, verdict: &mut Verdict, says: &mut String) {
     let grave = ["wrong-unit", "wrong-sign", "swapped-axes", "stuck-channel"];
-    if let Some(fault) = faults.iter().find(|f| grave.contains(&f.fault.as_str())) {
+    let concerns =
+        |fault: &&DataFault| fault.axis.is_none_or(|axis| bench.problem.series.iter().any(|s| s.axis == axis));
+    if let Some(fault) = faults.iter().filter(concerns).find(|f| grave.contains(&f.fault.as_str())) {
         *verdict = Verdict::BadData;
         says.clone_from(&fault.says);
     }

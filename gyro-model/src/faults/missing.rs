@@ -17,7 +17,8 @@ pub(super) fn check(record: &Record, already: &mut [bool], report: &mut Report) 
         for &k in &missing {
             report.mark(already, k);
         }
-        report.add(
+        report.add_on(
+            axis,
             "non-finite",
             missing.len() as u64,
             Some(seconds(record, first)),

@@ -128,16 +128,16 @@ pub(super) fn check(record: &Record, report: &mut Report) {
             } else {
                 format!("axis {axis} hardly changes its rate: turn it both ways, at several rates")
             };
-            report.add("not-excited", rows, None, says);
+            report.add_on(axis, "not-excited", rows, None, says);
             continue;
         }
         if fit.1 > 0.8 {
             if fit.0 < 0.0 {
                 let says = format!("gyro_{axis} turns against {column}: negate one of them");
-                report.add("wrong-sign", rows, Some(0.0), says);
+                report.add_on(axis, "wrong-sign", rows, Some(0.0), says);
             }
             if let Some(says) = unit {
-                report.add("wrong-unit", rows, Some(0.0), says);
+                report.add_on(axis, "wrong-unit", rows, Some(0.0), says);
             }
         } else if fit.1 < 0.3 {
             let others = Axis::ALL.into_iter().filter(|&a| a != axis && record.has_gyro(a));
@@ -148,7 +148,7 @@ pub(super) fn check(record: &Record, report: &mut Report) {
             if let Some((other, slope, _)) = follows.max_by(|a, b| a.2.total_cmp(&b.2)) {
                 let sign = if slope < 0.0 { ", with the other sign" } else { "" };
                 let says = format!("{column} follows gyro_{other}{sign}, not gyro_{axis}: rename one of them");
-                report.add("swapped-axes", rows, Some(0.0), says);
+                report.add_on(axis, "swapped-axes", rows, Some(0.0), says);
             }
         }
     }

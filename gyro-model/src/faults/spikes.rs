@@ -19,17 +19,18 @@ const LONGEST: usize = 2;
 pub(super) fn check(record: &mut Record, already: &mut [bool], report: &mut Report) {
     for axis in Axis::ALL {
         let i = axis.index();
-        channel(record, already, report, &format!("gyro_{axis}"), |row| &mut row.gyro[i], false);
-        channel(record, already, report, &format!("ref_angle_{axis}"), |row| &mut row.ref_angle[i], true);
-        channel(record, already, report, &format!("ref_rate_{axis}"), |row| &mut row.ref_rate[i], false);
+        channel(record, already, report, Some(axis), &format!("gyro_{axis}"), |row| &mut row.gyro[i], false);
+        channel(record, already, report, Some(axis), &format!("ref_angle_{axis}"), |row| &mut row.ref_angle[i], true);
+        channel(record, already, report, Some(axis), &format!("ref_rate_{axis}"), |row| &mut row.ref_rate[i], false);
     }
-    channel(record, already, report, "temp", |row| &mut row.temperature, false);
+    channel(record, already, report, None, "temp", |row| &mut row.temperature, false);
 }
 
 fn channel(
     record: &mut Record,
     already: &mut [bool],
     report: &mut Report,
+    axis: Option<Axis>,
     name: &str,
     place: impl Fn(&mut Row) -> &mut f64,
     wraps: bool,
@@ -54,7 +55,11 @@ fn channel(
     let t = seconds(record, rows[first]);
     let readings = counted(found.len(), "single reading");
     let says = format!("{name}: {readings} far from those around; left out");
-    report.add("outliers", found.len() as u64, Some(t), says);
+    let count = found.len() as u64;
+    match axis {
+        Some(axis) => report.add_on(axis, "outliers", count, Some(t), says),
+        None => report.add("outliers", count, Some(t), says),
+    }
 }
 
 /// Makes a wrapped angle continuous.

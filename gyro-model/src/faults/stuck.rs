@@ -17,7 +17,7 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
     for axis in Axis::ALL {
         let Some(motion) = Motion::of(record, axis) else { continue };
         let runs = gyro(record, axis, &motion);
-        say(record, report, &format!("gyro_{axis}"), "the reference turns", &runs);
+        say(record, report, axis, &format!("gyro_{axis}"), "the reference turns", &runs);
         let rows: usize = runs.iter().map(|&(from, to)| to - from).sum();
         if (rows as f64) < MARKED_UP_TO * record.len() as f64 {
             for &(from, to) in &runs {
@@ -25,15 +25,16 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
             }
         }
         let runs = encoder(record, axis);
-        say(record, report, &format!("ref_angle_{axis}"), "the gyro turns", &runs);
+        say(record, report, axis, &format!("ref_angle_{axis}"), "the gyro turns", &runs);
     }
 }
 
-fn say(record: &Record, report: &mut Report, name: &str, while_: &str, runs: &[(usize, usize)]) {
+fn say(record: &Record, report: &mut Report, axis: Axis, name: &str, while_: &str, runs: &[(usize, usize)]) {
     let Some(&(first, _)) = runs.first() else { return };
     let rows: usize = runs.iter().map(|&(from, to)| to - from).sum();
     let t = seconds(record, first);
-    report.add(
+    report.add_on(
+        axis,
         "stuck-channel",
         rows as u64,
         Some(t),

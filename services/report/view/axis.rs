@@ -25,6 +25,9 @@ pub(super) fn words(verdict: Verdict, suspect: Option<&str>, aliases: &[String])
     }
 }
 
+/// What is said of an excess where nobody looked for its cause.
+pub(super) const NOT_SEARCHED: &str = "the model leaves more than noise";
+
 /// With a capital letter in front.
 pub(super) fn sentence(text: &str) -> String {
     let mut letters = text.chars();
