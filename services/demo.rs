@@ -35,7 +35,7 @@ const HIDDEN: [&str; 8] = [
 
 /// Data before the first verdict counts, ns.
 const ENOUGH_NS: i64 = 60_000_000_000;
-/// A name counts when so many diagnoses in a row give it.
+/// A name counts when so many searches in a row give it.
 const AGREE: usize = 2;
 const PATIENCE: Duration = Duration::from_secs(240);
 const ANSWER: Duration = Duration::from_millis(500);
@@ -145,7 +145,7 @@ impl Player {
 
     /// The worst axis once a name is given again and again, or there is none to give.
     fn wait_for_name(&self, stop: &Stop) -> anyhow::Result<Option<(AxisDiagnosis, usize, f64)>> {
-        let mut names: Vec<String> = Vec::new();
+        let (mut names, mut search): (Vec<String>, u64) = (Vec::new(), 0);
         while !stop.asked() {
             let Some(diagnosis) = self.next(stop)? else { return Ok(None) };
             let Some((place, axis)) = worst(&diagnosis) else { continue };
@@ -156,9 +156,10 @@ impl Player {
                 suspect = axis.suspects[0].effect.as_str(),
                 "judged"
             );
-            if diagnosis.to_ns - diagnosis.from_ns < ENOUGH_NS {
+            if diagnosis.search == search || diagnosis.to_ns - diagnosis.from_ns < ENOUGH_NS {
                 continue;
             }
+            search = diagnosis.search;
             let named = matches!(axis.verdict.as_str(), "missing-effect" | "ambiguous");
             names.push(if named { axis.suspects[0].effect.as_str().to_owned() } else { String::new() });
             let agree = names.iter().rev().take_while(|name| *name == names.last().unwrap_or(name)).count();

@@ -54,8 +54,21 @@ pub struct Simulation {
     pub seconds: Option<f64>,
     /// Samples a second, Hz.
     pub rate_hz: f64,
+    /// What it is held against.
+    pub reference: SimulatedReference,
     /// Which vehicle and sensor.
     pub seed: u64,
+}
+
+/// What a simulated vehicle's gyro is held against.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SimulatedReference {
+    /// A shaft encoder on one axis.
+    #[default]
+    Encoder,
+    /// An orientation: all three axes turn and are fitted.
+    Orientation,
 }
 
 /// How kalman filters.
@@ -144,7 +157,13 @@ impl Default for Settings {
 
 impl Default for Simulation {
     fn default() -> Self {
-        Self { motion: "drive".to_owned(), seconds: None, rate_hz: 1000.0, seed: 1 }
+        Self {
+            motion: "drive".to_owned(),
+            seconds: None,
+            rate_hz: 1000.0,
+            reference: SimulatedReference::default(),
+            seed: 1,
+        }
     }
 }
 

@@ -6,12 +6,12 @@ use crate::{
     log::{Options, Reader},
     model_file::ModelFile,
     run_folder::{Run, RunFolder, SourceFacts},
-    settings::{Settings, Source},
+    settings::{Settings, SimulatedReference, Source},
 };
 use anyhow::anyhow;
 use gyro_model::{
     Axis, Row,
-    simulate::{Hidden, Scenario, SensorSpec, Simulator},
+    simulate::{Hidden, Reference, Scenario, SensorSpec, Simulator},
 };
 use std::path::PathBuf;
 
@@ -39,7 +39,10 @@ enum Rows {
 /// A motion or an effect that is not known.
 pub fn scenario(settings: &Settings) -> anyhow::Result<Scenario> {
     let simulation = &settings.simulation;
-    let sensor = SensorSpec::random(simulation.seed);
+    let mut sensor = SensorSpec::random(simulation.seed);
+    if simulation.reference == SimulatedReference::Orientation {
+        sensor.reference = Reference::Quaternion;
+    }
     let hidden: Result<Vec<Hidden>, _> = settings.hide.iter().map(|text| Hidden::parse(text, sensor.axis)).collect();
     Ok(Scenario {
         motion: simulation.motion.parse().map_err(|e: String| anyhow!(e))?,

@@ -59,6 +59,9 @@ pub struct AxisDiagnosis {
     pub floor_source: String,
     /// Regimes in which the model errs, worst first.
     pub fails_where: Vec<FailsWhere>,
+    /// Whether suspects were looked for: `diagnose` does, `compare` does not.
+    #[serde(default)]
+    pub searched: bool,
     /// Best first; empty for `compare`.
     pub suspects: Vec<Suspect>,
     /// Faults of the data.

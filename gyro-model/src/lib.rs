@@ -18,6 +18,7 @@
 //! | [`model`] | effects and their parameters, axis by axis |
 //! | [`effects`] | the catalogue, one physical effect a file |
 //! | [`simulate`] | logs whose truth is known |
+//! | [`thin`] | fewer rows that say the same of slow things |
 //! | [`compensation`] | from readings to rates, sample by sample |
 //! | [`history`] | the recent past of a signal |
 //! | [`kalman`] | the filter of one axis |
@@ -48,6 +49,7 @@ pub mod paper;
 pub mod process_noise;
 pub mod record;
 pub mod simulate;
+pub mod thin;
 
 pub use axis::Axis;
 pub use model::{AxisModel, Model, Noise, Term};

@@ -59,7 +59,45 @@ pub struct AxisDiagnosis {
     pub suspects: [Suspect; SUSPECTS],
 }
 
-/// The diagnosis of the recent data, about once a second.
+/// How a trial stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum TrialState {
+    /// There was none yet.
+    None = 0,
+    /// It goes on: the model in use is still better.
+    OnTrial = 1,
+    /// The other model won and took over.
+    TookOver = 2,
+    /// It was not better and is given up, or was undone.
+    GivenUp = 3,
+}
+
+/// Another model beside the one in use, both refitted to the same samples and judged where neither learned.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[type_name("truerate.Trial.v1")]
+pub struct Trial {
+    /// The effect that the other model has more; empty where there was no trial yet.
+    pub effect: Text<38>,
+    /// [`TrialState`].
+    pub state: u32,
+    /// 0, 1, 2 for x, y, z.
+    pub axis: u32,
+    /// Epoch of the model in use when the trial was last decided.
+    pub epoch: u64,
+    /// Largest error over floor of the model in use.
+    pub present: f64,
+    /// The same of the other.
+    pub other: f64,
+    /// Error curve of the model in use.
+    pub present_curve: [ErrorPoint; TAUS],
+    /// Error curve of the other.
+    pub other_curve: [ErrorPoint; TAUS],
+}
+
+/// The diagnosis of the recent data, about once a second: the error curve is always new, the suspects are those of the
+/// last search of the same model.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[type_name("truerate.Diagnosis.v1")]
@@ -68,6 +106,8 @@ pub struct Diagnosis {
     pub run: u64,
     /// Grows by one with every diagnosis.
     pub sequence: u64,
+    /// Grows by one with every search for suspects.
+    pub search: u64,
     /// Epoch of the model that was judged.
     pub epoch: u64,
     /// The data judged, from and to, ns of the source.
@@ -76,6 +116,8 @@ pub struct Diagnosis {
     pub to_ns: i64,
     /// The axes.
     pub axes: [AxisDiagnosis; 3],
+    /// The last trial.
+    pub trial: Trial,
     /// When the work began.
     pub compensator_took_ns: u64,
     /// When this was given.
@@ -83,4 +125,5 @@ pub struct Diagnosis {
 }
 
 const _: () = assert!(size_of::<Suspect>() == 176);
-const _: () = assert!(size_of::<Diagnosis>() == 56 + 3 * (48 + 32 * TAUS + 176 * SUSPECTS));
+const _: () = assert!(size_of::<Trial>() == 72 + 2 * 32 * TAUS);
+const _: () = assert!(size_of::<Diagnosis>() == 64 + 3 * (48 + 32 * TAUS + 176 * SUSPECTS) + size_of::<Trial>());

@@ -1,103 +1,96 @@
-//! What the judging thread does: the diagnosis of the recent data, as a message and as JSON.
+//! What the judging threads do: one holds the model in use against the newest data, every second; the other searches for
+//! what is missing, which takes longer, as often as its share of the time allows.
 
-use super::{store::View, thin::thinned};
+use super::{budget::Budget, store::View};
 use gyro_model::{
-    Model,
-    detail::Trace,
-    diagnose::{self, diagnose},
-    diagnosis::{AxisDiagnosis, Diagnosis},
+    AxisModel, Model, Record,
+    diagnose::{self, compare, diagnose},
+    diagnosis::{AxisDiagnosis, Verdict},
     fit::FitError,
+    thin::thinned,
 };
-use ipc_types::{
-    Text,
-    diagnosis::{self as message, SUSPECTS, TAUS},
-    topic::REPORT_BYTES,
-};
+use std::time::Instant;
 
-/// Rows of one diagnosis; longer stretches are thinned.
-pub const ROWS: usize = 12_000;
+/// Rows of one judgement at least and at most; longer stretches are thinned.
+pub const ROWS: (usize, usize) = (3_000, 12_000);
 
 /// What to judge.
 #[derive(Clone, Debug)]
 pub struct Job {
     /// The model in use.
     pub model: Model,
-    /// The data's name in the report.
-    pub name: String,
     /// When the job was given, ns.
     pub took_ns: u64,
+    /// Tells this job's answer from those of jobs that were asked before the data changed.
+    pub number: u64,
 }
 
 /// What came of it.
 #[derive(Debug)]
 pub struct Judgement {
-    /// Without run, number and last stamp.
-    pub message: ipc_types::Diagnosis,
-    /// The whole as JSON.
-    pub report: Vec<u8>,
+    /// The job.
+    pub job: Job,
+    /// Axis by axis.
+    pub axes: Vec<AxisDiagnosis>,
+    /// The data judged, from and to, ns of the source.
+    pub span: (i64, i64),
 }
 
-/// Does a job.
+/// Holds the model against the newest data.
 ///
 /// # Errors
 /// Where the data do not allow it yet.
-pub fn judge(view: &View, job: &Job) -> Result<Judgement, FitError> {
-    let record = thinned(&view.whole(), ROWS);
-    let axes = diagnose(&record, &job.model, &record.fitted_axes(), &diagnose::Options::default())?;
-    let span = |row: Option<&gyro_model::Row>| row.map_or(0, |row| row.t_ns);
-    let mut message = ipc_types::Diagnosis {
-        epoch: job.model.epoch,
-        from_ns: span(record.rows.first()),
-        to_ns: span(record.rows.last()),
-        compensator_took_ns: job.took_ns,
-        ..ipc_types::Diagnosis::default()
-    };
-    for axis in &axes {
-        message.axes[axis.axis.index()] = of_axis(axis);
+pub fn hold(view: &View, budget: &mut Budget, job: Job) -> Result<Judgement, FitError> {
+    judged(view, budget, job, |record, model| {
+        let options = diagnose::Options { own_log: true, ..diagnose::Options::default() };
+        compare(record, model, &record.fitted_axes(), &options)
+    })
+}
+
+/// Searches for what is missing.
+///
+/// # Errors
+/// Where the data do not allow it yet.
+pub fn search(view: &View, budget: &mut Budget, job: Job) -> Result<Judgement, FitError> {
+    judged(view, budget, job, |record, model| {
+        diagnose(record, model, &record.fitted_axes(), &diagnose::Options::default())
+    })
+}
+
+fn judged(
+    view: &View,
+    budget: &mut Budget,
+    job: Job,
+    work: impl Fn(&Record, &Model) -> Result<Vec<AxisDiagnosis>, FitError>,
+) -> Result<Judgement, FitError> {
+    let record = thinned(&view.whole(), budget.rows());
+    let start = Instant::now();
+    let axes = work(&record, &job.model)?;
+    budget.took(record.len(), start.elapsed());
+    let at = |row: Option<&gyro_model::Row>| row.map_or(0, |row| row.t_ns);
+    Ok(Judgement { span: (at(record.rows.first()), at(record.rows.last())), job, axes })
+}
+
+impl Judgement {
+    /// Whether a model has the very effects of the one that was judged.
+    #[must_use]
+    pub fn is_of(&self, model: &Model) -> bool {
+        let effects = |model: &Model| model.axes.each_ref().map(|a| a.as_ref().map(AxisModel::effect_ids));
+        effects(&self.job.model) == effects(model)
     }
-    let mut whole = Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: job.name.clone(), axes };
-    let mut report = serde_json::to_vec(&whole).unwrap_or_default();
-    if report.len() > REPORT_BYTES {
-        // The overlay over time is most of it, and the watchers see the motion itself.
-        for detail in whole.axes.iter_mut().filter_map(|a| a.detail.as_mut()) {
-            detail.trace = Trace::default();
+
+    /// Takes over what a search of the same model found to be missing. Where it found nothing and the newest data say
+    /// otherwise, they are right.
+    pub fn take_suspects(&mut self, search: &Self) {
+        for axis in &mut self.axes {
+            let Some(found) = search.axes.iter().find(|found| found.axis == axis.axis) else { continue };
+            let nothing_found = matches!(found.verdict, Verdict::Adequate | Verdict::CannotTell);
+            if nothing_found && found.verdict != axis.verdict {
+                continue;
+            }
+            (axis.verdict, axis.searched) = (found.verdict, true);
+            axis.says.clone_from(&found.says);
+            axis.suspects.clone_from(&found.suspects);
         }
-        report = serde_json::to_vec(&whole).unwrap_or_default();
     }
-    Ok(Judgement { message, report })
-}
-
-fn of_axis(axis: &AxisDiagnosis) -> message::AxisDiagnosis {
-    let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
-    let mut out = message::AxisDiagnosis {
-        present: 1,
-        within_floor: u32::from(axis.within_floor == Some(true)),
-        verdict: Text::new(&word(axis)),
-        error_over_floor: number(axis.error_over_floor),
-        ..message::AxisDiagnosis::default()
-    };
-    // The longest averaging times say most; the shortest go where there is no room.
-    let first = axis.error_curve.len().saturating_sub(TAUS);
-    for (slot, point) in out.curve.iter_mut().zip(&axis.error_curve[first..]) {
-        *slot = message::ErrorPoint {
-            tau: point.tau_s,
-            error: number(point.error),
-            floor: number(point.floor),
-            floor_99: number(point.floor_99),
-        };
-    }
-    for (slot, suspect) in out.suspects.iter_mut().zip(axis.suspects.iter().take(SUSPECTS)) {
-        *slot = message::Suspect {
-            effect: Text::new(&suspect.effect),
-            aliases: Text::new(&suspect.aliases.join(" ")),
-            error_fall: number(suspect.error_fall),
-            p_value: number(suspect.p_value),
-        };
-    }
-    out
-}
-
-/// The verdict as in the JSON.
-fn word(axis: &AxisDiagnosis) -> String {
-    serde_json::to_value(axis.verdict).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }

@@ -1,19 +1,24 @@
 //! What the solving thread does: the parameters of the model in use, and trials of another one on the same samples.
 
-use super::{store::View, thin::thinned};
+use super::{budget::Budget, store::View};
 use gyro_model::{
     Axis, AxisModel, Model, Record,
     diagnose::{self, compare},
     diagnosis::AxisDiagnosis,
     effects::Role,
     fit::{FitError, fit},
+    thin::thinned,
 };
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Two solutions that differ by more than this many standard errors of their difference disagree.
 const DISAGREE: f64 = 4.0;
-/// Rows of one solution while the stream runs; longer stretches are thinned.
-pub const ROWS: usize = 30_000;
+/// Rows of one solution at least and at most while the stream runs; longer stretches are thinned.
+pub const ROWS: (usize, usize) = (1_500, 30_000);
+/// Rows of a trial.
+const TRIAL_ROWS: usize = 12_000;
+/// Every so many solutions the recent window is held against the whole run.
+const CHECK_EVERY: u32 = 4;
 /// A trial is won where the mean of (E/F)² over the averaging times falls by this share at least.
 const WON: f64 = 0.01;
 
@@ -39,6 +44,23 @@ pub enum Task {
     Try(Box<Model>),
 }
 
+/// How a trial went: both models refitted to the same samples and judged where they did not learn.
+#[derive(Debug)]
+pub struct Trial {
+    /// The model in use.
+    pub present: Vec<AxisDiagnosis>,
+    /// The other one.
+    pub other: Vec<AxisDiagnosis>,
+}
+
+impl Trial {
+    /// Held-out excess, the mean of (E/F)², of the model in use and of the other one.
+    #[must_use]
+    pub fn excess(&self) -> (f64, f64) {
+        (excess(&self.present), excess(&self.other))
+    }
+}
+
 /// What came of it.
 #[derive(Debug)]
 pub struct Solution {
@@ -46,8 +68,8 @@ pub struct Solution {
     pub model: Result<Model, FitError>,
     /// Rows that it rests on.
     pub rows: usize,
-    /// How a trial went: held-out excess (mean of (E/F)²) of the model in use and of the other one.
-    pub trial: Option<(f64, f64)>,
+    /// How a trial went.
+    pub trial: Option<Trial>,
     /// The errors of the run's first model and of this one, axis by axis.
     pub errors: Vec<(Axis, f64, f64, f64)>,
     /// How long it took.
@@ -57,52 +79,93 @@ pub struct Solution {
 }
 
 impl Solution {
+    fn plain(model: Result<Model, FitError>, rows: usize) -> Self {
+        Self { model, rows, trial: None, errors: Vec::new(), took: Duration::ZERO, number: 0 }
+    }
+
     /// Whether the other model of a trial is better on data that neither learned from.
     #[must_use]
     pub fn is_won(&self) -> bool {
-        self.trial.is_some_and(|(before, after)| after < before - WON * (before - 1.0).max(0.0) && after < before)
+        self.trial
+            .as_ref()
+            .map(Trial::excess)
+            .is_some_and(|(before, after)| after < before - WON * (before - 1.0).max(0.0) && after < before)
     }
 }
 
-/// Does a job.
-#[must_use]
-pub fn solve(view: &View, job: &Job) -> Solution {
-    let start = std::time::Instant::now();
-    let mut solution = match &job.task {
-        Task::Learn(window) => learn(view, &job.start, *window),
-        Task::Last(first) => last(view, &job.start, first),
-        Task::Try(other) => attempt(view, &job.start, other),
-    };
-    (solution.number, solution.took) = (job.number, start.elapsed());
-    solution
+/// The solving thread's own state.
+#[derive(Debug)]
+pub struct Learner {
+    view: View,
+    budget: Budget,
+    turn: u32,
+    /// Whether the window contradicted the whole run when the two were last compared.
+    changed: bool,
 }
 
-fn plain(model: Result<Model, FitError>, rows: usize) -> Solution {
-    Solution { model, rows, trial: None, errors: Vec::new(), took: Duration::ZERO, number: 0 }
-}
-
-/// The whole run, unless the recent window contradicts it: then the sensor has changed, and the window is right.
-fn learn(view: &View, start: &Model, seconds: f64) -> Solution {
-    let (window, everything) = view.last(seconds);
-    let window = thinned(&window, ROWS);
-    let recent = fit_from(&window, start);
-    if everything {
-        return plain(recent, window.len());
+impl Learner {
+    /// Learns from what `view` shows; a solution shall take `target`.
+    #[must_use]
+    pub fn new(view: View, target: Duration) -> Self {
+        Self { view, budget: Budget::new(ROWS.0, ROWS.1, target), turn: 0, changed: false }
     }
-    let whole_record = thinned(&view.whole(), ROWS);
-    let whole = fit_from(&whole_record, start);
-    match (whole, recent) {
-        (Ok(whole), Ok(recent)) if contradicts(&recent, &whole) => plain(Ok(recent), window.len()),
-        (Ok(whole), _) => plain(Ok(whole), whole_record.len()),
-        (Err(_), recent) => plain(recent, window.len()),
+
+    /// Does a job.
+    #[must_use]
+    pub fn solve(&mut self, job: &Job) -> Solution {
+        let start = Instant::now();
+        let mut solution = match &job.task {
+            Task::Learn(window) => self.learn(&job.start, *window),
+            Task::Last(first) => last(&self.view, &job.start, first),
+            Task::Try(other) => attempt(&self.view, &job.start, other),
+        };
+        (solution.number, solution.took) = (job.number, start.elapsed());
+        solution
+    }
+
+    /// The whole run, unless the recent window contradicts it: then the sensor has changed, and the window is right. Both
+    /// are solved now and then, and else only the one that counts.
+    fn learn(&mut self, start: &Model, seconds: f64) -> Solution {
+        let covers_all = self.view.seconds() <= seconds;
+        if covers_all {
+            (self.changed, self.turn) = (false, 0);
+        } else {
+            self.turn += 1;
+        }
+        let check = !covers_all && self.turn % CHECK_EVERY == 1;
+        let whole = (!self.changed || check).then(|| {
+            let record = thinned(&self.view.whole(), self.budget.rows());
+            self.fitted(&record, start)
+        });
+        let window = (self.changed || check).then(|| {
+            let record = thinned(&self.view.last(seconds), self.budget.rows());
+            self.fitted(&record, start)
+        });
+        if let (Some(Ok(recent)), Some(Ok(all))) = (window.as_ref().map(|w| &w.model), whole.as_ref().map(|w| &w.model))
+        {
+            self.changed = contradicts(recent, all);
+        }
+        let (first, second) = if self.changed { (window, whole) } else { (whole, window) };
+        match (first, second) {
+            (Some(first), Some(second)) if first.model.is_err() => second,
+            (Some(only), _) | (None, Some(only)) => only,
+            (None, None) => Solution::plain(Err(FitError::NoReference), 0),
+        }
+    }
+
+    fn fitted(&mut self, record: &Record, start: &Model) -> Solution {
+        let begun = Instant::now();
+        let model = fit_from(record, start);
+        self.budget.took(record.len(), begun.elapsed());
+        Solution::plain(model, record.len())
     }
 }
 
 fn last(view: &View, start: &Model, first: &Model) -> Solution {
     let whole = view.whole();
-    let mut solution = plain(fit_from(&whole, start), whole.len());
+    let mut solution = Solution::plain(fit_from(&whole, start), whole.len());
     if let Ok(model) = &solution.model {
-        let record = thinned(&whole, ROWS);
+        let record = thinned(&whole, ROWS.1);
         let before = judged(&record, first, false);
         let after = judged(&record, model, true);
         solution.errors = before.iter().zip(&after).filter_map(|(b, a)| at_long_tau(b, a)).collect();
@@ -112,12 +175,12 @@ fn last(view: &View, start: &Model, first: &Model) -> Solution {
 
 /// Both models refitted to the same samples, each judged where it did not learn.
 fn attempt(view: &View, present: &Model, other: &Model) -> Solution {
-    let record = thinned(&view.whole(), ROWS);
+    let record = thinned(&view.whole(), TRIAL_ROWS);
     let (before, after) = (fit_from(&record, present), fit_from(&record, other));
-    let mut solution = plain(after, record.len());
+    let mut solution = Solution::plain(after, record.len());
     if let (Ok(before), Ok(after)) = (&before, &solution.model) {
-        let excess_of = |model: &Model| excess(&judged(&record, model, true));
-        solution.trial = Some((excess_of(before), excess_of(after)));
+        let trial = Trial { present: judged(&record, before, true), other: judged(&record, after, true) };
+        solution.trial = Some(trial);
     }
     solution
 }

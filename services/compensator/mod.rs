@@ -1,14 +1,16 @@
 //! compensator: keeps the raw rows, solves for the model's parameters beside the stream, gives them to kalman.
 //!
-//! One thread receives and answers, one solves ([`learner`]), one judges ([`judge`]); a late or slow solution slows
-//! nobody.
+//! One thread receives and answers, one solves ([`learner`]), one holds the model against the newest data and one searches
+//! for what is missing ([`judge`]); a late or slow solution slows nobody. How many rows each of them looks at follows from
+//! the time that it may take ([`budget`]).
 
+pub mod budget;
 pub mod current;
 pub mod judge;
 pub mod learner;
+pub mod message;
 pub mod orders;
 pub mod store;
-pub mod thin;
 pub mod worker;
 
 use crate::{
@@ -19,16 +21,18 @@ use crate::{
     stop::Stop,
     wire,
 };
+use budget::Budget;
 use current::Current;
 use gyro_model::{Model, fit::FitError};
 use ipc_types::{
     Command, Diagnosis, MARK_DATA, Parameters, Reply, Sample, ServiceId, State,
     command::Kind,
+    diagnosis::{Trial, TrialState},
     port::{Answerer, BytesWriter, Hub, Reader, Writer},
     topic,
 };
 use judge::Judgement;
-use learner::{Job, Solution, Task, not_excited};
+use learner::{Job, Learner, Solution, Task, not_excited};
 use orders::Answers;
 use std::{path::Path, time::Duration};
 use store::Store;
@@ -40,6 +44,12 @@ const AGAIN_NS: u64 = 100_000_000;
 const FEWEST_ROWS: u64 = 100;
 /// Rows kept of a stream without end: 5 minutes at 1 kHz, 65 MB.
 const LIVE_ROWS: usize = 300_000;
+/// A stream without end that is faster is kept as means of this rate, Hz.
+const LIVE_RATE_HZ: f64 = 1000.0;
+/// A search may take so many of its periods.
+const SEARCH_PERIODS: f64 = 4.0;
+/// Share of the time that there is at which rows are aimed: a busy machine takes longer now and then.
+const AIM: f64 = 0.6;
 /// Who asks for a trial is told after this at the latest that it goes on, ns.
 const TRIAL_TOLD_NS: u64 = 2_500_000_000;
 /// A trial that is not won by then is given up, ns.
@@ -64,6 +74,8 @@ struct Challenger {
     command: Command,
     model: Model,
     since_ns: u64,
+    /// Whether its next turn is after a solution for the model in use.
+    waits: bool,
 }
 
 struct Compensator<'a> {
@@ -80,6 +92,7 @@ struct Compensator<'a> {
     store: Store,
     learner: Worker<Job, Solution>,
     judge: Worker<judge::Job, Result<Judgement, FitError>>,
+    searcher: Worker<judge::Job, Result<Judgement, FitError>>,
     current: Current,
     answers: Answers,
     challenger: Option<Challenger>,
@@ -89,6 +102,12 @@ struct Compensator<'a> {
     solved_ns: u64,
     judged_ns: u64,
     judged: u64,
+    /// Grows by one whenever what was seen so far is forgotten.
+    data: u64,
+    /// What the last search found, and the number of searches.
+    found: Option<Judgement>,
+    searches: u64,
+    trial: Trial,
     job: u64,
     given_ns: u64,
     ending: Ending,
@@ -107,9 +126,17 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
     let Some(facts) = folder.wait_for_source(stop, || Ok(pulse.beat(u64::MAX)?))? else { return Ok(()) };
     let live = settings.source == Source::Simulated;
     let rows = if live { settings.learning.rows.min(LIVE_ROWS) } else { settings.learning.rows };
-    let store = Store::new(rows, live, facts.free_names.clone());
-    let (to_learn, to_judge) = (store.view(), store.view());
-    let duty = settings.learning.duty;
+    let mut store = Store::new(rows, live, facts.free_names.clone());
+    if live {
+        store = store.keeping_means((settings.simulation.rate_hz / LIVE_RATE_HZ) as usize);
+    }
+    let (to_judge, to_search) = (store.view(), store.view());
+    let (duty, period) = (settings.learning.duty, settings.learning.diagnosis);
+    let mut learner = Learner::new(store.view(), Duration::from_secs_f64(AIM * duty * settings.learning.period));
+    let budget = |periods: f64| {
+        Budget::new(judge::ROWS.0, judge::ROWS.1, Duration::from_secs_f64(AIM * duty * period * periods))
+    };
+    let (mut judging, mut searching) = (budget(1.0), budget(SEARCH_PERIODS));
     let mut compensator = Compensator {
         run,
         settings,
@@ -122,8 +149,9 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
         commands: hub.answerer(&topic::CONTROL)?,
         pulse,
         store,
-        learner: Worker::start(duty, move |job: Job| learner::solve(&to_learn, &job)),
-        judge: Worker::start(duty, move |job: judge::Job| judge::judge(&to_judge, &job)),
+        learner: Worker::start(duty, move |job: Job| learner.solve(&job)),
+        judge: Worker::start(duty, move |job| judge::hold(&to_judge, &mut judging, job)),
+        searcher: Worker::start(duty, move |job| judge::search(&to_search, &mut searching, job)),
         answers: Answers::default(),
         challenger: None,
         facts,
@@ -132,6 +160,10 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
         solved_ns: now_ns(),
         judged_ns: now_ns(),
         judged: 0,
+        data: 0,
+        found: None,
+        searches: 0,
+        trial: Trial::default(),
         job: 0,
         given_ns: 0,
         ending: Ending::Not,
@@ -149,6 +181,17 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
     Ok(compensator.pulse.beat_now()?)
 }
 
+/// Whether what was done at `last` is due again.
+fn is_due(last_ns: u64, period: f64) -> bool {
+    now_ns() > last_ns + (period * 1e9) as u64
+}
+
+/// When it counts as done that is done now: a period after the last time, so that small delays don't add up.
+fn next(last_ns: u64, period: f64) -> u64 {
+    let period_ns = (period * 1e9) as u64;
+    (last_ns + period_ns).max(now_ns().saturating_sub(period_ns / 2))
+}
+
 impl Compensator<'_> {
     fn turn(&mut self) -> anyhow::Result<()> {
         self.receive()?;
@@ -157,8 +200,12 @@ impl Compensator<'_> {
         if let Some(solution) = self.learner.result()? {
             self.take(solution)?;
         }
+        if let Some(Ok(found)) = self.searcher.result()? {
+            self.searches += 1;
+            self.found = Some(found);
+        }
         if let Some(Ok(judgement)) = self.judge.result()? {
-            self.report(&judgement)?;
+            self.report(judgement)?;
         }
         match self.ending {
             Ending::Not => {
@@ -219,41 +266,67 @@ impl Compensator<'_> {
     /// Asks for a solution, where one is due: of the challenger first.
     fn learn(&mut self) {
         let learning = &self.settings.learning;
-        let due = now_ns() > self.solved_ns + (learning.period * 1e9) as u64;
-        if !due || !self.learner.is_ready() || self.pulse.health.received < FEWEST_ROWS {
+        if !is_due(self.solved_ns, learning.period)
+            || !self.learner.is_ready()
+            || self.pulse.health.received < FEWEST_ROWS
+        {
             return;
         }
-        let task = match &self.challenger {
-            Some(challenger) => Task::Try(Box::new(challenger.model.clone())),
-            None if self.paused => return,
-            None => Task::Learn(learning.window),
+        let task = match &mut self.challenger {
+            Some(challenger) if !challenger.waits || self.paused => {
+                challenger.waits = true;
+                Task::Try(Box::new(challenger.model.clone()))
+            }
+            _ if self.paused => return,
+            challenger => {
+                // The model in use is learned on during a long trial.
+                if let Some(challenger) = challenger {
+                    challenger.waits = false;
+                }
+                Task::Learn(learning.window)
+            }
         };
-        self.solved_ns = now_ns();
+        self.solved_ns = next(self.solved_ns, learning.period);
         self.ask(task);
     }
 
-    /// Asks for a diagnosis, where one is due.
+    /// Asks for a judgement and a search, where they are due.
     fn look_closer(&mut self) {
         let period = self.settings.learning.diagnosis;
-        let due = now_ns() > self.judged_ns + (period * 1e9) as u64;
         let live = period > 0.0 && self.settings.speed != Speed::Max;
-        if live && due && self.judge.is_ready() && self.pulse.health.received >= FEWEST_ROWS {
-            self.judged_ns = now_ns();
-            let (model, name) = (self.current.start().clone(), self.facts.name.clone());
-            self.judge.ask(judge::Job { model, name, took_ns: self.judged_ns });
+        if !live || self.pulse.health.received < FEWEST_ROWS {
+            return;
+        }
+        let job = || judge::Job { model: self.current.start().clone(), took_ns: now_ns(), number: self.data };
+        if self.searcher.is_ready() {
+            self.searcher.ask(job());
+        }
+        if self.judge.is_ready() && is_due(self.judged_ns, period) {
+            self.judged_ns = next(self.judged_ns, period);
+            self.judge.ask(job());
         }
     }
 
-    fn report(&mut self, judgement: &Judgement) -> anyhow::Result<()> {
+    fn report(&mut self, mut judgement: Judgement) -> anyhow::Result<()> {
+        if judgement.job.number != self.data {
+            return Ok(());
+        }
+        let found = self.found.as_ref().filter(|f| f.is_of(&judgement.job.model) && f.job.number == self.data);
+        if let Some(found) = found {
+            judgement.take_suspects(found);
+        }
         self.judged += 1;
-        let mut message = judgement.message;
+        let mut message = message::of(&judgement);
         (message.run, message.sequence) = (self.run.number, self.judged);
+        message.search = if found.is_some() { self.searches } else { 0 };
+        message.trial = self.trial;
         message.compensator_gave_ns = now_ns();
         self.diagnoses.give(message)?;
-        if judgement.report.len() <= topic::REPORT_BYTES {
-            self.reports.give(&judgement.report)?;
+        let report = message::report(judgement, self.facts.name.clone());
+        if report.len() <= topic::REPORT_BYTES {
+            self.reports.give(&report)?;
         } else {
-            tracing::warn!("the report is too long: {} bytes", judgement.report.len());
+            tracing::warn!("the report is too long: {} bytes", report.len());
         }
         Ok(())
     }
@@ -278,7 +351,7 @@ impl Compensator<'_> {
         if solution.number != self.job {
             return Ok(());
         }
-        if let Some(challenger) = self.challenger.take() {
+        if let Some(challenger) = self.challenger.take_if(|c| c.waits) {
             return self.decide(challenger, solution);
         }
         let last = self.ending == Ending::Solving;
@@ -305,32 +378,36 @@ impl Compensator<'_> {
 
     /// The challenger takes over where it won on data that it did not learn from, or was told to.
     fn decide(&mut self, challenger: Challenger, solution: Solution) -> anyhow::Result<()> {
-        let (id, epoch) = (challenger.command.id, self.current.epoch());
-        let effect = challenger.command.effect;
+        let (id, axis, effect) = (challenger.command.id, challenger.command.axis, challenger.command.effect);
         let won = solution.is_won();
-        let figures = solution.trial.map_or_else(String::new, |(before, after)| {
+        let trial = solution.trial;
+        let figures = trial.as_ref().map(learner::Trial::excess).map_or_else(String::new, |(before, after)| {
             format!(" (held-out error over floor {:.2} -> {:.2})", before.sqrt(), after.sqrt())
         });
+        let mut state = TrialState::GivenUp;
         match solution.model {
             Ok(model) if won || challenger.command.at_once == 1 => {
                 let taken = self.current.change(model, self.folder).map(|()| format!("{effect} added{figures}"));
                 self.current.samples = solution.rows as u64;
                 self.answers.settle(id, self.current.epoch(), taken);
+                state = TrialState::TookOver;
             }
             // Too few data yet are no verdict either: after a crash there are none at first.
             Ok(_) | Err(_) if now_ns() < challenger.since_ns + TRIAL_NS => {
                 if now_ns() > challenger.since_ns + TRIAL_TOLD_NS && self.answers.of(id).is_none() {
                     let says = format!("{effect} is on trial: it takes over when it is better{figures}");
-                    self.answers.settle(id, epoch, Ok(says));
+                    self.answers.settle(id, self.current.epoch(), Ok(says));
                 }
                 self.challenger = Some(challenger);
+                state = TrialState::OnTrial;
             }
             Ok(_) => {
                 let lost = anyhow::anyhow!("{effect} was not better and is given up{figures}");
-                self.answers.settle(id, epoch, Err(lost));
+                self.answers.settle(id, self.current.epoch(), Err(lost));
             }
-            Err(error) => self.answers.settle(id, epoch, Err(error.into())),
+            Err(error) => self.answers.settle(id, self.current.epoch(), Err(error.into())),
         }
+        self.trial = message::of_trial(effect.as_str(), axis, trial.as_ref(), self.current.epoch(), state);
         self.give()
     }
 
@@ -386,7 +463,7 @@ impl Compensator<'_> {
                     anyhow::bail!("another effect is on trial: wait for its end, or undo it");
                 }
                 let model = orders::with_effect(command, &mut self.current, &self.facts)?;
-                self.challenger = Some(Challenger { command: *command, model, since_ns: now_ns() });
+                self.challenger = Some(Challenger { command: *command, model, since_ns: now_ns(), waits: false });
                 // What is being solved now is of no use any more, and the trial need not wait.
                 self.job += 1;
                 self.solved_ns = 0;
@@ -402,6 +479,7 @@ impl Compensator<'_> {
             Kind::Undo => {
                 self.job += 1;
                 if let Some(challenger) = self.challenger.take() {
+                    self.trial.state = TrialState::GivenUp as u32;
                     format!("{} is not on trial any more", challenger.command.effect)
                 } else if self.current.undo(self.folder)? {
                     "the model before the last change is back".to_owned()
@@ -420,6 +498,7 @@ impl Compensator<'_> {
             }
             Kind::Forget => {
                 self.job += 1;
+                self.data += 1;
                 self.store.clear();
                 "what was seen so far is forgotten; the model stays until there is a new one".to_owned()
             }

@@ -1,6 +1,6 @@
 //! The raw rows that the compensator learns from: bounded, written by one thread while another one solves.
 
-use gyro_model::{Record, Row};
+use gyro_model::{Record, Row, thin::Thinner};
 use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, TryLockError};
 
 /// Rows, the oldest of which go when there is no more room. While the learner reads, new rows wait outside.
@@ -11,6 +11,8 @@ pub struct Store {
     /// What is in the record is to be forgotten as soon as nobody reads it.
     stale: bool,
     limit: usize,
+    /// Means in place of rows, where they come faster than anything here needs.
+    thinner: Option<Thinner>,
 }
 
 /// The learner's view.
@@ -28,7 +30,13 @@ impl Store {
             rows.clear();
         }
         let record = Record { rows, free_names };
-        Self { record: Arc::new(RwLock::new(record)), waiting: Vec::new(), stale: false, limit }
+        Self { record: Arc::new(RwLock::new(record)), waiting: Vec::new(), stale: false, limit, thinner: None }
+    }
+
+    /// Keeps means over about so many rows in their place.
+    #[must_use]
+    pub fn keeping_means(self, rows: usize) -> Self {
+        Self { thinner: (rows > 1).then(|| Thinner::new(rows, true)), ..self }
     }
 
     /// The learner's view.
@@ -39,7 +47,11 @@ impl Store {
 
     /// Keeps a row.
     pub fn push(&mut self, row: Row) {
-        self.waiting.push(row);
+        let kept = match &mut self.thinner {
+            Some(thinner) => thinner.push(&row),
+            None => Some(row),
+        };
+        self.waiting.extend(kept);
         if self.waiting.len() > self.limit {
             self.waiting.drain(..self.limit / 8);
         }
@@ -80,14 +92,19 @@ impl View {
         self.0.read().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A copy of the last `seconds`, and whether that is everything.
+    /// From the first row to the last, s.
     #[must_use]
-    pub fn last(&self, seconds: f64) -> (Record, bool) {
+    pub fn seconds(&self) -> f64 {
+        self.whole().duration()
+    }
+
+    /// A copy of the last `seconds`.
+    #[must_use]
+    pub fn last(&self, seconds: f64) -> Record {
         let whole = self.whole();
-        let Some(last) = whole.rows.last() else { return (Record::default(), true) };
-        let from = last.t_ns - (seconds * 1e9) as i64;
+        let from = whole.rows.last().map_or(0, |last| last.t_ns - (seconds * 1e9) as i64);
         let first = whole.rows.partition_point(|row| row.t_ns < from);
-        (Record { rows: whole.rows[first..].to_vec(), free_names: whole.free_names.clone() }, first == 0)
+        Record { rows: whole.rows[first..].to_vec(), free_names: whole.free_names.clone() }
     }
 }
 
@@ -107,8 +124,7 @@ mod tests {
         assert!(whole.len() <= 1000 && whole.len() > 800);
         assert_eq!(whole.rows.last().unwrap().t_ns, 1_499_000_000);
         drop(whole);
-        let (window, all) = view.last(0.1);
-        assert_eq!((window.len(), all), (101, false));
+        assert_eq!(view.last(0.1).len(), 101);
     }
 
     #[test]

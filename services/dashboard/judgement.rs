@@ -47,6 +47,7 @@ fn axis_of(axis: Axis, a: &wire::AxisDiagnosis) -> AxisDiagnosis {
         within_floor: Some(a.within_floor == 1),
         floor_source: String::new(),
         fails_where: Vec::new(),
+        searched: true,
         suspects: suspects
             .map(|s| Suspect {
                 effect: s.effect.as_str().into(),

@@ -76,6 +76,7 @@ fn late(verdict: Verdict) -> AxisDiagnosis {
                 says: "above 31 °C the rate reads 0.70 ± 0.06 °/s high".into(),
             }])
             .collect(),
+        searched: true,
         suspects: vec![
             Suspect {
                 effect: "delay".into(),
@@ -176,7 +177,11 @@ fn an_ambiguous_verdict_prints_the_group_and_the_manoeuvre() {
 
 #[test]
 fn an_excess_is_called_unexplained_only_where_its_cause_was_looked_for() {
-    let words = |command| render(&diagnosis(Verdict::Unexplained), Format::Text, &context(command));
+    let words = |command| {
+        let mut diagnosis = diagnosis(Verdict::Unexplained);
+        diagnosis.axes[0].searched = command == Command::Diagnose;
+        render(&diagnosis, Format::Text, &context(command))
+    };
     for command in [Command::Compare, Command::Fit, Command::Add, Command::Remove] {
         let text = words(command);
         assert!(text.contains("the model leaves more than noise") && !text.contains("unexplained"), "{text}");

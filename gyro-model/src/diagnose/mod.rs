@@ -136,7 +136,8 @@ pub fn diagnose(
                 bad_data(options.faults, bench, &mut verdict, &mut says);
                 let list = own.iter().zip(&aliases).filter(|(r, _)| r.significant()).take(5);
                 let listed = list.map(|(r, a)| suspect(r, a, &judged, k)).collect();
-                axis_diagnosis(record, &present.study, k, &judged, (verdict, says), listed, options)
+                let found = axis_diagnosis(record, &present.study, k, &judged, (verdict, says), listed, options);
+                AxisDiagnosis { searched: true, ..found }
             })
             .collect::<Vec<_>>()
     })?;
@@ -207,6 +208,7 @@ fn axis_diagnosis(
         within_floor: Some(judged.within()),
         floor_source: study.bench.prior[series].source.clone(),
         fails_where,
+        searched: false,
         suspects,
         data_faults: options.faults.to_vec(),
         detail: Some(detail),

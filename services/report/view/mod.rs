@@ -175,9 +175,7 @@ impl Page {
             _ => "Model against measurements",
         };
         let next = next_of(diagnosis.axes.iter().map(attention), context);
-        let searched = context.command == next::Command::Diagnose;
-        let axes = diagnosis.axes.iter().map(|axis| AxisView::of_diagnosis(axis, searched)).collect();
-        page(title, &diagnosis.log, axes, next)
+        page(title, &diagnosis.log, diagnosis.axes.iter().map(AxisView::of_diagnosis).collect(), next)
     }
 
     /// Of `ladder`.
@@ -236,8 +234,7 @@ fn page(title: &str, log: &str, axes: Vec<AxisView>, next: Vec<next::Next>) -> P
 }
 
 impl AxisView {
-    /// `searched`: whether suspects were looked for.
-    fn of_diagnosis(axis: &AxisDiagnosis, searched: bool) -> Self {
+    fn of_diagnosis(axis: &AxisDiagnosis) -> Self {
         let mut curves = vec![curve("model", &axis.error_curve)];
         if let Some(best) = axis.suspects.first().filter(|s| !s.error_curve.is_empty()) {
             curves.push(curve(&format!("with {}", best.effect), &best.error_curve));
@@ -247,7 +244,7 @@ impl AxisView {
             axis: axis.axis.letter(),
             verdict: axis.verdict,
             headline: match axis.verdict {
-                Verdict::Unexplained if !searched => axis::NOT_SEARCHED.into(),
+                Verdict::Unexplained if !axis.searched => axis::NOT_SEARCHED.into(),
                 verdict => words(verdict, suspect, axis.suspects.first().map_or(&[], |s| &s.aliases)),
             },
             tone: tone(axis.verdict),
@@ -269,7 +266,7 @@ impl AxisView {
     }
 
     fn of_pair(before: Option<&AxisDiagnosis>, before_label: &str, after: &AxisDiagnosis, label: &str) -> Self {
-        let mut view = Self::of_diagnosis(after, false);
+        let mut view = Self::of_diagnosis(after);
         view.curves.truncate(1);
         view.curves[0].label = label.into();
         if let Some(before) = before {

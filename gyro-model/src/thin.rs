@@ -1,0 +1,234 @@
+//! Fewer rows that say the same of slow things: means over blocks, of gyro and reference alike.
+//!
+//! A mean over time commutes with everything linear and steady: the mean angle's rate is the mean rate, so scale, bias and
+//! delay stay what they were. Gyro and reference have to be averaged about the same instant; where a reference comes at
+//! every n-th row only, a block reaches from the middle between two references to the middle between two others, a row
+//! that stands in such a middle counting half on each side.
+
+use crate::{Record, Row};
+use std::f64::consts::{PI, TAU};
+
+/// At most about `most` rows of this record, over its whole length; the newest rows where references of different
+/// columns stand in different rows, which no block has about one instant.
+#[must_use]
+pub fn thinned(record: &Record, most: usize) -> Record {
+    let most = most.max(1);
+    let free_names = record.free_names.clone();
+    if record.len() <= most {
+        return record.clone();
+    }
+    let Some(has_reference) = common_reference(record) else {
+        return Record { rows: record.rows[record.len() - most..].to_vec(), free_names };
+    };
+    let mut thinner = Thinner::new(record.len().div_ceil(most), has_reference);
+    Record { rows: record.rows.iter().filter_map(|row| thinner.push(row)).collect(), free_names }
+}
+
+/// Whether there is a reference; `None` where its columns don't all have their values in the same rows.
+fn common_reference(record: &Record) -> Option<bool> {
+    let mut patterns = record.rows.iter().filter(|row| is_referenced(row)).map(pattern);
+    let Some(first) = patterns.next() else { return Some(false) };
+    patterns.all(|p| p == first).then_some(true)
+}
+
+fn pattern(row: &Row) -> [bool; 7] {
+    let mut pattern = [false; 7];
+    for i in 0..3 {
+        (pattern[i], pattern[3 + i]) = (row.ref_angle[i].is_finite(), row.ref_rate[i].is_finite());
+    }
+    pattern[6] = row.ref_quaternion[0].is_finite();
+    pattern
+}
+
+fn is_referenced(row: &Row) -> bool {
+    pattern(row).contains(&true)
+}
+
+/// Means over blocks of a stream, block by block.
+#[derive(Clone, Debug)]
+pub struct Thinner {
+    /// Rows of a block at least.
+    rows: usize,
+    /// Blocks end between references; else after so many rows.
+    by_reference: bool,
+    /// The block's rows so far.
+    pending: Vec<Row>,
+    /// Those of them that have a reference.
+    anchors: Vec<usize>,
+    /// Whether the first one counts half, the other half being the block's before.
+    shared: bool,
+    /// Whether the block begins at the middle between two references, and not at the stream's first row.
+    begun: bool,
+    angle: [f64; 3],
+}
+
+impl Thinner {
+    /// Blocks of `rows` rows at least. `by_reference`: they end between two rows that have one.
+    #[must_use]
+    pub fn new(rows: usize, by_reference: bool) -> Self {
+        Self {
+            rows: rows.max(1),
+            by_reference,
+            pending: Vec::new(),
+            anchors: Vec::new(),
+            shared: false,
+            begun: false,
+            angle: [f64::NAN; 3],
+        }
+    }
+
+    /// Takes a row; the mean of a block that is complete with it. Angles come out unwrapped.
+    pub fn push(&mut self, row: &Row) -> Option<Row> {
+        let mut row = *row;
+        for (angle, last) in row.ref_angle.iter_mut().zip(&mut self.angle).filter(|(angle, _)| angle.is_finite()) {
+            *angle = if last.is_nan() { *angle } else { *last + (*angle - *last + PI).rem_euclid(TAU) - PI };
+            *last = *angle;
+        }
+        let is_anchor = !self.by_reference || is_referenced(&row);
+        self.pending.push(row);
+        if !is_anchor {
+            return None;
+        }
+        let new = self.pending.len() - 1;
+        let Some(&last) = self.anchors.last() else {
+            self.anchors.push(new);
+            // What came before the stream's first reference says nothing.
+            if !self.begun {
+                self.pending.drain(..new);
+                self.anchors[0] = 0;
+            }
+            return None;
+        };
+        // The middle between the two references, in half rows: on a row where it is even.
+        let middle = last + new;
+        if middle + 1 < 2 * self.rows + usize::from(self.shared) {
+            self.anchors.push(new);
+            return None;
+        }
+        let shares = middle.is_multiple_of(2);
+        let end = middle / 2 + 1;
+        // A first block that lacks its first half has gyro and reference about different instants.
+        let whole = self.begun || new == last + 1;
+        let mean = whole.then(|| self.mean(end, shares));
+        self.pending.drain(..if shares { end - 1 } else { end });
+        self.anchors.clear();
+        self.anchors.push(self.pending.len() - 1);
+        (self.shared, self.begun) = (shares, true);
+        mean
+    }
+
+    /// The mean of the first `end` pending rows, the last one counting half where it is shared.
+    fn mean(&self, end: usize, shares: bool) -> Row {
+        let rows = &self.pending[..end];
+        let weight = |k: usize| {
+            let first = if k == 0 && self.shared { 0.5 } else { 1.0 };
+            if k + 1 == end && shares { 0.5 * first } else { first }
+        };
+        let read = |value: &dyn Fn(&Row) -> f64| mean(rows.iter().enumerate().map(|(k, row)| (weight(k), value(row))));
+        let anchors = || self.anchors.iter().map(|&k| &rows[k]);
+        let referred = |value: &dyn Fn(&Row) -> f64| mean(anchors().map(|row| (1.0, value(row))));
+        let first = rows[self.anchors[0]];
+        let later = referred(&|row| (row.t_ns - first.t_ns) as f64);
+        Row {
+            t_ns: first.t_ns + later.round() as i64,
+            gyro: std::array::from_fn(|i| read(&|row| row.gyro[i])),
+            accel: std::array::from_fn(|i| read(&|row| row.accel[i])),
+            ref_angle: std::array::from_fn(|i| referred(&|row| row.ref_angle[i])),
+            ref_rate: std::array::from_fn(|i| referred(&|row| row.ref_rate[i])),
+            ref_quaternion: mean_rotation(first.ref_quaternion, anchors().map(|row| row.ref_quaternion)),
+            temperature: read(&|row| row.temperature),
+            supply: read(&|row| row.supply),
+            free: std::array::from_fn(|i| read(&|row| row.free[i])),
+        }
+    }
+}
+
+/// Weighted mean of the finite values; `NaN` where there is none.
+fn mean(values: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let (sum, weight) =
+        values.filter(|(_, v)| v.is_finite()).fold((0.0, 0.0), |(sum, all), (w, v)| (sum + w * v, all + w));
+    if weight > 0.0 { sum / weight } else { f64::NAN }
+}
+
+/// Quaternions of one block lie close together: their mean on the side of `first`, made a unit again.
+fn mean_rotation(first: [f64; 4], all: impl Iterator<Item = [f64; 4]>) -> [f64; 4] {
+    let mut sum = [0.0; 4];
+    for q in all {
+        let side = if (0..4).map(|i| first[i] * q[i]).sum::<f64>() < 0.0 { -1.0 } else { 1.0 };
+        sum.iter_mut().zip(q).for_each(|(s, v)| *s += side * v);
+    }
+    let length = sum.iter().map(|v| v * v).sum::<f64>().sqrt();
+    sum.map(|v| v / length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{TAU, thinned};
+    use crate::{
+        Axis, Model, Record, Row, Term, effects,
+        fit::fit,
+        simulate::{Hidden, Motion, Scenario, SensorSpec, simulate},
+    };
+
+    /// A late gyro whose reference comes at every n-th row.
+    fn late(every: usize, rate_hz: f64) -> (Record, Model) {
+        let motion = Motion::Drive { rate: 1.2, hold: 2.0 };
+        let sensor = SensorSpec { reference_every: every, ..SensorSpec::default() };
+        let hidden = vec![Hidden::parse("delay:d=0.012", Axis::X).unwrap()];
+        let simulated = simulate(&Scenario { motion, seconds: 60.0, rate_hz, sensor, hidden, ..Scenario::default() });
+        (simulated.record, simulated.truth)
+    }
+
+    #[test]
+    fn a_thinned_log_has_the_same_parameters_however_rare_its_reference() {
+        for every in [1, 2, 3, 4, 5] {
+            let (record, truth) = late(every, 400.0);
+            let thin = thinned(&record, 6000);
+            assert!(thin.len() <= 6000 && thin.len() > 3000, "{every}: {}", thin.len());
+            let mut model = Model::base_for(&thin);
+            if let Some(axis) = &mut model.axes[0] {
+                axis.terms.push(Term::neutral(effects::find("delay").unwrap(), Axis::X));
+            }
+            let model = fit(&thin, &model, &[Axis::X]).unwrap();
+            let found = model.axes[0].as_ref().unwrap();
+            for term in &truth.axes[0].as_ref().unwrap().terms {
+                let id = term.effect.card().id;
+                let (value, std_error) = found.term(id).map(|t| (t.values[0], t.std_errors[0])).unwrap();
+                let error = value - term.values[0];
+                assert!(error.abs() < 5.0 * std_error, "every {every}, {id}: off by {error}, ± {std_error}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_line_stays_where_it_is_in_time() {
+        for every in [1, 2, 3, 4, 7] {
+            let rows = (0..1000_i64).map(|k| {
+                let t = k as f64 * 1e-3;
+                let mut row = Row { t_ns: k * 1_000_000, ..Row::EMPTY };
+                row.gyro[2] = 3.0 * t;
+                if k % every == 0 {
+                    row.ref_angle[2] = (40.0 * t).rem_euclid(TAU);
+                }
+                row
+            });
+            let thin = thinned(&Record { rows: rows.collect(), free_names: vec![] }, 40);
+            assert!(thin.len() > 20 && thin.len() <= 40, "{every}: {}", thin.len());
+            for row in &thin.rows {
+                let t = row.t_ns as f64 * 1e-9;
+                assert!((row.gyro[2] - 3.0 * t).abs() < 1e-9, "{every}: {row:?}");
+                assert!((row.ref_angle[2] - 40.0 * t).abs() < 1e-6, "{every}: {row:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn where_references_stand_in_different_rows_the_newest_rows_are_kept() {
+        let (mut record, _) = late(1, 100.0);
+        for k in (0..record.len()).step_by(2) {
+            record.rows[k].ref_rate[1] = 0.1;
+        }
+        let thin = thinned(&record, 500);
+        assert_eq!((thin.len(), thin.rows[499].t_ns), (500, record.rows.last().unwrap().t_ns));
+    }
+}

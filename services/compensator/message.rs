@@ -1,0 +1,111 @@
+//! Judgements and trials as messages and as JSON.
+
+use super::{judge::Judgement, learner::Trial};
+use gyro_model::{
+    detail::Trace,
+    diagnosis::{AxisDiagnosis, Diagnosis, ErrorPoint},
+};
+use ipc_types::{
+    Text,
+    diagnosis::{self as message, SUSPECTS, TAUS, TrialState},
+    topic::REPORT_BYTES,
+};
+
+/// The message, without run, numbers, trial and last stamp.
+#[must_use]
+pub fn of(judgement: &Judgement) -> ipc_types::Diagnosis {
+    let mut message = ipc_types::Diagnosis {
+        epoch: judgement.job.model.epoch,
+        from_ns: judgement.span.0,
+        to_ns: judgement.span.1,
+        compensator_took_ns: judgement.job.took_ns,
+        ..ipc_types::Diagnosis::default()
+    };
+    for axis in &judgement.axes {
+        message.axes[axis.axis.index()] = of_axis(axis);
+    }
+    message
+}
+
+/// The whole as JSON.
+#[must_use]
+pub fn report(judgement: Judgement, name: String) -> Vec<u8> {
+    let mut whole = Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: name, axes: judgement.axes };
+    let report = serde_json::to_vec(&whole).unwrap_or_default();
+    if report.len() <= REPORT_BYTES {
+        return report;
+    }
+    // The overlay over time is most of it, and the watchers see the motion itself.
+    for detail in whole.axes.iter_mut().filter_map(|a| a.detail.as_mut()) {
+        detail.trace = Trace::default();
+    }
+    serde_json::to_vec(&whole).unwrap_or_default()
+}
+
+/// A trial that was decided, at this epoch, in this way.
+#[must_use]
+pub fn of_trial(effect: &str, axis: u32, trial: Option<&Trial>, epoch: u64, state: TrialState) -> message::Trial {
+    let mut out = message::Trial {
+        effect: Text::new(effect),
+        state: state as u32,
+        axis,
+        epoch,
+        present: f64::NAN,
+        other: f64::NAN,
+        ..message::Trial::default()
+    };
+    let of = |axes: &[AxisDiagnosis], curve: &mut [message::ErrorPoint; TAUS]| {
+        let judged = axes.iter().find(|a| axis as usize == a.axis.index()).or(axes.first());
+        judged.map_or(f64::NAN, |a| {
+            fill(curve, &a.error_curve);
+            number(a.error_over_floor)
+        })
+    };
+    if let Some(trial) = trial {
+        out.present = of(&trial.present, &mut out.present_curve);
+        out.other = of(&trial.other, &mut out.other_curve);
+    }
+    out
+}
+
+fn number(value: Option<f64>) -> f64 {
+    value.unwrap_or(f64::NAN)
+}
+
+/// The longest averaging times say most; the shortest go where there is no room.
+fn fill(curve: &mut [message::ErrorPoint; TAUS], points: &[ErrorPoint]) {
+    let first = points.len().saturating_sub(TAUS);
+    for (slot, point) in curve.iter_mut().zip(&points[first..]) {
+        *slot = message::ErrorPoint {
+            tau: point.tau_s,
+            error: number(point.error),
+            floor: number(point.floor),
+            floor_99: number(point.floor_99),
+        };
+    }
+}
+
+fn of_axis(axis: &AxisDiagnosis) -> message::AxisDiagnosis {
+    let mut out = message::AxisDiagnosis {
+        present: 1,
+        within_floor: u32::from(axis.within_floor == Some(true)),
+        verdict: Text::new(&word(axis)),
+        error_over_floor: number(axis.error_over_floor),
+        ..message::AxisDiagnosis::default()
+    };
+    fill(&mut out.curve, &axis.error_curve);
+    for (slot, suspect) in out.suspects.iter_mut().zip(axis.suspects.iter().take(SUSPECTS)) {
+        *slot = message::Suspect {
+            effect: Text::new(&suspect.effect),
+            aliases: Text::new(&suspect.aliases.join(" ")),
+            error_fall: number(suspect.error_fall),
+            p_value: number(suspect.p_value),
+        };
+    }
+    out
+}
+
+/// The verdict as in the JSON.
+fn word(axis: &AxisDiagnosis) -> String {
+    serde_json::to_value(axis.verdict).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
+}
