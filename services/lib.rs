@@ -11,7 +11,7 @@
 //! | [`demo`] | plays a user who finds out what is missing |
 //! | [`settings`] | what a pipeline is told |
 //! | [`domain`], [`run_folder`] | where a pipeline lives, and its files |
-//! | [`source`], [`injection`] | where rows come from, and what is hidden in them |
+//! | [`source`] | where rows come from |
 //! | [`consumers`] | how far those are who follow |
 //! | [`wire`] | between messages and mathematics |
 //! | [`clock`], [`stop`], [`pulse`], [`vault`], [`hopeless`] | a process' clock, end, heart-beat, memory, last word |
@@ -37,7 +37,6 @@ pub mod demo;
 pub mod domain;
 pub mod estimates;
 pub mod hopeless;
-pub mod injection;
 pub mod kalman;
 pub mod log;
 pub mod model_file;

@@ -2,7 +2,6 @@
 
 use crate::{
     hopeless::Hopeless,
-    injection::Injection,
     log::{Options, Reader},
     model_file::ModelFile,
     run_folder::{Run, RunFolder, SourceFacts},
@@ -11,7 +10,7 @@ use crate::{
 use anyhow::anyhow;
 use gyro_model::{
     Axis, Row,
-    simulate::{Hidden, Reference, Scenario, SensorSpec, Simulator},
+    simulate::{Hidden, Injection, Reference, Scenario, SensorSpec, Simulator},
 };
 use std::path::PathBuf;
 

@@ -26,7 +26,7 @@ const GROUPS: [&[&str]; 5] = [
 ];
 
 /// Effects that can be hidden, alone or in pairs.
-const EFFECTS: [&str; 24] = [
+pub const EFFECTS: [&str; 24] = [
     "cross-axis",
     "quadratic-nonlinearity",
     "cubic-nonlinearity",
@@ -74,8 +74,7 @@ impl Case {
         let count = [0, 0, 1, 1, 1, 1, 1, 1, 2, 2][random.random_range(0..10)];
         while scenario.hidden.len() < count {
             let id = EFFECTS[random.random_range(0..EFFECTS.len())];
-            let group = |other: &str| GROUPS.iter().any(|g| g.contains(&id) && g.contains(&other)) || other == id;
-            if scenario.hidden.iter().any(|h| group(h.effect.card().id)) || !is_excited(id, &scenario) {
+            if scenario.hidden.iter().any(|h| alike(id, h.effect.card().id)) || !is_excited(id, &scenario) {
                 continue;
             }
             let hidden = sized(id, &scenario, &mut random);
@@ -102,8 +101,13 @@ impl Case {
     }
 }
 
+/// Whether the two are one effect, or may not be told apart.
+pub fn alike(id: &str, other: &str) -> bool {
+    id == other || GROUPS.iter().any(|group| group.contains(&id) && group.contains(&other))
+}
+
 /// Whether such a log shows the effect at all.
-fn is_excited(id: &str, scenario: &Scenario) -> bool {
+pub fn is_excited(id: &str, scenario: &Scenario) -> bool {
     let one_sine = matches!(scenario.motion, Motion::Sine { .. });
     match id {
         "mount-resonance" | "lag" | "dead-zone" | "quadratic-nonlinearity" | "cubic-nonlinearity" => !one_sine,
@@ -118,7 +122,7 @@ fn is_excited(id: &str, scenario: &Scenario) -> bool {
 }
 
 /// The effect at a size that low-cost sensors show.
-fn sized(id: &str, scenario: &Scenario, random: &mut ChaCha8Rng) -> Hidden {
+pub fn sized(id: &str, scenario: &Scenario, random: &mut ChaCha8Rng) -> Hidden {
     let axis = scenario.sensor.axis;
     let sign = if random.random_bool(0.5) { 1.0 } else { -1.0 };
     let mut between = |low: f64, high: f64| (random.random_range(low.ln()..high.ln())).exp();
@@ -173,7 +177,7 @@ fn across(axis: Axis, value: f64, first: bool) -> Vec<f64> {
 }
 
 /// Largest |reading| of the log without the effect, rad/s.
-fn largest_reading(scenario: &Scenario) -> f64 {
+pub fn largest_reading(scenario: &Scenario) -> f64 {
     let i = scenario.sensor.axis.index();
     simulate(scenario).record.rows.iter().fold(0.0, |largest, row| row.gyro[i].abs().max(largest))
 }

@@ -14,6 +14,7 @@
 
 mod body;
 mod hidden;
+mod injection;
 mod motion;
 mod noise;
 mod sensor;
@@ -23,6 +24,7 @@ mod tests;
 
 pub use body::GRAVITY;
 pub use hidden::{Hidden, HiddenError};
+pub use injection::Injection;
 pub use motion::{Instant, Line, Motion, Shaft};
 pub use sensor::{Reference, SensorSpec, Supply, Temperature};
 pub use simulator::{Sample, Simulator};

@@ -1,9 +1,9 @@
 //! Effects hidden in a replayed log: the recorded rows are taken for the truth, and spoilt as the simulator would.
 
-use gyro_model::{
+use super::{Hidden, HiddenError};
+use crate::{
     Axis, Row,
     effects::{Memory, Signals, Stage},
-    simulate::{Hidden, HiddenError},
 };
 use std::collections::VecDeque;
 
@@ -38,13 +38,17 @@ impl Injection {
     /// # Errors
     /// An unknown effect or parameter.
     pub fn hide(&mut self, text: &str) -> Result<(), HiddenError> {
-        let hidden = Hidden::parse(text, self.axis)?;
+        self.add(Hidden::parse(text, self.axis)?);
+        Ok(())
+    }
+
+    /// Switches an effect on, or gives it other parameters.
+    pub fn add(&mut self, hidden: Hidden) {
         let id = hidden.effect.card().id;
         match self.effects.iter_mut().find(|(known, _)| known.effect.card().id == id) {
             Some((known, _)) => *known = hidden,
             None => self.effects.push((hidden, Memory::default())),
         }
-        Ok(())
     }
 
     /// The row as the spoilt sensor would have given it.
@@ -150,7 +154,7 @@ mod tests {
 
     #[test]
     fn every_effect_of_the_catalogue_can_be_hidden_and_keeps_rows_finite() {
-        for effect in gyro_model::effects::CATALOGUE {
+        for effect in crate::effects::CATALOGUE {
             let mut injection = Injection::new(Axis::Z);
             injection.hide(effect.card().id).unwrap();
             for k in 0..200 {

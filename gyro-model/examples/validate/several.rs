@@ -1,0 +1,120 @@
+//! Two or three effects at once, each at five times the size that is named half of the time.
+
+use crate::{
+    choice::{EFFECTS, alike, is_excited},
+    detection::times_found,
+    outcome::Outcome,
+    probe::{Probe, scenario},
+    run::{Run, Trial},
+    table::{Table, share},
+};
+use gyro_model::simulate::{Motion, Scenario, simulate};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::{collections::BTreeMap, error::Error};
+
+/// Options.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Logs.
+    #[arg(long, default_value_t = 200)]
+    draws: u64,
+    /// Times the size that is named half of the time.
+    #[arg(long, default_value_t = 5.0)]
+    times: f64,
+}
+
+/// Standard errors within which a parameter should lie.
+const SIGMA: f64 = 3.0;
+
+/// A log that hides two or three effects which can be told apart, on a motion of many amplitudes and frequencies.
+pub fn draw(seed: u64, times: f64) -> Result<Scenario, csv::Error> {
+    let random = &mut ChaCha8Rng::seed_from_u64(seed);
+    let motion = if random.random_bool(0.5) {
+        Motion::Multisine { travel: random.random_range(4.5..9.0) }
+    } else {
+        Motion::Drive { rate: random.random_range(0.8..1.8), hold: random.random_range(1.2..3.0) }
+    };
+    let mut several = scenario("", motion, seed);
+    let count = random.random_range(2..=3);
+    while several.hidden.len() < count {
+        let id = EFFECTS[random.random_range(0..EFFECTS.len())];
+        if several.hidden.iter().any(|hidden| alike(id, hidden.effect.card().id)) || !is_excited(id, &several) {
+            continue;
+        }
+        let probe = Probe::new(id, Scenario { hidden: Vec::new(), ..several.clone() });
+        several.hidden.push(probe.at(times_found(&probe, times)?));
+    }
+    Ok(several)
+}
+
+/// Whether all were found, by their own names, and nothing else.
+pub fn is_right(scenario: &Scenario, outcome: &Outcome) -> bool {
+    let hidden = |id: &str| scenario.hidden.iter().any(|h| h.effect.card().id == id);
+    outcome.added.len() == scenario.hidden.len() && outcome.added.iter().all(|added| hidden(&added.id))
+}
+
+/// Runs it and prints shares and failures.
+pub fn study(arguments: &Arguments, run: &Run) -> Result<(), Box<dyn Error>> {
+    let mut trials = Vec::new();
+    for k in 0..arguments.draws {
+        trials.push(Trial { name: k.to_string(), what: run.seed_of(k) });
+    }
+    let times = arguments.times;
+    let results = run.each(trials, |trial, detail| {
+        let Ok(scenario) = draw(trial.what, times) else { return Ok(None) };
+        if detail {
+            eprintln!("{:?} on {:?}", scenario.hidden, scenario.motion);
+        }
+        let simulated = simulate(&scenario);
+        let axis = scenario.sensor.axis;
+        let outcome = Outcome::of(&simulated.record, axis, detail)?;
+        Ok(Some((scenario, simulated.truth, outcome)))
+    })?;
+    let mut right = 0;
+    let mut within: BTreeMap<String, (usize, usize)> = BTreeMap::new();
+    let (mut failures, mut far) = (Vec::new(), Vec::new());
+    for (trial, result) in &results {
+        let Some((scenario, truth, outcome)) = result else { return Err("detection.csv cannot be read".into()) };
+        let axis = scenario.sensor.axis;
+        if !is_right(scenario, outcome) {
+            let hidden: Vec<&str> = scenario.hidden.iter().map(|h| h.effect.card().id).collect();
+            failures.push(format!(
+                "- `--only {}`, {:?}: hidden {}, found {}",
+                trial.name,
+                scenario.motion,
+                hidden.join(" + "),
+                outcome.says()
+            ));
+            continue;
+        }
+        right += 1;
+        for found in &outcome.ladder.parameters {
+            let term = truth.axes[axis.index()].as_ref().and_then(|model| model.term(&found.effect));
+            let hidden = term.and_then(|t| t.parameters(axis).find(|(card, ..)| card.name == found.name));
+            let (Some((_, hidden, _)), Some(value), Some(std_error)) = (hidden, found.value, found.std_error) else {
+                continue;
+            };
+            let sigmas = (value - hidden) / std_error;
+            let name = format!("{}.{}", found.effect, found.name);
+            if sigmas.abs() > SIGMA {
+                far.push(format!("- `--only {}`: {name} {value:.4e} for {hidden:.4e}, {sigmas:+.1} σ", trial.name));
+            }
+            let entry = within.entry(name).or_default();
+            entry.0 += usize::from(sigmas.abs() <= SIGMA);
+            entry.1 += 1;
+        }
+    }
+    println!("All found and none invented: {}.", share(right, results.len()));
+    let sum = within.values().fold((0, 0), |sum, entry| (sum.0 + entry.0, sum.1 + entry.1));
+    println!("Parameters within {SIGMA} standard errors: {}.\n", share(sum.0, sum.1));
+    let mut table = Table::new(&["parameter", "within 3 standard errors"]);
+    for (name, (near, all)) in within {
+        table.row([name, share(near, all)]);
+    }
+    table.print();
+    for line in failures.iter().chain(&far) {
+        println!("{line}");
+    }
+    Ok(())
+}
