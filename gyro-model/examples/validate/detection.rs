@@ -22,8 +22,10 @@ pub struct Arguments {
     csv: Option<PathBuf>,
 }
 
-/// Sizes that are tried, in sizes of the oracle.
-const MULTIPLES: [f64; 11] = [0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.2];
+/// Sizes that are tried: so many steps of √2 from a third of the oracle's size on.
+const STEPS: u32 = 23;
+/// The first of them, in steps: 1.4 of the oracle's.
+const FIRST: u32 = 4;
 /// What takes the oracle's place for a dead zone (rad/s) or a saturation (share).
 const LIMIT: f64 = 0.01;
 
@@ -71,12 +73,12 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), Box<dyn Error>> {
 fn threshold(probe: &Probe, detail: bool) -> Result<Threshold, FitError> {
     let oracle = oracle::size(probe);
     let unit = oracle.unwrap_or(LIMIT);
-    let (mut low, mut high) = (0, MULTIPLES.len());
-    let mut tried = 4;
+    let (mut low, mut high) = (0, STEPS);
+    let mut tried = FIRST;
     while low < high {
-        let size = MULTIPLES[tried] * unit;
+        let size = multiple(tried) * unit;
         if detail {
-            eprintln!("{} × {unit:.3e}: {:?}", MULTIPLES[tried], probe.at(size));
+            eprintln!("{:.2} × {unit:.3e}: {:?}", multiple(tried), probe.at(size));
         }
         let record = simulate(&probe.hide(size)).record;
         if Outcome::of(&record, probe.scenario.sensor.axis, detail)?.names(probe.id()) {
@@ -84,35 +86,30 @@ fn threshold(probe: &Probe, detail: bool) -> Result<Threshold, FitError> {
         } else {
             low = tried + 1;
         }
-        tried = usize::midpoint(low, high);
+        tried = if high == STEPS { (tried + 4).min(STEPS - 1) } else { u32::midpoint(low, high) };
     }
-    let found = match high {
-        0 => MULTIPLES[0],
-        _ if high == MULTIPLES.len() => f64::INFINITY,
-        _ => (MULTIPLES[high - 1] * MULTIPLES[high]).sqrt(),
-    };
+    let found = if high == STEPS { f64::INFINITY } else { multiple(high) / 2_f64.powf(0.25) };
     Ok(Threshold { oracle, unit: probe.unit(), found: found * unit })
+}
+
+/// A size that is tried, in sizes of the oracle.
+fn multiple(step: u32) -> f64 {
+    2_f64.powf(0.5 * (f64::from(step) - 3.0))
 }
 
 /// What `detection.csv` holds of an effect.
 #[derive(serde::Deserialize)]
 struct Entry {
     effect: String,
-    found: Option<f64>,
+    found: f64,
     ratio: Option<f64>,
 }
 
-/// So many times the size that is named half of the time on such a log.
-pub fn times_found(probe: &Probe, times: f64) -> Result<f64, csv::Error> {
+/// So many times the size that is named half of the time on such a log; `None` where `detection.csv` does not have it.
+pub fn times_found(probe: &Probe, times: f64) -> Option<f64> {
     let mut reader = csv::Reader::from_reader(include_bytes!("detection.csv").as_slice());
-    for entry in reader.deserialize() {
-        let entry: Entry = entry?;
-        if entry.effect == probe.id() {
-            // Not found at all is the largest that was tried.
-            let ratio = entry.ratio.map(|ratio| ratio.min(MULTIPLES[MULTIPLES.len() - 1]));
-            let by_oracle = ratio.zip(oracle::size(probe)).map(|(ratio, size)| ratio * size);
-            return Ok(by_oracle.or(entry.found).map_or(probe.drawn(), |found| times * found));
-        }
-    }
-    Ok(probe.drawn())
+    let entry = reader.deserialize().filter_map(Result::ok).find(|entry: &Entry| entry.effect == probe.id())?;
+    // Not named at any size is taken for the largest that was tried.
+    let by_oracle = oracle::size(probe).zip(entry.ratio).map(|(size, ratio)| size * ratio.min(multiple(STEPS)));
+    Some(times * by_oracle.unwrap_or(entry.found.min(multiple(STEPS) * LIMIT)))
 }

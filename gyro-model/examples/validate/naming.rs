@@ -80,9 +80,9 @@ pub const MOTIONS: [(&str, Motion); 3] = [
 ];
 
 /// The log of an effect, a motion and a seed.
-pub fn hidden_log(id: &str, motion: Motion, seed: u64, times: f64) -> Result<Scenario, csv::Error> {
+pub fn hidden_log(id: &str, motion: Motion, seed: u64, times: f64) -> Option<Scenario> {
     let probe = Probe::new(id, scenario(id, motion, seed));
-    Ok(probe.hide(times_found(&probe, times)?))
+    Some(probe.hide(times_found(&probe, times)?))
 }
 
 /// Runs it, prints the shares and draws the matrix.
@@ -98,7 +98,7 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), Box<dyn Error>> {
     let times = arguments.times;
     let results = run.each(trials, |trial, detail| {
         let (id, motion, seed) = trial.what;
-        let Ok(scenario) = hidden_log(id, motion, seed, times) else { return Ok(None) };
+        let Some(scenario) = hidden_log(id, motion, seed, times) else { return Ok(None) };
         if detail {
             eprintln!("{:?} on {:?}", scenario.hidden, scenario.motion);
         }
@@ -111,7 +111,9 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), Box<dyn Error>> {
     let [mut plain, mut paired] = [(0, 0); 2];
     let mut wrong = Vec::new();
     for (trial, result) in &results {
-        let Some((scenario, called, says)) = result else { return Err("detection.csv cannot be read".into()) };
+        let Some((scenario, called, says)) = result else {
+            return Err(format!("detection.csv has no {}", trial.what.0).into());
+        };
         let id = trial.what.0;
         matrix.add(EFFECTS.iter().position(|e| *e == id).unwrap_or_default(), called.column());
         let right = called.is_right(id, scenario.motion);

@@ -55,7 +55,7 @@ pub fn number(value: Option<f64>) -> String {
     }
 }
 
-/// The median; `None` where there is nothing.
+/// The median, of an even count the geometric mean of the middle two; `None` where there is nothing.
 pub fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let n = values.len();

@@ -1,0 +1,87 @@
+//! A few logs of each study of `examples/validate`, on which nothing may go wrong.
+
+#![allow(dead_code)] // the studies' own printing
+
+#[path = "../examples/make_cases/choice.rs"]
+mod choice;
+#[path = "../examples/validate/detection.rs"]
+mod detection;
+#[path = "../examples/validate/false_alarms.rs"]
+mod false_alarms;
+#[path = "../examples/validate/naming.rs"]
+mod naming;
+#[path = "../examples/validate/oracle.rs"]
+mod oracle;
+#[path = "../examples/validate/outcome.rs"]
+mod outcome;
+#[path = "../examples/validate/pairs.rs"]
+mod pairs;
+#[path = "../examples/validate/picture.rs"]
+mod picture;
+#[path = "../examples/validate/probe.rs"]
+mod probe;
+#[path = "../examples/validate/run.rs"]
+mod run;
+#[path = "../examples/validate/several.rs"]
+mod several;
+#[path = "../examples/validate/table.rs"]
+mod table;
+
+use false_alarms::Kind;
+use gyro_model::simulate::{Scenario, simulate};
+use naming::{Called, MOTIONS, hidden_log};
+use outcome::Outcome;
+
+/// Times the size that is named half of the time.
+const TIMES: f64 = 5.0;
+
+fn climbed(scenario: &Scenario) -> Outcome {
+    Outcome::of(&simulate(scenario).record, scenario.sensor.axis, false).unwrap()
+}
+
+fn no_alarm(kind: Kind) {
+    for k in 0..3 {
+        let scenario = kind.scenario(choice::seed_of(1, k), k, 60.0, 100.0);
+        let outcome = climbed(&scenario);
+        assert!(!outcome.is_alarm(), "{} {k}: {}", kind.name(), outcome.says());
+    }
+}
+
+#[test]
+fn white_noise_raises_no_alarm() {
+    no_alarm(Kind::White);
+}
+
+#[test]
+fn flicker_noise_raises_no_alarm() {
+    no_alarm(Kind::Flicker);
+}
+
+#[test]
+fn noise_that_grows_with_rate_raises_no_alarm() {
+    no_alarm(Kind::RateNoise);
+}
+
+#[test]
+fn a_coarse_encoder_at_slow_turn_raises_no_alarm() {
+    no_alarm(Kind::Quantised);
+}
+
+#[test]
+fn effects_of_five_times_the_size_that_is_found_are_named() {
+    for (k, id) in (0..).zip(choice::EFFECTS) {
+        let (name, motion) = MOTIONS[k % 2];
+        let scenario = hidden_log(id, motion, choice::seed_of(1, 0), TIMES).unwrap();
+        let outcome = climbed(&scenario);
+        assert!(Called::of(id, &outcome).is_right(id, scenario.motion), "{id} on {name}: {}", outcome.says());
+    }
+}
+
+#[test]
+fn several_effects_at_once_are_all_found_and_none_is_invented() {
+    for k in 0..3 {
+        let scenario = several::draw(choice::seed_of(1, k), TIMES).unwrap();
+        let outcome = climbed(&scenario);
+        assert!(several::is_right(&scenario, &outcome), "{k}: {:?}, found {}", scenario.hidden, outcome.says());
+    }
+}
