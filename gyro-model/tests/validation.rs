@@ -67,14 +67,24 @@ fn a_coarse_encoder_at_slow_turn_raises_no_alarm() {
     no_alarm(Kind::Quantised);
 }
 
-#[test]
-fn effects_of_five_times_the_size_that_is_found_are_named() {
-    for (k, id) in (0..).zip(choice::EFFECTS) {
-        let (name, motion) = MOTIONS[k % 2];
+/// Every other effect, from `first` on.
+fn all_named(first: usize) {
+    let (name, motion) = MOTIONS[first];
+    for id in choice::EFFECTS.into_iter().skip(first).step_by(2) {
         let scenario = hidden_log(id, motion, choice::seed_of(1, 0), TIMES).unwrap();
         let outcome = climbed(&scenario);
         assert!(Called::of(id, &outcome).is_right(id, scenario.motion), "{id} on {name}: {}", outcome.says());
     }
+}
+
+#[test]
+fn effects_of_five_times_the_size_that_is_found_are_named_on_a_multisine() {
+    all_named(0);
+}
+
+#[test]
+fn effects_of_five_times_the_size_that_is_found_are_named_on_a_drive() {
+    all_named(1);
 }
 
 #[test]
