@@ -19,7 +19,10 @@ use ipc_types::{
     topic,
     wait::Wait,
 };
-use std::{path::Path, time::Duration};
+use std::{
+    path::{Path, PathBuf},
+    time::Duration,
+};
 
 const NAP: Duration = Duration::from_millis(20);
 
@@ -29,14 +32,19 @@ const NAP: Duration = Duration::from_millis(20);
 /// A file that cannot be written, or broken plumbing.
 pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Result<()> {
     let settings = &run.settings;
-    let path = settings.record.as_deref().context("no file to record to")?;
+    let wanted = settings.record.as_deref().context("no file to record to")?;
     let mut pulse = Pulse::begin(hub, run.number, ServiceId::Recorder, ["kalman-to-recorder", "recorder", ""])?;
     let begun = folder.mark("recording");
-    if begun.exists() {
-        let lost = anyhow!("{}: the recorder died, and what it had is lost: run again", path.display());
+    let lives = std::fs::read(&begun).map_or(0, |marks| marks.len());
+    if lives > 0 && settings.lossless() {
+        let lost = anyhow!("{}: the recorder died, and what it had is lost: run again", wanted.display());
         return Err(Hopeless::from_error(lost));
     }
-    std::fs::write(&begun, []).with_context(|| begun.display().to_string())?;
+    std::fs::write(&begun, vec![b'.'; lives + 1]).with_context(|| begun.display().to_string())?;
+    let path = &part(wanted, lives);
+    if lives > 0 {
+        tracing::warn!("what a recorder that died had is lost; {} goes on from here", path.display());
+    }
     let estimates = hub.reader(&topic::ESTIMATE, None, settings.wait.recorder)?;
     // The samples' bell is for those who estimate; they are looked at when an estimate rings.
     let samples = if is_mcap(path) { Some(hub.reader(&topic::SAMPLE, None, Wait::Spin)?) } else { None };
@@ -85,6 +93,16 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
         writer.finish()?;
     }
     Ok(pulse.beat_now()?)
+}
+
+/// The file of a recorder's next life, where a vehicle goes on without waiting: `run.csv`, `run-2.csv`, ….
+fn part(path: &Path, lives: usize) -> PathBuf {
+    if lives == 0 {
+        return path.to_owned();
+    }
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let extension = path.extension().map_or_else(String::new, |e| format!(".{}", e.to_string_lossy()));
+    path.with_file_name(format!("{stem}-{}{extension}", lives + 1))
 }
 
 /// The axes of `apply`: those of the model that have a gyro; of a model that is still to be learned, those with a gyro.

@@ -332,9 +332,12 @@ impl Compensator<'_> {
     }
 
     fn solve_once_more(&mut self) -> anyhow::Result<()> {
-        if let Some(challenger) = self.challenger.take() {
-            let ended = Err(anyhow::anyhow!("the stream ended before the trial was decided"));
-            self.answers.settle(challenger.command.id, self.current.epoch(), ended);
+        if let Some(challenger) = &mut self.challenger {
+            // Everything has come: the trial is decided now.
+            challenger.waits = true;
+            let other = Box::new(challenger.model.clone());
+            self.ask(Task::Try(other));
+            return Ok(());
         }
         if self.paused {
             return self.finish(None, 0, Vec::new());
@@ -393,7 +396,7 @@ impl Compensator<'_> {
                 state = TrialState::TookOver;
             }
             // Too few data yet are no verdict either: after a crash there are none at first.
-            Ok(_) | Err(_) if now_ns() < challenger.since_ns + TRIAL_NS => {
+            Ok(_) | Err(_) if self.ending == Ending::Not && now_ns() < challenger.since_ns + TRIAL_NS => {
                 if now_ns() > challenger.since_ns + TRIAL_TOLD_NS && self.answers.of(id).is_none() {
                     let says = format!("{effect} is on trial: it takes over when it is better{figures}");
                     self.answers.settle(id, self.current.epoch(), Ok(says));

@@ -16,14 +16,14 @@ const SERVICES: [&str; 3] = ["acquisition", "kalman", "compensator"];
 const KILLS: usize = 20;
 
 /// An onlooker of the estimates.
-struct Onlooker {
+pub struct Onlooker {
     estimates: Reader<Estimate>,
-    last: Estimate,
+    pub last: Estimate,
     _hub: Hub,
 }
 
 impl Onlooker {
-    fn join(pipeline: &mut Pipeline) -> Self {
+    pub fn join(pipeline: &mut Pipeline) -> Self {
         let mut joined = None;
         pipeline.until("the topics", |p| {
             joined = Hub::join(&p.domain, "onlooker")
@@ -36,7 +36,7 @@ impl Onlooker {
     }
 
     /// Takes what waits. Numbers and times never go back.
-    fn look(&mut self) {
+    pub fn look(&mut self) {
         while let Some(estimate) = self.estimates.take().unwrap() {
             assert!(
                 estimate.sequence > self.last.sequence || estimate.sequence + 1024 > self.last.sequence,
@@ -219,4 +219,53 @@ fn a_new_supervisor_adopts_what_still_runs() {
     assert_eq!(ended.code, Some(0), "{}", ended.error);
     std::mem::forget(first);
     assert!(place.left("orphans").is_empty(), "{:?}", place.left("orphans"));
+}
+
+#[test]
+fn a_recorder_that_is_killed_goes_on_in_another_file_while_the_vehicle_drives() {
+    let place = Place::new();
+    let (first, second) = (place.file("run.csv"), place.file("run-2.csv"));
+    let mut pipeline = place.start("recorder", &["--source", "sim", "--record", first.to_str().unwrap()]);
+    let mut onlooker = Onlooker::join(&mut pipeline);
+    onlooker.until_on(&mut pipeline, "the first estimate");
+    let others = |p: &Pipeline| SERVICES.map(|service| p.pid(service).unwrap());
+    let before = others(&pipeline);
+    let dead = kill(&mut pipeline, "recorder");
+    until_back(&mut pipeline, "recorder", dead);
+    pipeline.until("a recording that goes on", |_| {
+        let status = place.status("recorder").unwrap();
+        let recorder = status["services"].as_array().unwrap().iter().find(|s| s["name"] == "recorder").unwrap();
+        recorder["received"].as_u64().unwrap() > 100
+    });
+    onlooker.until_on(&mut pipeline, "estimates");
+    assert_eq!(others(&pipeline), before);
+    drop(onlooker);
+    let ended = pipeline.interrupt();
+    assert_eq!(ended.code, Some(0), "{}", ended.error);
+    assert!(!first.exists(), "half a recording stands under the name of a whole one");
+    let rows = std::fs::read_to_string(&second).unwrap().lines().count();
+    assert!(rows > 100, "{rows} rows");
+    assert!(place.left("recorder").is_empty(), "{:?}", place.left("recorder"));
+}
+
+#[test]
+fn an_unpaced_run_whose_recorder_is_killed_ends_and_says_so() {
+    let place = Place::new();
+    let path = place.file("log.csv");
+    let rows = log(&path, 600.0, 4).record.len() as u64;
+    let record = place.file("run.csv");
+    let args = ["--source", path.to_str().unwrap(), "--speed", "max", "--record", record.to_str().unwrap()];
+    let mut pipeline = place.start("recorder", &args);
+    let mut onlooker = Onlooker::join(&mut pipeline);
+    pipeline.until("some rows", |_| {
+        onlooker.look();
+        onlooker.last.sequence > rows / 8
+    });
+    kill(&mut pipeline, "recorder");
+    drop(onlooker);
+    let ended = pipeline.end();
+    assert_eq!(ended.code, Some(1), "{}{}", ended.out, ended.error);
+    assert!(ended.error.contains("the recorder died, and what it had is lost"), "{}", ended.error);
+    assert!(!record.exists());
+    assert!(place.left("recorder").is_empty(), "{:?}", place.left("recorder"));
 }

@@ -2,7 +2,7 @@
 
 use gyro_model::{
     Axis,
-    simulate::{Motion, Scenario, SensorSpec, Simulated, simulate},
+    simulate::{Hidden, Motion, Scenario, SensorSpec, Simulated, simulate},
 };
 use ipc_types::domain::Domain;
 use serde_json::Value;
@@ -54,9 +54,14 @@ impl Place {
     }
 
     pub fn start(&self, instance: &str, args: &[&str]) -> Pipeline {
+        self.start_watched(instance, "off", args)
+    }
+
+    /// The same with a dashboard at this address.
+    pub fn start_watched(&self, instance: &str, dashboard: &str, args: &[&str]) -> Pipeline {
         let child = self
             .truerate()
-            .args(["run", "--dashboard", "off", "--instance", instance])
+            .args(["run", "--dashboard", dashboard, "--instance", instance])
             .args(args)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
@@ -163,7 +168,7 @@ impl Drop for Pipeline {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
-        for service in ["acquisition", "kalman", "compensator", "recorder"] {
+        for service in ["acquisition", "kalman", "compensator", "recorder", "dashboard"] {
             if let Some(pid) = self.pid(service) {
                 signal(pid, rustix::process::Signal::KILL);
             }
@@ -184,13 +189,18 @@ pub fn signal(pid: u32, signal: rustix::process::Signal) {
 
 /// A simulated log on the disk, with its truth.
 pub fn log(path: &Path, seconds: f64, seed: u64) -> Simulated {
+    spoilt_log(path, seconds, 100.0, seed, &[])
+}
+
+/// The same at another rate, with these effects hidden in it.
+pub fn spoilt_log(path: &Path, seconds: f64, rate_hz: f64, seed: u64, hidden: &[&str]) -> Simulated {
     let scenario = Scenario {
         motion: Motion::Drive { rate: 1.2, hold: 2.0 },
         seconds,
-        rate_hz: 100.0,
+        rate_hz,
         seed,
         sensor: SensorSpec::on(Axis::Z),
-        ..Scenario::default()
+        hidden: hidden.iter().map(|text| Hidden::parse(text, Axis::Z).unwrap()).collect(),
     };
     let simulated = simulate(&scenario);
     write_record(path, &simulated.record, 0).unwrap();

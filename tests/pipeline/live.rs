@@ -1,6 +1,10 @@
 //! The model changed while it runs: by command, refused with a reason, undone, saved.
 
-use crate::harness::{Pipeline, Place, counted, log, signal};
+use crate::{
+    crashes::Onlooker,
+    harness::{Pipeline, Place, counted, log, parameter, signal, spoilt_log},
+};
+use gyro_model::Axis;
 use ipc_types::{
     Parameters,
     port::{Hub, Reader},
@@ -59,7 +63,7 @@ impl Model {
     }
 
     fn letter(&self) -> &'static str {
-        gyro_model::Axis::ALL[self.axis].letter()
+        Axis::ALL[self.axis].letter()
     }
 }
 
@@ -157,6 +161,10 @@ fn a_compensator_that_is_killed_or_stopped_while_an_effect_is_added_leaves_a_who
     let mut model = Model::watch(&mut pipeline);
     let letter = model.letter();
     for blow in [Signal::KILL, Signal::STOP] {
+        if model.effects().len() == 3 {
+            assert!(control(&place, &["undo"]).status.success());
+            pipeline.until("the model before", |_| model.effects() == ["scale-factor", "bias"]);
+        }
         let mut asked = place
             .truerate()
             .args(["control", "--instance", "live", "add", "delay", "--axis", letter])
@@ -183,4 +191,78 @@ fn a_compensator_that_is_killed_or_stopped_while_an_effect_is_added_leaves_a_who
     assert_eq!(ended.code, Some(0), "{}", ended.error);
     assert_eq!(counted(&ended.out, "kalman", "lost"), 0, "{}", ended.out);
     assert!(place.left("live").is_empty(), "{:?}", place.left("live"));
+}
+
+#[test]
+fn an_effect_is_removed_while_the_vehicle_drives() {
+    let place = Place::new();
+    let config = late_vehicle(&place);
+    let mut pipeline = place.start("live", &["--config", config.to_str().unwrap()]);
+    let mut model = Model::watch(&mut pipeline);
+    let letter = model.letter();
+    let refused = |effect: &str, why: &str| {
+        let output = control(&place, &["remove", effect, "--axis", letter]);
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(1) && error.contains(why), "{error}");
+    };
+    refused("delay", "the model has no 'delay'");
+    refused("bias", "belongs to the base model");
+    assert!(control(&place, &["add", "delay", "--axis", letter]).status.success());
+    pipeline.until("the challenger's victory", |_| model.effects().contains(&"delay".to_owned()));
+    let epoch = model.last.epoch;
+    assert!(control(&place, &["remove", "delay", "--axis", letter]).status.success());
+    pipeline.until("the base model", |_| model.effects() == ["scale-factor", "bias"]);
+    assert!(model.last.epoch > epoch, "{} after {epoch}", model.last.epoch);
+    assert!(control(&place, &["undo"]).status.success());
+    pipeline.until("the removed effect", |_| model.effects().contains(&"delay".to_owned()));
+    let ended = pipeline.interrupt();
+    assert_eq!(ended.code, Some(0), "{}", ended.error);
+    assert_eq!(counted(&ended.out, "kalman", "lost"), 0, "{}", ended.out);
+}
+
+/// A log with a late gyro, unpaced, held while the effect is added, must end in what `truerate add` finds on it.
+fn added_live_and_offline(seconds: f64, rate_hz: f64) {
+    let place = Place::new();
+    let path = place.file("late.csv");
+    let rows = spoilt_log(&path, seconds, rate_hz, 12, &["delay:d=0.012"]).record.len() as u64;
+    let (log, file) = (path.to_str().unwrap(), place.file("offline.toml"));
+    let added = place.output(&["add", log, "delay", "-o", file.to_str().unwrap()]);
+    assert!(added.status.success(), "{added:?}");
+    let offline = truerate::model_file::load(&file, &[]).unwrap().model;
+
+    let mut pipeline = place.start("live", &["--source", log, "--speed", "max"]);
+    let mut onlooker = Onlooker::join(&mut pipeline);
+    pipeline.until("some seconds of motion", |_| {
+        onlooker.look();
+        onlooker.last.sequence > rows / 8
+    });
+    let source = pipeline.pid("acquisition").unwrap();
+    signal(source, Signal::STOP);
+    let mut model = Model::watch(&mut pipeline);
+    assert!(control(&place, &["add", "delay", "--axis", "z"]).status.success());
+    pipeline.until("the effect in the model", |_| model.effects().contains(&"delay".to_owned()));
+    signal(source, Signal::CONT);
+    drop((model, onlooker));
+    let ended = pipeline.end();
+    assert_eq!(ended.code, Some(0), "{}{}", ended.out, ended.error);
+    for process in ["kalman", "compensator"] {
+        assert_eq!(counted(&ended.out, process, "in"), rows, "{}", ended.out);
+    }
+    for term in &offline.axes[2].as_ref().unwrap().terms {
+        for (card, value, std_error) in term.parameters(Axis::Z) {
+            let name = format!("{}.{}", term.effect.card().id, card.name);
+            let (live, _) = parameter(&ended.out, "z", &name);
+            assert!((live - value).abs() <= 0.1 * std_error, "{name}: {live} live, {value} ± {std_error} offline");
+        }
+    }
+}
+
+#[test]
+fn an_effect_added_live_ends_in_the_parameters_that_add_finds() {
+    added_live_and_offline(60.0, 200.0);
+}
+
+#[test]
+fn and_so_on_a_log_that_is_thinned_while_it_streams() {
+    added_live_and_offline(400.0, 100.0);
 }
