@@ -11,7 +11,7 @@ use crate::nls;
 pub const BLOCKS: usize = 10;
 /// Averaging times that are always among them, s: those of the headline.
 const HEADLINE: [f64; 3] = [0.1, 1.0, 10.0];
-const PAIRS: usize = 30_000;
+const PAIRS: usize = 8_000;
 
 /// The increments that are looked at: their averaging times and which rows they join.
 #[derive(Clone, Debug)]

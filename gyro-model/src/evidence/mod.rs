@@ -18,3 +18,4 @@ pub mod problem;
 pub mod series;
 pub mod study;
 pub mod whiten;
+pub mod whittle;

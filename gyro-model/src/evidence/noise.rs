@@ -6,7 +6,8 @@
 
 use super::{
     study::Study,
-    whiten::{NoiseModel, Whitener, simplex},
+    whiten::{self, NoiseModel, Whitener, simplex},
+    whittle::Periodogram,
 };
 use crate::{model::Noise, nls};
 use faer::Mat;
@@ -59,7 +60,7 @@ impl NoiseModel {
         }
     }
 
-    fn from_logs(p: &[f64]) -> Self {
+    pub(crate) fn from_logs(p: &[f64]) -> Self {
         let e = |k: usize| p.get(k).map_or(0.0, |v| v.clamp(-60.0, 20.0).exp());
         Self {
             angle_random_walk: e(0),
@@ -70,7 +71,7 @@ impl NoiseModel {
         }
     }
 
-    fn logs(&self) -> Vec<f64> {
+    pub(crate) fn logs(&self) -> Vec<f64> {
         let mut out = vec![self.angle_random_walk, self.bias_random_walk, self.encoder];
         if self.correlated > 0.0 {
             out.extend([self.correlated, self.correlation_time]);
@@ -109,11 +110,7 @@ impl Rows {
 
     /// ln L of a residual (one entry a channel) under a noise.
     fn log_likelihood(&self, residual: &[Vec<f64>], noise: &NoiseModel) -> f64 {
-        let whitener = self.whitener(noise);
-        residual
-            .iter()
-            .map(|r| whitener.log_likelihood(whitener.sum_of_squares(r.iter().step_by(self.every).copied())))
-            .sum()
+        whiten::log_likelihood(noise, &self.t, &self.plateau, &self.lost, (residual, self.every))
     }
 }
 
@@ -178,42 +175,48 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
     };
     let mut step = vec![0.0; study.columns.len()];
     let mut noise = first;
-    for round in 0..3 {
+    let mut before = f64::INFINITY;
+    for round in 0..ROUNDS {
         let residual = moved(study, &step);
-        let search = |start: &[f64], scale: f64, evaluations: usize| {
-            simplex(start, scale, evaluations, |p| {
-                let value = -rows.log_likelihood(&residual, &NoiseModel::from_logs(p));
-                if value.is_finite() { value } else { 1e300 }
-            })
+        let cost = |noise: &NoiseModel| {
+            let value = -rows.log_likelihood(&residual, noise);
+            if value.is_finite() { value } else { 1e300 }
         };
-        let mut best = search(&noise.logs(), if round == 0 { 0.8 } else { 0.3 }, 70);
-        if round == 0 {
-            for start in starts {
-                let other = search(&start.logs(), 0.4, 60);
-                if other.1 < best.1 - if other.0.len() > best.0.len() { WORTH } else { 0.0 } {
-                    best = other;
-                }
+        let mut from: Vec<NoiseModel> = if round == 0 { starts.to_vec() } else { vec![noise] };
+        match Periodogram::new(&residual, study.bench.problem.times()) {
+            Some(periodogram) => {
+                let (few, many) = periodogram.search(&first);
+                from.extend([few, many]);
             }
-            best = search(&best.0, 0.3, 60);
+            None => from.push(first),
         }
-        if round < 2 && best.0.len() == 3 {
-            let span = rows.t[rows.t.len() - 1] - rows.t[0];
-            let spread = (best.0[0].exp().powi(2) / span.sqrt()).sqrt();
-            for time in [1e-3 * span, 2e-2 * span] {
-                let mut wide = best.0[..3].to_vec();
-                wide.extend([(spread / time.sqrt()).max(1e-12).ln(), time.ln()]);
-                let other = search(&wide, 0.8, 90);
-                if other.1 < best.1 - if best.0.len() == 3 { WORTH } else { 0.0 } {
-                    best = other;
-                }
-            }
-        }
+        let mut from: Vec<(NoiseModel, f64)> = from.iter().map(|noise| (*noise, cost(noise))).collect();
+        from.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let polish = |wide: bool| {
+            let start = from.iter().find(|(noise, _)| (noise.correlated > 0.0) == wide)?.0.logs();
+            let evaluations = if wide { 70 } else { 45 };
+            Some(simplex(&start, 0.2, evaluations, |p| cost(&NoiseModel::from_logs(p))))
+        };
+        let best = match (polish(false), polish(true)) {
+            (Some(few), Some(many)) if many.1 < few.1 - WORTH => many,
+            (Some(few), _) => few,
+            (None, Some(many)) => many,
+            (None, None) => break,
+        };
         noise = NoiseModel::from_logs(&best.0);
+        if best.1 > before - SETTLED {
+            break;
+        }
+        before = best.1;
         step = solve(&normal(study, &noise).0).0;
     }
     at_noise(study, &noise)
 }
 
+/// Turns of noise and parameters at most.
+const ROUNDS: usize = 4;
+/// Rise of ln L from one turn to the next below which both are found.
+const SETTLED: f64 = 0.05;
 /// What two more noise parameters have to raise ln L by.
 const WORTH: f64 = 6.0;
 

@@ -79,7 +79,7 @@ impl<'a> Study<'a> {
         let mut model = start.clone();
         let slots = problem.slots(&model);
         let mut warm = warm.map_or_else(|| problem.cold(), <[Warm]>::to_vec);
-        let mut unobservable = Vec::new();
+        let (mut unobservable, mut last) = (Vec::new(), f64::INFINITY);
         for _ in 0..6 {
             let before = values(problem, &mut model, &slots);
             let bounds: Vec<(f64, f64)> = slots.iter().map(|s| card(problem, &model, *s).bounds).collect();
@@ -100,12 +100,10 @@ impl<'a> Study<'a> {
             unobservable = solution.unobservable;
             let evaluation = problem.evaluate(&model, &warm);
             warm = problem.warm(&evaluation);
-            let moved = before
-                .iter()
-                .zip(&solution.values)
-                .zip(&slots)
-                .any(|((a, b), s)| (a - b).abs() > 1e-5 * scale(card(problem, &model, *s).typical, *b));
-            if !moved {
+            // The regressors have moved since: only where nothing more falls is it settled.
+            let settled = (last - solution.cost).abs() <= SETTLED * solution.cost;
+            last = solution.cost;
+            if settled {
                 break;
             }
         }
@@ -194,6 +192,9 @@ impl<'a> Study<'a> {
         }
     }
 }
+
+/// Share by which the error may still change from one refreshing of the regressors to the next.
+const SETTLED: f64 = 1e-4;
 
 fn scale(typical: f64, value: f64) -> f64 {
     let typical = if typical.is_finite() { typical.abs() } else { 0.0 };

@@ -47,101 +47,157 @@ struct Step {
     weight: f64,
 }
 
+/// The covariance of the filter along the rows of a log.
+struct Gains<'a> {
+    noise: &'a NoiseModel,
+    t: &'a [f64],
+    plateau: &'a [f64],
+    lost: &'a [bool],
+}
+
+impl Gains<'_> {
+    /// Hands each row's step and its innovation variance S to `take`; S is `None` where the row says nothing.
+    fn run(&self, mut take: impl FnMut(Step, Option<f64>)) {
+        let noise = self.noise;
+        let (n2, b2, r) = (noise.angle_random_walk.powi(2), noise.bias_random_walk.powi(2), noise.encoder.powi(2));
+        let c2 = noise.correlated.powi(2);
+        // Covariance of (a, b, c), upper triangle; a starts unknown: the first reading sets it.
+        let (mut aa, mut ab, mut ac, mut bb, mut bc, mut cc) = (1e6, 0.0, 0.0, 0.0, 0.0, c2);
+        let (mut even, mut phi) = (f64::NAN, 0.0);
+        for i in 0..self.t.len() {
+            let dt = if i == 0 { 0.0 } else { self.t[i] - self.t[i - 1] };
+            if c2 > 0.0 && (dt - even).abs().partial_cmp(&1e-9) != Some(std::cmp::Ordering::Less) {
+                phi = (-dt / noise.correlation_time).exp();
+                even = dt;
+            }
+            let gap = self.lost[i] && i > 0;
+            if gap {
+                aa += 1e6;
+            } else {
+                // a += dt (b + c), c *= phi
+                aa += dt * (2.0 * (ab + ac) + dt * (bb + 2.0 * bc + cc)) + n2 * dt + b2 * dt * dt * dt / 3.0;
+                ab += dt * (bb + bc) + 0.5 * b2 * dt * dt;
+                ac = phi * (ac + dt * (bc + cc));
+                bb += b2 * dt;
+                bc *= phi;
+                cc = phi * phi * cc + c2 * (1.0 - phi * phi);
+            }
+            let s = aa + r * self.plateau[i] + 1e-24;
+            let gain = [aa / s, ab / s, ac / s];
+            bb -= gain[1] * ab;
+            bc -= gain[1] * ac;
+            cc -= gain[2] * ac;
+            let left = r * self.plateau[i] / s;
+            aa *= left;
+            ab *= left;
+            ac *= left;
+            let counts = i > 0 && !gap;
+            let weight = if counts { s.sqrt().recip() } else { 0.0 };
+            take(Step { dt, phi, gain, weight }, counts.then_some(s));
+        }
+    }
+}
+
+/// The state that the filter carries from row to row.
+#[derive(Clone, Copy, Default)]
+struct State {
+    a: f64,
+    b: f64,
+    c: f64,
+}
+
+impl State {
+    /// The innovation of one reading, and the state after it.
+    fn innovate(&mut self, step: &Step, y: f64) -> f64 {
+        self.a += step.dt * (self.b + self.c);
+        self.c *= step.phi;
+        let e = y - self.a;
+        self.a += step.gain[0] * e;
+        self.b += step.gain[1] * e;
+        self.c += step.gain[2] * e;
+        e
+    }
+}
+
+/// Σ ln x with one logarithm for many x.
+struct LogSum {
+    product: f64,
+    sum: f64,
+}
+
+impl Default for LogSum {
+    fn default() -> Self {
+        Self { product: 1.0, sum: 0.0 }
+    }
+}
+
+impl LogSum {
+    fn add(&mut self, x: f64) {
+        self.product *= x;
+        if !(1e-200..1e200).contains(&self.product) {
+            self.sum += self.product.ln();
+            self.product = 1.0;
+        }
+    }
+
+    fn total(&self) -> f64 {
+        self.sum + self.product.ln()
+    }
+}
+
+/// ln L of residuals (constants left out), one a channel and `every`th of their values a row.
+#[must_use]
+pub fn log_likelihood(
+    noise: &NoiseModel,
+    t: &[f64],
+    plateau: &[f64],
+    lost: &[bool],
+    (residual, every): (&[Vec<f64>], usize),
+) -> f64 {
+    let mut states = vec![State::default(); residual.len()];
+    let (mut logs, mut squares, mut row) = (LogSum::default(), 0.0, 0);
+    Gains { noise, t, plateau, lost }.run(|step, s| {
+        let mut sum = 0.0;
+        for (state, channel) in states.iter_mut().zip(residual) {
+            sum += state.innovate(&step, channel[row * every]).powi(2);
+        }
+        if let Some(s) = s {
+            squares += sum / s;
+            logs.add(s);
+        }
+        row += 1;
+    });
+    -0.5 * (residual.len() as f64 * logs.total() + squares)
+}
+
 impl Whitener {
     /// Gains for rows at `t`, `plateau[i]` readings sharing one encoder step, and steps `lost` that say nothing.
     #[must_use]
     pub fn new(noise: &NoiseModel, t: &[f64], plateau: &[f64], lost: &[bool]) -> Self {
-        let (n2, b2, r) = (noise.angle_random_walk.powi(2), noise.bias_random_walk.powi(2), noise.encoder.powi(2));
-        let c2 = noise.correlated.powi(2);
-        // Symmetric covariance of (a, b, c); a starts unknown: the first reading sets it.
-        let mut p = [[0.0_f64; 3]; 3];
-        p[0][0] = 1e6;
-        p[2][2] = c2;
-        let (mut steps, mut log_determinant, mut count) = (Vec::with_capacity(t.len()), 0.0, 0);
-        for i in 0..t.len() {
-            let dt = if i == 0 { 0.0 } else { t[i] - t[i - 1] };
-            let phi = if c2 > 0.0 { (-dt / noise.correlation_time).exp() } else { 0.0 };
-            let gap = lost[i] && i > 0;
-            if gap {
-                p[0][0] += 1e6;
-            } else {
-                // a += dt (b + c), c *= phi
-                let f = |row: [f64; 3]| [row[0] + dt * (row[1] + row[2]), row[1], phi * row[2]];
-                let left = [f(p[0]), f(p[1]), f(p[2])];
-                let column = |j: usize| [left[0][j] + dt * (left[1][j] + left[2][j]), left[1][j], phi * left[2][j]];
-                let (x, y, z) = (column(0), column(1), column(2));
-                p = [[x[0], y[0], z[0]], [x[1], y[1], z[1]], [x[2], y[2], z[2]]];
-                p[0][0] += n2 * dt + b2 * dt.powi(3) / 3.0;
-                p[0][1] += b2 * dt * dt / 2.0;
-                p[1][0] = p[0][1];
-                p[1][1] += b2 * dt;
-                p[2][2] += c2 * (1.0 - phi * phi);
-            }
-            let s = p[0][0] + r * plateau[i] + 1e-24;
-            let gain = [p[0][0] / s, p[1][0] / s, p[2][0] / s];
-            let row = p[0];
-            for (pr, g) in p.iter_mut().zip(gain) {
-                for (x, y) in pr.iter_mut().zip(row) {
-                    *x -= g * y;
-                }
-            }
-            let counts = i > 0 && !gap;
-            if counts {
-                log_determinant += s.ln();
+        let (mut steps, mut logs, mut count) = (Vec::with_capacity(t.len()), LogSum::default(), 0);
+        Gains { noise, t, plateau, lost }.run(|step, s| {
+            if let Some(s) = s {
+                logs.add(s);
                 count += 1;
             }
-            steps.push(Step { dt, phi, gain, weight: if counts { s.sqrt().recip() } else { 0.0 } });
-        }
-        Self { steps, log_determinant, count }
+            steps.push(step);
+        });
+        Self { steps, log_determinant: logs.total(), count }
     }
 
     /// The whitened series: innovations over their standard deviations; 0 where a row says nothing.
     #[must_use]
     pub fn apply(&self, y: &[f64]) -> Vec<f64> {
-        let [mut a, mut b, mut c] = [0.0; 3];
-        self.steps
-            .iter()
-            .zip(y)
-            .map(|(s, &y)| {
-                a += s.dt * (b + c);
-                c *= s.phi;
-                let e = y - a;
-                a += s.gain[0] * e;
-                b += s.gain[1] * e;
-                c += s.gain[2] * e;
-                e * s.weight
-            })
-            .collect()
-    }
-
-    /// Sum of squares of the whitened series, without storing it.
-    pub fn sum_of_squares(&self, y: impl Iterator<Item = f64>) -> f64 {
-        let [mut a, mut b, mut c] = [0.0; 3];
-        self.steps
-            .iter()
-            .zip(y)
-            .map(|(s, y)| {
-                a += s.dt * (b + c);
-                c *= s.phi;
-                let e = y - a;
-                a += s.gain[0] * e;
-                b += s.gain[1] * e;
-                c += s.gain[2] * e;
-                (e * s.weight).powi(2)
-            })
-            .sum()
+        let mut state = State::default();
+        self.steps.iter().zip(y).map(|(step, &y)| state.innovate(step, y) * step.weight).collect()
     }
 
     /// Σ ln S over some of the rows.
     #[must_use]
     pub fn log_determinant_of(&self, rows: std::ops::Range<usize>) -> f64 {
-        self.steps[rows].iter().filter(|s| s.weight > 0.0).map(|s| -2.0 * s.weight.ln()).sum()
-    }
-
-    /// ln L of a whitened residual whose sum of squares is `rss` (constants left out).
-    #[must_use]
-    pub fn log_likelihood(&self, rss: f64) -> f64 {
-        -0.5 * (self.log_determinant + rss)
+        let mut logs = LogSum::default();
+        self.steps[rows].iter().filter(|s| s.weight > 0.0).for_each(|s| logs.add(s.weight));
+        -2.0 * logs.total()
     }
 }
 
