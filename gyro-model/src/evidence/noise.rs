@@ -193,9 +193,13 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
         let mut from: Vec<(NoiseModel, f64)> = from.iter().map(|noise| (*noise, cost(noise))).collect();
         from.sort_by(|a, b| a.1.total_cmp(&b.1));
         let polish = |wide: bool| {
-            let start = from.iter().find(|(noise, _)| (noise.correlated > 0.0) == wide)?.0.logs();
+            let (start, value) = from.iter().find(|(noise, _)| (noise.correlated > 0.0) == wide)?;
+            // A wider noise that starts no better than the plain one will not come to be worth its two parameters.
+            if wide && *value > from.iter().find(|(noise, _)| noise.correlated == 0.0)?.1 {
+                return None;
+            }
             let evaluations = if wide { 70 } else { 45 };
-            Some(simplex(&start, 0.2, evaluations, |p| cost(&NoiseModel::from_logs(p))))
+            Some(simplex(&start.logs(), 0.2, evaluations, |p| cost(&NoiseModel::from_logs(p))))
         };
         let best = match (polish(false), polish(true)) {
             (Some(few), Some(many)) if many.1 < few.1 - WORTH => many,

@@ -83,16 +83,17 @@ impl Gains<'_> {
                 cc = phi * phi * cc + c2 * (1.0 - phi * phi);
             }
             let s = aa + r * self.plateau[i] + 1e-24;
-            let gain = [aa / s, ab / s, ac / s];
+            let share = s.recip();
+            let gain = [aa * share, ab * share, ac * share];
             bb -= gain[1] * ab;
             bc -= gain[1] * ac;
             cc -= gain[2] * ac;
-            let left = r * self.plateau[i] / s;
+            let left = r * self.plateau[i] * share;
             aa *= left;
             ab *= left;
             ac *= left;
             let counts = i > 0 && !gap;
-            let weight = if counts { s.sqrt().recip() } else { 0.0 };
+            let weight = if counts { share.sqrt() } else { 0.0 };
             take(Step { dt, phi, gain, weight }, counts.then_some(s));
         }
     }
@@ -162,7 +163,7 @@ pub fn log_likelihood(
             sum += state.innovate(&step, channel[row * every]).powi(2);
         }
         if let Some(s) = s {
-            squares += sum / s;
+            squares += sum * step.weight * step.weight;
             logs.add(s);
         }
         row += 1;
