@@ -6,7 +6,7 @@
 
 use super::{
     study::Study,
-    whiten::{self, NoiseModel, Whitener, simplex},
+    whiten::{self, NoiseModel, Rows, Whitener, simplex},
     whittle::Periodogram,
 };
 use crate::{model::Noise, nls};
@@ -83,40 +83,25 @@ impl NoiseModel {
 /// Rows that are looked at while the noise is being searched for; the estimate itself uses all.
 const SEARCH_ROWS: usize = 20_000;
 
-/// The rows of a study, whole or thinned.
-struct Rows {
-    every: usize,
-    t: Vec<f64>,
-    plateau: Vec<f64>,
-    lost: Vec<bool>,
-}
-
-impl Rows {
-    fn new(study: &Study, every: usize) -> Self {
-        let problem = &study.bench.problem;
-        let (t, lost, plateau) = (problem.times(), &study.evaluation.lost, &problem.series[0].plateau);
-        let thin = |x: &[f64]| -> Vec<f64> { x.iter().step_by(every).copied().collect() };
-        Self {
-            every,
-            t: thin(t),
-            plateau: thin(plateau).iter().map(|p| (p / every as f64).max(1.0)).collect(),
-            lost: (0..lost.len()).step_by(every).map(|i| (i.saturating_sub(every - 1)..=i).any(|k| lost[k])).collect(),
-        }
+/// The readings of a study, every one or only so many.
+fn rows(study: &Study, every: usize) -> Rows {
+    let problem = &study.bench.problem;
+    let (t, lost) = (problem.times(), &study.evaluation.lost);
+    let mut rows = Rows { rows: t.len(), ..Rows::default() };
+    let mut before = 0;
+    for reading in problem.series[0].readings.iter().step_by(every) {
+        rows.index.push(reading.row);
+        rows.t.push(t[reading.row]);
+        rows.spread.push(reading.spread);
+        rows.lost.push(lost[(before + 1).min(reading.row)..=reading.row].contains(&true));
+        before = reading.row;
     }
-
-    fn whitener(&self, noise: &NoiseModel) -> Whitener {
-        Whitener::new(noise, &self.t, &self.plateau, &self.lost)
-    }
-
-    /// ln L of a residual (one entry a channel) under a noise.
-    fn log_likelihood(&self, residual: &[Vec<f64>], noise: &NoiseModel) -> f64 {
-        whiten::log_likelihood(noise, &self.t, &self.plateau, &self.lost, (residual, self.every))
-    }
+    rows
 }
 
 /// Whitened residual and columns under one noise, as normal equations.
 pub(crate) fn normal(study: &Study, noise: &NoiseModel) -> (nls::Normal, Whitener) {
-    let whitener = Rows::new(study, 1).whitener(noise);
+    let whitener = Whitener::new(noise, &rows(study, 1));
     let mut normal = nls::Normal::zeros(study.columns.len());
     for channel in 0..study.bench.problem.channels() {
         let (r, columns) = white(study, &whitener, channel);
@@ -127,7 +112,7 @@ pub(crate) fn normal(study: &Study, noise: &NoiseModel) -> (nls::Normal, Whitene
 
 /// The gains of one noise along a study's rows.
 pub(crate) fn whitener(study: &Study, noise: &NoiseModel) -> Whitener {
-    Rows::new(study, 1).whitener(noise)
+    Whitener::new(noise, &rows(study, 1))
 }
 
 fn white(study: &Study, whitener: &Whitener, channel: usize) -> (Vec<f64>, Vec<Vec<f64>>) {
@@ -163,7 +148,7 @@ fn moved(study: &Study, step: &[f64]) -> Vec<Vec<f64>> {
 
 /// Maximum-likelihood noise with the parameters profiled out. `starts` are noises to begin from besides the prior.
 pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
-    let rows = Rows::new(study, study.bench.problem.times().len().div_ceil(SEARCH_ROWS));
+    let rows = rows(study, study.bench.problem.series[0].readings.len().div_ceil(SEARCH_ROWS));
     let prior = &study.bench.prior[0];
     let n = prior.angle_random_walk.max(1e-12);
     let first = NoiseModel {
@@ -176,19 +161,20 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
     let mut step = vec![0.0; study.columns.len()];
     let mut noise = first;
     let mut before = f64::INFINITY;
-    for round in 0..ROUNDS {
+    for _ in 0..ROUNDS {
         let residual = moved(study, &step);
         let cost = |noise: &NoiseModel| {
-            let value = -rows.log_likelihood(&residual, noise);
+            let value = -whiten::log_likelihood(noise, &rows, &residual);
             if value.is_finite() { value } else { 1e300 }
         };
-        let mut from: Vec<NoiseModel> = if round == 0 { starts.to_vec() } else { vec![noise] };
+        let mut from = vec![noise];
+        from.extend(starts);
         match Periodogram::new(&residual, study.bench.problem.times()) {
             Some(periodogram) => {
                 let (few, many) = periodogram.search(&first);
                 from.extend([few, many]);
             }
-            None => from.push(first),
+            None => {}
         }
         let mut from: Vec<(NoiseModel, f64)> = from.iter().map(|noise| (*noise, cost(noise))).collect();
         from.sort_by(|a, b| a.1.total_cmp(&b.1));
@@ -226,7 +212,7 @@ const WORTH: f64 = 6.0;
 
 /// Generalised least squares under a given noise.
 pub(crate) fn at_noise(study: &Study, noise: &NoiseModel) -> Gls {
-    let whitener = Rows::new(study, 1).whitener(noise);
+    let whitener = Whitener::new(noise, &rows(study, 1));
     let t = study.bench.problem.times();
     let edge = |b: usize| t.partition_point(|&x| x < t[0] + (t[t.len() - 1] - t[0]) * b as f64 / BLOCKS as f64);
     let n = study.columns.len();

@@ -30,8 +30,17 @@ pub struct Series {
     pub reference_angle: Vec<f64>,
     /// Smallest step of the encoder, rad; 0 where it is not quantised.
     pub quantum: f64,
-    /// How many equal readings in a row each reference reading belongs to (1 where it is not quantised).
-    pub plateau: Vec<f64>,
+    /// The reference readings that say something of their own.
+    pub readings: Vec<Reading>,
+}
+
+/// One independent reading of the reference: where an encoder shows the same count for a while, the middle of that while.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// Index into the reference rows.
+    pub row: usize,
+    /// Its variance over that of a reading taken while the encoder turns fast, at most 1.
+    pub spread: f64,
 }
 
 /// Fills holes by interpolation between neighbours; the ends by the nearest value. `None` where nothing is finite.
@@ -89,17 +98,39 @@ fn quantum(values: &[f64]) -> f64 {
     if all > 10 && on * 10 >= all * 9 { q } else { 0.0 }
 }
 
-fn plateaus(values: &[f64]) -> Vec<f64> {
-    let mut out = vec![1.0; values.len()];
-    let mut start = 0;
-    for k in 1..=values.len() {
-        if k == values.len() || values[k] != values[start] {
-            out[start..k].fill((k - start) as f64);
-            start = k;
-        }
-    }
-    out
+/// Every reading of a reference that is not quantised.
+fn each(count: usize) -> Vec<Reading> {
+    (0..count).map(|row| Reading { row, spread: 1.0 }).collect()
 }
+
+/// One reading a count that the encoder rests on: its middle, where the shaft stands near the count's centre if it
+/// passes through. How near: rows sample the passage 1/p of a count apart, acceleration moves the centre, and where the
+/// shaft turns round or stands it may be anywhere.
+fn rests(counts: &[f64]) -> Vec<Reading> {
+    let mut starts: Vec<usize> = (0..counts.len()).filter(|&k| k == 0 || counts[k] != counts[k - 1]).collect();
+    starts.push(counts.len());
+    let long = |j: usize| (starts[j + 1] - starts[j]) as f64;
+    (0..starts.len() - 1)
+        .map(|j| {
+            let row = (starts[j] + starts[j + 1] - 1) / 2;
+            let inner = j > 0 && j + 2 < starts.len();
+            let passes = inner
+                && (counts[starts[j]] - counts[starts[j - 1]]) * (counts[starts[j + 1]] - counts[starts[j]]) > 0.0;
+            let spread = if passes {
+                let (before, own, after) = (long(j - 1), long(j), long(j + 1));
+                let acceleration = (after.recip() - before.recip()) / (0.5 * (before + after) + own);
+                let moved = acceleration * own * own / 8.0;
+                (own.powi(-2) + 12.0 * moved * moved).clamp(UNEVEN, 1.0)
+            } else {
+                1.0
+            };
+            Reading { row, spread }
+        })
+        .collect()
+}
+
+/// Least spread of a reading: an encoder's counts are not all of one width.
+const UNEVEN: f64 = 0.05;
 
 impl Series {
     /// Lays out one axis; `None` where it has no gyro or no reference.
@@ -145,21 +176,21 @@ impl Series {
         };
         let reference_rows: Vec<usize> = (0..rows.len()).filter(has).collect();
         let reference_t: Vec<f64> = reference_rows.iter().map(|&k| t[k]).collect();
-        let (reference_angle, quantum, plateau) = match kind {
+        let (reference_angle, quantum, readings) = match kind {
             ReferenceKind::Angle => {
                 let mut angle: Vec<f64> = reference_rows.iter().map(|&k| rows[k].ref_angle[i]).collect();
                 unwrap(&mut angle);
                 let q = quantum(&angle);
-                let plateau = if q > 0.0 { plateaus(&angle) } else { vec![1.0; angle.len()] };
-                (angle, q, plateau)
+                let readings = if q > 0.0 { rests(&angle) } else { each(angle.len()) };
+                (angle, q, readings)
             }
             ReferenceKind::Rate => {
                 let rate: Vec<f64> = reference_rows.iter().map(|&k| rows[k].ref_rate[i]).collect();
                 let angle = super::integrate::integral(&reference_t, &rate);
-                let n = angle.len();
-                (angle, 0.0, vec![1.0; n])
+                let readings = each(angle.len());
+                (angle, 0.0, readings)
             }
-            ReferenceKind::Quaternion => (Vec::new(), 0.0, vec![1.0; reference_rows.len()]),
+            ReferenceKind::Quaternion => (Vec::new(), 0.0, each(reference_rows.len())),
         };
         (reference_rows.len() >= 20).then_some(Self {
             axis,
@@ -172,7 +203,7 @@ impl Series {
             reference_t,
             reference_angle,
             quantum,
-            plateau,
+            readings,
         })
     }
 
@@ -206,6 +237,15 @@ mod tests {
         let q = 0.00153;
         let counts: Vec<f64> = angle.iter().map(|a| ((a / q).round() * q * 1e6).round() / 1e6).collect();
         assert!((quantum(&counts) - q).abs() < 1e-3 * q, "{}", quantum(&counts));
+    }
+
+    #[test]
+    fn an_encoder_that_is_passed_slowly_says_more_at_the_middle_of_each_count_than_one_that_stands() {
+        let counts: Vec<f64> = (0..60).map(|k| if k < 40 { f64::from(k / 4) } else { 10.0 }).collect();
+        let readings = rests(&counts);
+        assert_eq!(readings.len(), 11);
+        assert!(readings[5].row == 21 && readings[5].spread < 0.1);
+        assert!(readings[10].row == 49 && readings[10].spread == 1.0);
     }
 
     #[test]

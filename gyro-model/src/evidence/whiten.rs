@@ -6,8 +6,11 @@
 //! ȧ = b + c + N w₁      angle random walk N, rad/√s
 //! ḃ = B w₂              bias random walk B, rad/s/√s
 //! ċ = −c/T + s√(2/T) w₃  exponentially correlated rate, s rad/s over T s
-//! r = a + e             encoder noise e, variance R (rad²), shared by the readings of one encoder step
+//! r = a + e             encoder noise e, variance R (rad²)
 //! ```
+//!
+//! An encoder that shows the same count for a while says something once in that while, not at every row: only such
+//! readings enter ([`Rows`]). Counted at every row, a standstill would look like a reference without noise.
 //!
 //! A Kalman filter of it turns r, and every column with the same gains, into innovations that are white; least squares
 //! on those is the generalised least squares of r (Harvey, Forecasting, Structural Time Series Models, §3.4). The
@@ -28,14 +31,29 @@ pub struct NoiseModel {
     pub correlation_time: f64,
 }
 
+/// The readings that the filter runs over.
+#[derive(Clone, Debug, Default)]
+pub struct Rows {
+    /// Where each stands among the reference rows.
+    pub index: Vec<usize>,
+    /// Its time, s.
+    pub t: Vec<f64>,
+    /// Its variance over R.
+    pub spread: Vec<f64>,
+    /// Whether something was lost since the one before.
+    pub lost: Vec<bool>,
+    /// How many reference rows there are.
+    pub rows: usize,
+}
+
 /// The gains of the filter along one log: computed once, applied to many series.
 #[derive(Clone, Debug)]
 pub struct Whitener {
     steps: Vec<Step>,
-    /// Σ ln S over the rows that count.
+    index: Vec<usize>,
+    rows: usize,
+    /// Σ ln S over the readings that count.
     pub log_determinant: f64,
-    /// Rows that count.
-    pub count: usize,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -50,27 +68,25 @@ struct Step {
 /// The covariance of the filter along the rows of a log.
 struct Gains<'a> {
     noise: &'a NoiseModel,
-    t: &'a [f64],
-    plateau: &'a [f64],
-    lost: &'a [bool],
+    rows: &'a Rows,
 }
 
 impl Gains<'_> {
     /// Hands each row's step and its innovation variance S to `take`; S is `None` where the row says nothing.
     fn run(&self, mut take: impl FnMut(Step, Option<f64>)) {
-        let noise = self.noise;
+        let (noise, rows) = (self.noise, self.rows);
         let (n2, b2, r) = (noise.angle_random_walk.powi(2), noise.bias_random_walk.powi(2), noise.encoder.powi(2));
         let c2 = noise.correlated.powi(2);
         // Covariance of (a, b, c), upper triangle; a starts unknown: the first reading sets it.
         let (mut aa, mut ab, mut ac, mut bb, mut bc, mut cc) = (1e6, 0.0, 0.0, 0.0, 0.0, c2);
         let (mut even, mut phi) = (f64::NAN, 0.0);
-        for i in 0..self.t.len() {
-            let dt = if i == 0 { 0.0 } else { self.t[i] - self.t[i - 1] };
+        for i in 0..rows.t.len() {
+            let dt = if i == 0 { 0.0 } else { rows.t[i] - rows.t[i - 1] };
             if c2 > 0.0 && (dt - even).abs().partial_cmp(&1e-9) != Some(std::cmp::Ordering::Less) {
                 phi = (-dt / noise.correlation_time).exp();
                 even = dt;
             }
-            let gap = self.lost[i] && i > 0;
+            let gap = rows.lost[i] && i > 0;
             if gap {
                 aa += 1e6;
             } else {
@@ -82,13 +98,14 @@ impl Gains<'_> {
                 bc *= phi;
                 cc = phi * phi * cc + c2 * (1.0 - phi * phi);
             }
-            let s = aa + r * self.plateau[i] + 1e-24;
+            let own = r * rows.spread[i];
+            let s = aa + own + 1e-24;
             let share = s.recip();
             let gain = [aa * share, ab * share, ac * share];
             bb -= gain[1] * ab;
             bc -= gain[1] * ac;
             cc -= gain[2] * ac;
-            let left = r * self.plateau[i] * share;
+            let left = own * share;
             aa *= left;
             ab *= left;
             ac *= left;
@@ -146,58 +163,53 @@ impl LogSum {
     }
 }
 
-/// ln L of residuals (constants left out), one a channel and `every`th of their values a row.
+/// ln L of residuals (constants left out), one a channel.
 #[must_use]
-pub fn log_likelihood(
-    noise: &NoiseModel,
-    t: &[f64],
-    plateau: &[f64],
-    lost: &[bool],
-    (residual, every): (&[Vec<f64>], usize),
-) -> f64 {
+pub fn log_likelihood(noise: &NoiseModel, rows: &Rows, residual: &[Vec<f64>]) -> f64 {
     let mut states = vec![State::default(); residual.len()];
-    let (mut logs, mut squares, mut row) = (LogSum::default(), 0.0, 0);
-    Gains { noise, t, plateau, lost }.run(|step, s| {
-        let mut sum = 0.0;
-        for (state, channel) in states.iter_mut().zip(residual) {
-            sum += state.innovate(&step, channel[row * every]).powi(2);
-        }
+    let (mut logs, mut squares, mut index) = (LogSum::default(), 0.0, rows.index.iter());
+    Gains { noise, rows }.run(|step, s| {
+        let Some(&row) = index.next() else { return };
+        let sum: f64 =
+            states.iter_mut().zip(residual).map(|(state, channel)| state.innovate(&step, channel[row]).powi(2)).sum();
         if let Some(s) = s {
             squares += sum * step.weight * step.weight;
             logs.add(s);
         }
-        row += 1;
     });
     -0.5 * (residual.len() as f64 * logs.total() + squares)
 }
 
 impl Whitener {
-    /// Gains for rows at `t`, `plateau[i]` readings sharing one encoder step, and steps `lost` that say nothing.
+    /// The filter's gains along `rows`.
     #[must_use]
-    pub fn new(noise: &NoiseModel, t: &[f64], plateau: &[f64], lost: &[bool]) -> Self {
-        let (mut steps, mut logs, mut count) = (Vec::with_capacity(t.len()), LogSum::default(), 0);
-        Gains { noise, t, plateau, lost }.run(|step, s| {
+    pub fn new(noise: &NoiseModel, rows: &Rows) -> Self {
+        let (mut steps, mut logs) = (Vec::with_capacity(rows.t.len()), LogSum::default());
+        Gains { noise, rows }.run(|step, s| {
             if let Some(s) = s {
                 logs.add(s);
-                count += 1;
             }
             steps.push(step);
         });
-        Self { steps, log_determinant: logs.total(), count }
+        Self { steps, index: rows.index.clone(), rows: rows.rows, log_determinant: logs.total() }
     }
 
-    /// The whitened series: innovations over their standard deviations; 0 where a row says nothing.
+    /// The whitened series at the reference rows: innovations over their standard deviations; 0 where a row says nothing.
     #[must_use]
     pub fn apply(&self, y: &[f64]) -> Vec<f64> {
-        let mut state = State::default();
-        self.steps.iter().zip(y).map(|(step, &y)| state.innovate(step, y) * step.weight).collect()
+        let (mut state, mut out) = (State::default(), vec![0.0; self.rows]);
+        for (step, &row) in self.steps.iter().zip(&self.index) {
+            out[row] = state.innovate(step, y[row]) * step.weight;
+        }
+        out
     }
 
-    /// Σ ln S over some of the rows.
+    /// Σ ln S over some of the reference rows.
     #[must_use]
     pub fn log_determinant_of(&self, rows: std::ops::Range<usize>) -> f64 {
         let mut logs = LogSum::default();
-        self.steps[rows].iter().filter(|s| s.weight > 0.0).for_each(|s| logs.add(s.weight));
+        let part = self.steps.iter().zip(&self.index).filter(|(s, row)| s.weight > 0.0 && rows.contains(row));
+        part.for_each(|(s, _)| logs.add(s.weight));
         -2.0 * logs.total()
     }
 }
