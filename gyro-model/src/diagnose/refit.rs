@@ -9,6 +9,7 @@ use crate::{
     effects::{Effect, Role, Stage},
     evidence::{
         floor,
+        increments::BLOCKS as BLOCKS_OF_INCREMENTS,
         noise::{self, BLOCKS, Gls},
         study::Study,
     },
@@ -183,8 +184,7 @@ impl<'a> Present<'a> {
         let held_out = if read_off { (f64::INFINITY, 0.0) } else { total(&gains) };
         let logs: Vec<f64> =
             self.blocks.iter().zip(&blocks).filter_map(|(a, b)| Some((a.as_ref()? / b.as_ref()?).ln())).collect();
-        let (sum, error) = total(&logs);
-        let n = logs.len().max(1) as f64;
+        let fall = mean(&logs);
         let inflation = self.inflation(&study, &candidate);
         let p_value = chance(rise / inflation, &candidate, &study);
         Refit {
@@ -195,7 +195,7 @@ impl<'a> Present<'a> {
             rise,
             held_out,
             p_value,
-            fall: (sum / n, error / n),
+            fall,
             blocks,
             study,
         }
@@ -221,7 +221,8 @@ impl Present<'_> {
         let rise = with.gls.log_likelihood - self.gls.log_likelihood;
         let candidate =
             Candidate { series: 0, term: term.clone(), score: rise, removes: 0.0, freedom: term.values.len() };
-        chance(rise, &candidate, &with.study) < GATE && with.excess < self.excess
+        let lower = with.excess < self.excess;
+        lower && (chance(rise, &candidate, &with.study) < GATE || with.excess < (1.0 - SHARE) * self.excess)
     }
 }
 
@@ -234,6 +235,22 @@ fn total(values: &[f64]) -> (f64, f64) {
     let mean = values.iter().sum::<f64>() / n;
     let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
     (n * mean, (n * variance).sqrt())
+}
+
+/// Mean of block values and its standard error. The longest increments span three blocks, so neighbours are alike: their
+/// covariances count (Newey and West 1987).
+fn mean(values: &[f64]) -> (f64, f64) {
+    let n = values.len();
+    if n < 4 {
+        return (values.iter().sum::<f64>() / n.max(1) as f64, f64::INFINITY);
+    }
+    let mean = values.iter().sum::<f64>() / n as f64;
+    let covariance =
+        |lag: usize| values.windows(lag + 1).map(|w| (w[0] - mean) * (w[lag] - mean)).sum::<f64>() / (n - 1) as f64;
+    let reach = BLOCKS_OF_INCREMENTS / 10;
+    let neighbours: f64 = (1..=reach).map(|k| 2.0 * (1.0 - k as f64 / (reach + 1) as f64) * covariance(k)).sum();
+    let variance = (covariance(0) + neighbours).max(0.5 * covariance(0));
+    (mean, (variance / n as f64).sqrt())
 }
 
 /// Chance that noise alone raises ln L as much, for any effect at any shape of the search.
@@ -323,13 +340,13 @@ impl Refit<'_> {
             .any(|(card, v)| v.abs() > OUTSIZED * card.typical.abs())
     }
 
-    /// Whether it removes nearly all of an error that is far beyond what a gyro's own wander makes, in every block. Other
+    /// Whether it removes much of an error that is far beyond what a gyro's own wander makes, throughout the log. Other
     /// missing physics inflates the identified noise until a slow effect drowns in it; the error itself does not lie.
     fn dominates(&self, present: &Present) -> bool {
         present.excess > ROUGH
             && present.gls.noise.beyond_wander()
-            && self.share(present).is_some_and(|s| s > 0.8)
-            && self.fall.0 > 5.0 * self.fall.1
+            && self.share(present).is_some_and(|s| s > DOMINATES)
+            && self.fall.0 > 4.0 * self.fall.1
     }
 
     /// Whether a parameter ran to the end of what is physical: the fit looks for something else.
@@ -364,9 +381,7 @@ impl Refit<'_> {
     pub fn against(&self, other: &Refit) -> (f64, f64) {
         let logs: Vec<f64> =
             other.blocks.iter().zip(&self.blocks).filter_map(|(a, b)| Some((a.as_ref()? / b.as_ref()?).ln())).collect();
-        let (sum, error) = total(&logs);
-        let n = logs.len().max(1) as f64;
-        (sum / n, error / n)
+        mean(&logs)
     }
 }
 
@@ -380,5 +395,7 @@ const RELEVANT: f64 = 4e-3;
 const OUTSIZED: f64 = 20.0;
 /// Held-out errors that differ by less than this share count as equal.
 const CLOSE: f64 = 0.03;
+/// Share of the held-out excess that makes up for a likelihood that drowns it.
+const DOMINATES: f64 = 0.4;
 /// Draws of noise alone.
 const DRAWS: u64 = 12;

@@ -79,7 +79,7 @@ pub fn floor(study: &Study, series: usize, component: Option<usize>) -> Floor {
             let all = windows.grams(&bench.problem, &list, None);
             let judged =
                 if component.is_some() { windows.grams(&bench.problem, &list, component) } else { all.clone() };
-            all.held_out_on(&judged, &windows.tau, &bench.weights).curve()
+            all.held_out_on(&judged, &windows.tau, &bench.weights, &study.hold).curve()
         })
         .collect();
     let n = DRAWS as f64;

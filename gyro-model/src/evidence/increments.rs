@@ -7,8 +7,8 @@
 use super::problem::Problem;
 use crate::nls;
 
-/// Blocks that a log is cut into.
-pub const BLOCKS: usize = 10;
+/// Blocks that a log is cut into: short enough that what shows for a while (a warm-up, a step) is seen from both sides.
+pub const BLOCKS: usize = 30;
 /// Averaging times that are always among them, s: those of the headline.
 const HEADLINE: [f64; 3] = [0.1, 1.0, 10.0];
 const PAIRS: usize = 8_000;
@@ -265,18 +265,25 @@ impl Grams {
         normal
     }
 
-    /// Each block judged with the parameters of the others (one Gauss–Newton step from where the derivatives stand).
+    /// Each block judged with the parameters of the others (one Gauss–Newton step from where the derivatives stand, each
+    /// parameter held there with the precision `hold`).
     #[must_use]
-    pub fn held_out(&self, tau: &[f64], floor: &[f64]) -> HeldOut {
-        self.held_out_on(self, tau, floor)
+    pub fn held_out(&self, tau: &[f64], floor: &[f64], hold: &[f64]) -> HeldOut {
+        self.held_out_on(self, tau, floor, hold)
     }
 
     /// The same with the parameters from these increments and the judgement on others (one axis of three).
     #[must_use]
-    pub fn held_out_on(&self, judged: &Self, tau: &[f64], floor: &[f64]) -> HeldOut {
-        let whole = self.normal(tau, floor, None);
-        let steps: Vec<Vec<f64>> =
-            (0..BLOCKS).map(|b| self.normal(tau, floor, Some(b)).step_from(&whole, 1e-3)).collect();
+    pub fn held_out_on(&self, judged: &Self, tau: &[f64], floor: &[f64], hold: &[f64]) -> HeldOut {
+        let held = |without: Option<usize>| {
+            let mut normal = self.normal(tau, floor, without);
+            for (k, precision) in hold.iter().enumerate() {
+                normal.matrix[(k, k)] += precision;
+            }
+            normal
+        };
+        let whole = held(None);
+        let steps: Vec<Vec<f64>> = (0..BLOCKS).map(|b| held(Some(b)).step_from(&whole, 1e-3)).collect();
         judged.judged(tau, &steps)
     }
 

@@ -69,6 +69,8 @@ pub struct Study<'a> {
     pub grams: Grams,
     /// Parameters (indices into `slots`) that the log does not determine.
     pub unobservable: Vec<usize>,
+    /// Precision with which each parameter is held near zero, or near its value where blocks are left out.
+    pub hold: Vec<f64>,
 }
 
 impl<'a> Study<'a> {
@@ -79,11 +81,16 @@ impl<'a> Study<'a> {
         let mut model = start.clone();
         let slots = problem.slots(&model);
         let mut warm = warm.map_or_else(|| problem.cold(), <[Warm]>::to_vec);
-        let (mut unobservable, mut last) = (Vec::new(), f64::INFINITY);
+        let (mut unobservable, mut settled) = (Vec::new(), false);
+        let mut last = {
+            let at = problem.evaluate(&model, &warm);
+            grams(bench, &at, &[], None).normal(&bench.windows.tau, &bench.weights, None).cost
+        };
         for _ in 0..6 {
             let before = values(problem, &mut model, &slots);
             let bounds: Vec<(f64, f64)> = slots.iter().map(|s| card(problem, &model, *s).bounds).collect();
             let mut trial = model.clone();
+            let hold = hold(problem, &model, &slots, last);
             let solution = nls::minimise(
                 &before,
                 &bounds,
@@ -92,7 +99,16 @@ impl<'a> Study<'a> {
                     let evaluation = problem.evaluate(&trial, &warm);
                     let columns =
                         if derivatives { columns(problem, &trial, &slots, &warm, &evaluation) } else { Vec::new() };
-                    grams(bench, &evaluation, &columns, None).normal(&bench.windows.tau, &bench.weights, None)
+                    let mut normal =
+                        grams(bench, &evaluation, &columns, None).normal(&bench.windows.tau, &bench.weights, None);
+                    for (k, (precision, value)) in hold.iter().zip(p).enumerate() {
+                        normal.cost += precision * value * value;
+                        if derivatives {
+                            normal.gradient[k] += precision * value;
+                            normal.matrix[(k, k)] += precision;
+                        }
+                    }
+                    normal
                 },
                 &nls::Options { max_iterations: 2, tolerance: 1e-6, ..nls::Options::default() },
             );
@@ -101,11 +117,12 @@ impl<'a> Study<'a> {
             let evaluation = problem.evaluate(&model, &warm);
             warm = problem.warm(&evaluation);
             // The regressors have moved since: only where nothing more falls is it settled.
-            let settled = (last - solution.cost).abs() <= SETTLED * solution.cost;
+            let still = (last - solution.cost).abs() <= SETTLED * solution.cost;
             last = solution.cost;
-            if settled {
+            if settled && still {
                 break;
             }
+            settled = still;
         }
         Self::hold(bench, &model, &slots, warm, unobservable)
     }
@@ -125,13 +142,15 @@ impl<'a> Study<'a> {
         let evaluation = bench.problem.evaluate(model, &warm);
         let columns = columns(&bench.problem, model, slots, &warm, &evaluation);
         let grams = grams(bench, &evaluation, &columns, None);
-        Self { bench, model: model.clone(), slots: slots.to_vec(), warm, evaluation, columns, grams, unobservable }
+        let cost = grams.normal(&bench.windows.tau, &bench.weights, None).cost;
+        let hold = hold(&bench.problem, model, slots, cost);
+        Self { bench, model: model.clone(), slots: slots.to_vec(), warm, evaluation, columns, grams, unobservable, hold }
     }
 
     /// Held-out errors of all channels together.
     #[must_use]
     pub fn held_out(&self) -> HeldOut {
-        self.grams.held_out(&self.bench.windows.tau, &self.bench.weights)
+        self.grams.held_out(&self.bench.windows.tau, &self.bench.weights, &self.hold)
     }
 
     /// Identifies the noise of the residual, and with it generalised least squares about the present parameters.
@@ -192,6 +211,23 @@ impl<'a> Study<'a> {
         }
     }
 }
+
+/// Precision with which the coefficients of effects are held near zero: one [`FAR`] times its typical size costs the
+/// share [`HELD`] of the present error. What the data determine does not feel it; what they hardly do (a component of
+/// the acceleration that stays the same) does not run off to explain something else.
+fn hold(problem: &Problem, model: &Model, slots: &[Slot], cost: f64) -> Vec<f64> {
+    slots
+        .iter()
+        .map(|slot| {
+            let card = card(problem, model, *slot);
+            let held = card.role == Role::Linear && card.neutral == 0.0 && card.typical != 0.0 && card.name != "delta";
+            if held { HELD * cost / (FAR * card.typical).powi(2) } else { 0.0 }
+        })
+        .collect()
+}
+
+const FAR: f64 = 10.0;
+const HELD: f64 = 5e-3;
 
 /// Share by which the error may still change from one refreshing of the regressors to the next.
 const SETTLED: f64 = 1e-4;
