@@ -92,7 +92,11 @@ fn card(effect: &dyn Effect) -> String {
     let mut seen = BTreeSet::new();
     for parameter in Axis::ALL.into_iter().flat_map(|axis| effect.parameters(axis)) {
         if seen.insert(parameter.name) {
-            let shape = if parameter.role == Role::Shape { "; a shape, scanned" } else { "" };
+            let shape = match parameter.role {
+                Role::Linear => "",
+                Role::Shape => "; a shape, scanned",
+                Role::Chosen => "; scanned, not refined",
+            };
             let (low, high) = parameter.bounds;
             let _ = writeln!(
                 text,

@@ -132,7 +132,13 @@ impl<'a> Scanner<'a> {
         }
         let span = series.span();
         let shapes: Vec<Vec<f64>> = if effect.card().id == "vibration-tone" {
-            tone::peak(&self.residual, self.study.bench.problem.times()).map(|f| vec![f]).into_iter().collect()
+            let seen = |&f: &f64| self.seen_by_gyro(effect, index, series, f);
+            tone::peaks(&self.residual, self.study.bench.problem.times(), series)
+                .into_iter()
+                .find(seen)
+                .map(|f| vec![f])
+                .into_iter()
+                .collect()
         } else if linear == parameters.len() {
             vec![Vec::new()]
         } else {
@@ -143,7 +149,7 @@ impl<'a> Scanner<'a> {
         for shape in shapes {
             let mut term = Term::neutral(effect, series.axis);
             term.values[linear..].copy_from_slice(&shape);
-            let freedom = parameters.len();
+            let freedom = parameters.iter().filter(|p| p.role != Role::Chosen).count();
             let columns: Vec<Vec<Vec<f64>>> = if linear == 0 {
                 vec![self.column(index, &term, 1.0)]
             } else {
@@ -179,6 +185,23 @@ impl<'a> Scanner<'a> {
             (Some(a), Some(b)) if a.term.values[linear..] == b.term.values[linear..] => vec![a],
             (a, b) => a.into_iter().chain(b).collect(),
         }
+    }
+
+    /// Whether the gyro's own reading holds the line that the residual has at `f`.
+    fn seen_by_gyro(&self, effect: &'static dyn Effect, index: usize, series: &Series, f: f64) -> bool {
+        let columns: Vec<Vec<Vec<f64>>> = (0..2)
+            .map(|j| {
+                let mut term = Term { values: vec![0.0, 0.0, f], ..Term::neutral(effect, series.axis) };
+                term.values[j] = 0.01;
+                self.column(index, &term, 0.01).iter().map(|c| self.whitener.apply(c)).collect()
+            })
+            .collect();
+        let (_, coefficients) = self.rise(&columns);
+        tone::in_reading(series, f, coefficients[0], coefficients[1], self.alpha(series))
+    }
+
+    fn alpha(&self, series: &Series) -> f64 {
+        self.study.model.axes[series.axis.index()].as_ref().map_or(1.0, AxisModel::alpha)
     }
 
     /// Share of J that is removed where the columns join, everything refitted linearly, and their coefficients; `fixed`

@@ -93,11 +93,6 @@ impl<'a> Present<'a> {
     /// encoder's quantisation under a regular motion is anything but white.
     fn inflation(&self, refit: &Study, candidate: &Candidate) -> f64 {
         let n = self.draws.len() as f64;
-        if candidate.term.effect.card().id == "vibration-tone" {
-            let peaks = self.draws.iter().filter_map(|d| tone::highest(d, refit.bench.problem.times()));
-            let usual = tone::frequencies(refit.bench.problem.times()).ln();
-            return (peaks.sum::<f64>() / n / usual).max(1.0);
-        }
         let (normal, whitener) = noise::normal(refit, &self.gls.noise);
         let (all, _) = nls::invert_observable(&normal.matrix, 1e-10);
         let own: Vec<bool> = refit.slots.iter().map(|s| refit.is_last_term(*s, candidate.series)).collect();
@@ -129,7 +124,7 @@ impl<'a> Present<'a> {
         progress(&list.iter().map(|c| c.term.effect.card().id).collect::<Vec<_>>().join(", "));
         let mut refits = self.refit_all(&list);
         rank(&mut refits);
-        prefer_plainer(&mut refits);
+        prefer_plainer(&mut refits, self);
         let mut seen: Vec<(usize, &str)> = Vec::new();
         refits.retain(|r| {
             let key = (r.candidate.series, r.candidate.term.effect.card().id);
@@ -170,11 +165,12 @@ impl<'a> Present<'a> {
     fn refit(&self, mut candidate: Candidate) -> Refit<'a> {
         let model = with_term(&self.study, candidate.series, candidate.term.clone());
         let study = Study::fit(self.study.bench, &model, Some(&self.study.warm));
+        let gls = study.identify(&[self.gls.noise]);
+        let (study, gls) = study.refine_tones(gls);
         let axis = study.bench.problem.series[candidate.series].axis;
         if let Some(term) = study.model.axes[axis.index()].as_ref().and_then(|m| m.terms.last()) {
             candidate.term = term.clone();
         }
-        let gls = study.identify(&[self.gls.noise]);
         let held = study.held_out();
         let weights = &study.bench.weights;
         let blocks = held.by_block(weights);
@@ -286,13 +282,13 @@ fn rank(refits: &mut Vec<Refit>) {
 
 /// Puts before the best what cannot be told from it and is plainer: fewer parameters, or a measured channel instead of
 /// a free shape.
-fn prefer_plainer(refits: &mut [Refit]) {
+fn prefer_plainer(refits: &mut [Refit], present: &Present) {
     let Some(best) = refits.first() else { return };
     let measured = |r: &Refit| !r.candidate.term.effect.card().needs.is_empty();
     let plainer = (1..refits.len()).find(|&k| {
         let r = &refits[k];
         let simpler = r.candidate.freedom < best.candidate.freedom || (measured(r) && !measured(best));
-        r.candidate.series == best.candidate.series && simpler && r.significant() && best.alike(r)
+        r.candidate.series == best.candidate.series && simpler && (r.significant() || r.passes(present)) && best.alike(r)
     });
     if let Some(k) = plainer {
         refits[..=k].rotate_right(1);
@@ -312,13 +308,16 @@ impl Refit<'_> {
         if self.candidate.term.effect.stage() == Stage::Reading {
             return true;
         }
-        if self.at_bound() || self.excess >= present.excess * (1.0 - RELEVANT) {
+        // A tone that the gyro's own spectrum shows is real however little it moves the angle.
+        let tone = self.candidate.term.effect.card().id == "vibration-tone";
+        let relevant = if tone { -0.01 } else { RELEVANT };
+        if self.at_bound() || self.excess >= present.excess * (1.0 - relevant) {
             return false;
         }
         if self.p_value >= GATE && !self.dominates(present) {
             return false;
         }
-        if present.excess > ROUGH && self.share(present).is_none_or(|s| s < SHARE) {
+        if present.excess > UNEVEN && self.share(present).is_none_or(|s| s < SHARE) {
             return false;
         }
         if self.excess > ROUGH && self.is_outsized() {
@@ -326,7 +325,7 @@ impl Refit<'_> {
         }
         // What shows at one instant (a step) cannot be held out block by block in likelihood, but in the error it can.
         let holds = self.held_out.0 > 0.25 * self.rise.min(40.0) || self.fall.0 > 4.0 * self.fall.1;
-        holds && (self.candidate.term.effect.card().id != "vibration-tone" || tone::seen_by_gyro(self))
+        holds && (!tone || tone::seen_by_gyro(self))
     }
 
     /// Whether a coefficient is far beyond what such sensors have: where much is left unexplained, the fit bends whatever
@@ -352,9 +351,16 @@ impl Refit<'_> {
     /// Whether a parameter ran to the end of what is physical: the fit looks for something else.
     fn at_bound(&self) -> bool {
         let series = &self.study.bench.problem.series[self.candidate.series];
-        let nyquist = 0.5 / series.span().dt;
+        let span = series.span();
+        let nyquist = 0.5 / span.dt;
+        // A step has to be seen from both sides.
+        let (first, last) = (series.t[0] + ENDS * span.duration, series.t[0] + (1.0 - ENDS) * span.duration);
         let term = &self.candidate.term;
-        term.effect.parameters(series.axis).iter().zip(&term.values).any(|(card, &v)| {
+        let fitted = term.effect.parameters(series.axis).iter().zip(&term.values).filter(|(c, _)| c.role != Role::Chosen);
+        fitted.into_iter().any(|(card, &v)| {
+            if card.name == "t0" && !(first..last).contains(&v) {
+                return true;
+            }
             let near = |bound: f64| bound.is_finite() && (v - bound).abs() <= 1e-6 * bound.abs().max(1e-12);
             near(card.bounds.0) || near(card.bounds.1) || (card.unit == "Hz" && v > nyquist)
         })
@@ -387,12 +393,16 @@ impl Refit<'_> {
 
 /// J above which the noise is not all there is: likelihoods then trust a wrong model, and the held-out error decides.
 const ROUGH: f64 = 1.5;
+/// J above which something is left that is not noise.
+const UNEVEN: f64 = 1.2;
 /// Share of the held-out excess that an effect has to remove there.
 const SHARE: f64 = 0.1;
 /// Share of J that an effect has to remove in any case.
 const RELEVANT: f64 = 4e-3;
 /// Times its typical size that a coefficient may have while much is left unexplained.
 const OUTSIZED: f64 = 20.0;
+/// Share of the log at its ends where no step is looked for.
+const ENDS: f64 = 0.05;
 /// Held-out errors that differ by less than this share count as equal.
 const CLOSE: f64 = 0.03;
 /// Share of the held-out excess that makes up for a likelihood that drowns it.

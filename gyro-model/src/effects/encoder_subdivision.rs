@@ -46,7 +46,7 @@ static PARAMETERS: [ParameterCard; 3] = [
         name: "n",
         unit: "1",
         says: "times a turn: a whole number, scanned and never refined",
-        role: Role::Shape,
+        role: Role::Chosen,
         neutral: 2.0,
         typical: 2.0,
         bounds: (2.0, 100_000.0),

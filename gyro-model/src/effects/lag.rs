@@ -1,6 +1,6 @@
 //! `lag`: first-order sensor bandwidth, τ dω_f/dt + ω_f = ω.
 
-use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Span, Stage, derivative, low_pass};
+use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Span, Stage, derivative, low_pass, steadied};
 use crate::Axis;
 
 /// The effect.
@@ -81,7 +81,8 @@ impl Effect for Lag {
     }
 
     fn undo_response_whole(&self, p: &[f64], t: &[f64], felt: &[f64]) -> Vec<f64> {
-        let slope = derivative(t, felt);
+        // The slope of the reading's noise is no motion: undone, it would look like physics of its own.
+        let slope = derivative(t, &steadied(t, felt));
         felt.iter().zip(slope).map(|(f, d)| f + p[0] * d).collect()
     }
 

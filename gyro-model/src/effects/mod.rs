@@ -4,7 +4,7 @@
 //! the reading is its [`Stage`]; the stage says which of the functions it implements. Everything else in truerate
 //! (simulator, compensation, fit, diagnosis, reports, `truerate effects`) walks [`CATALOGUE`].
 
-pub(crate) use operators::{derivative, low_pass, play, second_derivative};
+pub(crate) use operators::{derivative, low_pass, play, second_derivative, steadied};
 
 use crate::{Axis, record::FREE_CHANNELS};
 
@@ -100,6 +100,9 @@ pub enum Role {
     Linear,
     /// A shape (time constant, width, frequency): it means nothing while the effect is absent and has to be scanned.
     Shape,
+    /// Known by the scan better than any fit of the residual would know it (a whole number, the frequency of a line of
+    /// the reading): left where it is.
+    Chosen,
 }
 
 /// One parameter of an effect.
@@ -273,6 +276,12 @@ pub trait Effect: Send + Sync {
     /// the reading does not determine the rate, and ω̂ = ω_f − error(ω̂) has many solutions.
     fn error_seen(&self, p: &[f64], signals: &Signals, memory: &mut Memory) -> f64 {
         self.error(p, signals, memory)
+    }
+
+    /// `Felt`: the same over a whole log, where looking ahead tells more: `felt` rates at times `t` (s), other errors
+    /// already subtracted. `None`: sample by sample as above.
+    fn error_whole(&self, _p: &[f64], _t: &[f64], _felt: &[f64]) -> Option<Vec<f64>> {
+        None
     }
 
     /// `Timing`: the time whose true rate is read at `t`, s.

@@ -60,6 +60,33 @@ fn is_even(t: &[f64], k: usize) -> bool {
     steps.iter().all(|step| (4.0 * step - span).abs() < 0.02 * span) && (t[k] - mean).abs() < 0.02 * span
 }
 
+/// The rate without its fastest noise: a parabola through the samples within ±12 ms. A play operator or a threshold
+/// would follow the noise, which the sensor's physics does not see.
+pub(crate) fn steadied(t: &[f64], rate: &[f64]) -> Vec<f64> {
+    let n = rate.len();
+    let half = (STEADY / ((t[n - 1] - t[0]) / (n - 1) as f64)) as usize;
+    if half < 2 {
+        return rate.to_vec();
+    }
+    let m = half as f64;
+    // Savitzky and Golay's weights for a quadratic: (3m² + 3m − 1 − 5k²) / norm.
+    let weight = |k: f64| 3.0 * m * m + 3.0 * m - 1.0 - 5.0 * k * k;
+    let norm = (2.0 * m + 3.0) * (2.0 * m + 1.0) * (2.0 * m - 1.0) / 3.0;
+    let weights: Vec<f64> = (0..=2 * half).map(|k| weight(k as f64 - m) / norm).collect();
+    (0..n)
+        .map(|k| {
+            if k < half || k + half >= n {
+                rate[k]
+            } else {
+                rate[k - half..=k + half].iter().zip(&weights).map(|(r, w)| r * w).sum()
+            }
+        })
+        .collect()
+}
+
+/// Half width of that window, s.
+const STEADY: f64 = 0.012;
+
 /// One step of the first-order low-pass T y' + y = u, exact for an input that goes linearly from `u0` to `u1`.
 pub(crate) fn low_pass(y: f64, u0: f64, u1: f64, dt: f64, time_constant: f64) -> f64 {
     if dt <= 0.0 {

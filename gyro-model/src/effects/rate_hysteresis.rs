@@ -1,6 +1,6 @@
 //! `rate-hysteresis`: the output depends on the direction of change, a play operator of width h on ω.
 
-use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage, play};
+use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage, play, steadied};
 use crate::Axis;
 
 /// The effect.
@@ -33,6 +33,61 @@ static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
     bounds: (0.0, 0.5),
 }];
 
+/// −h/2 while the rate goes up, +h/2 while it goes down, and between them the passage through the play.
+///
+/// The reading lets go of its extreme P when the rate has come back by h, and falls from there with slope v. The rate left
+/// its own extreme earlier: on a parabola 2h/v before, along a straight ramp h/v. Between the two, 1.5 h/v at the power
+/// 1.5, the angle gained in the passage is right to a sixth of it for either.
+fn passages(h: f64, t: &[f64], felt: &[f64]) -> Vec<f64> {
+    let mut error = vec![0.0; t.len()];
+    if h <= 0.0 || t.len() < 3 {
+        return error;
+    }
+    let s = steadied(t, felt);
+    let back = TURN * h;
+    // Where the steadied reading, going back from `k`, was last within `depth` of the extreme.
+    let crossing = |extreme: f64, sign: f64, depth: f64, k: usize, from: usize| -> f64 {
+        let below = |i: usize| sign * (extreme - s[i]) - depth;
+        let mut i = k;
+        while i > from + 1 && below(i - 1) > 0.0 {
+            i -= 1;
+        }
+        let (a, b) = (below(i - 1), below(i));
+        let share = if b > a { (b / (b - a)).clamp(0.0, 1.0) } else { 0.0 };
+        t[i] - share * (t[i] - t[i - 1])
+    };
+    let (mut sign, mut extreme, mut since, mut level) = (0.0, s[0], 0, 0.0);
+    let (mut low, mut high) = (s[0], s[0]);
+    for k in 1..t.len() {
+        if sign == 0.0 {
+            (low, high) = (low.min(s[k]), high.max(s[k]));
+            if high - low > back {
+                sign = if s[k] >= high { 1.0 } else { -1.0 };
+                (extreme, since, level) = (s[k], k, -0.5 * h * sign);
+            }
+            continue;
+        }
+        error[k] = level;
+        if sign * (s[k] - extreme) >= 0.0 {
+            extreme = s[k];
+        } else if sign * (extreme - s[k]) > back {
+            let (early, late) =
+                (crossing(extreme, sign, 0.3 * back, k, since), crossing(extreme, sign, back, k, since));
+            let v = 0.7 * back / (late - early).max(1e-9);
+            let (let_go, length) = (late - back / v, (1.5 * h / v).max(1e-9));
+            let first = (let_go - length).max(t[since]);
+            let mut i = k;
+            while i > since && t[i] > first {
+                let passed = ((t[i] - first) / (let_go - first).max(1e-9)).clamp(0.0, 1.0);
+                error[i] = level * (1.0 - 2.0 * passed.powf(1.5));
+                i -= 1;
+            }
+            (sign, extreme, since, level) = (-sign, s[k], k, -level);
+        }
+    }
+    error
+}
+
 /// Share of h by which the rate has to come back before it counts as turned: below it, noise would turn it.
 const TURN: f64 = 0.5;
 
@@ -58,6 +113,10 @@ impl Effect for RateHysteresis {
     fn error_seen(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
         let turn = TURN * p[0];
         if turn > 0.0 { (play(turn, s.rate(), memory) - s.rate()) / TURN } else { 0.0 }
+    }
+
+    fn error_whole(&self, p: &[f64], t: &[f64], felt: &[f64]) -> Option<Vec<f64>> {
+        Some(passages(p[0], t, felt))
     }
 
     fn grid(&self, span: &Span) -> Vec<Vec<f64>> {

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     Axis, AxisModel, Model, Record, Term,
-    effects::{Memory, Signals, Stage, derivative},
+    effects::{Memory, Role, Signals, Stage, derivative, steadied},
     model::Origin,
     record::ReferenceKind,
 };
@@ -85,14 +85,17 @@ impl Problem {
         if self.attitude.is_some() { 3 } else { 1 }
     }
 
-    /// Every parameter of the axes' terms that a fit moves: `Reading` limits are read off the data instead.
+    /// Every parameter of the axes' terms that a fit moves: `Reading` limits are read off the data instead, as is what
+    /// the scan chooses.
     #[must_use]
     pub fn slots(&self, model: &Model) -> Vec<Slot> {
         let mut slots = Vec::new();
         for (series, s) in self.series.iter().enumerate() {
             for (term, t) in self.axis(model, s).terms.iter().enumerate() {
                 if t.effect.stage() != Stage::Reading {
-                    slots.extend((0..t.values.len()).map(|parameter| Slot { series, term, parameter }));
+                    let cards = t.effect.parameters(s.axis).iter().enumerate();
+                    let free = cards.filter(|(_, card)| card.role != Role::Chosen);
+                    slots.extend(free.map(|(parameter, _)| Slot { series, term, parameter }));
                 }
             }
         }
@@ -206,8 +209,9 @@ impl Problem {
         }
         let mut lost = s.missing.clone();
         for term in of(Stage::Reading) {
+            // A reading that stays short of the limit by less than its noise is one that the noise kept there.
             for (l, &g) in lost.iter_mut().zip(&s.gyro) {
-                *l |= term.effect.lost(&term.values, g);
+                *l |= [-s.margin, 0.0, s.margin].iter().any(|m| term.effect.lost(&term.values, g + m));
             }
         }
         let mut rate: Vec<f64> = s.gyro.iter().map(|g| alpha * g + delta).collect();
@@ -238,6 +242,8 @@ impl Problem {
 
     /// ω̂ = u − Σ error(ω̂), the errors at the warm rate: the fixed point is in the refreshing of it.
     fn subtract_felt(&self, s: &Series, felt: &[&Term], index: usize, warm: &[Warm], rate: &mut [f64]) {
+        let (ahead, felt): (Vec<&Term>, Vec<&Term>) =
+            felt.iter().partition(|t| t.effect.error_whole(&t.values, &[], &[]).is_some());
         let mut memories = vec![Memory::default(); felt.len()];
         for (k, rate) in rate.iter_mut().enumerate() {
             let mut signals = s.signals[k];
@@ -251,6 +257,10 @@ impl Problem {
                 sum += term.effect.error_seen(&term.values, &signals, memory);
             }
             *rate -= sum;
+        }
+        for term in ahead {
+            let error = term.effect.error_whole(&term.values, &s.t, rate).unwrap_or_default();
+            rate.iter_mut().zip(error).for_each(|(rate, error)| *rate -= error);
         }
     }
 }
@@ -276,33 +286,6 @@ fn best_angle(s: &Series, angle: &[f64], lost: &[bool]) -> Vec<f64> {
     let mut hint = 0;
     angle.iter().zip(&s.t).map(|(a, &t)| a - linear(&s.reference_t, &level, t, &mut hint)).collect()
 }
-
-/// The rate without its fastest noise: a parabola through the samples within ±12 ms. A play operator or a threshold
-/// would follow the noise, which the sensor's physics does not see.
-fn steadied(t: &[f64], rate: &[f64]) -> Vec<f64> {
-    let n = rate.len();
-    let half = (STEADY / ((t[n - 1] - t[0]) / (n - 1) as f64)) as usize;
-    if half < 2 {
-        return rate.to_vec();
-    }
-    let m = half as f64;
-    // Savitzky and Golay's weights for a quadratic: (3m² + 3m − 1 − 5k²) / norm.
-    let weight = |k: f64| 3.0 * m * m + 3.0 * m - 1.0 - 5.0 * k * k;
-    let norm = (2.0 * m + 3.0) * (2.0 * m + 1.0) * (2.0 * m - 1.0) / 3.0;
-    let weights: Vec<f64> = (0..=2 * half).map(|k| weight(k as f64 - m) / norm).collect();
-    (0..n)
-        .map(|k| {
-            if k < half || k + half >= n {
-                rate[k]
-            } else {
-                rate[k - half..=k + half].iter().zip(&weights).map(|(r, w)| r * w).sum()
-            }
-        })
-        .collect()
-}
-
-/// Half width of that window, s.
-const STEADY: f64 = 0.012;
 
 /// The angle at the samples' times, where a reading stamped t is valid at another time: a rate is integrated over its
 /// times of validity, cubic between them.

@@ -30,6 +30,8 @@ pub struct Series {
     pub reference_angle: Vec<f64>,
     /// Smallest step of the encoder, rad; 0 where it is not quantised.
     pub quantum: f64,
+    /// How far a reading's noise may have carried it, rad/s.
+    pub margin: f64,
     /// The reference readings that say something of their own.
     pub readings: Vec<Reading>,
 }
@@ -203,6 +205,7 @@ impl Series {
             reference_t,
             reference_angle,
             quantum,
+            margin: 0.0,
             readings,
         })
     }

@@ -28,7 +28,7 @@ impl Bench {
     /// Lays out the axes of `record` that share a reference; `None` where they have none.
     #[must_use]
     pub fn new(record: &Record, axes: &[Axis], model: &Model) -> Option<Self> {
-        let problem = Problem::new(record, axes, &model.origin)?;
+        let mut problem = Problem::new(record, axes, &model.origin)?;
         let windows = Windows::new(problem.times());
         if windows.tau.len() < 3 {
             return None;
@@ -41,6 +41,9 @@ impl Bench {
                 Some(attitude) => prior::prior(s, &attitude.turned_about(s.axis.index())),
             })
             .collect();
+        for (series, prior) in problem.series.iter_mut().zip(&prior) {
+            series.margin = MARGIN * prior.angle_random_walk / series.span().dt.sqrt();
+        }
         let each: Vec<Vec<f64>> = prior.iter().map(|p| prior::weights(p, &windows.tau)).collect();
         let weights = (0..windows.tau.len())
             .map(|k| (each.iter().map(|w| w[k] * w[k]).sum::<f64>() / each.len() as f64).sqrt())
@@ -49,6 +52,9 @@ impl Bench {
         Some(Self { problem, windows, coarse, prior, weights })
     }
 }
+
+/// Standard deviations of a reading's noise within which a limit bends its distribution.
+const MARGIN: f64 = 3.5;
 
 /// A model at its best on a log.
 #[derive(Clone, Debug)]
@@ -88,7 +94,11 @@ impl<'a> Study<'a> {
         };
         for _ in 0..6 {
             let before = values(problem, &mut model, &slots);
-            let bounds: Vec<(f64, f64)> = slots.iter().map(|s| card(problem, &model, *s).bounds).collect();
+            // A tone hardly moves the increments: what the likelihood says of it stands.
+            let free = |s: &Slot, at: f64| {
+                if is_tone(problem, &model, *s) { (at, at) } else { card(problem, &model, *s).bounds }
+            };
+            let bounds: Vec<(f64, f64)> = slots.iter().zip(&before).map(|(s, &at)| free(s, at)).collect();
             let mut trial = model.clone();
             let hold = hold(problem, &model, &slots, last);
             let solution = nls::minimise(
@@ -163,13 +173,25 @@ impl<'a> Study<'a> {
     /// gives the noise and the covariance there.
     #[must_use]
     pub fn refine(self, starts: &[NoiseModel]) -> (Self, Gls) {
+        let gls = self.identify(starts);
+        self.refine_with(gls, |_| true)
+    }
+
+    /// The same of the tones alone, from a noise that is known.
+    #[must_use]
+    pub fn refine_tones(self, gls: Gls) -> (Self, Gls) {
+        let tones: Vec<Slot> =
+            self.slots.iter().copied().filter(|s| is_tone(&self.bench.problem, &self.model, *s)).collect();
+        if tones.is_empty() { (self, gls) } else { self.refine_with(gls, |slot| tones.contains(&slot)) }
+    }
+
+    fn refine_with(self, gls: Gls, moves: impl Fn(Slot) -> bool) -> (Self, Gls) {
         let bench = self.bench;
-        let mut study = self;
-        let mut gls = study.identify(starts);
+        let (mut study, mut gls) = (self, gls);
         for _ in 0..4 {
             let mut model = study.model.clone();
             let mut largest: f64 = 0.0;
-            for (k, slot) in study.slots.iter().enumerate() {
+            for (k, slot) in study.slots.iter().enumerate().filter(|(_, slot)| moves(**slot)) {
                 let bounds = card(&bench.problem, &model, *slot).bounds;
                 if let Some(v) = value(&bench.problem, &mut model, *slot) {
                     *v = (*v + gls.step[k]).clamp(bounds.0, bounds.1);
@@ -210,6 +232,11 @@ impl<'a> Study<'a> {
             }
         }
     }
+}
+
+fn is_tone(problem: &Problem, model: &Model, slot: Slot) -> bool {
+    let terms = model.axes[problem.series[slot.series].axis.index()].as_ref().map_or(&[][..], |m| &m.terms);
+    terms[slot.term].effect.card().id == "vibration-tone"
 }
 
 /// Precision with which the coefficients of effects are held near zero: one [`FAR`] times its typical size costs the
