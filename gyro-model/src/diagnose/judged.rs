@@ -34,7 +34,8 @@ impl Judged {
         } else {
             study.grams.clone()
         };
-        let errors: HeldOut = if held { own.as_is(tau) } else { study.grams.held_out_on(&own, tau, &bench.weights, &study.hold) };
+        let errors: HeldOut =
+            if held { own.as_is(tau) } else { study.grams.held_out_on(&own, tau, &bench.weights, &study.hold) };
         Self { tau: tau.clone(), error: errors.curve(), floor: floor::floor(study, series, component) }
     }
 

@@ -183,18 +183,7 @@ impl<'a> Present<'a> {
         let fall = mean(&logs);
         let inflation = self.inflation(&study, &candidate);
         let p_value = chance(rise / inflation, &candidate, &study);
-        Refit {
-            candidate,
-            gls,
-            excess: held.excess(weights),
-            inflation,
-            rise,
-            held_out,
-            p_value,
-            fall,
-            blocks,
-            study,
-        }
+        Refit { candidate, gls, excess: held.excess(weights), inflation, rise, held_out, p_value, fall, blocks, study }
     }
 }
 
@@ -288,7 +277,10 @@ fn prefer_plainer(refits: &mut [Refit], present: &Present) {
     let plainer = (1..refits.len()).find(|&k| {
         let r = &refits[k];
         let simpler = r.candidate.freedom < best.candidate.freedom || (measured(r) && !measured(best));
-        r.candidate.series == best.candidate.series && simpler && (r.significant() || r.passes(present)) && best.alike(r)
+        r.candidate.series == best.candidate.series
+            && simpler
+            && (r.significant() || r.passes(present))
+            && best.alike(r)
     });
     if let Some(k) = plainer {
         refits[..=k].rotate_right(1);
@@ -356,7 +348,8 @@ impl Refit<'_> {
         // A step has to be seen from both sides.
         let (first, last) = (series.t[0] + ENDS * span.duration, series.t[0] + (1.0 - ENDS) * span.duration);
         let term = &self.candidate.term;
-        let fitted = term.effect.parameters(series.axis).iter().zip(&term.values).filter(|(c, _)| c.role != Role::Chosen);
+        let fitted =
+            term.effect.parameters(series.axis).iter().zip(&term.values).filter(|(c, _)| c.role != Role::Chosen);
         fitted.into_iter().any(|(card, &v)| {
             if card.name == "t0" && !(first..last).contains(&v) {
                 return true;

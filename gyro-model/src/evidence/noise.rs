@@ -169,12 +169,9 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
         };
         let mut from = vec![noise];
         from.extend(starts);
-        match Periodogram::new(&residual, study.bench.problem.times()) {
-            Some(periodogram) => {
-                let (few, many) = periodogram.search(&first);
-                from.extend([few, many]);
-            }
-            None => {}
+        if let Some(periodogram) = Periodogram::new(&residual, study.bench.problem.times()) {
+            let (few, many) = periodogram.search(&first);
+            from.extend([few, many]);
         }
         let mut from: Vec<(NoiseModel, f64)> = from.iter().map(|noise| (*noise, cost(noise))).collect();
         from.sort_by(|a, b| a.1.total_cmp(&b.1));

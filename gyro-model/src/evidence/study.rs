@@ -154,7 +154,17 @@ impl<'a> Study<'a> {
         let grams = grams(bench, &evaluation, &columns, None);
         let cost = grams.normal(&bench.windows.tau, &bench.weights, None).cost;
         let hold = hold(&bench.problem, model, slots, cost);
-        Self { bench, model: model.clone(), slots: slots.to_vec(), warm, evaluation, columns, grams, unobservable, hold }
+        Self {
+            bench,
+            model: model.clone(),
+            slots: slots.to_vec(),
+            warm,
+            evaluation,
+            columns,
+            grams,
+            unobservable,
+            hold,
+        }
     }
 
     /// Held-out errors of all channels together.

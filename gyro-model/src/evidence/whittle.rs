@@ -46,9 +46,8 @@ impl Periodogram {
         let n = t.len().checked_sub(1).filter(|&n| n >= 64)?;
         let dt = (t[n] - t[0]) / n as f64;
         let fft = RealFftPlanner::<f64>::new().plan_fft_forward(n);
-        let taper: Vec<f64> = (0..n)
-            .map(|k| 0.5 - 0.5 * (std::f64::consts::TAU * (k as f64 + 0.5) / n as f64).cos())
-            .collect();
+        let taper: Vec<f64> =
+            (0..n).map(|k| 0.5 - 0.5 * (std::f64::consts::TAU * (k as f64 + 0.5) / n as f64).cos()).collect();
         let norm = taper.iter().map(|w| w * w).sum::<f64>();
         let mut power = vec![0.0; n / 2 + 1];
         for channel in residual {
