@@ -5,7 +5,7 @@ use ipc_types::domain::Domain;
 use std::{
     env,
     fs::{self, DirBuilder, File, OpenOptions, TryLockError},
-    io::{Read, Seek, Write},
+    io::{ErrorKind, Read, Seek, Write},
     os::unix::fs::{DirBuilderExt, MetadataExt},
     path::{Path, PathBuf},
     time::{Duration, Instant},
@@ -116,12 +116,21 @@ impl Claim {
     }
 }
 
+/// A watcher that joins makes files of its own there meanwhile; it is soon done.
+const CLEARED_WITHIN: Duration = Duration::from_secs(2);
+
 fn clear_folder(folder: &Path) -> anyhow::Result<()> {
-    match fs::remove_dir_all(folder) {
-        Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
-            Err(e).with_context(|| format!("{}: cannot be removed", folder.display()))
+    let start = Instant::now();
+    loop {
+        match fs::remove_dir_all(folder) {
+            Err(e) if e.kind() == ErrorKind::DirectoryNotEmpty && start.elapsed() < CLEARED_WITHIN => {
+                std::thread::sleep(Duration::from_millis(2));
+            }
+            Err(e) if e.kind() != ErrorKind::NotFound => {
+                return Err(e).with_context(|| format!("{}: cannot be removed", folder.display()));
+            }
+            _ => return Ok(()),
         }
-        _ => Ok(()),
     }
 }
 
@@ -129,7 +138,12 @@ fn clear_memory(prefix: &str) -> anyhow::Result<()> {
     for entry in fs::read_dir("/dev/shm").context("/dev/shm")?.flatten() {
         if entry.file_name().to_string_lossy().starts_with(prefix) {
             let path = entry.path();
-            fs::remove_file(&path).with_context(|| format!("{}: cannot be removed", path.display()))?;
+            match fs::remove_file(&path) {
+                Err(e) if e.kind() != ErrorKind::NotFound => {
+                    return Err(e).with_context(|| format!("{}: cannot be removed", path.display()));
+                }
+                _ => {}
+            }
         }
     }
     Ok(())
@@ -212,7 +226,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::Lock;
+    use super::{Lock, clear_folder};
 
     #[test]
     fn a_lock_has_one_holder_and_says_who() {
@@ -224,5 +238,23 @@ mod tests {
         assert_eq!(Lock::holder(&path), Some(std::process::id()));
         drop(lock);
         assert_eq!(Lock::holder(&path), None);
+    }
+
+    #[test]
+    fn a_folder_is_cleared_while_a_watcher_still_makes_files_in_it() {
+        let place = tempfile::tempdir().unwrap();
+        let folder = place.path().join("i");
+        std::fs::create_dir(&folder).unwrap();
+        let watched = folder.clone();
+        let watcher = std::thread::spawn(move || {
+            for k in 0..2_000 {
+                let _ = std::fs::create_dir_all(&watched);
+                let _ = std::fs::write(watched.join(k.to_string()), []);
+            }
+        });
+        clear_folder(&folder).unwrap();
+        watcher.join().unwrap();
+        clear_folder(&folder).unwrap();
+        assert!(!folder.exists());
     }
 }

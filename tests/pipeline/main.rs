@@ -5,6 +5,7 @@ mod dashboard;
 mod harness;
 mod live;
 mod recording;
+mod table;
 
 use gyro_model::{Axis, Model, fit::fit};
 use harness::{Place, counted, log, parameter};
