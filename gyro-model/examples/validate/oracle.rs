@@ -3,14 +3,14 @@
 //! The Cramér–Rao bound of the size s beside the unknown scale factor and bias: g = ∂r/∂ln s of the residual angle,
 //! whitened with the true noise, less what ∂r/∂α and ∂r/∂δ explain of it, has the norm s/σ_s. The derivatives are
 //! central differences on the log without its noise; the noise is the simulator's own: angle random walk (with the
-//! quantisation of the gyro), bias random walk, and one independent error for all readings of the same encoder count.
+//! quantisation of the gyro), bias random walk, and one error of the encoder for each while that it shows the same count.
 
 use crate::probe::Probe;
 use gyro_model::{
     Axis, Model,
     evidence::{
         problem::Problem,
-        whiten::{NoiseModel, Whitener},
+        whiten::{NoiseModel, Rows, Whitener},
     },
     simulate::{Reference, Scenario, SensorSpec, Simulated, simulate},
 };
@@ -25,10 +25,10 @@ pub fn size(probe: &Probe) -> Option<f64> {
     }
     let axis = probe.scenario.sensor.axis;
     let noisy = simulate(&probe.hide(probe.drawn()));
-    let plateau = Problem::new(&noisy.record, &[axis], &noisy.truth.origin)?.series[0].plateau.clone();
+    let rows = readings(&Problem::new(&noisy.record, &[axis], &noisy.truth.origin)?);
     let mut size = probe.drawn();
     for _ in 0..6 {
-        let factor = SIGMA / sigmas(probe, size, &plateau)?;
+        let factor = SIGMA / sigmas(probe, size, &rows)?;
         size *= factor.clamp(0.02, 50.0);
         if (0.97..1.03).contains(&factor) {
             break;
@@ -38,7 +38,7 @@ pub fn size(probe: &Probe) -> Option<f64> {
 }
 
 /// s/σ_s at this size.
-fn sigmas(probe: &Probe, size: f64, plateau: &[f64]) -> Option<f64> {
+fn sigmas(probe: &Probe, size: f64, rows: &Rows) -> Option<f64> {
     const STEP: f64 = 0.05;
     let axis = probe.scenario.sensor.axis;
     let Simulated { record, truth, .. } = simulate(&quiet(&probe.hide(size)));
@@ -47,7 +47,7 @@ fn sigmas(probe: &Probe, size: f64, plateau: &[f64]) -> Option<f64> {
     for _ in 0..3 {
         warm = problem.warm(&problem.evaluate(&truth, &warm));
     }
-    let whitener = Whitener::new(&noise(&probe.scenario), problem.times(), plateau, &vec![false; plateau.len()]);
+    let whitener = Whitener::new(&noise(&probe.scenario), rows);
     let at = |change: &dyn Fn(&mut Model)| {
         let mut model = truth.clone();
         change(&mut model);
@@ -61,6 +61,18 @@ fn sigmas(probe: &Probe, size: f64, plateau: &[f64]) -> Option<f64> {
     let nuisance = [0, 1].map(|term| slope(&|model, step| value(model, axis, term)[0] += step, 1e-4));
     let resized = |model: &mut Model, step: f64| *value(model, axis, 2) = probe.at(size * (1.0 + step)).values;
     Some(distance(&slope(&resized, STEP), &nuisance))
+}
+
+/// Where the encoder of the noisy log says something of its own.
+fn readings(problem: &Problem) -> Rows {
+    let readings = &problem.series[0].readings;
+    Rows {
+        index: readings.iter().map(|reading| reading.row).collect(),
+        t: readings.iter().map(|reading| problem.times()[reading.row]).collect(),
+        spread: readings.iter().map(|reading| reading.spread).collect(),
+        lost: vec![false; readings.len()],
+        rows: problem.times().len(),
+    }
 }
 
 fn value(model: &mut Model, axis: Axis, term: usize) -> &mut Vec<f64> {
