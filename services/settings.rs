@@ -169,7 +169,7 @@ impl Default for Simulation {
 
 impl Default for Learning {
     fn default() -> Self {
-        Self { window: 60.0, period: 0.5, diagnosis: 1.0, duty: 0.3, rows: 1_800_000 }
+        Self { window: 60.0, period: 0.4, diagnosis: 1.0, duty: 0.3, rows: 1_800_000 }
     }
 }
 

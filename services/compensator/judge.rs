@@ -3,13 +3,19 @@
 
 use super::{budget::Budget, store::View};
 use gyro_model::{
-    AxisModel, Model, Record,
+    AxisModel, Model, Record, Row,
     diagnose::{self, compare, diagnose},
     diagnosis::{AxisDiagnosis, Verdict},
     fit::FitError,
     thin::thinned,
 };
-use std::time::Instant;
+use std::{
+    sync::{
+        Arc,
+        atomic::{AtomicUsize, Ordering},
+    },
+    time::Instant,
+};
 
 /// Rows of one judgement at least and at most; longer stretches are thinned.
 pub const ROWS: (usize, usize) = (3_000, 12_000);
@@ -36,42 +42,46 @@ pub struct Judgement {
     pub span: (i64, i64),
 }
 
+/// Rows that both threads look at, so that their curves have one floor; what the search can afford in its time.
+#[derive(Clone, Debug)]
+pub struct Rows(Arc<AtomicUsize>);
+
+impl Default for Rows {
+    fn default() -> Self {
+        Self(Arc::new(AtomicUsize::new(ROWS.0)))
+    }
+}
+
 /// Holds the model against the newest data.
 ///
 /// # Errors
 /// Where the data do not allow it yet.
-pub fn hold(view: &View, budget: &mut Budget, job: Job) -> Result<Judgement, FitError> {
-    judged(view, budget, job, |record, model| {
-        let options = diagnose::Options { own_log: true, ..diagnose::Options::default() };
-        compare(record, model, &record.fitted_axes(), &options)
-    })
+pub fn hold(view: &View, rows: &Rows, job: Job) -> Result<Judgement, FitError> {
+    let record = thinned(&view.whole(), rows.0.load(Ordering::Relaxed));
+    let options = diagnose::Options { own_log: true, ..diagnose::Options::default() };
+    let axes = compare(&record, &job.model, &record.fitted_axes(), &options)?;
+    Ok(Judgement::new(job, axes, &record))
 }
 
 /// Searches for what is missing.
 ///
 /// # Errors
 /// Where the data do not allow it yet.
-pub fn search(view: &View, budget: &mut Budget, job: Job) -> Result<Judgement, FitError> {
-    judged(view, budget, job, |record, model| {
-        diagnose(record, model, &record.fitted_axes(), &diagnose::Options::default())
-    })
-}
-
-fn judged(
-    view: &View,
-    budget: &mut Budget,
-    job: Job,
-    work: impl Fn(&Record, &Model) -> Result<Vec<AxisDiagnosis>, FitError>,
-) -> Result<Judgement, FitError> {
+pub fn search(view: &View, rows: &Rows, budget: &mut Budget, job: Job) -> Result<Judgement, FitError> {
     let record = thinned(&view.whole(), budget.rows());
     let start = Instant::now();
-    let axes = work(&record, &job.model)?;
+    let axes = diagnose(&record, &job.model, &record.fitted_axes(), &diagnose::Options::default())?;
     budget.took(record.len(), start.elapsed());
-    let at = |row: Option<&gyro_model::Row>| row.map_or(0, |row| row.t_ns);
-    Ok(Judgement { span: (at(record.rows.first()), at(record.rows.last())), job, axes })
+    rows.0.store(budget.rows(), Ordering::Relaxed);
+    Ok(Judgement::new(job, axes, &record))
 }
 
 impl Judgement {
+    fn new(job: Job, axes: Vec<AxisDiagnosis>, record: &Record) -> Self {
+        let at = |row: Option<&Row>| row.map_or(0, |row| row.t_ns);
+        Self { span: (at(record.rows.first()), at(record.rows.last())), job, axes }
+    }
+
     /// Whether a model has the very effects of the one that was judged.
     #[must_use]
     pub fn is_of(&self, model: &Model) -> bool {

@@ -133,10 +133,10 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
     let (to_judge, to_search) = (store.view(), store.view());
     let (duty, period) = (settings.learning.duty, settings.learning.diagnosis);
     let mut learner = Learner::new(store.view(), Duration::from_secs_f64(AIM * duty * settings.learning.period));
-    let budget = |periods: f64| {
-        Budget::new(judge::ROWS.0, judge::ROWS.1, Duration::from_secs_f64(AIM * duty * period * periods))
-    };
-    let (mut judging, mut searching) = (budget(1.0), budget(SEARCH_PERIODS));
+    let patience = Duration::from_secs_f64(AIM * duty * period * SEARCH_PERIODS);
+    let mut budget = Budget::new(judge::ROWS.0, judge::ROWS.1, patience);
+    let rows = judge::Rows::default();
+    let judged_rows = rows.clone();
     let mut compensator = Compensator {
         run,
         settings,
@@ -150,8 +150,8 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
         pulse,
         store,
         learner: Worker::start(duty, move |job: Job| learner.solve(&job)),
-        judge: Worker::start(duty, move |job| judge::hold(&to_judge, &mut judging, job)),
-        searcher: Worker::start(duty, move |job| judge::search(&to_search, &mut searching, job)),
+        judge: Worker::start(duty, move |job| judge::hold(&to_judge, &judged_rows, job)),
+        searcher: Worker::start(duty, move |job| judge::search(&to_search, &rows, &mut budget, job)),
         answers: Answers::default(),
         challenger: None,
         facts,

@@ -143,6 +143,9 @@ impl Feed {
 
     fn diagnoses(&mut self) -> anyhow::Result<()> {
         let message = self.diagnoses.newest()?.filter(|d| d.run == self.run);
+        if let Some(trial) = message.and_then(|m| judgement::trial(&m.trial)) {
+            self.scene.now("trial", &trial);
+        }
         if let Some(diagnosis) = self.reports.newest()?.and_then(|bytes| judgement::of_report(&bytes)) {
             self.has_report = true;
             self.judge(diagnosis);

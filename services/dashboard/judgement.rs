@@ -6,7 +6,8 @@ use gyro_model::{
     Axis,
     diagnosis::{AxisDiagnosis, Diagnosis, ErrorPoint, NoiseValue, Suspect, Verdict},
 };
-use ipc_types::diagnosis as wire;
+use ipc_types::diagnosis::{self as wire, TrialState};
+use serde::Serialize;
 
 /// The whole diagnosis out of the compensator's report; `None` where it is not one.
 #[must_use]
@@ -82,6 +83,70 @@ pub fn page(diagnosis: &Diagnosis) -> Page {
     page
 }
 
+/// The last trial: the model in use beside the other one, on the same samples.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TrialView {
+    /// What the other model has more.
+    pub effect: String,
+    /// `x`, `y`, `z`.
+    pub axis: &'static str,
+    /// `on trial`, `took over`, `given up`.
+    pub state: &'static str,
+    /// Epoch of the model in use when it was last decided.
+    pub epoch: u64,
+    /// Error curve of the model in use.
+    pub present: TrialCurve,
+    /// Error curve of the other.
+    pub other: TrialCurve,
+}
+
+/// An error curve in °/s, with the largest error over floor.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TrialCurve {
+    /// Largest error over floor.
+    pub error_over_floor: Option<f64>,
+    /// s.
+    pub tau: Vec<f64>,
+    /// °/s.
+    pub error: Vec<Option<f64>>,
+    /// °/s.
+    pub floor: Vec<Option<f64>>,
+    /// °/s.
+    pub floor_99: Vec<Option<f64>>,
+}
+
+/// The last trial; `None` where there was none.
+#[must_use]
+pub fn trial(trial: &wire::Trial) -> Option<TrialView> {
+    let state = match trial.state {
+        s if s == TrialState::OnTrial as u32 => "on trial",
+        s if s == TrialState::TookOver as u32 => "took over",
+        s if s == TrialState::GivenUp as u32 => "given up",
+        _ => return None,
+    };
+    let finite = |v: f64| Some(v).filter(|v| v.is_finite());
+    let curve = |points: &[wire::ErrorPoint], over: f64| {
+        let points: Vec<&wire::ErrorPoint> = points.iter().filter(|p| p.tau > 0.0).collect();
+        let degrees =
+            |value: fn(&wire::ErrorPoint) -> f64| points.iter().map(|p| finite(value(p).to_degrees())).collect();
+        TrialCurve {
+            error_over_floor: finite(over),
+            tau: points.iter().map(|p| p.tau).collect(),
+            error: degrees(|p| p.error),
+            floor: degrees(|p| p.floor),
+            floor_99: degrees(|p| p.floor_99),
+        }
+    };
+    Some(TrialView {
+        effect: trial.effect.to_string(),
+        axis: Axis::ALL.get(trial.axis as usize).map_or("every", |axis| axis.letter()),
+        state,
+        epoch: trial.epoch,
+        present: curve(&trial.present_curve, trial.present),
+        other: curve(&trial.other_curve, trial.other),
+    })
+}
+
 /// The figures for the chart over time.
 pub fn errors(diagnosis: &Diagnosis, t: f64) -> impl Iterator<Item = ErrorAt> + '_ {
     diagnosis.axes.iter().map(move |axis| {
@@ -117,6 +182,25 @@ mod tests {
         assert!(!page.axes[0].suspects[0].card.equation.is_empty());
         let error = errors(&diagnosis, 3.0).next().unwrap();
         assert!((error.error.unwrap() - 0.1f64.to_degrees()).abs() < 1e-12 && error.ratio == Some(9.0));
+    }
+
+    #[test]
+    fn a_trial_is_shown_with_both_curves_in_degrees_and_none_where_there_was_none() {
+        assert_eq!(trial(&wire::Trial::default()), None);
+        let mut message = wire::Trial {
+            effect: Text::new("delay"),
+            axis: 2,
+            present: 9.0,
+            other: f64::NAN,
+            ..wire::Trial::default()
+        };
+        message.state = TrialState::TookOver as u32;
+        message.other_curve[0] = wire::ErrorPoint { tau: 1.0, error: 0.1, floor: 0.01, floor_99: f64::NAN };
+        let view = trial(&message).unwrap();
+        assert_eq!((view.axis, view.state, view.present.error_over_floor), ("z", "took over", Some(9.0)));
+        assert!((view.other.error[0].unwrap() - 0.1f64.to_degrees()).abs() < 1e-12);
+        assert_eq!((view.other.floor_99[0], view.other.error_over_floor), (None, None));
+        assert!(view.present.tau.is_empty());
     }
 
     #[test]

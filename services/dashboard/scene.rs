@@ -69,7 +69,7 @@ pub struct ParametersAt {
 }
 
 /// What the exports are made of.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Kept {
     steps: VecDeque<Step>,
     errors: VecDeque<ErrorAt>,
@@ -81,6 +81,24 @@ pub struct Kept {
     pub diagnosis: Option<Diagnosis>,
     /// The newest parameters.
     pub model: Option<Parameters>,
+}
+
+impl Default for Kept {
+    /// The memory of the rows is taken, and touched, now, so that it stays the same however long a stream runs.
+    fn default() -> Self {
+        let mut rows = VecDeque::from(vec![Row::EMPTY; ROWS]);
+        rows.clear();
+        Self {
+            steps: VecDeque::new(),
+            errors: VecDeque::new(),
+            parameters: VecDeque::new(),
+            marks: VecDeque::new(),
+            newest: BTreeMap::new(),
+            rows,
+            diagnosis: None,
+            model: None,
+        }
+    }
 }
 
 /// Shared by the thread that watches the pipeline and the one that serves pages.

@@ -14,7 +14,7 @@
   const push = (list, items, most) => { list.push(...items); if (list.length > most) list.splice(0, list.length - most); };
   const now = name => data => { scene.newest[name] = data; touch(name); };
   const news = {
-    whole: data => { Object.assign(scene, data); moved = performance.now(); touch('steps', 'judged', 'values', 'mark', ...Object.keys(data.newest), 'page', 'model', 'status', 'stages'); },
+    whole: data => { Object.assign(scene, data); moved = performance.now(); touch('steps', 'judged', 'values', 'mark', ...Object.keys(data.newest), 'page', 'trial', 'model', 'status', 'stages'); },
     steps: data => {
       if (scene.steps.length && data[0].t <= scene.steps.at(-1).t) scene.steps = [];
       push(scene.steps, data, STEPS); moved = performance.now(); touch('steps');
@@ -22,7 +22,7 @@
     judged: data => { push(scene.errors, [data], ERRORS); touch('judged'); },
     values: data => { push(scene.values, [data], VALUES); touch('values'); },
     mark: data => { push(scene.marks, [data], 100); touch('mark', 'judged', 'values'); },
-    page: now('page'), model: now('model'), status: now('status'), stages: now('stages'), source: now('source'),
+    page: now('page'), model: now('model'), trial: now('trial'), status: now('status'), stages: now('stages'), source: now('source'),
   };
 
   let source = null;
@@ -55,7 +55,7 @@
     names.forEach(n => dirty.add(n));
     if (!asked) { asked = true; requestAnimationFrame(draw); }
   }
-  const painters = { steps: drawMotion, judged: drawFalling, mark: drawMotion, values: drawHistory, page: drawPage, model: drawModel, status: drawStatus, stages: drawStages, source: drawSource };
+  const painters = { steps: drawMotion, judged: drawFalling, mark: drawMotion, values: drawHistory, page: drawPage, trial: drawTrial, model: drawModel, status: drawStatus, stages: drawStages, source: drawSource };
   function draw() {
     asked = false;
     chooseAxes();
@@ -194,6 +194,24 @@
     const spec = Charts.errorCurveSpec(curves, 0);
     if (shape !== curveShape) { curve?.destroy(); curve = null; curveShape = shape; }
     if (curve) curve.set(spec.data); else curve = Charts.make($('curve'), { ...spec, height: 320 });
+  }
+
+  // ---- the challenger --------------------------------------------------------------------------------------------------
+  let duel, duelShape = '';
+  function drawTrial() {
+    const trial = scene.newest.trial;
+    if (!trial) return;
+    $('trial-panel').hidden = false;
+    const tone = { 'took over': 'good', 'given up': 'bad' }[trial.state] ?? 'warn';
+    const times = v => (v == null ? '–' : `${number(v)} × floor`);
+    fill('trial-says', h('p', h('b', trial.effect), ` on axis ${trial.axis} `, h('span.pill.' + tone, trial.state), h('span.soft', ` epoch ${trial.epoch}`)),
+      h('.figures', [['model in use', trial.present], [`with ${trial.effect}`, trial.other]].map(([of, c]) => h('.figure', h('.of', `largest error, ${of}`), h('.value', times(c.error_over_floor))))));
+    if (!trial.other.tau.length) return;
+    const curves = [{ ...trial.present, label: 'model in use' }, { ...trial.other, label: `with ${trial.effect}` }];
+    const shape = curves.map(c => c.label).join();
+    const spec = Charts.errorCurveSpec(curves, 1);
+    if (shape !== duelShape) { duel?.destroy(); duel = null; duelShape = shape; }
+    if (duel) duel.set(spec.data); else duel = Charts.make($('trial'), { ...spec, name: 'Error of the model in use and of the other one', height: 240 });
   }
 
   // ---- the model ---------------------------------------------------------------------------------------------------------

@@ -66,6 +66,9 @@ async function theLoop() {
   await card.getByRole('button', { name: 'Add' }).click();
   await until(`${effect} in the model`, 60, async () => (await chips()).some(c => c.startsWith(effect)));
   await until('the error at its floor', 120, async () => await ratio() <= 1.2);
+  await until('the picture of the trial', 30, async () => await page.locator('#trial canvas').count() > 0);
+  const trial = await page.locator('#trial-says').innerText();
+  check(trial.includes(effect) && trial.includes('took over'), `the trial says "${trial}"`);
   if (process.env.TRUERATE_SHOTS) await page.screenshot({ path: `${process.env.TRUERATE_SHOTS}/added.png`, fullPage: true });
   await page.locator('#model').getByRole('button', { name: 'Undo' }).click();
   await until(`${effect} out of the model`, 60, async () => !(await chips()).some(c => c.startsWith(effect)));
