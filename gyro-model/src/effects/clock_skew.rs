@@ -57,7 +57,7 @@ impl Effect for ClockSkew {
         let steps = (LARGEST * span.duration / STEP).ceil().clamp(4.0, 24.0);
         let mut sizes: Vec<f64> = (1..=steps as u32).map(|k| LARGEST * f64::from(k) / steps).collect();
         let mut fine = 0.4 * sizes[0];
-        while fine > 1e-5 && fine * span.duration > 1e-3 {
+        while fine * span.duration > 1e-5 {
             sizes.push(fine);
             fine *= 0.4;
         }

@@ -86,11 +86,7 @@ impl Effect for Lag {
         felt.iter().zip(slope).map(|(f, d)| f + p[0] * d).collect()
     }
 
-    fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
-        [0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06]
-            .iter()
-            .filter(|&&tau| tau > 0.1 * span.dt)
-            .map(|&tau| vec![tau])
-            .collect()
+    fn grid(&self, _: &Span) -> Vec<Vec<f64>> {
+        [1e-5, 3e-5, 1e-4, 3e-4, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06].map(|tau| vec![tau]).to_vec()
     }
 }
