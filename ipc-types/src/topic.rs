@@ -31,8 +31,9 @@ impl<M: ?Sized> Topic<M> {
     }
 }
 
-/// Samples that may be under way to one reader: 0.13 s at 8 kHz. Unpaced sources stay half of this ahead at most.
-pub const QUEUE: usize = 1024;
+/// Samples that may be under way to one reader: half a second at 8 kHz, longer than a busy machine keeps a process waiting.
+/// Unpaced sources stay half of this ahead at most.
+pub const QUEUE: usize = 4096;
 
 /// acquisition → kalman, compensator.
 pub const SAMPLE: Topic<Sample> =

@@ -1,7 +1,7 @@
 //! What the judging threads do: one holds the model in use against the newest data, every second; the other searches for
 //! what is missing, which takes longer, as often as its share of the time allows.
 
-use super::{budget::Budget, store::View};
+use super::{budget::Budget, message, store::View};
 use gyro_model::{
     AxisModel, Model, Record, Row,
     diagnose::{self, compare, diagnose},
@@ -27,8 +27,23 @@ pub struct Job {
     pub model: Model,
     /// When the job was given, ns.
     pub took_ns: u64,
-    /// Tells this job's answer from those of jobs that were asked before the data changed.
-    pub number: u64,
+    /// Grows by one whenever what was seen so far is forgotten.
+    pub data: u64,
+    /// Which search this is.
+    pub search: u64,
+    /// What the last search found, for a job that is none itself.
+    pub found: Option<Arc<Judgement>>,
+}
+
+/// What came of holding the model against the newest data: everything that watchers get, made beside the stream.
+#[derive(Debug)]
+pub struct Held {
+    /// The job.
+    pub job: Job,
+    /// Without run, numbers, trial and last stamp.
+    pub message: ipc_types::Diagnosis,
+    /// The whole as JSON.
+    pub report: Vec<u8>,
 }
 
 /// What came of it.
@@ -52,15 +67,22 @@ impl Default for Rows {
     }
 }
 
-/// Holds the model against the newest data.
+/// Holds the model against the newest data; what is missing is what the last search of the same model and data found.
 ///
 /// # Errors
 /// Where the data do not allow it yet.
-pub fn hold(view: &View, rows: &Rows, job: Job) -> Result<Judgement, FitError> {
+pub fn hold(view: &View, rows: &Rows, name: &str, mut job: Job) -> Result<Held, FitError> {
     let record = thinned(&view.whole(), rows.0.load(Ordering::Relaxed));
     let options = diagnose::Options { own_log: true, ..diagnose::Options::default() };
     let axes = compare(&record, &job.model, &record.fitted_axes(), &options)?;
-    Ok(Judgement::new(job, axes, &record))
+    let found = job.found.take().filter(|f| f.is_of(&job.model) && f.job.data == job.data);
+    let mut judgement = Judgement::new(job, axes, &record);
+    judgement.job.search = found.as_ref().map_or(0, |found| found.job.search);
+    if let Some(found) = &found {
+        judgement.take_suspects(found);
+    }
+    let (message, report) = (message::of(&judgement), message::report(&mut judgement, name));
+    Ok(Held { job: judgement.job, message, report })
 }
 
 /// Searches for what is missing.
@@ -83,15 +105,14 @@ impl Judgement {
     }
 
     /// Whether a model has the very effects of the one that was judged.
-    #[must_use]
-    pub fn is_of(&self, model: &Model) -> bool {
+    fn is_of(&self, model: &Model) -> bool {
         let effects = |model: &Model| model.axes.each_ref().map(|a| a.as_ref().map(AxisModel::effect_ids));
         effects(&self.job.model) == effects(model)
     }
 
     /// Takes over what a search of the same model found to be missing. Where it found nothing and the newest data say
     /// otherwise, they are right.
-    pub fn take_suspects(&mut self, search: &Self) {
+    fn take_suspects(&mut self, search: &Self) {
         for axis in &mut self.axes {
             let Some(found) = search.axes.iter().find(|found| found.axis == axis.axis) else { continue };
             let nothing_found = matches!(found.verdict, Verdict::Adequate | Verdict::CannotTell);

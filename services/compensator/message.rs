@@ -11,11 +11,12 @@ use ipc_types::{
     topic::REPORT_BYTES,
 };
 
-/// The message, without run, numbers, trial and last stamp.
+/// The message, without run, number, trial and last stamp.
 #[must_use]
 pub fn of(judgement: &Judgement) -> ipc_types::Diagnosis {
     let mut message = ipc_types::Diagnosis {
         epoch: judgement.job.model.epoch,
+        search: judgement.job.search,
         from_ns: judgement.span.0,
         to_ns: judgement.span.1,
         compensator_took_ns: judgement.job.took_ns,
@@ -27,10 +28,11 @@ pub fn of(judgement: &Judgement) -> ipc_types::Diagnosis {
     message
 }
 
-/// The whole as JSON.
+/// The whole as JSON; the axes are taken for it.
 #[must_use]
-pub fn report(judgement: Judgement, name: String) -> Vec<u8> {
-    let mut whole = Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: name, axes: judgement.axes };
+pub fn report(judgement: &mut Judgement, name: &str) -> Vec<u8> {
+    let axes = std::mem::take(&mut judgement.axes);
+    let mut whole = Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: name.to_owned(), axes };
     let report = serde_json::to_vec(&whole).unwrap_or_default();
     if report.len() <= REPORT_BYTES {
         return report;

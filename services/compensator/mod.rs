@@ -31,12 +31,12 @@ use ipc_types::{
     port::{Answerer, BytesWriter, Hub, Reader, Writer},
     topic,
 };
-use judge::Judgement;
+use judge::{Held, Judgement};
 use learner::{Job, Learner, Solution, Task, not_excited};
 use orders::Answers;
-use std::{path::Path, time::Duration};
+use std::{path::Path, sync::Arc, time::Duration};
 use store::Store;
-use worker::Worker;
+use worker::{Cost, Worker};
 
 const NAP: Duration = Duration::from_millis(20);
 const AGAIN_NS: u64 = 100_000_000;
@@ -91,7 +91,7 @@ struct Compensator<'a> {
     pulse: Pulse,
     store: Store,
     learner: Worker<Job, Solution>,
-    judge: Worker<judge::Job, Result<Judgement, FitError>>,
+    judge: Worker<judge::Job, Result<Held, FitError>>,
     searcher: Worker<judge::Job, Result<Judgement, FitError>>,
     current: Current,
     answers: Answers,
@@ -105,7 +105,7 @@ struct Compensator<'a> {
     /// Grows by one whenever what was seen so far is forgotten.
     data: u64,
     /// What the last search found, and the number of searches.
-    found: Option<Judgement>,
+    found: Option<Arc<Judgement>>,
     searches: u64,
     trial: Trial,
     job: u64,
@@ -136,7 +136,7 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
     let patience = Duration::from_secs_f64(AIM * duty * period * SEARCH_PERIODS);
     let mut budget = Budget::new(judge::ROWS.0, judge::ROWS.1, patience);
     let rows = judge::Rows::default();
-    let judged_rows = rows.clone();
+    let (judged_rows, name) = (rows.clone(), facts.name.clone());
     let mut compensator = Compensator {
         run,
         settings,
@@ -149,9 +149,9 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
         commands: hub.answerer(&topic::CONTROL)?,
         pulse,
         store,
-        learner: Worker::start(duty, move |job: Job| learner.solve(&job)),
-        judge: Worker::start(duty, move |job| judge::hold(&to_judge, &judged_rows, job)),
-        searcher: Worker::start(duty, move |job| judge::search(&to_search, &rows, &mut budget, job)),
+        learner: Worker::start(duty, Cost::Thread, move |job: Job| learner.solve(&job)),
+        judge: Worker::start(duty, Cost::Thread, move |job| judge::hold(&to_judge, &judged_rows, &name, job)),
+        searcher: Worker::start(duty, Cost::Wall, move |job| judge::search(&to_search, &rows, &mut budget, job)),
         answers: Answers::default(),
         challenger: None,
         facts,
@@ -201,11 +201,10 @@ impl Compensator<'_> {
             self.take(solution)?;
         }
         if let Some(Ok(found)) = self.searcher.result()? {
-            self.searches += 1;
-            self.found = Some(found);
+            self.found = Some(Arc::new(found));
         }
-        if let Some(Ok(judgement)) = self.judge.result()? {
-            self.report(judgement)?;
+        if let Some(Ok(held)) = self.judge.result()? {
+            self.report(&held)?;
         }
         match self.ending {
             Ending::Not => {
@@ -297,36 +296,34 @@ impl Compensator<'_> {
         if !live || self.pulse.health.received < FEWEST_ROWS {
             return;
         }
-        let job = || judge::Job { model: self.current.start().clone(), took_ns: now_ns(), number: self.data };
         if self.searcher.is_ready() {
-            self.searcher.ask(job());
+            self.searches += 1;
+            self.searcher.ask(self.judge_job(self.searches, None));
         }
         if self.judge.is_ready() && is_due(self.judged_ns, period) {
             self.judged_ns = next(self.judged_ns, period);
-            self.judge.ask(job());
+            self.judge.ask(self.judge_job(0, self.found.clone()));
         }
     }
 
-    fn report(&mut self, mut judgement: Judgement) -> anyhow::Result<()> {
-        if judgement.job.number != self.data {
+    fn judge_job(&self, search: u64, found: Option<Arc<Judgement>>) -> judge::Job {
+        judge::Job { model: self.current.start().clone(), took_ns: now_ns(), data: self.data, search, found }
+    }
+
+    fn report(&mut self, held: &Held) -> anyhow::Result<()> {
+        if held.job.data != self.data {
             return Ok(());
         }
-        let found = self.found.as_ref().filter(|f| f.is_of(&judgement.job.model) && f.job.number == self.data);
-        if let Some(found) = found {
-            judgement.take_suspects(found);
-        }
         self.judged += 1;
-        let mut message = message::of(&judgement);
+        let mut message = held.message;
         (message.run, message.sequence) = (self.run.number, self.judged);
-        message.search = if found.is_some() { self.searches } else { 0 };
         message.trial = self.trial;
         message.compensator_gave_ns = now_ns();
         self.diagnoses.give(message)?;
-        let report = message::report(judgement, self.facts.name.clone());
-        if report.len() <= topic::REPORT_BYTES {
-            self.reports.give(&report)?;
+        if held.report.len() <= topic::REPORT_BYTES {
+            self.reports.give(&held.report)?;
         } else {
-            tracing::warn!("the report is too long: {} bytes", report.len());
+            tracing::warn!("the report is too long: {} bytes", held.report.len());
         }
         Ok(())
     }

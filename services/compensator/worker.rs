@@ -1,5 +1,9 @@
 //! A thread that works beside the one that receives, at a bounded share of the time.
 
+use rustix::{
+    process::nice,
+    time::{ClockId, clock_gettime},
+};
 use std::{
     sync::mpsc::{Receiver, Sender, TryRecvError, channel},
     thread,
@@ -10,28 +14,52 @@ use std::{
 #[derive(Debug)]
 pub struct Worker<J, R> {
     jobs: Sender<J>,
-    results: Receiver<(R, Duration)>,
+    results: Receiver<(R, Instant)>,
     busy: bool,
     rests_until: Instant,
-    duty: f64,
+}
+
+/// How much nicer the thread is than the one that receives.
+const BEHIND: i32 = 5;
+
+/// What a job counts for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cost {
+    /// The processor time of its thread: on a busy machine it waits, and that is no work.
+    Thread,
+    /// The time from its start to its end, for a job that starts threads of its own.
+    Wall,
+}
+
+impl Cost {
+    fn now(self) -> Duration {
+        let clock = match self {
+            Self::Thread => ClockId::ThreadCPUTime,
+            Self::Wall => ClockId::Monotonic,
+        };
+        Duration::try_from(clock_gettime(clock)).unwrap_or_default()
+    }
 }
 
 impl<J: Send + 'static, R: Send + 'static> Worker<J, R> {
-    /// Starts the thread; `duty` is the share of the time that it may work.
+    /// Starts the thread; `duty` is the share of one core that it may take.
     #[must_use]
-    pub fn start(duty: f64, mut work: impl FnMut(J) -> R + Send + 'static) -> Self {
+    pub fn start(duty: f64, cost: Cost, mut work: impl FnMut(J) -> R + Send + 'static) -> Self {
         let (jobs, inbox) = channel::<J>();
         let (outbox, results) = channel();
         thread::spawn(move || {
+            // Whoever passes samples on comes first. Where that is refused, all are equal.
+            let _ = nice(BEHIND);
             for job in inbox {
-                let start = Instant::now();
+                let (start, spent) = (Instant::now(), cost.now());
                 let result = work(job);
-                if outbox.send((result, start.elapsed())).is_err() {
+                let rests_until = start + cost.now().saturating_sub(spent).div_f64(duty);
+                if outbox.send((result, rests_until)).is_err() {
                     return;
                 }
             }
         });
-        Self { jobs, results, busy: false, rests_until: Instant::now(), duty }
+        Self { jobs, results, busy: false, rests_until: Instant::now() }
     }
 
     /// Whether it works.
@@ -57,9 +85,8 @@ impl<J: Send + 'static, R: Send + 'static> Worker<J, R> {
     /// Where the thread died.
     pub fn result(&mut self) -> anyhow::Result<Option<R>> {
         match self.results.try_recv() {
-            Ok((result, took)) => {
-                self.busy = false;
-                self.rests_until = Instant::now() + took.mul_f64((1.0 - self.duty) / self.duty);
+            Ok((result, rests_until)) => {
+                (self.busy, self.rests_until) = (false, rests_until);
                 Ok(Some(result))
             }
             Err(TryRecvError::Empty) => Ok(None),
@@ -70,11 +97,11 @@ impl<J: Send + 'static, R: Send + 'static> Worker<J, R> {
 
 #[cfg(test)]
 mod tests {
-    use super::Worker;
+    use super::{Cost, Worker};
 
     #[test]
     fn a_worker_answers_and_a_dead_one_is_an_error() {
-        let mut worker = Worker::start(1.0, |n: u32| 10 / n);
+        let mut worker = Worker::start(1.0, Cost::Thread, |n: u32| 10 / n);
         worker.ask(5);
         let answer = loop {
             if let Some(answer) = worker.result().unwrap() {

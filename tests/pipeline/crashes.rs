@@ -39,7 +39,7 @@ impl Onlooker {
     pub fn look(&mut self) {
         while let Some(estimate) = self.estimates.take().unwrap() {
             assert!(
-                estimate.sequence > self.last.sequence || estimate.sequence + 1024 > self.last.sequence,
+                estimate.sequence > self.last.sequence || estimate.sequence + topic::QUEUE as u64 > self.last.sequence,
                 "{} after {}",
                 estimate.sequence,
                 self.last.sequence

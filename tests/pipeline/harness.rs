@@ -72,7 +72,7 @@ impl Place {
             child,
             domain: self.domain(instance),
             error: self.file(&format!("{instance}.err")),
-            started: Instant::now(),
+            until: Instant::now() + DEADLINE,
         }
     }
 
@@ -109,7 +109,8 @@ pub struct Pipeline {
     pub child: Child,
     pub domain: Domain,
     pub error: PathBuf,
-    started: Instant,
+    /// Later than this nothing is waited for.
+    pub until: Instant,
 }
 
 pub struct Ended {
@@ -136,7 +137,7 @@ impl Pipeline {
         if let Ok(Some(status)) = self.child.try_wait() {
             panic!("ended ({status}) while waiting for {what}:\n{}", self.errors());
         }
-        assert!(self.started.elapsed() < DEADLINE, "too late: {what}\n{}", self.errors());
+        assert!(Instant::now() < self.until, "too late: {what}\n{}", self.errors());
     }
 
     pub fn errors(&self) -> String {
@@ -149,7 +150,7 @@ impl Pipeline {
             if let Some(status) = self.child.try_wait().unwrap() {
                 break status;
             }
-            assert!(self.started.elapsed() < DEADLINE, "it does not end:\n{}", self.errors());
+            assert!(Instant::now() < self.until, "it does not end:\n{}", self.errors());
             std::thread::sleep(Duration::from_millis(10));
         };
         let mut out = String::new();

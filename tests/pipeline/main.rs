@@ -5,11 +5,17 @@ mod dashboard;
 mod harness;
 mod live;
 mod recording;
+mod soak;
 mod table;
 
 use gyro_model::{Axis, Model, fit::fit};
 use harness::{Place, counted, log, parameter};
 use truerate::log::{Options, read};
+
+/// What the environment says of a measurement, or the default.
+fn setting(name: &str, default: &str) -> String {
+    std::env::var(name).unwrap_or_else(|_| default.to_owned())
+}
 
 #[test]
 fn a_log_goes_through_without_loss_and_ends_in_the_parameters_of_fit() {

@@ -7,7 +7,10 @@
 //! `TRUERATE_EFFECTS=delay,lag` picks effects, `TRUERATE_MOTION` (`drive`) and `TRUERATE_SEED` (1) the vehicle,
 //! `TRUERATE_TIMES` (2) how many times faster than real time it drives.
 
-use crate::harness::{Pipeline, Place};
+use crate::{
+    harness::{Pipeline, Place},
+    setting,
+};
 use gyro_model::{
     Axis, Model, Record,
     diagnose::{Options, ladder},
@@ -32,10 +35,6 @@ const AT_FLOOR: f64 = 1.2;
 const STEP: f64 = 1.25;
 /// The shortest of them, s.
 const SHORTEST: f64 = 4.0;
-
-fn setting(name: &str, default: &str) -> String {
-    std::env::var(name).unwrap_or_else(|_| default.to_owned())
-}
 
 /// One line of the table: seconds of data, where it came to that.
 struct Line {
@@ -112,6 +111,7 @@ fn measure(place: &Place, id: &str, seed: u64, times: f64) -> Line {
     let axis = scenario(&settings).unwrap().sensor.axis;
 
     let mut pipeline = place.start("table", &["--config", config.to_str().unwrap()]);
+    pipeline.until += Duration::from_secs_f64(MOST / times);
     let onlooker = Onlooker::join(&mut pipeline, axis, times);
     let mut alone = false;
     let named = onlooker.first(|_, axis| {
