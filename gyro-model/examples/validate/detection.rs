@@ -22,10 +22,12 @@ pub struct Arguments {
     csv: Option<PathBuf>,
 }
 
-/// Sizes that are tried: so many steps of √2 from a third of the oracle's size on.
-const STEPS: u32 = 23;
+/// Sizes that are tried: so many steps of a quarter octave from a third of the oracle's size on.
+const STEPS: u32 = 46;
 /// The first of them, in steps: 1.4 of the oracle's.
-const FIRST: u32 = 4;
+const FIRST: u32 = 8;
+/// From a size that is not named to the next, in steps.
+const GALLOP: u32 = 8;
 /// What takes the oracle's place for a dead zone (rad/s) or a saturation (share).
 const LIMIT: f64 = 0.01;
 
@@ -86,15 +88,15 @@ fn threshold(probe: &Probe, detail: bool) -> Result<Threshold, FitError> {
         } else {
             low = tried + 1;
         }
-        tried = if high == STEPS { (tried + 4).min(STEPS - 1) } else { u32::midpoint(low, high) };
+        tried = if high == STEPS { (tried + GALLOP).min(STEPS - 1) } else { u32::midpoint(low, high) };
     }
-    let found = if high == STEPS { f64::INFINITY } else { multiple(high) / 2_f64.powf(0.25) };
+    let found = if high == STEPS { f64::INFINITY } else { multiple(high) / 2_f64.powf(0.125) };
     Ok(Threshold { oracle, unit: probe.unit(), found: found * unit })
 }
 
 /// A size that is tried, in sizes of the oracle.
 fn multiple(step: u32) -> f64 {
-    2_f64.powf(0.5 * (f64::from(step) - 3.0))
+    2_f64.powf(0.25 * (f64::from(step) - 6.0))
 }
 
 /// What `detection.csv` holds of an effect.
