@@ -76,6 +76,8 @@ struct Challenger {
     since_ns: u64,
     /// Whether its next turn is after a solution for the model in use.
     waits: bool,
+    /// Whether it is tried on everything that came, after the stream's end.
+    last: bool,
 }
 
 struct Compensator<'a> {
@@ -331,7 +333,7 @@ impl Compensator<'_> {
     fn solve_once_more(&mut self) -> anyhow::Result<()> {
         if let Some(challenger) = &mut self.challenger {
             // Everything has come: the trial is decided now.
-            challenger.waits = true;
+            (challenger.waits, challenger.last) = (true, true);
             let other = Box::new(challenger.model.clone());
             self.ask(Task::Try(other));
             return Ok(());
@@ -393,7 +395,7 @@ impl Compensator<'_> {
                 state = TrialState::TookOver;
             }
             // Too few data yet are no verdict either: after a crash there are none at first.
-            Ok(_) | Err(_) if self.ending == Ending::Not && now_ns() < challenger.since_ns + TRIAL_NS => {
+            Ok(_) | Err(_) if !challenger.last && now_ns() < challenger.since_ns + TRIAL_NS => {
                 if now_ns() > challenger.since_ns + TRIAL_TOLD_NS && self.answers.of(id).is_none() {
                     let says = format!("{effect} is on trial: it takes over when it is better{figures}");
                     self.answers.settle(id, self.current.epoch(), Ok(says));
@@ -463,7 +465,8 @@ impl Compensator<'_> {
                     anyhow::bail!("another effect is on trial: wait for its end, or undo it");
                 }
                 let model = orders::with_effect(command, &mut self.current, &self.facts)?;
-                self.challenger = Some(Challenger { command: *command, model, since_ns: now_ns(), waits: false });
+                self.challenger =
+                    Some(Challenger { command: *command, model, since_ns: now_ns(), waits: false, last: false });
                 // What is being solved now is of no use any more, and the trial need not wait.
                 self.job += 1;
                 self.solved_ns = 0;

@@ -16,14 +16,14 @@ const SERVICES: [&str; 3] = ["acquisition", "kalman", "compensator"];
 const KILLS: usize = 20;
 
 /// An onlooker of the estimates.
-pub struct Onlooker {
+struct Onlooker {
     estimates: Reader<Estimate>,
-    pub last: Estimate,
+    last: Estimate,
     _hub: Hub,
 }
 
 impl Onlooker {
-    pub fn join(pipeline: &mut Pipeline) -> Self {
+    fn join(pipeline: &mut Pipeline) -> Self {
         let mut joined = None;
         pipeline.until("the topics", |p| {
             joined = Hub::join(&p.domain, "onlooker")
@@ -36,7 +36,7 @@ impl Onlooker {
     }
 
     /// Takes what waits. Numbers and times never go back.
-    pub fn look(&mut self) {
+    fn look(&mut self) {
         while let Some(estimate) = self.estimates.take().unwrap() {
             assert!(
                 estimate.sequence > self.last.sequence || estimate.sequence + topic::QUEUE as u64 > self.last.sequence,

@@ -1,9 +1,6 @@
 //! The model changed while it runs: by command, refused with a reason, undone, saved.
 
-use crate::{
-    crashes::Onlooker,
-    harness::{Pipeline, Place, counted, log, parameter, signal, spoilt_log},
-};
+use crate::harness::{Pipeline, Place, counted, log, parameter, signal, spoilt_log};
 use gyro_model::Axis;
 use ipc_types::{
     Parameters,
@@ -220,29 +217,36 @@ fn an_effect_is_removed_while_the_vehicle_drives() {
     assert_eq!(counted(&ended.out, "kalman", "lost"), 0, "{}", ended.out);
 }
 
-/// A log with a late gyro, unpaced, held while the effect is added, must end in what `truerate add` finds on it.
+/// A log with a late gyro, unpaced, to whose model the effect is added on the way, must end in what `truerate add` finds.
 fn added_live_and_offline(seconds: f64, rate_hz: f64) {
     let place = Place::new();
     let path = place.file("late.csv");
     let rows = spoilt_log(&path, seconds, rate_hz, 12, &["delay:d=0.012"]).record.len() as u64;
-    let (log, file) = (path.to_str().unwrap(), place.file("offline.toml"));
+    let (log, base, file) = (path.to_str().unwrap(), place.file("base.toml"), place.file("offline.toml"));
+    let base = base.to_str().unwrap();
+    let fitted = place.output(&["fit", log, "-o", base]);
+    assert!(fitted.status.success(), "{fitted:?}");
     let added = place.output(&["add", log, "delay", "-o", file.to_str().unwrap()]);
     assert!(added.status.success(), "{added:?}");
     let offline = truerate::model_file::load(&file, &[]).unwrap().model;
 
-    let mut pipeline = place.start("live", &["--source", log, "--speed", "max"]);
-    let mut onlooker = Onlooker::join(&mut pipeline);
-    pipeline.until("some seconds of motion", |_| {
-        onlooker.look();
-        onlooker.last.sequence > rows / 8
-    });
-    let source = pipeline.pid("acquisition").unwrap();
-    signal(source, Signal::STOP);
-    let mut model = Model::watch(&mut pipeline);
-    assert!(control(&place, &["add", "delay", "--axis", "z"]).status.success());
-    pipeline.until("the effect in the model", |_| model.effects().contains(&"delay".to_owned()));
-    signal(source, Signal::CONT);
-    drop((model, onlooker));
+    let mut pipeline = place.start("live", &["--source", log, "--speed", "max", "--model", base]);
+    // The source waits for kalman, so that the command is there before the log is over.
+    pipeline.until("kalman", |p| p.pid("kalman").is_some());
+    let kalman = pipeline.pid("kalman").unwrap();
+    signal(kalman, Signal::STOP);
+    pipeline.until("the compensator", |p| p.pid("compensator").is_some());
+    let asked = place
+        .truerate()
+        .args(["control", "--instance", "live", "add", "delay", "--axis", "z"])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(std::time::Duration::from_secs(2));
+    signal(kalman, Signal::CONT);
+    let answered = asked.wait_with_output().unwrap();
+    assert!(answered.status.success(), "{answered:?}\n{}", pipeline.errors());
     let ended = pipeline.end();
     assert_eq!(ended.code, Some(0), "{}{}", ended.out, ended.error);
     for process in ["kalman", "compensator"] {
