@@ -173,18 +173,20 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
             let (few, many) = periodogram.search(&first);
             from.extend([few, many]);
         }
-        let mut from: Vec<(NoiseModel, f64)> = from.iter().map(|noise| (*noise, cost(noise))).collect();
-        from.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let polish = |wide: bool| {
-            let (start, value) = from.iter().find(|(noise, _)| (noise.correlated > 0.0) == wide)?;
-            // A wider noise that starts no better than the plain one will not come to be worth its two parameters.
-            if wide && *value > from.iter().find(|(noise, _)| noise.correlated == 0.0)?.1 {
-                return None;
-            }
-            let evaluations = if wide { 70 } else { 45 };
-            Some(simplex(&start.logs(), 0.2, evaluations, |p| cost(&NoiseModel::from_logs(p))))
+        let seek = |start: &[f64], evaluations: usize| {
+            simplex(start, 0.3, evaluations, |p| cost(&NoiseModel::from_logs(p)))
         };
-        let best = match (polish(false), polish(true)) {
+        // From every start for a while, from the best of them to the end.
+        let polish = |wide: bool, enough: f64| {
+            let starts = from.iter().filter(|noise| (noise.correlated > 0.0) == wide).map(NoiseModel::logs);
+            let tries = starts.map(|start| seek(&start, if wide { 35 } else { 25 }));
+            let best = tries.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|best| best.1 < enough)?;
+            Some(seek(&best.0, if wide { 50 } else { 30 }))
+        };
+        let few = polish(false, f64::INFINITY);
+        // A wider noise that comes no nearer will not come to be worth its two parameters.
+        let many = polish(true, few.as_ref().map_or(f64::INFINITY, |few| few.1));
+        let best = match (few, many) {
             (Some(few), Some(many)) if many.1 < few.1 - WORTH => many,
             (Some(few), _) => few,
             (None, Some(many)) => many,
