@@ -82,9 +82,14 @@ struct Scanner<'a> {
     gradient: Vec<f64>,
     /// Increments of the error curve, a few of each averaging time.
     pairs: Vec<(u32, u32, f64)>,
-    coarse: nls::Normal,
-    coarse_residual: Vec<f64>,
-    coarse_columns: Vec<Vec<f64>>,
+    coarse: Coarse,
+}
+
+/// Residual and columns of the present model as increments, and their normal equations.
+struct Coarse {
+    normal: nls::Normal,
+    residual: Vec<f64>,
+    columns: Vec<Vec<f64>>,
 }
 
 impl<'a> Scanner<'a> {
@@ -102,17 +107,19 @@ impl<'a> Scanner<'a> {
             gradient: normal.gradient,
             whitener,
             pairs: study.bench.coarse.weighted(&prior_floor(study)),
-            coarse: nls::Normal::zeros(study.columns.len()),
-            coarse_residual: Vec::new(),
-            coarse_columns: Vec::new(),
+            coarse: Coarse { normal: nls::Normal::zeros(0), residual: Vec::new(), columns: Vec::new() },
         };
-        scanner.coarse_residual = scanner.increments(&study.evaluation.residual);
-        scanner.coarse_columns = study.columns.iter().map(|c| scanner.increments(c)).collect();
-        let list: Vec<&[f64]> = scanner.coarse_columns.iter().map(Vec::as_slice).collect();
-        let mut coarse = nls::Normal::zeros(list.len());
-        coarse.add(&scanner.coarse_residual, &list);
-        scanner.coarse = coarse;
+        scanner.coarse = scanner.coarse(None);
         scanner
+    }
+
+    /// The present model's increments, those steps left out.
+    fn coarse(&self, without: Option<&[bool]>) -> Coarse {
+        let residual = self.increments(&self.study.evaluation.residual, without);
+        let columns: Vec<Vec<f64>> = self.study.columns.iter().map(|c| self.increments(c, without)).collect();
+        let mut normal = nls::Normal::zeros(columns.len());
+        normal.add(&residual, &columns.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        Coarse { normal, residual, columns }
     }
 
     fn best(&self, effect: &'static dyn Effect, index: usize, series: &Series) -> Vec<Candidate> {
@@ -167,7 +174,7 @@ impl<'a> Scanner<'a> {
                 columns.iter().map(|c| c.iter().map(|c| self.whitener.apply(c)).collect()).collect();
             let (score, coefficients) =
                 if linear == 0 { (self.fall_with(&white[0]), Vec::new()) } else { self.rise(&white) };
-            let (removes, others) = self.lowers(&columns, linear == 0);
+            let (removes, others) = self.lowers(&columns, linear == 0, self.unsure(index, &term).as_deref());
             let keep = |best: &mut Option<Candidate>, coefficients: &[f64], better: &dyn Fn(&Candidate) -> bool| {
                 let mut term = term.clone();
                 for (j, c) in coefficients.iter().enumerate() {
@@ -205,23 +212,30 @@ impl<'a> Scanner<'a> {
     }
 
     /// Share of J that is removed where the columns join, everything refitted linearly, and their coefficients; `fixed`
-    /// joins the one column with coefficient 1.
-    fn lowers(&self, columns: &[Vec<Vec<f64>>], fixed: bool) -> (f64, Vec<f64>) {
+    /// joins the one column with coefficient 1. Steps that the suspect is unsure of count neither before nor after.
+    fn lowers(&self, columns: &[Vec<Vec<f64>>], fixed: bool, without: Option<&[bool]>) -> (f64, Vec<f64>) {
+        let own;
+        let coarse = if without.is_some() {
+            own = self.coarse(without);
+            &own
+        } else {
+            &self.coarse
+        };
         let n = self.study.columns.len();
-        let increments: Vec<Vec<f64>> = columns.iter().map(|c| self.increments(c)).collect();
+        let increments: Vec<Vec<f64>> = columns.iter().map(|c| self.increments(c, without)).collect();
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
         let size = n + columns.len();
-        let column = |k: usize| if k < n { &self.coarse_columns[k] } else { &increments[k - n] };
+        let column = |k: usize| if k < n { &coarse.columns[k] } else { &increments[k - n] };
         let normal = nls::Normal {
-            cost: self.coarse.cost,
+            cost: coarse.normal.cost,
             gradient: (0..size)
-                .map(|k| if k < n { self.coarse.gradient[k] } else { dot(column(k), &self.coarse_residual) })
+                .map(|k| if k < n { coarse.normal.gradient[k] } else { dot(column(k), &coarse.residual) })
                 .collect(),
             matrix: Mat::from_fn(size, size, |i, j| {
-                if i < n && j < n { self.coarse.matrix[(i, j)] } else { dot(column(i), column(j)) }
+                if i < n && j < n { coarse.normal.matrix[(i, j)] } else { dot(column(i), column(j)) }
             }),
         };
-        let mut before = self.coarse.clone();
+        let mut before = coarse.normal.clone();
         let left = before.cost_after(&before.step_from(&before, 1e-9));
         let (after, coefficients) = if fixed {
             before.shift(&normal, n);
@@ -233,12 +247,31 @@ impl<'a> Scanner<'a> {
         (1.0 - after / left, coefficients)
     }
 
-    /// Weighted increments of one series a channel.
-    fn increments(&self, series: &[Vec<f64>]) -> Vec<f64> {
-        series
-            .iter()
-            .flat_map(|c| self.pairs.iter().map(move |&(i, j, w)| w * (c[j as usize] - c[i as usize])))
-            .collect()
+    /// Weighted increments of one series a channel, the steps `without` standing still.
+    fn increments(&self, series: &[Vec<f64>], without: Option<&[bool]>) -> Vec<f64> {
+        let of = |c: &[f64]| -> Vec<f64> {
+            self.pairs.iter().map(|&(i, j, w)| w * (c[j as usize] - c[i as usize])).collect()
+        };
+        let still = |c: &[f64], without: &[bool]| -> Vec<f64> {
+            let mut skipped = 0.0;
+            (0..c.len())
+                .map(|i| {
+                    if i > 0 && without[i] {
+                        skipped += c[i] - c[i - 1];
+                    }
+                    c[i] - skipped
+                })
+                .collect()
+        };
+        series.iter().flat_map(|c| without.map_or_else(|| of(c), |without| of(&still(c, without)))).collect()
+    }
+
+    /// The steps that the model with the term is unsure of.
+    fn unsure(&self, index: usize, term: &Term) -> Option<Vec<bool>> {
+        term.effect.error_whole(&term.values, &[], &[])?;
+        let (study, model) = (self.study, with_term(self.study, index, term.clone()));
+        let moved = study.bench.problem.evaluate_one(&model, &study.warm, &study.evaluation, index);
+        study.bench.problem.unsure(&moved, index)
     }
 
     /// (residual with the term − residual)/h.

@@ -150,9 +150,14 @@ fn back<'a>(present: Present<'a>, start: &Model, progress: &dyn Fn(&str)) -> (Pr
             if term.effect.stage() == Stage::Reading {
                 continue;
             }
-            let without = Present::new(Study::fit(present.study.bench, &model, Some(&present.study.warm)));
+            let without = Present::new(Study::fit(present.study.bench, &model, Some(&present.study.frozen())));
             if !without.needs(&present, &term) {
-                present = without;
+                // What the effect made unsure counts again.
+                present = if present.study.leaves_out() {
+                    Present::new(Study::fit(present.study.bench, &model, Some(&present.study.warm)))
+                } else {
+                    without
+                };
                 removed.push((k, *id));
             }
         }

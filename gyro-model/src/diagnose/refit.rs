@@ -11,6 +11,7 @@ use crate::{
         floor,
         increments::BLOCKS as BLOCKS_OF_INCREMENTS,
         noise::{self, BLOCKS, Gls},
+        problem::Warm,
         study::Study,
     },
     nls,
@@ -28,7 +29,28 @@ pub struct Present<'a> {
     pub gls: Gls,
     /// J, the mean over τ of (E/F)², held out.
     pub excess: f64,
+    measure: Measure,
+}
+
+/// What a fitted model is worth.
+#[derive(Clone, Debug)]
+struct Measure {
+    log_likelihood: f64,
+    held_out: Vec<f64>,
+    excess: f64,
     blocks: Vec<Option<f64>>,
+}
+
+impl Measure {
+    fn of(study: &Study, gls: &Gls) -> Self {
+        let (held, weights) = (study.held_out(), &study.bench.weights);
+        Self {
+            log_likelihood: gls.log_likelihood,
+            held_out: gls.held_out.clone(),
+            excess: held.excess(weights),
+            blocks: held.by_block(weights),
+        }
+    }
 }
 
 /// One suspect at its exact optimum.
@@ -40,7 +62,7 @@ pub struct Refit<'a> {
     pub study: Study<'a>,
     /// Noise and likelihood with it.
     pub gls: Gls,
-    /// J with it.
+    /// J with it (on the samples of the present model).
     pub excess: f64,
     /// Rise of ln L.
     pub rise: f64,
@@ -52,7 +74,10 @@ pub struct Refit<'a> {
     pub p_value: f64,
     /// Fall of the held-out error: mean over blocks of ln(J₀/J₁), and its standard error.
     pub fall: (f64, f64),
-    blocks: Vec<Option<f64>>,
+    /// Rise of the held-out ln L, block by block.
+    gains: Vec<f64>,
+    /// ln(J₀/J₁), block by block.
+    falls: Vec<Option<f64>>,
 }
 
 /// How many suspects are refitted exactly.
@@ -75,8 +100,6 @@ impl<'a> Present<'a> {
     /// The same with the noise known.
     #[must_use]
     pub fn with(study: Study<'a>, gls: Gls) -> Self {
-        let held = study.held_out();
-        let weights = &study.bench.weights;
         let whitener = noise::whitener(&study, &gls.noise);
         let draws = (0..DRAWS)
             .map(|seed| {
@@ -86,7 +109,8 @@ impl<'a> Present<'a> {
                     .collect()
             })
             .collect();
-        Self { excess: held.excess(weights), blocks: held.by_block(weights), draws, study, gls }
+        let measure = Measure::of(&study, &gls);
+        Self { excess: measure.excess, measure, draws, study, gls }
     }
 
     /// How much more noise alone raises ln L along the columns of the last term of `study` than white noise would: an
@@ -164,26 +188,36 @@ impl<'a> Present<'a> {
 
     fn refit(&self, mut candidate: Candidate) -> Refit<'a> {
         let model = with_term(&self.study, candidate.series, candidate.term.clone());
-        let study = Study::fit(self.study.bench, &model, Some(&self.study.warm));
+        let study = Study::fit(self.study.bench, &model, Some(&self.study.frozen()));
         let gls = study.identify(&[self.gls.noise]);
         let (study, gls) = study.refine_tones(gls);
+        // What the suspect leaves out, the present model has to be judged without.
+        let masked;
+        let base = if study.leaves_out() {
+            let warm: Vec<Warm> = self.study.warm.iter().zip(&study.warm).map(|(w, own)| w.without(own)).collect();
+            let base = Study::fit(self.study.bench, &self.study.model, Some(&warm));
+            let gls = base.identify(&[self.gls.noise]);
+            masked = Measure::of(&base, &gls);
+            &masked
+        } else {
+            &self.measure
+        };
         let axis = study.bench.problem.series[candidate.series].axis;
         if let Some(term) = study.model.axes[axis.index()].as_ref().and_then(|m| m.terms.last()) {
             candidate.term = term.clone();
         }
-        let held = study.held_out();
-        let weights = &study.bench.weights;
-        let blocks = held.by_block(weights);
+        let own = Measure::of(&study, &gls);
         let read_off = candidate.term.effect.stage() == Stage::Reading;
-        let rise = if read_off { f64::INFINITY } else { gls.log_likelihood - self.gls.log_likelihood };
-        let gains: Vec<f64> = gls.held_out.iter().zip(&self.gls.held_out).map(|(a, b)| a - b).collect();
+        let rise = if read_off { f64::INFINITY } else { own.log_likelihood - base.log_likelihood };
+        let gains: Vec<f64> = own.held_out.iter().zip(&base.held_out).map(|(a, b)| a - b).collect();
         let held_out = if read_off { (f64::INFINITY, 0.0) } else { total(&gains) };
-        let logs: Vec<f64> =
-            self.blocks.iter().zip(&blocks).filter_map(|(a, b)| Some((a.as_ref()? / b.as_ref()?).ln())).collect();
-        let fall = mean(&logs);
+        let falls: Vec<Option<f64>> =
+            base.blocks.iter().zip(&own.blocks).map(|(a, b)| Some((a.as_ref()? / b.as_ref()?).ln())).collect();
+        let fall = mean(&falls.iter().copied().flatten().collect::<Vec<_>>());
         let inflation = self.inflation(&study, &candidate);
         let p_value = chance(rise / inflation, &candidate, &study);
-        Refit { candidate, gls, excess: held.excess(weights), inflation, rise, held_out, p_value, fall, blocks, study }
+        let excess = own.excess * self.excess / base.excess;
+        Refit { candidate, gls, excess, inflation, rise, held_out, p_value, fall, gains, falls, study }
     }
 }
 
@@ -280,7 +314,7 @@ fn prefer_plainer(refits: &mut [Refit], present: &Present) {
         r.candidate.series == best.candidate.series
             && simpler
             && (r.significant() || r.passes(present))
-            && best.alike(r)
+            && (best.alike(r) || best.hardly_beats(r))
     });
     if let Some(k) = plainer {
         refits[..=k].rotate_right(1);
@@ -369,17 +403,24 @@ impl Refit<'_> {
     /// less than two standard errors over the blocks.
     #[must_use]
     pub fn alike(&self, other: &Refit) -> bool {
-        let gains: Vec<f64> = self.gls.held_out.iter().zip(&other.gls.held_out).map(|(a, b)| a - b).collect();
+        let gains: Vec<f64> = self.gains.iter().zip(&other.gains).map(|(a, b)| a - b).collect();
         let (difference, error) = total(&gains);
         let (mean, spread) = self.against(other);
         difference.abs() < 2.0 * error && gains.len() == BLOCKS && mean.abs() < 2.0 * spread
+    }
+
+    /// Whether, both being nearly right, its likelihood is not worth a parameter more than that of `other`.
+    fn hardly_beats(&self, other: &Refit) -> bool {
+        self.excess.max(other.excess) < ROUGH
+            && other.excess < (1.0 + SHARE) * self.excess
+            && self.rise - other.rise < PARAMETER
     }
 
     /// ln(J_other/J_self) over the blocks: mean and standard error.
     #[must_use]
     pub fn against(&self, other: &Refit) -> (f64, f64) {
         let logs: Vec<f64> =
-            other.blocks.iter().zip(&self.blocks).filter_map(|(a, b)| Some((a.as_ref()? / b.as_ref()?).ln())).collect();
+            self.falls.iter().zip(&other.falls).filter_map(|(a, b)| Some(a.as_ref()? - b.as_ref()?)).collect();
         mean(&logs)
     }
 }
@@ -396,6 +437,8 @@ const RELEVANT: f64 = 4e-3;
 const OUTSIZED: f64 = 20.0;
 /// Share of the log at its ends where no step is looked for.
 const ENDS: f64 = 0.05;
+/// Rise of ln L that one more parameter is worth (half the logarithm of some thousand readings).
+const PARAMETER: f64 = 4.0;
 /// Held-out errors that differ by less than this share count as equal.
 const CLOSE: f64 = 0.03;
 /// Share of the held-out excess that makes up for a likelihood that drowns it.

@@ -105,6 +105,15 @@ pub enum Role {
     Chosen,
 }
 
+/// The error of every sample of a log.
+#[derive(Clone, Debug, Default)]
+pub struct ErrorWhole {
+    /// rad/s.
+    pub error: Vec<f64>,
+    /// Where the reading does not determine it, and `error` is a guess.
+    pub unsure: Vec<bool>,
+}
+
 /// One parameter of an effect.
 #[derive(Clone, Copy, Debug)]
 pub struct ParameterCard {
@@ -280,7 +289,7 @@ pub trait Effect: Send + Sync {
 
     /// `Felt`: the same over a whole log, where looking ahead tells more: `felt` rates at times `t` (s), other errors
     /// already subtracted. `None`: sample by sample as above.
-    fn error_whole(&self, _p: &[f64], _t: &[f64], _felt: &[f64]) -> Option<Vec<f64>> {
+    fn error_whole(&self, _p: &[f64], _t: &[f64], _felt: &[f64]) -> Option<ErrorWhole> {
         None
     }
 

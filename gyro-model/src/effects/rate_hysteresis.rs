@@ -1,6 +1,6 @@
 //! `rate-hysteresis`: the output depends on the direction of change, a play operator of width h on ω.
 
-use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage, play, steadied};
+use super::{Card, Effect, ErrorWhole, Memory, ParameterCard, Role, Signals, Span, Stage, play, steadied};
 use crate::Axis;
 
 /// The effect.
@@ -37,11 +37,12 @@ static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
 ///
 /// The reading lets go of its extreme P when the rate has come back by h, and falls from there with slope v. The rate left
 /// its own extreme earlier: on a parabola 2h/v before, along a straight ramp h/v. Between the two, 1.5 h/v at the power
-/// 1.5, the angle gained in the passage is right to a sixth of it for either.
-fn passages(h: f64, t: &[f64], felt: &[f64]) -> Vec<f64> {
-    let mut error = vec![0.0; t.len()];
+/// 1.5, the angle gained in the passage is right to a sixth of it for either. But a rate that is held, and wanders
+/// within the play, shows nothing of it: while the reading stands still, the error is unsure.
+fn passages(h: f64, t: &[f64], felt: &[f64]) -> ErrorWhole {
+    let (mut error, mut unsure) = (vec![0.0; t.len()], vec![false; t.len()]);
     if h <= 0.0 || t.len() < 3 {
-        return error;
+        return ErrorWhole { error, unsure };
     }
     let s = steadied(t, felt);
     let back = TURN * h;
@@ -85,8 +86,22 @@ fn passages(h: f64, t: &[f64], felt: &[f64]) -> Vec<f64> {
             (sign, extreme, since, level) = (-sign, s[k], k, -level);
         }
     }
-    error
+    // Where the reading stays about one value, the rate may be anywhere within the play.
+    let mut from = 0;
+    for k in 1..=t.len() {
+        if k == t.len() || (s[k] - s[from]).abs() > NEAR * h {
+            if t[k - 1] - t[from] > DWELL {
+                unsure[from..k].fill(true);
+            }
+            from = k;
+        }
+    }
+    ErrorWhole { error, unsure }
 }
+
+/// Share of h within which the reading counts as standing still, and for how long, s.
+const NEAR: f64 = 0.3;
+const DWELL: f64 = 0.05;
 
 /// Share of h by which the rate has to come back before it counts as turned: below it, noise would turn it.
 const TURN: f64 = 0.5;
@@ -115,7 +130,7 @@ impl Effect for RateHysteresis {
         if turn > 0.0 { (play(turn, s.rate(), memory) - s.rate()) / TURN } else { 0.0 }
     }
 
-    fn error_whole(&self, p: &[f64], t: &[f64], felt: &[f64]) -> Option<Vec<f64>> {
+    fn error_whole(&self, p: &[f64], t: &[f64], felt: &[f64]) -> Option<ErrorWhole> {
         Some(passages(p[0], t, felt))
     }
 

@@ -173,9 +173,8 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
             let (few, many) = periodogram.search(&first);
             from.extend([few, many]);
         }
-        let seek = |start: &[f64], evaluations: usize| {
-            simplex(start, 0.3, evaluations, |p| cost(&NoiseModel::from_logs(p)))
-        };
+        let seek =
+            |start: &[f64], evaluations: usize| simplex(start, 0.3, evaluations, |p| cost(&NoiseModel::from_logs(p)));
         // From every start for a while, from the best of them to the end.
         let polish = |wide: bool, enough: f64| {
             let starts = from.iter().filter(|noise| (noise.correlated > 0.0) == wide).map(NoiseModel::logs);

@@ -33,6 +33,25 @@ pub struct Warm {
     rate_dot: Vec<f64>,
     /// Best known angle at the samples: the gyro's shape on the reference's level, rad.
     pub angle: Vec<f64>,
+    /// Samples whose compensation is a guess under the model they were made with; empty where there are none.
+    pub unsure: Vec<bool>,
+    /// Samples to be left out whatever the model says, so that models can be compared on the same ones; empty: none.
+    pub left_out: Vec<bool>,
+}
+
+impl Warm {
+    /// The same without what another model is unsure of.
+    #[must_use]
+    pub fn without(&self, other: &Self) -> Self {
+        Self { left_out: other.frozen().left_out, unsure: Vec::new(), ..self.clone() }
+    }
+
+    /// The same with what is unsure left out for good.
+    #[must_use]
+    pub fn frozen(&self) -> Self {
+        let left_out = if self.left_out.is_empty() { self.unsure.clone() } else { self.left_out.clone() };
+        Self { left_out, unsure: Vec::new(), ..self.clone() }
+    }
 }
 
 /// A model on a log.
@@ -119,20 +138,29 @@ impl Problem {
                     angle: best_angle(s, &integral(&s.t, &s.gyro), &s.missing),
                     rate_dot: derivative(&s.t, &rate),
                     rate,
+                    unsure: Vec::new(),
+                    left_out: Vec::new(),
                 }
             })
             .collect()
     }
 
-    /// The signals at this model, for the next evaluations.
+    /// The signals at this model, for the next evaluations; `before` are those that it was evaluated with.
     #[must_use]
-    pub fn warm(&self, evaluation: &Evaluation) -> Vec<Warm> {
+    pub fn warm(&self, evaluation: &Evaluation, before: &[Warm]) -> Vec<Warm> {
         self.series
             .iter()
             .zip(&evaluation.tracks)
-            .map(|(s, track)| {
+            .zip(before)
+            .map(|((s, track), before)| {
                 let rate = steadied(&s.t, &track.rate);
-                Warm { angle: best_angle(s, &track.whole, &track.lost), rate_dot: derivative(&s.t, &rate), rate }
+                Warm {
+                    angle: best_angle(s, &track.whole, &track.lost),
+                    rate_dot: derivative(&s.t, &rate),
+                    rate,
+                    unsure: if before.left_out.is_empty() { track.unsure.clone() } else { Vec::new() },
+                    left_out: before.left_out.clone(),
+                }
             })
             .collect()
     }
@@ -187,6 +215,17 @@ impl Problem {
         Evaluation { residual, lost, tracks }
     }
 
+    /// Steps between reference rows in which the compensation of one axis is a guess; `None` where it never is.
+    #[must_use]
+    pub fn unsure(&self, evaluation: &Evaluation, series: usize) -> Option<Vec<bool>> {
+        let (unsure, rows) = (&evaluation.tracks[series].unsure, &self.series[series].reference_rows);
+        if !unsure.contains(&true) {
+            return None;
+        }
+        let steps = rows.windows(2).map(|rows| unsure[rows[0]..=rows[1]].contains(&true));
+        Some(std::iter::once(false).chain(steps).collect())
+    }
+
     /// The open-loop angle error of one axis at the reference rows, rad: with an attitude, its errors about this body axis
     /// summed.
     #[must_use]
@@ -208,6 +247,9 @@ impl Problem {
             }
         }
         let mut lost = s.missing.clone();
+        for unsure in [&warm[index].unsure, &warm[index].left_out] {
+            lost.iter_mut().zip(unsure).for_each(|(lost, unsure)| *lost |= unsure);
+        }
         for term in of(Stage::Reading) {
             // A reading that stays short of the limit by less than its noise is one that the noise kept there.
             for (l, &g) in lost.iter_mut().zip(&s.gyro) {
@@ -219,9 +261,7 @@ impl Problem {
             rate = term.effect.undo_response_whole(&term.values, &s.t, &rate);
         }
         let felt: Vec<&Term> = of(Stage::Felt).collect();
-        if !felt.is_empty() {
-            self.subtract_felt(s, &felt, index, warm, &mut rate);
-        }
+        let unsure = if felt.is_empty() { Vec::new() } else { self.subtract_felt(s, &felt, index, warm, &mut rate) };
         for term in of(Stage::Response).filter(|t| t.effect.card().id == "mount-resonance") {
             rate = term.effect.undo_response_whole(&term.values, &s.t, &rate);
         }
@@ -237,11 +277,12 @@ impl Problem {
             }
         }
         let any_lost = lost.iter().any(|&l| l);
-        Track { rate: Arc::new(rate), whole: Arc::new(whole), angle, reference, lost, any_lost }
+        Track { rate: Arc::new(rate), whole: Arc::new(whole), angle, reference, lost, any_lost, unsure }
     }
 
-    /// ω̂ = u − Σ error(ω̂), the errors at the warm rate: the fixed point is in the refreshing of it.
-    fn subtract_felt(&self, s: &Series, felt: &[&Term], index: usize, warm: &[Warm], rate: &mut [f64]) {
+    /// ω̂ = u − Σ error(ω̂), the errors at the warm rate: the fixed point is in the refreshing of it. Gives the samples
+    /// at which an error is a guess.
+    fn subtract_felt(&self, s: &Series, felt: &[&Term], index: usize, warm: &[Warm], rate: &mut [f64]) -> Vec<bool> {
         let (ahead, felt): (Vec<&Term>, Vec<&Term>) =
             felt.iter().partition(|t| t.effect.error_whole(&t.values, &[], &[]).is_some());
         let mut memories = vec![Memory::default(); felt.len()];
@@ -258,10 +299,13 @@ impl Problem {
             }
             *rate -= sum;
         }
+        let mut unsure = Vec::new();
         for term in ahead {
-            let error = term.effect.error_whole(&term.values, &s.t, rate).unwrap_or_default();
-            rate.iter_mut().zip(error).for_each(|(rate, error)| *rate -= error);
+            let whole = term.effect.error_whole(&term.values, &s.t, rate).unwrap_or_default();
+            rate.iter_mut().zip(whole.error).for_each(|(rate, error)| *rate -= error);
+            unsure = whole.unsure;
         }
+        unsure
     }
 }
 
@@ -307,6 +351,7 @@ pub struct Track {
     reference: Vec<f64>,
     lost: Vec<bool>,
     any_lost: bool,
+    unsure: Vec<bool>,
 }
 
 /// Linear interpolation, held at the ends.

@@ -89,7 +89,11 @@ impl<'a> Study<'a> {
         let mut warm = warm.map_or_else(|| problem.cold(), <[Warm]>::to_vec);
         let (mut unobservable, mut settled) = (Vec::new(), false);
         let mut last = {
-            let at = problem.evaluate(&model, &warm);
+            let mut at = problem.evaluate(&model, &warm);
+            if (0..problem.series.len()).any(|k| problem.unsure(&at, k).is_some()) {
+                warm = problem.warm(&at, &warm);
+                at = problem.evaluate(&model, &warm);
+            }
             grams(bench, &at, &[], None).normal(&bench.windows.tau, &bench.weights, None).cost
         };
         for _ in 0..6 {
@@ -125,7 +129,7 @@ impl<'a> Study<'a> {
             assign(problem, &mut model, &slots, &solution.values);
             unobservable = solution.unobservable;
             let evaluation = problem.evaluate(&model, &warm);
-            warm = problem.warm(&evaluation);
+            warm = problem.warm(&evaluation, &warm);
             // The regressors have moved since: only where nothing more falls is it settled.
             let still = (last - solution.cost).abs() <= SETTLED * solution.cost;
             last = solution.cost;
@@ -142,7 +146,7 @@ impl<'a> Study<'a> {
     pub fn held(bench: &'a Bench, model: &Model) -> Self {
         let mut warm = bench.problem.cold();
         for _ in 0..2 {
-            warm = bench.problem.warm(&bench.problem.evaluate(model, &warm));
+            warm = bench.problem.warm(&bench.problem.evaluate(model, &warm), &warm);
         }
         let slots = bench.problem.slots(model);
         Self::hold(bench, model, &slots, warm, Vec::new())
@@ -165,6 +169,18 @@ impl<'a> Study<'a> {
             unobservable,
             hold,
         }
+    }
+
+    /// Where its regressors are evaluated, for another model that is to be compared with this one on the same samples.
+    #[must_use]
+    pub fn frozen(&self) -> Vec<Warm> {
+        self.warm.iter().map(Warm::frozen).collect()
+    }
+
+    /// Whether it leaves out samples that its model makes unsure.
+    #[must_use]
+    pub fn leaves_out(&self) -> bool {
+        self.warm.iter().any(|w| w.unsure.contains(&true))
     }
 
     /// Held-out errors of all channels together.
@@ -211,7 +227,7 @@ impl<'a> Study<'a> {
                     }
                 }
             }
-            let warm = bench.problem.warm(&bench.problem.evaluate(&model, &study.warm));
+            let warm = bench.problem.warm(&bench.problem.evaluate(&model, &study.warm), &study.warm);
             study = Self::hold(bench, &model, &study.slots, warm, study.unobservable);
             gls = noise::at_noise(&study, &gls.noise);
             if largest < 0.02 {
