@@ -45,7 +45,7 @@ fn sigmas(probe: &Probe, size: f64, rows: &Rows) -> Option<f64> {
     let problem = Problem::new(&record, &[axis], &truth.origin)?;
     let mut warm = problem.cold();
     for _ in 0..3 {
-        warm = problem.warm(&problem.evaluate(&truth, &warm));
+        warm = problem.warm(&problem.evaluate(&truth, &warm), &warm);
     }
     let whitener = Whitener::new(&noise(&probe.scenario), rows);
     let at = |change: &dyn Fn(&mut Model)| {

@@ -89,15 +89,28 @@ fn quantum(values: &[f64]) -> f64 {
     let smallest = 1e-2 * gaps[gaps.len() - 1 - gaps.len() / 20];
     gaps.retain(|&d| d > smallest);
     let Some(&guess) = gaps.get(gaps.len() / 20) else { return 0.0 };
+    // A regular motion returns to the same few counts: even the smallest gaps may be several steps.
+    (1..=MOST_STEPS).map(|steps| refined(guess / f64::from(steps), &gaps)).find(|&q| fits(q, &gaps)).unwrap_or(0.0)
+}
+
+/// Steps that the smallest gaps may be.
+const MOST_STEPS: u32 = 24;
+
+/// The step nearest to `q` that the smallest gaps are multiples of.
+fn refined(q: f64, gaps: &[f64]) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
-    for d in gaps.iter().take_while(|&&d| d < 5.5 * guess) {
+    for d in gaps.iter().take_while(|&&d| d < 30.5 * q) {
         sum += d;
-        count += (d / guess).round();
+        count += (d / q).round();
     }
-    let q = sum / count;
-    let on = gaps.iter().take_while(|&&d| d < 20.0 * q).filter(|&&d| (d / q - (d / q).round()).abs() < 0.15).count();
-    let all = gaps.iter().take_while(|&&d| d < 20.0 * q).count();
-    if all > 10 && on * 10 >= all * 9 { q } else { 0.0 }
+    if count > 0.0 { sum / count } else { q }
+}
+
+/// Whether nine in ten of the gaps are multiples of `q`.
+fn fits(q: f64, gaps: &[f64]) -> bool {
+    let near: Vec<f64> = gaps.iter().copied().take_while(|&d| d < 40.0 * q).collect();
+    let on = near.iter().filter(|&d| (d / q - (d / q).round()).abs() < 0.12).count();
+    near.len() > 10 && on * 10 >= near.len() * 9
 }
 
 /// Every reading of a reference that is not quantised.
@@ -239,6 +252,14 @@ mod tests {
         assert_eq!(quantum(&angle), 0.0);
         let q = 0.00153;
         let counts: Vec<f64> = angle.iter().map(|a| ((a / q).round() * q * 1e6).round() / 1e6).collect();
+        assert!((quantum(&counts) - q).abs() < 1e-3 * q, "{}", quantum(&counts));
+    }
+
+    #[test]
+    fn the_step_is_found_where_a_regular_motion_returns_to_the_same_few_counts() {
+        let q = std::f64::consts::TAU / 4096.0;
+        let angle = |k: i32| 150_f64.to_radians() * (std::f64::consts::TAU * 0.25 * 0.01 * f64::from(k)).sin();
+        let counts: Vec<f64> = (0..6000).map(|k| ((angle(k) / q).round() * q * 1e9).round() / 1e9).collect();
         assert!((quantum(&counts) - q).abs() < 1e-3 * q, "{}", quantum(&counts));
     }
 
