@@ -55,8 +55,8 @@ pub fn can_show(effect: &dyn Effect, series: &Series) -> bool {
 /// Every absent effect that this log can show: at the grid point that raises ln L most, and at the one that lowers the
 /// error most where that is another.
 #[must_use]
-pub fn scan(study: &Study, gls: &Gls, extra: &[&'static dyn Effect]) -> Vec<Candidate> {
-    let scanner = Scanner::new(study, gls);
+pub fn scan(study: &Study, gls: &Gls, draws: &[Vec<Vec<f64>>], extra: &[&'static dyn Effect]) -> Vec<Candidate> {
+    let scanner = Scanner::new(study, gls, draws);
     let mut found: Vec<Candidate> = Vec::new();
     for (index, series) in study.bench.problem.series.iter().enumerate() {
         let axis = series.axis;
@@ -75,6 +75,8 @@ pub fn scan(study: &Study, gls: &Gls, extra: &[&'static dyn Effect]) -> Vec<Cand
 
 struct Scanner<'a> {
     study: &'a Study<'a>,
+    /// Whitened draws of noise alone.
+    draws: &'a [Vec<Vec<f64>>],
     whitener: Whitener,
     residual: Vec<Vec<f64>>,
     columns: Vec<Vec<Vec<f64>>>,
@@ -93,7 +95,7 @@ struct Coarse {
 }
 
 impl<'a> Scanner<'a> {
-    fn new(study: &'a Study<'a>, gls: &Gls) -> Self {
+    fn new(study: &'a Study<'a>, gls: &Gls, draws: &'a [Vec<Vec<f64>>]) -> Self {
         let (normal, whitener) = noise::normal(study, &gls.noise);
         let (inverse, _) = nls::invert_observable(&normal.matrix, 1e-10);
         let white = |channels: &[Vec<f64>]| -> Vec<Vec<f64>> { channels.iter().map(|c| whitener.apply(c)).collect() };
@@ -101,6 +103,7 @@ impl<'a> Scanner<'a> {
         let columns = study.columns.iter().map(|c| white(c)).collect();
         let mut scanner = Self {
             study,
+            draws,
             residual,
             columns,
             inverse,
@@ -139,13 +142,7 @@ impl<'a> Scanner<'a> {
         }
         let span = series.span();
         let shapes: Vec<Vec<f64>> = if effect.card().id == "vibration-tone" {
-            let seen = |&f: &f64| self.seen_by_gyro(effect, index, series, f);
-            tone::peaks(&self.residual, self.study.bench.problem.times(), series)
-                .into_iter()
-                .find(seen)
-                .map(|f| vec![f])
-                .into_iter()
-                .collect()
+            self.tone(effect, index, series).map(|f| vec![f]).into_iter().collect()
         } else if linear == parameters.len() {
             vec![Vec::new()]
         } else {
@@ -192,6 +189,14 @@ impl<'a> Scanner<'a> {
             (Some(a), Some(b)) if a.term.values[linear..] == b.term.values[linear..] => vec![a],
             (a, b) => a.into_iter().chain(b).collect(),
         }
+    }
+
+    /// Where a tone may be, Hz: at a line of the reading, else at one that no noise draws.
+    fn tone(&self, effect: &'static dyn Effect, index: usize, series: &Series) -> Option<f64> {
+        let t = self.study.bench.problem.times();
+        let lines = tone::peaks(&self.residual, t, series);
+        let seen = lines.into_iter().find(|&f| self.seen_by_gyro(effect, index, series, f));
+        seen.or_else(|| tone::beyond_noise(&self.residual, self.draws, t))
     }
 
     /// Whether the gyro's own reading holds the line that the residual has at `f`.

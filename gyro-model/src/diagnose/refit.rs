@@ -2,7 +2,7 @@
 
 use super::{
     candidates::{Candidate, scan, with_term},
-    tone,
+    tone, verdict,
 };
 use crate::{
     Term,
@@ -13,6 +13,7 @@ use crate::{
         noise::{self, BLOCKS, Gls},
         problem::Warm,
         study::Study,
+        whiten::Whitener,
     },
     nls,
 };
@@ -30,6 +31,11 @@ pub struct Present<'a> {
     /// J, the mean over τ of (E/F)², held out.
     pub excess: f64,
     measure: Measure,
+}
+
+/// Whether it is one of the effects that show once in a log.
+fn one_shot(refit: &Refit) -> bool {
+    verdict::is_slow(refit.candidate.term.effect.card().id)
 }
 
 /// What a fitted model is worth.
@@ -141,10 +147,30 @@ impl<'a> Present<'a> {
         (sum / n / usual).max(1.0)
     }
 
+    /// What undoing a sensor's response gains in ln L on noise alone: an inverse shapes the reading's noise as well as
+    /// its motion, and a notch takes some of it out.
+    fn shaped(&self, study: &Study, gls: &Gls, candidate: &Candidate) -> f64 {
+        let term = &candidate.term;
+        if term.effect.stage() != Stage::Response {
+            return 0.0;
+        }
+        let bench = study.bench;
+        let series = &bench.problem.series[candidate.series];
+        let undo = |noise: &[f64]| term.effect.undo_response_whole(&term.values, &series.t, noise);
+        let (with, without) = (noise::whitener(study, &gls.noise), noise::whitener(&self.study, &self.gls.noise));
+        let gains = (0..SHAPED).map(|seed| {
+            let [plain, undone] =
+                floor::draw_through(bench, candidate.series, &study.warm[candidate.series], &undo, seed);
+            let cost = |whitener: &Whitener, r: &[f64]| whitener.apply(r).iter().map(|e| e * e).sum::<f64>();
+            0.5 * (without.log_determinant + cost(&without, &plain) - with.log_determinant - cost(&with, &undone))
+        });
+        (gains.sum::<f64>() / SHAPED as f64 * bench.problem.channels() as f64).max(0.0)
+    }
+
     /// The suspects of this model, refitted, best first.
     #[must_use]
     pub fn suspects(&self, extra: &[&'static dyn Effect], mut progress: impl FnMut(&str)) -> Vec<Refit<'a>> {
-        let list = leaders(scan(&self.study, &self.gls, extra));
+        let list = leaders(scan(&self.study, &self.gls, &self.draws, extra));
         progress(&list.iter().map(|c| c.term.effect.card().id).collect::<Vec<_>>().join(", "));
         let mut refits = self.refit_all(&list);
         rank(&mut refits);
@@ -208,7 +234,11 @@ impl<'a> Present<'a> {
         }
         let own = Measure::of(&study, &gls);
         let read_off = candidate.term.effect.stage() == Stage::Reading;
-        let rise = if read_off { f64::INFINITY } else { own.log_likelihood - base.log_likelihood };
+        let rise = if read_off {
+            f64::INFINITY
+        } else {
+            own.log_likelihood - base.log_likelihood - SHAPES * self.shaped(&study, &gls, &candidate)
+        };
         let gains: Vec<f64> = own.held_out.iter().zip(&base.held_out).map(|(a, b)| a - b).collect();
         let held_out = if read_off { (f64::INFINITY, 0.0) } else { total(&gains) };
         let falls: Vec<Option<f64>> =
@@ -350,8 +380,9 @@ impl Refit<'_> {
             return false;
         }
         // What shows at one instant (a step) cannot be held out block by block in likelihood, but in the error it can.
-        let holds = self.held_out.0 > 0.25 * self.rise.min(40.0) || self.fall.0 > 4.0 * self.fall.1;
-        holds && (!tone || tone::seen_by_gyro(self))
+        let holds = self.held_out.0 > 0.25 * self.rise.min(40.0) && self.held_out.0 > 1.5 * self.held_out.1;
+        (holds || self.fall.0 > 4.0 * self.fall.1)
+            && (!one_shot(self) || self.p_value < ONE_SHOT || self.dominates(present))
     }
 
     /// Whether a coefficient is far beyond what such sensors have: where much is left unexplained, the fit bends whatever
@@ -427,6 +458,9 @@ impl Refit<'_> {
 
 /// J above which the noise is not all there is: likelihoods then trust a wrong model, and the held-out error decides.
 const ROUGH: f64 = 1.5;
+/// Significance that an effect needs which shows once in a log (a warming, a drift, a step): the bias of such sensors
+/// wanders, and a wander is easily taken for it.
+const ONE_SHOT: f64 = 1e-5;
 /// J above which something is left that is not noise.
 const UNEVEN: f64 = 1.2;
 /// Share of the held-out excess that an effect has to remove there.
@@ -443,5 +477,9 @@ const PARAMETER: f64 = 4.0;
 const CLOSE: f64 = 0.03;
 /// Share of the held-out excess that makes up for a likelihood that drowns it.
 const DOMINATES: f64 = 0.4;
+/// Times what undoing a response gains on white noise that it has to gain: noise that grows with the rate gains more.
+const SHAPES: f64 = 2.0;
+/// Draws of noise alone that a response is undone on.
+const SHAPED: u64 = 4;
 /// Draws of noise alone.
 const DRAWS: u64 = 12;

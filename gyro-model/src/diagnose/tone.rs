@@ -18,29 +18,41 @@ pub fn frequencies(t: &[f64]) -> f64 {
 /// are too few for a spectrum.
 #[must_use]
 pub fn peaks(white: &[Vec<f64>], t: &[f64], series: &Series) -> Vec<f64> {
-    let (Some((power, bin)), Some(reading)) = (spectrum(white, t), Prominence::new(series)) else { return Vec::new() };
-    let first = (1.0 / bin).ceil() as usize + 1;
-    let last = (0.49 * (power.len() - 1) as f64 / 0.5) as usize;
-    let is_top = |k: usize| power[k] >= power[k - 1] && power[k] > power[k + 1];
-    let mut tops: Vec<usize> = (first..last.max(first)).filter(|&k| is_top(k)).collect();
-    tops.sort_by(|&a, &b| power[b].total_cmp(&power[a]));
+    let (Some(spectrum), Some(reading)) = (Spectrum::new(white, t), Prominence::new(series)) else { return Vec::new() };
     let mut chosen: Vec<usize> = Vec::new();
-    for k in tops {
+    for k in spectrum.tops() {
         // The side lobes of a line are not lines.
-        if chosen.iter().all(|c| c.abs_diff(k) > LOBES) && reading.at(k as f64 * bin) > PROMINENT {
+        let own = chosen.iter().all(|c| c.abs_diff(k) > LOBES);
+        if own && reading.at(k as f64 * spectrum.bin) > PROMINENT {
             chosen.push(k);
         }
         if chosen.len() == LINES {
             break;
         }
     }
-    chosen.iter().map(|&k| reading.top(k as f64 * bin)).collect()
+    chosen.iter().map(|&k| reading.spectrum.line(reading.next_to(k as f64 * spectrum.bin))).collect()
 }
+
+/// The strongest frequency, Hz, where it stands out of what noise alone (`draws`, whitened) shows anywhere: under a slow
+/// random motion the reading's own line drowns in the motion, but no encoder draws such a line either.
+#[must_use]
+pub fn beyond_noise(white: &[Vec<f64>], draws: &[Vec<Vec<f64>>], t: &[f64]) -> Option<f64> {
+    let spectrum = Spectrum::new(white, t)?;
+    let top = *spectrum.tops().first()?;
+    let highest = |draw: &Vec<Vec<f64>>| {
+        let noise = Spectrum::new(draw, t)?;
+        noise.tops().first().map(|&k| noise.power[k])
+    };
+    let usual = draws.iter().filter_map(highest).fold(0.0, f64::max);
+    (spectrum.power[top] > BEYOND * usual).then(|| spectrum.line(top))
+}
+
+/// Times the highest line of all draws of noise alone.
+const BEYOND: f64 = 2.0;
 
 /// Power of the reading about a frequency over the median of its neighbourhood.
 struct Prominence {
-    power: Vec<f64>,
-    bin: f64,
+    spectrum: Spectrum,
 }
 
 /// Times the median that noise alone hardly reaches in any of a log's bins.
@@ -54,34 +66,24 @@ impl Prominence {
         let mean = series.gyro.iter().sum::<f64>() / n as f64;
         let hann = |k: usize| 0.5 - 0.5 * (std::f64::consts::TAU * (k as f64 + 0.5) / n as f64).cos();
         let tapered = series.gyro.iter().enumerate().map(|(k, g)| hann(k) * (g - mean)).collect();
-        let (power, bin) = spectrum(&[tapered], &series.t)?;
-        Some(Self { power, bin })
+        Some(Self { spectrum: Spectrum::new(&[tapered], &series.t)? })
     }
 
-    /// The bin of the reading's line next to a frequency.
+    /// The bin of the reading's line next to a frequency: the reading knows it far better than the residual.
     fn next_to(&self, frequency: f64) -> usize {
-        let last = self.power.len() - 2;
-        let k = ((frequency / self.bin).round() as usize).clamp(1, last);
+        let power = &self.spectrum.power;
+        let last = power.len() - 2;
+        let k = ((frequency / self.spectrum.bin).round() as usize).clamp(1, last);
         let near = k.saturating_sub(3).max(1)..=(k + 3).min(last);
-        near.max_by(|&a, &b| self.power[a].total_cmp(&self.power[b])).unwrap_or(k)
-    }
-
-    /// Its frequency, Hz: the reading knows it far better than the residual. A Hann line is a parabola in ln power.
-    fn top(&self, frequency: f64) -> f64 {
-        let k = self.next_to(frequency);
-        let [a, b, c] = [k - 1, k, k + 1].map(|k| self.power[k].max(1e-300).ln());
-        let bend = 2.0 * b - a - c;
-        let shift = if bend > 0.0 { (0.5 * (c - a) / bend).clamp(-0.5, 0.5) } else { 0.0 };
-        (k as f64 + shift) * self.bin
+        near.max_by(|&a, &b| power[a].total_cmp(&power[b])).unwrap_or(k)
     }
 
     fn at(&self, frequency: f64) -> f64 {
-        let (k, last) = (self.next_to(frequency), self.power.len() - 1);
-        let top = self.power[k];
-        let mut around = self.power[k.saturating_sub(AROUND)..=(k + AROUND).min(last)].to_vec();
+        let (k, power) = (self.next_to(frequency), &self.spectrum.power);
+        let mut around = power[k.saturating_sub(AROUND)..=(k + AROUND).min(power.len() - 1)].to_vec();
         let middle = around.len() / 2;
         let (_, median, _) = around.select_nth_unstable_by(middle, f64::total_cmp);
-        if *median > 0.0 { top / *median } else { 0.0 }
+        if *median > 0.0 { power[k] / *median } else { 0.0 }
     }
 }
 
@@ -89,27 +91,52 @@ impl Prominence {
 const LINES: usize = 10;
 const LOBES: usize = 40;
 
-/// Power of a whitened series, and the width of a bin in Hz.
-fn spectrum(white: &[Vec<f64>], t: &[f64]) -> Option<(Vec<f64>, f64)> {
-    let n = t.len();
-    if n < 256 {
-        return None;
-    }
-    let dt = (t[n - 1] - t[0]) / (n - 1) as f64;
-    // Twice as long by zeros: a line between two bins of the plain transform still stands out.
-    let length = (2 * n).next_power_of_two();
-    let fft = RealFftPlanner::<f64>::new().plan_fft_forward(length);
-    let mut power = vec![0.0; length / 2 + 1];
-    for channel in white {
-        let mut input = channel.clone();
-        input.resize(length, 0.0);
-        let mut output = fft.make_output_vec();
-        fft.process(&mut input, &mut output).ok()?;
-        for (p, z) in power.iter_mut().zip(&output) {
-            *p += z.norm_sqr();
+/// Power of a series (its channels summed), and the width of a bin in Hz.
+struct Spectrum {
+    power: Vec<f64>,
+    bin: f64,
+}
+
+impl Spectrum {
+    fn new(channels: &[Vec<f64>], t: &[f64]) -> Option<Self> {
+        let n = t.len();
+        if n < 256 {
+            return None;
         }
+        let dt = (t[n - 1] - t[0]) / (n - 1) as f64;
+        // Twice as long by zeros: a line between two bins of the plain transform still stands out.
+        let length = (2 * n).next_power_of_two();
+        let fft = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+        let mut power = vec![0.0; length / 2 + 1];
+        for channel in channels {
+            let mut input = channel.clone();
+            input.resize(length, 0.0);
+            let mut output = fft.make_output_vec();
+            fft.process(&mut input, &mut output).ok()?;
+            for (p, z) in power.iter_mut().zip(&output) {
+                *p += z.norm_sqr();
+            }
+        }
+        Some(Self { power, bin: 1.0 / (length as f64 * dt) })
     }
-    Some((power, 1.0 / (length as f64 * dt)))
+
+    /// Bins of the local maxima from 1 Hz to just below the Nyquist frequency, highest first.
+    fn tops(&self) -> Vec<usize> {
+        let first = (1.0 / self.bin).ceil() as usize + 1;
+        let last = (0.98 * (self.power.len() - 1) as f64) as usize;
+        let is_top = |k: usize| self.power[k] >= self.power[k - 1] && self.power[k] > self.power[k + 1];
+        let mut tops: Vec<usize> = (first..last.max(first)).filter(|&k| is_top(k)).collect();
+        tops.sort_by(|&a, &b| self.power[b].total_cmp(&self.power[a]));
+        tops
+    }
+
+    /// The frequency of the line about bin `k`, Hz: near its top a line is a parabola in ln power.
+    fn line(&self, k: usize) -> f64 {
+        let [a, b, c] = [k - 1, k, k + 1].map(|k| self.power[k].max(1e-300).ln());
+        let bend = 2.0 * b - a - c;
+        let shift = if bend > 0.0 { (0.5 * (c - a) / bend).clamp(-0.5, 0.5) } else { 0.0 };
+        (k as f64 + shift) * self.bin
+    }
 }
 
 /// Whether the gyro's own spectrum holds the line of a refitted tone.

@@ -116,7 +116,9 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
     }
 }
 
-fn is_slow(id: &str) -> bool {
+/// Whether an effect goes with time or with what changes slowly in it.
+#[must_use]
+pub fn is_slow(id: &str) -> bool {
     ["temperature-bias", "temperature-rate", "warm-up", "bias-drift", "bias-step", "supply-voltage"].contains(&id)
 }
 

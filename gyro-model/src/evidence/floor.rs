@@ -6,6 +6,8 @@
 //! included; their spread gives the band.
 
 use super::{
+    integrate::integral,
+    prior::Prior,
     problem::Warm,
     study::{Bench, Study},
 };
@@ -42,17 +44,11 @@ pub fn draw(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seed: u64)
                 .iter()
                 .enumerate()
                 .map(|(i, &row)| {
-                    let normal: f64 = StandardNormal.sample(&mut rng);
+                    let normal = draw_normal(&mut rng);
                     if i > 0 {
                         walk += prior.angle_random_walk * (s.reference_t[i] - s.reference_t[i - 1]).sqrt() * normal;
                     }
-                    let reading = if q > 0.0 {
-                        let angle = warm.angle[row] + offset;
-                        (angle / q).round() * q - angle
-                    } else {
-                        let normal: f64 = StandardNormal.sample(&mut rng);
-                        prior.encoder * normal
-                    };
+                    let reading = encoder_error(q, prior, warm.angle[row] + offset, &mut rng);
                     let whole = walk - reading;
                     // A step that says nothing is bridged, as in the residual: what it held, encoder noise too, is gone.
                     if lost[i] {
@@ -64,6 +60,41 @@ pub fn draw(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seed: u64)
                 .collect()
         })
         .collect()
+}
+
+/// One draw of noise alone from the samples on, as a residual at the reference rows: as it is, and with `undo` applied to
+/// the gyro's part of it.
+#[must_use]
+pub fn draw_through(
+    bench: &Bench,
+    series: usize,
+    warm: &Warm,
+    undo: &dyn Fn(&[f64]) -> Vec<f64>,
+    seed: u64,
+) -> [Vec<f64>; 2] {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let (s, prior) = (&bench.problem.series[series], &bench.prior[series]);
+    let sigma = prior.angle_random_walk / s.span().dt.sqrt();
+    let noise: Vec<f64> = (0..s.t.len()).map(|_| sigma * draw_normal(&mut rng)).collect();
+    let offset = rng.random::<f64>() * s.quantum;
+    let reading: Vec<f64> = s
+        .reference_rows
+        .iter()
+        .map(|&row| encoder_error(s.quantum, prior, warm.angle[row] + offset, &mut rng))
+        .collect();
+    [noise.clone(), undo(&noise)].map(|rate| {
+        let angle = integral(&s.t, &rate);
+        s.reference_rows.iter().zip(&reading).map(|(&row, e)| angle[row] - e).collect()
+    })
+}
+
+fn draw_normal(rng: &mut ChaCha8Rng) -> f64 {
+    StandardNormal.sample(rng)
+}
+
+/// What an encoder of this step reads too much at an angle; white where it has none.
+fn encoder_error(quantum: f64, prior: &Prior, angle: f64, rng: &mut ChaCha8Rng) -> f64 {
+    if quantum > 0.0 { (angle / quantum).round() * quantum - angle } else { prior.encoder * draw_normal(rng) }
 }
 
 /// The floor of one axis of a study; `component` picks its body axis where a quaternion serves three.

@@ -159,6 +159,7 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
         correlation_time: 1.0,
     };
     let mut step = vec![0.0; study.columns.len()];
+    let span = rows.t.last().unwrap_or(&0.0) - rows.t.first().unwrap_or(&0.0);
     let mut noise = first;
     let mut before = f64::INFINITY;
     for _ in 0..ROUNDS {
@@ -176,15 +177,31 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
         let seek =
             |start: &[f64], evaluations: usize| simplex(start, 0.3, evaluations, |p| cost(&NoiseModel::from_logs(p)));
         // From every start for a while, from the best of them to the end.
-        let polish = |wide: bool, enough: f64| {
+        let polish = |from: &[NoiseModel], wide: bool, enough: f64| {
             let starts = from.iter().filter(|noise| (noise.correlated > 0.0) == wide).map(NoiseModel::logs);
             let tries = starts.map(|start| seek(&start, if wide { 35 } else { 25 }));
             let best = tries.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|best| best.1 < enough)?;
             Some(seek(&best.0, if wide { 50 } else { 30 }))
         };
-        let few = polish(false, f64::INFINITY);
+        let few = polish(&from, false, f64::INFINITY);
+        // A walk that rules the longer half of the averaging times may as well be a rate that forgets.
+        if let Some(few) = few.as_ref().map(|few| NoiseModel::from_logs(&few.0)) {
+            let long = 0.05 * span;
+            if few.bias_random_walk * long > few.angle_random_walk {
+                from.extend(FORGETS.map(|share| {
+                    let time = share * span;
+                    let correlated = few.bias_random_walk * (0.5 * time).sqrt();
+                    NoiseModel {
+                        bias_random_walk: 1e-3 * few.bias_random_walk,
+                        correlated,
+                        correlation_time: time,
+                        ..few
+                    }
+                }));
+            }
+        }
         // A wider noise that comes no nearer will not come to be worth its two parameters.
-        let many = polish(true, few.as_ref().map_or(f64::INFINITY, |few| few.1));
+        let many = polish(&from, true, few.as_ref().map_or(f64::INFINITY, |few| few.1));
         let best = match (few, many) {
             (Some(few), Some(many)) if many.1 < few.1 - WORTH => many,
             (Some(few), _) => few,
@@ -205,6 +222,8 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
 const ROUNDS: usize = 4;
 /// Rise of ln L from one turn to the next below which both are found.
 const SETTLED: f64 = 0.05;
+/// Correlation times that such a rate is tried with, as shares of the log.
+const FORGETS: [f64; 2] = [5e-3, 0.05];
 /// What two more noise parameters have to raise ln L by.
 const WORTH: f64 = 6.0;
 
