@@ -196,7 +196,7 @@ impl<'a> Scanner<'a> {
         let t = self.study.bench.problem.times();
         let lines = tone::peaks(&self.residual, t, series);
         let seen = lines.into_iter().find(|&f| self.seen_by_gyro(effect, index, series, f));
-        seen.or_else(|| tone::beyond_noise(&self.residual, self.draws, t))
+        seen.or_else(|| tone::beyond_noise(&self.residual, self.draws, t, series))
     }
 
     /// Whether the gyro's own reading holds the line that the residual has at `f`.

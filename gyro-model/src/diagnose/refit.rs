@@ -482,4 +482,4 @@ const SHAPES: f64 = 2.0;
 /// Draws of noise alone that a response is undone on.
 const SHAPED: u64 = 4;
 /// Draws of noise alone.
-const DRAWS: u64 = 12;
+const DRAWS: u64 = 20;

@@ -33,10 +33,10 @@ pub fn peaks(white: &[Vec<f64>], t: &[f64], series: &Series) -> Vec<f64> {
     chosen.iter().map(|&k| reading.spectrum.line(reading.next_to(k as f64 * spectrum.bin))).collect()
 }
 
-/// The strongest frequency, Hz, where it stands out of what noise alone (`draws`, whitened) shows anywhere: under a slow
-/// random motion the reading's own line drowns in the motion, but no encoder draws such a line either.
+/// The strongest frequency, Hz, where it stands out of what noise alone (`draws`, whitened) shows anywhere, and where the
+/// reading's own line would drown in the motion about it.
 #[must_use]
-pub fn beyond_noise(white: &[Vec<f64>], draws: &[Vec<Vec<f64>>], t: &[f64]) -> Option<f64> {
+pub fn beyond_noise(white: &[Vec<f64>], draws: &[Vec<Vec<f64>>], t: &[f64], series: &Series) -> Option<f64> {
     let spectrum = Spectrum::new(white, t)?;
     let top = *spectrum.tops().first()?;
     let highest = |draw: &Vec<Vec<f64>>| {
@@ -44,8 +44,13 @@ pub fn beyond_noise(white: &[Vec<f64>], draws: &[Vec<Vec<f64>>], t: &[f64]) -> O
         noise.tops().first().map(|&k| noise.power[k])
     };
     let usual = draws.iter().filter_map(highest).fold(0.0, f64::max);
-    (spectrum.power[top] > BEYOND * usual).then(|| spectrum.line(top))
+    let reading = Prominence::new(series)?;
+    let drowned = reading.around(top as f64 * spectrum.bin) > DROWNED * reading.quiet();
+    (drowned && spectrum.power[top] > BEYOND * usual).then(|| spectrum.line(top))
 }
+
+/// Times the reading's quietest part of the spectrum at which motion hides a line.
+const DROWNED: f64 = 100.0;
 
 /// Times the highest line of all draws of noise alone.
 const BEYOND: f64 = 2.0;
@@ -78,13 +83,28 @@ impl Prominence {
         near.max_by(|&a, &b| power[a].total_cmp(&power[b])).unwrap_or(k)
     }
 
+    /// Power of the line next to a frequency over what is usual about it.
     fn at(&self, frequency: f64) -> f64 {
-        let (k, power) = (self.next_to(frequency), &self.spectrum.power);
-        let mut around = power[k.saturating_sub(AROUND)..=(k + AROUND).min(power.len() - 1)].to_vec();
-        let middle = around.len() / 2;
-        let (_, median, _) = around.select_nth_unstable_by(middle, f64::total_cmp);
-        if *median > 0.0 { power[k] / *median } else { 0.0 }
+        let usual = self.around(frequency);
+        if usual > 0.0 { self.spectrum.power[self.next_to(frequency)] / usual } else { 0.0 }
     }
+
+    /// Median power about a frequency.
+    fn around(&self, frequency: f64) -> f64 {
+        let (k, power) = (self.next_to(frequency), &self.spectrum.power);
+        median(&power[k.saturating_sub(AROUND)..=(k + AROUND).min(power.len() - 1)])
+    }
+
+    /// Median power of the upper half of the spectrum, where no shaft moves.
+    fn quiet(&self) -> f64 {
+        median(&self.spectrum.power[self.spectrum.power.len() / 2..])
+    }
+}
+
+fn median(values: &[f64]) -> f64 {
+    let mut values = values.to_vec();
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Lines that are looked at, and bins about one that belong to it.

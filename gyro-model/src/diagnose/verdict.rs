@@ -12,6 +12,8 @@ use crate::{
 
 /// Standard error of α, as a share, beyond which the log has not turned the sensor enough.
 const UNEXCITED: f64 = 0.03;
+/// N of a poor MEMS gyro, rad/√s (0.03 °/s/√Hz): noise of this size needs no physics.
+const POOR: f64 = 5.2e-4;
 /// How far the noise may lie above its prior and still be noise.
 const ABOVE_PRIOR: f64 = 2.0;
 
@@ -86,7 +88,7 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
         );
     }
     let noise_alone = !noise.beyond_wander()
-        && noise.angle_random_walk < ABOVE_PRIOR * prior.angle_random_walk.max(1e-4)
+        && noise.angle_random_walk < (ABOVE_PRIOR * prior.angle_random_walk).max(POOR)
         && noise.encoder < ABOVE_PRIOR * prior.encoder;
     let slow = suspects.iter().find(|r| r.rise > 5.0 && is_slow(r.candidate.term.effect.card().id));
     match (noise_alone, slow) {

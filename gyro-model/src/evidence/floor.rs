@@ -36,6 +36,7 @@ pub fn draw(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seed: u64)
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (s, prior) = (&bench.problem.series[series], &bench.prior[series]);
     let q = s.quantum;
+    let along = if warm.close.is_empty() { &warm.angle } else { &warm.close };
     (0..bench.problem.channels())
         .map(|_| {
             let offset = rng.random::<f64>() * q;
@@ -48,7 +49,7 @@ pub fn draw(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seed: u64)
                     if i > 0 {
                         walk += prior.angle_random_walk * (s.reference_t[i] - s.reference_t[i - 1]).sqrt() * normal;
                     }
-                    let reading = encoder_error(q, prior, warm.angle[row] + offset, &mut rng);
+                    let reading = encoder_error(q, prior, along[row] + offset, &mut rng);
                     let whole = walk - reading;
                     // A step that says nothing is bridged, as in the residual: what it held, encoder noise too, is gone.
                     if lost[i] {

@@ -33,6 +33,9 @@ pub struct Warm {
     rate_dot: Vec<f64>,
     /// Best known angle at the samples: the gyro's shape on the reference's level, rad.
     pub angle: Vec<f64>,
+    /// The same on the reference's level over so short a time that it is as near to the true angle as can be: what an
+    /// encoder's quantisation is drawn along. Empty where there is no step.
+    pub close: Vec<f64>,
     /// Samples whose compensation is a guess under the model they were made with; empty where there are none.
     pub unsure: Vec<bool>,
     /// Samples to be left out whatever the model says, so that models can be compared on the same ones; empty: none.
@@ -135,7 +138,8 @@ impl Problem {
             .map(|s| {
                 let rate = steadied(&s.t, &s.gyro);
                 Warm {
-                    angle: best_angle(s, &integral(&s.t, &s.gyro), &s.missing),
+                    angle: best_angle(s, &integral(&s.t, &s.gyro), &s.missing, LEVEL),
+                    close: Vec::new(),
                     rate_dot: derivative(&s.t, &rate),
                     rate,
                     unsure: Vec::new(),
@@ -155,7 +159,8 @@ impl Problem {
             .map(|((s, track), before)| {
                 let rate = steadied(&s.t, &track.rate);
                 Warm {
-                    angle: best_angle(s, &track.whole, &track.lost),
+                    angle: best_angle(s, &track.whole, &track.lost, LEVEL),
+                    close: nearness(s).map_or_else(Vec::new, |half| best_angle(s, &track.whole, &track.lost, half)),
                     rate_dot: derivative(&s.t, &rate),
                     rate,
                     unsure: if before.left_out.is_empty() { track.unsure.clone() } else { Vec::new() },
@@ -309,9 +314,17 @@ impl Problem {
     }
 }
 
-/// An integrated angle held to the level of the reference over some tens of seconds, and to its steps where the gyro's
-/// say nothing.
-fn best_angle(s: &Series, angle: &[f64], lost: &[bool]) -> Vec<f64> {
+/// Half width of the window over which an angle is held to the reference's level, s: long enough that the reference's
+/// own errors do not come in.
+const LEVEL: f64 = 8.0;
+
+/// The half width at which the gyro's walk and the mean of the encoder's steps err alike, s.
+fn nearness(s: &Series) -> Option<f64> {
+    (s.quantum > 0.0 && s.margin > 0.0).then(|| (s.quantum / s.margin).clamp(0.1, LEVEL))
+}
+
+/// An integrated angle held to the level of the reference over ±`half` s, and to its steps where the gyro's say nothing.
+fn best_angle(s: &Series, angle: &[f64], lost: &[bool], half: f64) -> Vec<f64> {
     if s.reference_angle.is_empty() {
         return angle.to_vec();
     }
@@ -323,7 +336,7 @@ fn best_angle(s: &Series, angle: &[f64], lost: &[bool]) -> Vec<f64> {
     }
     let rows = s.reference_rows.iter().zip(&s.reference_angle).zip(&jumped);
     let error: Vec<f64> = rows.map(|((&k, r), j)| angle[k] - r - j).collect();
-    let mut level = smooth(&s.reference_t, &error, 8.0);
+    let mut level = smooth(&s.reference_t, &error, half);
     for (level, jump) in level.iter_mut().zip(&jumped) {
         *level += jump;
     }
