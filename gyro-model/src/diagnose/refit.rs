@@ -247,7 +247,7 @@ impl<'a> Present<'a> {
         let inflation = self.inflation(&study, &candidate);
         let p_value = chance(rise / inflation, &candidate, &study);
         let excess = own.excess * self.excess / base.excess;
-        Refit { candidate, gls, excess, inflation, rise, held_out, p_value, fall, gains, falls, study }
+        Refit { candidate, study, gls, excess, rise, inflation, held_out, p_value, fall, gains, falls }
     }
 }
 
@@ -376,7 +376,7 @@ impl Refit<'_> {
         if present.excess > UNEVEN && self.share(present).is_none_or(|s| s < SHARE) {
             return false;
         }
-        if self.excess > ROUGH && self.is_outsized() {
+        if self.excess > ROUGH && (self.is_outsized() || tone && self.share(present).is_none_or(|s| s < DOMINATES)) {
             return false;
         }
         // What shows at one instant (a step) cannot be held out block by block in likelihood, but in the error it can.

@@ -5,6 +5,7 @@
 //! block judged with the parameters of the others: the currency in which models are compared.
 
 use super::{
+    floor,
     study::Study,
     whiten::{self, NoiseModel, Rows, Whitener, simplex},
     whittle::Periodogram,
@@ -98,6 +99,33 @@ fn rows(study: &Study, every: usize) -> Rows {
     }
     rows
 }
+
+/// By how much each parameter scatters more on draws of noise alone than its covariance says: an encoder's quantisation
+/// under a regular motion repeats itself, and is then not worth as many readings as there are. At least 1.
+pub(crate) fn beyond_white(study: &Study, gls: &Gls) -> Vec<f64> {
+    let (normal, whitener) = normal(study, &gls.noise);
+    let (inverse, _) = nls::invert_observable(&normal.matrix, 1e-10);
+    let columns: Vec<Vec<Vec<f64>>> =
+        study.columns.iter().map(|c| c.iter().map(|c| whitener.apply(c)).collect()).collect();
+    let n = columns.len();
+    let mut squares = vec![0.0; n];
+    for seed in 0..SCATTER {
+        let draw = floor::draw(study.bench, 0, &study.warm[0], &study.evaluation.lost, seed);
+        let white: Vec<Vec<f64>> = draw.iter().map(|c| whitener.apply(c)).collect();
+        let dot = |c: &Vec<Vec<f64>>| -> f64 {
+            c.iter().zip(&white).map(|(a, b)| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>()).sum()
+        };
+        let along: Vec<f64> = columns.iter().map(dot).collect();
+        for (i, sum) in squares.iter_mut().enumerate() {
+            *sum += (0..n).map(|j| inverse[(i, j)] * along[j]).sum::<f64>().powi(2);
+        }
+    }
+    let factor = |i: usize| (squares[i] / SCATTER as f64 / inverse[(i, i)]).sqrt();
+    (0..n).map(|i| if inverse[(i, i)] > 0.0 { factor(i).max(1.0) } else { 1.0 }).collect()
+}
+
+/// Draws of noise alone for that.
+const SCATTER: u64 = 12;
 
 /// Whitened residual and columns under one noise, as normal equations.
 pub(crate) fn normal(study: &Study, noise: &NoiseModel) -> (nls::Normal, Whitener) {

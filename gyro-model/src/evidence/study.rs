@@ -246,10 +246,11 @@ impl<'a> Study<'a> {
 
     /// Writes standard errors and noise into the model.
     pub fn stamp(&mut self, gls: &Gls) {
+        let beyond = noise::beyond_white(self, gls);
         for (k, slot) in self.slots.iter().enumerate() {
             let axis = self.bench.problem.series[slot.series].axis.index();
             if let Some(model) = &mut self.model.axes[axis] {
-                model.terms[slot.term].std_errors[slot.parameter] = gls.std_error(k);
+                model.terms[slot.term].std_errors[slot.parameter] = beyond[k] * gls.std_error(k);
             }
         }
         for series in &self.bench.problem.series {
