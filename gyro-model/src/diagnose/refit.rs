@@ -380,7 +380,8 @@ impl Refit<'_> {
             return false;
         }
         // What shows at one instant (a step) cannot be held out block by block in likelihood, but in the error it can.
-        let holds = self.held_out.0 > 0.25 * self.rise.min(40.0) && self.held_out.0 > 1.5 * self.held_out.1;
+        let throughout = self.held_out.0 > 1.5 * self.held_out.1 || self.fall.0 > 2.0 * self.fall.1;
+        let holds = self.held_out.0 > 0.25 * self.rise.min(40.0) && throughout;
         (holds || self.fall.0 > 4.0 * self.fall.1)
             && (!one_shot(self) || self.p_value < ONE_SHOT || self.dominates(present))
     }
