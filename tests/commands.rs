@@ -195,3 +195,17 @@ fn every_effect_has_a_card() {
     }
     assert!(bench.refused(&["effects", "dely"]).contains("did you mean 'delay'"));
 }
+
+#[test]
+fn a_limit_that_is_added_is_read_off_the_readings() {
+    let bench = Bench::new();
+    for (id, hidden, value) in [("dead-zone", "dead-zone:w=0.05", 0.05), ("saturation", "saturation:l=0.9", 0.9)] {
+        bench.ok(&["simulate", "--motion", "drive", "--seconds", "60", "--hide", hidden, "-o", "log.csv.gz"]);
+        bench.ok(&["add", "log.csv.gz", id, "--axis", "x", "-o", "m.toml"]);
+        let model: toml::Table = bench.text("m.toml").parse().unwrap();
+        let parameters = model["axis"]["x"]["parameters"].as_table().unwrap();
+        let name = if id == "dead-zone" { "w" } else { "l" };
+        let found = parameters[id][name]["value"].as_float().unwrap();
+        assert!((found - value).abs() < 0.02 * value, "{id}: {found}, hidden {value}");
+    }
+}

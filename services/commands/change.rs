@@ -7,7 +7,7 @@ use crate::{
     report::{self, Change, Command},
 };
 use anyhow::{Result, bail};
-use gyro_model::{Axis, AxisModel, Model, Term};
+use gyro_model::{Axis, AxisModel, Model, Term, diagnose::limits, evidence::series::Series};
 use std::{path::PathBuf, process::ExitCode};
 
 /// What both take.
@@ -62,7 +62,15 @@ pub fn run(args: &ChangeArgs, direction: Direction) -> Result<ExitCode> {
             let model = changed.axes[axis.index()].get_or_insert_with(|| AxisModel::base(axis));
             let has = model.term(id).is_some();
             match direction {
-                Direction::Add if !has => model.terms.push(Term::neutral(effect, axis)),
+                Direction::Add if !has => {
+                    let mut term = Term::neutral(effect, axis);
+                    // A limit is read off the readings: no fit moves it.
+                    let series = Series::new(&subject.record, axis, &changed.origin);
+                    if let Some(limit) = series.and_then(|series| limits::read_off(effect, &series)) {
+                        term.values[0] = limit;
+                    }
+                    model.terms.push(term);
+                }
                 Direction::Remove if has => model.terms.retain(|term| term.effect.card().id != id),
                 Direction::Add | Direction::Remove => continue,
             }

@@ -91,8 +91,9 @@ impl Current {
     /// As [`Self::take`].
     pub fn change(&mut self, model: Model, folder: &RunFolder) -> anyhow::Result<()> {
         let before = self.model.clone();
-        self.take(model, folder)?;
+        // First, so that a crash between the two leaves nothing that cannot be undone.
         write_whole(&folder.model_before(), render(&self.file(before.clone())).as_bytes())?;
+        self.take(model, folder)?;
         self.before.push(before);
         Ok(())
     }

@@ -105,9 +105,24 @@ impl Judgement {
     }
 
     /// Whether a model has the very effects of the one that was judged.
-    fn is_of(&self, model: &Model) -> bool {
+    #[must_use]
+    pub fn is_of(&self, model: &Model) -> bool {
         let effects = |model: &Model| model.axes.each_ref().map(|a| a.as_ref().map(AxisModel::effect_ids));
         effects(&self.job.model) == effects(model)
+    }
+
+    /// Gives effects that the model has not yet the parameters that this search found for them, to start from.
+    pub fn begin(&self, model: &mut Model) {
+        for found in &self.axes {
+            let Some(axis) = &mut model.axes[found.axis.index()] else { continue };
+            for suspect in &found.suspects {
+                let Some(term) = axis.terms.iter_mut().find(|t| t.effect.card().id == suspect.effect) else { continue };
+                for (card, value) in term.effect.parameters(found.axis).iter().zip(&mut term.values) {
+                    let known = suspect.parameters.iter().find(|p| p.effect == suspect.effect && p.name == card.name);
+                    *value = known.and_then(|p| p.value).unwrap_or(*value);
+                }
+            }
+        }
     }
 
     /// Takes over what a search of the same model found to be missing. Where it found nothing and the newest data say

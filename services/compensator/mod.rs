@@ -464,7 +464,11 @@ impl Compensator<'_> {
                 if self.challenger.is_some() {
                     anyhow::bail!("another effect is on trial: wait for its end, or undo it");
                 }
-                let model = orders::with_effect(command, &mut self.current, &self.facts)?;
+                let mut model = orders::with_effect(command, &mut self.current, &self.facts)?;
+                let known = |found: &&Arc<Judgement>| found.job.data == self.data && found.is_of(self.current.start());
+                if let Some(found) = self.found.as_ref().filter(known) {
+                    found.begin(&mut model);
+                }
                 self.challenger =
                     Some(Challenger { command: *command, model, since_ns: now_ns(), waits: false, last: false });
                 // What is being solved now is of no use any more, and the trial need not wait.
