@@ -39,8 +39,10 @@ impl Gls {
     }
 }
 
-/// Size of a correlated rate error that still counts as bias instability, rad/s (0.6 °/s).
-const WANDER: f64 = 0.01;
+/// Size of a correlated rate error that still counts as bias instability, rad/s (0.14 °/s).
+const WANDER: f64 = 2.5e-3;
+/// Share of a log that a correlated rate may last.
+const LASTS: f64 = 0.1;
 /// Bias random walk that still counts as wander, rad/s/√s.
 const WALK: f64 = 3e-4;
 
@@ -49,6 +51,12 @@ impl NoiseModel {
     #[must_use]
     pub fn beyond_wander(&self) -> bool {
         self.correlated > WANDER || self.bias_random_walk > WALK
+    }
+
+    /// Whether its correlated rate lasts too long for a log of this length to show that it comes and goes: it would be
+    /// any drift.
+    pub(crate) fn forgets_later_than(&self, span: f64) -> bool {
+        self.correlated > 0.0 && self.correlation_time > LASTS * span
     }
 
     /// As the model file has it.
@@ -193,6 +201,9 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
     for _ in 0..ROUNDS {
         let residual = moved(study, &step);
         let cost = |noise: &NoiseModel| {
+            if noise.forgets_later_than(span) {
+                return 1e300;
+            }
             let value = -whiten::log_likelihood(noise, &rows, &residual);
             if value.is_finite() { value } else { 1e300 }
         };

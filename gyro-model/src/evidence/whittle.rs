@@ -37,7 +37,7 @@ const WIDTH: f64 = 1.08;
 /// Evaluations of each search.
 const EVALUATIONS: usize = 300;
 /// Correlation times that a search starts from, as shares of the log.
-const TIMES: [f64; 4] = [1e-4, 1e-3, 2e-2, 0.2];
+const TIMES: [f64; 4] = [1e-4, 1e-3, 1e-2, 0.05];
 
 impl Periodogram {
     /// Of a residual's steps, its channels summed; `None` where the rows are too few.
@@ -75,6 +75,9 @@ impl Periodogram {
 
     /// −ln L of a noise, constants left out.
     fn cost(&self, noise: &NoiseModel) -> f64 {
+        if noise.forgets_later_than(self.span) {
+            return 1e300;
+        }
         let dt = self.dt;
         let white = noise.angle_random_walk.powi(2) * dt;
         let walk = noise.bias_random_walk.powi(2) * dt.powi(3);
