@@ -56,6 +56,12 @@ pub fn climb(record: &Record, bench: &Bench, start: &Model, options: &Options) -
     for (k, id) in removed {
         steps[k].push(step(&Judged::new(&present.study, k, false), None, Some(id), Vec::new()));
     }
+    let (present, swapped) = swap(present, start, options);
+    for (k, old, new) in swapped {
+        let judged = Judged::new(&present.study, k, false);
+        steps[k].push(step(&judged, None, Some(old), Vec::new()));
+        steps[k].push(step(&judged, Some(new), None, Vec::new()));
+    }
     let study = fit::settle(present.study.clone());
     let model = study.model.clone();
     let ladders = axes
@@ -126,18 +132,61 @@ pub fn aliases(suspects: &[Refit], k: usize, significant: bool) -> Vec<String> {
         .collect()
 }
 
+/// What was added while something else was missing may be the wrong one of a pair: each is held against its aliases
+/// once more.
+fn swap<'a>(
+    present: Present<'a>,
+    start: &Model,
+    options: &Options,
+) -> (Present<'a>, Vec<(usize, &'static str, &'static str)>) {
+    let mut present = present;
+    let mut swapped = Vec::new();
+    let axes: Vec<Axis> = present.study.bench.problem.series.iter().map(|s| s.axis).collect();
+    for (k, axis) in axes.iter().enumerate() {
+        let added = added(&present, start, *axis);
+        if added.len() < 2 {
+            continue;
+        }
+        for id in added {
+            let aliases = crate::effects::find(id).map_or(&[][..], |effect| effect.card().aliases);
+            let Some(without) = without(&present, *axis, id).filter(|_| !aliases.is_empty()) else { continue };
+            (options.progress)(id);
+            let better = without.rivals(k, options.own_effects, |rival| aliases.iter().any(|a| a.id == rival));
+            if let Some(refit) = better.into_iter().find(|refit| refit.replaces(&present)) {
+                swapped.push((k, id, refit.candidate.term.effect.card().id));
+                let model = refit.study.model.clone();
+                present = Present::new(Study::fit(present.study.bench, &model, Some(&present.study.warm)));
+            }
+        }
+    }
+    (present, swapped)
+}
+
+/// What was added to the model that the ladder began with, in the order of adding.
+fn added(present: &Present, start: &Model, axis: Axis) -> Vec<&'static str> {
+    let kept = judged::axis_model(start, axis).effect_ids();
+    let now = judged::axis_model(&present.study.model, axis).effect_ids();
+    now.into_iter().filter(|id| !kept.contains(id)).collect()
+}
+
+/// The model without one effect, fitted on the same samples; `None` where the readings themselves show the effect.
+fn without<'a>(present: &Present<'a>, axis: Axis, id: &str) -> Option<Present<'a>> {
+    let mut model = present.study.model.clone();
+    let own = model.axes[axis.index()].as_mut()?;
+    let place = own.terms.iter().position(|t| t.effect.card().id == id)?;
+    if own.terms.remove(place).effect.stage() == Stage::Reading {
+        return None;
+    }
+    Some(Present::new(Study::fit(present.study.bench, &model, Some(&present.study.frozen()))))
+}
+
 /// One pass back: what was added and is no longer needed goes.
 fn back<'a>(present: Present<'a>, start: &Model, progress: &dyn Fn(&str)) -> (Present<'a>, Vec<(usize, &'static str)>) {
     let mut present = present;
     let mut removed = Vec::new();
     let axes: Vec<Axis> = present.study.bench.problem.series.iter().map(|s| s.axis).collect();
     for (k, axis) in axes.iter().enumerate() {
-        let kept = judged::axis_model(start, *axis).effect_ids();
-        let added: Vec<&'static str> = judged::axis_model(&present.study.model, *axis)
-            .effect_ids()
-            .into_iter()
-            .filter(|id| !kept.contains(id))
-            .collect();
+        let added = added(&present, start, *axis);
         if added.len() < 2 {
             continue;
         }

@@ -185,6 +185,21 @@ impl<'a> Present<'a> {
         refits
     }
 
+    /// Those suspects of one axis that `wanted` names, refitted.
+    #[must_use]
+    pub fn rivals(
+        &self,
+        series: usize,
+        extra: &[&'static dyn Effect],
+        wanted: impl Fn(&str) -> bool,
+    ) -> Vec<Refit<'a>> {
+        let mut list = scan(&self.study, &self.gls, &self.draws, extra);
+        list.retain(|c| {
+            c.series == series && c.term.effect.stage() != Stage::Reading && wanted(c.term.effect.card().id)
+        });
+        self.refit_all(&list)
+    }
+
     /// Refits on every core there is.
     fn refit_all(&self, list: &[Candidate]) -> Vec<Refit<'a>> {
         let threads = std::thread::available_parallelism().map_or(1, usize::from).min(list.len().max(1));
@@ -439,6 +454,17 @@ impl Refit<'_> {
         let (difference, error) = total(&gains);
         let (mean, spread) = self.against(other);
         difference.abs() < 2.0 * error && gains.len() == BLOCKS && mean.abs() < 2.0 * spread
+    }
+
+    /// Whether it belongs in the place of the effect that `present` has and it has not: by likelihood where both are
+    /// nearly right, and never with more error.
+    #[must_use]
+    pub fn replaces(&self, present: &Present) -> bool {
+        let nearly = self.excess.max(present.excess) < ROUGH;
+        nearly
+            && !self.at_bound()
+            && self.excess <= (1.0 + CLOSE) * present.excess
+            && self.gls.log_likelihood > present.gls.log_likelihood + PARAMETER
     }
 
     /// Whether, both being nearly right, its likelihood is not worth a parameter more than that of `other`.
