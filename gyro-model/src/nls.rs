@@ -58,16 +58,6 @@ impl Normal {
         }
     }
 
-    /// The equations of the first `n` parameters alone.
-    #[must_use]
-    pub fn first(&self, n: usize) -> Self {
-        Self {
-            cost: self.cost,
-            gradient: self.gradient[..n].to_vec(),
-            matrix: Mat::from_fn(n, n, |i, j| self.matrix[(i, j)]),
-        }
-    }
-
     /// Makes these, the first equations of `all`, those of the residual with column `k` of `all` added to it.
     pub fn shift(&mut self, all: &Self, k: usize) {
         self.cost += 2.0 * all.gradient[k] + all.matrix[(k, k)];

@@ -53,6 +53,16 @@ fn white_noise_raises_no_alarm() {
 }
 
 #[test]
+fn a_rate_that_is_correlated_over_a_second_raises_no_alarm() {
+    no_alarm(Kind::Ar);
+}
+
+#[test]
+fn an_encoder_under_one_exact_sine_raises_no_alarm() {
+    no_alarm(Kind::OneSine);
+}
+
+#[test]
 fn flicker_noise_raises_no_alarm() {
     no_alarm(Kind::Flicker);
 }

@@ -7,7 +7,7 @@ use super::{
     verdict,
 };
 use crate::{
-    Axis, Model, Record,
+    Axis, Model, Record, Term,
     diagnosis::{AxisLadder, LadderStep, Verdict},
     effects::Stage,
     evidence::study::{Bench, Study},
@@ -25,7 +25,6 @@ pub fn climb(record: &Record, bench: &Bench, start: &Model, options: &Options) -
     let mut present = Present::new(Study::fit(bench, start, None));
     let mut steps: Vec<Vec<LadderStep>> =
         (0..axes.len()).map(|k| vec![step(&Judged::new(&present.study, k, false), None, None, Vec::new())]).collect();
-    let mut ambiguous = vec![false; axes.len()];
     let mut last: Vec<Refit> = Vec::new();
     for _ in 0..STEPS {
         let suspects = present.suspects(options.own_effects, progress);
@@ -46,7 +45,6 @@ pub fn climb(record: &Record, bench: &Bench, start: &Model, options: &Options) -
         for (k, choice) in chosen.iter().enumerate() {
             if let Some(c) = choice {
                 let aliases = aliases(&suspects, *c, true);
-                ambiguous[k] |= !aliases.is_empty();
                 let id = suspects[*c].candidate.term.effect.card().id;
                 steps[k].push(step(&Judged::new(&present.study, k, false), Some(id), None, aliases));
             }
@@ -74,20 +72,11 @@ pub fn climb(record: &Record, bench: &Bench, start: &Model, options: &Options) -
                 Some(says) => (Verdict::CannotTell, says),
                 None => verdict::rest(&present, &list, &judged, k),
             };
-            if ambiguous[k] && matches!(verdict, Verdict::Adequate) {
-                verdict = Verdict::Ambiguous;
-                says = steps[k]
-                    .iter()
-                    .filter(|s| !s.aliases.is_empty())
-                    .filter_map(|s| {
-                        s.added.as_ref().map(|id| {
-                            format!("{id} or {}: {}", s.aliases.join(" or "), verdict::split_by(id, &s.aliases))
-                        })
-                    })
-                    .collect::<Vec<_>>()
-                    .join("; ");
-            }
             let own = judged::axis_model(&model, axis);
+            let split = unsplit(&steps[k], &own.effect_ids());
+            if !split.is_empty() && matches!(verdict, Verdict::Adequate) {
+                (verdict, says) = (Verdict::Ambiguous, split.join("; "));
+            }
             let (detail, _) = judged::pictures(record, &study, k);
             AxisLadder {
                 axis,
@@ -103,6 +92,15 @@ pub fn climb(record: &Record, bench: &Bench, start: &Model, options: &Options) -
         })
         .collect();
     (model, ladders)
+}
+
+/// What the log could not tell apart when it was added, and how to split it: of the effects that stayed.
+fn unsplit(steps: &[LadderStep], stayed: &[&str]) -> Vec<String> {
+    let says = |step: &LadderStep| {
+        let id = step.added.as_deref().filter(|id| stayed.contains(id) && !step.aliases.is_empty())?;
+        Some(format!("{id} or {}: {}", step.aliases.join(" or "), verdict::split_by(id, &step.aliases)))
+    };
+    steps.iter().filter_map(says).collect()
 }
 
 fn step(judged: &Judged, added: Option<&str>, removed: Option<&str>, aliases: Vec<String>) -> LadderStep {
@@ -149,7 +147,10 @@ fn swap<'a>(
         }
         for id in added {
             let aliases = crate::effects::find(id).map_or(&[][..], |effect| effect.card().aliases);
-            let Some(without) = without(&present, *axis, id).filter(|_| !aliases.is_empty()) else { continue };
+            if aliases.is_empty() {
+                continue;
+            }
+            let Some((without, _)) = without(&present, *axis, id) else { continue };
             (options.progress)(id);
             let better = without.rivals(k, options.own_effects, |rival| aliases.iter().any(|a| a.id == rival));
             if let Some(refit) = better.into_iter().find(|refit| refit.replaces(&present)) {
@@ -169,15 +170,16 @@ fn added(present: &Present, start: &Model, axis: Axis) -> Vec<&'static str> {
     now.into_iter().filter(|id| !kept.contains(id)).collect()
 }
 
-/// The model without one effect, fitted on the same samples; `None` where the readings themselves show the effect.
-fn without<'a>(present: &Present<'a>, axis: Axis, id: &str) -> Option<Present<'a>> {
+/// The model without one effect, fitted on the same samples, and the term; `None` where the readings themselves show it.
+fn without<'a>(present: &Present<'a>, axis: Axis, id: &str) -> Option<(Present<'a>, Term)> {
     let mut model = present.study.model.clone();
     let own = model.axes[axis.index()].as_mut()?;
     let place = own.terms.iter().position(|t| t.effect.card().id == id)?;
-    if own.terms.remove(place).effect.stage() == Stage::Reading {
+    let term = own.terms.remove(place);
+    if term.effect.stage() == Stage::Reading {
         return None;
     }
-    Some(Present::new(Study::fit(present.study.bench, &model, Some(&present.study.frozen()))))
+    Some((Present::new(Study::fit(present.study.bench, &model, Some(&present.study.frozen()))), term))
 }
 
 /// One pass back: what was added and is no longer needed goes.
@@ -192,18 +194,12 @@ fn back<'a>(present: Present<'a>, start: &Model, progress: &dyn Fn(&str)) -> (Pr
         }
         for id in &added[..added.len() - 1] {
             progress(id);
-            let mut model = present.study.model.clone();
-            let Some(own) = &mut model.axes[axis.index()] else { continue };
-            let Some(place) = own.terms.iter().position(|t| t.effect.card().id == *id) else { continue };
-            let term = own.terms.remove(place);
-            if term.effect.stage() == Stage::Reading {
-                continue;
-            }
-            let without = Present::new(Study::fit(present.study.bench, &model, Some(&present.study.frozen())));
+            let Some((without, term)) = without(&present, *axis, id) else { continue };
             if !without.needs(&present, &term) {
                 // What the effect made unsure counts again.
                 present = if present.study.leaves_out() {
-                    Present::new(Study::fit(present.study.bench, &model, Some(&present.study.warm)))
+                    let model = &without.study.model;
+                    Present::new(Study::fit(present.study.bench, model, Some(&present.study.warm)))
                 } else {
                     without
                 };

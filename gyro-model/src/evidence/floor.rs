@@ -36,7 +36,7 @@ pub fn draw(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seed: u64)
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (s, prior) = (&bench.problem.series[series], &bench.prior[series]);
     let q = s.quantum;
-    let along = if warm.close.is_empty() { &warm.angle } else { &warm.close };
+    let along = warm.drawn_along();
     (0..bench.problem.channels())
         .map(|_| {
             let offset = rng.random::<f64>() * q;
@@ -81,7 +81,7 @@ pub fn draw_through(
     let reading: Vec<f64> = s
         .reference_rows
         .iter()
-        .map(|&row| encoder_error(s.quantum, prior, warm.angle[row] + offset, &mut rng))
+        .map(|&row| encoder_error(s.quantum, prior, warm.drawn_along()[row] + offset, &mut rng))
         .collect();
     [noise.clone(), undo(&noise)].map(|rate| {
         let angle = integral(&s.t, &rate);

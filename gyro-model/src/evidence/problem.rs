@@ -43,6 +43,12 @@ pub struct Warm {
 }
 
 impl Warm {
+    /// What an encoder's quantisation is drawn along.
+    #[must_use]
+    pub fn drawn_along(&self) -> &[f64] {
+        if self.close.is_empty() { &self.angle } else { &self.close }
+    }
+
     /// The same without what another model is unsure of.
     #[must_use]
     pub fn without(&self, other: &Self) -> Self {
