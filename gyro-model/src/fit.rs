@@ -7,6 +7,7 @@
 
 use crate::{
     Axis, AxisModel, Model, Record,
+    diagnose::long,
     evidence::study::{Bench, Study},
     record::ReferenceKind,
 };
@@ -76,7 +77,7 @@ pub fn fit(record: &Record, start: &Model, axes: &[Axis]) -> Result<Model, FitEr
     }
     for group in groups(record, axes) {
         let bench = Bench::new(record, &group, &model).ok_or(FitError::TooShort(group[0]))?;
-        let study = Study::fit(&bench, &model, None);
+        let study = Study::fit(&bench, &long::begun(record, &bench, &model), None);
         model = settle(study).model;
     }
     Ok(model)

@@ -46,6 +46,7 @@ pub mod model;
 pub mod nls;
 pub mod observer;
 pub mod paper;
+mod parallel;
 pub mod process_noise;
 pub mod record;
 pub mod simulate;

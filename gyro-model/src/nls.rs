@@ -12,6 +12,22 @@
 
 use faer::{Mat, Side, linalg::solvers::Solve as _};
 
+/// Σ aᵢ bᵢ, in eight sums side by side: one sum would wait for itself at every term.
+#[must_use]
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    const LANES: usize = 8;
+    let (a, b) = (&a[..a.len().min(b.len())], &b[..a.len().min(b.len())]);
+    let (heads, others) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let rest: f64 = heads.remainder().iter().zip(others.remainder()).map(|(x, y)| x * y).sum();
+    let mut sums = [0.0; LANES];
+    for (x, y) in heads.zip(others) {
+        for lane in 0..LANES {
+            sums[lane] += x[lane] * y[lane];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}
+
 /// The normal equations at one point.
 #[derive(Clone, Debug)]
 pub struct Normal {
@@ -32,7 +48,6 @@ impl Normal {
 
     /// Adds residuals `r` with columns `columns` (∂r/∂p, each as long as `r`).
     pub fn add(&mut self, r: &[f64], columns: &[&[f64]]) {
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
         self.cost += dot(r, r);
         for (i, a) in columns.iter().enumerate() {
             self.gradient[i] += dot(a, r);
@@ -110,13 +125,17 @@ pub struct Options {
     pub max_iterations: usize,
     /// Converged when a step changes the cost by less than this share.
     pub tolerance: f64,
+    /// Or by less than this.
+    pub absolute: f64,
+    /// λ to begin with.
+    pub damping: f64,
     /// A direction counts as unobservable when its eigenvalue of the scaled matrix is below this.
     pub rank_tolerance: f64,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { max_iterations: 50, tolerance: 1e-12, rank_tolerance: 1e-11 }
+        Self { max_iterations: 50, tolerance: 1e-12, absolute: 0.0, damping: 1e-6, rank_tolerance: 1e-11 }
     }
 }
 
@@ -158,7 +177,8 @@ pub fn minimise(
     let mut values = start.to_vec();
     let mut normal = evaluate(&values, true);
     let mut iterations = vec![Iteration { values: values.clone(), cost: normal.cost }];
-    let mut lambda = 1e-6;
+    let mut lambda = options.damping;
+    let enough = |cost: f64| options.tolerance * cost.abs() + options.absolute;
     let mut converged = false;
     for _ in 0..options.max_iterations {
         let Some(step) = solve(&normal, lambda) else { break };
@@ -170,13 +190,13 @@ pub fn minimise(
             normal = evaluate(&values, true);
             iterations.push(Iteration { values: values.clone(), cost: normal.cost });
             lambda = (lambda * 0.1).max(1e-12);
-            if fall <= options.tolerance * normal.cost {
+            if fall <= enough(normal.cost) {
                 converged = true;
                 break;
             }
         } else {
             lambda *= 10.0;
-            if lambda > 1e8 || (cost - normal.cost).abs() <= options.tolerance * normal.cost {
+            if lambda > 1e8 || (cost - normal.cost).abs() <= enough(normal.cost) {
                 converged = true;
                 break;
             }

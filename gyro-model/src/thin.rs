@@ -5,7 +5,7 @@
 //! every n-th row only, a block reaches from the middle between two references to the middle between two others, a row
 //! that stands in such a middle counting half on each side.
 
-use crate::{Record, Row};
+use crate::{Axis, Record, Row, diagnose::limits::Limits};
 use std::f64::consts::{PI, TAU};
 
 /// At most about `most` rows of this record, over its whole length; the newest rows where references of different
@@ -21,6 +21,7 @@ pub fn thinned(record: &Record, most: usize) -> Record {
         return Record { rows: record.rows[record.len() - most..].to_vec(), free_names };
     };
     let mut thinner = Thinner::new(record.len().div_ceil(most), has_reference);
+    thinner.limits = Axis::ALL.map(|axis| Limits::of(record.rows.iter().map(|row| row.gyro[axis.index()])));
     Record { rows: record.rows.iter().filter_map(|row| thinner.push(row)).collect(), free_names }
 }
 
@@ -60,6 +61,8 @@ pub struct Thinner {
     /// Whether the block begins at the middle between two references, and not at the stream's first row.
     begun: bool,
     angle: [f64; 3],
+    /// Of each axis' readings: a block that touches one stands at it, for what it would have read is not known.
+    limits: [Limits; 3],
 }
 
 impl Thinner {
@@ -74,6 +77,7 @@ impl Thinner {
             shared: false,
             begun: false,
             angle: [f64::NAN; 3],
+            limits: [Limits::default(); 3],
         }
     }
 
@@ -131,7 +135,10 @@ impl Thinner {
         let later = referred(&|row| (row.t_ns - first.t_ns) as f64);
         Row {
             t_ns: first.t_ns + later.round() as i64,
-            gyro: std::array::from_fn(|i| read(&|row| row.gyro[i])),
+            gyro: std::array::from_fn(|i| {
+                let touched = rows.iter().find_map(|row| self.limits[i].stands_at(row.gyro[i]));
+                touched.unwrap_or_else(|| read(&|row| row.gyro[i]))
+            }),
             accel: std::array::from_fn(|i| read(&|row| row.accel[i])),
             ref_angle: std::array::from_fn(|i| referred(&|row| row.ref_angle[i])),
             ref_rate: std::array::from_fn(|i| referred(&|row| row.ref_rate[i])),

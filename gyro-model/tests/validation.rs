@@ -105,3 +105,22 @@ fn several_effects_at_once_are_all_found_and_none_is_invented() {
         assert!(several::is_right(&scenario, &outcome), "{k}: {:?}, found {}", scenario.hidden, outcome.says());
     }
 }
+
+#[test]
+fn a_log_too_long_to_be_searched_whole_shows_what_is_slow_and_what_is_fast() {
+    let axis = gyro_model::Axis::X;
+    let hidden = ["temperature-bias", "saturation:l=1.1", "delay:d=0.004"];
+    let scenario = Scenario {
+        motion: gyro_model::simulate::Motion::Drive { rate: 1.2, hold: 2.0 },
+        seconds: 260.0,
+        rate_hz: 500.0,
+        hidden: hidden.iter().map(|h| gyro_model::simulate::Hidden::parse(h, axis).unwrap()).collect(),
+        ..Scenario::default()
+    };
+    let record = simulate(&scenario).record;
+    assert!(record.len() > gyro_model::diagnose::long::LONG);
+    let outcome = Outcome::of(&record, axis, false).unwrap();
+    let mut found: Vec<&str> = outcome.added.iter().map(|added| added.id.as_str()).collect();
+    found.sort_unstable();
+    assert_eq!(found, ["delay", "saturation", "temperature-bias"], "{}", outcome.says());
+}

@@ -98,7 +98,7 @@ impl Subject {
 
     /// How a diagnosis of this log is run.
     #[must_use]
-    pub fn options<'a>(&'a self, progress: &'a dyn Fn(&str)) -> diagnose::Options<'a> {
+    pub fn options<'a>(&'a self, progress: &'a (dyn Fn(&str) + Sync)) -> diagnose::Options<'a> {
         diagnose::Options { progress, faults: &self.faults, ..diagnose::Options::default() }
     }
 

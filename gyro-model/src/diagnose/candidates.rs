@@ -14,7 +14,8 @@ use crate::{
         study::{Study, difference},
         whiten::Whitener,
     },
-    nls,
+    nls::{self, dot},
+    parallel,
     record::ReferenceKind,
 };
 use faer::Mat;
@@ -57,7 +58,7 @@ pub fn can_show(effect: &dyn Effect, series: &Series) -> bool {
 #[must_use]
 pub fn scan(study: &Study, gls: &Gls, draws: &[Vec<Vec<f64>>], extra: &[&'static dyn Effect]) -> Vec<Candidate> {
     let scanner = Scanner::new(study, gls, draws);
-    let mut found: Vec<Candidate> = Vec::new();
+    let mut wanted: Vec<(usize, &Series, &'static dyn Effect)> = Vec::new();
     for (index, series) in study.bench.problem.series.iter().enumerate() {
         let axis = series.axis;
         let empty = AxisModel::EMPTY;
@@ -67,10 +68,10 @@ pub fn scan(study: &Study, gls: &Gls, draws: &[Vec<Vec<f64>>], extra: &[&'static
             if present > 0 || !can_show(*effect, series) {
                 continue;
             }
-            found.extend(scanner.best(*effect, index, series));
+            wanted.push((index, series, *effect));
         }
     }
-    found
+    parallel::map(&wanted, |&(index, series, effect)| scanner.best(effect, index, series)).concat()
 }
 
 struct Scanner<'a> {
@@ -228,7 +229,6 @@ impl<'a> Scanner<'a> {
         };
         let n = self.study.columns.len();
         let increments: Vec<Vec<f64>> = columns.iter().map(|c| self.increments(c, without)).collect();
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
         let size = n + columns.len();
         let column = |k: usize| if k < n { &coarse.columns[k] } else { &increments[k - n] };
         let normal = nls::Normal {
@@ -236,9 +236,16 @@ impl<'a> Scanner<'a> {
             gradient: (0..size)
                 .map(|k| if k < n { coarse.normal.gradient[k] } else { dot(column(k), &coarse.residual) })
                 .collect(),
-            matrix: Mat::from_fn(size, size, |i, j| {
-                if i < n && j < n { coarse.normal.matrix[(i, j)] } else { dot(column(i), column(j)) }
-            }),
+            matrix: {
+                let mut matrix = Mat::zeros(size, size);
+                for i in 0..size {
+                    for j in 0..=i {
+                        let sum = if i < n { coarse.normal.matrix[(i, j)] } else { dot(column(i), column(j)) };
+                        (matrix[(i, j)], matrix[(j, i)]) = (sum, sum);
+                    }
+                }
+                matrix
+            },
         };
         let mut before = coarse.normal.clone();
         let left = before.cost_after(&before.step_from(&before, 1e-9));
@@ -288,7 +295,7 @@ impl<'a> Scanner<'a> {
 
     /// Projection of `c` onto the model's columns removed: (c·c, c·r) that remain, and c·W.
     fn cross(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
-        a.iter().zip(b).map(|(x, y)| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>()).sum()
+        a.iter().zip(b).map(|(x, y)| dot(x, y)).sum()
     }
 
     fn against_model(&self, a: &[Vec<f64>]) -> Vec<f64> {

@@ -20,14 +20,64 @@ const STEPS: usize = 8;
 /// The ladder of axes that share a reference.
 #[must_use]
 pub fn climb(record: &Record, bench: &Bench, start: &Model, options: &Options) -> (Model, Vec<AxisLadder>) {
-    let (progress, faults) = (options.progress, options.faults);
+    let mut steps = vec![Vec::new(); bench.problem.series.len()];
+    let top = search(bench, start, options, &mut |study, change| {
+        steps[change.series].push(change.step(&Judged::new(study, change.series, false)));
+    });
+    conclude(record, &top.present, &top.last, &steps, options)
+}
+
+/// A change of the model on the way up; neither added nor removed: where it began.
+#[derive(Clone, Debug)]
+pub(super) struct Change {
+    /// Index into the problem's series.
+    pub series: usize,
+    /// What came in.
+    pub added: Option<&'static str>,
+    /// What went.
+    pub removed: Option<&'static str>,
+    /// What the log could not tell it from.
+    pub aliases: Vec<String>,
+}
+
+impl Change {
+    fn of(series: usize, added: Option<&'static str>, removed: Option<&'static str>) -> Self {
+        Self { series, added, removed, aliases: Vec::new() }
+    }
+
+    /// As reported.
+    pub(super) fn step(&self, judged: &Judged) -> LadderStep {
+        LadderStep {
+            added: self.added.map(str::to_owned),
+            removed: self.removed.map(str::to_owned),
+            aliases: self.aliases.clone(),
+            error_curve: judged.points(),
+            error_over_floor: judged::finite(judged.over_floor()),
+        }
+    }
+}
+
+/// Where a search ended.
+pub(super) struct Top<'a> {
+    /// The model there.
+    pub present: Present<'a>,
+    /// What it was not worth while to add.
+    pub last: Vec<Refit<'a>>,
+}
+
+/// Steps forward, the pass back, and the aliases once more; `took` is told of each change, the model with it fitted.
+pub(super) fn search<'a>(
+    bench: &'a Bench,
+    start: &Model,
+    options: &Options,
+    took: &mut dyn FnMut(&Study, Change),
+) -> Top<'a> {
     let axes: Vec<Axis> = bench.problem.series.iter().map(|s| s.axis).collect();
     let mut present = Present::new(Study::fit(bench, start, None));
-    let mut steps: Vec<Vec<LadderStep>> =
-        (0..axes.len()).map(|k| vec![step(&Judged::new(&present.study, k, false), None, None, Vec::new())]).collect();
+    (0..axes.len()).for_each(|k| took(&present.study, Change::of(k, None, None)));
     let mut last: Vec<Refit> = Vec::new();
     for _ in 0..STEPS {
-        let suspects = present.suspects(options.own_effects, progress);
+        let suspects = present.suspects(options.own_effects, options.progress);
         let chosen: Vec<Option<usize>> = (0..axes.len())
             .map(|k| suspects.iter().position(|r| r.candidate.series == k && r.passes(&present)))
             .collect();
@@ -44,33 +94,46 @@ pub fn climb(record: &Record, bench: &Bench, start: &Model, options: &Options) -
         present = Present::new(Study::fit(bench, &model, Some(&present.study.warm)));
         for (k, choice) in chosen.iter().enumerate() {
             if let Some(c) = choice {
-                let aliases = aliases(&suspects, *c, true);
                 let id = suspects[*c].candidate.term.effect.card().id;
-                steps[k].push(step(&Judged::new(&present.study, k, false), Some(id), None, aliases));
+                took(&present.study, Change { aliases: aliases(&suspects, *c, true), ..Change::of(k, Some(id), None) });
             }
         }
     }
-    let (present, removed) = back(present, start, progress);
+    let (present, removed) = back(present, start, options.progress);
     for (k, id) in removed {
-        steps[k].push(step(&Judged::new(&present.study, k, false), None, Some(id), Vec::new()));
+        took(&present.study, Change::of(k, None, Some(id)));
     }
     let (present, swapped) = swap(present, start, options);
     for (k, old, new) in swapped {
-        let judged = Judged::new(&present.study, k, false);
-        steps[k].push(step(&judged, None, Some(old), Vec::new()));
-        steps[k].push(step(&judged, Some(new), None, Vec::new()));
+        took(&present.study, Change::of(k, None, Some(old)));
+        took(&present.study, Change::of(k, Some(new), None));
     }
+    Top { present, last }
+}
+
+/// The last word on each axis, and the model with everything that is known of its parameters.
+pub(super) fn conclude(
+    record: &Record,
+    present: &Present,
+    last: &[Refit],
+    steps: &[Vec<LadderStep>],
+    options: &Options,
+) -> (Model, Vec<AxisLadder>) {
     let study = fit::settle(present.study.clone());
     let model = study.model.clone();
-    let ladders = axes
+    let ladders = study
+        .bench
+        .problem
+        .series
         .iter()
         .enumerate()
-        .map(|(k, &axis)| {
+        .map(|(k, series)| {
+            let axis = series.axis;
             let judged = Judged::new(&study, k, false);
             let list: Vec<&Refit> = last.iter().filter(|r| r.candidate.series == k).collect();
             let (mut verdict, mut says) = match verdict::unexcited(&present.study, &present.gls, k) {
                 Some(says) => (Verdict::CannotTell, says),
-                None => verdict::rest(&present, &list, &judged, k),
+                None => verdict::rest(present, &list, &judged, k),
             };
             let own = judged::axis_model(&model, axis);
             let split = unsplit(&steps[k], &own.effect_ids());
@@ -86,7 +149,7 @@ pub fn climb(record: &Record, bench: &Bench, start: &Model, options: &Options) -
                 parameters: judged::parameters(&own.terms, axis),
                 noise: judged::noise(&own),
                 steps: steps[k].clone(),
-                data_faults: faults.to_vec(),
+                data_faults: options.faults.to_vec(),
                 detail: Some(detail),
             }
         })
@@ -101,16 +164,6 @@ fn unsplit(steps: &[LadderStep], stayed: &[&str]) -> Vec<String> {
         Some(format!("{id} or {}: {}", step.aliases.join(" or "), verdict::split_by(id, &step.aliases)))
     };
     steps.iter().filter_map(says).collect()
-}
-
-fn step(judged: &Judged, added: Option<&str>, removed: Option<&str>, aliases: Vec<String>) -> LadderStep {
-    LadderStep {
-        added: added.map(str::to_owned),
-        removed: removed.map(str::to_owned),
-        aliases,
-        error_curve: judged.points(),
-        error_over_floor: judged::finite(judged.over_floor()),
-    }
 }
 
 /// Suspects that this log cannot tell from `suspects[k]`: at most three, best first.
@@ -183,7 +236,11 @@ fn without<'a>(present: &Present<'a>, axis: Axis, id: &str) -> Option<(Present<'
 }
 
 /// One pass back: what was added and is no longer needed goes.
-fn back<'a>(present: Present<'a>, start: &Model, progress: &dyn Fn(&str)) -> (Present<'a>, Vec<(usize, &'static str)>) {
+fn back<'a>(
+    present: Present<'a>,
+    start: &Model,
+    progress: &(dyn Fn(&str) + Sync),
+) -> (Present<'a>, Vec<(usize, &'static str)>) {
     let mut present = present;
     let mut removed = Vec::new();
     let axes: Vec<Axis> = present.study.bench.problem.series.iter().map(|s| s.axis).collect();

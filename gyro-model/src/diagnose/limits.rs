@@ -17,6 +17,29 @@ pub fn read_off(effect: &dyn Effect, series: &Series) -> Option<f64> {
     }
 }
 
+/// Both limits of one axis' readings.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Limits {
+    rail: Option<f64>,
+    hole: Option<f64>,
+}
+
+impl Limits {
+    /// Those that the finite ones of these readings show.
+    #[must_use]
+    pub fn of(readings: impl Iterator<Item = f64>) -> Self {
+        let readings: Vec<f64> = readings.filter(|g| g.is_finite()).collect();
+        Self { rail: rail(&readings), hole: hole(&readings) }
+    }
+
+    /// What a reading beyond a limit reads; `None` for one between them.
+    #[must_use]
+    pub fn stands_at(&self, reading: f64) -> Option<f64> {
+        let at_rail = self.rail.filter(|rail| reading.abs() > rail * (1.0 - 1e-6));
+        at_rail.map(|rail| rail.copysign(reading)).or_else(|| self.hole.filter(|_| reading == 0.0).map(|_| 0.0))
+    }
+}
+
 /// The largest |reading|, where it is reached far more often than the values just below it.
 fn rail(readings: &[f64]) -> Option<f64> {
     let mut size: Vec<f64> = readings.iter().map(|g| g.abs()).collect();

@@ -10,6 +10,7 @@ pub mod candidates;
 pub mod judged;
 pub mod ladder;
 pub mod limits;
+pub mod long;
 pub mod refit;
 pub mod tone;
 pub mod verdict;
@@ -20,15 +21,17 @@ use crate::{
     effects::Effect,
     evidence::study::{Bench, Study},
     fit::{FitError, groups},
+    parallel,
 };
 use judged::{Judged, finite};
+use long::Parts;
 use refit::{Present, Refit};
 
 /// How a diagnosis is run.
 #[derive(Clone, Copy)]
 pub struct Options<'a> {
     /// Told what is being looked at, some times a second.
-    pub progress: &'a dyn Fn(&str),
+    pub progress: &'a (dyn Fn(&str) + Sync),
     /// Faults found on reading the log, carried into the result.
     pub faults: &'a [DataFault],
     /// Whether the model was fitted on this very log: its errors are then shown from blocked refits.
@@ -44,11 +47,11 @@ impl Default for Options<'_> {
 }
 
 /// Lays out each group of axes and hands it to `work` with the model, completed by base models where an axis has none.
-fn each_group<T>(
+fn each_group<T: Send>(
     record: &Record,
     model: &Model,
     axes: &[Axis],
-    mut work: impl FnMut(&Bench, &Model) -> T,
+    work: impl Fn(&Bench, &Model) -> T + Sync,
 ) -> Result<Vec<T>, FitError> {
     if axes.is_empty() {
         return Err(FitError::NoReference);
@@ -63,13 +66,11 @@ fn each_group<T>(
     if model.origin.supply.is_none() {
         model.origin = Model::base_for(record).origin;
     }
-    groups(record, axes)
-        .into_iter()
-        .map(|group| {
-            let bench = Bench::new(record, &group, &model).ok_or(FitError::TooShort(group[0]))?;
-            Ok(work(&bench, &model))
-        })
-        .collect()
+    let one = |group: &Vec<Axis>| {
+        let bench = Bench::new(record, group, &model).ok_or(FitError::TooShort(group[0]))?;
+        Ok(work(&bench, &model))
+    };
+    parallel::map(&groups(record, axes), one).into_iter().collect()
 }
 
 /// Holds a model against a log.
@@ -118,24 +119,36 @@ pub fn diagnose(
     options: &Options,
 ) -> Result<Vec<AxisDiagnosis>, FitError> {
     let all = each_group(record, model, axes, |bench, model| {
-        let mut present = Present::new(Study::fit(bench, model, None));
-        let suspects = present.suspects(options.own_effects, options.progress);
+        let parts = Parts::new(record, bench, model);
+        let mut present = Present::new(match &parts {
+            Some(parts) => parts.fit(bench, model),
+            None => Study::fit(bench, model, None),
+        });
+        let looked = match &parts {
+            Some(parts) => parts.suspects(model, options).into(),
+            None => vec![(present.clone(), present.suspects(options.own_effects, options.progress))],
+        };
         let gls = present.gls.clone();
         present.study.stamp(&gls);
         (0..bench.problem.series.len())
             .map(|k| {
                 let judged = Judged::new(&present.study, k, false);
+                let shows = |(present, suspects): &&(Present, Vec<Refit>)| {
+                    suspects.iter().any(|r| r.candidate.series == k && r.passes(present))
+                };
+                let (seen, suspects) = looked.iter().find(shows).unwrap_or(&looked[0]);
                 let own: Vec<&Refit> = suspects.iter().filter(|r| r.candidate.series == k).collect();
                 let aliases: Vec<Vec<String>> = suspects
                     .iter()
                     .enumerate()
                     .filter(|(_, r)| r.candidate.series == k)
-                    .map(|(i, _)| ladder::aliases(&suspects, i, true))
+                    .map(|(i, _)| ladder::aliases(suspects, i, true))
                     .collect();
-                let (mut verdict, mut says) = verdict::verdict(&present, &own, &aliases, &judged, k);
+                let (mut verdict, mut says) = verdict::verdict(&present, seen, &own, &aliases, &judged, k);
                 bad_data(options.faults, bench, &mut verdict, &mut says);
                 let list = own.iter().zip(&aliases).filter(|(r, _)| r.significant()).take(5);
-                let listed = list.map(|(r, a)| suspect(r, a, &judged, k)).collect();
+                let before = if parts.is_some() { Judged::new(&seen.study, k, false) } else { judged.clone() };
+                let listed = list.map(|(r, a)| suspect(r, a, &before, k)).collect();
                 let found = axis_diagnosis(record, &present.study, k, &judged, (verdict, says), listed, options);
                 AxisDiagnosis { searched: true, ..found }
             })
@@ -154,18 +167,25 @@ pub fn ladder(
     axes: &[Axis],
     options: &Options,
 ) -> Result<(Model, Vec<AxisLadder>), FitError> {
-    let mut result = model.clone();
     let all = each_group(record, model, axes, |bench, model| {
-        let (fitted, mut ladders) = ladder::climb(record, bench, model, options);
+        let (fitted, mut ladders) = match Parts::new(record, bench, model) {
+            Some(parts) => parts.climb(record, bench, model, options),
+            None => ladder::climb(record, bench, model, options),
+        };
         for l in &mut ladders {
-            result.axes[l.axis.index()].clone_from(&fitted.axes[l.axis.index()]);
             bad_data(options.faults, bench, &mut l.verdict, &mut l.says);
         }
-        result.origin = fitted.origin;
-        ladders
+        (fitted, ladders)
     })?;
+    let mut result = model.clone();
+    for (fitted, ladders) in &all {
+        for l in ladders {
+            result.axes[l.axis.index()].clone_from(&fitted.axes[l.axis.index()]);
+        }
+        result.origin = fitted.origin;
+    }
     result.epoch += 1;
-    Ok((result, sorted(all.into_iter().flatten().collect(), |l| l.axis)))
+    Ok((result, sorted(all.into_iter().flat_map(|(_, ladders)| ladders).collect(), |l| l.axis)))
 }
 
 fn sorted<T>(mut list: Vec<T>, axis: impl Fn(&T) -> Axis) -> Vec<T> {

@@ -15,7 +15,7 @@ use crate::{
         study::Study,
         whiten::Whitener,
     },
-    nls,
+    nls, parallel,
 };
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -133,10 +133,7 @@ impl<'a> Present<'a> {
             refit.columns.iter().map(|c| c.iter().map(|c| whitener.apply(c)).collect()).collect();
         let mut sum = 0.0;
         for draw in &self.draws {
-            let g: Vec<f64> = columns
-                .iter()
-                .map(|c| c.iter().zip(draw).map(|(a, b)| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>()).sum())
-                .collect();
+            let g: Vec<f64> = columns.iter().map(|c| c.iter().zip(draw).map(|(a, b)| nls::dot(a, b)).sum()).collect();
             let form = |m: &faer::Mat<f64>, pick: &[usize]| -> f64 {
                 (0..pick.len()).map(|i| (0..pick.len()).map(|j| g[pick[i]] * m[(i, j)] * g[pick[j]]).sum::<f64>()).sum()
             };
@@ -161,7 +158,10 @@ impl<'a> Present<'a> {
         let gains = (0..SHAPED).map(|seed| {
             let [plain, undone] =
                 floor::draw_through(bench, candidate.series, &study.warm[candidate.series], &undo, seed);
-            let cost = |whitener: &Whitener, r: &[f64]| whitener.apply(r).iter().map(|e| e * e).sum::<f64>();
+            let cost = |whitener: &Whitener, r: &[f64]| {
+                let white = whitener.apply(r);
+                nls::dot(&white, &white)
+            };
             0.5 * (without.log_determinant + cost(&without, &plain) - with.log_determinant - cost(&with, &undone))
         });
         (gains.sum::<f64>() / SHAPED as f64 * bench.problem.channels() as f64).max(0.0)
@@ -172,7 +172,7 @@ impl<'a> Present<'a> {
     pub fn suspects(&self, extra: &[&'static dyn Effect], mut progress: impl FnMut(&str)) -> Vec<Refit<'a>> {
         let list = leaders(scan(&self.study, &self.gls, &self.draws, extra));
         progress(&list.iter().map(|c| c.term.effect.card().id).collect::<Vec<_>>().join(", "));
-        let mut refits = self.refit_all(&list);
+        let mut refits = parallel::map(&list, |candidate| self.refit(candidate.clone()));
         rank(&mut refits);
         prefer_plainer(&mut refits, self);
         let mut seen: Vec<(usize, &str)> = Vec::new();
@@ -197,34 +197,7 @@ impl<'a> Present<'a> {
         list.retain(|c| {
             c.series == series && c.term.effect.stage() != Stage::Reading && wanted(c.term.effect.card().id)
         });
-        self.refit_all(&list)
-    }
-
-    /// Refits on every core there is.
-    fn refit_all(&self, list: &[Candidate]) -> Vec<Refit<'a>> {
-        let threads = std::thread::available_parallelism().map_or(1, usize::from).min(list.len().max(1));
-        let next = std::sync::atomic::AtomicUsize::new(0);
-        let work = || {
-            let mut done = Vec::new();
-            loop {
-                let k = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-                let Some(candidate) = list.get(k) else { return done };
-                done.push((k, self.refit(candidate.clone())));
-            }
-        };
-        let mut all: Vec<(usize, Refit<'a>)> = std::thread::scope(|scope| {
-            let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
-            let mut all = work();
-            for other in others {
-                match other.join() {
-                    Ok(done) => all.extend(done),
-                    Err(panic) => std::panic::resume_unwind(panic),
-                }
-            }
-            all
-        });
-        all.sort_by_key(|(k, _)| *k);
-        all.into_iter().map(|(_, r)| r).collect()
+        parallel::map(&list, |candidate| self.refit(candidate.clone()))
     }
 
     fn refit(&self, mut candidate: Candidate) -> Refit<'a> {

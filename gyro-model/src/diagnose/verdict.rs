@@ -40,10 +40,11 @@ pub fn unexcited(study: &Study, gls: &Gls, series: usize) -> Option<String> {
     None
 }
 
-/// The verdict of a model with its suspects.
+/// The verdict of a model with its suspects, which were found beside the model `seen`: the same, or fitted to a part.
 #[must_use]
 pub fn verdict(
     present: &Present,
+    seen: &Present,
     suspects: &[&Refit],
     aliases: &[Vec<String>],
     judged: &Judged,
@@ -53,7 +54,7 @@ pub fn verdict(
     if let Some(says) = unexcited(study, &present.gls, series) {
         return (Verdict::CannotTell, says);
     }
-    let best = suspects.iter().position(|r| r.passes(present));
+    let best = suspects.iter().position(|r| r.passes(seen));
     if let Some(k) = best {
         let card = suspects[k].candidate.term.effect.card();
         return if aliases[k].is_empty() {

@@ -6,6 +6,7 @@
 //! included; their spread gives the band.
 
 use super::{
+    increments::Grams,
     integrate::integral,
     prior::Prior,
     problem::Warm,
@@ -25,6 +26,8 @@ pub struct Floor {
 }
 
 const DRAWS: u64 = 40;
+/// Draws that share one accumulation of the columns; the memory is theirs.
+const TOGETHER: usize = 8;
 /// Standard deviations that the largest of some dozen correlated points stays within, in 99 of 100 logs.
 const BAND: f64 = 3.1;
 /// How well the prior noise is known: a share of F.
@@ -103,15 +106,21 @@ fn encoder_error(quantum: f64, prior: &Prior, angle: f64, rng: &mut ChaCha8Rng) 
 pub fn floor(study: &Study, series: usize, component: Option<usize>) -> Floor {
     let bench = study.bench;
     let windows = &bench.windows;
+    let columns: Vec<&[Vec<f64>]> = study.columns.iter().map(Vec::as_slice).collect();
+    let grams = |noise: &[&[Vec<f64>]], component| windows.grams(&bench.problem, noise, &columns, component);
     let curves: Vec<Vec<f64>> = (0..DRAWS)
-        .map(|seed| {
-            let noise = draw(bench, series, &study.warm[series], &study.evaluation.lost, seed);
-            let mut list: Vec<&[Vec<f64>]> = vec![&noise];
-            list.extend(study.columns.iter().map(Vec::as_slice));
-            let all = windows.grams(&bench.problem, &list, None);
-            let judged =
-                if component.is_some() { windows.grams(&bench.problem, &list, component) } else { all.clone() };
-            all.held_out_on(&judged, &windows.tau, &bench.weights, &study.hold).curve()
+        .step_by(TOGETHER)
+        .flat_map(|seed| {
+            let draws: Vec<_> = (seed..DRAWS.min(seed + TOGETHER as u64))
+                .map(|seed| draw(bench, series, &study.warm[series], &study.evaluation.lost, seed))
+                .collect();
+            let noise: Vec<&[Vec<f64>]> = draws.iter().map(Vec::as_slice).collect();
+            let all = grams(&noise, None);
+            let judged = component.map(|_| grams(&noise, component));
+            let curve = |(all, judged): (&Grams, &Grams)| {
+                all.held_out_on(judged, &windows.tau, &bench.weights, &study.hold).curve()
+            };
+            all.iter().zip(judged.as_ref().unwrap_or(&all)).map(curve).collect::<Vec<_>>()
         })
         .collect();
     let n = DRAWS as f64;

@@ -5,7 +5,8 @@
 //! normal equations; leaving one block out of the sum and evaluating the form on it is the held-out error.
 
 use super::problem::Problem;
-use crate::nls;
+use crate::nls::{self, dot};
+use std::ops::Range;
 
 /// Blocks that a log is cut into: short enough that what shows for a while (a warm-up, a step) is seen from both sides.
 pub const BLOCKS: usize = 30;
@@ -18,8 +19,19 @@ const PAIRS: usize = 8_000;
 pub struct Windows {
     /// Averaging times, s, ascending.
     pub tau: Vec<f64>,
-    /// For each, (first row, last row, block of the first row, block of the last).
-    pairs: Vec<Vec<(u32, u32, u8, u8)>>,
+    /// The increments over each.
+    pairs: Vec<Pairs>,
+}
+
+/// The increments over one averaging time, in order of time.
+#[derive(Clone, Debug)]
+struct Pairs {
+    /// First and last row of each.
+    rows: Vec<(u32, u32)>,
+    /// Which of them start in each block.
+    starts: [Range<usize>; BLOCKS],
+    /// Which of them reach into it from before.
+    reaches: [Range<usize>; BLOCKS],
 }
 
 /// Gram matrices of z for each τ and block: of the increments that start in it, and of those from before that reach
@@ -64,7 +76,7 @@ impl Windows {
         samples.extend(HEADLINE.iter().filter(|&&h| h >= low && h <= high).map(|h| (h / step).round() as usize));
         samples.sort_unstable();
         samples.dedup();
-        let block = |x: f64| (((x - first) / span * BLOCKS as f64) as usize).min(BLOCKS - 1) as u8;
+        let block = |row: u32| (((t[row as usize] - first) / span * BLOCKS as f64) as usize).min(BLOCKS - 1);
         let mut tau = Vec::new();
         let mut pairs = Vec::new();
         for m in samples {
@@ -83,13 +95,13 @@ impl Windows {
                 }
                 // Across a gap in the reference the increment is of another length: left out.
                 if t[j] - t[i] < length + 0.5 * step + 1e-3 * length {
-                    list.push((i as u32, j as u32, block(t[i]), block(t[j])));
+                    list.push((i as u32, j as u32));
                 }
                 i += stride;
             }
             if list.len() >= BLOCKS {
                 tau.push(length);
-                pairs.push(list);
+                pairs.push(Pairs::new(list, block));
             }
         }
         Self { tau, pairs }
@@ -99,79 +111,115 @@ impl Windows {
     #[must_use]
     pub fn weighted(&self, floor: &[f64]) -> Vec<(u32, u32, f64)> {
         let of = |k: usize| {
-            let list: &[_] = &self.pairs[k];
+            let list = &self.pairs[k].rows;
             let weight = 1.0 / ((list.len() as f64).sqrt() * self.tau[k] * floor[k]);
-            list.iter().map(move |&(i, j, _, _)| (i, j, weight))
+            list.iter().map(move |&(i, j)| (i, j, weight))
         };
         (0..self.tau.len()).flat_map(of).collect()
     }
 
-    /// Accumulates z = [residual, columns…]; each is one series a channel. With `frame` (channel axis, rotations to the
-    /// body frame at the window's start) only that body component is taken.
+    /// Accumulates z = [residual, columns…] for each of several residuals; a series has its channels one after another.
+    /// `component`: of the increments of a rotation only that component, in the body's frame where they start.
     #[must_use]
-    pub fn grams(&self, problem: &Problem, series: &[&[Vec<f64>]], component: Option<usize>) -> Grams {
-        let (size, channels, rows) = (series.len(), problem.channels(), problem.times().len());
-        let mut rowwise = vec![0.0; rows * channels * size];
-        for (column, s) in series.iter().enumerate() {
-            for (channel, values) in s.iter().enumerate() {
-                for (row, value) in values.iter().enumerate() {
-                    rowwise[(row * channels + channel) * size + column] = *value;
-                }
+    pub fn grams(
+        &self,
+        problem: &Problem,
+        residuals: &[&[Vec<f64>]],
+        columns: &[&[Vec<f64>]],
+        component: Option<usize>,
+    ) -> Vec<Grams> {
+        let size = columns.len() + 1;
+        let mut all = vec![Grams { size, starts: Vec::new(), reaches: Vec::new() }; residuals.len()];
+        for pairs in &self.pairs {
+            let own: Vec<Vec<f64>> = columns.iter().map(|c| pairs.steps(problem, c, component)).collect();
+            let [starts, reaches] = [&pairs.starts, &pairs.reaches].map(|ranges| pairs.accumulate(ranges, &own));
+            for (grams, residual) in all.iter_mut().zip(residuals) {
+                let residual = pairs.steps(problem, residual, component);
+                let (mut starts, mut reaches) = (starts.clone(), reaches.clone());
+                pairs.join(&pairs.starts, &mut starts, &residual, &own);
+                pairs.join(&pairs.reaches, &mut reaches, &residual, &own);
+                grams.starts.push(starts);
+                grams.reaches.push(reaches);
             }
         }
-        let empty = || std::array::from_fn(|_| Packed { sum: vec![0.0; size * (size + 1) / 2], count: 0.0 });
-        let mut grams = Grams { size, starts: Vec::new(), reaches: Vec::new() };
-        let stride = channels * size;
-        let mut z = vec![0.0; stride];
-        let mut turned = vec![0.0; size];
-        for (list, _) in self.pairs.iter().zip(&self.tau) {
-            let (mut starts, mut reaches): ([Packed; BLOCKS], [Packed; BLOCKS]) = (empty(), empty());
-            for &(i, j, a, b) in list {
-                let (from, to) = (&rowwise[i as usize * stride..][..stride], &rowwise[j as usize * stride..][..stride]);
-                for ((z, x), y) in z.iter_mut().zip(to).zip(from) {
-                    *z = x - y;
-                }
-                match (component, problem.attitude()) {
-                    (Some(axis), Some(attitude)) => {
-                        let rotation = attitude.world_from_body[i as usize].to_rotation_matrix();
-                        let m = rotation.matrix();
-                        for (c, out) in turned.iter_mut().enumerate() {
-                            *out = (0..3).map(|k| m[(k, axis)] * z[k * size + c]).sum();
-                        }
-                        starts[a as usize].add(&turned);
-                        if b != a {
-                            reaches[b as usize].add(&turned);
-                        }
-                    }
-                    _ => {
-                        for part in z.chunks_exact(size) {
-                            starts[a as usize].add(part);
-                            if b != a {
-                                reaches[b as usize].add(part);
-                            }
-                        }
-                    }
-                }
-            }
-            grams.starts.push(starts);
-            grams.reaches.push(reaches);
+        all
+    }
+}
+
+impl Pairs {
+    fn new(rows: Vec<(u32, u32)>, block: impl Fn(u32) -> usize) -> Self {
+        let before = |row: &dyn Fn(&(u32, u32)) -> u32, b: usize| rows.partition_point(|pair| block(row(pair)) < b);
+        let starts = std::array::from_fn(|b| before(&|p| p.0, b)..before(&|p| p.0, b + 1));
+        let reaches = std::array::from_fn(|b| {
+            let from = before(&|p| p.1, b);
+            from..before(&|p| p.0, b).min(before(&|p| p.1, b + 1)).max(from)
+        });
+        Self { rows, starts, reaches }
+    }
+
+    /// The increments of one series, its channels one after another.
+    fn steps(&self, problem: &Problem, series: &[Vec<f64>], component: Option<usize>) -> Vec<f64> {
+        let step = |channel: &[f64], &(i, j): &(u32, u32)| channel[j as usize] - channel[i as usize];
+        if let (Some(axis), Some(attitude)) = (component, problem.attitude()) {
+            let turned = |pair: &(u32, u32)| {
+                let rotation = attitude.world_from_body[pair.0 as usize].to_rotation_matrix();
+                (0..3).map(|k| rotation.matrix()[(k, axis)] * step(&series[k], pair)).sum()
+            };
+            return self.rows.iter().map(turned).collect();
         }
-        grams
+        let mut all = Vec::with_capacity(series.len() * self.rows.len());
+        for channel in series {
+            all.extend(self.rows.iter().map(|pair| step(channel, pair)));
+        }
+        all
+    }
+
+    /// Runs `sum` over the parts of steps that belong to a range of pairs, channel by channel.
+    fn parts(&self, range: &Range<usize>, steps: usize, mut sum: impl FnMut(Range<usize>)) {
+        for channel in 0..steps / self.rows.len() {
+            let offset = channel * self.rows.len();
+            sum(offset + range.start..offset + range.end);
+        }
+    }
+
+    /// The Gram matrices of the columns, the residual's row left empty.
+    fn accumulate(&self, ranges: &[Range<usize>; BLOCKS], columns: &[Vec<f64>]) -> [Packed; BLOCKS] {
+        ranges.each_ref().map(|range| {
+            let size = columns.len() + 1;
+            let mut packed = Packed { sum: vec![0.0; size * (size + 1) / 2], count: 0.0 };
+            self.parts(range, columns.first().map_or(0, Vec::len), |part| {
+                for (i, x) in columns.iter().enumerate() {
+                    for (j, y) in columns[..=i].iter().enumerate() {
+                        packed.sum[(i + 1) * (i + 2) / 2 + j + 1] += dot(&x[part.clone()], &y[part.clone()]);
+                    }
+                }
+            });
+            packed
+        })
+    }
+
+    /// Puts a residual's row in.
+    fn join(
+        &self,
+        ranges: &[Range<usize>; BLOCKS],
+        grams: &mut [Packed; BLOCKS],
+        residual: &[f64],
+        columns: &[Vec<f64>],
+    ) {
+        for (range, packed) in ranges.iter().zip(grams) {
+            self.parts(range, residual.len(), |part| {
+                let r = &residual[part.clone()];
+                packed.sum[0] += dot(r, r);
+                for (i, column) in columns.iter().enumerate() {
+                    packed.sum[(i + 1) * (i + 2) / 2] += dot(r, &column[part.clone()]);
+                }
+                packed.count += part.len() as f64;
+            });
+        }
     }
 }
 
 impl Packed {
-    fn add(&mut self, z: &[f64]) {
-        let mut k = 0;
-        for (i, &x) in z.iter().enumerate() {
-            for &y in &z[..=i] {
-                self.sum[k] += x * y;
-                k += 1;
-            }
-        }
-        self.count += 1.0;
-    }
-
     fn merge(&mut self, other: &Self, sign: f64) {
         for (a, b) in self.sum.iter_mut().zip(&other.sum) {
             *a += sign * b;
@@ -231,29 +279,27 @@ impl HeldOut {
 }
 
 impl Grams {
-    fn total(&self, k: usize) -> Packed {
-        let mut sum = Packed { sum: vec![0.0; self.starts[k][0].sum.len()], count: 0.0 };
-        for block in &self.starts[k] {
-            sum.merge(block, 1.0);
-        }
-        sum
+    /// The sums over all blocks, one an averaging time.
+    fn totals(&self) -> Vec<Packed> {
+        let total = |blocks: &[Packed; BLOCKS]| {
+            let mut sum = blocks[0].clone();
+            blocks[1..].iter().for_each(|block| sum.merge(block, 1.0));
+            sum
+        };
+        self.starts.iter().map(total).collect()
     }
 
-    /// The normal equations of Σ_τ E²/F² over all blocks, or all that do not touch `without`.
+    /// The normal equations of Σ_τ E²/F².
     #[must_use]
-    pub fn normal(&self, tau: &[f64], floor: &[f64], without: Option<usize>) -> nls::Normal {
+    pub fn normal(&self, tau: &[f64], floor: &[f64]) -> nls::Normal {
+        self.normal_of(&self.totals(), tau, floor)
+    }
+
+    fn normal_of(&self, sums: &[Packed], tau: &[f64], floor: &[f64]) -> nls::Normal {
         let n = self.size - 1;
         let mut normal = nls::Normal::zeros(n);
-        for k in 0..tau.len() {
-            let mut g = self.total(k);
-            if let Some(b) = without {
-                g.merge(&self.starts[k][b], -1.0);
-                g.merge(&self.reaches[k][b], -1.0);
-            }
-            if g.count < 1.0 {
-                continue;
-            }
-            let w = 1.0 / (g.count * (tau[k] * floor[k]).powi(2));
+        for (g, (tau, floor)) in sums.iter().zip(tau.iter().zip(floor)).filter(|(g, _)| g.count >= 1.0) {
+            let w = 1.0 / (g.count * (tau * floor).powi(2));
             normal.cost += w * g.get(0, 0);
             for i in 0..n {
                 normal.gradient[i] += w * g.get(i + 1, 0);
@@ -275,15 +321,24 @@ impl Grams {
     /// The same with the parameters from these increments and the judgement on others (one axis of three).
     #[must_use]
     pub fn held_out_on(&self, judged: &Self, tau: &[f64], floor: &[f64], hold: &[f64]) -> HeldOut {
-        let held = |without: Option<usize>| {
-            let mut normal = self.normal(tau, floor, without);
+        let held = |sums: &[Packed]| {
+            let mut normal = self.normal_of(sums, tau, floor);
             for (k, precision) in hold.iter().enumerate() {
                 normal.matrix[(k, k)] += precision;
             }
             normal
         };
-        let whole = held(None);
-        let steps: Vec<Vec<f64>> = (0..BLOCKS).map(|b| held(Some(b)).step_from(&whole, 1e-3)).collect();
+        let totals = self.totals();
+        let whole = held(&totals);
+        let without = |b: usize| -> Vec<Packed> {
+            let mut rest = totals.clone();
+            for ((sum, starts), reaches) in rest.iter_mut().zip(&self.starts).zip(&self.reaches) {
+                sum.merge(&starts[b], -1.0);
+                sum.merge(&reaches[b], -1.0);
+            }
+            rest
+        };
+        let steps: Vec<Vec<f64>> = (0..BLOCKS).map(|b| held(&without(b)).step_from(&whole, 1e-3)).collect();
         judged.judged(tau, &steps)
     }
 

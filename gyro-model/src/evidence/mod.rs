@@ -6,12 +6,14 @@
 //! | [`problem`] | the residual of a model and its derivatives |
 //! | [`increments`] | increments over averaging times: the error curve's Gram matrices, held out block by block |
 //! | [`whiten`] | the noise as a state-space model: likelihood, generalised least squares |
+//! | [`likelihood`] | the likeliest noise |
 //! | [`floor`] | what the error curve would be with no physics missing |
 
 pub mod attitude;
 pub mod floor;
 pub mod increments;
 pub mod integrate;
+pub mod likelihood;
 pub mod noise;
 pub mod prior;
 pub mod problem;

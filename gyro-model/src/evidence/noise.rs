@@ -5,9 +5,9 @@
 //! block judged with the parameters of the others: the currency in which models are compared.
 
 use super::{
-    floor,
+    floor, likelihood,
     study::Study,
-    whiten::{self, NoiseModel, Rows, Whitener, simplex},
+    whiten::{NoiseModel, Rows, Whitener},
     whittle::Periodogram,
 };
 use crate::{model::Noise, nls};
@@ -120,9 +120,7 @@ pub(crate) fn beyond_white(study: &Study, gls: &Gls) -> Vec<f64> {
     for seed in 0..SCATTER {
         let draw = floor::draw(study.bench, 0, &study.warm[0], &study.evaluation.lost, seed);
         let white: Vec<Vec<f64>> = draw.iter().map(|c| whitener.apply(c)).collect();
-        let dot = |c: &Vec<Vec<f64>>| -> f64 {
-            c.iter().zip(&white).map(|(a, b)| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>()).sum()
-        };
+        let dot = |c: &Vec<Vec<f64>>| -> f64 { c.iter().zip(&white).map(|(a, b)| nls::dot(a, b)).sum() };
         let along: Vec<f64> = columns.iter().map(dot).collect();
         for (i, sum) in squares.iter_mut().enumerate() {
             *sum += (0..n).map(|j| inverse[(i, j)] * along[j]).sum::<f64>().powi(2);
@@ -198,33 +196,27 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
     let span = rows.t.last().unwrap_or(&0.0) - rows.t.first().unwrap_or(&0.0);
     let mut noise = first;
     let mut before = f64::INFINITY;
-    for _ in 0..ROUNDS {
+    let mut known: Vec<NoiseModel> = std::iter::once(first).chain(starts.iter().copied()).collect();
+    for round in 0..ROUNDS {
         let residual = moved(study, &step);
-        let cost = |noise: &NoiseModel| {
-            if noise.forgets_later_than(span) {
-                return 1e300;
-            }
-            let value = -whiten::log_likelihood(noise, &rows, &residual);
-            if value.is_finite() { value } else { 1e300 }
-        };
-        let mut from = vec![noise];
-        from.extend(starts);
+        let mut from = known;
         if let Some(periodogram) = Periodogram::new(&residual, study.bench.problem.times()) {
             let (few, many) = periodogram.search(&first);
             from.extend([few, many]);
         }
-        let seek =
-            |start: &[f64], evaluations: usize| simplex(start, 0.3, evaluations, |p| cost(&NoiseModel::from_logs(p)));
-        // From every start for a while, from the best of them to the end.
+        let seek = |start: &NoiseModel, steps: usize| likelihood::seek(start, &rows, &residual, LASTS * span, steps);
+        // From the likelier starts for a while, from the best of them to the end.
         let polish = |from: &[NoiseModel], wide: bool, enough: f64| {
-            let starts = from.iter().filter(|noise| (noise.correlated > 0.0) == wide).map(NoiseModel::logs);
-            let tries = starts.map(|start| seek(&start, if wide { 35 } else { 25 }));
-            let best = tries.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|best| best.1 < enough)?;
-            Some(seek(&best.0, if wide { 50 } else { 30 }))
+            let starts = from.iter().filter(|noise| (noise.correlated > 0.0) == wide);
+            let mut starts: Vec<_> = starts.map(|start| seek(start, 0)).collect();
+            starts.sort_by(|a, b| a.1.total_cmp(&b.1));
+            starts.truncate(if round == 0 { TRIED } else { 1 });
+            let best = starts.iter().map(|start| seek(&start.0, FIRST)).min_by(|a, b| a.1.total_cmp(&b.1))?;
+            (best.1 < enough).then(|| seek(&best.0, AFTER))
         };
         let few = polish(&from, false, f64::INFINITY);
         // A walk that rules the longer half of the averaging times may as well be a rate that forgets.
-        if let Some(few) = few.as_ref().map(|few| NoiseModel::from_logs(&few.0)) {
+        if let Some((few, _)) = &few {
             let long = 0.05 * span;
             if few.bias_random_walk * long > few.angle_random_walk {
                 from.extend(FORGETS.map(|share| {
@@ -234,20 +226,21 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
                         bias_random_walk: 1e-3 * few.bias_random_walk,
                         correlated,
                         correlation_time: time,
-                        ..few
+                        ..*few
                     }
                 }));
             }
         }
         // A wider noise that comes no nearer will not come to be worth its two parameters.
         let many = polish(&from, true, few.as_ref().map_or(f64::INFINITY, |few| few.1));
+        known = few.iter().chain(&many).map(|found| found.0).collect();
         let best = match (few, many) {
             (Some(few), Some(many)) if many.1 < few.1 - WORTH => many,
             (Some(few), _) => few,
             (None, Some(many)) => many,
             (None, None) => break,
         };
-        noise = NoiseModel::from_logs(&best.0);
+        noise = best.0;
         if best.1 > before - SETTLED {
             break;
         }
@@ -257,6 +250,11 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
     at_noise(study, &noise)
 }
 
+/// Starts that are tried at first: the likeliest ones.
+const TRIED: usize = 2;
+/// Steps of the likelihood from each of them, and from the best of them on.
+const FIRST: usize = 4;
+const AFTER: usize = 12;
 /// Turns of noise and parameters at most.
 const ROUNDS: usize = 4;
 /// Rise of ln L from one turn to the next below which both are found.

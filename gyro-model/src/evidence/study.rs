@@ -28,7 +28,7 @@ impl Bench {
     /// Lays out the axes of `record` that share a reference; `None` where they have none.
     #[must_use]
     pub fn new(record: &Record, axes: &[Axis], model: &Model) -> Option<Self> {
-        let mut problem = Problem::new(record, axes, &model.origin)?;
+        let problem = Problem::new(record, axes, &model.origin)?;
         let windows = Windows::new(problem.times());
         if windows.tau.len() < 3 {
             return None;
@@ -41,15 +41,22 @@ impl Bench {
                 Some(attitude) => prior::prior(s, &attitude.turned_about(s.axis.index())),
             })
             .collect();
-        for (series, prior) in problem.series.iter_mut().zip(&prior) {
+        let coarse = Windows::with(problem.times(), 1500);
+        let mut bench = Self { problem, windows, coarse, prior: Vec::new(), weights: Vec::new() };
+        bench.know(&prior);
+        Some(bench)
+    }
+
+    /// Takes what is known beforehand of each axis' noise.
+    pub(crate) fn know(&mut self, prior: &[Prior]) {
+        for (series, prior) in self.problem.series.iter_mut().zip(prior) {
             series.margin = MARGIN * prior.angle_random_walk / series.span().dt.sqrt();
         }
-        let each: Vec<Vec<f64>> = prior.iter().map(|p| prior::weights(p, &windows.tau)).collect();
-        let weights = (0..windows.tau.len())
+        let each: Vec<Vec<f64>> = prior.iter().map(|p| prior::weights(p, &self.windows.tau)).collect();
+        self.weights = (0..self.windows.tau.len())
             .map(|k| (each.iter().map(|w| w[k] * w[k]).sum::<f64>() / each.len() as f64).sqrt())
             .collect();
-        let coarse = Windows::with(problem.times(), 1500);
-        Some(Self { problem, windows, coarse, prior, weights })
+        self.prior = prior.to_vec();
     }
 }
 
@@ -94,7 +101,7 @@ impl<'a> Study<'a> {
                 warm = problem.warm(&at, &warm);
                 at = problem.evaluate(&model, &warm);
             }
-            grams(bench, &at, &[], None).normal(&bench.windows.tau, &bench.weights, None).cost
+            grams(bench, &at, &[], None).normal(&bench.windows.tau, &bench.weights).cost
         };
         for _ in 0..6 {
             let before = values(problem, &mut model, &slots);
@@ -114,7 +121,7 @@ impl<'a> Study<'a> {
                     let columns =
                         if derivatives { columns(problem, &trial, &slots, &warm, &evaluation) } else { Vec::new() };
                     let mut normal =
-                        grams(bench, &evaluation, &columns, None).normal(&bench.windows.tau, &bench.weights, None);
+                        grams(bench, &evaluation, &columns, None).normal(&bench.windows.tau, &bench.weights);
                     for (k, (precision, value)) in hold.iter().zip(p).enumerate() {
                         normal.cost += precision * value * value;
                         if derivatives {
@@ -156,7 +163,7 @@ impl<'a> Study<'a> {
         let evaluation = bench.problem.evaluate(model, &warm);
         let columns = columns(&bench.problem, model, slots, &warm, &evaluation);
         let grams = grams(bench, &evaluation, &columns, None);
-        let cost = grams.normal(&bench.windows.tau, &bench.weights, None).cost;
+        let cost = grams.normal(&bench.windows.tau, &bench.weights).cost;
         let hold = hold(&bench.problem, model, slots, cost);
         Self {
             bench,
@@ -347,7 +354,6 @@ pub(crate) fn difference(a: &Evaluation, b: &Evaluation, h: f64) -> Vec<Vec<f64>
 
 /// Increments of residual and columns.
 pub(crate) fn grams(bench: &Bench, at: &Evaluation, columns: &[Vec<Vec<f64>>], component: Option<usize>) -> Grams {
-    let mut series: Vec<&[Vec<f64>]> = vec![&at.residual];
-    series.extend(columns.iter().map(Vec::as_slice));
-    bench.windows.grams(&bench.problem, &series, component)
+    let columns: Vec<&[Vec<f64>]> = columns.iter().map(Vec::as_slice).collect();
+    bench.windows.grams(&bench.problem, &[&at.residual], &columns, component).swap_remove(0)
 }

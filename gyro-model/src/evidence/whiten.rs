@@ -138,7 +138,7 @@ impl State {
 }
 
 /// Σ ln x with one logarithm for many x.
-struct LogSum {
+pub(super) struct LogSum {
     product: f64,
     sum: f64,
 }
@@ -150,7 +150,7 @@ impl Default for LogSum {
 }
 
 impl LogSum {
-    fn add(&mut self, x: f64) {
+    pub(super) fn add(&mut self, x: f64) {
         self.product *= x;
         if !(1e-200..1e200).contains(&self.product) {
             self.sum += self.product.ln();
@@ -158,26 +158,9 @@ impl LogSum {
         }
     }
 
-    fn total(&self) -> f64 {
+    pub(super) fn total(&self) -> f64 {
         self.sum + self.product.ln()
     }
-}
-
-/// ln L of residuals (constants left out), one a channel.
-#[must_use]
-pub fn log_likelihood(noise: &NoiseModel, rows: &Rows, residual: &[Vec<f64>]) -> f64 {
-    let mut states = vec![State::default(); residual.len()];
-    let (mut logs, mut squares, mut index) = (LogSum::default(), 0.0, rows.index.iter());
-    Gains { noise, rows }.run(|step, s| {
-        let Some(&row) = index.next() else { return };
-        let sum: f64 =
-            states.iter_mut().zip(residual).map(|(state, channel)| state.innovate(&step, channel[row]).powi(2)).sum();
-        if let Some(s) = s {
-            squares += sum * step.weight * step.weight;
-            logs.add(s);
-        }
-    });
-    -0.5 * (residual.len() as f64 * logs.total() + squares)
 }
 
 impl Whitener {
@@ -212,63 +195,4 @@ impl Whitener {
         part.for_each(|(s, _)| logs.add(s.weight));
         -2.0 * logs.total()
     }
-}
-
-/// Minimum of `f` by the simplex of Nelder and Mead from `start` with first steps `scale`.
-pub(crate) fn simplex(
-    start: &[f64],
-    scale: f64,
-    evaluations: usize,
-    mut f: impl FnMut(&[f64]) -> f64,
-) -> (Vec<f64>, f64) {
-    let n = start.len();
-    let mut points: Vec<(Vec<f64>, f64)> = Vec::with_capacity(n + 1);
-    for k in 0..=n {
-        let mut p = start.to_vec();
-        if k > 0 {
-            p[k - 1] += scale;
-        }
-        let value = f(&p);
-        points.push((p, value));
-    }
-    let mut used = n + 1;
-    while used < evaluations {
-        points.sort_by(|a, b| a.1.total_cmp(&b.1));
-        if points[n].1 - points[0].1 < 1e-3 {
-            break;
-        }
-        let centre: Vec<f64> = (0..n).map(|i| points[..n].iter().map(|p| p.0[i]).sum::<f64>() / n as f64).collect();
-        let towards = |factor: f64, worst: &[f64]| -> Vec<f64> {
-            centre.iter().zip(worst).map(|(c, w)| c + factor * (w - c)).collect()
-        };
-        let reflected = towards(-1.0, &points[n].0);
-        let value = f(&reflected);
-        used += 1;
-        if value < points[0].1 {
-            let expanded = towards(-2.0, &points[n].0);
-            let further = f(&expanded);
-            used += 1;
-            points[n] = if further < value { (expanded, further) } else { (reflected, value) };
-        } else if value < points[n - 1].1 {
-            points[n] = (reflected, value);
-        } else {
-            let contracted = towards(0.5, &points[n].0);
-            let inside = f(&contracted);
-            used += 1;
-            if inside < points[n].1 {
-                points[n] = (contracted, inside);
-            } else {
-                let best = points[0].0.clone();
-                for point in points.iter_mut().skip(1) {
-                    for (x, b) in point.0.iter_mut().zip(&best) {
-                        *x = 0.5 * (*x + b);
-                    }
-                    point.1 = f(&point.0);
-                    used += 1;
-                }
-            }
-        }
-    }
-    points.sort_by(|a, b| a.1.total_cmp(&b.1));
-    points.swap_remove(0)
 }

@@ -12,7 +12,7 @@
 //! with I the mean of the m periodogram values in a band (Whittle 1953; Hann taper). Rows are taken as evenly spaced:
 //! it chooses where the exact likelihood starts from, no more.
 
-use super::whiten::{NoiseModel, simplex};
+use super::whiten::NoiseModel;
 use realfft::RealFftPlanner;
 
 /// Mean power in bands of frequency.
@@ -122,6 +122,60 @@ impl Periodogram {
         let few = NoiseModel::from_logs(&few.0);
         (few, many.map_or(few, |m| NoiseModel::from_logs(&m.0)))
     }
+}
+
+/// Minimum of `f` by the simplex of Nelder and Mead from `start` with first steps `scale`.
+fn simplex(start: &[f64], scale: f64, evaluations: usize, mut f: impl FnMut(&[f64]) -> f64) -> (Vec<f64>, f64) {
+    let n = start.len();
+    let mut points: Vec<(Vec<f64>, f64)> = Vec::with_capacity(n + 1);
+    for k in 0..=n {
+        let mut p = start.to_vec();
+        if k > 0 {
+            p[k - 1] += scale;
+        }
+        let value = f(&p);
+        points.push((p, value));
+    }
+    let mut used = n + 1;
+    while used < evaluations {
+        points.sort_by(|a, b| a.1.total_cmp(&b.1));
+        if points[n].1 - points[0].1 < 1e-3 {
+            break;
+        }
+        let centre: Vec<f64> = (0..n).map(|i| points[..n].iter().map(|p| p.0[i]).sum::<f64>() / n as f64).collect();
+        let towards = |factor: f64, worst: &[f64]| -> Vec<f64> {
+            centre.iter().zip(worst).map(|(c, w)| c + factor * (w - c)).collect()
+        };
+        let reflected = towards(-1.0, &points[n].0);
+        let value = f(&reflected);
+        used += 1;
+        if value < points[0].1 {
+            let expanded = towards(-2.0, &points[n].0);
+            let further = f(&expanded);
+            used += 1;
+            points[n] = if further < value { (expanded, further) } else { (reflected, value) };
+        } else if value < points[n - 1].1 {
+            points[n] = (reflected, value);
+        } else {
+            let contracted = towards(0.5, &points[n].0);
+            let inside = f(&contracted);
+            used += 1;
+            if inside < points[n].1 {
+                points[n] = (contracted, inside);
+            } else {
+                let best = points[0].0.clone();
+                for point in points.iter_mut().skip(1) {
+                    for (x, b) in point.0.iter_mut().zip(&best) {
+                        *x = 0.5 * (*x + b);
+                    }
+                    point.1 = f(&point.0);
+                    used += 1;
+                }
+            }
+        }
+    }
+    points.sort_by(|a, b| a.1.total_cmp(&b.1));
+    points.swap_remove(0)
 }
 
 #[cfg(test)]
