@@ -205,14 +205,18 @@ impl<'a> Present<'a> {
         let study = Study::fit(self.study.bench, &model, Some(&self.study.frozen()));
         let gls = study.identify(&[self.gls.noise]);
         let (study, gls) = study.refine_tones(gls);
-        // What the suspect leaves out, the present model has to be judged without.
-        let masked;
+        // What the suspect leaves out, the present model has to be judged without; and a noise that was found beside the
+        // suspect may be the likelier one without it too.
+        let other;
         let base = if study.leaves_out() {
             let warm: Vec<Warm> = self.study.warm.iter().zip(&study.warm).map(|(w, own)| w.without(own)).collect();
             let base = Study::fit(self.study.bench, &self.study.model, Some(&warm));
             let gls = base.identify(&[self.gls.noise]);
-            masked = Measure::of(&base, &gls);
-            &masked
+            other = Measure::of(&base, &gls);
+            &other
+        } else if let Some(gls) = noise::likelier(&self.study, &self.gls, &gls.noise) {
+            other = Measure { log_likelihood: gls.log_likelihood, held_out: gls.held_out, ..self.measure.clone() };
+            &other
         } else {
             &self.measure
         };

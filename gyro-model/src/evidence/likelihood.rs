@@ -16,7 +16,7 @@
 
 use super::whiten::{LogSum, NoiseModel, Rows};
 use crate::nls::{self, Normal};
-use std::ops::{Add, Div, Mul, Sub};
+use std::ops::{Add, Div, Mul, Range, Sub};
 
 /// The lane in which the correlation time is longer.
 const TIME: usize = 5;
@@ -29,15 +29,21 @@ const ENOUGH: f64 = 1e-3;
 /// By how much the logarithm of a parameter may move in all.
 const REACH: f64 = 9.0;
 
-/// The likeliest noise that is reached from `start` in so many steps, and its −ln L; its correlated rate lasts at most
-/// `longest` s.
+/// The likeliest noise that is reached from `start` in so many steps, and its −ln L; its correlated rate lasts
+/// within `lasting`, s.
 #[must_use]
-pub fn seek(start: &NoiseModel, rows: &Rows, residual: &[Vec<f64>], longest: f64, steps: usize) -> (NoiseModel, f64) {
+pub fn seek(
+    start: &NoiseModel,
+    rows: &Rows,
+    residual: &[Vec<f64>],
+    lasting: &Range<f64>,
+    steps: usize,
+) -> (NoiseModel, f64) {
     let p = start.logs();
     let mut bounds: Vec<(f64, f64)> = p.iter().map(|v| (v - REACH, v + REACH)).collect();
     if let Some(time) = bounds.get_mut(4) {
-        time.1 = time.1.min(longest.ln() - 1e-9);
-        time.0 = time.0.min(time.1);
+        let (shortest, longest) = (lasting.start.ln(), lasting.end.ln() - 1e-9);
+        *time = (time.0.clamp(shortest, longest.max(shortest)), time.1.clamp(shortest, longest.max(shortest)));
     }
     let ends = bounds.clone();
     let mut last: Option<(Vec<f64>, Normal)> = None;
@@ -338,13 +344,13 @@ mod tests {
             correlated: 1e-3,
             correlation_time: 1.0,
         };
-        let (found, cost) = seek(&start, &rows, &residual, 30.0, 40);
+        let (found, cost) = seek(&start, &rows, &residual, &(0.02..30.0), 40);
         assert!((found.angle_random_walk / TRUTH.angle_random_walk - 1.0).abs() < 0.1, "{found:?}");
         assert!((found.encoder / TRUTH.encoder - 1.0).abs() < 0.05, "{found:?}");
         assert!((found.correlated / TRUTH.correlated - 1.0).abs() < 0.25, "{found:?}");
         assert!((found.correlation_time / TRUTH.correlation_time).ln().abs() < 0.5, "{found:?}");
-        assert!(cost < seek(&TRUTH, &rows, &residual, 30.0, 0).1, "likelier than the truth");
-        let (short, _) = seek(&start, &rows, &residual, 0.1, 40);
+        assert!(cost < seek(&TRUTH, &rows, &residual, &(0.02..30.0), 0).1, "likelier than the truth");
+        let (short, _) = seek(&start, &rows, &residual, &(0.02..0.1), 40);
         assert!(short.correlation_time <= 0.1, "{short:?}");
     }
 }

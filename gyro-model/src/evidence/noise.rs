@@ -12,6 +12,7 @@ use super::{
 };
 use crate::{model::Noise, nls};
 use faer::Mat;
+use std::ops::Range;
 
 /// Blocks in time over which the likelihood is held out.
 pub const BLOCKS: usize = 20;
@@ -180,9 +181,21 @@ fn moved(study: &Study, step: &[f64]) -> Vec<Vec<f64>> {
     residual
 }
 
+/// The readings over which noise is searched for.
+fn search_rows(study: &Study) -> Rows {
+    rows(study, study.bench.problem.series[0].readings.len().div_ceil(SEARCH_ROWS))
+}
+
+/// How short and how long a correlated rate may last: below two rows it is white, beyond a share of the log a drift.
+fn lasting(rows: &Rows) -> Range<f64> {
+    let span = rows.t.last().unwrap_or(&0.0) - rows.t.first().unwrap_or(&0.0);
+    let shortest = rows.t.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
+    2.0 * shortest..LASTS * span
+}
+
 /// Maximum-likelihood noise with the parameters profiled out. `starts` are noises to begin from besides the prior.
 pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
-    let rows = rows(study, study.bench.problem.series[0].readings.len().div_ceil(SEARCH_ROWS));
+    let rows = search_rows(study);
     let prior = &study.bench.prior[0];
     let n = prior.angle_random_walk.max(1e-12);
     let first = NoiseModel {
@@ -204,7 +217,7 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
             let (few, many) = periodogram.search(&first);
             from.extend([few, many]);
         }
-        let seek = |start: &NoiseModel, steps: usize| likelihood::seek(start, &rows, &residual, LASTS * span, steps);
+        let seek = |start: &NoiseModel, steps: usize| likelihood::seek(start, &rows, &residual, &lasting(&rows), steps);
         // From the likelier starts for a while, from the best of them to the end.
         let polish = |from: &[NoiseModel], wide: bool, enough: f64| {
             let starts = from.iter().filter(|noise| (noise.correlated > 0.0) == wide);
@@ -215,8 +228,13 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
             (best.1 < enough).then(|| seek(&best.0, AFTER))
         };
         let few = polish(&from, false, f64::INFINITY);
-        // A walk that rules the longer half of the averaging times may as well be a rate that forgets.
         if let Some((few, _)) = &few {
+            // White noise may as well forget within some rows.
+            let time = 2.0 * lasting(&rows).start;
+            let correlated = 0.5 * few.angle_random_walk / time.sqrt();
+            let angle_random_walk = 0.7 * few.angle_random_walk;
+            from.push(NoiseModel { angle_random_walk, correlated, correlation_time: time, ..*few });
+            // A walk that rules the longer half of the averaging times may as well be a rate that forgets.
             let long = 0.05 * span;
             if few.bias_random_walk * long > few.angle_random_walk {
                 from.extend(FORGETS.map(|share| {
@@ -263,6 +281,19 @@ const SETTLED: f64 = 0.05;
 const FORGETS: [f64; 2] = [5e-3, 0.05];
 /// What two more noise parameters have to raise ln L by.
 const WORTH: f64 = 6.0;
+
+/// Generalised least squares under the noise that is likeliest from `start` on, where that is likelier than `known`: what
+/// is found for one model is tried on the other before the two are compared.
+pub(crate) fn likelier(study: &Study, known: &Gls, start: &NoiseModel) -> Option<Gls> {
+    let rows = search_rows(study);
+    let residual = moved(study, &known.step);
+    let seek = |start: &NoiseModel, steps: usize| likelihood::seek(start, &rows, &residual, &lasting(&rows), steps);
+    // From a walk that is nothing none would come back.
+    let start = NoiseModel { bias_random_walk: start.bias_random_walk.max(known.noise.bias_random_walk), ..*start };
+    let ((noise, cost), (_, before)) = (seek(&start, AFTER), seek(&known.noise, 0));
+    let worth = if noise.correlated > 0.0 && known.noise.correlated <= 0.0 { WORTH } else { SETTLED };
+    (cost < before - worth).then(|| at_noise(study, &noise)).filter(|gls| gls.log_likelihood > known.log_likelihood)
+}
 
 /// Generalised least squares under a given noise.
 pub(crate) fn at_noise(study: &Study, noise: &NoiseModel) -> Gls {
