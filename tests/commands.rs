@@ -100,8 +100,18 @@ fn compare_holds_two_models_against_the_same_samples() {
     bench.file("log.csv", log(2000));
     bench.ok(&["fit", "log.csv", "-o", "a.toml"]);
     bench.ok(&["add", "log.csv", "delay", "--model", "a.toml", "-o", "b.toml"]);
-    let out = bench.ok(&["compare", "log.csv", "--model", "a.toml", "--against", "b.toml"]);
+    let compare = ["compare", "log.csv", "--model", "a.toml", "--against", "b.toml"];
+    let with = |more: &[&str]| bench.ok(&[&compare, more].concat());
+    let out = with(&[]);
     assert!(out.contains("a.toml") && out.contains("b.toml"), "{out}");
+    let both = json(&with(&["--format", "json"]));
+    let at = |axes: &serde_json::Value| axes[0]["error_curve"][0]["tau_s"].as_f64().unwrap();
+    assert_eq!(at(&both["axes"]), at(&both["against"]["axes"]), "the same samples");
+    assert_eq!(both["against"]["model"], "b.toml");
+    let effects = |axes: &serde_json::Value| axes[0]["effects"].as_array().unwrap().len();
+    assert_eq!(effects(&both["axes"]) + 1, effects(&both["against"]["axes"]));
+    let page = with(&["--format", "html"]);
+    assert!(page.contains("a.toml") && page.contains("b.toml") && !page.contains("{{"), "{page:.300}");
 }
 
 #[test]

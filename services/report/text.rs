@@ -129,7 +129,9 @@ impl Screen {
         let columns = if pair { 47 } else { 37 };
         let width = self.terminal.width.saturating_sub(columns).clamp(8, 48);
         let scale = Scale::around(rows.iter().flat_map(|r| [r.before, r.error, r.floor, r.floor_99]).flatten(), width);
-        let before = if pair { format!("{:>10}", "before") } else { String::new() };
+        let other = axis.curves.first().map_or("", |curve| curve.label.as_str());
+        let other = if other.chars().count() < 10 { other } else { "other" };
+        let before = if pair { format!("{other:>10}") } else { String::new() };
         let legend = if width >= 32 { "█ noise alone  ▒ more than noise" } else { "▒ not noise" };
         let legend = self.terminal.paint(Ink::Quiet, if width >= 12 { legend } else { "" });
         self.line(&format!("  {:>8}{before}{:>9}{:>9}{:>7}  {legend}", "τ", "error", "floor", "×"));
@@ -187,7 +189,7 @@ impl Screen {
         if axis.suspects.is_empty() {
             return;
         }
-        self.heading("suspects, and the share of the excess error each removes");
+        self.heading("suspects, and the share of the excess error that each would remove alone");
         for suspect in axis.suspects.iter().take(SUSPECTS) {
             let values: Vec<String> = suspect
                 .parameters

@@ -119,8 +119,9 @@ impl<'a> Present<'a> {
         Self { excess: measure.excess, measure, draws, study, gls }
     }
 
-    /// How much more noise alone raises ln L along the columns of the last term of `study` than white noise would: an
-    /// encoder's quantisation under a regular motion is anything but white.
+    /// How much more noise alone raises ln L along the columns of the last term of `study` than white noise of one size
+    /// would: an encoder's quantisation under a regular motion is anything but white, and noise that grows with the rate
+    /// is not everywhere the same.
     fn inflation(&self, refit: &Study, candidate: &Candidate) -> f64 {
         let n = self.draws.len() as f64;
         let (normal, whitener) = noise::normal(refit, &self.gls.noise);
@@ -141,7 +142,10 @@ impl<'a> Present<'a> {
             sum += 0.5 * (form(&all, &every) - form(&few, &rest));
         }
         let usual = 0.5 * own.iter().filter(|o| **o).count() as f64;
-        (sum / n / usual).max(1.0)
+        let residual: Vec<Vec<f64>> = refit.evaluation.residual.iter().map(|c| whitener.apply(c)).collect();
+        let uneven = noise::unevenness(&columns, &residual, &all);
+        let uneven = uneven.iter().zip(&own).filter(|(_, own)| **own).map(|(u, _)| u).sum::<f64>() / (2.0 * usual);
+        (sum / n / usual).max(uneven).max(1.0)
     }
 
     /// What undoing a sensor's response gains in ln L on noise alone: an inverse shapes the reading's noise as well as

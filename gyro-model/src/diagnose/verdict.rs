@@ -7,13 +7,19 @@ use super::{
 use crate::{
     diagnosis::Verdict,
     effects::Stage,
-    evidence::{noise::Gls, study::Study},
+    evidence::{
+        noise::{self, Gls},
+        study::Study,
+        whiten::NoiseModel,
+    },
 };
 
 /// Standard error of α, as a share, beyond which the log has not turned the sensor enough.
 const UNEXCITED: f64 = 0.03;
 /// N of a poor MEMS gyro, rad/√s (0.03 °/s/√Hz): noise of this size needs no physics.
 const POOR: f64 = 5.2e-4;
+/// Fall of ln L that says that the noise is not one that sensors have.
+const UNUSUAL: f64 = 4.0;
 /// How far the noise may lie above its prior and still be noise.
 const ABOVE_PRIOR: f64 = 2.0;
 
@@ -82,30 +88,42 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
     let span = present.study.bench.windows.tau.last().map_or(1.0, |t| 10.0 * t);
     let walks = noise.bias_random_walk * span.sqrt();
     let wander = walks.max(noise.correlated);
+    let wanders = || degrees(wander);
     if judged.within() {
         return (
             Verdict::Adequate,
             "the error is what noise alone leaves: no physics that this log could show is missing.".into(),
         );
     }
-    let noise_alone = !noise.beyond_wander()
-        && noise.angle_random_walk < (ABOVE_PRIOR * prior.angle_random_walk).max(POOR)
-        && noise.encoder < ABOVE_PRIOR * prior.encoder;
+    let largest =
+        NoiseModel::of_a_sensor((ABOVE_PRIOR * prior.angle_random_walk).max(POOR), ABOVE_PRIOR * prior.encoder);
+    // Many noises may explain what is left: physics is missing where none of those that sensors have does.
+    let noise_alone = noise::cost_of_limits(&present.study, &present.gls, &largest) < UNUSUAL;
     let slow = suspects.iter().find(|r| r.rise > 5.0 && is_slow(r.candidate.term.effect.card().id));
     match (noise_alone, slow) {
         (true, Some(r)) => (
             Verdict::CannotTell,
             format!(
-                "a slow error is left that a wandering bias ({wander:.1e} rad/s over this log) and {} explain alike: record \
+                "a slow error is left that a wandering bias ({} °/s over this log) and {} explain alike: record \
                  a second cycle (heat and cool, restart hot, or twice as long)",
+                wanders(),
                 r.candidate.term.effect.card().id
+            ),
+        ),
+        (true, None) if wander * span.sqrt() > noise.angle_random_walk => (
+            Verdict::Adequate,
+            format!(
+                "what is left is noise: the bias wanders by about {} °/s over this log, which no parameter can \
+                 take out and a filter with a reference must follow.",
+                wanders()
             ),
         ),
         (true, None) => (
             Verdict::Adequate,
             format!(
-                "what is left is noise: the bias wanders by about {wander:.1e} rad/s over this log, which no parameter can \
-                 take out and a filter with a reference must follow."
+                "what is left is noise, of the gyro {} °/s/√Hz and of the reference {} °: no parameter can take it out.",
+                degrees(noise.angle_random_walk),
+                degrees(noise.encoder)
             ),
         ),
         (false, _) => (
@@ -117,6 +135,13 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
             ),
         ),
     }
+}
+
+/// A positive number of rad in degrees, to two figures.
+fn degrees(radians: f64) -> String {
+    let value = radians.to_degrees();
+    let decimals = (1.0 - value.log10().floor()).clamp(0.0, 12.0) as usize;
+    format!("{value:.decimals$}")
 }
 
 /// Whether an effect goes with time or with what changes slowly in it.

@@ -16,7 +16,7 @@
 
 use super::whiten::{LogSum, NoiseModel, Rows};
 use crate::nls::{self, Normal};
-use std::ops::{Add, Div, Mul, Range, Sub};
+use std::ops::{Add, Div, Mul, Sub};
 
 /// The lane in which the correlation time is longer.
 const TIME: usize = 5;
@@ -29,22 +29,35 @@ const ENOUGH: f64 = 1e-3;
 /// By how much the logarithm of a parameter may move in all.
 const REACH: f64 = 9.0;
 
-/// The likeliest noise that is reached from `start` in so many steps, and its −ln L; its correlated rate lasts
-/// within `lasting`, s.
+/// What is sought within.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// The largest parameters, infinite where they don't matter.
+    pub most: NoiseModel,
+    /// The shortest correlation time, s.
+    pub shortest: f64,
+}
+
+/// The likeliest noise within `limits` that is reached from `start` in so many steps, and its −ln L.
 #[must_use]
 pub fn seek(
     start: &NoiseModel,
     rows: &Rows,
     residual: &[Vec<f64>],
-    lasting: &Range<f64>,
+    limits: &Limits,
     steps: usize,
 ) -> (NoiseModel, f64) {
     let p = start.logs();
-    let mut bounds: Vec<(f64, f64)> = p.iter().map(|v| (v - REACH, v + REACH)).collect();
-    if let Some(time) = bounds.get_mut(4) {
-        let (shortest, longest) = (lasting.start.ln(), lasting.end.ln() - 1e-9);
-        *time = (time.0.clamp(shortest, longest.max(shortest)), time.1.clamp(shortest, longest.max(shortest)));
-    }
+    let most = NoiseModel { correlated: limits.most.correlated.max(f64::MIN_POSITIVE), ..limits.most }.logs();
+    let bounds: Vec<(f64, f64)> = p
+        .iter()
+        .zip(&most)
+        .enumerate()
+        .map(|(k, (v, most))| {
+            let least = if k == 4 { limits.shortest.ln().min(*most) } else { f64::NEG_INFINITY };
+            ((v - REACH).clamp(least, *most), (v + REACH).clamp(least, *most))
+        })
+        .collect();
     let ends = bounds.clone();
     let mut last: Option<(Vec<f64>, Normal)> = None;
     let evaluate = |p: &[f64], _: bool| {
@@ -317,6 +330,18 @@ mod tests {
         (out, vec![values])
     }
 
+    fn within(longest: f64) -> Limits {
+        let all = f64::INFINITY;
+        let most = NoiseModel {
+            angle_random_walk: all,
+            bias_random_walk: all,
+            encoder: all,
+            correlated: all,
+            correlation_time: longest,
+        };
+        Limits { most, shortest: 0.02 }
+    }
+
     #[test]
     fn the_score_is_the_slope_of_the_likelihood() {
         let (rows, residual) = residual(3000);
@@ -344,13 +369,16 @@ mod tests {
             correlated: 1e-3,
             correlation_time: 1.0,
         };
-        let (found, cost) = seek(&start, &rows, &residual, &(0.02..30.0), 40);
+        let (found, cost) = seek(&start, &rows, &residual, &within(30.0), 40);
         assert!((found.angle_random_walk / TRUTH.angle_random_walk - 1.0).abs() < 0.1, "{found:?}");
         assert!((found.encoder / TRUTH.encoder - 1.0).abs() < 0.05, "{found:?}");
         assert!((found.correlated / TRUTH.correlated - 1.0).abs() < 0.25, "{found:?}");
         assert!((found.correlation_time / TRUTH.correlation_time).ln().abs() < 0.5, "{found:?}");
-        assert!(cost < seek(&TRUTH, &rows, &residual, &(0.02..30.0), 0).1, "likelier than the truth");
-        let (short, _) = seek(&start, &rows, &residual, &(0.02..0.1), 40);
-        assert!(short.correlation_time <= 0.1, "{short:?}");
+        assert!(cost < seek(&TRUTH, &rows, &residual, &within(30.0), 0).1, "likelier than the truth");
+        let (short, _) = seek(&start, &rows, &residual, &within(0.1), 40);
+        assert!(short.correlation_time <= 0.1 + 1e-9, "{short:?}");
+        let quiet = Limits { most: NoiseModel { encoder: 1e-4, ..within(30.0).most }, ..within(30.0) };
+        let (limited, dearer) = seek(&start, &rows, &residual, &quiet, 40);
+        assert!(limited.encoder <= 1e-4 + 1e-12 && dearer > cost + 100.0, "{limited:?}");
     }
 }

@@ -5,14 +5,14 @@
 //! block judged with the parameters of the others: the currency in which models are compared.
 
 use super::{
-    floor, likelihood,
+    floor,
+    likelihood::{self, Limits},
     study::Study,
     whiten::{NoiseModel, Rows, Whitener},
     whittle::Periodogram,
 };
 use crate::{model::Noise, nls};
 use faer::Mat;
-use std::ops::Range;
 
 /// Blocks in time over which the likelihood is held out.
 pub const BLOCKS: usize = 20;
@@ -48,6 +48,13 @@ const LASTS: f64 = 0.1;
 const WALK: f64 = 3e-4;
 
 impl NoiseModel {
+    /// The largest slow part that the bias instability of even a poor gyro has, beside that much of the rest.
+    #[must_use]
+    pub fn of_a_sensor(angle_random_walk: f64, encoder: f64) -> Self {
+        let (bias_random_walk, correlated) = (WALK, WANDER);
+        Self { angle_random_walk, bias_random_walk, encoder, correlated, correlation_time: f64::INFINITY }
+    }
+
     /// Whether its slow part is more than the bias instability of even a poor gyro.
     #[must_use]
     pub fn beyond_wander(&self) -> bool {
@@ -127,8 +134,34 @@ pub(crate) fn beyond_white(study: &Study, gls: &Gls) -> Vec<f64> {
             *sum += (0..n).map(|j| inverse[(i, j)] * along[j]).sum::<f64>().powi(2);
         }
     }
-    let factor = |i: usize| (squares[i] / SCATTER as f64 / inverse[(i, i)]).sqrt();
+    let uneven = unevenness(&columns, &white_of(study, &whitener), &inverse);
+    let factor = |i: usize| (squares[i] / SCATTER as f64 / inverse[(i, i)]).max(uneven[i]).sqrt();
     (0..n).map(|i| if inverse[(i, i)] > 0.0 { factor(i).max(1.0) } else { 1.0 }).collect()
+}
+
+/// The variance of each parameter over what its covariance says, where the whitened residual is not everywhere of the same
+/// size (White 1980): noise that grows with the rate is large just where the rate says most.
+///
+/// ```text
+/// Var p_k ≈ Σᵢ (Σⱼ V_kj c_ji)² eᵢ²,   V the inverse of the normal equations, c_j the columns, e the residual
+/// ```
+pub(crate) fn unevenness(columns: &[Vec<Vec<f64>>], residual: &[Vec<f64>], inverse: &Mat<f64>) -> Vec<f64> {
+    let n = columns.len();
+    let mut sums = vec![0.0; n];
+    for (channel, e) in residual.iter().enumerate() {
+        for (row, e) in e.iter().enumerate().filter(|(_, e)| **e != 0.0) {
+            for (k, sum) in sums.iter_mut().enumerate() {
+                let pull: f64 = (0..n).map(|j| inverse[(k, j)] * columns[j][channel][row]).sum();
+                *sum += (pull * e).powi(2);
+            }
+        }
+    }
+    let ratio = |(k, sum): (usize, f64)| if inverse[(k, k)] > 0.0 { sum / inverse[(k, k)] } else { 1.0 };
+    sums.into_iter().enumerate().map(ratio).collect()
+}
+
+fn white_of(study: &Study, whitener: &Whitener) -> Vec<Vec<f64>> {
+    study.evaluation.residual.iter().map(|channel| whitener.apply(channel)).collect()
 }
 
 /// Draws of noise alone for that.
@@ -186,11 +219,34 @@ fn search_rows(study: &Study) -> Rows {
     rows(study, study.bench.problem.series[0].readings.len().div_ceil(SEARCH_ROWS))
 }
 
-/// How short and how long a correlated rate may last: below two rows it is white, beyond a share of the log a drift.
-fn lasting(rows: &Rows) -> Range<f64> {
+/// Any noise, but for how short and how long a correlated rate may last: below two rows it is white, beyond a share of the
+/// log a drift.
+fn limits(rows: &Rows) -> Limits {
     let span = rows.t.last().unwrap_or(&0.0) - rows.t.first().unwrap_or(&0.0);
-    let shortest = rows.t.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
-    2.0 * shortest..LASTS * span
+    let step = rows.t.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
+    let any = f64::INFINITY;
+    let most = NoiseModel {
+        angle_random_walk: any,
+        bias_random_walk: any,
+        encoder: any,
+        correlated: any,
+        correlation_time: (1.0 - 1e-9) * LASTS * span,
+    };
+    Limits { most, shortest: 2.0 * step }
+}
+
+/// By how much ln L falls where no parameter of the noise may be larger than in `most`.
+pub(crate) fn cost_of_limits(study: &Study, gls: &Gls, most: &NoiseModel) -> f64 {
+    let rows = search_rows(study);
+    let residual = moved(study, &gls.step);
+    let any = limits(&rows);
+    let limited = Limits { most: NoiseModel { correlation_time: any.most.correlation_time, ..*most }, ..any };
+    let correlated = |time: f64| NoiseModel { correlated: most.correlated, correlation_time: time, ..gls.noise };
+    let longest = any.most.correlation_time;
+    let starts = [gls.noise, correlated(longest), correlated(0.1 * longest), correlated(0.01 * longest)];
+    let seek = |start: &NoiseModel| likelihood::seek(start, &rows, &residual, &limited, FIRST + AFTER).1;
+    let least = starts.iter().map(seek).fold(f64::INFINITY, f64::min);
+    least - likelihood::seek(&gls.noise, &rows, &residual, &any, 0).1
 }
 
 /// Maximum-likelihood noise with the parameters profiled out. `starts` are noises to begin from besides the prior.
@@ -217,7 +273,7 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
             let (few, many) = periodogram.search(&first);
             from.extend([few, many]);
         }
-        let seek = |start: &NoiseModel, steps: usize| likelihood::seek(start, &rows, &residual, &lasting(&rows), steps);
+        let seek = |start: &NoiseModel, steps: usize| likelihood::seek(start, &rows, &residual, &limits(&rows), steps);
         // From the likelier starts for a while, from the best of them to the end.
         let polish = |from: &[NoiseModel], wide: bool, enough: f64| {
             let starts = from.iter().filter(|noise| (noise.correlated > 0.0) == wide);
@@ -230,7 +286,7 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
         let few = polish(&from, false, f64::INFINITY);
         if let Some((few, _)) = &few {
             // White noise may as well forget within some rows.
-            let time = 2.0 * lasting(&rows).start;
+            let time = 2.0 * limits(&rows).shortest;
             let correlated = 0.5 * few.angle_random_walk / time.sqrt();
             let angle_random_walk = 0.7 * few.angle_random_walk;
             from.push(NoiseModel { angle_random_walk, correlated, correlation_time: time, ..*few });
@@ -287,7 +343,7 @@ const WORTH: f64 = 6.0;
 pub(crate) fn likelier(study: &Study, known: &Gls, start: &NoiseModel) -> Option<Gls> {
     let rows = search_rows(study);
     let residual = moved(study, &known.step);
-    let seek = |start: &NoiseModel, steps: usize| likelihood::seek(start, &rows, &residual, &lasting(&rows), steps);
+    let seek = |start: &NoiseModel, steps: usize| likelihood::seek(start, &rows, &residual, &limits(&rows), steps);
     // From a walk that is nothing none would come back.
     let start = NoiseModel { bias_random_walk: start.bias_random_walk.max(known.noise.bias_random_walk), ..*start };
     let ((noise, cost), (_, before)) = (seek(&start, AFTER), seek(&known.noise, 0));

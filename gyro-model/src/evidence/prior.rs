@@ -97,7 +97,7 @@ pub fn prior(series: &Series, reference: &[f64]) -> Prior {
     };
     let variance = variance.max(lsb * lsb / 12.0);
     let (encoder, from) = if step > 0.0 {
-        (step.sqrt(), format!("its step of {:.3e} rad", series.quantum))
+        (step.sqrt(), format!("its step of {:.3} °", series.quantum.to_degrees()))
     } else {
         let variance = if angle.uneven() { angle.quiet } else { angle.mean };
         (variance.sqrt().max(1e-9), "sixth differences of the reference".to_owned())
