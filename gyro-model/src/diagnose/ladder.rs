@@ -2,6 +2,7 @@
 
 use super::{
     Options,
+    ahead::ahead,
     judged::{self, Judged},
     refit::{Present, Refit},
     verdict,
@@ -82,8 +83,15 @@ pub(super) fn search<'a>(
             .map(|k| suspects.iter().position(|r| r.candidate.series == k && r.passes(&present)))
             .collect();
         if chosen.iter().all(Option::is_none) {
-            last = suspects;
-            break;
+            let Some(way) = ahead(&present, &suspects, options.own_effects, options.progress) else {
+                last = suspects;
+                break;
+            };
+            for (next, id) in way {
+                took(&next.study, Change::of(0, Some(id), None));
+                present = next;
+            }
+            continue;
         }
         let mut model = present.study.model.clone();
         for (k, choice) in chosen.iter().enumerate() {
@@ -224,7 +232,7 @@ fn added(present: &Present, start: &Model, axis: Axis) -> Vec<&'static str> {
 }
 
 /// The model without one effect, fitted on the same samples, and the term; `None` where the readings themselves show it.
-fn without<'a>(present: &Present<'a>, axis: Axis, id: &str) -> Option<(Present<'a>, Term)> {
+pub(super) fn without<'a>(present: &Present<'a>, axis: Axis, id: &str) -> Option<(Present<'a>, Term)> {
     let mut model = present.study.model.clone();
     let own = model.axes[axis.index()].as_mut()?;
     let place = own.terms.iter().position(|t| t.effect.card().id == id)?;

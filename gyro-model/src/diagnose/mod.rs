@@ -6,6 +6,7 @@
 //! is the sharper of the two once the model is nearly right. Significance is priced for the whole search and against
 //! draws of noise alone on this very motion.
 
+mod ahead;
 pub mod candidates;
 pub mod judged;
 pub mod ladder;

@@ -204,7 +204,8 @@ impl<'a> Present<'a> {
         parallel::map(&list, |candidate| self.refit(candidate.clone()))
     }
 
-    fn refit(&self, mut candidate: Candidate) -> Refit<'a> {
+    /// A suspect at its exact optimum, held against this model.
+    pub(super) fn refit(&self, mut candidate: Candidate) -> Refit<'a> {
         let model = with_term(&self.study, candidate.series, candidate.term.clone());
         let study = Study::fit(self.study.bench, &model, Some(&self.study.frozen()));
         let gls = study.identify(&[self.gls.noise]);
@@ -403,7 +404,7 @@ impl Refit<'_> {
     }
 
     /// Whether a parameter ran to the end of what is physical: the fit looks for something else.
-    fn at_bound(&self) -> bool {
+    pub(super) fn at_bound(&self) -> bool {
         let series = &self.study.bench.problem.series[self.candidate.series];
         let span = series.span();
         let nyquist = 0.5 / span.dt;
@@ -470,7 +471,7 @@ const ROUGH: f64 = 1.5;
 /// wanders, and a wander is easily taken for it.
 const ONE_SHOT: f64 = 1e-5;
 /// J above which something is left that is not noise.
-const UNEVEN: f64 = 1.2;
+pub(super) const UNEVEN: f64 = 1.2;
 /// Share of the held-out excess that an effect has to remove there.
 const SHARE: f64 = 0.1;
 /// Share of J that an effect has to remove in any case.

@@ -1,0 +1,71 @@
+//! Looking ahead where no single suspect passes: two or three effects that hide one another.
+//!
+//! What one effect leaves unexplained is taken for noise while another is judged, so that neither may pass alone. A few
+//! are then added on trial, the likeliest or the one that removes most first. They stay only together: where the error
+//! comes down to what noise leaves, and each of them passes every test beside the others.
+
+use super::{
+    candidates::Candidate,
+    ladder::without,
+    refit::{Present, Refit, UNEVEN},
+};
+use crate::{effects::Effect, evidence::study::Study};
+
+/// Effects that are added on trial at most.
+const TRIED: usize = 3;
+
+/// The models on the way, each with the effect that came in; `None` where nothing of the kind is found. `suspects` are
+/// those of `present`.
+pub(super) fn ahead<'a>(
+    present: &Present<'a>,
+    suspects: &[Refit<'a>],
+    extra: &[&'static dyn Effect],
+    progress: &(dyn Fn(&str) + Sync),
+) -> Option<Vec<(Present<'a>, &'static str)>> {
+    if present.excess < UNEVEN || present.study.bench.problem.series.len() > 1 {
+        return None;
+    }
+    let lowest = |list: &[Refit]| best(list, |r| -r.excess);
+    let likeliest = |list: &[Refit]| best(list, |r| r.rise / r.inflation);
+    let first = [lowest(suspects), likeliest(suspects)];
+    let firsts = if first[0] == first[1] { &first[..1] } else { &first[..] };
+    firsts.iter().flatten().find_map(|&first| {
+        let mut way = vec![with(present, &suspects[first])];
+        while way.len() < TRIED {
+            let last = &way.last()?.0;
+            let list = last.suspects(extra, progress);
+            let next = list.iter().position(|r| r.passes(last)).or_else(|| likeliest(&list))?;
+            let next = with(last, &list[next]);
+            way.push(next);
+            if holds(&way) {
+                return Some(way);
+            }
+        }
+        None
+    })
+}
+
+/// The suspect for which `worth` is largest, of those that stay within their bounds.
+fn best(list: &[Refit], worth: impl Fn(&Refit) -> f64) -> Option<usize> {
+    let inside = (0..list.len()).filter(|&k| !list[k].at_bound());
+    inside.max_by(|&a, &b| worth(&list[a]).total_cmp(&worth(&list[b])))
+}
+
+fn with<'a>(present: &Present<'a>, refit: &Refit<'a>) -> (Present<'a>, &'static str) {
+    let id = refit.candidate.term.effect.card().id;
+    (Present::new(Study::fit(present.study.bench, &refit.study.model, Some(&present.study.warm))), id)
+}
+
+/// Whether the last model leaves no more than noise and needs every effect of the way.
+fn holds(way: &[(Present, &'static str)]) -> bool {
+    let Some((last, _)) = way.last() else { return false };
+    let axis = last.study.bench.problem.series[0].axis;
+    last.excess < UNEVEN
+        && way.iter().all(|(_, id)| {
+            without(last, axis, id).is_some_and(|(rest, term)| {
+                let freedom = term.values.len();
+                let again = rest.refit(Candidate { series: 0, term, score: 0.0, removes: 0.0, freedom });
+                again.passes(&rest)
+            })
+        })
+}
