@@ -26,16 +26,7 @@ fn log(rows: usize) -> Record {
         let hidden = Hidden::parse(hidden, axis).into_iter().collect();
         let sensor = SensorSpec { axis, ..SensorSpec::default() };
         let seconds = rows as f64 / RATE_HZ;
-        simulate(&Scenario {
-            motion,
-            seconds,
-            rate_hz: RATE_HZ,
-            hidden,
-            sensor,
-            seed: 5 + k as u64,
-            ..Scenario::default()
-        })
-        .record
+        simulate(&Scenario { motion, seconds, rate_hz: RATE_HZ, hidden, sensor, seed: 5 + k as u64 }).record
     };
     let mut all: Vec<Record> = AXES.into_iter().enumerate().map(shaft).collect();
     let mut whole = all.remove(1);
