@@ -105,10 +105,10 @@ fn compare_holds_two_models_against_the_same_samples() {
     let out = with(&[]);
     assert!(out.contains("a.toml") && out.contains("b.toml"), "{out}");
     let both = json(&with(&["--format", "json"]));
-    let at = |axes: &serde_json::Value| axes[0]["error_curve"][0]["tau_s"].as_f64().unwrap();
+    let at = |axes: &Value| axes[0]["error_curve"][0]["tau_s"].as_f64().unwrap();
     assert_eq!(at(&both["axes"]), at(&both["against"]["axes"]), "the same samples");
     assert_eq!(both["against"]["model"], "b.toml");
-    let effects = |axes: &serde_json::Value| axes[0]["effects"].as_array().unwrap().len();
+    let effects = |axes: &Value| axes[0]["effects"].as_array().unwrap().len();
     assert_eq!(effects(&both["axes"]) + 1, effects(&both["against"]["axes"]));
     let page = with(&["--format", "html"]);
     assert!(page.contains("a.toml") && page.contains("b.toml") && !page.contains("{{"), "{page:.300}");
