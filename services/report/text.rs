@@ -189,7 +189,7 @@ impl Screen {
         if axis.suspects.is_empty() {
             return;
         }
-        self.heading("suspects, and the share of the excess error that each would remove alone");
+        self.heading("suspects, and the share of the excess each removes alone");
         for suspect in axis.suspects.iter().take(SUSPECTS) {
             let values: Vec<String> = suspect
                 .parameters

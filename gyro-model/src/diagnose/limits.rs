@@ -43,29 +43,47 @@ impl Limits {
 /// The largest |reading|, where it is reached far more often than the values just below it.
 fn rail(readings: &[f64]) -> Option<f64> {
     let mut size: Vec<f64> = readings.iter().map(|g| g.abs()).collect();
-    size.sort_by(|a, b| b.total_cmp(a));
-    let top = *size.first()?;
+    let top = size.iter().copied().reduce(f64::max)?;
     let near = 1e-6 * top;
-    let at = size.iter().take_while(|&&g| g > top - near).count();
-    let below: Vec<f64> = size[at..].to_vec();
+    let at = size.iter().filter(|&&g| g > top - near).count();
+    if at < 8 {
+        return None;
+    }
+    first_sorted(&mut size, at + at.max(30).max(LOOKED_AT), |a, b| b.total_cmp(a));
+    let below = &size[at..];
     // As many readings again, but at least thirty: how thinly are the values below spread?
     let next = &below[..below.len().min(at.max(30))];
     let spread = top - next.last()?;
-    let step = smallest_gap(&below[..below.len().min(2000)], near);
+    let step = smallest_gap(&below[..below.len().min(LOOKED_AT)], near);
     let levels = (spread / step).max(1.0);
     let usual = next.len() as f64 / levels;
-    (at >= 8 && at as f64 > 6.0 * usual.max(1.0)).then_some(top)
+    (at as f64 > 6.0 * usual.max(1.0)).then_some(top)
 }
 
 /// Half width of the hole about zero: readings of exactly zero, and none up to the smallest other one.
 fn hole(readings: &[f64]) -> Option<f64> {
     let zeros = readings.iter().filter(|g| **g == 0.0).count();
+    if zeros < 20 {
+        return None;
+    }
     let mut size: Vec<f64> = readings.iter().map(|g| g.abs()).filter(|&g| g > 0.0).collect();
-    size.sort_by(f64::total_cmp);
-    let edge = *size.first()?;
-    let beyond = size.iter().take_while(|&&g| g < 2.0 * edge).count();
-    let step = smallest_gap(&size[..size.len().min(2000)], 1e-9 * edge);
-    (zeros >= 20 && beyond >= 20 && edge > 3.5 * step && zeros > beyond / 3).then_some(edge)
+    let edge = size.iter().copied().reduce(f64::min)?;
+    let beyond = size.iter().filter(|&&g| g < 2.0 * edge).count();
+    first_sorted(&mut size, LOOKED_AT, f64::total_cmp);
+    let step = smallest_gap(&size, 1e-9 * edge);
+    (beyond >= 20 && edge > 3.5 * step && zeros > beyond / 3).then_some(edge)
+}
+
+/// Values beside a limit that its step is read from.
+const LOOKED_AT: usize = 2000;
+
+/// Keeps the first `count` values in this order, sorted.
+fn first_sorted(values: &mut Vec<f64>, count: usize, order: impl Fn(&f64, &f64) -> std::cmp::Ordering) {
+    if count < values.len() {
+        values.select_nth_unstable_by(count, &order);
+        values.truncate(count);
+    }
+    values.sort_by(order);
 }
 
 /// The smallest difference between successive sorted values that is no rounding.
