@@ -1,8 +1,8 @@
 //! Logs too long to be searched whole: sought in parts, judged on the whole.
 //!
 //! What is slow or large shows in the whole log at less detail (means over blocks, [`crate::thin`]); what is fast shows
-//! in one stretch of it at full detail, the one that turns most. What either shows is fitted to every row, and every
-//! number that is reported comes from there.
+//! in one stretch of it at full detail, the one that turns most. What either shows is fitted to every row, and the model's
+//! parameters and errors are reported from there; a suspect that was not added is reported as its part shows it.
 
 use super::{
     Options,
