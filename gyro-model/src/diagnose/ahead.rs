@@ -6,7 +6,7 @@
 
 use super::{
     candidates::Candidate,
-    ladder::without,
+    ladder::{aliases, without},
     refit::{Present, Refit, UNEVEN},
 };
 use crate::{effects::Effect, evidence::study::Study};
@@ -14,14 +14,23 @@ use crate::{effects::Effect, evidence::study::Study};
 /// Effects that are added on trial at most.
 const TRIED: usize = 3;
 
-/// The models on the way, each with the effect that came in; `None` where nothing of the kind is found. `suspects` are
-/// those of `present`.
+/// One effect on the way.
+pub(super) struct Step<'a> {
+    /// The model with it.
+    pub present: Present<'a>,
+    /// What came in.
+    pub id: &'static str,
+    /// What the log could not tell it from.
+    pub aliases: Vec<String>,
+}
+
+/// The steps of a way that holds; `None` where nothing of the kind is found. `suspects` are those of `present`.
 pub(super) fn ahead<'a>(
     present: &Present<'a>,
     suspects: &[Refit<'a>],
     extra: &[&'static dyn Effect],
     progress: &(dyn Fn(&str) + Sync),
-) -> Option<Vec<(Present<'a>, &'static str)>> {
+) -> Option<Vec<Step<'a>>> {
     if present.excess < UNEVEN || present.study.bench.problem.series.len() > 1 {
         return None;
     }
@@ -30,12 +39,12 @@ pub(super) fn ahead<'a>(
     let first = [lowest(suspects), likeliest(suspects)];
     let firsts = if first[0] == first[1] { &first[..1] } else { &first[..] };
     firsts.iter().flatten().find_map(|&first| {
-        let mut way = vec![with(present, &suspects[first])];
+        let mut way = vec![step(present, suspects, first)];
         while way.len() < TRIED {
-            let last = &way.last()?.0;
+            let last = &way.last()?.present;
             let list = last.suspects(extra, progress);
             let next = list.iter().position(|r| r.passes(last)).or_else(|| likeliest(&list))?;
-            let next = with(last, &list[next]);
+            let next = step(last, &list, next);
             way.push(next);
             if holds(&way) {
                 return Some(way);
@@ -51,18 +60,22 @@ fn best(list: &[Refit], worth: impl Fn(&Refit) -> f64) -> Option<usize> {
     inside.max_by(|&a, &b| worth(&list[a]).total_cmp(&worth(&list[b])))
 }
 
-fn with<'a>(present: &Present<'a>, refit: &Refit<'a>) -> (Present<'a>, &'static str) {
-    let id = refit.candidate.term.effect.card().id;
-    (Present::new(Study::fit(present.study.bench, &refit.study.model, Some(&present.study.warm))), id)
+fn step<'a>(present: &Present<'a>, suspects: &[Refit<'a>], chosen: usize) -> Step<'a> {
+    let study = &suspects[chosen].study;
+    Step {
+        present: Present::new(Study::fit(present.study.bench, &study.model, Some(&present.study.warm))),
+        id: suspects[chosen].candidate.term.effect.card().id,
+        aliases: aliases(suspects, chosen, true),
+    }
 }
 
 /// Whether the last model leaves no more than noise and needs every effect of the way.
-fn holds(way: &[(Present, &'static str)]) -> bool {
-    let Some((last, _)) = way.last() else { return false };
+fn holds(way: &[Step]) -> bool {
+    let Some(last) = way.last().map(|step| &step.present) else { return false };
     let axis = last.study.bench.problem.series[0].axis;
     last.excess < UNEVEN
-        && way.iter().all(|(_, id)| {
-            without(last, axis, id).is_some_and(|(rest, term)| {
+        && way.iter().all(|step| {
+            without(last, axis, step.id).is_some_and(|(rest, term)| {
                 let freedom = term.values.len();
                 let again = rest.refit(Candidate { series: 0, term, score: 0.0, removes: 0.0, freedom });
                 again.passes(&rest)

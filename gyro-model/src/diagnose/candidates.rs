@@ -99,9 +99,8 @@ impl<'a> Scanner<'a> {
     fn new(study: &'a Study<'a>, gls: &Gls, draws: &'a [Vec<Vec<f64>>]) -> Self {
         let (normal, whitener) = noise::normal(study, &gls.noise);
         let (inverse, _) = nls::invert_observable(&normal.matrix, 1e-10);
-        let white = |channels: &[Vec<f64>]| -> Vec<Vec<f64>> { channels.iter().map(|c| whitener.apply(c)).collect() };
-        let residual = white(&study.evaluation.residual);
-        let columns = study.columns.iter().map(|c| white(c)).collect();
+        let residual = whitener.apply_each(&study.evaluation.residual);
+        let columns = study.columns.iter().map(|c| whitener.apply_each(c)).collect();
         let mut scanner = Self {
             study,
             draws,
@@ -168,8 +167,7 @@ impl<'a> Scanner<'a> {
                     })
                     .collect()
             };
-            let white: Vec<Vec<Vec<f64>>> =
-                columns.iter().map(|c| c.iter().map(|c| self.whitener.apply(c)).collect()).collect();
+            let white: Vec<Vec<Vec<f64>>> = columns.iter().map(|c| self.whitener.apply_each(c)).collect();
             let (score, coefficients) =
                 if linear == 0 { (self.fall_with(&white[0]), Vec::new()) } else { self.rise(&white) };
             let (removes, others) = self.lowers(&columns, linear == 0, self.unsure(index, &term).as_deref());

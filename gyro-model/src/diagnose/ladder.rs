@@ -87,9 +87,10 @@ pub(super) fn search<'a>(
                 last = suspects;
                 break;
             };
-            for (next, id) in way {
-                took(&next.study, Change::of(0, Some(id), None));
-                present = next;
+            for step in way {
+                let change = Change { aliases: step.aliases, ..Change::of(0, Some(step.id), None) };
+                took(&step.present.study, change);
+                present = step.present;
             }
             continue;
         }

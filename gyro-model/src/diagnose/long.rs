@@ -31,9 +31,9 @@ const RATE: f64 = 40.0;
 /// The parts of a long log.
 pub struct Parts {
     /// The whole at less detail.
-    pub thin: Bench,
+    thin: Bench,
     /// The stretch that turns most, in full.
-    pub stretch: Bench,
+    stretch: Bench,
 }
 
 impl Parts {
@@ -55,7 +55,7 @@ impl Parts {
         Study::fit(bench, &Study::fit(&self.thin, model, None).model, None)
     }
 
-    /// The suspects of each axis, and the part that shows them with the model fitted to it.
+    /// The model fitted to each part, and the suspects there.
     #[must_use]
     pub fn suspects(&self, model: &Model, options: &Options) -> [(Present<'_>, Vec<Refit<'_>>); 2] {
         [&self.thin, &self.stretch].map(|part| {

@@ -108,12 +108,7 @@ impl<'a> Present<'a> {
     pub fn with(study: Study<'a>, gls: Gls) -> Self {
         let whitener = noise::whitener(&study, &gls.noise);
         let draws = (0..DRAWS)
-            .map(|seed| {
-                floor::draw(study.bench, 0, &study.warm[0], &study.evaluation.lost, seed)
-                    .iter()
-                    .map(|c| whitener.apply(c))
-                    .collect()
-            })
+            .map(|seed| whitener.apply_each(&floor::draw(study.bench, 0, &study.warm[0], &study.evaluation.lost, seed)))
             .collect();
         let measure = Measure::of(&study, &gls);
         Self { excess: measure.excess, measure, draws, study, gls }
@@ -130,8 +125,7 @@ impl<'a> Present<'a> {
         let rest: Vec<usize> = (0..own.len()).filter(|&k| !own[k]).collect();
         let few = faer::Mat::from_fn(rest.len(), rest.len(), |i, j| normal.matrix[(rest[i], rest[j])]);
         let (few, _) = nls::invert_observable(&few, 1e-10);
-        let columns: Vec<Vec<Vec<f64>>> =
-            refit.columns.iter().map(|c| c.iter().map(|c| whitener.apply(c)).collect()).collect();
+        let columns: Vec<Vec<Vec<f64>>> = refit.columns.iter().map(|c| whitener.apply_each(c)).collect();
         let mut sum = 0.0;
         for draw in &self.draws {
             let g: Vec<f64> = columns.iter().map(|c| c.iter().zip(draw).map(|(a, b)| nls::dot(a, b)).sum()).collect();
@@ -142,7 +136,7 @@ impl<'a> Present<'a> {
             sum += 0.5 * (form(&all, &every) - form(&few, &rest));
         }
         let usual = 0.5 * own.iter().filter(|o| **o).count() as f64;
-        let residual: Vec<Vec<f64>> = refit.evaluation.residual.iter().map(|c| whitener.apply(c)).collect();
+        let residual = whitener.apply_each(&refit.evaluation.residual);
         let uneven = noise::unevenness(&columns, &residual, &all);
         let uneven = uneven.iter().zip(&own).filter(|(_, own)| **own).map(|(u, _)| u).sum::<f64>() / (2.0 * usual);
         (sum / n / usual).max(uneven).max(1.0)

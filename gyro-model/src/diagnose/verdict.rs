@@ -137,9 +137,12 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
     }
 }
 
-/// A positive number of rad in degrees, to two figures.
+/// A number of rad that is not negative, in degrees to two figures.
 fn degrees(radians: f64) -> String {
     let value = radians.to_degrees();
+    if value < 1e-9 {
+        return "0".to_owned();
+    }
     let decimals = (1.0 - value.log10().floor()).clamp(0.0, 12.0) as usize;
     format!("{value:.decimals$}")
 }

@@ -121,20 +121,19 @@ fn rows(study: &Study, every: usize) -> Rows {
 pub(crate) fn beyond_white(study: &Study, gls: &Gls) -> Vec<f64> {
     let (normal, whitener) = normal(study, &gls.noise);
     let (inverse, _) = nls::invert_observable(&normal.matrix, 1e-10);
-    let columns: Vec<Vec<Vec<f64>>> =
-        study.columns.iter().map(|c| c.iter().map(|c| whitener.apply(c)).collect()).collect();
+    let columns: Vec<Vec<Vec<f64>>> = study.columns.iter().map(|c| whitener.apply_each(c)).collect();
     let n = columns.len();
     let mut squares = vec![0.0; n];
     for seed in 0..SCATTER {
         let draw = floor::draw(study.bench, 0, &study.warm[0], &study.evaluation.lost, seed);
-        let white: Vec<Vec<f64>> = draw.iter().map(|c| whitener.apply(c)).collect();
+        let white = whitener.apply_each(&draw);
         let dot = |c: &Vec<Vec<f64>>| -> f64 { c.iter().zip(&white).map(|(a, b)| nls::dot(a, b)).sum() };
         let along: Vec<f64> = columns.iter().map(dot).collect();
         for (i, sum) in squares.iter_mut().enumerate() {
             *sum += (0..n).map(|j| inverse[(i, j)] * along[j]).sum::<f64>().powi(2);
         }
     }
-    let uneven = unevenness(&columns, &white_of(study, &whitener), &inverse);
+    let uneven = unevenness(&columns, &whitener.apply_each(&study.evaluation.residual), &inverse);
     let factor = |i: usize| (squares[i] / SCATTER as f64 / inverse[(i, i)]).max(uneven[i]).sqrt();
     (0..n).map(|i| if inverse[(i, i)] > 0.0 { factor(i).max(1.0) } else { 1.0 }).collect()
 }
@@ -158,10 +157,6 @@ pub(crate) fn unevenness(columns: &[Vec<Vec<f64>>], residual: &[Vec<f64>], inver
     }
     let ratio = |(k, sum): (usize, f64)| if inverse[(k, k)] > 0.0 { sum / inverse[(k, k)] } else { 1.0 };
     sums.into_iter().enumerate().map(ratio).collect()
-}
-
-fn white_of(study: &Study, whitener: &Whitener) -> Vec<Vec<f64>> {
-    study.evaluation.residual.iter().map(|channel| whitener.apply(channel)).collect()
 }
 
 /// Draws of noise alone for that.
@@ -224,14 +219,7 @@ fn search_rows(study: &Study) -> Rows {
 fn limits(rows: &Rows) -> Limits {
     let span = rows.t.last().unwrap_or(&0.0) - rows.t.first().unwrap_or(&0.0);
     let step = rows.t.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
-    let any = f64::INFINITY;
-    let most = NoiseModel {
-        angle_random_walk: any,
-        bias_random_walk: any,
-        encoder: any,
-        correlated: any,
-        correlation_time: (1.0 - 1e-9) * LASTS * span,
-    };
+    let most = NoiseModel { correlation_time: (1.0 - 1e-9) * LASTS * span, ..NoiseModel::UNLIMITED };
     Limits { most, shortest: 2.0 * step }
 }
 

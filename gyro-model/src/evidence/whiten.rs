@@ -31,6 +31,17 @@ pub struct NoiseModel {
     pub correlation_time: f64,
 }
 
+impl NoiseModel {
+    /// No limit to any parameter.
+    pub const UNLIMITED: Self = Self {
+        angle_random_walk: f64::INFINITY,
+        bias_random_walk: f64::INFINITY,
+        encoder: f64::INFINITY,
+        correlated: f64::INFINITY,
+        correlation_time: f64::INFINITY,
+    };
+}
+
 /// The readings that the filter runs over.
 #[derive(Clone, Debug, Default)]
 pub struct Rows {
@@ -185,6 +196,12 @@ impl Whitener {
             out[row] = state.innovate(step, y[row]) * step.weight;
         }
         out
+    }
+
+    /// The same of every channel.
+    #[must_use]
+    pub fn apply_each(&self, channels: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        channels.iter().map(|channel| self.apply(channel)).collect()
     }
 
     /// Σ ln S over some of the reference rows.
