@@ -74,20 +74,62 @@ fn every_effect_of_time_filter_range_or_reference_comes_back_as_it_was_hidden() 
     CATALOGUE.iter().filter(elsewhere).for_each(|effect| comes_back(*effect));
 }
 
-#[test]
-fn standard_errors_are_as_large_as_the_scatter_over_sensors_noise() {
-    const LOGS: u64 = 16;
-    let mut square = [0.0; 2];
-    for seed in 0..LOGS {
-        let simulated = simulate(&scenario(Vec::new(), 100 + seed));
+/// Σ over sensors' noise of (error / standard error)² for α and δ, with a bias that walks so much, rad/s/√s.
+fn scatter(logs: u64, walk: f64) -> [f64; 2] {
+    let mut squares = [0.0; 2];
+    for seed in 0..logs {
+        let mut scenario = scenario(Vec::new(), 100 + seed);
+        scenario.sensor.bias_random_walk = walk;
+        let simulated = simulate(&scenario);
         let model = fit(&simulated.record, &Model::base_for(&simulated.record), &[Axis::X]).unwrap();
         let [truth, fitted] = [&simulated.truth, &model].map(|m| m.axes[0].as_ref().unwrap());
-        for (sum, (truth, fitted)) in square.iter_mut().zip(truth.terms.iter().zip(&fitted.terms)) {
+        for (sum, (truth, fitted)) in squares.iter_mut().zip(truth.terms.iter().zip(&fitted.terms)) {
             *sum += ((fitted.values[0] - truth.values[0]) / fitted.std_errors[0]).powi(2);
         }
     }
-    for (sum, name) in square.iter().zip(["alpha", "delta"]) {
-        // χ² of 16 degrees of freedom: 0.1 % lies below 3.9, 0.1 % above 39; quantisation makes it no Gaussian.
-        assert!((3.0..48.0).contains(sum), "{name}: {sum} for {LOGS} logs");
+    squares
+}
+
+#[test]
+fn standard_errors_are_as_large_as_the_scatter_over_sensors_noise() {
+    const LOGS: u64 = 16;
+    for walk in [0.0, 1e-6, 1e-5, 1e-4] {
+        for (sum, name) in scatter(LOGS, walk).iter().zip(["alpha", "delta"]) {
+            eprintln!("{name}: {sum} for {LOGS} logs with a walk of {walk}");
+            // χ² of 16 degrees of freedom: 0.1 % lies below 3.9, 0.1 % above 39; quantisation makes it no Gaussian.
+            assert!((3.0..48.0).contains(sum), "{name}: {sum} for {LOGS} logs with a walk of {walk}");
+        }
+    }
+}
+
+#[test]
+fn a_fit_ends_at_one_place_wherever_it_starts() {
+    let scenario = Scenario {
+        motion: Motion::Drive { rate: 1.2, hold: 2.0 },
+        seconds: 400.0,
+        seed: 12,
+        sensor: SensorSpec::default(),
+        hidden: vec![Hidden::parse("delay:d=0.012", Axis::X).unwrap()],
+        ..Scenario::default()
+    };
+    let simulated = simulate(&scenario);
+    let from = |start: &AxisModel| {
+        let start = Model { axes: [Some(start.clone()), None, None], ..Model::default() };
+        fit(&simulated.record, &start, &[Axis::X]).unwrap().axes[0].clone().unwrap()
+    };
+    let first = from(simulated.truth.axes[0].as_ref().unwrap());
+    for sigmas in [-2.5, -0.5, 1.5] {
+        let mut start = first.clone();
+        for term in &mut start.terms {
+            for (value, std_error) in term.values.iter_mut().zip(&term.std_errors) {
+                *value += sigmas * std_error;
+            }
+        }
+        for (one, other) in first.terms.iter().zip(&from(&start).terms) {
+            for ((card, one, std_error), (_, other, _)) in one.parameters(Axis::X).zip(other.parameters(Axis::X)) {
+                let apart = (one - other).abs() / std_error;
+                assert!(apart < 0.02, "{} ends {apart} of its standard errors away from {sigmas}", card.name);
+            }
+        }
     }
 }

@@ -40,13 +40,14 @@ impl Limits {
     }
 }
 
-/// The largest |reading|, where it is reached far more often than the values just below it.
+/// The largest |reading|, where it is reached far more often than the values just below it, or held longer than a motion
+/// can hold its turning point.
 fn rail(readings: &[f64]) -> Option<f64> {
     let mut size: Vec<f64> = readings.iter().map(|g| g.abs()).collect();
     let top = size.iter().copied().reduce(f64::max)?;
     let near = 1e-6 * top;
     let at = size.iter().filter(|&&g| g > top - near).count();
-    if at < 8 {
+    if at < FEWEST_HELD {
         return None;
     }
     first_sorted(&mut size, at + at.max(30).max(LOOKED_AT), |a, b| b.total_cmp(a));
@@ -56,9 +57,52 @@ fn rail(readings: &[f64]) -> Option<f64> {
     let spread = top - next.last()?;
     let step = smallest_gap(&below[..below.len().min(LOOKED_AT)], near);
     let levels = (spread / step).max(1.0);
-    let usual = next.len() as f64 / levels;
-    (at as f64 > 6.0 * usual.max(1.0)).then_some(top)
+    // What is read more often than it is measured stands there several times.
+    let repeats = repeats(readings, top - near);
+    let (at, usual) = (at / repeats, next.len() as f64 / levels / repeats as f64);
+    let often = at >= 8 && at as f64 > 6.0 * usual.max(1.0);
+    (often || is_flat_topped(readings, top - near, step)).then_some(top)
 }
+
+/// How often a reading below `edge` stands there one time after the other: the median.
+fn repeats(readings: &[f64], edge: f64) -> usize {
+    let below = readings.chunk_by(|a, b| a == b).filter(|run| run[0].abs() <= edge);
+    let mut lengths: Vec<usize> = below.map(<[f64]>::len).collect();
+    let middle = lengths.len() / 2;
+    if lengths.is_empty() { 1 } else { *lengths.select_nth_unstable(middle).1 }
+}
+
+/// Whether some turning point beyond `edge` is flat although the readings beside it have fallen away by many steps, and
+/// nothing else in the log stands still like that (as it does where readings are repeated).
+///
+/// A smooth peak falls with the square of the time: where the neighbours of m equal readings lie d lower in the mean, the first and the
+/// last of these lie d ((m − 1)/(m + 1))² below their middle.
+fn is_flat_topped(readings: &[f64], edge: f64, step: f64) -> bool {
+    let mut held = Vec::new();
+    let mut elsewhere = 0;
+    let mut first = 0;
+    for run in readings.chunk_by(|a, b| a == b) {
+        let (last, m) = (first + run.len(), run.len());
+        if first > 0 && last < readings.len() {
+            let value = readings[first];
+            let falls = |neighbour: f64| (value - neighbour).abs();
+            let fall = 0.5 * (falls(readings[first - 1]) + falls(readings[last]));
+            let inside = fall * ((m as f64 - 1.0) / (m as f64 + 1.0)).powi(2);
+            if value.abs() > edge && m >= FEWEST_HELD && inside > STEPS * step {
+                held.push(m);
+            } else if value.abs() <= edge && value != 0.0 && fall > STEPS * step {
+                elsewhere = elsewhere.max(m);
+            }
+        }
+        first = last;
+    }
+    held.iter().any(|&m| m >= 2 * elsewhere)
+}
+
+/// Readings that a rail has to hold one after the other.
+const FEWEST_HELD: usize = 4;
+/// Steps by which a smooth peak would fall within them.
+const STEPS: f64 = 6.0;
 
 /// Half width of the hole about zero: readings of exactly zero, and none up to the smallest other one.
 fn hole(readings: &[f64]) -> Option<f64> {
@@ -111,6 +155,20 @@ mod tests {
         assert_eq!(rail(&whole), None);
         let clipped: Vec<f64> = whole.iter().map(|g| g.clamp(-3.0, 3.0)).collect();
         assert_eq!(rail(&clipped), Some(3.0));
+    }
+
+    #[test]
+    fn a_rail_shows_that_is_reached_only_once_and_repeated_readings_show_none() {
+        let burst = |k: f64| 4.0 * (0.1 * k).sin() * (-((k - 1000.0) / 200.0).powi(2)).exp();
+        let whole: Vec<f64> = (0..2_000).map(|k| (burst(f64::from(k)) / 1e-3).round() * 1e-3).collect();
+        let top = whole.iter().map(|g| g.abs()).fold(0.0, f64::max);
+        assert_eq!(rail(&whole), None);
+        let limit = 0.985 * top;
+        let clipped: Vec<f64> = whole.iter().map(|g| g.clamp(-limit, limit)).collect();
+        assert_eq!(clipped.iter().filter(|g| g.abs() >= limit).count(), 7);
+        assert_eq!(rail(&clipped), Some(limit));
+        let repeated: Vec<f64> = whole.iter().step_by(8).flat_map(|&g| [g; 8]).collect();
+        assert_eq!(rail(&repeated), None);
     }
 
     #[test]

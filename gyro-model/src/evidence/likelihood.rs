@@ -26,6 +26,10 @@ const METRIC: usize = 4;
 const H: f64 = 1e-5;
 /// Fall of −2 ln L with which a step is the last.
 const ENOUGH: f64 = 1e-3;
+/// Variance of the constant rate that a residual may have, (rad/s)²: any. Its bias was fitted, and a walk that was fitted away
+/// with it looks smaller than it is; integrated over what was fitted, the likelihood is not fooled (restricted maximum
+/// likelihood, Patterson and Thompson 1971), and does not hang on where the fit stood.
+const UNKNOWN_RATE: f64 = 1.0;
 /// By how much the logarithm of a parameter may move in all.
 const REACH: f64 = 9.0;
 
@@ -116,7 +120,7 @@ fn score<const L: usize>(p: &[f64], rows: &Rows, residual: &[Vec<f64>]) -> Norma
     });
     let law = Law::new(&noises);
     let mut spread = Spread { cc: law.c2, ..Spread::default() };
-    spread.aa = Lanes([1e6; L]);
+    (spread.aa, spread.bb) = (Lanes([1e6; L]), Lanes([UNKNOWN_RATE; L]));
     let mut states = vec![State::<L>::default(); residual.len()];
     let channels = residual.len() as f64;
     let (mut logs, mut squares, mut even) = (LogSum::default(), 0.0, f64::NAN);

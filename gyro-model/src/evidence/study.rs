@@ -251,13 +251,14 @@ impl<'a> Study<'a> {
         slot.series == series && self.model.axes[axis].as_ref().is_some_and(|m| slot.term + 1 == m.terms.len())
     }
 
-    /// Writes standard errors and noise into the model.
+    /// Writes standard errors and noise into the model. Where generalised least squares would end elsewhere than these
+    /// parameters stand, nobody knows which of the two is right: the way between them is part of the error.
     pub fn stamp(&mut self, gls: &Gls) {
         let beyond = noise::beyond_white(self, gls);
         for (k, slot) in self.slots.iter().enumerate() {
             let axis = self.bench.problem.series[slot.series].axis.index();
             if let Some(model) = &mut self.model.axes[axis] {
-                model.terms[slot.term].std_errors[slot.parameter] = beyond[k] * gls.std_error(k);
+                model.terms[slot.term].std_errors[slot.parameter] = gls.step[k].hypot(beyond[k] * gls.std_error(k));
             }
         }
         for series in &self.bench.problem.series {
