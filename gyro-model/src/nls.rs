@@ -129,13 +129,22 @@ pub struct Options {
     pub absolute: f64,
     /// λ to begin with.
     pub damping: f64,
+    /// No parameter moves further in one step.
+    pub longest_step: f64,
     /// A direction counts as unobservable when its eigenvalue of the scaled matrix is below this.
     pub rank_tolerance: f64,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { max_iterations: 50, tolerance: 1e-12, absolute: 0.0, damping: 1e-6, rank_tolerance: 1e-11 }
+        Self {
+            max_iterations: 50,
+            tolerance: 1e-12,
+            absolute: 0.0,
+            damping: 1e-6,
+            longest_step: f64::INFINITY,
+            rank_tolerance: 1e-11,
+        }
     }
 }
 
@@ -182,7 +191,8 @@ pub fn minimise(
     let mut converged = false;
     for _ in 0..options.max_iterations {
         let Some(step) = solve(&normal, lambda) else { break };
-        let trial: Vec<f64> = values.iter().zip(&step).zip(bounds).map(|((v, s), b)| (v + s).clamp(b.0, b.1)).collect();
+        let (longest, steps) = (options.longest_step, values.iter().zip(&step).zip(bounds));
+        let trial: Vec<f64> = steps.map(|((v, s), b)| (v + s.clamp(-longest, longest)).clamp(b.0, b.1)).collect();
         let cost = evaluate(&trial, false).cost;
         if cost.is_finite() && cost <= normal.cost {
             let fall = normal.cost - cost;

@@ -30,6 +30,9 @@ const ENOUGH: f64 = 1e-3;
 /// with it looks smaller than it is; integrated over what was fitted, the likelihood is not fooled (restricted maximum
 /// likelihood, Patterson and Thompson 1971), and does not hang on where the fit stood.
 const UNKNOWN_RATE: f64 = 1.0;
+/// By how much the logarithm of a parameter may move in one step: where it hardly matters, the information says nothing
+/// of what it will do once it does.
+const STRIDE: f64 = 2.0;
 /// By how much the logarithm of a parameter may move in all.
 const REACH: f64 = 9.0;
 
@@ -81,7 +84,13 @@ pub fn seek(
         last = Some((p.to_vec(), normal.clone()));
         normal
     };
-    let options = nls::Options { max_iterations: steps, absolute: ENOUGH, damping: 1e-2, ..nls::Options::default() };
+    let options = nls::Options {
+        max_iterations: steps,
+        absolute: ENOUGH,
+        damping: 1e-2,
+        longest_step: STRIDE,
+        ..nls::Options::default()
+    };
     let inside: Vec<f64> = p.iter().zip(&bounds).map(|(v, b)| v.clamp(b.0, b.1)).collect();
     let found = nls::minimise(&inside, &bounds, evaluate, &options);
     (NoiseModel::from_logs(&found.values), 0.5 * found.cost)
