@@ -126,20 +126,24 @@ impl<'a> Present<'a> {
         let few = faer::Mat::from_fn(rest.len(), rest.len(), |i, j| normal.matrix[(rest[i], rest[j])]);
         let (few, _) = nls::invert_observable(&few, 1e-10);
         let columns: Vec<Vec<Vec<f64>>> = refit.columns.iter().map(|c| whitener.apply_each(c)).collect();
-        let mut sum = 0.0;
+        let (mut sum, mut largest) = (0.0, 0.0_f64);
         for draw in &self.draws {
             let g: Vec<f64> = columns.iter().map(|c| c.iter().zip(draw).map(|(a, b)| nls::dot(a, b)).sum()).collect();
             let form = |m: &faer::Mat<f64>, pick: &[usize]| -> f64 {
                 (0..pick.len()).map(|i| (0..pick.len()).map(|j| g[pick[i]] * m[(i, j)] * g[pick[j]]).sum::<f64>()).sum()
             };
             let every: Vec<usize> = (0..g.len()).collect();
-            sum += 0.5 * (form(&all, &every) - form(&few, &rest));
+            let rise = 0.5 * (form(&all, &every) - form(&few, &rest));
+            (sum, largest) = (sum + rise, largest.max(rise));
         }
-        let usual = 0.5 * own.iter().filter(|o| **o).count() as f64;
+        let freedom = own.iter().filter(|o| **o).count() as f64;
+        let usual = 0.5 * freedom;
+        // An encoder's errors may add up on a few draws and cancel on the others: the largest counts too.
+        let rare = ChiSquared::new(freedom).map_or(f64::INFINITY, |law| 0.5 * law.inverse_cdf(RARE));
         let residual = whitener.apply_each(&refit.evaluation.residual);
         let uneven = noise::unevenness(&columns, &residual, &all);
         let uneven = uneven.iter().zip(&own).filter(|(_, own)| **own).map(|(u, _)| u).sum::<f64>() / (2.0 * usual);
-        (sum / n / usual).max(uneven).max(1.0)
+        (sum / n / usual).max(largest / rare).max(uneven).max(1.0)
     }
 
     /// What undoing a sensor's response gains in ln L on noise alone: an inverse shapes the reading's noise as well as
@@ -484,5 +488,7 @@ const DOMINATES: f64 = 0.4;
 const SHAPES: f64 = 2.0;
 /// Draws of noise alone that a response is undone on.
 const SHAPED: u64 = 4;
+/// Share of draws that white noise leaves below what the largest is compared with.
+const RARE: f64 = 0.99;
 /// Draws of noise alone.
 const DRAWS: u64 = 20;

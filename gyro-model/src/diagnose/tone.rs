@@ -15,23 +15,36 @@ pub fn frequencies(t: &[f64]) -> f64 {
 }
 
 /// The strongest frequencies from 1 Hz up at which the reading has a line too, strongest first, Hz; none where the rows
-/// are too few for a spectrum.
+/// are too few for a spectrum. A reference that is read more seldom than the gyro shows a fast tone at one of its images.
 #[must_use]
 pub fn peaks(white: &[Vec<f64>], t: &[f64], series: &Series) -> Vec<f64> {
     let (Some(spectrum), Some(reading)) = (Spectrum::new(white, t), Prominence::new(series)) else { return Vec::new() };
-    let mut chosen: Vec<usize> = Vec::new();
+    let mut chosen: Vec<(usize, f64)> = Vec::new();
     for k in spectrum.tops() {
         // The side lobes of a line are not lines.
-        let own = chosen.iter().all(|c| c.abs_diff(k) > LOBES);
-        if own && reading.at(k as f64 * spectrum.bin) > PROMINENT {
-            chosen.push(k);
+        if chosen.iter().all(|(c, _)| c.abs_diff(k) > LOBES) {
+            let images = images(k as f64 * spectrum.bin, t, &series.t);
+            let seen = images.into_iter().filter(|&f| reading.at(f) > PROMINENT);
+            chosen.extend(seen.max_by(|&a, &b| reading.at(a).total_cmp(&reading.at(b))).map(|f| (k, f)));
         }
         if chosen.len() == LINES {
             break;
         }
     }
-    chosen.iter().map(|&k| reading.spectrum.line(reading.next_to(k as f64 * spectrum.bin))).collect()
+    chosen.iter().map(|&(_, f)| reading.spectrum.line(reading.next_to(f))).collect()
 }
+
+/// What looks like a frequency when seen only at `seldom`, up to what rows at `often` can hold: |f ± k/Δt|, Hz.
+fn images(frequency: f64, seldom: &[f64], often: &[f64]) -> Vec<f64> {
+    let rate = |t: &[f64]| (t.len() - 1) as f64 / (t[t.len() - 1] - t[0]);
+    let (step, highest) = (rate(seldom), HIGHEST * 0.5 * rate(often));
+    let turns = (0..).map(|k| f64::from(k) * step).take_while(|turn| *turn <= highest + frequency);
+    let both = turns.flat_map(|turn| [turn + frequency, turn - frequency]);
+    both.filter(|f| *f > 0.0 && *f <= highest).collect()
+}
+
+/// Share of the Nyquist frequency up to which lines are looked for.
+const HIGHEST: f64 = 0.98;
 
 /// The strongest frequency, Hz, where it stands out of what noise alone (`draws`, whitened) shows anywhere, and where the
 /// reading's own line would drown in the motion about it.
@@ -143,7 +156,7 @@ impl Spectrum {
     /// Bins of the local maxima from 1 Hz to just below the Nyquist frequency, highest first.
     fn tops(&self) -> Vec<usize> {
         let first = (1.0 / self.bin).ceil() as usize + 1;
-        let last = (0.98 * (self.power.len() - 1) as f64) as usize;
+        let last = (HIGHEST * (self.power.len() - 1) as f64) as usize;
         let is_top = |k: usize| self.power[k] >= self.power[k - 1] && self.power[k] > self.power[k + 1];
         let mut tops: Vec<usize> = (first..last.max(first)).filter(|&k| is_top(k)).collect();
         tops.sort_by(|&a, &b| self.power[b].total_cmp(&self.power[a]));
@@ -184,4 +197,19 @@ pub fn in_reading(series: &Series, frequency: f64, sine: f64, cosine: f64, alpha
     }
     let (s, c) = (2.0 * alpha * s / sum, 2.0 * alpha * c / sum);
     (s - sine).hypot(c - cosine) < 0.5 * sine.hypot(cosine)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::images;
+
+    #[test]
+    fn a_fast_tone_is_looked_for_at_every_frequency_that_looks_like_it() {
+        let rows = |dt: f64| -> Vec<f64> { (0..1000).map(|k| f64::from(k) * dt).collect() };
+        let seen: Vec<f64> = images(1.8, &rows(0.04), &rows(0.01));
+        let expected = [1.8, 26.8, 23.2, 48.2];
+        assert_eq!(seen.len(), expected.len(), "{seen:?}");
+        assert!(seen.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{seen:?}");
+        assert_eq!(images(1.8, &rows(0.01), &rows(0.01)), [1.8]);
+    }
 }

@@ -339,6 +339,10 @@ pub(crate) fn likelier(study: &Study, known: &Gls, start: &NoiseModel) -> Option
     (cost < before - worth).then(|| at_noise(study, &noise)).filter(|gls| gls.log_likelihood > known.log_likelihood)
 }
 
+/// Share of what the whole log tells of a direction that has to stand outside a block, for the rest to be asked about it:
+/// what happened once, in this block, nothing else can know.
+const ELSEWHERE: f64 = 0.1;
+
 /// Generalised least squares under a given noise.
 pub(crate) fn at_noise(study: &Study, noise: &NoiseModel) -> Gls {
     let whitener = Whitener::new(noise, &rows(study, 1));
@@ -363,7 +367,7 @@ pub(crate) fn at_noise(study: &Study, noise: &NoiseModel) -> Gls {
         .map(|b| {
             let mut rest = total.clone();
             rest.merge(&blocks[b], -1.0);
-            let p = rest.step_from(&total, 1e-4);
+            let p = rest.step_from(&total, ELSEWHERE);
             let cost = blocks[b].cost_after(&p);
             let range = edge(b)..if b + 1 == BLOCKS { t.len() } else { edge(b + 1) };
             -0.5 * (cost + channels as f64 * whitener.log_determinant_of(range))

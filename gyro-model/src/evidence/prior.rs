@@ -3,9 +3,10 @@
 //! Physics that the model lacks must not hide in the yardstick it is measured with, so nothing here looks at the
 //! residual. The sixth difference of the reading removes smooth motion; its variance over white noise's (the sum of the
 //! squared binomials, 924) is the noise of one sample. Where motion is so jerky that it reaches even there, the quietest
-//! stretches of the log speak alone.
+//! stretches of the log speak alone. What stands in single lines of the differences' spectrum is a vibration, not noise.
 
 use super::series::Series;
+use realfft::RealFftPlanner;
 
 /// What the sensors' own signals say about their noise.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,6 +46,47 @@ fn stretches(values: &[f64], skip: impl Fn(usize) -> bool) -> Vec<f64> {
     out
 }
 
+/// Share of the sixth differences' variance that stands in single lines of their spectrum (Hann taper).
+fn lines(values: &[f64], skip: impl Fn(usize) -> bool) -> f64 {
+    let mut d = values.to_vec();
+    for _ in 0..ORDER {
+        d = d.windows(2).map(|w| w[1] - w[0]).collect();
+    }
+    for k in (0..values.len()).filter(|&k| skip(k)) {
+        let reached = k.saturating_sub(ORDER)..(k + 1).min(d.len());
+        d[reached].fill(0.0);
+    }
+    let n = d.len();
+    let taper = |k: usize| 0.5 - 0.5 * (std::f64::consts::TAU * (k as f64 + 0.5) / n as f64).cos();
+    let mut tapered: Vec<f64> = d.iter().enumerate().map(|(k, d)| taper(k) * d).collect();
+    let fft = RealFftPlanner::<f64>::new().plan_fft_forward(n);
+    let mut spectrum = fft.make_output_vec();
+    if n < 8 * BESIDE || fft.process(&mut tapered, &mut spectrum).is_err() {
+        return 0.0;
+    }
+    let power: Vec<f64> = spectrum.iter().map(realfft::num_complex::Complex::norm_sqr).collect();
+    // What white noise has there, but for its size.
+    let gain =
+        |k: usize| (2.0 * (std::f64::consts::PI * k as f64 / n as f64).sin()).powf(2.0 * ORDER as f64).max(1e-300);
+    let mut sum = 0.0;
+    for (j, part) in power.chunks(BESIDE).enumerate() {
+        let gain = |k: usize| gain(j * BESIDE + k);
+        let mut sorted: Vec<f64> = part.iter().enumerate().map(|(k, p)| p / gain(k)).collect();
+        sorted.sort_by(f64::total_cmp);
+        // The median of an exponential law lies at ln 2 of its mean.
+        let white = sorted[sorted.len() / 2] / std::f64::consts::LN_2;
+        let over = part.iter().enumerate().map(|(k, p)| (p - white * gain(k), white * gain(k)));
+        sum += over.filter(|(over, usual)| *over > LINE * usual).map(|(over, _)| over).sum::<f64>();
+    }
+    let all = power.iter().sum::<f64>();
+    if all > 0.0 { sum / all } else { 0.0 }
+}
+
+/// Values of a spectrum that a line is compared with.
+const BESIDE: usize = 64;
+/// Times their mean that it stands out by: of a million values of white noise one does.
+const LINE: f64 = 14.0;
+
 /// Mean variance of a signal, and what the quietest fiftieth of its stretches says it is.
 #[derive(Clone, Copy, Debug, Default)]
 struct Spread {
@@ -67,6 +109,11 @@ impl Spread {
         Self { mean, quiet }
     }
 
+    /// Without a share of it.
+    fn less(self, share: f64) -> Self {
+        Self { mean: self.mean * (1.0 - share), quiet: self.quiet * (1.0 - share) }
+    }
+
     fn uneven(self) -> bool {
         self.mean > 4.0 * self.quiet
     }
@@ -81,7 +128,7 @@ pub fn prior(series: &Series, reference: &[f64]) -> Prior {
         series.missing[k] || (k > 1 && series.gyro[k] == series.gyro[k - 1] && series.gyro[k] == series.gyro[k - 2])
     };
     let lsb = smallest_step(&series.gyro);
-    let gyro = Spread::of(stretches(&series.gyro, flat));
+    let gyro = Spread::of(stretches(&series.gyro, flat)).less(lines(&series.gyro, |k| series.missing[k]));
     let angle = Spread::of(stretches(reference, |_| false));
     let step = series.quantum.powi(2) / 12.0;
     let known = if step > 0.0 { step } else { angle.quiet };
@@ -127,4 +174,31 @@ fn smallest_step(values: &[f64]) -> f64 {
 #[must_use]
 pub fn weights(prior: &Prior, tau: &[f64]) -> Vec<f64> {
     tau.iter().map(|t| (prior.angle_random_walk.powi(2) / t + 2.0 * (prior.encoder / t).powi(2)).sqrt()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        Axis, Model,
+        simulate::{Hidden, Motion, Scenario, SensorSpec, simulate},
+    };
+
+    fn noise_found(motion: Motion, hidden: &[&str]) -> f64 {
+        let hidden = hidden.iter().map(|h| Hidden::parse(h, Axis::X).expect("an effect")).collect();
+        let scenario = Scenario { motion, seed: 3, hidden, sensor: SensorSpec::default(), ..Scenario::default() };
+        let record = simulate(&scenario).record;
+        let series = Series::new(&record, Axis::X, &Model::base_for(&record).origin).expect("a series");
+        prior(&series, &series.reference_angle).angle_random_walk * 2_f64.sqrt() / scenario.sensor.noise_density
+    }
+
+    #[test]
+    fn a_vibration_is_no_noise() {
+        for motion in [Motion::Multisine { travel: 6.0 }, Motion::Drive { rate: 1.2, hold: 2.0 }] {
+            let quiet = noise_found(motion, &[]);
+            assert!((quiet - 1.0).abs() < 0.15, "{quiet} on {motion:?}");
+            let shaken = noise_found(motion, &["vibration-tone:a_sin=0.06,a_cos=0.02,f=31.7"]);
+            assert!((shaken / quiet - 1.0).abs() < 0.1, "{shaken} with a tone, {quiet} without on {motion:?}");
+        }
+    }
 }

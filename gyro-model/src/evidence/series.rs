@@ -88,27 +88,43 @@ fn quantum(values: &[f64]) -> f64 {
     // Values are printed with finite digits: copies of one count may differ by a rounding.
     let smallest = 1e-2 * gaps[gaps.len() - 1 - gaps.len() / 20];
     gaps.retain(|&d| d > smallest);
-    let Some(&guess) = gaps.get(gaps.len() / 20) else { return 0.0 };
+    // Where there are few, every one counts.
+    let guess = if gaps.len() < FEW { gaps.first() } else { gaps.get(gaps.len() / 20) };
+    let Some(&guess) = guess else { return 0.0 };
     // A regular motion returns to the same few counts: even the smallest gaps may be several steps.
     (1..=MOST_STEPS).map(|steps| refined(guess / f64::from(steps), &gaps)).find(|&q| fits(q, &gaps)).unwrap_or(0.0)
 }
 
+/// Gaps of which none is left out.
+const FEW: usize = 200;
 /// Steps that the smallest gaps may be.
 const MOST_STEPS: u32 = 24;
+/// Gaps that a step is seen in: those of so few steps, or so many if fewer are that small.
+const NEAR: (f64, usize) = (40.0, 20);
+
+/// The smallest gaps, by which a step of `q` is judged.
+fn near(q: f64, gaps: &[f64]) -> &[f64] {
+    &gaps[..gaps.partition_point(|&d| d < NEAR.0 * q).max(NEAR.1).min(gaps.len())]
+}
 
 /// The step nearest to `q` that the smallest gaps are multiples of.
 fn refined(q: f64, gaps: &[f64]) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
-    for d in gaps.iter().take_while(|&&d| d < 30.5 * q) {
+    let mut q = q;
+    for d in near(q, gaps) {
+        // The more steps so far, the better is known what a step is, and the larger a gap may be counted.
         sum += d;
         count += (d / q).round();
+        if count > 0.0 {
+            q = sum / count;
+        }
     }
-    if count > 0.0 { sum / count } else { q }
+    q
 }
 
 /// Whether nine in ten of the gaps are multiples of `q`.
 fn fits(q: f64, gaps: &[f64]) -> bool {
-    let near: Vec<f64> = gaps.iter().copied().take_while(|&d| d < 40.0 * q).collect();
+    let near = near(q, gaps);
     let on = near.iter().filter(|&d| (d / q - (d / q).round()).abs() < 0.12).count();
     near.len() > 10 && on * 10 >= near.len() * 9
 }
@@ -261,6 +277,18 @@ mod tests {
         let angle = |k: i32| 150_f64.to_radians() * (std::f64::consts::TAU * 0.25 * 0.01 * f64::from(k)).sin();
         let counts: Vec<f64> = (0..6000).map(|k| ((angle(k) / q).round() * q * 1e9).round() / 1e9).collect();
         assert!((quantum(&counts) - q).abs() < 1e-3 * q, "{}", quantum(&counts));
+    }
+
+    #[test]
+    fn the_step_is_found_where_a_regular_motion_is_read_so_seldom_that_no_two_counts_are_neighbours() {
+        for counts_a_turn in [8192.0, 10_000.0, 16_384.0, 20_000.0] {
+            let q = std::f64::consts::TAU / counts_a_turn;
+            let angle = |k: i32| 150_f64.to_radians() * (std::f64::consts::TAU * 0.25 * 0.04 * f64::from(k)).sin();
+            let counts: Vec<f64> = (0..1500).map(|k| ((angle(k) / q).round() * q * 1e9).round() / 1e9).collect();
+            assert!((quantum(&counts) - q).abs() < 1e-3 * q, "{counts_a_turn}: {}", quantum(&counts));
+            let smooth: Vec<f64> = (0..1500).map(|k| (angle(k) * 1e9).round() / 1e9).collect();
+            assert_eq!(quantum(&smooth), 0.0);
+        }
     }
 
     #[test]
