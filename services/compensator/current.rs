@@ -1,7 +1,7 @@
 //! The model in use: its epoch, its message, its file; changed whole or not at all.
 
+use super::keeper::Writing;
 use crate::{
-    domain::write_whole,
     hopeless::Hopeless,
     model_file::{self, ModelFile, Provenance, render},
     run_folder::RunFolder,
@@ -13,7 +13,23 @@ use gyro_model::{
     effects::{self, Effect},
 };
 use ipc_types::Parameters;
-use std::{fs, path::Path};
+use std::path::Path;
+
+/// The next model, before its file is written.
+#[derive(Debug)]
+pub struct Proposal {
+    model: Model,
+    message: Parameters,
+    samples: u64,
+    what: What,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum What {
+    Solution,
+    Change,
+    Undo,
+}
 
 /// The model in use.
 #[derive(Debug)]
@@ -74,39 +90,67 @@ impl Current {
         }
     }
 
-    /// Writes the model for good, whole or not at all.
-    ///
-    /// # Errors
-    /// Where the file cannot be written.
-    pub fn save_to(&self, path: &Path, provenance: Provenance) -> anyhow::Result<()> {
-        model_file::save(
-            path,
-            &ModelFile { model: self.model.clone(), provenance: Some(provenance), own_effects: self.own.clone() },
-        )
+    /// The file that holds the model for good.
+    #[must_use]
+    pub fn saved_to(&self, path: &Path, provenance: Provenance) -> Writing {
+        let file = ModelFile { model: self.model.clone(), provenance: Some(provenance), own_effects: self.own.clone() };
+        Writing { files: vec![(path.to_owned(), render(&file))], spent: None }
     }
 
-    /// Takes a changed model as the next epoch; [`Self::undo`] brings the present one back.
+    /// A solution as the next epoch, on so many rows.
     ///
     /// # Errors
-    /// As [`Self::take`].
-    pub fn change(&mut self, model: Model, folder: &RunFolder) -> anyhow::Result<()> {
-        let before = self.model.clone();
+    /// Where the model has no room in a message.
+    pub fn solved(&self, model: Model, samples: u64, folder: &RunFolder) -> anyhow::Result<(Writing, Proposal)> {
+        self.proposed(model, samples, What::Solution, folder)
+    }
+
+    /// A changed model as the next epoch; [`Self::undone`] brings the present one back.
+    ///
+    /// # Errors
+    /// As [`Self::solved`].
+    pub fn changed(&self, model: Model, samples: u64, folder: &RunFolder) -> anyhow::Result<(Writing, Proposal)> {
+        let (mut writing, proposal) = self.proposed(model, samples, What::Change, folder)?;
         // First, so that a crash between the two leaves nothing that cannot be undone.
-        write_whole(&folder.model_before(), render(&self.file(before.clone())).as_bytes())?;
-        self.take(model, folder)?;
-        self.before.push(before);
-        Ok(())
+        writing.files.insert(0, (folder.model_before(), render(&self.file(self.model.clone()))));
+        Ok((writing, proposal))
     }
 
-    /// Brings back the model before the last change, as the next epoch; false where there is none.
+    /// The model before the last change as the next epoch; `None` where there is none.
     ///
     /// # Errors
-    /// As [`Self::take`].
-    pub fn undo(&mut self, folder: &RunFolder) -> anyhow::Result<bool> {
-        let Some(model) = self.before.pop() else { return Ok(false) };
-        self.take(model, folder)?;
-        let _ = fs::remove_file(folder.model_before());
-        Ok(true)
+    /// As [`Self::solved`].
+    pub fn undone(&self, folder: &RunFolder) -> anyhow::Result<Option<(Writing, Proposal)>> {
+        let Some(model) = self.before.last() else { return Ok(None) };
+        let (mut writing, proposal) = self.proposed(model.clone(), self.samples, What::Undo, folder)?;
+        writing.spent = Some(folder.model_before());
+        Ok(Some((writing, proposal)))
+    }
+
+    fn proposed(
+        &self,
+        model: Model,
+        samples: u64,
+        what: What,
+        folder: &RunFolder,
+    ) -> anyhow::Result<(Writing, Proposal)> {
+        let model = Model { epoch: self.model.epoch + 1, ..model };
+        let message = wire::parameters_of(&model)?;
+        let files = vec![(folder.model(), render(&self.file(model.clone())))];
+        Ok((Writing { files, spent: None }, Proposal { model, message, samples, what }))
+    }
+
+    /// Takes what was proposed: its files are there.
+    pub fn adopt(&mut self, proposal: Proposal) {
+        let before = std::mem::replace(&mut self.model, proposal.model);
+        match proposal.what {
+            What::Solution => {}
+            What::Change => self.before.push(before),
+            What::Undo => {
+                self.before.pop();
+            }
+        }
+        (self.message, self.samples) = (proposal.message, proposal.samples);
     }
 
     fn file(&self, model: Model) -> ModelFile {
@@ -138,18 +182,6 @@ impl Current {
         let base_only = self.first.axes.iter().all(Option::is_none)
             && self.model.axes.iter().flatten().all(|a| a.effect_ids() == ["scale-factor", "bias"]);
         if base_only || effects(&self.first) == effects(&self.model) { &self.first } else { &self.model }
-    }
-
-    /// Takes a solution as the next epoch: in the file first, so that a crash cannot lose what was given.
-    ///
-    /// # Errors
-    /// Where the file cannot be written, or the model has no room in a message: nothing has changed then.
-    pub fn take(&mut self, model: Model, folder: &RunFolder) -> anyhow::Result<()> {
-        let model = Model { epoch: self.model.epoch + 1, ..model };
-        let message = wire::parameters_of(&model)?;
-        folder.set_model(&self.file(model.clone()))?;
-        (self.model, self.message) = (model, message);
-        Ok(())
     }
 
     fn save(&self, folder: &RunFolder) -> anyhow::Result<()> {

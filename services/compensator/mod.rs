@@ -1,12 +1,13 @@
 //! compensator: keeps the raw rows, solves for the model's parameters beside the stream, gives them to kalman.
 //!
-//! One thread receives and answers, one solves ([`learner`]), one holds the model against the newest data and one searches
-//! for what is missing ([`judge`]); a late or slow solution slows nobody. How many rows each of them looks at follows from
+//! One thread receives and answers, one solves ([`learner`]), one holds the model against the newest data, one searches
+//! for what is missing ([`judge`]) and one writes files ([`keeper`]); a late or slow one of them slows nobody. How many rows each of them looks at follows from
 //! the time that it may take ([`budget`]).
 
 pub mod budget;
 pub mod current;
 pub mod judge;
+pub mod keeper;
 pub mod learner;
 pub mod message;
 pub mod orders;
@@ -22,7 +23,7 @@ use crate::{
     wire,
 };
 use budget::Budget;
-use current::Current;
+use current::{Current, Proposal};
 use gyro_model::{Model, fit::FitError};
 use ipc_types::{
     Command, Diagnosis, MARK_DATA, Parameters, Reply, Sample, ServiceId, State,
@@ -32,9 +33,10 @@ use ipc_types::{
     topic,
 };
 use judge::{Held, Judgement};
+use keeper::{Keeper, Keeping, Then, Writing};
 use learner::{Job, Learner, Solution, Task, not_excited};
 use orders::Answers;
-use std::{path::Path, sync::Arc, time::Duration};
+use std::{collections::VecDeque, path::Path, sync::Arc, time::Duration};
 use store::Store;
 use worker::{Cost, Worker};
 
@@ -95,7 +97,10 @@ struct Compensator<'a> {
     learner: Worker<Job, Solution>,
     judge: Worker<judge::Job, Result<Held, FitError>>,
     searcher: Worker<judge::Job, Result<Judgement, FitError>>,
+    keeper: Keeper,
     current: Current,
+    /// Commands that have not been begun.
+    orders: VecDeque<Command>,
     answers: Answers,
     challenger: Option<Challenger>,
     /// Number of the last sample; 0 before the first.
@@ -154,6 +159,8 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
         learner: Worker::start(duty, Cost::Thread, move |job: Job| learner.solve(&job)),
         judge: Worker::start(duty, Cost::Thread, move |job| judge::hold(&to_judge, &judged_rows, &name, job)),
         searcher: Worker::start(duty, Cost::Wall, move |job| judge::search(&to_search, &rows, &mut budget, job)),
+        keeper: keeper::start(),
+        orders: VecDeque::new(),
         answers: Answers::default(),
         challenger: None,
         facts,
@@ -198,8 +205,14 @@ impl Compensator<'_> {
     fn turn(&mut self) -> anyhow::Result<()> {
         self.receive()?;
         let settled = self.store.settle();
+        if let Some((keeping, result)) = self.keeper.result()? {
+            self.kept(keeping, result)?;
+        }
         self.obey()?;
-        if let Some(solution) = self.learner.result()? {
+        // While a model is being written none follows it.
+        if !self.keeper.is_busy()
+            && let Some(solution) = self.learner.result()?
+        {
             self.take(solution)?;
         }
         if let Some(Ok(found)) = self.searcher.result()? {
@@ -213,7 +226,7 @@ impl Compensator<'_> {
                 self.learn();
                 self.look_closer();
             }
-            Ending::Ended if settled && !self.learner.is_busy() => self.solve_once_more()?,
+            Ending::Ended if settled && !self.learner.is_busy() && !self.keeper.is_busy() => self.solve_once_more()?,
             _ => {}
         }
         if now_ns() > self.given_ns + AGAIN_NS {
@@ -269,6 +282,7 @@ impl Compensator<'_> {
         let learning = &self.settings.learning;
         if !is_due(self.solved_ns, learning.period)
             || !self.learner.is_ready()
+            || self.keeper.is_busy()
             || self.pulse.health.received < FEWEST_ROWS
         {
             return;
@@ -357,15 +371,11 @@ impl Compensator<'_> {
             return self.decide(challenger, solution);
         }
         let last = self.ending == Ending::Solving;
-        let without = match solution.model {
-            Err(error) => Some(error.to_string()),
+        let (model, without) = match solution.model {
+            Err(error) => (None, Some(error.to_string())),
             Ok(model) => match not_excited(&model) {
-                Some(reason) if !last => Some(reason),
-                _ => {
-                    self.current.take(model, self.folder)?;
-                    self.current.samples = solution.rows as u64;
-                    None
-                }
+                Some(reason) if !last => (None, Some(reason)),
+                _ => (Some(model), None),
             },
         };
         if self.rests_for != without {
@@ -375,7 +385,37 @@ impl Compensator<'_> {
             );
             self.rests_for.clone_from(&without);
         }
-        if last { self.finish(without, solution.rows, solution.errors) } else { self.give() }
+        match model {
+            Some(model) => {
+                let proposed = self.current.solved(model, solution.rows as u64, self.folder)?;
+                self.keep(proposed, if last { Then::Finish(solution.rows, solution.errors) } else { Then::Give });
+                Ok(())
+            }
+            None if last => self.finish(without, solution.rows, solution.errors),
+            None => self.give(),
+        }
+    }
+
+    fn keep(&mut self, (writing, proposal): (Writing, Proposal), then: Then) {
+        self.keeper.ask(Keeping { writing, proposal: Some(proposal), then });
+    }
+
+    /// The files are written: the model counts, and what had to wait for it follows.
+    fn kept(&mut self, keeping: Keeping, result: anyhow::Result<()>) -> anyhow::Result<()> {
+        if result.is_ok()
+            && let Some(proposal) = keeping.proposal
+        {
+            self.current.adopt(proposal);
+        }
+        match keeping.then {
+            Then::Answer(id, says) => self.answers.settle(id, self.current.epoch(), result.map(|()| says)),
+            Then::Give => result?,
+            Then::Finish(rows, errors) => {
+                result?;
+                return self.finish(None, rows, errors);
+            }
+        }
+        self.give()
     }
 
     /// The challenger takes over where it won on data that it did not learn from, or was told to.
@@ -389,9 +429,10 @@ impl Compensator<'_> {
         let mut state = TrialState::GivenUp;
         match solution.model {
             Ok(model) if won || challenger.command.at_once == 1 => {
-                let taken = self.current.change(model, self.folder).map(|()| format!("{effect} added{figures}"));
-                self.current.samples = solution.rows as u64;
-                self.answers.settle(id, self.current.epoch(), taken);
+                match self.current.changed(model, solution.rows as u64, self.folder) {
+                    Ok(proposed) => self.keep(proposed, Then::Answer(id, format!("{effect} added{figures}"))),
+                    Err(error) => self.answers.settle(id, self.current.epoch(), Err(error)),
+                }
                 state = TrialState::TookOver;
             }
             // Too few data yet are no verdict either: after a crash there are none at first.
@@ -409,7 +450,9 @@ impl Compensator<'_> {
             }
             Err(error) => self.answers.settle(id, self.current.epoch(), Err(error.into())),
         }
-        self.trial = message::of_trial(effect.as_str(), axis, trial.as_ref(), self.current.epoch(), state);
+        // That of the model that is being written, where there is one.
+        let epoch = self.current.epoch() + u64::from(state == TrialState::TookOver);
+        self.trial = message::of_trial(effect.as_str(), axis, trial.as_ref(), epoch, state);
         self.give()
     }
 
@@ -435,14 +478,15 @@ impl Compensator<'_> {
 
     /// Takes the commands that wait; answers those that are settled.
     fn obey(&mut self) -> anyhow::Result<()> {
-        let mut new = Vec::new();
         self.commands.serve(|command| {
             if self.answers.begin(command.id) {
-                new.push(*command);
+                self.orders.push_back(*command);
             }
             self.answers.of(command.id)
         })?;
-        for command in new {
+        while !self.keeper.is_busy()
+            && let Some(command) = self.orders.pop_front()
+        {
             let result = self.begin(&command);
             if let Some(result) = result.transpose() {
                 self.answers.settle(command.id, self.current.epoch(), result);
@@ -480,16 +524,19 @@ impl Compensator<'_> {
                 let model = orders::without_effect(command, &self.current)?;
                 self.job += 1;
                 self.solved_ns = 0;
-                self.current.change(model, self.folder)?;
-                format!("{} removed", command.effect)
+                let proposed = self.current.changed(model, self.current.samples, self.folder)?;
+                self.keep(proposed, Then::Answer(command.id, format!("{} removed", command.effect)));
+                return Ok(None);
             }
             Kind::Undo => {
                 self.job += 1;
                 if let Some(challenger) = self.challenger.take() {
                     self.trial.state = TrialState::GivenUp as u32;
                     format!("{} is not on trial any more", challenger.command.effect)
-                } else if self.current.undo(self.folder)? {
-                    "the model before the last change is back".to_owned()
+                } else if let Some(proposed) = self.current.undone(self.folder)? {
+                    let says = "the model before the last change is back".to_owned();
+                    self.keep(proposed, Then::Answer(command.id, says));
+                    return Ok(None);
                 } else {
                     anyhow::bail!("nothing was changed: there is nothing to undo")
                 }
@@ -512,8 +559,10 @@ impl Compensator<'_> {
             Kind::Save | Kind::Hide => {
                 let path = Path::new(command.argument.as_str());
                 anyhow::ensure!(path.is_absolute(), "'{}' is not an absolute path", command.argument);
-                self.current.save_to(path, orders::provenance(&self.facts, self.current.samples))?;
-                format!("saved to {}", path.display())
+                let writing = self.current.saved_to(path, orders::provenance(&self.facts, self.current.samples));
+                let then = Then::Answer(command.id, format!("saved to {}", path.display()));
+                self.keeper.ask(Keeping { writing, proposal: None, then });
+                return Ok(None);
             }
         };
         Ok(Some(says))

@@ -31,7 +31,7 @@ pub(super) fn ahead<'a>(
     extra: &[&'static dyn Effect],
     progress: &(dyn Fn(&str) + Sync),
 ) -> Option<Vec<Step<'a>>> {
-    if present.excess < UNEVEN || present.study.bench.problem.series.len() > 1 {
+    if !leaves_something(present) || present.study.bench.problem.series.len() > 1 {
         return None;
     }
     let lowest = |list: &[Refit]| best(list, |r| -r.excess);
@@ -53,6 +53,16 @@ pub(super) fn ahead<'a>(
         None
     })
 }
+
+/// Whether the error lies above what noise leaves: in the mean, or far at one averaging time.
+fn leaves_something(present: &Present) -> bool {
+    let curve = present.study.held_out().curve();
+    let over = |(error, floor): (&f64, &f64)| error / floor > ABOVE;
+    present.excess > UNEVEN || curve.iter().zip(&present.study.bench.weights).any(over)
+}
+
+/// Error over floor at one averaging time that is worth a look ahead.
+const ABOVE: f64 = 1.4;
 
 /// The suspect for which `worth` is largest, of those that stay within their bounds.
 fn best(list: &[Refit], worth: impl Fn(&Refit) -> f64) -> Option<usize> {

@@ -1,0 +1,65 @@
+//! A model counts once it is in its file, and not before: a crash cannot lose what was given. A disk may take its time over
+//! that, so the files are written beside the stream.
+
+use super::{
+    current::Proposal,
+    worker::{Cost, Worker},
+};
+use crate::domain::write_whole;
+use gyro_model::Axis;
+use std::{fs, path::PathBuf};
+
+/// Files to write, each whole or not at all, in this order; and one that is of no use afterwards.
+#[derive(Debug, Default)]
+pub struct Writing {
+    /// Path and contents.
+    pub files: Vec<(PathBuf, String)>,
+    /// To be removed.
+    pub spent: Option<PathBuf>,
+}
+
+impl Writing {
+    fn carry_out(&self) -> anyhow::Result<()> {
+        for (path, text) in &self.files {
+            write_whole(path, text.as_bytes())?;
+        }
+        if let Some(path) = &self.spent {
+            let _ = fs::remove_file(path);
+        }
+        Ok(())
+    }
+}
+
+/// What is done once the files are there.
+#[derive(Debug)]
+pub enum Then {
+    /// The parameters are given.
+    Give,
+    /// The run is over: rows of the last solution, errors before and after it.
+    Finish(usize, Vec<(Axis, f64, f64, f64)>),
+    /// A command is answered: its number, what to say.
+    Answer(u64, String),
+}
+
+/// A job: the files, the model that counts when they are there, what follows.
+#[derive(Debug)]
+pub struct Keeping {
+    /// The files.
+    pub writing: Writing,
+    /// The next model, where there is one.
+    pub proposal: Option<Proposal>,
+    /// What follows.
+    pub then: Then,
+}
+
+/// The thread.
+pub type Keeper = Worker<Keeping, (Keeping, anyhow::Result<()>)>;
+
+/// Starts it.
+#[must_use]
+pub fn start() -> Keeper {
+    Worker::start(1.0, Cost::Thread, |keeping: Keeping| {
+        let result = keeping.writing.carry_out();
+        (keeping, result)
+    })
+}
