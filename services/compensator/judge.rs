@@ -19,6 +19,8 @@ use std::{
 
 /// Rows of one judgement at least and at most; longer stretches are thinned.
 pub const ROWS: (usize, usize) = (3_000, 12_000);
+/// Fewest rows for the error curve alone, which comes oftener than a search.
+pub const FEWEST_HELD: usize = 1_500;
 
 /// What to judge.
 #[derive(Clone, Debug)]
@@ -57,7 +59,7 @@ pub struct Judgement {
     pub span: (i64, i64),
 }
 
-/// Rows that both threads look at, so that their curves have one floor; what the search can afford in its time.
+/// Rows that both threads look at where both can afford them, so that their curves have one floor.
 #[derive(Clone, Debug)]
 pub struct Rows(Arc<AtomicUsize>);
 
@@ -71,8 +73,9 @@ impl Default for Rows {
 ///
 /// # Errors
 /// Where the data do not allow it yet.
-pub fn hold(view: &View, rows: &Rows, name: &str, mut job: Job) -> Result<Held, FitError> {
-    let record = thinned(&view.whole(), rows.0.load(Ordering::Relaxed));
+pub fn hold(view: &View, rows: &Rows, budget: &mut Budget, name: &str, mut job: Job) -> Result<Held, FitError> {
+    let record = thinned(&view.whole(), rows.0.load(Ordering::Relaxed).min(budget.rows()));
+    let start = Instant::now();
     let options = diagnose::Options { own_log: true, ..diagnose::Options::default() };
     let axes = compare(&record, &job.model, &record.fitted_axes(), &options)?;
     let found = job.found.take().filter(|f| f.is_of(&job.model) && f.job.data == job.data);
@@ -82,6 +85,7 @@ pub fn hold(view: &View, rows: &Rows, name: &str, mut job: Job) -> Result<Held, 
         judgement.take_suspects(found);
     }
     let (message, report) = (message::of(&judgement), message::report(&mut judgement, name));
+    budget.took(record.len(), start.elapsed());
     Ok(Held { job: judgement.job, message, report })
 }
 

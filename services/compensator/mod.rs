@@ -142,6 +142,8 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
     let mut learner = Learner::new(store.view(), Duration::from_secs_f64(AIM * duty * settings.learning.period));
     let patience = Duration::from_secs_f64(AIM * duty * period * SEARCH_PERIODS);
     let mut budget = Budget::new(judge::ROWS.0, judge::ROWS.1, patience);
+    let patience = Duration::from_secs_f64(AIM * duty * period);
+    let mut holds = Budget::new(judge::FEWEST_HELD, judge::ROWS.1, patience);
     let rows = judge::Rows::default();
     let (judged_rows, name) = (rows.clone(), facts.name.clone());
     let mut compensator = Compensator {
@@ -157,7 +159,9 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
         pulse,
         store,
         learner: Worker::start(duty, Cost::Thread, move |job: Job| learner.solve(&job)),
-        judge: Worker::start(duty, Cost::Thread, move |job| judge::hold(&to_judge, &judged_rows, &name, job)),
+        judge: Worker::start(duty, Cost::Thread, move |job| {
+            judge::hold(&to_judge, &judged_rows, &mut holds, &name, job)
+        }),
         searcher: Worker::start(duty, Cost::Wall, move |job| judge::search(&to_search, &rows, &mut budget, job)),
         keeper: keeper::start(),
         orders: VecDeque::new(),
