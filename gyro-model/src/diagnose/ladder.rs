@@ -214,8 +214,9 @@ fn swap<'a>(
             }
             let Some((without, _)) = without(&present, *axis, id) else { continue };
             (options.progress)(id);
-            let better = without.rivals(k, options.own_effects, |rival| aliases.iter().any(|a| a.id == rival));
-            if let Some(refit) = better.into_iter().find(|refit| refit.replaces(&present)) {
+            let mut better = without.rivals(k, options.own_effects, |rival| aliases.iter().any(|a| a.id == rival));
+            better.retain(|refit| refit.replaces(&present));
+            if let Some(refit) = better.into_iter().max_by(|a, b| a.worth().total_cmp(&b.worth())) {
                 swapped.push((k, id, refit.candidate.term.effect.card().id));
                 let model = refit.study.model.clone();
                 present = Present::new(Study::fit(present.study.bench, &model, Some(&present.study.warm)));

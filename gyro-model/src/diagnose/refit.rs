@@ -447,6 +447,12 @@ impl Refit<'_> {
             && self.gls.log_likelihood > present.gls.log_likelihood + PARAMETER
     }
 
+    /// Rise of ln L less what its parameters are worth, to choose among some that are all good enough.
+    #[must_use]
+    pub fn worth(&self) -> f64 {
+        self.rise - PARAMETER * self.candidate.freedom as f64
+    }
+
     /// Whether, both being nearly right, its likelihood is not worth a parameter more than that of `other`.
     fn hardly_beats(&self, other: &Refit) -> bool {
         self.excess.max(other.excess) < ROUGH
