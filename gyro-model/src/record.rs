@@ -61,6 +61,23 @@ pub struct Record {
     pub rows: Vec<Row>,
     /// Names of the free channels that are in use, at most [`FREE_CHANNELS`].
     pub free_names: Vec<String>,
+    /// What each row is the mean of.
+    pub means: Means,
+}
+
+/// What the rows of a log are means of, made with [`crate::thin`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Means {
+    /// Readings of the reference in one row: 1 where rows are as they were measured.
+    pub readings: usize,
+    /// The encoders' steps where they were found before the means were taken, rad; 0 where there is none.
+    pub steps: Option<[f64; 3]>,
+}
+
+impl Default for Means {
+    fn default() -> Self {
+        Self { readings: 1, steps: None }
+    }
 }
 
 impl Record {

@@ -5,7 +5,7 @@
 //! every n-th row only, a block reaches from the middle between two references to the middle between two others, a row
 //! that stands in such a middle counting half on each side.
 
-use crate::{Axis, Record, Row, diagnose::limits::Limits};
+use crate::{Axis, Record, Row, diagnose::limits::Limits, evidence::encoder::Encoder, record::Means};
 use std::f64::consts::{PI, TAU};
 
 /// At most about `most` rows of this record, over its whole length; the newest rows where references of different
@@ -18,11 +18,13 @@ pub fn thinned(record: &Record, most: usize) -> Record {
         return record.clone();
     }
     let Some(has_reference) = common_reference(record) else {
-        return Record { rows: record.rows[record.len() - most..].to_vec(), free_names };
+        return Record { rows: record.rows[record.len() - most..].to_vec(), free_names, means: record.means };
     };
     let mut thinner = Thinner::new(record.len().div_ceil(most), has_reference);
     thinner.limits = Axis::ALL.map(|axis| Limits::of(record.rows.iter().map(|row| row.gyro[axis.index()])));
-    Record { rows: record.rows.iter().filter_map(|row| thinner.push(row)).collect(), free_names }
+    let rows: Vec<Row> = record.rows.iter().filter_map(|row| thinner.push(row)).collect();
+    let readings = record.means.readings * thinner.readings();
+    Record { rows, free_names, means: Means { readings, steps: Some(Encoder::steps(record)) } }
 }
 
 /// Whether there is a reference; `None` where its columns don't all have their values in the same rows.
@@ -61,6 +63,9 @@ pub struct Thinner {
     /// Whether the block begins at the middle between two references, and not at the stream's first row.
     begun: bool,
     angle: [f64; 3],
+    /// Blocks so far, and the rows with a reference in them.
+    blocks: usize,
+    referenced: usize,
     /// Of each axis' readings: a block that touches one stands at it, for what it would have read is not known.
     limits: [Limits; 3],
 }
@@ -77,6 +82,8 @@ impl Thinner {
             shared: false,
             begun: false,
             angle: [f64::NAN; 3],
+            blocks: 0,
+            referenced: 0,
             limits: [Limits::default(); 3],
         }
     }
@@ -114,11 +121,19 @@ impl Thinner {
         // A first block that lacks its first half has gyro and reference about different instants.
         let whole = self.begun || new == last + 1;
         let mean = whole.then(|| self.mean(end, shares));
+        self.blocks += 1;
+        self.referenced += self.anchors.len();
         self.pending.drain(..if shares { end - 1 } else { end });
         self.anchors.clear();
         self.anchors.push(self.pending.len() - 1);
         (self.shared, self.begun) = (shares, true);
         mean
+    }
+
+    /// Readings of the reference in a block, about.
+    #[must_use]
+    pub fn readings(&self) -> usize {
+        (self.referenced / self.blocks.max(1)).max(1)
     }
 
     /// The mean of the first `end` pending rows, the last one counting half where it is shared.
@@ -172,7 +187,7 @@ fn mean_rotation(first: [f64; 4], all: impl Iterator<Item = [f64; 4]>) -> [f64; 
 mod tests {
     use super::{TAU, thinned};
     use crate::{
-        Axis, Model, Record, Row, Term, effects,
+        Axis, Model, Record, Row, Term, diagnose, effects,
         fit::fit,
         simulate::{Hidden, Motion, Scenario, SensorSpec, simulate},
     };
@@ -208,6 +223,20 @@ mod tests {
     }
 
     #[test]
+    fn what_an_encoders_steps_leave_in_means_is_known_from_the_steps() {
+        let (record, truth) = late(1, 1000.0);
+        for most in [15_000, 4000, 1500] {
+            let thin = thinned(&record, most);
+            let steps = thin.means.steps.unwrap();
+            assert!((steps[0] / (TAU / 4096.0) - 1.0).abs() < 0.01, "{steps:?}");
+            let options = diagnose::Options { own_log: true, ..diagnose::Options::default() };
+            let judged = diagnose::compare(&thin, &truth, &[Axis::X], &options).unwrap();
+            let over = judged[0].error_over_floor.unwrap();
+            assert!(over < 1.3, "{most} rows: {over} times the floor");
+        }
+    }
+
+    #[test]
     fn a_line_stays_where_it_is_in_time() {
         for every in [1, 2, 3, 4, 7] {
             let rows = (0..1000_i64).map(|k| {
@@ -219,7 +248,7 @@ mod tests {
                 }
                 row
             });
-            let thin = thinned(&Record { rows: rows.collect(), free_names: vec![] }, 40);
+            let thin = thinned(&Record { rows: rows.collect(), ..Record::default() }, 40);
             assert!(thin.len() > 20 && thin.len() <= 40, "{every}: {}", thin.len());
             for row in &thin.rows {
                 let t = row.t_ns as f64 * 1e-9;

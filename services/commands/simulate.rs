@@ -108,7 +108,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 /// The rows, and the true model of whatever the log is called.
 fn simulate(scenario: &Scenario, rows: usize) -> (Record, impl Fn(&Path) -> ModelFile) {
     let mut simulator = Simulator::new(scenario);
-    let mut record = Record { rows: Vec::with_capacity(rows), free_names: Vec::new() };
+    let mut record = Record { rows: Vec::with_capacity(rows), ..Record::default() };
     let progress = Progress::of(rows as u64, "simulating");
     for k in 0..rows {
         record.rows.push(simulator.step().row);

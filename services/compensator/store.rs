@@ -29,7 +29,7 @@ impl Store {
             rows.resize(limit, Row::EMPTY);
             rows.clear();
         }
-        let record = Record { rows, free_names };
+        let record = Record { rows, free_names, ..Record::default() };
         Self { record: Arc::new(RwLock::new(record)), waiting: Vec::new(), stale: false, limit, thinner: None }
     }
 
@@ -71,6 +71,7 @@ impl Store {
             record.rows.clear();
         }
         record.rows.append(&mut self.waiting);
+        record.means.readings = self.thinner.as_ref().map_or(1, Thinner::readings);
         let over = record.rows.len().saturating_sub(self.limit);
         if over > 0 {
             let gone = over.max(self.limit / 8).min(record.rows.len());
@@ -104,7 +105,7 @@ impl View {
         let whole = self.whole();
         let from = whole.rows.last().map_or(0, |last| last.t_ns - (seconds * 1e9) as i64);
         let first = whole.rows.partition_point(|row| row.t_ns < from);
-        Record { rows: whole.rows[first..].to_vec(), free_names: whole.free_names.clone() }
+        Record { rows: whole.rows[first..].to_vec(), free_names: whole.free_names.clone(), means: whole.means }
     }
 }
 

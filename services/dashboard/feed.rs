@@ -86,8 +86,9 @@ impl Feed {
         self.estimates(pulse)?;
         self.scene.move_on(self.motion.steps());
         self.scene.keep_rows(&mut self.rows);
-        self.parameters(pulse)?;
+        // What was learned may be known before a sample comes; then it tells the time.
         self.diagnoses()?;
+        self.parameters(pulse)?;
         self.health()?;
         self.name();
         Ok(())
@@ -132,7 +133,7 @@ impl Feed {
             }
         }
         self.scene.now("model", &model::view(&parameters));
-        if now_ns() > self.values_ns + VALUES_NS {
+        if self.t > 0.0 && now_ns() > self.values_ns + VALUES_NS {
             self.values_ns = now_ns();
             self.scene.learn(model::values(&parameters, self.t));
         }
@@ -143,6 +144,7 @@ impl Feed {
 
     fn diagnoses(&mut self) -> anyhow::Result<()> {
         let message = self.diagnoses.newest()?.filter(|d| d.run == self.run);
+        self.t = self.t.max(message.map_or(0.0, |m| m.to_ns as f64 * 1e-9));
         if let Some(trial) = message.and_then(|m| judgement::trial(&m.trial)) {
             self.scene.now("trial", &trial);
         }

@@ -125,8 +125,8 @@ impl Scene {
         if steps.is_empty() {
             return;
         }
-        self.tell("steps", &steps);
         let mut kept = self.kept();
+        self.tell("steps", &steps);
         // A source that began anew.
         if kept.steps.back().zip(steps.first()).is_some_and(|(old, new)| new.t <= old.t) {
             kept.steps.clear();
@@ -149,8 +149,8 @@ impl Scene {
 
     /// A change of the model.
     pub fn mark(&self, mark: Mark) {
-        self.tell("mark", &mark);
         let mut kept = self.kept();
+        self.tell("mark", &mark);
         kept.marks.push_back(mark);
         let surplus = kept.marks.len().saturating_sub(MARKS);
         kept.marks.drain(..surplus);
@@ -158,8 +158,8 @@ impl Scene {
 
     /// The judgement of a second.
     pub fn judge(&self, error: ErrorAt) {
-        self.tell("judged", &error);
         let mut kept = self.kept();
+        self.tell("judged", &error);
         kept.errors.push_back(error);
         let surplus = kept.errors.len().saturating_sub(ERRORS);
         kept.errors.drain(..surplus);
@@ -167,8 +167,8 @@ impl Scene {
 
     /// Parameters at a time.
     pub fn learn(&self, parameters: ParametersAt) {
-        self.tell("values", &parameters);
         let mut kept = self.kept();
+        self.tell("values", &parameters);
         kept.parameters.push_back(parameters);
         let surplus = kept.parameters.len().saturating_sub(PARAMETERS);
         kept.parameters.drain(..surplus);
@@ -185,6 +185,7 @@ impl Scene {
         kept.newest.insert(event, value);
     }
 
+    /// For pages that are open; called with what is kept in hand, so that a page that opens gets it once, here or there.
     fn tell(&self, event: &'static str, value: &impl Serialize) {
         if self.pages.receiver_count() > 0
             && let Ok(data) = serde_json::to_string(value)
@@ -209,7 +210,7 @@ impl Scene {
     /// The last minutes as a log.
     #[must_use]
     pub fn record(&self, free_names: Vec<String>) -> Record {
-        Record { rows: self.kept().rows.iter().copied().collect(), free_names }
+        Record { rows: self.kept().rows.iter().copied().collect(), free_names, ..Record::default() }
     }
 }
 

@@ -46,7 +46,7 @@ proptest! {
         start in -4_000_000_000_000_000_000..4_000_000_000_000_000_000_i64,
         packed: bool,
     ) {
-        let mut record = Record { rows: vec![], free_names: vec!["load, N".into(), "\"quoted\"".into()] };
+        let mut record = Record { free_names: vec!["load, N".into(), "\"quoted\"".into()], ..Record::default() };
         let mut t_ns = 0;
         for (step, v) in &steps {
             let row = Row {

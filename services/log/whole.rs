@@ -10,7 +10,7 @@ use std::path::Path;
 /// See [`Problem`]: unreadable, no usable header, text for a number, too few rows, more than a tenth of them faulty.
 pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, Provenance), LogError> {
     let mut reader = Reader::open(path, options)?;
-    let mut record = Record { rows: Vec::new(), free_names: reader.layout().free_names.clone() };
+    let mut record = Record { rows: Vec::new(), free_names: reader.layout().free_names.clone(), ..Record::default() };
     let mut marked = Vec::new();
     while let Some(row) = reader.next_row()? {
         record.rows.push(row);

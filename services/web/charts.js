@@ -18,10 +18,10 @@ const Charts = (() => {
   }
   const tick = v => (v === 0 ? '0' : Math.abs(v) < 1e-3 || Math.abs(v) >= 1e5 ? v.toExponential(0) : String(+v.toPrecision(6))).replace('-', '−');
 
-  function scale(axis) {
-    if (axis.log) return { distr: 3, range: axis.range };
-    return { time: false, range: axis.range };
-  }
+  // Below this nothing is measured by anything; uPlot looks for ever for the steps of a logarithmic grid near 1e-22.
+  const LEAST = 1e-15;
+  const decent = (u, min, max) => (min == null ? [null, null] : uPlot.rangeLog(Math.max(min, LEAST), Math.max(max, 10 * LEAST), 10, false));
+  const scale = axis => (axis.log ? { distr: 3, range: axis.range || decent } : { time: false, range: axis.range });
 
   // Over many decades only the decades get a grid line.
   const decades = (u, splits) => (splits.length < 40 ? splits : splits.map(v => (Math.abs(Math.log10(v) - Math.round(Math.log10(v))) < 1e-9 ? v : null)));

@@ -120,7 +120,7 @@ fn busiest(record: &Record, axes: &[Axis]) -> Record {
             (best, first) = (sum, end + 1 - STRETCH);
         }
     }
-    Record { rows: rows[first..first + STRETCH].to_vec(), free_names: record.free_names.clone() }
+    Record { rows: rows[first..first + STRETCH].to_vec(), free_names: record.free_names.clone(), means: record.means }
 }
 
 /// The whole at less detail, its noise known from the full rate: means over blocks hide how quiet the gyro is.
@@ -128,7 +128,10 @@ fn thin(record: &Record, axes: &[Axis], model: &Model, prior: &[Prior]) -> Optio
     let seconds = (record.rows.last()?.t_ns - record.rows.first()?.t_ns) as f64 * 1e-9;
     let rows = (RATE * seconds).clamp(THINNED.0, THINNED.1);
     let mut bench = Bench::new(&thinned(record, rows as usize), axes, model)?;
-    bench.know(prior);
+    // The encoder's counts were averaged too.
+    let encoder = |(whole, own): (&Prior, &Prior)| Prior { encoder: own.encoder, ..whole.clone() };
+    let known: Vec<Prior> = prior.iter().zip(&bench.prior).map(encoder).collect();
+    bench.know(&known);
     Some(bench)
 }
 

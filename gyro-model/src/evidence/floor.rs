@@ -10,6 +10,7 @@ use super::{
     integrate::integral,
     prior::Prior,
     problem::Warm,
+    series::Series,
     study::{Bench, Study},
 };
 use rand::{RngExt, SeedableRng};
@@ -42,21 +43,20 @@ const ZEROED: u64 = 0;
 pub fn draw(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seed: u64) -> Vec<Vec<f64>> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (s, prior) = (&bench.problem.series[series], &bench.prior[series]);
-    let q = s.quantum;
     let along = warm.drawn_along();
     (0..bench.problem.channels())
         .map(|_| {
-            let offset = if seed == ZEROED { 0.0 } else { rng.random::<f64>() * q };
+            let offset = if seed == ZEROED { 0.0 } else { rng.random::<f64>() * s.encoder.step };
             let (mut walk, mut skipped, mut before) = (0.0, 0.0, 0.0);
             s.reference_rows
                 .iter()
                 .enumerate()
-                .map(|(i, &row)| {
+                .map(|(i, _)| {
                     let normal = draw_normal(&mut rng);
                     if i > 0 {
                         walk += prior.angle_random_walk * (s.reference_t[i] - s.reference_t[i - 1]).sqrt() * normal;
                     }
-                    let reading = encoder_error(q, prior, along[row] + offset, &mut rng);
+                    let reading = encoder_error(s, prior, along, offset, i, &mut rng);
                     let whole = walk - reading;
                     // A step that says nothing is bridged, as in the residual: what it held, encoder noise too, is gone.
                     if lost[i] {
@@ -84,12 +84,10 @@ pub fn draw_through(
     let (s, prior) = (&bench.problem.series[series], &bench.prior[series]);
     let sigma = prior.angle_random_walk / s.span().dt.sqrt();
     let noise: Vec<f64> = (0..s.t.len()).map(|_| sigma * draw_normal(&mut rng)).collect();
-    let offset = rng.random::<f64>() * s.quantum;
-    let reading: Vec<f64> = s
-        .reference_rows
-        .iter()
-        .map(|&row| encoder_error(s.quantum, prior, warm.drawn_along()[row] + offset, &mut rng))
-        .collect();
+    let offset = rng.random::<f64>() * s.encoder.step;
+    let along = warm.drawn_along();
+    let reading: Vec<f64> =
+        (0..s.reference_rows.len()).map(|i| encoder_error(s, prior, along, offset, i, &mut rng)).collect();
     [noise.clone(), undo(&noise)].map(|rate| {
         let angle = integral(&s.t, &rate);
         s.reference_rows.iter().zip(&reading).map(|(&row, e)| angle[row] - e).collect()
@@ -100,9 +98,13 @@ fn draw_normal(rng: &mut ChaCha8Rng) -> f64 {
     StandardNormal.sample(rng)
 }
 
-/// What an encoder of this step reads too much at an angle; white where it has none.
-fn encoder_error(quantum: f64, prior: &Prior, angle: f64, rng: &mut ChaCha8Rng) -> f64 {
-    if quantum > 0.0 { (angle / quantum).round() * quantum - angle } else { prior.encoder * draw_normal(rng) }
+/// What the encoder reads too much at one of its rows; white where it has no step.
+fn encoder_error(s: &Series, prior: &Prior, along: &[f64], offset: f64, i: usize, rng: &mut ChaCha8Rng) -> f64 {
+    if s.encoder.step > 0.0 {
+        s.encoder.error(&|i| along[s.reference_rows[i]] + offset, s.reference_rows.len(), i)
+    } else {
+        prior.encoder * draw_normal(rng)
+    }
 }
 
 /// The floor of one axis of a study; `component` picks its body axis where a quaternion serves three.

@@ -3,6 +3,7 @@
 //! | module | noun |
 //! | --- | --- |
 //! | [`series`] | one axis of a log, laid out for evaluation |
+//! | [`encoder`] | the steps of a shaft encoder, and what they make it err by |
 //! | [`problem`] | the residual of a model and its derivatives |
 //! | [`increments`] | increments over averaging times: the error curve's Gram matrices, held out block by block |
 //! | [`whiten`] | the noise as a state-space model: likelihood, generalised least squares |
@@ -10,6 +11,7 @@
 //! | [`floor`] | what the error curve would be with no physics missing |
 
 pub mod attitude;
+pub mod encoder;
 pub mod floor;
 pub mod increments;
 pub mod integrate;

@@ -130,7 +130,7 @@ pub fn prior(series: &Series, reference: &[f64]) -> Prior {
     let lsb = smallest_step(&series.gyro);
     let gyro = Spread::of(stretches(&series.gyro, flat)).less(lines(&series.gyro, |k| series.missing[k]));
     let angle = Spread::of(stretches(reference, |_| false));
-    let step = series.quantum.powi(2) / 12.0;
+    let step = counts(series);
     let known = if step > 0.0 { step } else { angle.quiet };
     // Jerky motion shows in the reference too; noise that grows with rate does not.
     let poor = POOR.powi(2) / span.dt;
@@ -144,7 +144,7 @@ pub fn prior(series: &Series, reference: &[f64]) -> Prior {
     };
     let variance = variance.max(lsb * lsb / 12.0);
     let (encoder, from) = if step > 0.0 {
-        (step.sqrt(), format!("its step of {:.3} °", series.quantum.to_degrees()))
+        (step.sqrt(), format!("its step of {:.3} °", series.encoder.step.to_degrees()))
     } else {
         let variance = if angle.uneven() { angle.quiet } else { angle.mean };
         (variance.sqrt().max(1e-9), "sixth differences of the reference".to_owned())
@@ -155,6 +155,22 @@ pub fn prior(series: &Series, reference: &[f64]) -> Prior {
         source: format!("gyro noise from {gyro_says}; reference noise from {from}"),
     }
 }
+
+/// Variance of what the encoder's steps make it err by, its zero anywhere, along the motion as it shows it, rad².
+fn counts(series: &Series) -> f64 {
+    let (encoder, angle) = (series.encoder, &series.reference_angle);
+    if encoder.step <= 0.0 || encoder.readings == 1 {
+        return encoder.step.powi(2) / 12.0;
+    }
+    let zeros = (0..ZEROS).map(|k| encoder.step * f64::from(k) / f64::from(ZEROS));
+    let square = |zero: f64| -> f64 {
+        (0..angle.len()).map(|i| encoder.error(&|i| angle[i] + zero, angle.len(), i).powi(2)).sum()
+    };
+    zeros.map(square).sum::<f64>() / f64::from(ZEROS) / angle.len() as f64
+}
+
+/// Places of an encoder's zero that its errors are the mean of.
+const ZEROS: u32 = 4;
 
 /// Least significant bit of a quantised reading; 0 where there is none.
 fn smallest_step(values: &[f64]) -> f64 {

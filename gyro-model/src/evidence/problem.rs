@@ -326,7 +326,7 @@ const LEVEL: f64 = 8.0;
 
 /// The half width at which the gyro's walk and the mean of the encoder's steps err alike, s.
 fn nearness(s: &Series) -> Option<f64> {
-    (s.quantum > 0.0 && s.margin > 0.0).then(|| (s.quantum / s.margin).clamp(0.1, LEVEL))
+    (s.encoder.step > 0.0 && s.margin > 0.0).then(|| (s.encoder.step / s.margin).clamp(0.1, LEVEL))
 }
 
 /// An integrated angle held to the level of the reference over ±`half` s, and to its steps where the gyro's say nothing.

@@ -1,5 +1,6 @@
 //! One axis of a log, laid out for evaluation: filled columns, reference rows, time.
 
+use super::encoder::Encoder;
 use crate::{
     Axis, Record,
     effects::{Signals, Span},
@@ -28,8 +29,8 @@ pub struct Series {
     pub reference_t: Vec<f64>,
     /// Unwrapped reference angle there, rad (empty for quaternions).
     pub reference_angle: Vec<f64>,
-    /// Smallest step of the encoder, rad; 0 where it is not quantised.
-    pub quantum: f64,
+    /// The encoder; without a step where the reference is none.
+    pub encoder: Encoder,
     /// How far a reading's noise may have carried it, rad/s.
     pub margin: f64,
     /// The reference readings that say something of their own.
@@ -63,7 +64,7 @@ fn fill(t: &[f64], values: &[f64]) -> Option<Vec<f64>> {
 }
 
 /// Removes jumps of more than half a turn, for encoders that wrap at 2π.
-fn unwrap(angle: &mut [f64]) {
+pub(super) fn unwrap(angle: &mut [f64]) {
     use std::f64::consts::TAU;
     let mut offset = 0.0;
     for k in 1..angle.len() {
@@ -73,44 +74,6 @@ fn unwrap(angle: &mut [f64]) {
         }
         angle[k] += offset;
     }
-}
-
-/// The step of a quantised signal: the value of which nearly all gaps between its sorted values are multiples; 0 where
-/// there is none.
-fn quantum(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let mut gaps: Vec<f64> = sorted.windows(2).map(|w| w[1] - w[0]).filter(|&d| d > 0.0).collect();
-    if gaps.len() < 20 || gaps.len() * 10 > values.len() * 9 {
-        return 0.0;
-    }
-    gaps.sort_by(f64::total_cmp);
-    // Values are printed with finite digits: copies of one count may differ by a rounding.
-    let smallest = 1e-2 * gaps[gaps.len() - 1 - gaps.len() / 20];
-    gaps.retain(|&d| d > smallest);
-    let Some(&guess) = gaps.get(gaps.len() / 20) else { return 0.0 };
-    // A regular motion returns to the same few counts: even the smallest gaps may be several steps.
-    (1..=MOST_STEPS).map(|steps| refined(guess / f64::from(steps), &gaps)).find(|&q| fits(q, &gaps)).unwrap_or(0.0)
-}
-
-/// Steps that the smallest gaps may be.
-const MOST_STEPS: u32 = 24;
-
-/// The step nearest to `q` that the smallest gaps are multiples of.
-fn refined(q: f64, gaps: &[f64]) -> f64 {
-    let (mut sum, mut count) = (0.0, 0.0);
-    for d in gaps.iter().take_while(|&&d| d < 30.5 * q) {
-        sum += d;
-        count += (d / q).round();
-    }
-    if count > 0.0 { sum / count } else { q }
-}
-
-/// Whether nine in ten of the gaps are multiples of `q`.
-fn fits(q: f64, gaps: &[f64]) -> bool {
-    let near: Vec<f64> = gaps.iter().copied().take_while(|&d| d < 40.0 * q).collect();
-    let on = near.iter().filter(|&d| (d / q - (d / q).round()).abs() < 0.12).count();
-    near.len() > 10 && on * 10 >= near.len() * 9
 }
 
 /// Every reading of a reference that is not quantised.
@@ -191,21 +154,21 @@ impl Series {
         };
         let reference_rows: Vec<usize> = (0..rows.len()).filter(has).collect();
         let reference_t: Vec<f64> = reference_rows.iter().map(|&k| t[k]).collect();
-        let (reference_angle, quantum, readings) = match kind {
+        let (reference_angle, encoder, readings) = match kind {
             ReferenceKind::Angle => {
                 let mut angle: Vec<f64> = reference_rows.iter().map(|&k| rows[k].ref_angle[i]).collect();
                 unwrap(&mut angle);
-                let q = quantum(&angle);
-                let readings = if q > 0.0 { rests(&angle) } else { each(angle.len()) };
-                (angle, q, readings)
+                let encoder = Encoder::of(record, axis, &angle);
+                let readings = if encoder.shows_counts() { rests(&angle) } else { each(angle.len()) };
+                (angle, encoder, readings)
             }
             ReferenceKind::Rate => {
                 let rate: Vec<f64> = reference_rows.iter().map(|&k| rows[k].ref_rate[i]).collect();
                 let angle = super::integrate::integral(&reference_t, &rate);
                 let readings = each(angle.len());
-                (angle, 0.0, readings)
+                (angle, Encoder::NONE, readings)
             }
-            ReferenceKind::Quaternion => (Vec::new(), 0.0, each(reference_rows.len())),
+            ReferenceKind::Quaternion => (Vec::new(), Encoder::NONE, each(reference_rows.len())),
         };
         (reference_rows.len() >= 20).then_some(Self {
             axis,
@@ -217,7 +180,7 @@ impl Series {
             reference_rows,
             reference_t,
             reference_angle,
-            quantum,
+            encoder,
             margin: 0.0,
             readings,
         })
@@ -245,23 +208,6 @@ impl Series {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn an_encoder_step_is_found_and_a_smooth_angle_has_none() {
-        let angle: Vec<f64> = (0..4000).map(|k| 2.0 * (f64::from(k) * 0.01).sin()).collect();
-        assert_eq!(quantum(&angle), 0.0);
-        let q = 0.00153;
-        let counts: Vec<f64> = angle.iter().map(|a| ((a / q).round() * q * 1e6).round() / 1e6).collect();
-        assert!((quantum(&counts) - q).abs() < 1e-3 * q, "{}", quantum(&counts));
-    }
-
-    #[test]
-    fn the_step_is_found_where_a_regular_motion_returns_to_the_same_few_counts() {
-        let q = std::f64::consts::TAU / 4096.0;
-        let angle = |k: i32| 150_f64.to_radians() * (std::f64::consts::TAU * 0.25 * 0.01 * f64::from(k)).sin();
-        let counts: Vec<f64> = (0..6000).map(|k| ((angle(k) / q).round() * q * 1e9).round() / 1e9).collect();
-        assert!((quantum(&counts) - q).abs() < 1e-3 * q, "{}", quantum(&counts));
-    }
 
     #[test]
     fn an_encoder_that_is_passed_slowly_says_more_at_the_middle_of_each_count_than_one_that_stands() {

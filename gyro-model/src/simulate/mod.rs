@@ -80,7 +80,7 @@ pub fn simulate(scenario: &Scenario) -> Simulated {
     let mut simulator = Simulator::new(scenario);
     let rows = (scenario.seconds * scenario.rate_hz).round() as usize;
     let mut simulated = Simulated {
-        record: Record { rows: Vec::with_capacity(rows), free_names: Vec::new() },
+        record: Record { rows: Vec::with_capacity(rows), ..Record::default() },
         truth: simulator.truth(),
         true_rate: Vec::with_capacity(rows),
         true_angle: Vec::with_capacity(rows),
