@@ -5,7 +5,7 @@ use super::{
     tone, verdict,
 };
 use crate::{
-    Term,
+    Axis, Term,
     effects::{Effect, Role, Stage},
     evidence::{
         floor,
@@ -13,7 +13,6 @@ use crate::{
         noise::{self, BLOCKS, Gls},
         problem::Warm,
         study::Study,
-        whiten::Whitener,
     },
     nls, parallel,
 };
@@ -156,15 +155,20 @@ impl<'a> Present<'a> {
         let bench = study.bench;
         let series = &bench.problem.series[candidate.series];
         let undo = |noise: &[f64]| term.effect.undo_response_whole(&term.values, &series.t, noise);
-        let (with, without) = (noise::whitener(study, &gls.noise), noise::whitener(&self.study, &self.gls.noise));
+        // Each by the likelier of the two noises: what differs is what the response did to the noise, not what the noise
+        // found without the suspect was made to hold of it.
+        let whiteners = [noise::whitener(study, &gls.noise), noise::whitener(&self.study, &self.gls.noise)];
+        let likeliest = |r: &[f64]| {
+            let costs = whiteners.iter().map(|whitener| {
+                let white = whitener.apply(r);
+                0.5 * (whitener.log_determinant + nls::dot(&white, &white))
+            });
+            costs.fold(f64::INFINITY, f64::min)
+        };
         let gains = (0..SHAPED).map(|seed| {
             let [plain, undone] =
                 floor::draw_through(bench, candidate.series, &study.warm[candidate.series], &undo, seed);
-            let cost = |whitener: &Whitener, r: &[f64]| {
-                let white = whitener.apply(r);
-                nls::dot(&white, &white)
-            };
-            0.5 * (without.log_determinant + cost(&without, &plain) - with.log_determinant - cost(&with, &undone))
+            likeliest(&plain) - likeliest(&undone)
         });
         (gains.sum::<f64>() / SHAPED as f64 * bench.problem.channels() as f64).max(0.0)
     }
@@ -175,6 +179,7 @@ impl<'a> Present<'a> {
         let list = leaders(scan(&self.study, &self.gls, &self.draws, extra));
         progress(&list.iter().map(|c| c.term.effect.card().id).collect::<Vec<_>>().join(", "));
         let mut refits = parallel::map(&list, |candidate| self.refit(candidate.clone()));
+        drop_driven(&mut refits);
         rank(&mut refits);
         prefer_plainer(&mut refits, self);
         let mut seen: Vec<(usize, &str)> = Vec::new();
@@ -328,6 +333,30 @@ fn rank(refits: &mut Vec<Refit>) {
     }
 }
 
+/// Drops a resonance where a tone of its frequency does as well: what the motion sets ringing does not ring in one phase
+/// throughout the log, while the inverse of a resonance is a notch, which takes out any line.
+fn drop_driven(refits: &mut Vec<Refit>) {
+    let of = |r: &Refit, id: &str| r.candidate.term.effect.card().id == id;
+    let frequency = |r: &Refit| {
+        let cards = r.candidate.term.effect.parameters(Axis::X);
+        cards.iter().position(|card| card.unit == "Hz").map_or(f64::NAN, |k| r.candidate.term.values[k])
+    };
+    let driven = |r: &Refit| {
+        refits.iter().any(|tone| {
+            of(tone, "vibration-tone")
+                && tone.candidate.series == r.candidate.series
+                && (frequency(r) / frequency(tone) - 1.0).abs() < NEAR_A_TONE
+                && tone.equals(r)
+        })
+    };
+    let keep: Vec<bool> = refits.iter().map(|r| !(of(r, "mount-resonance") && driven(r))).collect();
+    let mut keep = keep.into_iter();
+    refits.retain(|_| keep.next().unwrap_or(true));
+}
+
+/// How near to a tone's the frequency of a resonance is that was fitted to it.
+const NEAR_A_TONE: f64 = 0.1;
+
 /// Puts before the best what cannot be told from it and is plainer: fewer parameters, or a measured channel instead of
 /// a free shape.
 fn prefer_plainer(refits: &mut [Refit], present: &Present) {
@@ -427,13 +456,20 @@ impl Refit<'_> {
     }
 
     /// Whether this log cannot tell it from `other`: both their held-out likelihoods and their held-out errors differ by
-    /// less than two standard errors over the blocks.
+    /// less than two standard errors over the blocks, or by less than either is found to.
     #[must_use]
     pub fn alike(&self, other: &Refit) -> bool {
         let gains: Vec<f64> = self.gains.iter().zip(&other.gains).map(|(a, b)| a - b).collect();
         let (difference, error) = total(&gains);
         let (mean, spread) = self.against(other);
-        difference.abs() < 2.0 * error && gains.len() == BLOCKS && mean.abs() < 2.0 * spread
+        difference.abs() < FOUND_TO.0.max(2.0 * error)
+            && gains.len() == BLOCKS
+            && mean.abs() < FOUND_TO.1.max(2.0 * spread)
+    }
+
+    /// Whether it does as well as `other`: better, or alike.
+    fn equals(&self, other: &Refit) -> bool {
+        self.alike(other) || (self.excess <= other.excess && self.held_out.0 >= other.held_out.0)
     }
 
     /// Whether it belongs in the place of the effect that `present` has and it has not: by likelihood where both are
@@ -469,6 +505,8 @@ impl Refit<'_> {
     }
 }
 
+/// What an optimum's ln L and ln J are found to: two shapes of one motion may differ by less, and always to the same side.
+const FOUND_TO: (f64, f64) = (0.25, 1e-3);
 /// J above which the noise is not all there is: likelihoods then trust a wrong model, and the held-out error decides.
 const ROUGH: f64 = 1.5;
 /// Significance that an effect needs which shows once in a log (a warming, a drift, a step): the bias of such sensors

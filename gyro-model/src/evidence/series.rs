@@ -83,30 +83,38 @@ fn each(count: usize) -> Vec<Reading> {
 
 /// One reading a count that the encoder rests on: its middle, where the shaft stands near the count's centre if it
 /// passes through. How near: rows sample the passage 1/p of a count apart, acceleration moves the centre, and where the
-/// shaft turns round or stands it may be anywhere.
-fn rests(counts: &[f64]) -> Vec<Reading> {
-    let mut starts: Vec<usize> = (0..counts.len()).filter(|&k| k == 0 || counts[k] != counts[k - 1]).collect();
-    starts.push(counts.len());
-    let long = |j: usize| (starts[j + 1] - starts[j]) as f64;
-    (0..starts.len() - 1)
-        .map(|j| {
-            let row = (starts[j] + starts[j + 1] - 1) / 2;
-            let inner = j > 0 && j + 2 < starts.len();
-            let passes = inner
-                && (counts[starts[j]] - counts[starts[j - 1]]) * (counts[starts[j + 1]] - counts[starts[j]]) > 0.0;
-            let spread = if passes {
-                let (before, own, after) = (long(j - 1), long(j), long(j + 1));
-                let acceleration = (after.recip() - before.recip()) / (0.5 * (before + after) + own);
-                let moved = acceleration * own * own / 8.0;
-                (own.powi(-2) + 12.0 * moved * moved).clamp(UNEVEN, 1.0)
-            } else {
-                1.0
-            };
-            Reading { row, spread }
-        })
-        .collect()
+/// shaft turns round or stands it may be anywhere. An encoder that goes on by the same number of counts from row to row
+/// rests too, seen from a shaft that turns so fast: what it reads too much is the same for so long.
+fn rests(angle: &[f64], step: f64) -> Vec<Reading> {
+    let steps: Vec<f64> = angle.windows(2).map(|w| ((w[1] - w[0]) / step).round()).collect();
+    // Rows from `k` on, and up to it, between which it goes on by `pace`.
+    let on = |k: usize, pace: f64| 1 + steps[k..].iter().take_while(|&&s| s == pace).count();
+    let back = |k: usize, pace: f64| 1 + steps[..k].iter().rev().take_while(|&&s| s == pace).count();
+    let mut readings = Vec::new();
+    let mut first = 0;
+    while first < angle.len() {
+        let pace = steps.get(first).copied().unwrap_or(0.0);
+        let rows = on(first, pace);
+        let (rows, pace) = if pace == 0.0 || rows >= COHERENT { (rows, pace) } else { (1, 0.0) };
+        let next = first + rows;
+        let own = rows as f64;
+        let passes = first > 0 && next < angle.len() && (steps[first - 1] - pace) * (steps[next - 1] - pace) > 0.0;
+        let spread = if passes {
+            let (before, after) = (back(first - 1, pace) as f64, on(next, pace) as f64);
+            let acceleration = (after.recip() - before.recip()) / (0.5 * (before + after) + own);
+            let moved = acceleration * own * own / 8.0;
+            (own.powi(-2) + 12.0 * moved * moved).clamp(UNEVEN, 1.0)
+        } else {
+            1.0
+        };
+        readings.push(Reading { row: (first + next - 1) / 2, spread });
+        first = next;
+    }
+    readings
 }
 
+/// Rows of an even pace that are taken for one reading: the error of fewer goes through a whole step.
+const COHERENT: usize = 8;
 /// Least spread of a reading: an encoder's counts are not all of one width.
 const UNEVEN: f64 = 0.05;
 
@@ -159,7 +167,7 @@ impl Series {
                 let mut angle: Vec<f64> = reference_rows.iter().map(|&k| rows[k].ref_angle[i]).collect();
                 unwrap(&mut angle);
                 let encoder = Encoder::of(record, axis, &angle);
-                let readings = if encoder.shows_counts() { rests(&angle) } else { each(angle.len()) };
+                let readings = if encoder.shows_counts() { rests(&angle, encoder.step) } else { each(angle.len()) };
                 (angle, encoder, readings)
             }
             ReferenceKind::Rate => {
@@ -212,10 +220,23 @@ mod tests {
     #[test]
     fn an_encoder_that_is_passed_slowly_says_more_at_the_middle_of_each_count_than_one_that_stands() {
         let counts: Vec<f64> = (0..60).map(|k| if k < 40 { f64::from(k / 4) } else { 10.0 }).collect();
-        let readings = rests(&counts);
+        let readings = rests(&counts, 1.0);
         assert_eq!(readings.len(), 11);
         assert!(readings[5].row == 21 && readings[5].spread < 0.1);
         assert!(readings[10].row == 49 && readings[10].spread == 1.0);
+    }
+
+    #[test]
+    fn an_encoder_that_goes_on_at_an_even_pace_rests_in_the_frame_that_turns_with_it() {
+        // 7.01 counts a row, then 7.4: there no reading is like the one before.
+        let angle = |k: i32| 7.01 * f64::from(k.min(1000)) + 7.4 * f64::from((k - 1000).max(0));
+        let counts: Vec<f64> = (0..1200).map(|k| angle(k).round()).collect();
+        let readings = rests(&counts, 1.0);
+        let (even, uneven): (Vec<&Reading>, Vec<&Reading>) = readings.iter().partition(|r| r.row < 990);
+        assert!((9..=12).contains(&even.len()), "{}", even.len());
+        assert!(even[1..9].iter().all(|r| r.spread < 0.1), "{even:?}");
+        assert!(even[1..9].iter().all(|r| (counts[r.row] - angle(r.row as i32)).abs() < 0.05), "{even:?}");
+        assert!(uneven.len() > 190);
     }
 
     #[test]
