@@ -1,8 +1,8 @@
 //! compensator: keeps the raw rows, solves for the model's parameters beside the stream, gives them to kalman.
 //!
-//! One thread receives and answers, one solves ([`learner`]), one holds the model against the newest data, one searches
-//! for what is missing ([`judge`]) and one writes files ([`keeper`]); a late or slow one of them slows nobody. How many rows each of them looks at follows from
-//! the time that it may take ([`budget`]).
+//! One thread receives and answers ([`orders`]), one solves ([`learner`]), one holds the model against the newest data,
+//! one searches for what is missing ([`judge`]) and one writes files ([`keeper`]); a late or slow one of them slows
+//! nobody. How many rows each of them looks at follows from the time that it may take ([`budget`]).
 
 pub mod budget;
 pub mod current;
@@ -27,7 +27,6 @@ use current::{Current, Proposal};
 use gyro_model::{Model, fit::FitError};
 use ipc_types::{
     Command, Diagnosis, MARK_DATA, Parameters, Reply, Sample, ServiceId, State,
-    command::Kind,
     diagnosis::{Trial, TrialState},
     port::{Answerer, BytesWriter, Hub, Reader, Writer},
     topic,
@@ -36,7 +35,7 @@ use judge::{Held, Judgement};
 use keeper::{Keeper, Keeping, Then, Writing};
 use learner::{Job, Learner, Solution, Task, not_excited};
 use orders::Answers;
-use std::{collections::VecDeque, path::Path, sync::Arc, time::Duration};
+use std::{collections::VecDeque, sync::Arc, time::Duration};
 use store::Store;
 use worker::{Cost, Worker};
 
@@ -478,98 +477,6 @@ impl Compensator<'_> {
             .collect();
         self.folder.set_learned(&Learned { without, rows, axes })?;
         self.give()
-    }
-
-    /// Takes the commands that wait; answers those that are settled.
-    fn obey(&mut self) -> anyhow::Result<()> {
-        self.commands.serve(|command| {
-            if self.answers.begin(command.id) {
-                self.orders.push_back(*command);
-            }
-            self.answers.of(command.id)
-        })?;
-        while !self.keeper.is_busy()
-            && let Some(command) = self.orders.pop_front()
-        {
-            let result = self.begin(&command);
-            if let Some(result) = result.transpose() {
-                self.answers.settle(command.id, self.current.epoch(), result);
-            }
-            self.give()?;
-        }
-        Ok(())
-    }
-
-    /// Does a command; `None` where it takes longer.
-    fn begin(&mut self, command: &Command) -> anyhow::Result<Option<String>> {
-        let kind = Kind::from_u32(command.kind).filter(|kind| *kind != Kind::Hide);
-        let Some(kind) = kind else { anyhow::bail!("the compensator knows no command {}", command.kind) };
-        if self.ending != Ending::Not && kind != Kind::Save {
-            anyhow::bail!("the stream has ended: nothing can be changed any more");
-        }
-        let says = match kind {
-            Kind::Add => {
-                if self.challenger.is_some() {
-                    anyhow::bail!("another effect is on trial: wait for its end, or undo it");
-                }
-                let mut model = orders::with_effect(command, &mut self.current, &self.facts)?;
-                let known = |found: &&Arc<Judgement>| found.job.data == self.data && found.is_of(self.current.start());
-                if let Some(found) = self.found.as_ref().filter(known) {
-                    found.begin(&mut model);
-                }
-                self.challenger =
-                    Some(Challenger { command: *command, model, since_ns: now_ns(), waits: false, last: false });
-                // What is being solved now is of no use any more, and the trial need not wait.
-                self.job += 1;
-                self.solved_ns = 0;
-                return Ok(None);
-            }
-            Kind::Remove => {
-                let model = orders::without_effect(command, &self.current)?;
-                self.job += 1;
-                self.solved_ns = 0;
-                let proposed = self.current.changed(model, self.current.samples, self.folder)?;
-                self.keep(proposed, Then::Answer(command.id, format!("{} removed", command.effect)));
-                return Ok(None);
-            }
-            Kind::Undo => {
-                self.job += 1;
-                if let Some(challenger) = self.challenger.take() {
-                    self.trial.state = TrialState::GivenUp as u32;
-                    format!("{} is not on trial any more", challenger.command.effect)
-                } else if let Some(proposed) = self.current.undone(self.folder)? {
-                    let says = "the model before the last change is back".to_owned();
-                    self.keep(proposed, Then::Answer(command.id, says));
-                    return Ok(None);
-                } else {
-                    anyhow::bail!("nothing was changed: there is nothing to undo")
-                }
-            }
-            Kind::Pause => {
-                self.paused = true;
-                self.job += 1;
-                "learning is paused".to_owned()
-            }
-            Kind::Resume => {
-                self.paused = false;
-                "learning goes on".to_owned()
-            }
-            Kind::Forget => {
-                self.job += 1;
-                self.data += 1;
-                self.store.clear();
-                "what was seen so far is forgotten; the model stays until there is a new one".to_owned()
-            }
-            Kind::Save | Kind::Hide => {
-                let path = Path::new(command.argument.as_str());
-                anyhow::ensure!(path.is_absolute(), "'{}' is not an absolute path", command.argument);
-                let writing = self.current.saved_to(path, orders::provenance(&self.facts, self.current.samples));
-                let then = Then::Answer(command.id, format!("saved to {}", path.display()));
-                self.keeper.ask(Keeping { writing, proposal: None, then });
-                return Ok(None);
-            }
-        };
-        Ok(Some(says))
     }
 
     fn give(&mut self) -> anyhow::Result<()> {

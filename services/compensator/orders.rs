@@ -1,16 +1,22 @@
 //! The commands: what is asked of the running model, checked, and what is answered. A command that is asked again under
 //! the same number is done once.
 
-use super::current::Current;
+use super::{
+    Challenger, Compensator, Ending,
+    current::Current,
+    judge::Judgement,
+    keeper::{Keeping, Then},
+};
 use crate::{
+    clock::now_ns,
     model_file::{self, Provenance},
     run_folder::SourceFacts,
 };
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use gyro_model::{Axis, AxisModel, Model, Term};
-use ipc_types::{Command, Reply, Text};
+use ipc_types::{Command, Reply, Text, command::Kind, diagnosis::TrialState};
 use jiff::Timestamp;
-use std::{collections::VecDeque, path::Path};
+use std::{collections::VecDeque, path::Path, sync::Arc};
 
 /// Answers that are remembered.
 const REMEMBERED: usize = 64;
@@ -69,7 +75,7 @@ fn axes(command: &Command, model: &Model) -> anyhow::Result<Vec<Axis>> {
 ///
 /// # Errors
 /// An unknown effect, an axis without a model, an effect that is there already.
-pub fn with_effect(command: &Command, current: &mut Current, facts: &SourceFacts) -> anyhow::Result<Model> {
+fn with_effect(command: &Command, current: &mut Current, facts: &SourceFacts) -> anyhow::Result<Model> {
     let id = command.effect.as_str();
     let own = command.argument.as_str();
     if !own.is_empty() {
@@ -97,7 +103,7 @@ pub fn with_effect(command: &Command, current: &mut Current, facts: &SourceFacts
 ///
 /// # Errors
 /// An axis without a model, an effect that is not there, the base model's own.
-pub fn without_effect(command: &Command, current: &Current) -> anyhow::Result<Model> {
+fn without_effect(command: &Command, current: &Current) -> anyhow::Result<Model> {
     let id = command.effect.as_str();
     if id == "scale-factor" || id == "bias" {
         bail!("'{id}' belongs to the base model: it stays");
@@ -119,13 +125,107 @@ pub fn without_effect(command: &Command, current: &Current) -> anyhow::Result<Mo
 
 /// Where a saved model comes from.
 #[must_use]
-pub fn provenance(facts: &SourceFacts, samples: u64) -> Provenance {
+fn provenance(facts: &SourceFacts, samples: u64) -> Provenance {
     Provenance {
         log: Some(facts.name.clone()),
         sha256: facts.sha256.clone(),
         fitted: Some(Timestamp::now()),
         samples: Some(samples),
         temperature: None,
+    }
+}
+
+impl Compensator<'_> {
+    /// Takes the commands that wait; answers those that are settled.
+    pub(super) fn obey(&mut self) -> anyhow::Result<()> {
+        self.commands.serve(|command| {
+            if self.answers.begin(command.id) {
+                self.orders.push_back(*command);
+            }
+            self.answers.of(command.id)
+        })?;
+        while !self.keeper.is_busy()
+            && let Some(command) = self.orders.pop_front()
+        {
+            let result = self.begin(&command);
+            if let Some(result) = result.transpose() {
+                self.answers.settle(command.id, self.current.epoch(), result);
+            }
+            self.give()?;
+        }
+        Ok(())
+    }
+
+    /// Does a command; `None` where it takes longer.
+    fn begin(&mut self, command: &Command) -> anyhow::Result<Option<String>> {
+        let kind = Kind::from_u32(command.kind).filter(|kind| *kind != Kind::Hide);
+        let Some(kind) = kind else { bail!("the compensator knows no command {}", command.kind) };
+        if self.ending != Ending::Not && kind != Kind::Save {
+            bail!("the stream has ended: nothing can be changed any more");
+        }
+        let says = match kind {
+            Kind::Add => {
+                if self.challenger.is_some() {
+                    bail!("another effect is on trial: wait for its end, or undo it");
+                }
+                let mut model = with_effect(command, &mut self.current, &self.facts)?;
+                let known = |found: &&Arc<Judgement>| found.job.data == self.data && found.is_of(self.current.start());
+                if let Some(found) = self.found.as_ref().filter(known) {
+                    found.begin(&mut model);
+                }
+                self.challenger =
+                    Some(Challenger { command: *command, model, since_ns: now_ns(), waits: false, last: false });
+                // What is being solved now is of no use any more, and the trial need not wait.
+                self.job += 1;
+                self.solved_ns = 0;
+                return Ok(None);
+            }
+            Kind::Remove => {
+                let model = without_effect(command, &self.current)?;
+                self.job += 1;
+                self.solved_ns = 0;
+                let proposed = self.current.changed(model, self.current.samples, self.folder)?;
+                self.keep(proposed, Then::Answer(command.id, format!("{} removed", command.effect)));
+                return Ok(None);
+            }
+            Kind::Undo => {
+                self.job += 1;
+                if let Some(challenger) = self.challenger.take() {
+                    self.trial.state = TrialState::GivenUp as u32;
+                    format!("{} is not on trial any more", challenger.command.effect)
+                } else if let Some(proposed) = self.current.undone(self.folder)? {
+                    let says = "the model before the last change is back".to_owned();
+                    self.keep(proposed, Then::Answer(command.id, says));
+                    return Ok(None);
+                } else {
+                    bail!("nothing was changed: there is nothing to undo")
+                }
+            }
+            Kind::Pause => {
+                self.paused = true;
+                self.job += 1;
+                "learning is paused".to_owned()
+            }
+            Kind::Resume => {
+                self.paused = false;
+                "learning goes on".to_owned()
+            }
+            Kind::Forget => {
+                self.job += 1;
+                self.data += 1;
+                self.store.clear();
+                "what was seen so far is forgotten; the model stays until there is a new one".to_owned()
+            }
+            Kind::Save | Kind::Hide => {
+                let path = Path::new(command.argument.as_str());
+                ensure!(path.is_absolute(), "'{}' is not an absolute path", command.argument);
+                let writing = self.current.saved_to(path, provenance(&self.facts, self.current.samples));
+                let then = Then::Answer(command.id, format!("saved to {}", path.display()));
+                self.keeper.ask(Keeping { writing, proposal: None, then });
+                return Ok(None);
+            }
+        };
+        Ok(Some(says))
     }
 }
 
