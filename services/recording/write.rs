@@ -4,7 +4,7 @@ use super::{ESTIMATE, SAMPLE, TIME, sample_columns};
 use crate::output::{self, Output};
 use anyhow::{Context, Result};
 use gyro_model::{Axis, Row, estimator::Estimate};
-use mcap::{WriteOptions, Writer, records::MessageHeader, write::NoSeek};
+use mcap::{Compression, WriteOptions, Writer, records::MessageHeader, write::NoSeek};
 use serde_json::{Map, Value, json};
 use std::{
     collections::BTreeMap,
@@ -44,8 +44,10 @@ impl RecordingWriter {
     /// The file cannot be created.
     pub fn create(path: &Path, gyros: &[Axis], free_names: &[String], axes: &[Axis], start_ns: i128) -> Result<Self> {
         let output = Output::create(path)?;
-        let options =
-            WriteOptions::new().library(concat!("truerate ", env!("CARGO_PKG_VERSION"))).disable_seeking(true);
+        let options = WriteOptions::new()
+            .library(concat!("truerate ", env!("CARGO_PKG_VERSION")))
+            .compression(Some(Compression::Lz4))
+            .disable_seeking(true);
         let begin = || -> Result<Self> {
             let mut writer = options.create(NoSeek::new(output))?;
             let estimated = axes.iter().flat_map(|a| OF_AXIS.iter().map(move |name| format!("{name}_{a}")));
