@@ -13,7 +13,7 @@ pub struct Encoder {
 }
 
 /// Readings that the step is sought in at most.
-const ENOUGH: usize = 100_000;
+const ENOUGH: usize = 60_000;
 
 impl Encoder {
     /// A reference without steps.
