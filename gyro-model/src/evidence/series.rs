@@ -113,8 +113,9 @@ fn rests(angle: &[f64], step: f64) -> Vec<Reading> {
     readings
 }
 
-/// Rows of an even pace that are taken for one reading: the error of fewer goes through a whole step.
-const COHERENT: usize = 8;
+/// Rows of an even pace that are taken for one reading: over fewer the error goes through a whole step so soon that it is
+/// as good as white.
+const COHERENT: usize = 32;
 /// Least spread of a reading: an encoder's counts are not all of one width.
 const UNEVEN: f64 = 0.05;
 
