@@ -230,13 +230,13 @@ mod tests {
     #[test]
     fn an_encoder_that_goes_on_at_an_even_pace_rests_in_the_frame_that_turns_with_it() {
         // 7.01 counts a row, then 7.4: there no reading is like the one before.
-        let angle = |k: i32| 7.01 * f64::from(k.min(1000)) + 7.4 * f64::from((k - 1000).max(0));
+        let angle = |k: usize| 7.01 * k.min(1000) as f64 + 7.4 * k.saturating_sub(1000) as f64;
         let counts: Vec<f64> = (0..1200).map(|k| angle(k).round()).collect();
         let readings = rests(&counts, 1.0);
         let (even, uneven): (Vec<&Reading>, Vec<&Reading>) = readings.iter().partition(|r| r.row < 990);
         assert!((9..=12).contains(&even.len()), "{}", even.len());
         assert!(even[1..9].iter().all(|r| r.spread < 0.1), "{even:?}");
-        assert!(even[1..9].iter().all(|r| (counts[r.row] - angle(r.row as i32)).abs() < 0.05), "{even:?}");
+        assert!(even[1..9].iter().all(|r| (counts[r.row] - angle(r.row)).abs() < 0.05), "{even:?}");
         assert!(uneven.len() > 190);
     }
 
