@@ -107,16 +107,28 @@ const STEPS: f64 = 6.0;
 /// Half width of the hole about zero: readings of exactly zero, and none up to the smallest other one.
 fn hole(readings: &[f64]) -> Option<f64> {
     let zeros = readings.iter().filter(|g| **g == 0.0).count();
-    if zeros < 20 {
-        return None;
-    }
     let mut size: Vec<f64> = readings.iter().map(|g| g.abs()).filter(|&g| g > 0.0).collect();
     let edge = size.iter().copied().reduce(f64::min)?;
     let beyond = size.iter().filter(|&&g| g < 2.0 * edge).count();
     first_sorted(&mut size, LOOKED_AT, f64::total_cmp);
     let step = smallest_gap(&size, 1e-9 * edge);
-    (beyond >= 20 && edge > 3.5 * step && zeros > beyond / 3).then_some(edge)
+    let often = zeros >= 20 && zeros > beyond / 3;
+    (beyond >= 20 && edge > 3.5 * step && (often || passed_through(readings) >= PASSAGES)).then_some(edge)
 }
+
+/// Readings of zero that stand between readings of opposite signs: a sensor that rests beside the hole shows it only on
+/// the way through. Without one, a reading on that way is as often at any other of the steps near zero.
+fn passed_through(readings: &[f64]) -> usize {
+    let runs: Vec<&[f64]> = readings.chunk_by(|a, b| (*a == 0.0) == (*b == 0.0)).collect();
+    let between = |w: &&[&[f64]]| {
+        let (before, after) = (w[0].last(), w[2].first());
+        w[1][0] == 0.0 && before.zip(after).is_some_and(|(b, a)| b * a < 0.0)
+    };
+    runs.windows(3).filter(between).map(|w| w[1].len()).sum()
+}
+
+/// Readings of zero on the way through that are not there by chance.
+const PASSAGES: usize = 8;
 
 /// Values beside a limit that its step is read from.
 const LOOKED_AT: usize = 2000;
@@ -179,5 +191,20 @@ mod tests {
         assert!((hole(&dead).expect("a hole") - 0.05).abs() < 2e-3);
         let rest: Vec<f64> = (0..5000).map(|k| f64::from(k % 3 - 1) * 1e-3).collect();
         assert_eq!(hole(&rest), None);
+    }
+
+    #[test]
+    fn a_dead_zone_shows_that_is_only_passed_through_and_readings_that_dropped_to_zero_show_none() {
+        // Rests at 0.06 just outside of the hole, and swings through it some times.
+        let swing = |k: i32| if k % 400 < 300 { 0.0 } else { (f64::from(k % 400 - 300) * 0.0628).sin() };
+        let noise = |k: i32| 1e-3 * f64::from(k * 7919 % 5 - 2);
+        let whole: Vec<f64> = (0..8000).map(|k| ((0.06 - swing(k) + noise(k)) / 5e-4).round() * 5e-4).collect();
+        assert_eq!(hole(&whole), None);
+        let dead: Vec<f64> = whole.iter().map(|&g| if g.abs() < 0.055 { 0.0 } else { g }).collect();
+        assert!(dead.iter().filter(|g| **g == 0.0).count() < 200);
+        assert!((hole(&dead).expect("a hole") - 0.055).abs() < 4e-3);
+        let dropped: Vec<f64> =
+            (0..8000).map(|k| if k % 40 == 0 { 0.0 } else { 0.3 + noise(k) }).collect();
+        assert_eq!(hole(&dropped), None);
     }
 }

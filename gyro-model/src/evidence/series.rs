@@ -113,6 +113,9 @@ fn rests(angle: &[f64], step: f64) -> Vec<Reading> {
     readings
 }
 
+/// Share of the readings' time, at either end, in which the reference is not held against them: clocks that run apart,
+/// a delay or a slow response take the reading that is valid there to times that the log has none of.
+const ENDS: f64 = 0.01;
 /// Rows of an even pace that are taken for one reading: over fewer the error goes through a whole step so soon that it is
 /// as good as white.
 const COHERENT: usize = 32;
@@ -161,7 +164,10 @@ impl Series {
             ReferenceKind::Rate => rows[*k].ref_rate[i].is_finite(),
             ReferenceKind::Quaternion => rows[*k].ref_quaternion.iter().all(|q| q.is_finite()),
         };
-        let reference_rows: Vec<usize> = (0..rows.len()).filter(has).collect();
+        let (first, last) = (t[0], t[t.len() - 1]);
+        let ends = ENDS * (last - first);
+        let within = |k: &usize| t[*k] >= first + ends && t[*k] <= last - ends;
+        let reference_rows: Vec<usize> = (0..rows.len()).filter(has).filter(within).collect();
         let reference_t: Vec<f64> = reference_rows.iter().map(|&k| t[k]).collect();
         let (reference_angle, encoder, readings) = match kind {
             ReferenceKind::Angle => {
