@@ -270,3 +270,9 @@ fn an_effect_added_live_ends_in_the_parameters_that_add_finds() {
 fn and_so_on_a_log_that_is_thinned_while_it_streams() {
     added_live_and_offline(400.0, 100.0);
 }
+
+#[test]
+#[ignore = "takes ten minutes"]
+fn and_so_on_half_an_hour_at_1_khz() {
+    added_live_and_offline(1800.0, 1000.0);
+}

@@ -1,19 +1,22 @@
 //! Effects added to recorded logs: real noise, real motion, known truth.
 //!
 //! First the ladder gives the recording the model that it needs by itself. Then each effect that the recording can show,
-//! and that is not alike to one it has, is added to the recorded rows, and the ladder goes on from that model.
+//! and that is not alike to one it has, is added to the recorded rows, and the ladder goes on from that model. How much
+//! there is to find, where the recording has errors of its own that nothing explains, is said by the fit of the very
+//! effect: the share of the held-out excess J − 1 that goes with it.
 
 use crate::{
     choice::{EFFECTS, alike},
     log_file,
     outcome::Outcome,
     run::{Run, Trial},
-    table::{Table, share},
+    table::{Table, number, share},
 };
 use gyro_model::{
-    Axis, Model, Record,
+    Axis, Model, Record, Term,
     diagnose::{Options, ladder},
-    effects::{Need, Role, find},
+    effects::{Need, Role, Stage, find},
+    evidence::study::{Bench, Study},
     record::ReferenceKind,
     simulate::{Hidden, Injection},
 };
@@ -74,6 +77,20 @@ impl Recording {
         Some(hidden)
     }
 
+    /// Share of the held-out excess of the spoilt record that the effect itself removes, refitted; `None` for limits of
+    /// the reading, which remove samples, and where nothing is in excess.
+    fn removable(&self, spoilt: &Record, hidden: &Hidden, axis: Axis) -> Option<f64> {
+        if hidden.effect.stage() == Stage::Reading {
+            return None;
+        }
+        let mut with = self.own.clone();
+        let term = Term { values: hidden.values.clone(), ..Term::neutral(hidden.effect, axis) };
+        with.axes[axis.index()].as_mut()?.terms.push(term);
+        let bench = Bench::new(spoilt, &[axis], &self.own)?;
+        let [before, after] = [&self.own, &with].map(|m| Study::fit(&bench, m, None).held_out().excess(&bench.weights));
+        (before > 1.0).then(|| (before - after) / (before - 1.0))
+    }
+
     fn spoilt(&self, hidden: &Hidden, axis: Axis) -> Record {
         let mut injection = Injection::new(axis);
         injection.add(hidden.clone());
@@ -81,6 +98,9 @@ impl Recording {
         Record { rows, free_names: self.record.free_names.clone(), means: self.record.means }
     }
 }
+
+/// Share of the excess that an effect has to make up before the ladder is asked to name it.
+const MATTERS: f64 = 0.1;
 
 /// Runs it and prints what each effect was called on each recording.
 pub fn study(arguments: &Arguments, run: &Run) -> Result<(), Box<dyn Error>> {
@@ -109,19 +129,31 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), Box<dyn Error>> {
     }
     let results = run.each(trials, |trial, detail| {
         let (recording, axis, hidden) = &trial.what;
-        Outcome::climb(&recording.spoilt(hidden, *axis), &recording.own, *axis, detail)
+        let spoilt = recording.spoilt(hidden, *axis);
+        let removable = recording.removable(&spoilt, hidden, *axis);
+        Ok((Outcome::climb(&spoilt, &recording.own, *axis, detail)?, removable))
     })?;
-    let mut table = Table::new(&["recording, axis, effect", "size", "named"]);
-    let mut right = 0;
-    for (trial, outcome) in &results {
+    let mut table = Table::new(&["recording, axis, effect", "size", "share of the excess", "named"]);
+    let (mut right, mut matters) = (0, (0, 0));
+    for (trial, (outcome, removable)) in &results {
         let hidden = &trial.what.2;
         let next = outcome.added.first();
         let named = next.is_some_and(|added| added.id == hidden.effect.card().id);
         right += usize::from(named);
+        if removable.is_none_or(|share| share > MATTERS) {
+            matters = (matters.0 + usize::from(named), matters.1 + 1);
+        }
         let mark = if named { "" } else { " ✗" };
-        table.row([trial.name.clone(), format!("{:?}", hidden.values), format!("{}{mark}", outcome.says())]);
+        let size: Vec<String> = hidden.values.iter().map(|v| number(Some(*v))).collect();
+        let removes = removable.map_or_else(|| "–".to_owned(), |share| format!("{:.1} %", 100.0 * share));
+        table.row([trial.name.clone(), size.join(", "), removes, format!("{}{mark}", outcome.says())]);
     }
     table.print();
-    println!("The next step names what was added: {}.\n", share(right, results.len()));
+    println!("The next step names what was added: {}.", share(right, results.len()));
+    println!(
+        "Of those that make up more than {:.0} % of the excess, and the limits: {}.\n",
+        100.0 * MATTERS,
+        share(matters.0, matters.1)
+    );
     Ok(())
 }

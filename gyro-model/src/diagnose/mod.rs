@@ -147,7 +147,8 @@ pub fn diagnose(
                     .collect();
                 let (mut verdict, mut says) = verdict::verdict(&present, seen, &own, &aliases, &judged, k);
                 bad_data(options.faults, bench, &mut verdict, &mut says);
-                let list = own.iter().zip(&aliases).filter(|(r, _)| r.significant()).take(5);
+                let removes = |r: &Refit| r.share(seen).is_none_or(|share| share > 0.0);
+                let list = own.iter().zip(&aliases).filter(|(r, _)| r.significant() && removes(r)).take(5);
                 let before = if parts.is_some() { Judged::new(&seen.study, k, false) } else { judged.clone() };
                 let listed = list.map(|(r, a)| suspect(r, a, &before, k)).collect();
                 let found = axis_diagnosis(record, &present.study, k, &judged, (verdict, says), listed, options);

@@ -264,6 +264,13 @@ fn leaders(mut list: Vec<Candidate>) -> Vec<Candidate> {
 }
 
 impl Present<'_> {
+    /// Whether its model of this axis is the base: a scale factor and a bias.
+    fn is_base(&self, series: usize) -> bool {
+        let axis = self.study.bench.problem.series[series].axis;
+        let terms = self.study.model.axes[axis.index()].as_ref().map_or(&[][..], |m| &m.terms);
+        terms.iter().all(|t| t.effect.stage() == Stage::Calibration)
+    }
+
     /// Whether a model without `term` needs it: `with` is this model and the term, fitted.
     #[must_use]
     pub fn needs(&self, with: &Present, term: &Term) -> bool {
@@ -306,25 +313,30 @@ fn mean(values: &[f64]) -> (f64, f64) {
 fn chance(rise: f64, candidate: &Candidate, study: &Study) -> f64 {
     let effect = candidate.term.effect;
     let series = &study.bench.problem.series[candidate.series];
-    let shapes = if effect.card().id == "vibration-tone" {
-        tone::frequencies(study.bench.problem.times())
+    let (shapes, freedom) = if effect.card().id != "vibration-tone" {
+        // Neighbouring shapes of a grid are not independent.
+        ((effect.grid(&series.span()).len().max(1) as f64).sqrt(), candidate.freedom)
+    } else if tone::is_read(study, candidate.series, &candidate.term) {
+        // Where the reading has the line, it gives amplitude and phase too: only whether the shaft shares it is open.
+        (tone::LINES as f64, 1)
     } else {
-        effect.grid(&series.span()).len().max(1) as f64
+        // Every line of a spectrum is its own.
+        (tone::frequencies(study.bench.problem.times()), candidate.freedom)
     };
     let effects = (crate::effects::CATALOGUE.len() * study.bench.problem.series.len()) as f64;
-    let Ok(law) = ChiSquared::new(candidate.freedom as f64) else { return 1.0 };
-    // Neighbouring shapes of a grid are not independent: its square root, but every line of a spectrum is its own.
-    let shapes = if effect.card().id == "vibration-tone" { shapes } else { shapes.sqrt() };
+    let Ok(law) = ChiSquared::new(freedom as f64) else { return 1.0 };
     (law.sf((2.0 * rise).max(0.0)) * effects * shapes).min(1.0)
 }
 
 /// By the held-out error where that tells them apart, else by the held-out likelihood, which tells more finely.
 fn rank(refits: &mut Vec<Refit>) {
     let mut left = std::mem::take(refits);
-    while !left.is_empty() {
-        let lowest = left.iter().map(|r| r.excess).fold(f64::INFINITY, f64::min);
-        let margin = if lowest < ROUGH { CLOSE } else { 0.0 };
-        let close = |r: &Refit| r.excess <= lowest * (1.0 + margin);
+    while let Some(lowest) = left.iter().min_by(|a, b| a.excess.total_cmp(&b.excess)) {
+        let close = |r: &Refit| {
+            let nearly = lowest.excess.max(r.excess) < ROUGH;
+            let (mean, spread) = lowest.against(r);
+            r.excess <= lowest.excess || nearly && (r.excess <= lowest.excess * (1.0 + CLOSE) || mean < 2.0 * spread)
+        };
         let best = (0..left.len())
             .filter(|&k| close(&left[k]))
             .max_by(|&a, &b| left[a].held_out.0.total_cmp(&left[b].held_out.0))
@@ -388,9 +400,14 @@ impl Refit<'_> {
         if self.candidate.term.effect.stage() == Stage::Reading {
             return true;
         }
-        // A tone that the gyro's own spectrum shows is real however little it moves the angle.
+        // A tone that the gyro's own spectrum shows is real however little it moves the angle. Beside effects that were
+        // added, whose forms are right to a small share of what they remove, so small a fall may be what they left.
         let tone = self.candidate.term.effect.card().id == "vibration-tone";
-        let relevant = if tone { -0.01 } else { RELEVANT };
+        let relevant = match (tone, present.is_base(self.candidate.series)) {
+            (true, _) => -0.01,
+            (false, true) => 0.0,
+            (false, false) => RELEVANT,
+        };
         if self.at_bound() || self.excess >= present.excess * (1.0 - relevant) {
             return false;
         }
@@ -516,7 +533,7 @@ const ONE_SHOT: f64 = 1e-5;
 pub(super) const UNEVEN: f64 = 1.2;
 /// Share of the held-out excess that an effect has to remove there.
 const SHARE: f64 = 0.1;
-/// Share of J that an effect has to remove in any case.
+/// Share of J that an effect has to remove beside others.
 const RELEVANT: f64 = 4e-3;
 /// Times its typical size that a coefficient may have while much is left unexplained.
 const OUTSIZED: f64 = 20.0;

@@ -4,8 +4,10 @@
 //! An encoder's quantisation under a regular motion draws lines too. They are not in the gyro's reading: a tone that is
 //! physics stands there with the amplitude that the residual gives it.
 
-use super::refit::Refit;
-use crate::{AxisModel, evidence::series::Series};
+use crate::{
+    AxisModel, Term,
+    evidence::{series::Series, study::Study},
+};
 use realfft::RealFftPlanner;
 
 /// How many separate lines a log has room for.
@@ -121,7 +123,7 @@ fn median(values: &[f64]) -> f64 {
 }
 
 /// Lines that are looked at, and bins about one that belong to it.
-const LINES: usize = 10;
+pub const LINES: usize = 10;
 const LOBES: usize = 40;
 
 /// Power of a series (its channels summed), and the width of a bin in Hz.
@@ -172,12 +174,12 @@ impl Spectrum {
     }
 }
 
-/// Whether the gyro's own spectrum holds the line of a refitted tone.
+/// Whether the gyro's own spectrum holds the line of a fitted tone.
 #[must_use]
-pub fn seen_by_gyro(refit: &Refit) -> bool {
-    let series = &refit.study.bench.problem.series[refit.candidate.series];
-    let [sine, cosine, frequency] = refit.candidate.term.values[..] else { return false };
-    let alpha = refit.study.model.axes[series.axis.index()].as_ref().map_or(1.0, AxisModel::alpha);
+pub fn is_read(study: &Study, series: usize, term: &Term) -> bool {
+    let series = &study.bench.problem.series[series];
+    let [sine, cosine, frequency] = term.values[..] else { return false };
+    let alpha = study.model.axes[series.axis.index()].as_ref().map_or(1.0, AxisModel::alpha);
     in_reading(series, frequency, sine, cosine, alpha)
 }
 

@@ -86,9 +86,8 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
     let noise = &present.gls.noise;
     let prior = &present.study.bench.prior[series];
     let span = present.study.bench.windows.tau.last().map_or(1.0, |t| 10.0 * t);
-    let walks = noise.bias_random_walk * span.sqrt();
-    let wander = walks.max(noise.correlated);
-    let wanders = || degrees(wander);
+    let wander = (noise.bias_random_walk * span.sqrt()).max(noise.correlated);
+    let is_wander = wander * span.sqrt() > noise.angle_random_walk;
     if judged.within() {
         return (
             Verdict::Adequate,
@@ -100,25 +99,35 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
     // Many noises may explain what is left: physics is missing where none of those that sensors have does.
     let noise_alone = noise::cost_of_limits(&present.study, &present.gls, &largest) < UNUSUAL;
     let slow = suspects.iter().find(|r| r.rise > 5.0 && is_slow(r.candidate.term.effect.card().id));
-    match (noise_alone, slow) {
-        (true, Some(r)) => (
+    let likely = suspects.iter().find(|r| r.significant());
+    let wanders = degrees(wander);
+    match (noise_alone, slow, likely) {
+        (true, Some(r), _) => (
             Verdict::CannotTell,
             format!(
-                "a slow error is left that a wandering bias ({} °/s over this log) and {} explain alike: record \
+                "a slow error is left that a wandering bias ({wanders} °/s over this log) and {} explain alike: record \
                  a second cycle (heat and cool, restart hot, or twice as long)",
-                wanders(),
                 r.candidate.term.effect.card().id
             ),
         ),
-        (true, None) if wander * span.sqrt() > noise.angle_random_walk => (
+        (true, None, Some(r)) => {
+            let card = r.candidate.term.effect.card();
+            (
+                Verdict::CannotTell,
+                format!(
+                    "an error is left that may be noise alone or also {}, which removes little of it. What shows it: {}.",
+                    card.id, card.excited_by
+                ),
+            )
+        }
+        (true, None, None) if is_wander => (
             Verdict::Adequate,
             format!(
-                "what is left is noise: the bias wanders by about {} °/s over this log, which no parameter can \
+                "what is left is noise: the bias wanders by about {wanders} °/s over this log, which no parameter can \
                  take out and a filter with a reference must follow.",
-                wanders()
             ),
         ),
-        (true, None) => (
+        (true, None, None) => (
             Verdict::Adequate,
             format!(
                 "what is left is noise, of the gyro {} °/s/√Hz and of the reference {} °: no parameter can take it out.",
@@ -126,7 +135,7 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
                 degrees(noise.encoder)
             ),
         ),
-        (false, _) => (
+        (false, ..) => (
             Verdict::Unexplained,
             format!(
                 "the error is up to {:.1} times what noise leaves, and no effect of the catalogue removes it: look at where it \
