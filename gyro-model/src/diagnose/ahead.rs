@@ -9,7 +9,10 @@ use super::{
     ladder::{aliases, without},
     refit::{Present, Refit, UNEVEN},
 };
-use crate::{effects::Effect, evidence::study::Study};
+use crate::{
+    effects::{self, Effect},
+    evidence::study::Study,
+};
 
 /// Effects that are added on trial at most.
 const TRIED: usize = 3;
@@ -44,6 +47,10 @@ pub(super) fn ahead<'a>(
             let last = &way.last()?.present;
             let list = last.suspects(extra, progress);
             let next = list.iter().position(|r| r.passes(last)).or_else(|| likeliest(&list))?;
+            // The difference of two aliases is a shape of its own, which is the physics of neither.
+            if way.iter().any(|step| are_aliases(step.id, list[next].candidate.term.effect.card().id)) {
+                break;
+            }
             let next = step(last, &list, next);
             way.push(next);
             if holds(&way) {
@@ -52,6 +59,12 @@ pub(super) fn ahead<'a>(
         }
         None
     })
+}
+
+/// Whether the catalogue says of one of two effects that it may be taken for the other.
+fn are_aliases(a: &str, b: &str) -> bool {
+    let names = |a: &str, b: &str| effects::find(a).is_some_and(|e| e.card().aliases.iter().any(|alias| alias.id == b));
+    names(a, b) || names(b, a)
 }
 
 /// Whether the error lies above what noise leaves: in the mean, or far at one averaging time.

@@ -213,6 +213,7 @@ impl<'a> Present<'a> {
         let study = Study::fit(self.study.bench, &model, Some(&self.study.frozen()));
         let gls = study.identify(&[self.gls.noise]);
         let (study, gls) = study.refine_tones(gls);
+        let gls = noise::likelier(&study, &gls, &self.gls.noise).unwrap_or(gls);
         // What the suspect leaves out, the present model has to be judged without; and a noise that was found beside the
         // suspect may be the likelier one without it too.
         let other;
@@ -316,8 +317,9 @@ fn chance(rise: f64, candidate: &Candidate, study: &Study) -> f64 {
     let (shapes, freedom) = if effect.card().id != "vibration-tone" {
         // Neighbouring shapes of a grid are not independent.
         ((effect.grid(&series.span()).len().max(1) as f64).sqrt(), candidate.freedom)
-    } else if tone::is_read(study, candidate.series, &candidate.term) {
-        // Where the reading has the line, it gives amplitude and phase too: only whether the shaft shares it is open.
+    } else if !study.evaluation.lost.contains(&true) && tone::is_read(study, candidate.series, &candidate.term) {
+        // Where the reading has the line, it gives amplitude and phase too: only whether the shaft shares it is open. (Where
+        // it is cut off, it has lines that no one turned.)
         (tone::LINES as f64, 1)
     } else {
         // Every line of a spectrum is its own.

@@ -1,6 +1,6 @@
 //! `lag`: first-order sensor bandwidth, τ dω_f/dt + ω_f = ω.
 
-use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Span, Stage, derivative, low_pass, steadied};
+use super::{Alias, Card, Effect, Memory, ParameterCard, Role, STEADY, Span, Stage, derivative, low_pass, steadied};
 use crate::Axis;
 
 /// The effect.
@@ -84,6 +84,10 @@ impl Effect for Lag {
         // The slope of the reading's noise is no motion: undone, it would look like physics of its own.
         let slope = derivative(t, &steadied(t, felt));
         felt.iter().zip(slope).map(|(f, d)| f + p[0] * d).collect()
+    }
+
+    fn reach(&self, _: &[f64]) -> f64 {
+        STEADY
     }
 
     fn grid(&self, _: &Span) -> Vec<Vec<f64>> {

@@ -4,7 +4,7 @@
 //! the reading is its [`Stage`]; the stage says which of the functions it implements. Everything else in truerate
 //! (simulator, compensation, fit, diagnosis, reports, `truerate effects`) walks [`CATALOGUE`].
 
-pub(crate) use operators::{derivative, low_pass, play, second_derivative, steadied};
+pub(crate) use operators::{STEADY, derivative, low_pass, play, second_derivative, steadied};
 
 use crate::{Axis, record::FREE_CHANNELS};
 
@@ -311,6 +311,11 @@ pub trait Effect: Send + Sync {
     /// `Response`, backward over a whole log with centred derivatives: felt rates at times `t` (s), true rates out.
     fn undo_response_whole(&self, _p: &[f64], _t: &[f64], felt: &[f64]) -> Vec<f64> {
         felt.to_vec()
+    }
+
+    /// `Response`, backward: how far a reading reaches into the rates beside it, beyond two samples, s.
+    fn reach(&self, _p: &[f64]) -> f64 {
+        0.0
     }
 
     /// `Reading`, forward: what the sensor puts out where it would have read `reading`, rad/s.

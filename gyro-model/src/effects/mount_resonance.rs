@@ -105,6 +105,11 @@ impl Effect for MountResonance {
             .collect()
     }
 
+    fn reach(&self, p: &[f64]) -> f64 {
+        // Three time constants of the low-pass.
+        6.0 * p[1] / (std::f64::consts::TAU * p[0])
+    }
+
     fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
         let end = (1.0 / span.dt).min(300.0);
         let frequencies = std::iter::successors(Some(3.0), |f| Some(f * 1.5)).take_while(|&f| f <= end);

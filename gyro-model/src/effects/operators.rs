@@ -85,7 +85,7 @@ pub(crate) fn steadied(t: &[f64], rate: &[f64]) -> Vec<f64> {
 }
 
 /// Half width of that window, s.
-const STEADY: f64 = 0.012;
+pub(crate) const STEADY: f64 = 0.012;
 
 /// One step of the first-order low-pass T y' + y = u, exact for an input that goes linearly from `u0` to `u1`.
 pub(crate) fn low_pass(y: f64, u0: f64, u1: f64, dt: f64, time_constant: f64) -> f64 {

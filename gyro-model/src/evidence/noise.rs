@@ -309,6 +309,11 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
         before = best.1;
         step = solve(&normal(study, &noise).0).0;
     }
+    // What was found on some of the rows is not quite the likeliest on all.
+    let all = self::rows(study, 1);
+    if all.index.len() > rows.index.len() {
+        noise = likelihood::seek(&noise, &all, &moved(study, &step), &limits(&all), FIRST).0;
+    }
     at_noise(study, &noise)
 }
 

@@ -258,25 +258,29 @@ impl Problem {
             }
         }
         let mut lost = s.missing.clone();
-        for unsure in [&warm[index].unsure, &warm[index].left_out] {
-            lost.iter_mut().zip(unsure).for_each(|(lost, unsure)| *lost |= unsure);
-        }
         for term in of(Stage::Reading) {
             // A reading that stays short of the limit by less than its noise is one that the noise kept there.
             for (l, &g) in lost.iter_mut().zip(&s.gyro) {
                 *l |= [-s.margin, 0.0, s.margin].iter().any(|m| term.effect.lost(&term.values, g + m));
             }
         }
+        let response: Vec<&Term> = of(Stage::Response).collect();
+        let timing: Vec<&Term> = of(Stage::Timing).collect();
+        let mut unsure = displaced(&s.t, &lost, &response, &timing);
+        for without in [&warm[index].unsure, &warm[index].left_out] {
+            merge(&mut lost, without);
+        }
         let mut rate: Vec<f64> = s.gyro.iter().map(|g| alpha * g + delta).collect();
         for term in of(Stage::Response).filter(|t| t.effect.card().id != "mount-resonance") {
             rate = term.effect.undo_response_whole(&term.values, &s.t, &rate);
         }
         let felt: Vec<&Term> = of(Stage::Felt).collect();
-        let unsure = if felt.is_empty() { Vec::new() } else { self.subtract_felt(s, &felt, index, warm, &mut rate) };
+        if !felt.is_empty() {
+            merge(&mut unsure, &self.subtract_felt(s, &felt, index, warm, &mut rate));
+        }
         for term in of(Stage::Response).filter(|t| t.effect.card().id == "mount-resonance") {
             rate = term.effect.undo_response_whole(&term.values, &s.t, &rate);
         }
-        let timing: Vec<&Term> = of(Stage::Timing).collect();
         let whole = if timing.is_empty() { integral(&s.t, &rate) } else { restamped(&s.t, &rate, &timing) };
         let angle = s.reference_rows.iter().map(|&k| whole[k]).collect();
         let mut reference = s.reference_angle.clone();
@@ -349,6 +353,44 @@ fn best_angle(s: &Series, angle: &[f64], lost: &[bool], half: f64) -> Vec<f64> {
     let mut hint = 0;
     angle.iter().zip(&s.t).map(|(a, &t)| a - linear(&s.reference_t, &level, t, &mut hint)).collect()
 }
+
+/// Marks what is marked in `more` too; either may be empty, which marks nothing.
+fn merge(marks: &mut Vec<bool>, more: &[bool]) {
+    marks.resize(marks.len().max(more.len()), false);
+    marks.iter_mut().zip(more).for_each(|(mark, more)| *mark |= more);
+}
+
+/// Samples at which a lost reading counts, and which are not its own: undoing a response spreads it over its neighbours,
+/// and one that is late is valid before its stamp. Empty where there are none.
+fn displaced(t: &[f64], lost: &[bool], response: &[&Term], timing: &[&Term]) -> Vec<bool> {
+    let mut at: Vec<usize> = (0..lost.len()).filter(|&k| lost[k]).collect();
+    if at.is_empty() || response.is_empty() && timing.is_empty() {
+        return Vec::new();
+    }
+    let mut marks = vec![false; lost.len()];
+    if !response.is_empty() {
+        let reach: f64 = response.iter().map(|term| term.effect.reach(&term.values)).sum();
+        for &k in &at {
+            let beside = |other: &usize| other.abs_diff(k) <= NEIGHBOURS || (t[*other] - t[k]).abs() <= reach;
+            let before = (0..k).rev().take_while(beside).count();
+            let after = (k + 1..t.len()).take_while(beside).count();
+            marks[k - before..=k + after].fill(true);
+        }
+        at = (0..lost.len()).filter(|&k| marks[k]).collect();
+    }
+    if !timing.is_empty() {
+        for k in at {
+            let valid = timing.iter().fold(t[k], |t, term| term.effect.valid_time(&term.values, t));
+            let next = t.partition_point(|t| *t <= valid);
+            marks[next.saturating_sub(1)..(next + 1).min(t.len())].fill(true);
+        }
+    }
+    marks.iter_mut().zip(lost).for_each(|(mark, lost)| *mark &= !lost);
+    marks
+}
+
+/// Samples on either side that a centred derivative takes in.
+const NEIGHBOURS: usize = 2;
 
 /// The angle at the samples' times, where a reading stamped t is valid at another time: a rate is integrated over its
 /// times of validity, cubic between them.
