@@ -28,7 +28,7 @@ mod several;
 mod table;
 
 use false_alarms::Kind;
-use gyro_model::simulate::{Scenario, simulate};
+use gyro_model::simulate::{Hidden, Motion, Scenario, simulate};
 use naming::{Called, MOTIONS, hidden_log};
 use outcome::Outcome;
 
@@ -111,10 +111,10 @@ fn a_log_too_long_to_be_searched_whole_shows_what_is_slow_and_what_is_fast() {
     let axis = gyro_model::Axis::X;
     let hidden = ["temperature-bias", "saturation:l=1.1", "delay:d=0.004"];
     let scenario = Scenario {
-        motion: gyro_model::simulate::Motion::Drive { rate: 1.2, hold: 2.0 },
+        motion: Motion::Drive { rate: 1.2, hold: 2.0 },
         seconds: 260.0,
         rate_hz: 500.0,
-        hidden: hidden.iter().map(|h| gyro_model::simulate::Hidden::parse(h, axis).unwrap()).collect(),
+        hidden: hidden.iter().map(|h| Hidden::parse(h, axis).unwrap()).collect(),
         ..Scenario::default()
     };
     let record = simulate(&scenario).record;
@@ -123,4 +123,33 @@ fn a_log_too_long_to_be_searched_whole_shows_what_is_slow_and_what_is_fast() {
     let mut found: Vec<&str> = outcome.added.iter().map(|added| added.id.as_str()).collect();
     found.sort_unstable();
     assert_eq!(found, ["delay", "saturation", "temperature-bias"], "{}", outcome.says());
+}
+
+/// The ladder names these and nothing else, and what is left is noise.
+fn explained(motion: Motion, seconds: f64, rate_hz: f64, hidden: &[&str]) {
+    let axis = gyro_model::Axis::X;
+    let effects = hidden.iter().map(|h| Hidden::parse(h, axis).unwrap()).collect();
+    let outcome = climbed(&Scenario { motion, seconds, rate_hz, hidden: effects, ..Scenario::default() });
+    let mut found: Vec<&str> = outcome.added.iter().map(|added| added.id.as_str()).collect();
+    found.sort_unstable();
+    let mut names: Vec<&str> = hidden.iter().map(|h| h.split(':').next().unwrap()).collect();
+    names.sort_unstable();
+    assert_eq!(found, names, "{}", outcome.says());
+    let over = outcome.ladder.steps.last().unwrap().error_over_floor.unwrap();
+    assert!(over < 1.4, "the error is {over} times the floor");
+}
+
+#[test]
+fn clocks_that_run_apart_leave_nothing_at_the_end_of_a_log() {
+    explained(Motion::Sine { amplitude: 2.2, frequency: 0.34 }, 90.0, 200.0, &["clock-skew:s=-2e-3"]);
+}
+
+#[test]
+fn what_is_cut_off_is_lost_where_a_late_reading_is_valid() {
+    explained(Motion::Multisine { travel: 8.0 }, 60.0, 200.0, &["delay:d=0.06", "saturation:l=2.2"]);
+}
+
+#[test]
+fn what_is_cut_off_is_lost_about_it_where_a_resonance_is_undone() {
+    explained(Motion::Multisine { travel: 8.0 }, 60.0, 200.0, &["mount-resonance:f=8,zeta=0.1", "saturation:l=2.2"]);
 }

@@ -105,3 +105,14 @@ fn holds(way: &[Step]) -> bool {
             })
         })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::are_aliases;
+
+    #[test]
+    fn aliases_are_so_both_ways() {
+        assert!(are_aliases("delay", "lag") && are_aliases("lag", "delay"));
+        assert!(!are_aliases("delay", "bias-step"));
+    }
+}
