@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     Axis, Term,
-    effects::{Effect, Role, Stage},
+    effects::{Effect, Memory, Role, Stage},
     evidence::{
         floor,
         increments::BLOCKS as BLOCKS_OF_INCREMENTS,
@@ -16,6 +16,7 @@ use crate::{
     },
     nls, parallel,
 };
+use itertools::Itertools;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// The present model: what suspects are measured against.
@@ -32,10 +33,29 @@ pub struct Present<'a> {
     measure: Measure,
 }
 
-/// Whether it is one of the effects that show once in a log.
+/// Whether it shows once in the log: the error of a slow effect, where what it goes with does not come again.
 fn one_shot(refit: &Refit) -> bool {
-    verdict::is_slow(refit.candidate.term.effect.card().id)
+    let term = &refit.candidate.term;
+    if !verdict::is_slow(term.effect.card().id) {
+        return false;
+    }
+    let mut memory = Memory::default();
+    let signals = &refit.study.bench.problem.series[refit.candidate.series].signals;
+    let error: Vec<f64> = signals.iter().map(|s| term.effect.error(&term.values, s, &mut memory)).collect();
+    swings(&error) < SWINGS
 }
+
+/// How often a signal goes from half a standard deviation on one side of its mean to as much on the other.
+fn swings(signal: &[f64]) -> usize {
+    let n = signal.len() as f64;
+    let mean = signal.iter().sum::<f64>() / n;
+    let half = 0.5 * (signal.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
+    let sides = signal.iter().map(|x| x - mean).filter(|x| x.abs() > half).map(f64::is_sign_positive);
+    sides.tuple_windows().filter(|(a, b)| a != b).count()
+}
+
+/// Swings from which on a wandering bias would have to follow too often to be taken for it.
+const SWINGS: usize = 6;
 
 /// What a fitted model is worth.
 #[derive(Clone, Debug)]
@@ -555,3 +575,16 @@ const SHAPED: u64 = 4;
 const RARE: f64 = 0.99;
 /// Draws of noise alone.
 const DRAWS: u64 = 20;
+
+#[cfg(test)]
+mod tests {
+    use super::swings;
+
+    #[test]
+    fn a_drift_swings_once_and_three_periods_five_times() {
+        let line: Vec<f64> = (0..600).map(|k| f64::from(k) + 5.0 * f64::from(k % 7)).collect();
+        assert_eq!(swings(&line), 1);
+        let sine: Vec<f64> = (0..600).map(|k| (f64::from(k) * 0.01 * std::f64::consts::PI).sin()).collect();
+        assert_eq!(swings(&sine), 5);
+    }
+}
