@@ -370,22 +370,22 @@ fn rank(refits: &mut Vec<Refit>) {
 /// Drops a resonance where a tone of its frequency does as well: what the motion sets ringing does not ring in one phase
 /// throughout the log, while the inverse of a resonance is a notch, which takes out any line.
 fn drop_driven(refits: &mut Vec<Refit>) {
-    let of = |r: &Refit, id: &str| r.candidate.term.effect.card().id == id;
+    let is = |r: &Refit, id: &str| r.candidate.term.effect.card().id == id;
     let frequency = |r: &Refit| {
         let cards = r.candidate.term.effect.parameters(Axis::X);
         cards.iter().position(|card| card.unit == "Hz").map_or(f64::NAN, |k| r.candidate.term.values[k])
     };
-    let driven = |r: &Refit| {
-        refits.iter().any(|tone| {
-            of(tone, "vibration-tone")
-                && tone.candidate.series == r.candidate.series
-                && (frequency(r) / frequency(tone) - 1.0).abs() < NEAR_A_TONE
-                && tone.equals(r)
-        })
+    let (mut resonances, others): (Vec<Refit>, Vec<Refit>) =
+        std::mem::take(refits).into_iter().partition(|r| is(r, "mount-resonance"));
+    let drives = |tone: &Refit, r: &Refit| {
+        is(tone, "vibration-tone")
+            && tone.candidate.series == r.candidate.series
+            && (frequency(r) / frequency(tone) - 1.0).abs() < NEAR_A_TONE
+            && tone.equals(r)
     };
-    let keep: Vec<bool> = refits.iter().map(|r| !(of(r, "mount-resonance") && driven(r))).collect();
-    let mut keep = keep.into_iter();
-    refits.retain(|_| keep.next().unwrap_or(true));
+    resonances.retain(|r| !others.iter().any(|tone| drives(tone, r)));
+    *refits = others;
+    refits.append(&mut resonances);
 }
 
 /// How near to a tone's the frequency of a resonance is that was fitted to it.
