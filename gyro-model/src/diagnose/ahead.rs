@@ -6,8 +6,9 @@
 
 use super::{
     candidates::Candidate,
+    gate::UNEVEN,
     ladder::{aliases, without},
-    refit::{Present, Refit, UNEVEN},
+    refit::{Present, Refit},
 };
 use crate::{
     effects::{self, Effect},

@@ -8,10 +8,12 @@
 
 mod ahead;
 pub mod candidates;
+mod gate;
 pub mod judged;
 pub mod ladder;
 pub mod limits;
 pub mod long;
+mod rank;
 pub mod refit;
 pub mod tone;
 pub mod verdict;

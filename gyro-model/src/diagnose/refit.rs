@@ -2,21 +2,20 @@
 
 use super::{
     candidates::{Candidate, scan, with_term},
-    tone, verdict,
+    gate::chance,
+    rank::{drop_driven, prefer_plainer, rank},
 };
 use crate::{
-    Axis, Term,
-    effects::{Effect, Memory, Role, Stage},
+    effects::{Effect, Stage},
     evidence::{
         floor,
         increments::BLOCKS as BLOCKS_OF_INCREMENTS,
-        noise::{self, BLOCKS, Gls},
+        noise::{self, Gls},
         problem::Warm,
         study::Study,
     },
     nls, parallel,
 };
-use itertools::Itertools;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// The present model: what suspects are measured against.
@@ -32,30 +31,6 @@ pub struct Present<'a> {
     pub excess: f64,
     measure: Measure,
 }
-
-/// Whether it shows once in the log: the error of a slow effect, where what it goes with does not come again.
-fn one_shot(refit: &Refit) -> bool {
-    let term = &refit.candidate.term;
-    if !verdict::is_slow(term.effect.card().id) {
-        return false;
-    }
-    let mut memory = Memory::default();
-    let signals = &refit.study.bench.problem.series[refit.candidate.series].signals;
-    let error: Vec<f64> = signals.iter().map(|s| term.effect.error(&term.values, s, &mut memory)).collect();
-    swings(&error) < SWINGS
-}
-
-/// How often a signal goes from half a standard deviation on one side of its mean to as much on the other.
-fn swings(signal: &[f64]) -> usize {
-    let n = signal.len() as f64;
-    let mean = signal.iter().sum::<f64>() / n;
-    let half = 0.5 * (signal.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
-    let sides = signal.iter().map(|x| x - mean).filter(|x| x.abs() > half).map(f64::is_sign_positive);
-    sides.tuple_windows().filter(|(a, b)| a != b).count()
-}
-
-/// Swings from which on a wandering bias would have to follow too often to be taken for it.
-const SWINGS: usize = 6;
 
 /// What a fitted model is worth.
 #[derive(Clone, Debug)]
@@ -100,17 +75,15 @@ pub struct Refit<'a> {
     /// Fall of the held-out error: mean over blocks of ln(J₀/J₁), and its standard error.
     pub fall: (f64, f64),
     /// Rise of the held-out ln L, block by block.
-    gains: Vec<f64>,
+    pub(super) gains: Vec<f64>,
     /// ln(J₀/J₁), block by block.
-    falls: Vec<Option<f64>>,
+    pub(super) falls: Vec<Option<f64>>,
 }
 
 /// How many suspects are refitted exactly.
 const LEADERS: usize = 5;
 /// Share of J that the scan has to promise for a refit that its likelihood does not ask for.
 const LOWERS: f64 = 0.02;
-/// Significance, priced for the whole search, that a suspect needs.
-const GATE: f64 = 2e-3;
 /// Rise of ln L below which the scan's suspects are not refitted.
 const NOTICEABLE: f64 = 4.0;
 
@@ -284,27 +257,8 @@ fn leaders(mut list: Vec<Candidate>) -> Vec<Candidate> {
     chosen
 }
 
-impl Present<'_> {
-    /// Whether its model of this axis is the base: a scale factor and a bias.
-    fn is_base(&self, series: usize) -> bool {
-        let axis = self.study.bench.problem.series[series].axis;
-        let terms = self.study.model.axes[axis.index()].as_ref().map_or(&[][..], |m| &m.terms);
-        terms.iter().all(|t| t.effect.stage() == Stage::Calibration)
-    }
-
-    /// Whether a model without `term` needs it: `with` is this model and the term, fitted.
-    #[must_use]
-    pub fn needs(&self, with: &Present, term: &Term) -> bool {
-        let rise = with.gls.log_likelihood - self.gls.log_likelihood;
-        let candidate =
-            Candidate { series: 0, term: term.clone(), score: rise, removes: 0.0, freedom: term.values.len() };
-        let lower = with.excess < self.excess;
-        lower && (chance(rise, &candidate, &with.study) < GATE || with.excess < (1.0 - SHARE) * self.excess)
-    }
-}
-
 /// Sum of block values and its standard error.
-fn total(values: &[f64]) -> (f64, f64) {
+pub(super) fn total(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     if n < 2.0 {
         return (values.iter().sum(), f64::INFINITY);
@@ -316,7 +270,7 @@ fn total(values: &[f64]) -> (f64, f64) {
 
 /// Mean of block values and its standard error. The longest increments span three blocks, so neighbours are alike: their
 /// covariances count (Newey and West 1987).
-fn mean(values: &[f64]) -> (f64, f64) {
+pub(super) fn mean(values: &[f64]) -> (f64, f64) {
     let n = values.len();
     if n < 4 {
         return (values.iter().sum::<f64>() / n.max(1) as f64, f64::INFINITY);
@@ -330,243 +284,6 @@ fn mean(values: &[f64]) -> (f64, f64) {
     (mean, (variance / n as f64).sqrt())
 }
 
-/// Chance that noise alone raises ln L as much, for any effect at any shape of the search.
-fn chance(rise: f64, candidate: &Candidate, study: &Study) -> f64 {
-    let effect = candidate.term.effect;
-    let series = &study.bench.problem.series[candidate.series];
-    let (shapes, freedom) = if effect.card().id != "vibration-tone" {
-        // Neighbouring shapes of a grid are not independent.
-        ((effect.grid(&series.span()).len().max(1) as f64).sqrt(), candidate.freedom)
-    } else if !study.evaluation.lost.contains(&true) && tone::is_read(study, candidate.series, &candidate.term) {
-        // Where the reading has the line, it gives amplitude and phase too: only whether the shaft shares it is open. (Where
-        // it is cut off, it has lines that no one turned.)
-        (tone::LINES as f64, 1)
-    } else {
-        // Every line of a spectrum is its own.
-        (tone::frequencies(study.bench.problem.times()), candidate.freedom)
-    };
-    let effects = (crate::effects::CATALOGUE.len() * study.bench.problem.series.len()) as f64;
-    let Ok(law) = ChiSquared::new(freedom as f64) else { return 1.0 };
-    (law.sf((2.0 * rise).max(0.0)) * effects * shapes).min(1.0)
-}
-
-/// By the held-out error where that tells them apart, else by the held-out likelihood, which tells more finely.
-fn rank(refits: &mut Vec<Refit>) {
-    let mut left = std::mem::take(refits);
-    while let Some(lowest) = left.iter().min_by(|a, b| a.excess.total_cmp(&b.excess)) {
-        let close = |r: &Refit| {
-            let nearly = lowest.excess.max(r.excess) < ROUGH;
-            let (mean, spread) = lowest.against(r);
-            r.excess <= lowest.excess || nearly && (r.excess <= lowest.excess * (1.0 + CLOSE) || mean < 2.0 * spread)
-        };
-        let best = (0..left.len())
-            .filter(|&k| close(&left[k]))
-            .max_by(|&a, &b| left[a].held_out.0.total_cmp(&left[b].held_out.0))
-            .unwrap_or(0);
-        refits.push(left.remove(best));
-    }
-}
-
-/// Drops a resonance where a tone of its frequency does as well: what the motion sets ringing does not ring in one phase
-/// throughout the log, while the inverse of a resonance is a notch, which takes out any line.
-fn drop_driven(refits: &mut Vec<Refit>) {
-    let is = |r: &Refit, id: &str| r.candidate.term.effect.card().id == id;
-    let frequency = |r: &Refit| {
-        let cards = r.candidate.term.effect.parameters(Axis::X);
-        cards.iter().position(|card| card.unit == "Hz").map_or(f64::NAN, |k| r.candidate.term.values[k])
-    };
-    let (mut resonances, others): (Vec<Refit>, Vec<Refit>) =
-        std::mem::take(refits).into_iter().partition(|r| is(r, "mount-resonance"));
-    let drives = |tone: &Refit, r: &Refit| {
-        is(tone, "vibration-tone")
-            && tone.candidate.series == r.candidate.series
-            && (frequency(r) / frequency(tone) - 1.0).abs() < NEAR_A_TONE
-            && tone.equals(r)
-    };
-    resonances.retain(|r| !others.iter().any(|tone| drives(tone, r)));
-    *refits = others;
-    refits.append(&mut resonances);
-}
-
-/// How near to a tone's the frequency of a resonance is that was fitted to it.
-const NEAR_A_TONE: f64 = 0.1;
-
-/// Puts before the best what cannot be told from it and is plainer: fewer parameters, or a measured channel instead of
-/// a free shape.
-fn prefer_plainer(refits: &mut [Refit], present: &Present) {
-    let Some(best) = refits.first() else { return };
-    let measured = |r: &Refit| !r.candidate.term.effect.card().needs.is_empty();
-    let plainer = (1..refits.len()).find(|&k| {
-        let r = &refits[k];
-        let simpler = r.candidate.freedom < best.candidate.freedom || (measured(r) && !measured(best));
-        r.candidate.series == best.candidate.series
-            && simpler
-            && (r.significant() || r.passes(present))
-            && (best.alike(r) || best.hardly_beats(r))
-    });
-    if let Some(k) = plainer {
-        refits[..=k].rotate_right(1);
-    }
-}
-
-impl Refit<'_> {
-    /// Share of the held-out excess that it removes; `None` where there is none.
-    #[must_use]
-    pub fn share(&self, present: &Present) -> Option<f64> {
-        (present.excess > 1.0).then(|| (present.excess - self.excess) / (present.excess - 1.0))
-    }
-
-    /// Whether it is significant, holds on data it was not fitted on, and matters.
-    #[must_use]
-    pub fn passes(&self, present: &Present) -> bool {
-        if self.candidate.term.effect.stage() == Stage::Reading {
-            return true;
-        }
-        // A tone that the gyro's own spectrum shows is real however little it moves the angle. Beside effects that were
-        // added, whose forms are right to a small share of what they remove, so small a fall may be what they left.
-        let tone = self.candidate.term.effect.card().id == "vibration-tone";
-        let relevant = match (tone, present.is_base(self.candidate.series)) {
-            (true, _) => -0.01,
-            (false, true) => 0.0,
-            (false, false) => RELEVANT,
-        };
-        if self.at_bound() || self.excess >= present.excess * (1.0 - relevant) {
-            return false;
-        }
-        if self.p_value >= GATE && !self.dominates(present) {
-            return false;
-        }
-        if present.excess > UNEVEN && self.share(present).is_none_or(|s| s < SHARE) {
-            return false;
-        }
-        if self.excess > ROUGH && (self.is_outsized() || tone && self.share(present).is_none_or(|s| s < DOMINATES)) {
-            return false;
-        }
-        // What shows at one instant (a step) cannot be held out block by block in likelihood, but in the error it can.
-        let throughout = self.held_out.0 > 1.5 * self.held_out.1 || self.fall.0 > 2.0 * self.fall.1;
-        let holds = self.held_out.0 > 0.25 * self.rise.min(40.0) && throughout;
-        (holds || self.fall.0 > 4.0 * self.fall.1)
-            && (!one_shot(self) || self.p_value < ONE_SHOT || self.dominates(present))
-    }
-
-    /// Whether a coefficient is far beyond what such sensors have: where much is left unexplained, the fit bends whatever
-    /// can be bent.
-    fn is_outsized(&self) -> bool {
-        let axis = self.study.bench.problem.series[self.candidate.series].axis;
-        let term = &self.candidate.term;
-        let pairs = term.effect.parameters(axis).iter().zip(&term.values);
-        pairs
-            .filter(|(card, _)| card.role == Role::Linear && card.typical != 0.0)
-            .any(|(card, v)| v.abs() > OUTSIZED * card.typical.abs())
-    }
-
-    /// Whether it removes much of an error that is far beyond what a gyro's own wander makes, throughout the log. Other
-    /// missing physics inflates the identified noise until a slow effect drowns in it; the error itself does not lie.
-    fn dominates(&self, present: &Present) -> bool {
-        present.excess > ROUGH
-            && present.gls.noise.beyond_wander()
-            && self.share(present).is_some_and(|s| s > DOMINATES)
-            && self.fall.0 > 4.0 * self.fall.1
-    }
-
-    /// Whether a parameter ran to the end of what is physical: the fit looks for something else.
-    pub(super) fn at_bound(&self) -> bool {
-        let series = &self.study.bench.problem.series[self.candidate.series];
-        let span = series.span();
-        let nyquist = 0.5 / span.dt;
-        // A step has to be seen from both sides.
-        let (first, last) = (series.t[0] + ENDS * span.duration, series.t[0] + (1.0 - ENDS) * span.duration);
-        let term = &self.candidate.term;
-        let fitted =
-            term.effect.parameters(series.axis).iter().zip(&term.values).filter(|(c, _)| c.role != Role::Chosen);
-        fitted.into_iter().any(|(card, &v)| {
-            if card.name == "t0" && !(first..last).contains(&v) {
-                return true;
-            }
-            let near = |bound: f64| bound.is_finite() && (v - bound).abs() <= 1e-6 * bound.abs().max(1e-12);
-            near(card.bounds.0) || near(card.bounds.1) || (card.unit == "Hz" && v > nyquist)
-        })
-    }
-
-    /// Whether noise alone would hardly do as well, and it lowers the error.
-    #[must_use]
-    pub fn significant(&self) -> bool {
-        self.p_value < GATE && (self.held_out.0 > 0.0 || self.fall.0 > 4.0 * self.fall.1) && !self.at_bound()
-    }
-
-    /// Whether this log cannot tell it from `other`: both their held-out likelihoods and their held-out errors differ by
-    /// less than two standard errors over the blocks, or by less than either is found to.
-    #[must_use]
-    pub fn alike(&self, other: &Refit) -> bool {
-        let gains: Vec<f64> = self.gains.iter().zip(&other.gains).map(|(a, b)| a - b).collect();
-        let (difference, error) = total(&gains);
-        let (mean, spread) = self.against(other);
-        difference.abs() < FOUND_TO.0.max(2.0 * error)
-            && gains.len() == BLOCKS
-            && mean.abs() < FOUND_TO.1.max(2.0 * spread)
-    }
-
-    /// Whether it does as well as `other`: better, or alike.
-    fn equals(&self, other: &Refit) -> bool {
-        self.alike(other) || (self.excess <= other.excess && self.held_out.0 >= other.held_out.0)
-    }
-
-    /// Whether it belongs in the place of the effect that `present` has and it has not: by likelihood where both are
-    /// nearly right, and never with more error.
-    #[must_use]
-    pub fn replaces(&self, present: &Present) -> bool {
-        let nearly = self.excess.max(present.excess) < ROUGH;
-        nearly
-            && !self.at_bound()
-            && self.excess <= (1.0 + CLOSE) * present.excess
-            && self.gls.log_likelihood > present.gls.log_likelihood + PARAMETER
-    }
-
-    /// Rise of ln L less what its parameters are worth, to choose among some that are all good enough.
-    #[must_use]
-    pub fn worth(&self) -> f64 {
-        self.rise - PARAMETER * self.candidate.freedom as f64
-    }
-
-    /// Whether, both being nearly right, its likelihood is not worth a parameter more than that of `other`.
-    fn hardly_beats(&self, other: &Refit) -> bool {
-        self.excess.max(other.excess) < ROUGH
-            && other.excess < (1.0 + SHARE) * self.excess
-            && self.rise - other.rise < PARAMETER
-    }
-
-    /// ln(J_other/J_self) over the blocks: mean and standard error.
-    #[must_use]
-    pub fn against(&self, other: &Refit) -> (f64, f64) {
-        let logs: Vec<f64> =
-            self.falls.iter().zip(&other.falls).filter_map(|(a, b)| Some(a.as_ref()? - b.as_ref()?)).collect();
-        mean(&logs)
-    }
-}
-
-/// What an optimum's ln L and ln J are found to: two shapes of one motion may differ by less, and always to the same side.
-const FOUND_TO: (f64, f64) = (0.25, 1e-3);
-/// J above which the noise is not all there is: likelihoods then trust a wrong model, and the held-out error decides.
-const ROUGH: f64 = 1.5;
-/// Significance that an effect needs which shows once in a log (a warming, a drift, a step): the bias of such sensors
-/// wanders, and a wander is easily taken for it.
-const ONE_SHOT: f64 = 1e-5;
-/// J above which something is left that is not noise.
-pub(super) const UNEVEN: f64 = 1.2;
-/// Share of the held-out excess that an effect has to remove there.
-const SHARE: f64 = 0.1;
-/// Share of J that an effect has to remove beside others.
-const RELEVANT: f64 = 4e-3;
-/// Times its typical size that a coefficient may have while much is left unexplained.
-const OUTSIZED: f64 = 20.0;
-/// Share of the log at its ends where no step is looked for.
-const ENDS: f64 = 0.05;
-/// Rise of ln L that one more parameter is worth (half the logarithm of some thousand readings).
-const PARAMETER: f64 = 4.0;
-/// Held-out errors that differ by less than this share count as equal.
-const CLOSE: f64 = 0.03;
-/// Share of the held-out excess that makes up for a likelihood that drowns it.
-const DOMINATES: f64 = 0.4;
 /// Times what undoing a response gains on white noise that it has to gain: noise that grows with the rate gains more.
 const SHAPES: f64 = 2.0;
 /// Draws of noise alone that a response is undone on.
@@ -575,16 +292,3 @@ const SHAPED: u64 = 4;
 const RARE: f64 = 0.99;
 /// Draws of noise alone.
 const DRAWS: u64 = 20;
-
-#[cfg(test)]
-mod tests {
-    use super::swings;
-
-    #[test]
-    fn a_drift_swings_once_and_three_periods_five_times() {
-        let line: Vec<f64> = (0..600).map(|k| f64::from(k) + 5.0 * f64::from(k % 7)).collect();
-        assert_eq!(swings(&line), 1);
-        let sine: Vec<f64> = (0..600).map(|k| (f64::from(k) * 0.01 * std::f64::consts::PI).sin()).collect();
-        assert_eq!(swings(&sine), 5);
-    }
-}

@@ -1,0 +1,196 @@
+//! Whether a suspect is let in: significant, holding on data that it was not fitted on, and worth having.
+
+use super::{
+    candidates::Candidate,
+    rank::ROUGH,
+    refit::{Present, Refit},
+    tone, verdict,
+};
+use crate::{
+    Term,
+    effects::{Memory, Role, Stage},
+    evidence::study::Study,
+};
+use itertools::Itertools;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+impl Present<'_> {
+    /// Whether its model of this axis is the base: a scale factor and a bias.
+    fn is_base(&self, series: usize) -> bool {
+        let axis = self.study.bench.problem.series[series].axis;
+        let terms = self.study.model.axes[axis.index()].as_ref().map_or(&[][..], |m| &m.terms);
+        terms.iter().all(|t| t.effect.stage() == Stage::Calibration)
+    }
+
+    /// Whether a model without `term` needs it: `with` is this model and the term, fitted.
+    #[must_use]
+    pub fn needs(&self, with: &Present, term: &Term) -> bool {
+        let rise = with.gls.log_likelihood - self.gls.log_likelihood;
+        let candidate =
+            Candidate { series: 0, term: term.clone(), score: rise, removes: 0.0, freedom: term.values.len() };
+        let lower = with.excess < self.excess;
+        lower && (chance(rise, &candidate, &with.study) < GATE || with.excess < (1.0 - SHARE) * self.excess)
+    }
+}
+
+impl Refit<'_> {
+    /// Share of the held-out excess that it removes; `None` where there is none.
+    #[must_use]
+    pub fn share(&self, present: &Present) -> Option<f64> {
+        (present.excess > 1.0).then(|| (present.excess - self.excess) / (present.excess - 1.0))
+    }
+
+    /// Whether it is significant, holds on data it was not fitted on, and matters.
+    #[must_use]
+    pub fn passes(&self, present: &Present) -> bool {
+        if self.candidate.term.effect.stage() == Stage::Reading {
+            return true;
+        }
+        // A tone that the gyro's own spectrum shows is real however little it moves the angle. Beside effects that were
+        // added, whose forms are right to a small share of what they remove, so small a fall may be what they left.
+        let tone = self.candidate.term.effect.card().id == "vibration-tone";
+        let relevant = match (tone, present.is_base(self.candidate.series)) {
+            (true, _) => -0.01,
+            (false, true) => 0.0,
+            (false, false) => RELEVANT,
+        };
+        if self.at_bound() || self.excess >= present.excess * (1.0 - relevant) {
+            return false;
+        }
+        if self.p_value >= GATE && !self.dominates(present) {
+            return false;
+        }
+        if present.excess > UNEVEN && self.share(present).is_none_or(|s| s < SHARE) {
+            return false;
+        }
+        if self.excess > ROUGH && (self.is_outsized() || tone && self.share(present).is_none_or(|s| s < DOMINATES)) {
+            return false;
+        }
+        // What shows at one instant (a step) cannot be held out block by block in likelihood, but in the error it can.
+        let throughout = self.held_out.0 > 1.5 * self.held_out.1 || self.fall.0 > 2.0 * self.fall.1;
+        let holds = self.held_out.0 > 0.25 * self.rise.min(40.0) && throughout;
+        (holds || self.fall.0 > 4.0 * self.fall.1)
+            && (!one_shot(self) || self.p_value < ONE_SHOT || self.dominates(present))
+    }
+
+    /// Whether a coefficient is far beyond what such sensors have: where much is left unexplained, the fit bends whatever
+    /// can be bent.
+    fn is_outsized(&self) -> bool {
+        let axis = self.study.bench.problem.series[self.candidate.series].axis;
+        let term = &self.candidate.term;
+        let pairs = term.effect.parameters(axis).iter().zip(&term.values);
+        pairs
+            .filter(|(card, _)| card.role == Role::Linear && card.typical != 0.0)
+            .any(|(card, v)| v.abs() > OUTSIZED * card.typical.abs())
+    }
+
+    /// Whether it removes much of an error that is far beyond what a gyro's own wander makes, throughout the log. Other
+    /// missing physics inflates the identified noise until a slow effect drowns in it; the error itself does not lie.
+    fn dominates(&self, present: &Present) -> bool {
+        present.excess > ROUGH
+            && present.gls.noise.beyond_wander()
+            && self.share(present).is_some_and(|s| s > DOMINATES)
+            && self.fall.0 > 4.0 * self.fall.1
+    }
+
+    /// Whether a parameter ran to the end of what is physical: the fit looks for something else.
+    pub(super) fn at_bound(&self) -> bool {
+        let series = &self.study.bench.problem.series[self.candidate.series];
+        let span = series.span();
+        let nyquist = 0.5 / span.dt;
+        // A step has to be seen from both sides.
+        let (first, last) = (series.t[0] + ENDS * span.duration, series.t[0] + (1.0 - ENDS) * span.duration);
+        let term = &self.candidate.term;
+        let fitted =
+            term.effect.parameters(series.axis).iter().zip(&term.values).filter(|(c, _)| c.role != Role::Chosen);
+        fitted.into_iter().any(|(card, &v)| {
+            if card.name == "t0" && !(first..last).contains(&v) {
+                return true;
+            }
+            let near = |bound: f64| bound.is_finite() && (v - bound).abs() <= 1e-6 * bound.abs().max(1e-12);
+            near(card.bounds.0) || near(card.bounds.1) || (card.unit == "Hz" && v > nyquist)
+        })
+    }
+
+    /// Whether noise alone would hardly do as well, and it lowers the error.
+    #[must_use]
+    pub fn significant(&self) -> bool {
+        self.p_value < GATE && (self.held_out.0 > 0.0 || self.fall.0 > 4.0 * self.fall.1) && !self.at_bound()
+    }
+}
+
+/// Chance that noise alone raises ln L as much, for any effect at any shape of the search.
+pub(super) fn chance(rise: f64, candidate: &Candidate, study: &Study) -> f64 {
+    let effect = candidate.term.effect;
+    let series = &study.bench.problem.series[candidate.series];
+    let lost = &study.evaluation.lost;
+    let is_whole = lost.iter().filter(|lost| **lost).count() * 100 < lost.len();
+    let (shapes, freedom) = if effect.card().id != "vibration-tone" {
+        // Neighbouring shapes of a grid are not independent.
+        ((effect.grid(&series.span()).len().max(1) as f64).sqrt(), candidate.freedom)
+    } else if is_whole && tone::is_read(study, candidate.series, &candidate.term) {
+        // Where the reading has the line, it gives amplitude and phase too: only whether the shaft shares it is open. (One
+        // that is cut off has lines that nobody turned.)
+        (tone::LINES as f64, 1)
+    } else {
+        // Every line of a spectrum is its own.
+        (tone::frequencies(study.bench.problem.times()), candidate.freedom)
+    };
+    let effects = (crate::effects::CATALOGUE.len() * study.bench.problem.series.len()) as f64;
+    let Ok(law) = ChiSquared::new(freedom as f64) else { return 1.0 };
+    (law.sf((2.0 * rise).max(0.0)) * effects * shapes).min(1.0)
+}
+
+/// Whether it shows once in the log: the error of a slow effect, where what it goes with does not come again.
+fn one_shot(refit: &Refit) -> bool {
+    let term = &refit.candidate.term;
+    if !verdict::is_slow(term.effect.card().id) {
+        return false;
+    }
+    let mut memory = Memory::default();
+    let signals = &refit.study.bench.problem.series[refit.candidate.series].signals;
+    let error: Vec<f64> = signals.iter().map(|s| term.effect.error(&term.values, s, &mut memory)).collect();
+    swings(&error) < SWINGS
+}
+
+/// How often a signal goes from half a standard deviation on one side of its mean to as much on the other.
+fn swings(signal: &[f64]) -> usize {
+    let n = signal.len() as f64;
+    let mean = signal.iter().sum::<f64>() / n;
+    let half = 0.5 * (signal.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
+    let sides = signal.iter().map(|x| x - mean).filter(|x| x.abs() > half).map(f64::is_sign_positive);
+    sides.tuple_windows().filter(|(a, b)| a != b).count()
+}
+
+/// Swings from which on a wandering bias would have to follow too often to be taken for it.
+const SWINGS: usize = 6;
+/// Significance, priced for the whole search, that a suspect needs.
+const GATE: f64 = 2e-3;
+/// Significance that an effect needs which shows once in a log (a warming, a drift, a step): the bias of such sensors
+/// wanders, and a wander is easily taken for it.
+const ONE_SHOT: f64 = 1e-5;
+/// J above which something is left that is not noise.
+pub(super) const UNEVEN: f64 = 1.2;
+/// Share of the held-out excess that an effect has to remove there.
+pub(super) const SHARE: f64 = 0.1;
+/// Share of J that an effect has to remove beside others.
+const RELEVANT: f64 = 4e-3;
+/// Times its typical size that a coefficient may have while much is left unexplained.
+const OUTSIZED: f64 = 20.0;
+/// Share of the log at its ends where no step is looked for.
+const ENDS: f64 = 0.05;
+/// Share of the held-out excess that makes up for a likelihood that drowns it.
+const DOMINATES: f64 = 0.4;
+
+#[cfg(test)]
+mod tests {
+    use super::swings;
+
+    #[test]
+    fn a_drift_swings_once_and_three_periods_five_times() {
+        let line: Vec<f64> = (0..600).map(|k| f64::from(k) + 5.0 * f64::from(k % 7)).collect();
+        assert_eq!(swings(&line), 1);
+        let sine: Vec<f64> = (0..600).map(|k| (f64::from(k) * 0.01 * std::f64::consts::PI).sin()).collect();
+        assert_eq!(swings(&sine), 5);
+    }
+}

@@ -1,0 +1,126 @@
+//! Which suspect comes first, and what this log cannot tell apart.
+
+use super::{
+    gate::SHARE,
+    refit::{Present, Refit, mean, total},
+};
+use crate::{Axis, evidence::noise::BLOCKS};
+
+/// By the held-out error where that tells them apart, else by the held-out likelihood, which tells more finely.
+pub(super) fn rank(refits: &mut Vec<Refit>) {
+    let mut left = std::mem::take(refits);
+    while let Some(lowest) = left.iter().min_by(|a, b| a.excess.total_cmp(&b.excess)) {
+        let close = |r: &Refit| {
+            let nearly = lowest.excess.max(r.excess) < ROUGH;
+            let (mean, spread) = lowest.against(r);
+            r.excess <= lowest.excess || nearly && (r.excess <= lowest.excess * (1.0 + CLOSE) || mean < 2.0 * spread)
+        };
+        let best = (0..left.len())
+            .filter(|&k| close(&left[k]))
+            .max_by(|&a, &b| left[a].held_out.0.total_cmp(&left[b].held_out.0))
+            .unwrap_or(0);
+        refits.push(left.remove(best));
+    }
+}
+
+/// Drops a resonance where a tone of its frequency does as well: what the motion sets ringing does not ring in one phase
+/// throughout the log, while the inverse of a resonance is a notch, which takes out any line.
+pub(super) fn drop_driven(refits: &mut Vec<Refit>) {
+    let is = |r: &Refit, id: &str| r.candidate.term.effect.card().id == id;
+    let frequency = |r: &Refit| {
+        let cards = r.candidate.term.effect.parameters(Axis::X);
+        cards.iter().position(|card| card.unit == "Hz").map_or(f64::NAN, |k| r.candidate.term.values[k])
+    };
+    let (mut resonances, others): (Vec<Refit>, Vec<Refit>) =
+        std::mem::take(refits).into_iter().partition(|r| is(r, "mount-resonance"));
+    let drives = |tone: &Refit, r: &Refit| {
+        is(tone, "vibration-tone")
+            && tone.candidate.series == r.candidate.series
+            && (frequency(r) / frequency(tone) - 1.0).abs() < NEAR_A_TONE
+            && tone.equals(r)
+    };
+    resonances.retain(|r| !others.iter().any(|tone| drives(tone, r)));
+    *refits = others;
+    refits.append(&mut resonances);
+}
+
+/// How near to a tone's the frequency of a resonance is that was fitted to it.
+const NEAR_A_TONE: f64 = 0.1;
+
+/// Puts before the best what cannot be told from it and is plainer: fewer parameters, or a measured channel instead of
+/// a free shape.
+pub(super) fn prefer_plainer(refits: &mut [Refit], present: &Present) {
+    let Some(best) = refits.first() else { return };
+    let measured = |r: &Refit| !r.candidate.term.effect.card().needs.is_empty();
+    let plainer = (1..refits.len()).find(|&k| {
+        let r = &refits[k];
+        let simpler = r.candidate.freedom < best.candidate.freedom || (measured(r) && !measured(best));
+        r.candidate.series == best.candidate.series
+            && simpler
+            && (r.significant() || r.passes(present))
+            && (best.alike(r) || best.hardly_beats(r))
+    });
+    if let Some(k) = plainer {
+        refits[..=k].rotate_right(1);
+    }
+}
+
+impl Refit<'_> {
+    /// Whether this log cannot tell it from `other`: both their held-out likelihoods and their held-out errors differ by
+    /// less than two standard errors over the blocks, or by less than either is found to.
+    #[must_use]
+    pub fn alike(&self, other: &Refit) -> bool {
+        let gains: Vec<f64> = self.gains.iter().zip(&other.gains).map(|(a, b)| a - b).collect();
+        let (difference, error) = total(&gains);
+        let (mean, spread) = self.against(other);
+        difference.abs() < FOUND_TO.0.max(2.0 * error)
+            && gains.len() == BLOCKS
+            && mean.abs() < FOUND_TO.1.max(2.0 * spread)
+    }
+
+    /// Whether it does as well as `other`: better, or alike.
+    fn equals(&self, other: &Refit) -> bool {
+        self.alike(other) || (self.excess <= other.excess && self.held_out.0 >= other.held_out.0)
+    }
+
+    /// Whether it belongs in the place of the effect that `present` has and it has not: by likelihood where both are
+    /// nearly right, and never with more error.
+    #[must_use]
+    pub fn replaces(&self, present: &Present) -> bool {
+        let nearly = self.excess.max(present.excess) < ROUGH;
+        nearly
+            && !self.at_bound()
+            && self.excess <= (1.0 + CLOSE) * present.excess
+            && self.gls.log_likelihood > present.gls.log_likelihood + PARAMETER
+    }
+
+    /// Rise of ln L less what its parameters are worth, to choose among some that are all good enough.
+    #[must_use]
+    pub fn worth(&self) -> f64 {
+        self.rise - PARAMETER * self.candidate.freedom as f64
+    }
+
+    /// Whether, both being nearly right, its likelihood is not worth a parameter more than that of `other`.
+    fn hardly_beats(&self, other: &Refit) -> bool {
+        self.excess.max(other.excess) < ROUGH
+            && other.excess < (1.0 + SHARE) * self.excess
+            && self.rise - other.rise < PARAMETER
+    }
+
+    /// ln(J_other/J_self) over the blocks: mean and standard error.
+    #[must_use]
+    pub fn against(&self, other: &Refit) -> (f64, f64) {
+        let logs: Vec<f64> =
+            self.falls.iter().zip(&other.falls).filter_map(|(a, b)| Some(a.as_ref()? - b.as_ref()?)).collect();
+        mean(&logs)
+    }
+}
+
+/// What an optimum's ln L and ln J are found to: two shapes of one motion may differ by less, and always to the same side.
+const FOUND_TO: (f64, f64) = (0.25, 1e-3);
+/// J above which the noise is not all there is: likelihoods then trust a wrong model, and the held-out error decides.
+pub(super) const ROUGH: f64 = 1.5;
+/// Rise of ln L that one more parameter is worth (half the logarithm of some thousand readings).
+const PARAMETER: f64 = 4.0;
+/// Held-out errors that differ by less than this share count as equal.
+const CLOSE: f64 = 0.03;
