@@ -125,9 +125,11 @@ pub(super) fn chance(rise: f64, candidate: &Candidate, study: &Study) -> f64 {
     let series = &study.bench.problem.series[candidate.series];
     let lost = &study.evaluation.lost;
     let is_whole = lost.iter().filter(|lost| **lost).count() * 100 < lost.len();
+    let is_chosen = effect.parameters(series.axis).iter().any(|card| card.role == Role::Chosen);
+    let grid = effect.grid(&series.span()).len().max(1) as f64;
     let (shapes, freedom) = if effect.card().id != "vibration-tone" {
-        // Neighbouring shapes of a grid are not independent.
-        ((effect.grid(&series.span()).len().max(1) as f64).sqrt(), candidate.freedom)
+        // Neighbouring shapes of a grid are not independent, one harmonic and the next are.
+        (if is_chosen { grid } else { grid.sqrt() }, candidate.freedom)
     } else if is_whole && tone::is_read(study, candidate.series, &candidate.term) {
         // Where the reading has the line, it gives amplitude and phase too: only whether the shaft shares it is open. (One
         // that is cut off has lines that nobody turned.)
