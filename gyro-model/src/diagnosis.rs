@@ -28,7 +28,7 @@ pub enum Verdict {
     Ambiguous,
     /// An excess is there and no suspect removes it.
     Unexplained,
-    /// The log does not excite what is needed.
+    /// The log does not decide it: it lacks a motion, or noise explains what is left as well.
     CannotTell,
     /// The data are faulty.
     BadData,

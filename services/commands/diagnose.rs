@@ -48,7 +48,7 @@ pub enum FailOn {
     Ambiguous,
     /// An excess that no effect explains
     Unexplained,
-    /// The log does not excite what is needed
+    /// The log does not decide it: it lacks a motion, or noise explains it as well
     CannotTell,
     /// The data are faulty
     BadData,

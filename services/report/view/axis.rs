@@ -20,7 +20,7 @@ pub(super) fn words(verdict: Verdict, suspect: Option<&str>, aliases: &[String])
         }
         (Verdict::Ambiguous, None) => "ambiguous: several effects fit alike".into(),
         (Verdict::Unexplained, _) => "unexplained: more than noise is left, and no known effect removes it".into(),
-        (Verdict::CannotTell, _) => "cannot tell: this log does not excite what is needed".into(),
+        (Verdict::CannotTell, _) => "cannot tell: this log does not decide it".into(),
         (Verdict::BadData, _) => "bad data".into(),
     }
 }
