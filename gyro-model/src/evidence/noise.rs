@@ -344,6 +344,24 @@ pub(crate) fn likelier(study: &Study, known: &Gls, start: &NoiseModel) -> Option
     (cost < before - worth).then(|| at_noise(study, &noise)).filter(|gls| gls.log_likelihood > known.log_likelihood)
 }
 
+/// Generalised least squares under the largest bias random walk that the log does not speak against, ln L falling by half at
+/// most: a walk too small to be seen still makes the bias of a log another than that of the next.
+pub(crate) fn with_unseen_walk(study: &Study, gls: &Gls) -> Gls {
+    let (rows, residual) = (search_rows(study), moved(study, &gls.step));
+    let walking = |walk: f64| NoiseModel { bias_random_walk: walk, ..gls.noise };
+    let cost = |walk: f64| likelihood::seek(&walking(walk), &rows, &residual, &limits(&rows), 0).1;
+    let (mut low, mut high) = (gls.noise.bias_random_walk.max(1e-4 * WALK), WALK);
+    let most = cost(gls.noise.bias_random_walk) + 0.5;
+    for _ in 0..HALVINGS {
+        let middle = (low * high).sqrt();
+        *(if cost(middle) < most { &mut low } else { &mut high }) = middle;
+    }
+    if low > gls.noise.bias_random_walk { at_noise(study, &walking(low)) } else { gls.clone() }
+}
+
+/// Halvings of the range of such a walk, by its logarithm: it is found to a fifth.
+const HALVINGS: usize = 6;
+
 /// Share of what the whole log tells of a direction that has to stand outside a block, for the rest to be asked about it:
 /// what happened once, in this block, nothing else can know.
 const ELSEWHERE: f64 = 0.1;

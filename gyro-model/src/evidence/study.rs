@@ -252,13 +252,17 @@ impl<'a> Study<'a> {
     }
 
     /// Writes standard errors and noise into the model. Where generalised least squares would end elsewhere than these
-    /// parameters stand, nobody knows which of the two is right: the way between them is part of the error.
+    /// parameters stand, nobody knows which of the two is right: the way between them is part of the error. A bias may have
+    /// walked unseen, or not: the variance is the mean of the two.
     pub fn stamp(&mut self, gls: &Gls) {
         let beyond = noise::beyond_white(self, gls);
+        let walking = noise::with_unseen_walk(self, gls);
         for (k, slot) in self.slots.iter().enumerate() {
             let axis = self.bench.problem.series[slot.series].axis.index();
             if let Some(model) = &mut self.model.axes[axis] {
-                model.terms[slot.term].std_errors[slot.parameter] = gls.step[k].hypot(beyond[k] * gls.std_error(k));
+                let sigmas = [beyond[k] * gls.std_error(k), walking.std_error(k)];
+                let sigma = sigmas[0].max(sigmas[0].hypot(sigmas[1]) / 2_f64.sqrt());
+                model.terms[slot.term].std_errors[slot.parameter] = gls.step[k].hypot(sigma);
             }
         }
         for series in &self.bench.problem.series {
