@@ -20,6 +20,8 @@ const UNEXCITED: f64 = 0.03;
 const POOR: f64 = 5.2e-4;
 /// Fall of ln L that says that the noise is not one that sensors have.
 const UNUSUAL: f64 = 4.0;
+/// Share of a log that may be lost before the rest of it is not enough for a verdict.
+const SILENT: f64 = 0.6;
 /// How far the noise may lie above its prior and still be noise.
 const ABOVE_PRIOR: f64 = 2.0;
 
@@ -88,6 +90,18 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
     let span = present.study.bench.windows.tau.last().map_or(1.0, |t| 10.0 * t);
     let wander = (noise.bias_random_walk * span.sqrt()).max(noise.correlated);
     let is_wander = wander * span.sqrt() > noise.angle_random_walk;
+    let lost = &present.study.evaluation.lost;
+    let silent = lost.iter().filter(|lost| **lost).count() as f64 / lost.len() as f64;
+    if judged.within() && silent > SILENT {
+        return (
+            Verdict::CannotTell,
+            format!(
+                "the error is what noise alone leaves where this log says anything, but {:.0} % of it lies inside a play or a dead \
+                 zone, or beyond the range, where the rate is not known: record a motion that stays out of them.",
+                100.0 * silent
+            ),
+        );
+    }
     if judged.within() {
         return (
             Verdict::Adequate,
