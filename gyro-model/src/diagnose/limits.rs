@@ -106,6 +106,9 @@ const STEPS: f64 = 6.0;
 /// Half width of the hole about zero: readings of exactly zero, and none up to the smallest other one.
 fn hole(readings: impl Iterator<Item = f64> + Clone) -> Option<f64> {
     let zeros = readings.clone().filter(|g| *g == 0.0).count();
+    if zeros < PASSAGES {
+        return None;
+    }
     let size = readings.clone().map(f64::abs).filter(|&g| g > 0.0);
     let edge = size.clone().reduce(f64::min)?;
     let beyond = size.clone().filter(|&g| g < 2.0 * edge).count();
