@@ -5,15 +5,14 @@
 //! bridging removes every error.
 
 use crate::{effects::Effect, evidence::series::Series};
-use itertools::Itertools;
 
 /// The limit that the readings show, if they do.
 #[must_use]
 pub fn read_off(effect: &dyn Effect, series: &Series) -> Option<f64> {
-    let readings = series.gyro.iter().zip(&series.missing).filter(|(_, missing)| !**missing).map(|(g, _)| *g);
+    let readings: Vec<f64> = series.gyro.iter().zip(&series.missing).filter(|(_, m)| !**m).map(|(g, _)| *g).collect();
     match effect.card().id {
-        "saturation" => rail(readings),
-        "dead-zone" => hole(readings),
+        "saturation" => rail(&readings),
+        "dead-zone" => hole(&readings),
         _ => None,
     }
 }
@@ -28,9 +27,9 @@ pub struct Limits {
 impl Limits {
     /// Those that the finite ones of these readings show.
     #[must_use]
-    pub fn of(readings: impl Iterator<Item = f64> + Clone) -> Self {
-        let readings = readings.filter(|g| g.is_finite());
-        Self { rail: rail(readings.clone()), hole: hole(readings) }
+    pub fn of(readings: impl Iterator<Item = f64>) -> Self {
+        let readings: Vec<f64> = readings.filter(|g| g.is_finite()).collect();
+        Self { rail: rail(&readings), hole: hole(&readings) }
     }
 
     /// What a reading beyond a limit reads; `None` for one between them.
@@ -43,40 +42,34 @@ impl Limits {
 
 /// The largest |reading|, where it is reached far more often than the values just below it, or held longer than a motion
 /// can hold its turning point.
-fn rail(readings: impl Iterator<Item = f64> + Clone) -> Option<f64> {
-    let size = readings.clone().map(f64::abs);
-    let top = size.clone().reduce(f64::max)?;
+fn rail(readings: &[f64]) -> Option<f64> {
+    let mut size: Vec<f64> = readings.iter().map(|g| g.abs()).collect();
+    let top = size.iter().copied().reduce(f64::max)?;
     let near = 1e-6 * top;
-    let at = size.clone().filter(|&g| g > top - near).count();
+    let at = size.iter().filter(|&&g| g > top - near).count();
     if at < FEWEST_HELD {
         return None;
     }
-    let below = size.filter(|&g| g <= top - near).k_largest_relaxed_by(LOOKED_AT, f64::total_cmp).collect_vec();
+    first_sorted(&mut size, at + at.max(30).max(LOOKED_AT), |a, b| b.total_cmp(a));
+    let below = &size[at..];
     // As many readings again, but at least thirty: how thinly are the values below spread?
     let next = &below[..below.len().min(at.max(30))];
     let spread = top - next.last()?;
-    let step = smallest_gap(&below, near);
+    let step = smallest_gap(&below[..below.len().min(LOOKED_AT)], near);
     let levels = (spread / step).max(1.0);
     // What is read more often than it is measured stands there several times.
-    let repeats = repeats(readings.clone(), top - near);
+    let repeats = repeats(readings, top - near);
     let (at, usual) = (at / repeats, next.len() as f64 / levels / repeats as f64);
     let often = at >= 8 && at as f64 > 6.0 * usual.max(1.0);
     (often || is_flat_topped(readings, top - near, step)).then_some(top)
 }
 
 /// How often a reading below `edge` stands there one time after the other: the median.
-fn repeats(readings: impl Iterator<Item = f64>, edge: f64) -> usize {
-    let mut runs = [0_usize; 256];
-    for (length, _) in readings.dedup_with_count().filter(|(_, g)| g.abs() <= edge) {
-        runs[length.min(runs.len() - 1)] += 1;
-    }
-    let half = runs.iter().sum::<usize>() / 2;
-    let mut counted = 0;
-    let median = runs.iter().position(|n| {
-        counted += n;
-        counted > half
-    });
-    median.unwrap_or(1)
+fn repeats(readings: &[f64], edge: f64) -> usize {
+    let below = readings.chunk_by(|a, b| a == b).filter(|run| run[0].abs() <= edge);
+    let mut lengths: Vec<usize> = below.map(<[f64]>::len).collect();
+    let middle = lengths.len() / 2;
+    if lengths.is_empty() { 1 } else { *lengths.select_nth_unstable(middle).1 }
 }
 
 /// Whether some turning point beyond `edge` is flat although the readings beside it have fallen away by many steps, and
@@ -84,18 +77,26 @@ fn repeats(readings: impl Iterator<Item = f64>, edge: f64) -> usize {
 ///
 /// A smooth peak falls with the square of the time: where the neighbours of m equal readings lie d lower in the mean, the first and the
 /// last of these lie d ((m − 1)/(m + 1))² below their middle.
-fn is_flat_topped(readings: impl Iterator<Item = f64>, edge: f64, step: f64) -> bool {
-    let (mut held, mut elsewhere) = (0, 0);
-    for ((_, before), (m, value), (_, after)) in readings.dedup_with_count().tuple_windows() {
-        let fall = 0.5 * ((value - before).abs() + (value - after).abs());
-        let inside = fall * ((m as f64 - 1.0) / (m as f64 + 1.0)).powi(2);
-        if value.abs() > edge && m >= FEWEST_HELD && inside > STEPS * step {
-            held = held.max(m);
-        } else if value.abs() <= edge && value != 0.0 && fall > STEPS * step {
-            elsewhere = elsewhere.max(m);
+fn is_flat_topped(readings: &[f64], edge: f64, step: f64) -> bool {
+    let mut held = Vec::new();
+    let mut elsewhere = 0;
+    let mut first = 0;
+    for run in readings.chunk_by(|a, b| a == b) {
+        let (last, m) = (first + run.len(), run.len());
+        if first > 0 && last < readings.len() {
+            let value = readings[first];
+            let falls = |neighbour: f64| (value - neighbour).abs();
+            let fall = 0.5 * (falls(readings[first - 1]) + falls(readings[last]));
+            let inside = fall * ((m as f64 - 1.0) / (m as f64 + 1.0)).powi(2);
+            if value.abs() > edge && m >= FEWEST_HELD && inside > STEPS * step {
+                held.push(m);
+            } else if value.abs() <= edge && value != 0.0 && fall > STEPS * step {
+                elsewhere = elsewhere.max(m);
+            }
         }
+        first = last;
     }
-    held > 0 && held >= 2 * elsewhere
+    held.iter().any(|&m| m >= 2 * elsewhere)
 }
 
 /// Readings that a rail has to hold one after the other.
@@ -104,35 +105,29 @@ const FEWEST_HELD: usize = 4;
 const STEPS: f64 = 6.0;
 
 /// Half width of the hole about zero: readings of exactly zero, and none up to the smallest other one.
-fn hole(readings: impl Iterator<Item = f64> + Clone) -> Option<f64> {
-    let zeros = readings.clone().filter(|g| *g == 0.0).count();
+fn hole(readings: &[f64]) -> Option<f64> {
+    let zeros = readings.iter().filter(|g| **g == 0.0).count();
     if zeros < PASSAGES {
         return None;
     }
-    let size = readings.clone().map(f64::abs).filter(|&g| g > 0.0);
-    let edge = size.clone().reduce(f64::min)?;
-    let beyond = size.clone().filter(|&g| g < 2.0 * edge).count();
-    let smallest = size.k_smallest_relaxed_by(LOOKED_AT, f64::total_cmp).collect_vec();
-    let step = smallest_gap(&smallest, 1e-9 * edge);
+    let mut size: Vec<f64> = readings.iter().map(|g| g.abs()).filter(|&g| g > 0.0).collect();
+    let edge = size.iter().copied().reduce(f64::min)?;
+    let beyond = size.iter().filter(|&&g| g < 2.0 * edge).count();
+    first_sorted(&mut size, LOOKED_AT, f64::total_cmp);
+    let step = smallest_gap(&size, 1e-9 * edge);
     let often = zeros >= 20 && zeros > beyond / 3;
     (beyond >= 20 && edge > 3.5 * step && (often || passed_through(readings) >= PASSAGES)).then_some(edge)
 }
 
 /// Readings of zero that stand between readings of opposite signs: a sensor that rests beside the hole shows it only on
 /// the way through. Without one, a reading on that way is as often at any other of the steps near zero.
-fn passed_through(readings: impl Iterator<Item = f64>) -> usize {
-    let (mut sum, mut zeros, mut before) = (0, 0, 0.0);
-    for reading in readings {
-        if reading == 0.0 {
-            zeros += 1;
-            continue;
-        }
-        if reading * before < 0.0 {
-            sum += zeros;
-        }
-        (zeros, before) = (0, reading);
-    }
-    sum
+fn passed_through(readings: &[f64]) -> usize {
+    let runs: Vec<&[f64]> = readings.chunk_by(|a, b| (*a == 0.0) == (*b == 0.0)).collect();
+    let between = |w: &&[&[f64]]| {
+        let (before, after) = (w[0].last(), w[2].first());
+        w[1][0] == 0.0 && before.zip(after).is_some_and(|(b, a)| b * a < 0.0)
+    };
+    runs.windows(3).filter(between).map(|w| w[1].len()).sum()
 }
 
 /// Readings of zero on the way through that are not there by chance.
@@ -140,6 +135,15 @@ const PASSAGES: usize = 8;
 
 /// Values beside a limit that its step is read from.
 const LOOKED_AT: usize = 2000;
+
+/// Keeps the first `count` values in this order, sorted.
+fn first_sorted(values: &mut Vec<f64>, count: usize, order: impl Fn(&f64, &f64) -> std::cmp::Ordering) {
+    if count < values.len() {
+        values.select_nth_unstable_by(count, &order);
+        values.truncate(count);
+    }
+    values.sort_by(order);
+}
 
 /// The smallest difference between successive sorted values that is no rounding.
 fn smallest_gap(sorted: &[f64], rounding: f64) -> f64 {
@@ -163,9 +167,9 @@ mod tests {
     #[test]
     fn a_clipped_sine_shows_its_rail_and_a_whole_one_none() {
         let whole = quantised_sine();
-        assert_eq!(rail(whole.iter().copied()), None);
+        assert_eq!(rail(&whole), None);
         let clipped: Vec<f64> = whole.iter().map(|g| g.clamp(-3.0, 3.0)).collect();
-        assert_eq!(rail(clipped.iter().copied()), Some(3.0));
+        assert_eq!(rail(&clipped), Some(3.0));
     }
 
     #[test]
@@ -173,23 +177,23 @@ mod tests {
         let burst = |k: f64| 4.0 * (0.1 * k).sin() * (-((k - 1000.0) / 200.0).powi(2)).exp();
         let whole: Vec<f64> = (0..2_000).map(|k| (burst(f64::from(k)) / 1e-3).round() * 1e-3).collect();
         let top = whole.iter().map(|g| g.abs()).fold(0.0, f64::max);
-        assert_eq!(rail(whole.iter().copied()), None);
+        assert_eq!(rail(&whole), None);
         let limit = 0.985 * top;
         let clipped: Vec<f64> = whole.iter().map(|g| g.clamp(-limit, limit)).collect();
         assert_eq!(clipped.iter().filter(|g| g.abs() >= limit).count(), 7);
-        assert_eq!(rail(clipped.iter().copied()), Some(limit));
+        assert_eq!(rail(&clipped), Some(limit));
         let repeated: Vec<f64> = whole.iter().step_by(8).flat_map(|&g| [g; 8]).collect();
-        assert_eq!(rail(repeated.iter().copied()), None);
+        assert_eq!(rail(&repeated), None);
     }
 
     #[test]
     fn a_dead_zone_shows_its_width_and_quantised_rest_does_not() {
         let whole = quantised_sine();
-        assert_eq!(hole(whole.iter().copied()), None);
+        assert_eq!(hole(&whole), None);
         let dead: Vec<f64> = whole.iter().map(|&g| if g.abs() < 0.05 { 0.0 } else { g }).collect();
-        assert!((hole(dead.iter().copied()).expect("a hole") - 0.05).abs() < 2e-3);
+        assert!((hole(&dead).expect("a hole") - 0.05).abs() < 2e-3);
         let rest: Vec<f64> = (0..5000).map(|k| f64::from(k % 3 - 1) * 1e-3).collect();
-        assert_eq!(hole(rest.iter().copied()), None);
+        assert_eq!(hole(&rest), None);
     }
 
     #[test]
@@ -198,11 +202,11 @@ mod tests {
         let swing = |k: i32| if k % 400 < 300 { 0.0 } else { (f64::from(k % 400 - 300) * 0.0628).sin() };
         let noise = |k: i32| 1e-3 * f64::from(k * 7919 % 5 - 2);
         let whole: Vec<f64> = (0..8000).map(|k| ((0.06 - swing(k) + noise(k)) / 5e-4).round() * 5e-4).collect();
-        assert_eq!(hole(whole.iter().copied()), None);
+        assert_eq!(hole(&whole), None);
         let dead: Vec<f64> = whole.iter().map(|&g| if g.abs() < 0.055 { 0.0 } else { g }).collect();
         assert!(dead.iter().filter(|g| **g == 0.0).count() < 200);
-        assert!((hole(dead.iter().copied()).expect("a hole") - 0.055).abs() < 4e-3);
+        assert!((hole(&dead).expect("a hole") - 0.055).abs() < 4e-3);
         let dropped: Vec<f64> = (0..8000).map(|k| if k % 40 == 0 { 0.0 } else { 0.3 + noise(k) }).collect();
-        assert_eq!(hole(dropped.iter().copied()), None);
+        assert_eq!(hole(&dropped), None);
     }
 }
