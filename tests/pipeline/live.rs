@@ -272,7 +272,7 @@ fn and_so_on_a_log_that_is_thinned_while_it_streams() {
 }
 
 #[test]
-#[ignore = "takes ten minutes"]
+#[ignore = "takes four minutes"]
 fn and_so_on_half_an_hour_at_1_khz() {
     added_live_and_offline(1800.0, 1000.0);
 }
