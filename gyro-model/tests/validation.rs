@@ -153,3 +153,13 @@ fn what_is_cut_off_is_lost_where_a_late_reading_is_valid() {
 fn what_is_cut_off_is_lost_about_it_where_a_resonance_is_undone() {
     explained(Motion::Multisine { travel: 8.0 }, 60.0, 200.0, &["mount-resonance:f=8,zeta=0.1", "saturation:l=2.2"]);
 }
+
+#[test]
+fn a_log_of_which_most_lies_inside_a_play_is_not_called_adequate() {
+    let hidden = vec![Hidden::parse("rate-hysteresis:h=0.02", gyro_model::Axis::X).unwrap()];
+    let motion = Motion::Drive { rate: 1.8, hold: 6.0 };
+    let outcome = climbed(&Scenario { motion, seconds: 90.0, rate_hz: 100.0, hidden, ..Scenario::default() });
+    assert!(outcome.names("rate-hysteresis"), "{}", outcome.says());
+    assert_eq!(outcome.ladder.verdict, gyro_model::diagnosis::Verdict::CannotTell, "{}", outcome.ladder.says);
+    assert!(outcome.ladder.says.contains("inside a play"), "{}", outcome.ladder.says);
+}

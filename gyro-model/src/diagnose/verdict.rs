@@ -90,19 +90,20 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
     let span = present.study.bench.windows.tau.last().map_or(1.0, |t| 10.0 * t);
     let wander = (noise.bias_random_walk * span.sqrt()).max(noise.correlated);
     let is_wander = wander * span.sqrt() > noise.angle_random_walk;
-    let lost = &present.study.evaluation.lost;
-    let silent = lost.iter().filter(|lost| **lost).count() as f64 / lost.len() as f64;
-    if judged.within() && silent > SILENT {
-        return (
-            Verdict::CannotTell,
-            format!(
-                "the error is what noise alone leaves where this log says anything, but {:.0} % of it lies inside a play or a dead \
-                 zone, or beyond the range, where the rate is not known: record a motion that stays out of them.",
-                100.0 * silent
-            ),
-        );
-    }
     if judged.within() {
+        let lost = &present.study.evaluation.lost;
+        let silent = lost.iter().filter(|lost| **lost).count() as f64 / lost.len() as f64;
+        if silent > SILENT {
+            return (
+                Verdict::CannotTell,
+                format!(
+                    "the error is what noise alone leaves where this log says anything, but in {:.0} % of it the rate is not \
+                     known: readings are missing, inside a play or a dead zone, or beyond the range. Record a motion that \
+                     stays out of them.",
+                    100.0 * silent
+                ),
+            );
+        }
         return (
             Verdict::Adequate,
             "the error is what noise alone leaves: no physics that this log could show is missing.".into(),

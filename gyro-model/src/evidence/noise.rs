@@ -344,8 +344,8 @@ pub(crate) fn likelier(study: &Study, known: &Gls, start: &NoiseModel) -> Option
     (cost < before - worth).then(|| at_noise(study, &noise)).filter(|gls| gls.log_likelihood > known.log_likelihood)
 }
 
-/// Generalised least squares under the largest bias random walk that the log does not speak against, ln L falling by half at
-/// most: a walk too small to be seen still makes the bias of a log another than that of the next.
+/// Generalised least squares under the largest bias random walk that the log does not speak against, ln L falling by at most
+/// 0.5: a walk too small to be seen still makes the bias of a log another than that of the next.
 pub(crate) fn with_unseen_walk(study: &Study, gls: &Gls) -> Gls {
     let (rows, residual) = (search_rows(study), moved(study, &gls.step));
     let walking = |walk: f64| NoiseModel { bias_random_walk: walk, ..gls.noise };

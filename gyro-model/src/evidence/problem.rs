@@ -271,14 +271,16 @@ impl Problem {
             merge(&mut lost, without);
         }
         let mut rate: Vec<f64> = s.gyro.iter().map(|g| alpha * g + delta).collect();
-        for term in of(Stage::Response).filter(|t| t.effect.card().id != "mount-resonance") {
+        let (mount, sensor): (Vec<&Term>, Vec<&Term>) =
+            response.iter().partition(|t| t.effect.card().id == "mount-resonance");
+        for term in sensor {
             rate = term.effect.undo_response_whole(&term.values, &s.t, &rate);
         }
         let felt: Vec<&Term> = of(Stage::Felt).collect();
         if !felt.is_empty() {
             merge(&mut unsure, &self.subtract_felt(s, &felt, index, warm, &mut rate));
         }
-        for term in of(Stage::Response).filter(|t| t.effect.card().id == "mount-resonance") {
+        for term in mount {
             rate = term.effect.undo_response_whole(&term.values, &s.t, &rate);
         }
         let whole = if timing.is_empty() { integral(&s.t, &rate) } else { restamped(&s.t, &rate, &timing) };
@@ -363,10 +365,10 @@ fn merge(marks: &mut Vec<bool>, more: &[bool]) {
 /// Samples at which a lost reading counts, and which are not its own: undoing a response spreads it over its neighbours,
 /// and one that is late is valid before its stamp. Empty where there are none.
 fn displaced(t: &[f64], lost: &[bool], response: &[&Term], timing: &[&Term]) -> Vec<bool> {
-    let mut at: Vec<usize> = (0..lost.len()).filter(|&k| lost[k]).collect();
-    if at.is_empty() || response.is_empty() && timing.is_empty() {
+    if response.is_empty() && timing.is_empty() || !lost.contains(&true) {
         return Vec::new();
     }
+    let mut at: Vec<usize> = (0..lost.len()).filter(|&k| lost[k]).collect();
     let mut marks = vec![false; lost.len()];
     if !response.is_empty() {
         let reach: f64 = response.iter().map(|term| term.effect.reach(&term.values)).sum();
