@@ -4,7 +4,7 @@
 //! the reading is its [`Stage`]; the stage says which of the functions it implements. Everything else in truerate
 //! (simulator, compensation, fit, diagnosis, reports, `truerate effects`) walks [`CATALOGUE`].
 
-pub(crate) use operators::{STEADY, derivative, low_pass, play, second_derivative, steadied};
+pub(crate) use operators::{STEADY, derivative, low_pass, play, quieted, second_derivative, steadied};
 
 use crate::{Axis, record::FREE_CHANNELS};
 

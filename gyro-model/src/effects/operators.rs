@@ -65,27 +65,91 @@ fn is_even(t: &[f64], k: usize) -> bool {
 pub(crate) fn steadied(t: &[f64], rate: &[f64]) -> Vec<f64> {
     let n = rate.len();
     let half = (STEADY / ((t[n - 1] - t[0]) / (n - 1) as f64)) as usize;
-    if half < 2 {
-        return rate.to_vec();
-    }
-    let m = half as f64;
-    // Savitzky and Golay's weights for a quadratic: (3m² + 3m − 1 − 5k²) / norm.
-    let weight = |k: f64| 3.0 * m * m + 3.0 * m - 1.0 - 5.0 * k * k;
-    let norm = (2.0 * m + 3.0) * (2.0 * m + 1.0) * (2.0 * m - 1.0) / 3.0;
-    let weights: Vec<f64> = (0..=2 * half).map(|k| weight(k as f64 - m) / norm).collect();
-    (0..n)
-        .map(|k| {
-            if k < half || k + half >= n {
-                rate[k]
-            } else {
-                rate[k - half..=k + half].iter().zip(&weights).map(|(r, w)| r * w).sum()
-            }
-        })
-        .collect()
+    if half < 2 { rate.to_vec() } else { Parabola::new(half).through_all(rate) }
 }
 
 /// Half width of that window, s.
 pub(crate) const STEADY: f64 = 0.012;
+
+/// The rate without its noise as far as the motion allows: a parabola through as many samples as still leave no more than
+/// noise between the two, and the standard deviation of what is left of the noise.
+pub(crate) fn quieted(t: &[f64], rate: &[f64]) -> (Vec<f64>, f64) {
+    let noise = white_noise(rate);
+    let longest = (QUIET * (rate.len() - 1) as f64 / (t[rate.len() - 1] - t[0])) as usize;
+    let halves: Vec<usize> =
+        std::iter::successors(Some(2_usize), |h| Some(h + h / 3 + 1)).take_while(|h| *h <= longest).collect();
+    let fits = |parabola: &Parabola| {
+        let every = (rate.len() / SAMPLED).max(1);
+        let off: Vec<f64> = (parabola.half()..rate.len().saturating_sub(parabola.half()))
+            .step_by(every)
+            .map(|k| (rate[k] - parabola.through(rate, k)).powi(2))
+            .collect();
+        let mean = off.iter().sum::<f64>() / off.len().max(1) as f64;
+        mean <= FITS * noise * noise * (1.0 - parabola.gain())
+    };
+    let found = halves.into_iter().map(Parabola::new).take_while(fits).last();
+    match found {
+        Some(parabola) => (parabola.through_all(rate), noise * parabola.gain().sqrt()),
+        None => (rate.to_vec(), noise),
+    }
+}
+
+/// The longest half width of that parabola, s.
+const QUIET: f64 = 0.15;
+/// Samples that it is tried on.
+const SAMPLED: usize = 4000;
+/// Times the noise's variance that it may miss the samples by.
+const FITS: f64 = 1.1;
+
+/// Standard deviation of what is white in a smooth signal's samples: the median of its sixth differences, over what those of
+/// white noise have.
+fn white_noise(signal: &[f64]) -> f64 {
+    let mut differences = signal.to_vec();
+    for _ in 0..6 {
+        differences = differences.windows(2).map(|w| w[1] - w[0]).collect();
+    }
+    let mut sizes: Vec<f64> = differences.into_iter().map(f64::abs).collect();
+    let middle = sizes.len() / 2;
+    if sizes.is_empty() {
+        return 0.0;
+    }
+    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
+    // The squared binomials of the sixth difference sum to 924; half of a normal law lies within 0.6745 of its deviation.
+    *median / (924_f64.sqrt() * 0.6745)
+}
+
+/// Least squares' parabola through 2m + 1 even samples, at the middle one (Savitzky and Golay 1964).
+struct Parabola(Vec<f64>);
+
+impl Parabola {
+    fn new(half: usize) -> Self {
+        let m = half as f64;
+        let weight = |k: f64| 3.0 * m * m + 3.0 * m - 1.0 - 5.0 * k * k;
+        let norm = (2.0 * m + 3.0) * (2.0 * m + 1.0) * (2.0 * m - 1.0) / 3.0;
+        Self((0..=2 * half).map(|k| weight(k as f64 - m) / norm).collect())
+    }
+
+    fn half(&self) -> usize {
+        self.0.len() / 2
+    }
+
+    /// Share of white noise's variance that it leaves, which is its middle weight.
+    fn gain(&self) -> f64 {
+        self.0[self.half()]
+    }
+
+    /// At sample `k`, which has to stand that far from the ends.
+    fn through(&self, y: &[f64], k: usize) -> f64 {
+        let half = self.half();
+        y[k - half..=k + half].iter().zip(&self.0).map(|(y, w)| y * w).sum()
+    }
+
+    /// At every sample; those near the ends stay as they are.
+    fn through_all(&self, y: &[f64]) -> Vec<f64> {
+        let (half, n) = (self.half(), y.len());
+        (0..n).map(|k| if k < half || k + half >= n { y[k] } else { self.through(y, k) }).collect()
+    }
+}
 
 /// One step of the first-order low-pass T y' + y = u, exact for an input that goes linearly from `u0` to `u1`.
 pub(crate) fn low_pass(y: f64, u0: f64, u1: f64, dt: f64, time_constant: f64) -> f64 {

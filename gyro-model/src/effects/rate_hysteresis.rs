@@ -1,6 +1,6 @@
 //! `rate-hysteresis`: the output depends on the direction of change, a play operator of width h on ω.
 
-use super::{Card, Effect, ErrorWhole, Memory, ParameterCard, Role, Signals, Span, Stage, play, steadied};
+use super::{Card, Effect, ErrorWhole, Memory, ParameterCard, Role, Signals, Span, Stage, play, quieted};
 use crate::Axis;
 
 /// The effect.
@@ -44,52 +44,55 @@ fn passages(h: f64, t: &[f64], felt: &[f64]) -> ErrorWhole {
     if h <= 0.0 || t.len() < 3 {
         return ErrorWhole { error, unsure };
     }
-    let s = steadied(t, felt);
-    let back = TURN * h;
-    // Where the steadied reading, going back from `k`, was last within `depth` of the extreme.
+    let (s, noise) = quieted(t, felt);
+    // By how much the rate has to come back before it counts as turned: below it, noise would turn it.
+    let back = (TURN * h).max(SURE * noise);
+    // Where the steadied reading, going back from `k`, was last on the other side of that depth below the extreme.
     let crossing = |extreme: f64, sign: f64, depth: f64, k: usize, from: usize| -> f64 {
         let below = |i: usize| sign * (extreme - s[i]) - depth;
-        let mut i = k;
-        while i > from + 1 && below(i - 1) > 0.0 {
-            i -= 1;
-        }
-        let (a, b) = (below(i - 1), below(i));
-        let share = if b > a { (b / (b - a)).clamp(0.0, 1.0) } else { 0.0 };
-        t[i] - share * (t[i] - t[i - 1])
+        let other = |i: &usize| (below(*i) > 0.0) != (below(k) > 0.0);
+        let i = (from..k).rev().find(other).unwrap_or(from);
+        let (a, b) = (below(i), below(i + 1));
+        t[i] + (a / (a - b)).clamp(0.0, 1.0) * (t[i + 1] - t[i])
     };
-    let (mut sign, mut extreme, mut since, mut level) = (0.0, s[0], 0, 0.0);
+    let (mut sign, mut extreme, mut at, mut since, mut level) = (0.0, s[0], 0, 0, 0.0);
     let (mut low, mut high) = (s[0], s[0]);
     for k in 1..t.len() {
         if sign == 0.0 {
             (low, high) = (low.min(s[k]), high.max(s[k]));
             if high - low > back {
                 sign = if s[k] >= high { 1.0 } else { -1.0 };
-                (extreme, since, level) = (s[k], k, -0.5 * h * sign);
+                (extreme, at, since, level) = (s[k], k, k, -0.5 * h * sign);
             }
+            unsure[k] = true;
             continue;
         }
         error[k] = level;
         if sign * (s[k] - extreme) >= 0.0 {
-            extreme = s[k];
+            (extreme, at) = (s[k], k);
         } else if sign * (extreme - s[k]) > back {
             let (early, late) =
                 (crossing(extreme, sign, 0.3 * back, k, since), crossing(extreme, sign, back, k, since));
             let v = 0.7 * back / (late - early).max(1e-9);
-            let (let_go, length) = (late - back / v, (1.5 * h / v).max(1e-9));
-            let first = (let_go - length).max(t[since]);
+            let let_go = (late - back / v).max(t[at]);
+            // About as long as it took to come as near on the way there, as any even peak; not longer than a parabola.
+            let came = crossing(extreme, sign, h.max(back), at, since);
+            let first = (0.5 * (came + let_go)).max(let_go - 2.0 * h / v).max(came);
+            let bend = (v * (let_go - first) / h).clamp(1.0, 2.0) - 1.0;
             let mut i = k;
             while i > since && t[i] > first {
-                let passed = ((t[i] - first) / (let_go - first).max(1e-9)).clamp(0.0, 1.0);
-                error[i] = level * (1.0 - 2.0 * passed.powf(1.5));
+                let x = ((t[i] - first) / (let_go - first).max(1e-9)).clamp(0.0, 1.0);
+                error[i] = level * (1.0 - 2.0 * x * (1.0 - bend + bend * x));
                 i -= 1;
             }
-            (sign, extreme, since, level) = (-sign, s[k], k, -level);
+            (sign, extreme, at, since, level) = (-sign, s[k], k, k, -level);
         }
     }
     // Where the reading stays about one value, the rate may be anywhere within the play.
+    let near = (NEAR * h).max(SURE * noise);
     let mut from = 0;
     for k in 1..=t.len() {
-        if k == t.len() || (s[k] - s[from]).abs() > NEAR * h {
+        if k == t.len() || (s[k] - s[from]).abs() > near {
             if t[k - 1] - t[from] > DWELL {
                 unsure[from..k].fill(true);
             }
@@ -103,8 +106,10 @@ fn passages(h: f64, t: &[f64], felt: &[f64]) -> ErrorWhole {
 const NEAR: f64 = 0.3;
 const DWELL: f64 = 0.05;
 
-/// Share of h by which the rate has to come back before it counts as turned: below it, noise would turn it.
+/// Share of h by which the rate has to come back before it counts as turned.
 const TURN: f64 = 0.5;
+/// Standard deviations of the steadied reading's noise that noise alone hardly goes.
+const SURE: f64 = 5.0;
 
 impl Effect for RateHysteresis {
     fn card(&self) -> &'static Card {
@@ -136,6 +141,52 @@ impl Effect for RateHysteresis {
 
     fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
         let end = (0.3 * span.reading_max).min(0.5);
-        std::iter::successors(Some(0.002), |h| Some(h * 1.6)).take_while(|&h| h <= end).map(|h| vec![h]).collect()
+        std::iter::successors(Some(3e-4), |h| Some(h * 1.6)).take_while(|&h| h <= end).map(|h| vec![h]).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulate::{Motion, Shaft};
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    /// What a drive's angle is off by at most where the error counts as known, over what white noise alone walks.
+    fn off(h: f64, density: f64) -> f64 {
+        let (rate, seconds, fine) = (100.0, 60.0, 10);
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+        let mut shaft = Shaft::new(Motion::Drive { rate: 1.2, hold: 2.0 }, 1);
+        let mut memory = Memory::default();
+        let (mut t, mut felt, mut truth) = (Vec::new(), Vec::new(), Vec::new());
+        for k in 0..(seconds * rate) as usize * fine {
+            let at = k as f64 / rate / fine as f64;
+            let true_rate = shaft.at(at).rate;
+            let error =
+                RATE_HYSTERESIS.error(&[h], &Signals { rates: [true_rate; 3], ..Signals::default() }, &mut memory);
+            if k % fine == 0 {
+                let noise: f64 = StandardNormal.sample(&mut rng);
+                t.push(at);
+                felt.push(true_rate + error + density * f64::sqrt(rate) * noise);
+                truth.push(error);
+            }
+        }
+        let whole = passages(h, &t, &felt);
+        let steps = (0..t.len()).filter(|&k| !whole.unsure[k]).map(|k| (whole.error[k] - truth[k]) / rate);
+        let walk = steps.scan(0.0, |sum, step| {
+            *sum += step;
+            Some(f64::abs(*sum))
+        });
+        walk.fold(0.0, f64::max) / (density * f64::sqrt(seconds))
+    }
+
+    #[test]
+    fn a_reading_as_noisy_as_the_play_is_wide_shows_which_way_it_goes() {
+        assert!(off(1e-3, 1e-4) < 1.0 && off(6e-3, 1e-4) < 1.0, "{} {}", off(1e-3, 1e-4), off(6e-3, 1e-4));
+    }
+
+    #[test]
+    fn a_rate_that_creeps_before_it_turns_is_not_taken_for_a_long_passage() {
+        assert!(off(6e-3, 1e-5) < 2.0 && off(0.02, 1e-5) < 2.0, "{} {}", off(6e-3, 1e-5), off(0.02, 1e-5));
     }
 }

@@ -265,7 +265,7 @@ impl HeldOut {
                         count += 1.0;
                     }
                 }
-                (count > 0.0).then(|| sum / count)
+                (sum > 0.0).then(|| sum / count)
             })
             .collect()
     }
