@@ -70,6 +70,7 @@ fn readings(problem: &Problem) -> Rows {
         index: readings.iter().map(|reading| reading.row).collect(),
         t: readings.iter().map(|reading| problem.times()[reading.row]).collect(),
         spread: readings.iter().map(|reading| reading.spread).collect(),
+        turned: vec![0.0; readings.len()],
         lost: vec![false; readings.len()],
         rows: problem.times().len(),
     }
@@ -103,6 +104,7 @@ fn noise(scenario: &Scenario) -> NoiseModel {
         encoder: sensor.reference_std(),
         correlated: 0.0,
         correlation_time: 1.0,
+        rate_random_walk: 0.0,
     }
 }
 

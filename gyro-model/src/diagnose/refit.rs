@@ -100,7 +100,9 @@ impl<'a> Present<'a> {
     pub fn with(study: Study<'a>, gls: Gls) -> Self {
         let whitener = noise::whitener(&study, &gls.noise);
         let draws = (0..DRAWS)
-            .map(|seed| whitener.apply_each(&floor::draw(study.bench, 0, &study.warm[0], &study.evaluation.lost, seed)))
+            .map(|seed| {
+                whitener.apply_each(&floor::draw_read(study.bench, 0, &study.warm[0], &study.evaluation.lost, seed))
+            })
             .collect();
         let measure = Measure::of(&study, &gls);
         Self { excess: measure.excess, measure, draws, study, gls }

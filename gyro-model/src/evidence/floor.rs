@@ -10,7 +10,7 @@ use super::{
     integrate::integral,
     prior::Prior,
     problem::Warm,
-    series::Series,
+    series::{Reading, Series},
     study::{Bench, Study},
 };
 use rand::{RngExt, SeedableRng};
@@ -41,9 +41,31 @@ const ZEROED: u64 = 0;
 /// One draw of noise alone, a residual at the reference rows (each channel its own).
 #[must_use]
 pub fn draw(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seed: u64) -> Vec<Vec<f64>> {
+    draw_with(bench, series, warm, lost, &[], seed)
+}
+
+/// The same where the filter reads it: at the middle of a count the encoder errs as little as there, wherever its zero is
+/// drawn.
+#[must_use]
+pub fn draw_read(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seed: u64) -> Vec<Vec<f64>> {
+    draw_with(bench, series, warm, lost, &bench.problem.series[series].readings, seed)
+}
+
+fn draw_with(
+    bench: &Bench,
+    series: usize,
+    warm: &Warm,
+    lost: &[bool],
+    readings: &[Reading],
+    seed: u64,
+) -> Vec<Vec<f64>> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (s, prior) = (&bench.problem.series[series], &bench.prior[series]);
     let along = warm.drawn_along();
+    let mut share = vec![1.0; s.reference_rows.len()];
+    for reading in readings {
+        share[reading.row] = reading.spread.sqrt();
+    }
     (0..bench.problem.channels())
         .map(|_| {
             let offset = if seed == ZEROED { 0.0 } else { rng.random::<f64>() * s.encoder.step };
@@ -56,7 +78,7 @@ pub fn draw(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seed: u64)
                     if i > 0 {
                         walk += prior.angle_random_walk * (s.reference_t[i] - s.reference_t[i - 1]).sqrt() * normal;
                     }
-                    let reading = encoder_error(s, prior, along, offset, i, &mut rng);
+                    let reading = share[i] * encoder_error(s, prior, along, offset, i, &mut rng);
                     let whole = walk - reading;
                     // A step that says nothing is bridged, as in the residual: what it held, encoder noise too, is gone.
                     if lost[i] {

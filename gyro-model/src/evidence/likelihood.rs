@@ -55,7 +55,7 @@ pub fn seek(
     steps: usize,
 ) -> (NoiseModel, f64) {
     let p = start.logs();
-    let most = NoiseModel { correlated: limits.most.correlated.max(f64::MIN_POSITIVE), ..limits.most }.logs();
+    let most = limits.most.with_the_parts_of(start).logs();
     let bounds: Vec<(f64, f64)> = p
         .iter()
         .zip(&most)
@@ -147,7 +147,7 @@ fn score<const L: usize>(p: &[f64], rows: &Rows, residual: &[Vec<f64>]) -> Norma
         if gap {
             spread.aa = spread.aa + 1e6;
         } else {
-            spread.pass(&law, dt, phi);
+            spread.pass(&law, dt, rows.turned[i], phi);
         }
         let (s, share, gain) = spread.read(law.r * rows.spread[i]);
         let counts = i > 0 && !gap;
@@ -235,6 +235,7 @@ struct Law<const L: usize> {
     b2: Lanes<L>,
     c2: Lanes<L>,
     r: Lanes<L>,
+    m2: Lanes<L>,
 }
 
 impl<const L: usize> Law<L> {
@@ -245,6 +246,7 @@ impl<const L: usize> Law<L> {
             b2: square(&|n| n.bias_random_walk),
             c2: square(&|n| n.correlated),
             r: square(&|n| n.encoder),
+            m2: square(&|n| n.rate_random_walk),
         }
     }
 }
@@ -261,12 +263,12 @@ struct Spread<const L: usize> {
 }
 
 impl<const L: usize> Spread<L> {
-    /// Over a step of time.
+    /// Over a step of time in which ∫ω²dt is `turned`.
     #[inline(always)]
-    fn pass(&mut self, law: &Law<L>, dt: f64, phi: Lanes<L>) {
+    fn pass(&mut self, law: &Law<L>, dt: f64, turned: f64, phi: Lanes<L>) {
         let Self { aa, ab, ac, bb, bc, cc } = *self;
         let b2 = law.b2 * dt;
-        self.aa = aa + ((ab + ac) * 2.0 + (bb + bc * 2.0 + cc + b2 * (1.0 / 3.0)) * dt + law.n2) * dt;
+        self.aa = aa + ((ab + ac) * 2.0 + (bb + bc * 2.0 + cc + b2 * (1.0 / 3.0)) * dt + law.n2) * dt + law.m2 * turned;
         self.ab = ab + (bb + bc + b2 * 0.5) * dt;
         self.ac = phi * (ac + (bc + cc) * dt);
         self.bb = bb + b2;
@@ -317,6 +319,7 @@ mod tests {
         encoder: 2e-4,
         correlated: 2e-3,
         correlation_time: 0.5,
+        rate_random_walk: 2e-4,
     };
 
     /// A residual of that noise; the reference is read unevenly, less sure now and then, and lost once.
@@ -330,12 +333,16 @@ mod tests {
             let spread = if k % 5 == 0 { 0.3 } else { 1.0 };
             let phi = (-dt / TRUTH.correlation_time).exp();
             t += dt;
-            angle += (bias + correlated) * dt + TRUTH.angle_random_walk * f64::sqrt(dt) * normal();
+            // Turned and held in turn.
+            let rate = if k % 400 < 200 { 3.0 } else { 0.1 };
+            let walk = TRUTH.angle_random_walk.hypot(TRUTH.rate_random_walk * rate);
+            angle += (bias + correlated) * dt + walk * f64::sqrt(dt) * normal();
             bias += TRUTH.bias_random_walk * f64::sqrt(dt) * normal();
             correlated = phi * correlated + TRUTH.correlated * (1.0 - phi * phi).sqrt() * normal();
             values.push(angle + TRUTH.encoder * f64::sqrt(spread) * normal());
             out.index.push(k);
             out.t.push(t);
+            out.turned.push(rate * rate * dt);
             out.spread.push(spread);
             out.lost.push(k == rows / 2);
         }
@@ -373,12 +380,14 @@ mod tests {
             encoder: 1e-4,
             correlated: 1e-3,
             correlation_time: 1.0,
+            rate_random_walk: 1e-4,
         };
         let (found, cost) = seek(&start, &rows, &residual, &within(30.0), 40);
         assert!((found.angle_random_walk / TRUTH.angle_random_walk - 1.0).abs() < 0.1, "{found:?}");
         assert!((found.encoder / TRUTH.encoder - 1.0).abs() < 0.05, "{found:?}");
         assert!((found.correlated / TRUTH.correlated - 1.0).abs() < 0.25, "{found:?}");
         assert!((found.correlation_time / TRUTH.correlation_time).ln().abs() < 0.5, "{found:?}");
+        assert!((found.rate_random_walk / TRUTH.rate_random_walk - 1.0).abs() < 0.1, "{found:?}");
         assert!(cost < seek(&TRUTH, &rows, &residual, &within(30.0), 0).1, "likelier than the truth");
         let (short, _) = seek(&start, &rows, &residual, &within(0.1), 40);
         assert!(short.correlation_time <= 0.1 + 1e-9, "{short:?}");

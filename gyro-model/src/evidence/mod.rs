@@ -8,11 +8,13 @@
 //! | [`increments`] | increments over averaging times: the error curve's Gram matrices, held out block by block |
 //! | [`whiten`] | the noise as a state-space model: likelihood, generalised least squares |
 //! | [`likelihood`] | the likeliest noise |
+//! | `growth` | the part of it that grows with the rate |
 //! | [`floor`] | what the error curve would be with no physics missing |
 
 pub mod attitude;
 pub mod encoder;
 pub mod floor;
+mod growth;
 pub mod increments;
 pub mod integrate;
 pub mod likelihood;

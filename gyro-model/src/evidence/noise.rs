@@ -5,7 +5,7 @@
 //! block judged with the parameters of the others: the currency in which models are compared.
 
 use super::{
-    floor,
+    floor, growth,
     likelihood::{self, Limits},
     study::Study,
     whiten::{NoiseModel, Rows, Whitener},
@@ -52,7 +52,8 @@ impl NoiseModel {
     #[must_use]
     pub fn of_a_sensor(angle_random_walk: f64, encoder: f64) -> Self {
         let (bias_random_walk, correlated) = (WALK, WANDER);
-        Self { angle_random_walk, bias_random_walk, encoder, correlated, correlation_time: f64::INFINITY }
+        let correlation_time = f64::INFINITY;
+        Self { angle_random_walk, bias_random_walk, encoder, correlated, correlation_time, ..Self::UNLIMITED }
     }
 
     /// Whether its slow part is more than the bias instability of even a poor gyro.
@@ -67,13 +68,23 @@ impl NoiseModel {
         self.correlated > 0.0 && self.correlation_time > LASTS * span
     }
 
-    /// As the model file has it.
+    /// As the model file has it, for a log of this mean square rate.
     #[must_use]
-    pub fn summary(&self) -> Noise {
+    pub fn summary(&self, rate_square: f64) -> Noise {
         Noise {
-            angle_random_walk: self.angle_random_walk,
+            angle_random_walk: self.angle_random_walk.hypot(self.rate_random_walk * rate_square.sqrt()),
             bias_random_walk: self.bias_random_walk,
             encoder: self.encoder,
+        }
+    }
+
+    /// The same with just those parts that `other` has.
+    pub(crate) fn with_the_parts_of(&self, other: &Self) -> Self {
+        let part = |own: f64, other: f64| if other > 0.0 { own.max(f64::MIN_POSITIVE) } else { 0.0 };
+        Self {
+            correlated: part(self.correlated, other.correlated),
+            rate_random_walk: part(self.rate_random_walk, other.rate_random_walk),
+            ..*self
         }
     }
 
@@ -83,15 +94,20 @@ impl NoiseModel {
             angle_random_walk: e(0),
             bias_random_walk: e(1),
             encoder: e(2),
-            correlated: e(3),
+            correlated: if p.len() > 4 { e(3) } else { 0.0 },
             correlation_time: if p.len() > 4 { e(4) } else { 1.0 },
+            rate_random_walk: if p.len().is_multiple_of(2) { e(p.len() - 1) } else { 0.0 },
         }
     }
 
+    /// The logarithms of the parts that are there: N, B, √R, then s and T, then N_ω.
     pub(crate) fn logs(&self) -> Vec<f64> {
         let mut out = vec![self.angle_random_walk, self.bias_random_walk, self.encoder];
         if self.correlated > 0.0 {
             out.extend([self.correlated, self.correlation_time]);
+        }
+        if self.rate_random_walk > 0.0 {
+            out.push(self.rate_random_walk);
         }
         out.into_iter().map(|v| v.max(1e-20).ln()).collect()
     }
@@ -105,10 +121,11 @@ fn rows(study: &Study, every: usize) -> Rows {
     let problem = &study.bench.problem;
     let (t, lost) = (problem.times(), &study.evaluation.lost);
     let mut rows = Rows { rows: t.len(), ..Rows::default() };
-    let mut before = 0;
+    let (turned, mut before) = (growth::turned(study), 0);
     for reading in problem.series[0].readings.iter().step_by(every) {
         rows.index.push(reading.row);
         rows.t.push(t[reading.row]);
+        rows.turned.push(turned[reading.row] - turned[before]);
         rows.spread.push(reading.spread);
         rows.lost.push(lost[(before + 1).min(reading.row)..=reading.row].contains(&true));
         before = reading.row;
@@ -125,7 +142,7 @@ pub(crate) fn beyond_white(study: &Study, gls: &Gls) -> Vec<f64> {
     let n = columns.len();
     let mut squares = vec![0.0; n];
     for seed in 0..SCATTER {
-        let draw = floor::draw(study.bench, 0, &study.warm[0], &study.evaluation.lost, seed);
+        let draw = floor::draw_read(study.bench, 0, &study.warm[0], &study.evaluation.lost, seed);
         let white = whitener.apply_each(&draw);
         let dot = |c: &Vec<Vec<f64>>| -> f64 { c.iter().zip(&white).map(|(a, b)| nls::dot(a, b)).sum() };
         let along: Vec<f64> = columns.iter().map(dot).collect();
@@ -248,6 +265,7 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
         encoder: prior.encoder.max(1e-12),
         correlated: 0.0,
         correlation_time: 1.0,
+        rate_random_walk: 0.0,
     };
     let mut step = vec![0.0; study.columns.len()];
     let span = rows.t.last().unwrap_or(&0.0) - rows.t.first().unwrap_or(&0.0);
@@ -309,6 +327,10 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
         before = best.1;
         step = solve(&normal(study, &noise).0).0;
     }
+    if let Some(growing) = growth::growing(&noise, &rows, &moved(study, &step), &limits(&rows)) {
+        noise = growing;
+        step = solve(&normal(study, &noise).0).0;
+    }
     // What was found on some of the rows is not quite the likeliest on all.
     let all = self::rows(study, 1);
     if all.index.len() > rows.index.len() {
@@ -321,7 +343,7 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
 const TRIED: usize = 2;
 /// Steps of the likelihood from each of them, and from the best of them on.
 const FIRST: usize = 4;
-const AFTER: usize = 12;
+pub(super) const AFTER: usize = 12;
 /// Turns of noise and parameters at most.
 const ROUNDS: usize = 4;
 /// Rise of ln L from one turn to the next below which both are found.
@@ -329,7 +351,7 @@ const SETTLED: f64 = 0.05;
 /// Correlation times that such a rate is tried with, as shares of the log.
 const FORGETS: [f64; 2] = [5e-3, 0.05];
 /// What two more noise parameters have to raise ln L by.
-const WORTH: f64 = 6.0;
+pub(super) const WORTH: f64 = 6.0;
 
 /// Generalised least squares under the noise that is likeliest from `start` on, where that is likelier than `known`: what
 /// is found for one model is tried on the other before the two are compared.
@@ -340,7 +362,8 @@ pub(crate) fn likelier(study: &Study, known: &Gls, start: &NoiseModel) -> Option
     // From a walk that is nothing none would come back.
     let start = NoiseModel { bias_random_walk: start.bias_random_walk.max(known.noise.bias_random_walk), ..*start };
     let ((noise, cost), (_, before)) = (seek(&start, AFTER), seek(&known.noise, 0));
-    let worth = if noise.correlated > 0.0 && known.noise.correlated <= 0.0 { WORTH } else { SETTLED };
+    let more = noise.logs().len().saturating_sub(known.noise.logs().len());
+    let worth = SETTLED.max(0.5 * WORTH * more as f64);
     (cost < before - worth).then(|| at_noise(study, &noise)).filter(|gls| gls.log_likelihood > known.log_likelihood)
 }
 

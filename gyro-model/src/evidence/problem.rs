@@ -33,8 +33,8 @@ pub struct Warm {
     rate_dot: Vec<f64>,
     /// Best known angle at the samples: the gyro's shape on the reference's level, rad.
     pub angle: Vec<f64>,
-    /// The same on the reference's level over so short a time that it is as near to the true angle as can be: what an
-    /// encoder's quantisation is drawn along. Empty where there is no step.
+    /// The same on the reference's level over so short a time that it is as near to the true angle as can be, with the
+    /// encoder's own errors: what its quantisation is drawn along. Empty where there is no step.
     pub close: Vec<f64>,
     /// Samples whose compensation is a guess under the model they were made with; empty where there are none.
     pub unsure: Vec<bool>,
@@ -144,7 +144,7 @@ impl Problem {
             .map(|s| {
                 let rate = steadied(&s.t, &s.gyro);
                 Warm {
-                    angle: best_angle(s, &integral(&s.t, &s.gyro), &s.missing, LEVEL),
+                    angle: best_angle(s, &s.reference_angle, &integral(&s.t, &s.gyro), &s.missing, LEVEL),
                     close: Vec::new(),
                     rate_dot: derivative(&s.t, &rate),
                     rate,
@@ -165,8 +165,8 @@ impl Problem {
             .map(|((s, track), before)| {
                 let rate = steadied(&s.t, &track.rate);
                 Warm {
-                    angle: best_angle(s, &track.whole, &track.lost, LEVEL),
-                    close: nearness(s).map_or_else(Vec::new, |half| best_angle(s, &track.whole, &track.lost, half)),
+                    angle: best_angle(s, &s.reference_angle, &track.whole, &track.lost, LEVEL),
+                    close: nearness(s).map_or_else(Vec::new, |half| counted_angle(s, track, half)),
                     rate_dot: derivative(&s.t, &rate),
                     rate,
                     unsure: if before.left_out.is_empty() { track.unsure.clone() } else { Vec::new() },
@@ -335,18 +335,27 @@ fn nearness(s: &Series) -> Option<f64> {
     (s.encoder.step > 0.0 && s.margin > 0.0).then(|| (s.encoder.step / s.margin).clamp(0.1, LEVEL))
 }
 
+/// What the encoder counts: the best known angle, and at the reference rows what the model says that the encoder errs by.
+fn counted_angle(s: &Series, track: &Track, half: f64) -> Vec<f64> {
+    let mut angle = best_angle(s, &track.reference, &track.whole, &track.lost, half);
+    for ((&k, read), right) in s.reference_rows.iter().zip(&s.reference_angle).zip(&track.reference) {
+        angle[k] += read - right;
+    }
+    angle
+}
+
 /// An integrated angle held to the level of the reference over ±`half` s, and to its steps where the gyro's say nothing.
-fn best_angle(s: &Series, angle: &[f64], lost: &[bool], half: f64) -> Vec<f64> {
-    if s.reference_angle.is_empty() {
+fn best_angle(s: &Series, reference: &[f64], angle: &[f64], lost: &[bool], half: f64) -> Vec<f64> {
+    if reference.is_empty() {
         return angle.to_vec();
     }
     let mut jumped = vec![0.0; s.reference_rows.len()];
     for i in 1..jumped.len() {
         let (a, b) = (s.reference_rows[i - 1], s.reference_rows[i]);
-        let step = (angle[b] - angle[a]) - (s.reference_angle[i] - s.reference_angle[i - 1]);
+        let step = (angle[b] - angle[a]) - (reference[i] - reference[i - 1]);
         jumped[i] = jumped[i - 1] + if lost[a..=b].contains(&true) { step } else { 0.0 };
     }
-    let rows = s.reference_rows.iter().zip(&s.reference_angle).zip(&jumped);
+    let rows = s.reference_rows.iter().zip(reference).zip(&jumped);
     let error: Vec<f64> = rows.map(|((&k, r), j)| angle[k] - r - j).collect();
     let mut level = smooth(&s.reference_t, &error, half);
     for (level, jump) in level.iter_mut().zip(&jumped) {

@@ -1,6 +1,7 @@
 //! A model fitted to a log: its parameters, its residual, and the derivatives there.
 
 use super::{
+    growth,
     increments::{Grams, HeldOut, Windows},
     noise::{self, Gls},
     prior::{self, Prior},
@@ -265,9 +266,10 @@ impl<'a> Study<'a> {
                 model.terms[slot.term].std_errors[slot.parameter] = gls.step[k].hypot(sigma);
             }
         }
+        let rate_square = growth::rate_square(self);
         for series in &self.bench.problem.series {
             if let Some(model) = &mut self.model.axes[series.axis.index()] {
-                model.noise = gls.noise.summary();
+                model.noise = gls.noise.summary(rate_square);
             }
         }
     }

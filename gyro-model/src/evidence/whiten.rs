@@ -3,10 +3,10 @@
 //! The residual angle r at the reference rows is, with no physics missing,
 //!
 //! ```text
-//! ȧ = b + c + N w₁      angle random walk N, rad/√s
-//! ḃ = B w₂              bias random walk B, rad/s/√s
-//! ċ = −c/T + s√(2/T) w₃  exponentially correlated rate, s rad/s over T s
-//! r = a + e             encoder noise e, variance R (rad²)
+//! ȧ = b + c + √(N² + N_ω²ω²) w₁  angle random walk N, rad/√s, and what it grows by with the rate, N_ω, √s
+//! ḃ = B w₂                bias random walk B, rad/s/√s
+//! ċ = −c/T + s√(2/T) w₃   exponentially correlated rate, s rad/s over T s
+//! r = a + e               encoder noise e, variance R (rad²)
 //! ```
 //!
 //! An encoder that shows the same count for a while says something once in that while, not at every row: only such
@@ -29,6 +29,8 @@ pub struct NoiseModel {
     pub correlated: f64,
     /// T, s.
     pub correlation_time: f64,
+    /// N_ω, √s.
+    pub rate_random_walk: f64,
 }
 
 impl NoiseModel {
@@ -39,6 +41,7 @@ impl NoiseModel {
         encoder: f64::INFINITY,
         correlated: f64::INFINITY,
         correlation_time: f64::INFINITY,
+        rate_random_walk: f64::INFINITY,
     };
 }
 
@@ -49,6 +52,8 @@ pub struct Rows {
     pub index: Vec<usize>,
     /// Its time, s.
     pub t: Vec<f64>,
+    /// ∫ω²dt since the one before, rad²/s.
+    pub turned: Vec<f64>,
     /// Its variance over R.
     pub spread: Vec<f64>,
     /// Whether something was lost since the one before.
@@ -87,7 +92,7 @@ impl Gains<'_> {
     fn run(&self, mut take: impl FnMut(Step, Option<f64>)) {
         let (noise, rows) = (self.noise, self.rows);
         let (n2, b2, r) = (noise.angle_random_walk.powi(2), noise.bias_random_walk.powi(2), noise.encoder.powi(2));
-        let c2 = noise.correlated.powi(2);
+        let (c2, m2) = (noise.correlated.powi(2), noise.rate_random_walk.powi(2));
         // Covariance of (a, b, c), upper triangle; a starts unknown: the first reading sets it.
         let (mut aa, mut ab, mut ac, mut bb, mut bc, mut cc) = (1e6, 0.0, 0.0, 0.0, 0.0, c2);
         let (mut even, mut phi) = (f64::NAN, 0.0);
@@ -102,7 +107,10 @@ impl Gains<'_> {
                 aa += 1e6;
             } else {
                 // a += dt (b + c), c *= phi
-                aa += dt * (2.0 * (ab + ac) + dt * (bb + 2.0 * bc + cc)) + n2 * dt + b2 * dt * dt * dt / 3.0;
+                aa += dt * (2.0 * (ab + ac) + dt * (bb + 2.0 * bc + cc))
+                    + n2 * dt
+                    + m2 * rows.turned[i]
+                    + b2 * dt * dt * dt / 3.0;
                 ab += dt * (bb + bc) + 0.5 * b2 * dt * dt;
                 ac = phi * (ac + dt * (bc + cc));
                 bb += b2 * dt;

@@ -101,7 +101,7 @@ impl Periodogram {
     #[must_use]
     pub fn search(&self, start: &NoiseModel) -> (NoiseModel, NoiseModel) {
         let seek = |p: &[f64]| simplex(p, 0.7, EVALUATIONS, |p| self.cost(&NoiseModel::from_logs(p)));
-        let plain = NoiseModel { correlated: 0.0, ..*start };
+        let plain = NoiseModel { correlated: 0.0, rate_random_walk: 0.0, ..*start };
         let mut few = seek(&plain.logs());
         for walk in [1e-3, 0.1, 1.0] {
             let n = few.0[0].exp();
@@ -205,6 +205,7 @@ mod tests {
             encoder: 1e-4,
             correlated: 0.0,
             correlation_time: 1.0,
+            rate_random_walk: 0.0,
         };
         let (_, found) = Periodogram::new(&[residual], &t).expect("long enough").search(&start);
         assert!((found.angle_random_walk / walk - 1.0).abs() < 0.1, "{found:?}");
