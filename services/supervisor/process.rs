@@ -24,6 +24,8 @@ const FORGIVEN: usize = 2;
 const WINDOW: Duration = Duration::from_secs(10);
 const FIRST_DELAY: Duration = Duration::from_millis(250);
 const LONGEST_DELAY: Duration = Duration::from_secs(8);
+/// Bytes from which on a block of memory goes back to the system as soon as it is freed.
+const LARGE_BLOCK: &str = "131072";
 
 /// A supervised process.
 #[derive(Debug)]
@@ -102,6 +104,9 @@ impl Process {
         let child = Command::new("/proc/self/exe")
             .arg0("truerate")
             .args(["service", self.service.name(), "--instance", instance])
+            // glibc otherwise raises this with each large block that is freed, up to 32 MB, and keeps what is smaller:
+            // a process that judges one log after another would grow with every one.
+            .env("MALLOC_MMAP_THRESHOLD_", LARGE_BLOCK)
             .stdin(if input { Stdio::inherit() } else { Stdio::null() })
             .stdout(Stdio::null())
             .stderr(Stdio::inherit())

@@ -25,7 +25,34 @@ pub fn climb(record: &Record, bench: &Bench, start: &Model, options: &Options) -
     let top = search(bench, start, options, &mut |study, change| {
         steps[change.series].push(change.step(&Judged::new(study, change.series, false)));
     });
+    note(&mut steps, &top.alike);
     conclude(record, &top.present, &top.last, &steps, options)
+}
+
+/// What a model at the top of its ladder cannot be told from, one of its effects being another one.
+pub(super) struct Alike {
+    series: usize,
+    effect: &'static str,
+    others: Vec<String>,
+}
+
+/// One effect in the place of another.
+struct Swapped {
+    series: usize,
+    old: &'static str,
+    new: &'static str,
+}
+
+/// Adds to the steps what is alike at the top: while another effect was missing it may have looked otherwise.
+pub(super) fn note(steps: &mut [Vec<LadderStep>], alike: &[Alike]) {
+    for found in alike {
+        let added = |step: &&mut LadderStep| step.added.as_deref() == Some(found.effect);
+        if let Some(step) = steps[found.series].iter_mut().rev().find(added) {
+            let new: Vec<String> = found.others.iter().filter(|id| !step.aliases.contains(id)).cloned().collect();
+            step.aliases.extend(new);
+            step.aliases.truncate(ALIASES);
+        }
+    }
 }
 
 /// A change of the model on the way up; neither added nor removed: where it began.
@@ -64,6 +91,8 @@ pub(super) struct Top<'a> {
     pub present: Present<'a>,
     /// What it was not worth while to add.
     pub last: Vec<Refit<'a>>,
+    /// What its effects may as well be.
+    pub alike: Vec<Alike>,
 }
 
 /// Steps forward, the pass back, and the aliases once more; `took` is told of each change, the model with it fitted.
@@ -112,12 +141,12 @@ pub(super) fn search<'a>(
     for (k, id) in removed {
         took(&present.study, Change::of(k, None, Some(id)));
     }
-    let (present, swapped) = swap(present, start, options);
-    for (k, old, new) in swapped {
-        took(&present.study, Change::of(k, None, Some(old)));
-        took(&present.study, Change::of(k, Some(new), None));
+    let (present, swapped, alike) = swap(present, start, options);
+    for Swapped { series, old, new } in swapped {
+        took(&present.study, Change::of(series, None, Some(old)));
+        took(&present.study, Change::of(series, Some(new), None));
     }
-    Top { present, last }
+    Top { present, last, alike }
 }
 
 /// The last word on each axis, and the model with everything that is known of its parameters.
@@ -188,19 +217,18 @@ pub fn aliases(suspects: &[Refit], k: usize, significant: bool) -> Vec<String> {
         .filter(|(i, r)| *i != k && r.candidate.series == own.candidate.series && (!significant || r.significant()))
         .filter(|(_, r)| own.alike(r))
         .map(|(_, r)| r.candidate.term.effect.card().id.to_owned())
-        .take(3)
+        .take(ALIASES)
         .collect()
 }
 
+/// Aliases that are told of one effect.
+const ALIASES: usize = 3;
+
 /// What was added while something else was missing may be the wrong one of a pair: each is held against its aliases
-/// once more.
-fn swap<'a>(
-    present: Present<'a>,
-    start: &Model,
-    options: &Options,
-) -> (Present<'a>, Vec<(usize, &'static str, &'static str)>) {
+/// once more; those that do as well are told.
+fn swap<'a>(present: Present<'a>, start: &Model, options: &Options) -> (Present<'a>, Vec<Swapped>, Vec<Alike>) {
     let mut present = present;
-    let mut swapped = Vec::new();
+    let (mut swapped, mut alike) = (Vec::new(), Vec::new());
     let axes: Vec<Axis> = present.study.bench.problem.series.iter().map(|s| s.axis).collect();
     for (k, axis) in axes.iter().enumerate() {
         let added = added(&present, start, *axis);
@@ -214,16 +242,27 @@ fn swap<'a>(
             }
             let Some((without, _)) = without(&present, *axis, id) else { continue };
             (options.progress)(id);
-            let mut better = without.rivals(k, options.own_effects, |rival| aliases.iter().any(|a| a.id == rival));
-            better.retain(|refit| refit.replaces(&present));
-            if let Some(refit) = better.into_iter().max_by(|a, b| a.worth().total_cmp(&b.worth())) {
-                swapped.push((k, id, refit.candidate.term.effect.card().id));
+            let wanted = |rival: &str| rival == id || aliases.iter().any(|a| a.id == rival);
+            let rivals = without.rivals(k, options.own_effects, wanted);
+            let is_own = |refit: &Refit| refit.candidate.term.effect.card().id == id;
+            let best = |keep: &dyn Fn(&Refit) -> bool| {
+                let kept = (0..rivals.len()).filter(|&r| keep(&rivals[r]));
+                kept.max_by(|&a, &b| rivals[a].worth().total_cmp(&rivals[b].worth()))
+            };
+            if let Some(better) = best(&|refit| !is_own(refit) && refit.replaces(&present)) {
+                let refit = &rivals[better];
+                swapped.push(Swapped { series: k, old: id, new: refit.candidate.term.effect.card().id });
                 let model = refit.study.model.clone();
                 present = Present::new(Study::fit(present.study.bench, &model, Some(&present.study.warm)));
+            } else if let Some(own) = best(&is_own) {
+                let mut others = self::aliases(&rivals, own, true);
+                others.retain(|other| other != id);
+                others.dedup();
+                alike.push(Alike { series: k, effect: id, others });
             }
         }
     }
-    (present, swapped)
+    (present, swapped, alike)
 }
 
 /// What was added to the model that the ladder began with, in the order of adding.

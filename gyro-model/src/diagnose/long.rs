@@ -85,6 +85,8 @@ impl Parts {
             let study = if k + 1 == rungs.len() { present.study.clone() } else { Study::held(bench, model) };
             steps[change.series].push(change.step(&Judged::new(&study, change.series, false)));
         }
+        ladder::note(&mut steps, &slow.alike);
+        ladder::note(&mut steps, &fast.alike);
         ladder::conclude(record, &present, &slow.last, &steps, options)
     }
 }
