@@ -60,7 +60,7 @@ impl Refit<'_> {
         if self.p_value >= GATE && !self.dominates(present) {
             return false;
         }
-        if present.excess > UNEVEN && self.share(present).is_none_or(|s| s < SHARE) {
+        if present.excess > UNEVEN && self.share(present).is_none_or(|s| s < SHARE) && !self.leaves_it_out(present) {
             return false;
         }
         if self.excess > ROUGH && (self.is_outsized() || tone && self.share(present).is_none_or(|s| s < DOMINATES)) {
@@ -71,6 +71,13 @@ impl Refit<'_> {
         let holds = self.held_out.0 > 0.25 * self.rise.min(40.0) && throughout;
         (holds || self.fall.0 > 4.0 * self.fall.1)
             && (!one_shot(self) || self.p_value < ONE_SHOT || self.dominates(present))
+    }
+
+    /// Whether it is plain on the samples that it keeps, and the excess stands in those that it has to leave out: where it
+    /// says that nobody can know the rate.
+    fn leaves_it_out(&self, present: &Present) -> bool {
+        let most = present.excess - SHARE * (present.excess - 1.0);
+        self.study.leaves_out() && self.p_value < ONE_SHOT && self.kept < most
     }
 
     /// Whether a coefficient is far beyond what such sensors have: where much is left unexplained, the fit bends whatever

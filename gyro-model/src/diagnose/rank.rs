@@ -48,13 +48,14 @@ pub(super) fn drop_driven(refits: &mut Vec<Refit>) {
 const NEAR_A_TONE: f64 = 0.1;
 
 /// Puts before the best what cannot be told from it and is plainer: fewer parameters, or a measured channel instead of
-/// a free shape.
+/// a free shape, for one more at most.
 pub(super) fn prefer_plainer(refits: &mut [Refit], present: &Present) {
     let Some(best) = refits.first() else { return };
     let measured = |r: &Refit| !r.candidate.term.effect.card().needs.is_empty();
     let plainer = (1..refits.len()).find(|&k| {
         let r = &refits[k];
-        let simpler = r.candidate.freedom < best.candidate.freedom || (measured(r) && !measured(best));
+        let (own, other) = (r.candidate.freedom, best.candidate.freedom);
+        let simpler = own < other || measured(r) && !measured(best) && own <= other + 1;
         r.candidate.series == best.candidate.series
             && simpler
             && (r.significant() || r.passes(present))
@@ -73,9 +74,17 @@ impl Refit<'_> {
         let gains: Vec<f64> = self.gains.iter().zip(&other.gains).map(|(a, b)| a - b).collect();
         let (difference, error) = total(&gains);
         let (mean, spread) = self.against(other);
-        difference.abs() < FOUND_TO.0.max(2.0 * error)
+        self.leaves_as_much_as(other)
+            && difference.abs() < FOUND_TO.0.max(2.0 * error)
             && gains.len() == BLOCKS
             && mean.abs() < FOUND_TO.1.max(2.0 * spread)
+    }
+
+    /// Whether two of which only one leaves samples out leave about the same error on those that they keep: a gain on fewer
+    /// samples says nothing of the others.
+    fn leaves_as_much_as(&self, other: &Refit) -> bool {
+        let (less, more) = (self.kept.min(other.kept), self.kept.max(other.kept));
+        self.study.leaves_out() == other.study.leaves_out() || more < ROUGH || more < ROUGH * less
     }
 
     /// Whether it does as well as `other`: better, or alike.

@@ -64,6 +64,8 @@ pub struct Refit<'a> {
     pub gls: Gls,
     /// J with it (on the samples of the present model).
     pub excess: f64,
+    /// J on the samples that it does not leave out.
+    pub(super) kept: f64,
     /// Rise of ln L.
     pub rise: f64,
     /// How much noise alone raises ln L beyond what white noise would.
@@ -243,7 +245,8 @@ impl<'a> Present<'a> {
         let inflation = self.inflation(&study, &candidate);
         let p_value = chance(rise / inflation, &candidate, &study);
         let excess = own.excess * self.excess / base.excess;
-        Refit { candidate, study, gls, excess, rise, inflation, held_out, p_value, fall, gains, falls }
+        let kept = own.excess;
+        Refit { candidate, study, gls, excess, kept, rise, inflation, held_out, p_value, fall, gains, falls }
     }
 }
 
