@@ -47,13 +47,16 @@ const LASTS: f64 = 0.1;
 /// Bias random walk that still counts as wander, rad/s/√s.
 const WALK: f64 = 3e-4;
 
+/// Angle random walk per rate that still counts as noise, √s: 1 % of the rate in each of a hundred readings a second.
+const RATE_WALK: f64 = 1e-3;
+
 impl NoiseModel {
     /// The largest slow part that the bias instability of even a poor gyro has, beside that much of the rest.
     #[must_use]
     pub fn of_a_sensor(angle_random_walk: f64, encoder: f64) -> Self {
         let (bias_random_walk, correlated) = (WALK, WANDER);
-        let correlation_time = f64::INFINITY;
-        Self { angle_random_walk, bias_random_walk, encoder, correlated, correlation_time, ..Self::UNLIMITED }
+        let (correlation_time, rate_random_walk) = (f64::INFINITY, RATE_WALK);
+        Self { angle_random_walk, bias_random_walk, encoder, correlated, correlation_time, rate_random_walk }
     }
 
     /// Whether its slow part is more than the bias instability of even a poor gyro.
