@@ -36,9 +36,10 @@ static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
 /// −h/2 while the rate goes up, +h/2 while it goes down, and between them the passage through the play.
 ///
 /// The reading lets go of its extreme P when the rate has come back by h, and falls from there with slope v. The rate left
-/// its own extreme earlier: on a parabola 2h/v before, along a straight ramp h/v. Between the two, 1.5 h/v at the power
-/// 1.5, the angle gained in the passage is right to a sixth of it for either. But a rate that is held, and wanders
-/// within the play, shows nothing of it: while the reading stands still, the error is unsure.
+/// its own extreme earlier: on a parabola 2h/v before, along a straight ramp h/v. An even peak is left as it was reached, which
+/// tells where between the two; the quadratic through both ends with slope v at the later one is exact for either. But a
+/// rate that is held, and wanders within the play, shows nothing of it: while the reading stands still, and before it first
+/// turns, the error is unsure.
 fn passages(h: f64, t: &[f64], felt: &[f64]) -> ErrorWhole {
     let (mut error, mut unsure) = (vec![0.0; t.len()], vec![false; t.len()]);
     if h <= 0.0 || t.len() < 3 {

@@ -253,7 +253,7 @@ impl HeldOut {
             .collect()
     }
 
-    /// Mean over τ of (E/F)² in each block; `None` for a block without increments.
+    /// Mean over τ of (E/F)² in each block; `None` for a block without increments, or with all of it left out.
     #[must_use]
     pub fn by_block(&self, floor: &[f64]) -> Vec<Option<f64>> {
         (0..BLOCKS)
