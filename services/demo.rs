@@ -37,6 +37,8 @@ const HIDDEN: [&str; 8] = [
 const ENOUGH_NS: i64 = 60_000_000_000;
 /// A name counts when so many searches in a row give it.
 const AGREE: usize = 2;
+/// Judgements of the changed model that are waited for at most until its error is inside the floor's band.
+const SETTLES: usize = 10;
 const PATIENCE: Duration = Duration::from_secs(240);
 const ANSWER: Duration = Duration::from_millis(500);
 
@@ -139,7 +141,9 @@ impl Player {
         let reply = self.caller.ask(command, ANSWER, 60, |reply: &Reply| reply.id == command.id)?;
         print(&format!("add:      {}", reply.says))?;
         let Some(after) = self.wait_for_fall(place, &named, reply.epoch, stop)? else { return Ok(None) };
-        print(&format!("compare:  the error is up to {after:.2} times its floor"))?;
+        let band = if after.within_floor == 1 { ", inside the band of what noise alone leaves" } else { "" };
+        let after = after.error_over_floor;
+        print(&format!("compare:  the error is up to {after:.2} times its floor{band}"))?;
         Ok(Some(Played { named, before, after }))
     }
 
@@ -175,9 +179,15 @@ impl Player {
         Ok(None)
     }
 
-    /// Error over floor of the changed model.
-    fn wait_for_fall(&self, place: usize, named: &str, epoch: u64, stop: &Stop) -> anyhow::Result<Option<f64>> {
-        let mut parameters = None;
+    /// The changed model's judgement: the first one at its floor, or the last of some.
+    fn wait_for_fall(
+        &self,
+        place: usize,
+        named: &str,
+        epoch: u64,
+        stop: &Stop,
+    ) -> anyhow::Result<Option<AxisDiagnosis>> {
+        let (mut parameters, mut judged) = (None, 0);
         let reader = self.watch.hub.reader(&topic::PARAMETERS, None, Wait::Event)?;
         while !stop.asked() {
             let Some(diagnosis) = self.next(stop)? else { return Ok(None) };
@@ -186,10 +196,12 @@ impl Player {
                 let axis = &p.axes[place];
                 axis.terms.iter().take(axis.count as usize).any(|term| term.effect.as_str() == named)
             });
-            if has && diagnosis.epoch >= epoch && diagnosis.axes[place].present == 1 {
-                let still = diagnosis.axes[place].suspects.iter().any(|s| s.effect.as_str() == named);
-                if !still {
-                    return Ok(Some(diagnosis.axes[place].error_over_floor));
+            let axis = &diagnosis.axes[place];
+            if has && diagnosis.epoch >= epoch && axis.present == 1 {
+                judged += 1;
+                let still = axis.suspects.iter().any(|s| s.effect.as_str() == named);
+                if !still && (axis.within_floor == 1 || judged >= SETTLES) {
+                    return Ok(Some(*axis));
                 }
             }
         }

@@ -182,6 +182,16 @@ impl Placed {
             .map(|term| Self { effect: term.effect, values: term.values.clone(), memory: Memory::default() })
             .collect()
     }
+
+    /// What it errs by; it remembers the sample only where it is committed.
+    fn error(&mut self, signals: &Signals, commit: bool) -> f64 {
+        let mut memory = self.memory;
+        let error = self.effect.error_seen(&self.values, signals, &mut memory);
+        if commit {
+            self.memory = memory;
+        }
+        if error.is_finite() { error } else { 0.0 }
+    }
 }
 
 /// Whether this response is the mount's (between shaft and gyro) rather than the sensor's own.
@@ -231,20 +241,17 @@ impl Plan {
     }
 
     fn felt_error(&mut self, signals: &Signals, commit: bool) -> f64 {
-        sum_of_errors(&mut self.felt, signals, commit)
+        self.felt.iter_mut().map(|p| p.error(signals, commit)).sum()
     }
 }
 
-/// Σ of these effects' errors; they remember the sample only where it is committed.
-fn sum_of_errors(effects: &mut [Placed], signals: &Signals, commit: bool) -> f64 {
-    effects.iter_mut().fold(0.0, |sum, p| {
-        let mut memory = p.memory;
-        let error = p.effect.error_seen(&p.values, signals, &mut memory);
-        if commit {
-            p.memory = memory;
-        }
-        sum + if error.is_finite() { error } else { 0.0 }
-    })
+/// What an encoder errs by.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ReferenceError {
+    /// Σ κψ, rad.
+    pub sum: f64,
+    /// Whether its reading says nothing of the angle.
+    pub silent: bool,
 }
 
 /// Undoes a chain of responses, one step.
@@ -452,16 +459,19 @@ impl Compensation {
         }
     }
 
-    /// Σ κψ: what the encoder of this axis reads too much at this true angle, rad. Call once a reference reading, in
-    /// time order, with `commit`; without it nothing is remembered.
-    pub fn reference_error(&mut self, axis: usize, t_ns: i64, angle: f64, commit: bool) -> f64 {
+    /// What the encoder of this axis errs by at this true angle, rad. Call once a reference reading, in time order, with
+    /// `commit`; without it nothing is remembered.
+    pub fn reference_error(&mut self, axis: usize, t_ns: i64, angle: f64, commit: bool) -> ReferenceError {
         let plan = &mut self.plans[axis];
         if plan.reference.is_empty() {
-            return 0.0;
+            return ReferenceError::default();
         }
         let rates = self.past.map(|past| past.output);
         let signals = Signals { axis, rates, angle, ..self.environment.signals(t_ns) };
-        sum_of_errors(&mut plan.reference, &signals, commit)
+        plan.reference.iter_mut().fold(ReferenceError::default(), |whole, p| {
+            let error = p.error(&signals, commit);
+            ReferenceError { sum: whole.sum + error, silent: whole.silent || p.effect.silent(&p.values, error) }
+        })
     }
 
     /// By how much undoing the responses of this axis multiplies the variance of white noise, at this sample interval.

@@ -1,6 +1,7 @@
 //! A log in memory: columns over time, in SI units.
 
 use crate::Axis;
+use std::ops::Range;
 
 /// Free channels carried beside the named ones, for a user's own effects.
 pub const FREE_CHANNELS: usize = 8;
@@ -63,6 +64,18 @@ pub struct Record {
     pub free_names: Vec<String>,
     /// What each row is the mean of.
     pub means: Means,
+    /// Of rows that are means: how far all had turned by then, in the mean as the row's reference is. Rates that are means
+    /// would not add up to it, for a block may hold half a turn's beginning. Empty where rows are as they were measured.
+    pub turned: Vec<Turned>,
+}
+
+/// Integrals over time from the log's first row, rad.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Turned {
+    /// Of the gyros' readings.
+    pub gyro: [f64; 3],
+    /// Of the reference rates.
+    pub reference: [f64; 3],
 }
 
 /// What the rows of a log are means of, made with [`crate::thin`].
@@ -72,11 +85,14 @@ pub struct Means {
     pub readings: usize,
     /// The encoders' steps where they were found before the means were taken, rad; 0 where there is none.
     pub steps: Option<[f64; 3]>,
+    /// N of the gyros' white noise as it was found before the means were taken, rad/√s; `NaN` where there is none. At the
+    /// means' own rate a vehicle's turns are as fast as it.
+    pub angle_random_walk: [f64; 3],
 }
 
 impl Default for Means {
     fn default() -> Self {
-        Self { readings: 1, steps: None }
+        Self { readings: 1, steps: None, angle_random_walk: [f64::NAN; 3] }
     }
 }
 
@@ -91,6 +107,13 @@ impl Record {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
+    }
+
+    /// These rows alone.
+    #[must_use]
+    pub fn part(&self, rows: Range<usize>) -> Self {
+        let turned = self.turned.get(rows.clone()).map_or_else(Vec::new, <[Turned]>::to_vec);
+        Self { rows: self.rows[rows].to_vec(), free_names: self.free_names.clone(), means: self.means, turned }
     }
 
     /// From the first row to the last, s.

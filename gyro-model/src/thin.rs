@@ -1,11 +1,18 @@
 //! Fewer rows that say the same of slow things: means over blocks, of gyro and reference alike.
 //!
 //! A mean over time commutes with everything linear and steady: the mean angle's rate is the mean rate, so scale, bias and
-//! delay stay what they were. Gyro and reference have to be averaged about the same instant; where a reference comes at
+//! delay stay what they were. How far the gyro has turned is averaged beside its rate: the mean rates of blocks alone do not
+//! add up to it where a turn begins or ends within one. Gyro and reference have to be averaged about the same instant; where a reference comes at
 //! every n-th row only, a block reaches from the middle between two references to the middle between two others, a row
 //! that stands in such a middle counting half on each side.
 
-use crate::{Axis, Record, Row, diagnose::limits::Limits, evidence::encoder::Encoder, record::Means};
+use crate::{
+    Axis, Record, Row,
+    diagnose::limits::Limits,
+    evidence::{encoder::Encoder, integrate::integral, prior::priors, problem::Problem, series::fill},
+    model::Origin,
+    record::{Means, Turned},
+};
 use std::f64::consts::{PI, TAU};
 
 /// At most about `most` rows of this record, over its whole length; the newest rows where references of different
@@ -18,13 +25,57 @@ pub fn thinned(record: &Record, most: usize) -> Record {
         return record.clone();
     }
     let Some(has_reference) = common_reference(record) else {
-        return Record { rows: record.rows[record.len() - most..].to_vec(), free_names, means: record.means };
+        return Record { free_names, ..record.part(record.len() - most..record.len()) };
     };
     let mut thinner = Thinner::new(record.len().div_ceil(most), has_reference);
     thinner.limits = Axis::ALL.map(|axis| Limits::of(record.rows.iter().map(|row| row.gyro[axis.index()])));
-    let rows: Vec<Row> = record.rows.iter().filter_map(|row| thinner.push(row)).collect();
+    let (rows, turned): (Vec<Row>, Vec<Turned>) =
+        record.rows.iter().zip(turned(record)).filter_map(|(row, turned)| thinner.push_turned(row, turned)).unzip();
     let readings = record.means.readings * thinner.readings();
-    Record { rows, free_names, means: Means { readings, steps: Some(Encoder::steps(record)) } }
+    let means = Means { readings, steps: Some(Encoder::steps(record)), angle_random_walk: angle_random_walks(record) };
+    Record { rows, free_names, means, turned }
+}
+
+/// N of each gyro, rad/√s: the median of what stretches all over the record say; `NaN` where there is none.
+fn angle_random_walks(record: &Record) -> [f64; 3] {
+    let apart = (record.len() / STRETCHES).max(STRETCH);
+    let starts = (0..record.len().saturating_sub(STRETCH - 1)).step_by(apart);
+    let stretches: Vec<Record> = starts.map(|start| record.part(start..start + STRETCH)).collect();
+    Axis::ALL.map(|axis| {
+        let found = |stretch: &Record| {
+            let problem = Problem::new(stretch, &[axis], &Origin::default())?;
+            Some(priors(&problem)[0].angle_random_walk)
+        };
+        let mut all: Vec<f64> = stretches.iter().filter_map(found).collect();
+        all.sort_by(f64::total_cmp);
+        all.get(all.len() / 2).copied().unwrap_or(f64::NAN)
+    })
+}
+
+/// Stretches that N is found from, and the rows of each.
+const STRETCHES: usize = 9;
+const STRETCH: usize = 1000;
+
+/// How far each gyro and reference rate has turned, at every row that has a reading.
+fn turned(record: &Record) -> Vec<Turned> {
+    if !record.turned.is_empty() {
+        return record.turned.clone();
+    }
+    let t: Vec<f64> = record.rows.iter().map(|row| row.t_ns as f64 * 1e-9).collect();
+    let mut all = vec![Turned::default(); t.len()];
+    for i in 0..3 {
+        let gyro: Vec<f64> = record.rows.iter().map(|row| row.gyro[i]).collect();
+        for (turned, angle) in all.iter_mut().zip(fill(&t, &gyro).map_or_else(Vec::new, |gyro| integral(&t, &gyro))) {
+            turned.gyro[i] = angle;
+        }
+        let known: Vec<usize> = (0..t.len()).filter(|&k| record.rows[k].ref_rate[i].is_finite()).collect();
+        let of = |value: &dyn Fn(usize) -> f64| -> Vec<f64> { known.iter().map(|&k| value(k)).collect() };
+        let angle = integral(&of(&|k| t[k]), &of(&|k| record.rows[k].ref_rate[i]));
+        for (&k, angle) in known.iter().zip(angle) {
+            all[k].reference[i] = angle;
+        }
+    }
+    all
 }
 
 /// Whether there is a reference; `None` where its columns don't all have their values in the same rows.
@@ -55,7 +106,7 @@ pub struct Thinner {
     /// Blocks end between references; else after so many rows.
     by_reference: bool,
     /// The block's rows so far.
-    pending: Vec<Row>,
+    pending: Vec<(Row, Turned)>,
     /// Those of them that have a reference.
     anchors: Vec<usize>,
     /// Whether the first one counts half, the other half being the block's before.
@@ -90,13 +141,18 @@ impl Thinner {
 
     /// Takes a row; the mean of a block that is complete with it. Angles come out unwrapped.
     pub fn push(&mut self, row: &Row) -> Option<Row> {
+        self.push_turned(row, Turned::default()).map(|(row, _)| row)
+    }
+
+    /// The same with how far all has turned by then.
+    fn push_turned(&mut self, row: &Row, turned: Turned) -> Option<(Row, Turned)> {
         let mut row = *row;
         for (angle, last) in row.ref_angle.iter_mut().zip(&mut self.angle).filter(|(angle, _)| angle.is_finite()) {
             *angle = if last.is_nan() { *angle } else { *last + (*angle - *last + PI).rem_euclid(TAU) - PI };
             *last = *angle;
         }
         let is_anchor = !self.by_reference || is_referenced(&row);
-        self.pending.push(row);
+        self.pending.push((row, turned));
         if !is_anchor {
             return None;
         }
@@ -137,31 +193,38 @@ impl Thinner {
     }
 
     /// The mean of the first `end` pending rows, the last one counting half where it is shared.
-    fn mean(&self, end: usize, shares: bool) -> Row {
+    fn mean(&self, end: usize, shares: bool) -> (Row, Turned) {
         let rows = &self.pending[..end];
         let weight = |k: usize| {
             let first = if k == 0 && self.shared { 0.5 } else { 1.0 };
             if k + 1 == end && shares { 0.5 * first } else { first }
         };
-        let read = |value: &dyn Fn(&Row) -> f64| mean(rows.iter().enumerate().map(|(k, row)| (weight(k), value(row))));
+        let read =
+            |value: &dyn Fn(&Row) -> f64| mean(rows.iter().enumerate().map(|(k, (row, _))| (weight(k), value(row))));
         let anchors = || self.anchors.iter().map(|&k| &rows[k]);
-        let referred = |value: &dyn Fn(&Row) -> f64| mean(anchors().map(|row| (1.0, value(row))));
-        let first = rows[self.anchors[0]];
+        let referred = |value: &dyn Fn(&Row) -> f64| mean(anchors().map(|(row, _)| (1.0, value(row))));
+        let (first, _) = rows[self.anchors[0]];
         let later = referred(&|row| (row.t_ns - first.t_ns) as f64);
-        Row {
+        let row = Row {
             t_ns: first.t_ns + later.round() as i64,
             gyro: std::array::from_fn(|i| {
-                let touched = rows.iter().find_map(|row| self.limits[i].stands_at(row.gyro[i]));
+                let touched = rows.iter().find_map(|(row, _)| self.limits[i].stands_at(row.gyro[i]));
                 touched.unwrap_or_else(|| read(&|row| row.gyro[i]))
             }),
             accel: std::array::from_fn(|i| read(&|row| row.accel[i])),
             ref_angle: std::array::from_fn(|i| referred(&|row| row.ref_angle[i])),
             ref_rate: std::array::from_fn(|i| referred(&|row| row.ref_rate[i])),
-            ref_quaternion: mean_rotation(first.ref_quaternion, anchors().map(|row| row.ref_quaternion)),
+            ref_quaternion: mean_rotation(first.ref_quaternion, anchors().map(|(row, _)| row.ref_quaternion)),
             temperature: read(&|row| row.temperature),
             supply: read(&|row| row.supply),
             free: std::array::from_fn(|i| read(&|row| row.free[i])),
-        }
+        };
+        let angle = |value: &dyn Fn(&Turned) -> f64| mean(anchors().map(|(_, turned)| (1.0, value(turned))));
+        let turned = Turned {
+            gyro: std::array::from_fn(|i| angle(&|turned| turned.gyro[i])),
+            reference: std::array::from_fn(|i| angle(&|turned| turned.reference[i])),
+        };
+        (row, turned)
     }
 }
 
@@ -233,6 +296,22 @@ mod tests {
             let judged = diagnose::compare(&thin, &truth, &[Axis::X], &options).unwrap();
             let over = judged[0].error_over_floor.unwrap();
             assert!(over < 1.3, "{most} rows: {over} times the floor");
+        }
+    }
+
+    #[test]
+    fn a_turn_that_begins_and_ends_within_a_block_is_no_error() {
+        for every in [1, 4] {
+            let (record, truth) = late(every, 100.0);
+            for most in [2000, 600, 150] {
+                let thin = thinned(&record, most);
+                let options = diagnose::Options { own_log: true, ..diagnose::Options::default() };
+                let judged = diagnose::compare(&thin, &truth, &[Axis::X], &options).unwrap();
+                let points = &judged[0].error_curve;
+                let over =
+                    points.iter().map(|p| p.error.unwrap() / p.floor.unwrap()).sum::<f64>() / points.len() as f64;
+                assert!((0.75..1.3).contains(&over), "every {every}, {most} rows: {over} times the floor");
+            }
         }
     }
 

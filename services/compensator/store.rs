@@ -105,7 +105,7 @@ impl View {
         let whole = self.whole();
         let from = whole.rows.last().map_or(0, |last| last.t_ns - (seconds * 1e9) as i64);
         let first = whole.rows.partition_point(|row| row.t_ns < from);
-        Record { rows: whole.rows[first..].to_vec(), free_names: whole.free_names.clone(), means: whole.means }
+        whole.part(first..whole.len())
     }
 }
 

@@ -71,6 +71,20 @@ fn control(place: &Place, args: &[&str]) -> Output {
 }
 
 #[test]
+fn the_demo_plays_the_whole_loop_and_says_what_was_hidden() {
+    let place = Place::new();
+    let demo = place.output(&["demo", "--auto", "--seed", "7"]);
+    let (said, errors) = (String::from_utf8_lossy(&demo.stdout), String::from_utf8_lossy(&demo.stderr));
+    assert!(demo.status.success(), "{said}\n{errors}");
+    let end = said.lines().last().unwrap();
+    let ratios = end.strip_prefix("hidden: temperature-bias  named: temperature-bias  error/floor: ").expect(end);
+    let (before, after) = ratios.split_once(" -> ").expect(end);
+    let (before, after): (f64, f64) = (before.parse().unwrap(), after.parse().unwrap());
+    assert!(after < 0.5 * before, "{said}");
+    assert!(place.left("demo").is_empty(), "{:?}", place.left("demo"));
+}
+
+#[test]
 fn an_effect_is_added_undone_and_saved_while_the_vehicle_drives() {
     let place = Place::new();
     let config = late_vehicle(&place);

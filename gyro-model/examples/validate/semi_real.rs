@@ -95,7 +95,7 @@ impl Recording {
         let mut injection = Injection::new(axis);
         injection.add(hidden.clone());
         let rows = self.record.rows.iter().map(|row| injection.spoil(*row)).collect();
-        Record { rows, free_names: self.record.free_names.clone(), means: self.record.means }
+        Record { rows, ..self.record.clone() }
     }
 }
 

@@ -13,10 +13,7 @@ use super::{
 use crate::{
     Axis, Model, Record,
     diagnosis::AxisLadder,
-    evidence::{
-        prior::Prior,
-        study::{Bench, Study},
-    },
+    evidence::study::{Bench, Study},
     thin::thinned,
 };
 
@@ -46,7 +43,7 @@ impl Parts {
         let axes = axes(bench);
         let mut stretch = Bench::new(&busiest(record, &axes), &axes, model)?;
         stretch.know(&bench.prior);
-        Some(Self { thin: thin(record, &axes, model, &bench.prior)?, stretch })
+        Some(Self { thin: thin(record, &axes, model)?, stretch })
     }
 
     /// A model fitted to every row of the log, begun from its thinned fit.
@@ -122,24 +119,19 @@ fn busiest(record: &Record, axes: &[Axis]) -> Record {
             (best, first) = (sum, end + 1 - STRETCH);
         }
     }
-    Record { rows: rows[first..first + STRETCH].to_vec(), free_names: record.free_names.clone(), means: record.means }
+    record.part(first..first + STRETCH)
 }
 
-/// The whole at less detail, its noise known from the full rate: means over blocks hide how quiet the gyro is.
-fn thin(record: &Record, axes: &[Axis], model: &Model, prior: &[Prior]) -> Option<Bench> {
+/// The whole at less detail.
+fn thin(record: &Record, axes: &[Axis], model: &Model) -> Option<Bench> {
     let seconds = (record.rows.last()?.t_ns - record.rows.first()?.t_ns) as f64 * 1e-9;
     let rows = (RATE * seconds).clamp(THINNED.0, THINNED.1);
-    let mut bench = Bench::new(&thinned(record, rows as usize), axes, model)?;
-    // The encoder's counts were averaged too.
-    let encoder = |(whole, own): (&Prior, &Prior)| Prior { encoder: own.encoder, ..whole.clone() };
-    let known: Vec<Prior> = prior.iter().zip(&bench.prior).map(encoder).collect();
-    bench.know(&known);
-    Some(bench)
+    Bench::new(&thinned(record, rows as usize), axes, model)
 }
 
 /// Fits a model to the means over blocks first where a log is long: what is left to do on every row is little.
 #[must_use]
 pub(crate) fn begun(record: &Record, bench: &Bench, model: &Model) -> Model {
-    let thin = (record.len() > LONG).then(|| thin(record, &axes(bench), model, &bench.prior)).flatten();
+    let thin = (record.len() > LONG).then(|| thin(record, &axes(bench), model)).flatten();
     thin.map_or_else(|| model.clone(), |thin| Study::fit(&thin, model, None).model)
 }

@@ -50,6 +50,11 @@ impl Effect for EncoderBacklash {
         play(p[0], s.angle, memory) - s.angle
     }
 
+    /// Between the stops the shaft turns and the encoder stands.
+    fn silent(&self, p: &[f64], error: f64) -> bool {
+        error.abs() < 0.5 * p[0] * (1.0 - 1e-6)
+    }
+
     fn grid(&self, _: &Span) -> Vec<Vec<f64>> {
         [1e-4, 3e-4, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035].iter().map(|&b| vec![b]).collect()
     }

@@ -328,6 +328,11 @@ pub trait Effect: Send + Sync {
         false
     }
 
+    /// `Reference`: whether a reference that errs by this, rad, says nothing of the angle.
+    fn silent(&self, _p: &[f64], _error: f64) -> bool {
+        false
+    }
+
     /// The shapes to scan on such a log: one entry a grid point, in the order of the `Shape` parameters. Empty where
     /// the effect has no shape. Finer than half the distance at which two shapes can be told apart.
     fn grid(&self, _span: &Span) -> Vec<Vec<f64>> {

@@ -327,8 +327,12 @@ impl AxisEstimator {
         }
         // The encoder's own errors depend on the angle that they spoil: once about what is known, once about the result.
         let about = if state.anchored { expected } else { reading };
-        let rough = reading - compensation.reference_error(self.axis, when.t_ns, about, false);
-        let angle = reading - compensation.reference_error(self.axis, when.t_ns, rough, true);
+        let rough = reading - compensation.reference_error(self.axis, when.t_ns, about, false).sum;
+        let error = compensation.reference_error(self.axis, when.t_ns, rough, true);
+        if error.silent && state.anchored {
+            return;
+        }
+        let angle = reading - error.sum;
         if angle.is_finite() && angle.abs() < ANGLE_MAX {
             self.take_absolute(when, angle, out);
         }

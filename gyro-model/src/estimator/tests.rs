@@ -1,7 +1,9 @@
 use super::*;
 use crate::{
     Axis, AxisModel, Noise, Term,
-    effects::{delay::DELAY, temperature_bias::TEMPERATURE_BIAS},
+    effects::{
+        Effect, Memory, Signals, delay::DELAY, encoder_backlash::ENCODER_BACKLASH, temperature_bias::TEMPERATURE_BIAS,
+    },
 };
 use proptest::prelude::*;
 use rand::SeedableRng;
@@ -252,6 +254,29 @@ fn the_open_loop_angle_starts_at_the_first_reference_and_never_sees_another() {
     for (a, b) in a.iter().zip(&b) {
         assert_eq!(a.axes[2].angle.to_bits(), b.axes[2].angle.to_bits());
     }
+}
+
+#[test]
+fn an_encoder_is_not_believed_while_the_shaft_turns_in_its_clearance() {
+    let (b, rate_hz, drift) = (0.02, 200, 1e-3);
+    let mut memory = Memory::default();
+    let mut rows = rows(drive, rate_hz, 60, (1.0, 0.0, 0.0), 5);
+    for row in &mut rows {
+        let angle = drive(row.t_ns as f64 * 1e-9).0;
+        row.ref_angle[2] += ENCODER_BACKLASH.error(&[b], &Signals { angle, ..Signals::default() }, &mut memory);
+        // What no model knows of yet, and the filter finds out by the encoder.
+        row.gyro[2] += drift;
+    }
+    let mut model = model(1.0, 0.0);
+    let mut play = Term::neutral(&ENCODER_BACKLASH, Axis::Z);
+    play.values[0] = b;
+    let axis = model.axes[2].as_mut().unwrap();
+    axis.terms.push(play);
+    axis.noise.bias_random_walk = 1e-4;
+    let estimates = run(Options::default(), &model, &rows);
+    let late = &estimates[10 * rate_hz as usize..];
+    let off = rms(late.iter().map(|e| e.axes[2].angle_fused - drive(e.valid_t_ns as f64 * 1e-9).0));
+    assert!(off < 2.0 * ENCODER, "{off}");
 }
 
 #[test]

@@ -5,7 +5,7 @@
 //! squared binomials, 924) is the noise of one sample. Where motion is so jerky that it reaches even there, the quietest
 //! stretches of the log speak alone. What stands in single lines of the differences' spectrum is a vibration, not noise.
 
-use super::series::Series;
+use super::{problem::Problem, series::Series};
 use realfft::RealFftPlanner;
 
 /// What the sensors' own signals say about their noise.
@@ -119,10 +119,19 @@ impl Spread {
     }
 }
 
+/// The prior noise of each axis.
+#[must_use]
+pub fn priors(problem: &Problem) -> Vec<Prior> {
+    let of = |s: &Series| match problem.attitude() {
+        None => prior(s, &s.reference_angle),
+        Some(attitude) => prior(s, &attitude.turned_about(s.axis.index())),
+    };
+    problem.series.iter().map(of).collect()
+}
+
 /// The prior noise of one axis; `reference` is its reference angle, or for a quaternion the sum of the attitude's
 /// increments about it.
-#[must_use]
-pub fn prior(series: &Series, reference: &[f64]) -> Prior {
+fn prior(series: &Series, reference: &[f64]) -> Prior {
     let span = series.span();
     let flat = |k: usize| {
         series.missing[k] || (k > 1 && series.gyro[k] == series.gyro[k - 1] && series.gyro[k] == series.gyro[k - 2])
@@ -135,7 +144,9 @@ pub fn prior(series: &Series, reference: &[f64]) -> Prior {
     // Jerky motion shows in the reference too; noise that grows with rate does not.
     let poor = POOR.powi(2) / span.dt;
     let jerky = angle.mean > 3.0 * known && (gyro.uneven() || gyro.mean > poor);
-    let (variance, gyro_says) = if jerky && gyro.quiet > poor {
+    let (variance, gyro_says) = if series.angle_random_walk > 0.0 {
+        (series.angle_random_walk.powi(2) / span.dt, "sixth differences of the newest readings, whose means these are")
+    } else if jerky && gyro.quiet > poor {
         (poor, "a poor MEMS sensor's data sheet (0.03 °/s/√Hz): the motion is jerky and never rests")
     } else if jerky {
         (gyro.quiet, "the quietest stretches (the motion is jerky)")

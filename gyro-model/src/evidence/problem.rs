@@ -144,7 +144,7 @@ impl Problem {
             .map(|s| {
                 let rate = steadied(&s.t, &s.gyro);
                 Warm {
-                    angle: best_angle(s, &s.reference_angle, &integral(&s.t, &s.gyro), &s.missing, LEVEL),
+                    angle: best_angle(s, &s.reference_angle, &[], &angle_of(s, 1.0, &s.gyro, &s.t), &s.missing, LEVEL),
                     close: Vec::new(),
                     rate_dot: derivative(&s.t, &rate),
                     rate,
@@ -165,7 +165,7 @@ impl Problem {
             .map(|((s, track), before)| {
                 let rate = steadied(&s.t, &track.rate);
                 Warm {
-                    angle: best_angle(s, &s.reference_angle, &track.whole, &track.lost, LEVEL),
+                    angle: best_angle(s, &track.reference, &track.silent, &track.whole, &track.lost, LEVEL),
                     close: nearness(s).map_or_else(Vec::new, |half| counted_angle(s, track, half)),
                     rate_dot: derivative(&s.t, &rate),
                     rate,
@@ -283,18 +283,22 @@ impl Problem {
         for term in mount {
             rate = term.effect.undo_response_whole(&term.values, &s.t, &rate);
         }
-        let whole = if timing.is_empty() { integral(&s.t, &rate) } else { restamped(&s.t, &rate, &timing) };
+        let whole =
+            if timing.is_empty() { angle_of(s, alpha, &rate, &s.t) } else { restamped(s, alpha, &rate, &timing) };
         let angle = s.reference_rows.iter().map(|&k| whole[k]).collect();
         let mut reference = s.reference_angle.clone();
+        let mut silent = vec![false; reference.len()];
         for term in of(Stage::Reference) {
             let mut memory = Memory::default();
-            for (r, &k) in reference.iter_mut().zip(&s.reference_rows) {
+            for ((r, silent), &k) in reference.iter_mut().zip(&mut silent).zip(&s.reference_rows) {
                 let signals = Signals { angle: warm[index].angle[k], ..s.signals[k] };
-                *r -= term.effect.error(&term.values, &signals, &mut memory);
+                let error = term.effect.error(&term.values, &signals, &mut memory);
+                *silent |= term.effect.silent(&term.values, error);
+                *r -= error;
             }
         }
         let any_lost = lost.iter().any(|&l| l);
-        Track { rate: Arc::new(rate), whole: Arc::new(whole), angle, reference, lost, any_lost, unsure }
+        Track { rate: Arc::new(rate), whole: Arc::new(whole), angle, reference, silent, lost, any_lost, unsure }
     }
 
     /// ω̂ = u − Σ error(ω̂), the errors at the warm rate: the fixed point is in the refreshing of it. Gives the samples
@@ -337,15 +341,16 @@ fn nearness(s: &Series) -> Option<f64> {
 
 /// What the encoder counts: the best known angle, and at the reference rows what the model says that the encoder errs by.
 fn counted_angle(s: &Series, track: &Track, half: f64) -> Vec<f64> {
-    let mut angle = best_angle(s, &track.reference, &track.whole, &track.lost, half);
+    let mut angle = best_angle(s, &track.reference, &track.silent, &track.whole, &track.lost, half);
     for ((&k, read), right) in s.reference_rows.iter().zip(&s.reference_angle).zip(&track.reference) {
         angle[k] += read - right;
     }
     angle
 }
 
-/// An integrated angle held to the level of the reference over ±`half` s, and to its steps where the gyro's say nothing.
-fn best_angle(s: &Series, reference: &[f64], angle: &[f64], lost: &[bool], half: f64) -> Vec<f64> {
+/// An integrated angle held to the level of the reference over ±`half` s, and to its steps where the gyro's say nothing;
+/// where the reference is `silent` (empty: nowhere), to what it said before and after.
+fn best_angle(s: &Series, reference: &[f64], silent: &[bool], angle: &[f64], lost: &[bool], half: f64) -> Vec<f64> {
     if reference.is_empty() {
         return angle.to_vec();
     }
@@ -356,7 +361,15 @@ fn best_angle(s: &Series, reference: &[f64], angle: &[f64], lost: &[bool], half:
         jumped[i] = jumped[i - 1] + if lost[a..=b].contains(&true) { step } else { 0.0 };
     }
     let rows = s.reference_rows.iter().zip(reference).zip(&jumped);
-    let error: Vec<f64> = rows.map(|((&k, r), j)| angle[k] - r - j).collect();
+    let mut error: Vec<f64> = rows.map(|((&k, r), j)| angle[k] - r - j).collect();
+    if silent.contains(&true) {
+        let (t, said): (Vec<f64>, Vec<f64>) =
+            (0..error.len()).filter(|&i| !silent[i]).map(|i| (s.reference_t[i], error[i])).unzip();
+        let mut hint = 0;
+        if said.len() > 1 {
+            error = s.reference_t.iter().map(|&at| linear(&t, &said, at, &mut hint)).collect();
+        }
+    }
     let mut level = smooth(&s.reference_t, &error, half);
     for (level, jump) in level.iter_mut().zip(&jumped) {
         *level += jump;
@@ -403,13 +416,29 @@ fn displaced(t: &[f64], lost: &[bool], response: &[&Term], timing: &[&Term]) -> 
 /// Samples on either side that a centred derivative takes in.
 const NEIGHBOURS: usize = 2;
 
+/// ∫ rate dt over these times. Where the readings are means, α times what they have turned, and the integral of the rest.
+fn angle_of(s: &Series, alpha: f64, rate: &[f64], times: &[f64]) -> Vec<f64> {
+    if s.turned.is_empty() {
+        return integral(times, rate);
+    }
+    let rest: Vec<f64> = rate.iter().zip(&s.gyro).map(|(rate, gyro)| rate - alpha * gyro).collect();
+    let mut angle = integral(times, &rest);
+    let mut turned = 0.0;
+    for k in 1..angle.len() {
+        let stretch = (times[k] - times[k - 1]) / (s.t[k] - s.t[k - 1]);
+        turned += alpha * stretch * (s.turned[k] - s.turned[k - 1]);
+        angle[k] += turned;
+    }
+    angle
+}
+
 /// The angle at the samples' times, where a reading stamped t is valid at another time: a rate is integrated over its
 /// times of validity, cubic between them.
-fn restamped(t: &[f64], rate: &[f64], timing: &[&Term]) -> Vec<f64> {
+fn restamped(s: &Series, alpha: f64, rate: &[f64], timing: &[&Term]) -> Vec<f64> {
     let at = |&t: &f64| timing.iter().fold(t, |t, term| term.effect.valid_time(&term.values, t));
-    let valid: Vec<f64> = t.iter().map(at).collect();
-    let (whole, mut hint) = (integral(&valid, rate), 0);
-    t.iter().map(|&t| hermite(&valid, &whole, rate, t, &mut hint)).collect()
+    let valid: Vec<f64> = s.t.iter().map(at).collect();
+    let (whole, mut hint) = (angle_of(s, alpha, rate, &valid), 0);
+    s.t.iter().map(|&t| hermite(&valid, &whole, rate, t, &mut hint)).collect()
 }
 
 /// One axis of an evaluation.
@@ -421,6 +450,8 @@ pub struct Track {
     whole: Arc<Vec<f64>>,
     angle: Vec<f64>,
     reference: Vec<f64>,
+    /// Reference rows that say nothing of the angle.
+    silent: Vec<bool>,
     lost: Vec<bool>,
     any_lost: bool,
     unsure: Vec<bool>,

@@ -19,6 +19,8 @@ pub struct Series {
     pub t: Vec<f64>,
     /// Reading, rad/s.
     pub gyro: Vec<f64>,
+    /// How far the readings have turned, rad, where they are means that do not add up to it; else empty.
+    pub turned: Vec<f64>,
     /// Samples whose reading is missing.
     pub missing: Vec<bool>,
     /// What the regressors see, but for rate, rate_dot and angle.
@@ -31,6 +33,8 @@ pub struct Series {
     pub reference_angle: Vec<f64>,
     /// The encoder; without a step where the reference is none.
     pub encoder: Encoder,
+    /// N where it was found before these readings were made of others, rad/√s; else `NaN`.
+    pub angle_random_walk: f64,
     /// How far a reading's noise may have carried it, rad/s.
     pub margin: f64,
     /// The reference readings that say something of their own.
@@ -47,7 +51,7 @@ pub struct Reading {
 }
 
 /// Fills holes by interpolation between neighbours; the ends by the nearest value. `None` where nothing is finite.
-fn fill(t: &[f64], values: &[f64]) -> Option<Vec<f64>> {
+pub(crate) fn fill(t: &[f64], values: &[f64]) -> Option<Vec<f64>> {
     let known: Vec<usize> = (0..values.len()).filter(|&k| values[k].is_finite()).collect();
     let (&first, &last) = (known.first()?, known.last()?);
     let mut out = values.to_vec();
@@ -183,7 +187,11 @@ impl Series {
             }
             ReferenceKind::Rate => {
                 let rate: Vec<f64> = reference_rows.iter().map(|&k| rows[k].ref_rate[i]).collect();
-                let angle = super::integrate::integral(&reference_t, &rate);
+                let angle = if record.turned.is_empty() {
+                    super::integrate::integral(&reference_t, &rate)
+                } else {
+                    reference_rows.iter().map(|&k| record.turned[k].reference[i]).collect()
+                };
                 let readings = each(angle.len());
                 (angle, Encoder::NONE, readings)
             }
@@ -194,12 +202,14 @@ impl Series {
             kind,
             t,
             gyro,
+            turned: record.turned.iter().map(|turned| turned.gyro[i]).collect(),
             missing,
             signals,
             reference_rows,
             reference_t,
             reference_angle,
             encoder,
+            angle_random_walk: record.means.angle_random_walk[i],
             margin: 0.0,
             readings,
         })

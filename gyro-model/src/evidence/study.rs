@@ -34,14 +34,7 @@ impl Bench {
         if windows.tau.len() < 3 {
             return None;
         }
-        let prior: Vec<Prior> = problem
-            .series
-            .iter()
-            .map(|s| match problem.attitude() {
-                None => prior::prior(s, &s.reference_angle),
-                Some(attitude) => prior::prior(s, &attitude.turned_about(s.axis.index())),
-            })
-            .collect();
+        let prior = prior::priors(&problem);
         let coarse = Windows::with(problem.times(), 1500);
         let mut bench = Self { problem, windows, coarse, prior: Vec::new(), weights: Vec::new() };
         bench.know(&prior);
