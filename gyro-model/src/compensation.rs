@@ -324,18 +324,21 @@ impl Compensation {
     /// the step of each axis' last compensated rate.
     pub fn set_model(&mut self, model: &Model, angle: [f64; 3]) -> [f64; 3] {
         let before: [(f64, f64); 3] = std::array::from_fn(|i| (self.plans[i].alpha, self.plans[i].delta));
-        self.take(model);
-        let plans = &self.plans;
-        let affine = |i: usize, rate: f64| plans[i].alpha * (rate - before[i].1) / before[i].0 + plans[i].delta;
-        let again = Instant {
+        let mut again = Instant {
             t_ns: self.past.iter().filter(|past| past.started).map(|past| past.t_ns).max().unwrap_or(0),
             stamps: [0; 3],
             present: self.past.map(|past| past.started),
-            felt: std::array::from_fn(|i| affine(i, self.past[i].felt)),
+            felt: self.past.map(|past| past.felt),
             dt: self.past.map(|past| past.step),
             angle,
             new: false,
         };
+        // Both models see the last sample from the memory after it: the same one twice makes no step.
+        let old = self.fixed_point(&again);
+        self.take(model);
+        let plans = &self.plans;
+        let affine = |i: usize, rate: f64| plans[i].alpha * (rate - before[i].1) / before[i].0 + plans[i].delta;
+        again.felt = std::array::from_fn(|i| affine(i, self.past[i].felt));
         let rates = self.fixed_point(&again);
         std::array::from_fn(|i| {
             let ((a0, d0), plan, past) = (before[i], &self.plans[i], &mut self.past[i]);
@@ -343,7 +346,7 @@ impl Compensation {
                 return 0.0;
             }
             let affine = |rate: f64| plan.alpha * (rate - d0) / a0 + plan.delta;
-            let rest = rates[i] - affine(past.rates[0]);
+            let rest = rates[i] - affine(old[i]);
             let step = affine(past.output) + rest - past.output;
             let shift = self.history[i].newest().map_or(0, |(t, _)| plan.valid_time(past.t_ns).saturating_sub(t));
             past.felt = again.felt[i];
@@ -419,7 +422,7 @@ impl Compensation {
 
     /// ω̂ = ω_f − Σ βφ(ω̂) of all axes of one instant together.
     fn fixed_point(&mut self, instant: &Instant) -> [f64; 3] {
-        let mut rates = instant.felt;
+        let (mut rates, mut last) = (instant.felt, f64::INFINITY);
         for _ in 0..ITERATIONS {
             let mut next = rates;
             for i in instant.axes() {
@@ -430,7 +433,12 @@ impl Compensation {
                 }
             }
             let reached = (0..3).all(|i| (next[i] - rates[i]).abs() <= CONVERGED * (1.0 + rates[i].abs()));
-            rates = next;
+            let change = (0..3).map(|i| (next[i] - rates[i]).abs()).fold(0.0, f64::max);
+            // What runs away comes no nearer: an error that follows the newest rate's slope more than that slope is known.
+            if change > last {
+                break;
+            }
+            (rates, last) = (next, change);
             if instant.new {
                 for i in instant.axes() {
                     self.history[i].replace_newest(rates[i]);

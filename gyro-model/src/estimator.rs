@@ -214,10 +214,14 @@ impl Estimator {
     pub fn set_model(&mut self, model: &Model) {
         let angles = self.angles();
         let valid_before = self.valid_time(self.t_ns);
+        let own = |compensation: &Compensation| [0, 1, 2].map(|i| compensation.valid_time(i, self.t_ns));
+        let own_before = own(&self.compensation);
         let steps = self.compensation.set_model(model, angles);
+        let own_after = own(&self.compensation);
         let shift = self.valid_time(self.t_ns).saturating_sub(valid_before);
         for (i, (axis, step)) in self.axes.iter_mut().zip(steps).enumerate() {
-            axis.set_model(self.compensation.identified(i), step, shift);
+            let own = own_after[i].saturating_sub(own_before[i]);
+            axis.set_model(&self.compensation, step, valid_before, [own, shift]);
         }
         self.last.valid_t_ns = self.last.valid_t_ns.saturating_add(if self.started { shift } else { 0 });
         self.last.epoch = model.epoch;

@@ -258,6 +258,11 @@ impl Filter {
         self.restart(Measured::Angle, angle, r);
     }
 
+    /// Turns on by what is known for certain.
+    pub fn turn(&mut self, angle: f64) {
+        self.x[ANGLE] += angle;
+    }
+
     /// As long as no reference gives it a zero, the angle counts from its start and has no uncertainty of its own.
     pub fn forget_angle_variance(&mut self) {
         self.p.row_mut(ANGLE).fill(0.0);

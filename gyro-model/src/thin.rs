@@ -9,11 +9,20 @@
 use crate::{
     Axis, Record, Row,
     diagnose::limits::Limits,
-    evidence::{encoder::Encoder, integrate::integral, prior::priors, problem::Problem, series::fill},
+    evidence::{
+        encoder::Encoder,
+        integrate::integral,
+        prior::priors,
+        problem::Problem,
+        series::{fill, holes},
+    },
     model::Origin,
     record::{Means, Turned},
 };
-use std::f64::consts::{PI, TAU};
+use std::{
+    collections::HashMap,
+    f64::consts::{PI, TAU},
+};
 
 /// At most about `most` rows of this record, over its whole length; the newest rows where references of different
 /// columns stand in different rows, which no block has about one instant.
@@ -24,13 +33,19 @@ pub fn thinned(record: &Record, most: usize) -> Record {
     if record.len() <= most {
         return record.clone();
     }
-    let Some(has_reference) = common_reference(record) else {
+    let Some(reference) = common_reference(record) else {
         return Record { free_names, ..record.part(record.len() - most..record.len()) };
     };
-    let mut thinner = Thinner::new(record.len().div_ceil(most), has_reference);
+    let mut thinner = Thinner::new(record.len().div_ceil(most), reference != NONE);
     thinner.limits = Axis::ALL.map(|axis| Limits::of(record.rows.iter().map(|row| row.gyro[axis.index()])));
-    let (rows, turned): (Vec<Row>, Vec<Turned>) =
-        record.rows.iter().zip(turned(record)).filter_map(|(row, turned)| thinner.push_turned(row, turned)).unzip();
+    let besides = besides(record);
+    let with_reference = |row: &Row| if pattern(row) == reference { *row } else { without_reference(row) };
+    let (rows, turned): (Vec<Row>, Vec<Turned>) = record
+        .rows
+        .iter()
+        .zip(besides)
+        .filter_map(|(row, beside)| thinner.push_beside(&with_reference(row), beside))
+        .unzip();
     let readings = record.means.readings * thinner.readings();
     let means = Means { readings, steps: Some(Encoder::steps(record)), angle_random_walk: angle_random_walks(record) };
     Record { rows, free_names, means, turned }
@@ -38,9 +53,11 @@ pub fn thinned(record: &Record, most: usize) -> Record {
 
 /// N of each gyro, rad/√s: the median of what stretches all over the record say; `NaN` where there is none.
 fn angle_random_walks(record: &Record) -> [f64; 3] {
-    let apart = (record.len() / STRETCHES).max(STRETCH);
-    let starts = (0..record.len().saturating_sub(STRETCH - 1)).step_by(apart);
-    let stretches: Vec<Record> = starts.map(|start| record.part(start..start + STRETCH)).collect();
+    let references = record.rows.iter().filter(|row| is_referenced(row)).count().max(1);
+    let rows = STRETCH.max(REFERENCES * record.len().div_ceil(references)).min(record.len());
+    let apart = (record.len() / STRETCHES).max(rows);
+    let starts = (0..=record.len() - rows).step_by(apart);
+    let stretches: Vec<Record> = starts.map(|start| record.part(start..start + rows)).collect();
     Axis::ALL.map(|axis| {
         let found = |stretch: &Record| {
             let problem = Problem::new(stretch, &[axis], &Origin::default())?;
@@ -52,41 +69,70 @@ fn angle_random_walks(record: &Record) -> [f64; 3] {
     })
 }
 
-/// Stretches that N is found from, and the rows of each.
+/// Stretches that N is found from, and the rows and references of each at least.
 const STRETCHES: usize = 9;
 const STRETCH: usize = 1000;
+const REFERENCES: usize = 40;
 
-/// How far each gyro and reference rate has turned, at every row that has a reading.
-fn turned(record: &Record) -> Vec<Turned> {
-    if !record.turned.is_empty() {
-        return record.turned.clone();
-    }
+/// What comes with a row: how far all has turned by then, and which gyros' readings a hole has swallowed.
+#[derive(Clone, Copy, Debug, Default)]
+struct Beside {
+    turned: Turned,
+    hole: [bool; 3],
+}
+
+/// What comes with each row; how far it has turned only where there is a reading.
+fn besides(record: &Record) -> Vec<Beside> {
     let t: Vec<f64> = record.rows.iter().map(|row| row.t_ns as f64 * 1e-9).collect();
-    let mut all = vec![Turned::default(); t.len()];
+    let mut all = vec![Beside::default(); t.len()];
     for i in 0..3 {
         let gyro: Vec<f64> = record.rows.iter().map(|row| row.gyro[i]).collect();
-        for (turned, angle) in all.iter_mut().zip(fill(&t, &gyro).map_or_else(Vec::new, |gyro| integral(&t, &gyro))) {
-            turned.gyro[i] = angle;
+        if gyro.iter().any(|g| g.is_finite()) {
+            for (beside, hole) in all.iter_mut().zip(holes(&t, &gyro)) {
+                beside.hole[i] = hole;
+            }
+        }
+        for (beside, angle) in all.iter_mut().zip(fill(&t, &gyro).map_or_else(Vec::new, |gyro| integral(&t, &gyro))) {
+            beside.turned.gyro[i] = angle;
         }
         let known: Vec<usize> = (0..t.len()).filter(|&k| record.rows[k].ref_rate[i].is_finite()).collect();
         let of = |value: &dyn Fn(usize) -> f64| -> Vec<f64> { known.iter().map(|&k| value(k)).collect() };
         let angle = integral(&of(&|k| t[k]), &of(&|k| record.rows[k].ref_rate[i]));
         for (&k, angle) in known.iter().zip(angle) {
-            all[k].reference[i] = angle;
+            all[k].turned.reference[i] = angle;
         }
+    }
+    for (beside, turned) in all.iter_mut().zip(&record.turned) {
+        beside.turned = *turned;
     }
     all
 }
 
-/// Whether there is a reference; `None` where its columns don't all have their values in the same rows.
-fn common_reference(record: &Record) -> Option<bool> {
-    let mut patterns = record.rows.iter().filter(|row| is_referenced(row)).map(pattern);
-    let Some(first) = patterns.next() else { return Some(false) };
-    patterns.all(|p| p == first).then_some(true)
+/// The columns whose references stand in nearly all rows that have one; `None` where there are no such columns.
+fn common_reference(record: &Record) -> Option<Pattern> {
+    let mut counts: HashMap<Pattern, usize> = HashMap::new();
+    for row in record.rows.iter().filter(|row| is_referenced(row)) {
+        *counts.entry(pattern(row)).or_default() += 1;
+    }
+    let all: usize = counts.values().sum();
+    let Some((common, count)) = counts.into_iter().max_by_key(|(_, count)| *count) else { return Some(NONE) };
+    (count as f64 >= NEARLY * all as f64).then_some(common)
 }
 
-fn pattern(row: &Row) -> [bool; 7] {
-    let mut pattern = [false; 7];
+/// Share of the rows with a reference that have it in all of its columns.
+const NEARLY: f64 = 0.9;
+
+/// Which columns of a reference a row has.
+type Pattern = [bool; 7];
+
+const NONE: Pattern = [false; 7];
+
+fn without_reference(row: &Row) -> Row {
+    Row { ref_angle: [f64::NAN; 3], ref_rate: [f64::NAN; 3], ref_quaternion: [f64::NAN; 4], ..*row }
+}
+
+fn pattern(row: &Row) -> Pattern {
+    let mut pattern = NONE;
     for i in 0..3 {
         (pattern[i], pattern[3 + i]) = (row.ref_angle[i].is_finite(), row.ref_rate[i].is_finite());
     }
@@ -95,7 +141,7 @@ fn pattern(row: &Row) -> [bool; 7] {
 }
 
 fn is_referenced(row: &Row) -> bool {
-    pattern(row).contains(&true)
+    pattern(row) != NONE
 }
 
 /// Means over blocks of a stream, block by block.
@@ -106,14 +152,15 @@ pub struct Thinner {
     /// Blocks end between references; else after so many rows.
     by_reference: bool,
     /// The block's rows so far.
-    pending: Vec<(Row, Turned)>,
+    pending: Vec<(Row, Beside)>,
     /// Those of them that have a reference.
     anchors: Vec<usize>,
     /// Whether the first one counts half, the other half being the block's before.
     shared: bool,
     /// Whether the block begins at the middle between two references, and not at the stream's first row.
     begun: bool,
-    angle: [f64; 3],
+    /// Of each axis, the last reference angle and how far the gyro had turned by then.
+    angle: [Option<(f64, f64)>; 3],
     /// Blocks so far, and the rows with a reference in them.
     blocks: usize,
     referenced: usize,
@@ -132,7 +179,7 @@ impl Thinner {
             anchors: Vec::new(),
             shared: false,
             begun: false,
-            angle: [f64::NAN; 3],
+            angle: [None; 3],
             blocks: 0,
             referenced: 0,
             limits: [Limits::default(); 3],
@@ -141,18 +188,22 @@ impl Thinner {
 
     /// Takes a row; the mean of a block that is complete with it. Angles come out unwrapped.
     pub fn push(&mut self, row: &Row) -> Option<Row> {
-        self.push_turned(row, Turned::default()).map(|(row, _)| row)
+        self.push_beside(row, Beside::default()).map(|(row, _)| row)
     }
 
-    /// The same with how far all has turned by then.
-    fn push_turned(&mut self, row: &Row, turned: Turned) -> Option<(Row, Turned)> {
+    /// The same with what comes with the row.
+    fn push_beside(&mut self, row: &Row, beside: Beside) -> Option<(Row, Turned)> {
         let mut row = *row;
-        for (angle, last) in row.ref_angle.iter_mut().zip(&mut self.angle).filter(|(angle, _)| angle.is_finite()) {
-            *angle = if last.is_nan() { *angle } else { *last + (*angle - *last + PI).rem_euclid(TAU) - PI };
-            *last = *angle;
+        for (i, angle) in row.ref_angle.iter_mut().enumerate().filter(|(_, angle)| angle.is_finite()) {
+            // The whole turns of an encoder that wraps, or was not read for a while, are the gyro's.
+            if let Some((last, turned)) = self.angle[i] {
+                let expected = last + beside.turned.gyro[i] - turned;
+                *angle = expected + (*angle - expected + PI).rem_euclid(TAU) - PI;
+            }
+            self.angle[i] = Some((*angle, beside.turned.gyro[i]));
         }
         let is_anchor = !self.by_reference || is_referenced(&row);
-        self.pending.push((row, turned));
+        self.pending.push((row, beside));
         if !is_anchor {
             return None;
         }
@@ -208,6 +259,9 @@ impl Thinner {
         let row = Row {
             t_ns: first.t_ns + later.round() as i64,
             gyro: std::array::from_fn(|i| {
+                if rows.iter().any(|(_, beside)| beside.hole[i]) {
+                    return f64::NAN;
+                }
                 let touched = rows.iter().find_map(|(row, _)| self.limits[i].stands_at(row.gyro[i]));
                 touched.unwrap_or_else(|| read(&|row| row.gyro[i]))
             }),
@@ -219,7 +273,7 @@ impl Thinner {
             supply: read(&|row| row.supply),
             free: std::array::from_fn(|i| read(&|row| row.free[i])),
         };
-        let angle = |value: &dyn Fn(&Turned) -> f64| mean(anchors().map(|(_, turned)| (1.0, value(turned))));
+        let angle = |value: &dyn Fn(&Turned) -> f64| mean(anchors().map(|(_, beside)| (1.0, value(&beside.turned))));
         let turned = Turned {
             gyro: std::array::from_fn(|i| angle(&|turned| turned.gyro[i])),
             reference: std::array::from_fn(|i| angle(&|turned| turned.reference[i])),

@@ -16,6 +16,7 @@ fn scenario(hidden: Vec<Hidden>, seed: u64) -> Scenario {
 fn span(record: &Record) -> Span {
     let readings = || record.rows.iter().map(|row| row.gyro[0].abs());
     Span {
+        start: 0.0,
         duration: record.duration(),
         dt: 0.01,
         reading_min: readings().filter(|&r| r > 0.0).fold(f64::INFINITY, f64::min),

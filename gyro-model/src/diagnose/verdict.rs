@@ -9,27 +9,38 @@ use crate::{
     effects::Stage,
     evidence::{
         noise::{self, Gls},
+        series::Rest,
         study::Study,
-        whiten::NoiseModel,
     },
 };
 
 /// Standard error of α, as a share, beyond which the log has not turned the sensor enough.
 const UNEXCITED: f64 = 0.03;
-/// N of a poor MEMS gyro, rad/√s (0.03 °/s/√Hz): noise of this size needs no physics.
-const POOR: f64 = 5.2e-4;
 /// Fall of ln L that says that the noise is not one that sensors have.
 const UNUSUAL: f64 = 4.0;
 /// Share of a log that may be lost before the rest of it is not enough for a verdict.
 const SILENT: f64 = 0.6;
-/// How far the noise may lie above its prior and still be noise.
-const ABOVE_PRIOR: f64 = 2.0;
 
 /// What the log lacks for the base model itself, in words.
 #[must_use]
 pub fn unexcited(study: &Study, gls: &Gls, series: usize) -> Option<String> {
-    let axis = study.bench.problem.series[series].axis;
+    let (axis, rest) = (study.bench.problem.series[series].axis, study.bench.problem.series[series].rest);
     let model = study.model.axes[axis.index()].as_ref()?;
+    let turn = "turn it to and fro through at least a quarter turn for a minute, at several speeds";
+    match rest {
+        Rest::Whole => {
+            return Some(format!(
+                "axis {axis} does not turn in this log, so nothing is known of its scale factor, which stays as it was: {turn}"
+            ));
+        }
+        Rest::OfReference => {
+            return Some(format!(
+                "the reference of axis {axis} does not turn in this log, so nothing can be said of its gyro: {turn}, or leave \
+                 the axis out"
+            ));
+        }
+        Rest::None => {}
+    }
     for (k, slot) in study.slots.iter().enumerate() {
         if slot.series != series || model.terms[slot.term].effect.stage() != Stage::Calibration {
             continue;
@@ -39,8 +50,7 @@ pub fn unexcited(study: &Study, gls: &Gls, series: usize) -> Option<String> {
         let sigma = gls.std_error(k);
         if id == "scale-factor" && (sigma.is_nan() || sigma > UNEXCITED * value.abs()) {
             return Some(format!(
-                "axis {axis} hardly turns in this log, so its scale factor is not known to better than {:.0} %: \
-                 turn it to and fro through at least a quarter turn for a minute, at several speeds",
+                "axis {axis} hardly turns in this log, so its scale factor is not known to better than {:.0} %: {turn}",
                 100.0 * (sigma / value.abs()).min(10.0)
             ));
         }
@@ -109,8 +119,7 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
             "the error is what noise alone leaves: no physics that this log could show is missing.".into(),
         );
     }
-    let largest =
-        NoiseModel::of_a_sensor((ABOVE_PRIOR * prior.angle_random_walk).max(POOR), ABOVE_PRIOR * prior.encoder);
+    let largest = noise::of_sensors(prior);
     // Many noises may explain what is left: physics is missing where none of those that sensors have does.
     let noise_alone = noise::cost_of_limits(&present.study, &present.gls, &largest) < UNUSUAL;
     let slow = suspects.iter().find(|r| r.rise > 5.0 && is_slow(r.candidate.term.effect.card().id));

@@ -63,6 +63,6 @@ impl Effect for BiasStep {
 
     fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
         const INSTANTS: u32 = 60;
-        (1..INSTANTS).map(|k| vec![span.duration * f64::from(k) / f64::from(INSTANTS)]).collect()
+        (1..INSTANTS).map(|k| vec![span.start + span.duration * f64::from(k) / f64::from(INSTANTS)]).collect()
     }
 }

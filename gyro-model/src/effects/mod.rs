@@ -4,7 +4,9 @@
 //! the reading is its [`Stage`]; the stage says which of the functions it implements. Everything else in truerate
 //! (simulator, compensation, fit, diagnosis, reports, `truerate effects`) walks [`CATALOGUE`].
 
-pub(crate) use operators::{STEADY, derivative, low_pass, play, quieted, second_derivative, steadied};
+pub(crate) use operators::{
+    SIXTH, STEADY, derivative, low_pass, play, quieted, second_derivative, sixth_differences, steadied,
+};
 
 use crate::{Axis, record::FREE_CHANNELS};
 
@@ -249,6 +251,8 @@ pub type Memory = [f64; 8];
 /// What a scan needs to know of a log to choose its grid of shapes.
 #[derive(Clone, Copy, Debug)]
 pub struct Span {
+    /// Time of its first row: later than 0 where it is a part of a log, s.
+    pub start: f64,
     /// Length of the log, s.
     pub duration: f64,
     /// Median sample interval, s.

@@ -104,19 +104,27 @@ const FITS: f64 = 1.1;
 /// Standard deviation of what is white in a smooth signal's samples: the median of its sixth differences, over what those of
 /// white noise have.
 fn white_noise(signal: &[f64]) -> f64 {
-    let mut differences = signal.to_vec();
-    for _ in 0..6 {
-        differences = differences.windows(2).map(|w| w[1] - w[0]).collect();
-    }
-    let mut sizes: Vec<f64> = differences.into_iter().map(f64::abs).collect();
+    let mut sizes: Vec<f64> = sixth_differences(signal).into_iter().map(f64::abs).collect();
     let middle = sizes.len() / 2;
     if sizes.is_empty() {
         return 0.0;
     }
     let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-    // The squared binomials of the sixth difference sum to 924; half of a normal law lies within 0.6745 of its deviation.
-    *median / (924_f64.sqrt() * 0.6745)
+    // Half of a normal law lies within 0.6745 of its deviation.
+    *median / (SIXTH.sqrt() * 0.6745)
 }
+
+/// What a smooth motion leaves little of; six fewer than there are values.
+pub(crate) fn sixth_differences(values: &[f64]) -> Vec<f64> {
+    let mut differences = values.to_vec();
+    for _ in 0..6 {
+        differences = differences.windows(2).map(|w| w[1] - w[0]).collect();
+    }
+    differences
+}
+
+/// Variance of the sixth differences of white noise over its own: the sum of the squared binomial coefficients.
+pub(crate) const SIXTH: f64 = 924.0;
 
 /// Least squares' parabola through 2m + 1 even samples, at the middle one (Savitzky and Golay 1964).
 struct Parabola(Vec<f64>);

@@ -189,14 +189,23 @@ impl AxisEstimator {
         self.state.filter.angle()
     }
 
-    /// Another model: the compensated rate steps by `step`, every time of validity by `shift` ns.
-    pub(super) fn set_model(&mut self, identified: Identified, step: f64, shift: i64) {
-        self.identified = identified;
+    /// Another model: the compensated rate steps by `step`; this axis' times of validity by `own` ns, and the time that all
+    /// axes are estimated at, `valid_t_ns` so far, by `shift`.
+    pub(super) fn set_model(
+        &mut self,
+        compensation: &Compensation,
+        step: f64,
+        valid_t_ns: i64,
+        [own, shift]: [i64; 2],
+    ) {
+        self.identified = compensation.identified(self.axis);
         let state = &mut self.state;
         state.noise_gain_interval = 0.0;
         if state.started {
-            state.filter.step_compensation(step, identified.bias_std);
-            state.integrated_to = state.integrated_to.saturating_add(shift);
+            state.filter.step_compensation(step, self.identified.bias_std);
+            state.integrated_to = state.integrated_to.saturating_add(own);
+            let moved = [own, shift].map(|by| valid_t_ns.saturating_add(by));
+            state.filter.turn(compensation.history(self.axis).integral(moved[0], moved[1]));
             state.spread.t_ns = state.spread.t_ns.saturating_add(shift);
             state.spread.last = state.spread.last.map(|rate| rate + step);
             state.process_noise.shift(step);

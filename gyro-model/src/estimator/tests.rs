@@ -2,7 +2,8 @@ use super::*;
 use crate::{
     Axis, AxisModel, Noise, Term,
     effects::{
-        Effect, Memory, Signals, delay::DELAY, encoder_backlash::ENCODER_BACKLASH, temperature_bias::TEMPERATURE_BIAS,
+        Effect, Memory, Signals, delay::DELAY, encoder_backlash::ENCODER_BACKLASH, find,
+        temperature_bias::TEMPERATURE_BIAS,
     },
 };
 use proptest::prelude::*;
@@ -369,6 +370,49 @@ fn another_model_makes_no_bump_but_its_own_step() {
         assert_eq!(e.epoch, 2);
         let error = e.axes[2].rate_filtered - true_rate(sine, &e);
         assert!(error.abs() < 6.0 * e.axes[2].rate_std.max(1e-3), "{error} at {}", e.valid_t_ns);
+    }
+}
+
+#[test]
+fn the_same_model_again_makes_no_bump_at_all() {
+    let rows = rows(drive, 200, 20, (1.1, -0.2, 0.0), 6);
+    let mut model = model(1.1, -0.2);
+    let play = find("rate-hysteresis").unwrap();
+    model.axes[2].as_mut().unwrap().terms.push(Term { effect: play, values: vec![0.01], std_errors: vec![0.0] });
+    let mut estimator = Estimator::new(Options::default());
+    estimator.set_model(&model);
+    for row in &rows {
+        let angles = estimator.angles();
+        let steps = estimator.compensation.set_model(&model, angles);
+        assert!(steps.iter().all(|step| step.abs() < 1e-12), "{steps:?} at {}", row.t_ns);
+        estimator.step(row);
+    }
+}
+
+#[test]
+fn a_delay_of_one_axis_does_not_turn_another() {
+    let mut rows = rows(drive, 200, 20, (1.0, 0.0, 0.0), 6);
+    let mut normal = Normal::new(3);
+    for row in &mut rows {
+        (row.gyro[0], row.ref_angle[0]) = (1.0, row.t_ns as f64 * 1e-9 + ENCODER * normal.draw());
+    }
+    let mut model = model(1.0, 0.0);
+    model.axes[0] = model.axes[2].clone();
+    let mut late = model.clone();
+    late.axes[2].as_mut().unwrap().terms.push(Term { effect: &DELAY, values: vec![0.1], std_errors: vec![0.0] });
+    let mut estimator = Estimator::new(Options { fuse_reference: false, ..Options::default() });
+    estimator.set_model(&model);
+    let mut off = Vec::new();
+    for (k, row) in rows.iter().enumerate() {
+        if k == 2000 {
+            estimator.set_model(&late);
+        }
+        let estimate = estimator.step(row);
+        let truth = estimate.valid_t_ns as f64 * 1e-9;
+        off.push([estimate.axes[0].angle - truth, estimate.axes[0].angle_fused - truth]);
+    }
+    for (before, after) in off[1990].iter().zip(&off[2100]) {
+        assert!((before - after).abs() < 2e-3, "{before} before, {after} after");
     }
 }
 

@@ -321,6 +321,28 @@ impl Grams {
     /// The same with the parameters from these increments and the judgement on others (one axis of three).
     #[must_use]
     pub fn held_out_on(&self, judged: &Self, tau: &[f64], floor: &[f64], hold: &[f64]) -> HeldOut {
+        judged.judged(tau, &self.refits(tau, floor, hold))
+    }
+
+    /// By how much each parameter scatters from block to block, whatever the residual is (the jackknife: Tukey 1958).
+    ///
+    /// ```text
+    /// Var p ≈ (B − 1)/B Σ_b (p_b − p̄)²,   p_b fitted without block b of B
+    /// ```
+    #[must_use]
+    pub fn scatter(&self, tau: &[f64], floor: &[f64], hold: &[f64]) -> Vec<f64> {
+        let steps = self.refits(tau, floor, hold);
+        let n = steps.len() as f64;
+        (0..self.size - 1)
+            .map(|k| {
+                let mean = steps.iter().map(|step| step[k]).sum::<f64>() / n;
+                ((n - 1.0) / n * steps.iter().map(|step| (step[k] - mean).powi(2)).sum::<f64>()).sqrt()
+            })
+            .collect()
+    }
+
+    /// From the present parameters to those fitted without each block.
+    fn refits(&self, tau: &[f64], floor: &[f64], hold: &[f64]) -> Vec<Vec<f64>> {
         let held = |sums: &[Packed]| {
             let mut normal = self.normal_of(sums, tau, floor);
             for (k, precision) in hold.iter().enumerate() {
@@ -338,8 +360,7 @@ impl Grams {
             }
             rest
         };
-        let steps: Vec<Vec<f64>> = (0..BLOCKS).map(|b| held(&without(b)).step_from(&whole, 1e-3)).collect();
-        judged.judged(tau, &steps)
+        (0..BLOCKS).map(|b| held(&without(b)).step_from(&whole, 1e-3)).collect()
     }
 
     /// Every block judged as it stands: no parameter refitted.

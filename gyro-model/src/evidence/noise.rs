@@ -7,6 +7,7 @@
 use super::{
     floor, growth,
     likelihood::{self, Limits},
+    prior::Prior,
     study::Study,
     whiten::{NoiseModel, Rows, Whitener},
     whittle::Periodogram,
@@ -115,6 +116,31 @@ impl NoiseModel {
         out.into_iter().map(|v| v.max(1e-20).ln()).collect()
     }
 }
+
+/// The nearest noise that sensors have, where this is none: what a missing effect leaves is no noise, and a filter that
+/// took it for such would not believe its own gyro.
+pub(crate) fn sober(study: &Study, noise: &NoiseModel) -> Option<NoiseModel> {
+    let most = of_sensors(&study.bench.prior[0]);
+    let sober = NoiseModel {
+        angle_random_walk: noise.angle_random_walk.min(most.angle_random_walk),
+        bias_random_walk: noise.bias_random_walk.min(most.bias_random_walk),
+        encoder: noise.encoder.min(most.encoder),
+        correlated: noise.correlated.min(most.correlated),
+        rate_random_walk: noise.rate_random_walk.min(most.rate_random_walk),
+        ..*noise
+    };
+    (sober != *noise).then_some(sober)
+}
+
+/// The largest noise that is noise and no physics, where this much is known beforehand.
+pub(crate) fn of_sensors(prior: &Prior) -> NoiseModel {
+    NoiseModel::of_a_sensor((ABOVE_PRIOR * prior.angle_random_walk).max(POOR), ABOVE_PRIOR * prior.encoder)
+}
+
+/// How far the noise may lie above its prior and still be noise.
+const ABOVE_PRIOR: f64 = 2.0;
+/// N of a poor MEMS gyro, rad/√s (0.03 °/s/√Hz): noise of this size needs no physics.
+const POOR: f64 = 5.2e-4;
 
 /// Rows that are looked at while the noise is being searched for; the estimate itself uses all.
 const SEARCH_ROWS: usize = 20_000;

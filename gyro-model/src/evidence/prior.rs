@@ -6,6 +6,7 @@
 //! stretches of the log speak alone. What stands in single lines of the differences' spectrum is a vibration, not noise.
 
 use super::{problem::Problem, series::Series};
+use crate::effects::{SIXTH, sixth_differences};
 use realfft::RealFftPlanner;
 
 /// What the sensors' own signals say about their noise.
@@ -20,8 +21,6 @@ pub struct Prior {
 }
 
 const ORDER: usize = 6;
-/// Σ of the squared binomial coefficients of the sixth difference.
-const GAIN: f64 = 924.0;
 /// N of a poor MEMS gyro, rad/√s (0.03 °/s/√Hz): taken where motion hides the noise everywhere.
 const POOR: f64 = 4e-4;
 const WINDOW: usize = 18;
@@ -35,11 +34,8 @@ fn stretches(values: &[f64], skip: impl Fn(usize) -> bool) -> Vec<f64> {
     while k + WINDOW + ORDER <= values.len() {
         let window = &values[k..k + WINDOW + ORDER];
         if !(k..k + WINDOW + ORDER).any(&skip) {
-            let mut d = window.to_vec();
-            for _ in 0..ORDER {
-                d = d.windows(2).map(|w| w[1] - w[0]).collect();
-            }
-            out.push(d.iter().map(|x| x * x).sum::<f64>() / d.len() as f64 / GAIN);
+            let d = sixth_differences(window);
+            out.push(d.iter().map(|x| x * x).sum::<f64>() / d.len() as f64 / SIXTH);
         }
         k += WINDOW;
     }
@@ -48,10 +44,7 @@ fn stretches(values: &[f64], skip: impl Fn(usize) -> bool) -> Vec<f64> {
 
 /// Share of the sixth differences' variance that stands in single lines of their spectrum (Hann taper).
 fn lines(values: &[f64], skip: impl Fn(usize) -> bool) -> f64 {
-    let mut d = values.to_vec();
-    for _ in 0..ORDER {
-        d = d.windows(2).map(|w| w[1] - w[0]).collect();
-    }
+    let mut d = sixth_differences(values);
     for k in (0..values.len()).filter(|&k| skip(k)) {
         let reached = k.saturating_sub(ORDER)..(k + 1).min(d.len());
         d[reached].fill(0.0);

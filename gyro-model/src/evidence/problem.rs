@@ -7,7 +7,8 @@
 use super::{
     attitude::Attitude,
     integrate::{hermite, integral, smooth},
-    series::Series,
+    prior::Prior,
+    series::{HOLE, Rest, Series, usual},
 };
 use crate::{
     Axis, AxisModel, Model, Record, Term,
@@ -23,6 +24,8 @@ pub struct Problem {
     /// One axis, or three that a quaternion serves.
     pub series: Vec<Series>,
     attitude: Option<Attitude>,
+    /// Steps over a hole of an orientation: turns about three axes in so long a time do not add up.
+    broken: Vec<bool>,
 }
 
 /// What the regressors of one axis are evaluated at; refreshed after each fit.
@@ -92,7 +95,10 @@ impl Problem {
         let series: Vec<Series> = axes.iter().filter_map(|&a| Series::new(record, a, origin)).collect();
         let first = series.first()?;
         let attitude = (first.kind == ReferenceKind::Quaternion).then(|| Attitude::new(record, first));
-        Some(Self { series, attitude })
+        let apart: Vec<f64> = first.reference_t.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let longest = if attitude.is_some() { HOLE * usual(apart.clone()) } else { f64::INFINITY };
+        let broken = std::iter::once(false).chain(apart.into_iter().map(|apart| apart > longest)).collect();
+        Some(Self { series, attitude, broken })
     }
 
     /// Times of the reference rows, s.
@@ -113,14 +119,34 @@ impl Problem {
         if self.attitude.is_some() { 3 } else { 1 }
     }
 
+    /// Whether the reference of an axis shows no more than its noise, and whether its gyro neither does.
+    pub(super) fn rests(&self, series: &Series, prior: &Prior) -> Rest {
+        let angle = match &self.attitude {
+            None => series.reference_angle.clone(),
+            Some(attitude) => attitude.turned_about(series.axis.index()),
+        };
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        let spread = |angle: &[f64]| {
+            let level = mean(angle);
+            mean(&angle.iter().map(|a| (a - level).powi(2)).collect::<Vec<_>>()).sqrt()
+        };
+        if spread(&angle) > TURNS * prior.encoder {
+            return Rest::None;
+        }
+        let bias = mean(&series.gyro);
+        let turned = integral(&series.t, &series.gyro.iter().map(|g| g - bias).collect::<Vec<_>>());
+        let walk = prior.angle_random_walk * series.span().duration.sqrt();
+        if spread(&turned) > TURNS * prior.encoder.hypot(walk) { Rest::OfReference } else { Rest::Whole }
+    }
+
     /// Every parameter of the axes' terms that a fit moves: `Reading` limits are read off the data instead, as is what
-    /// the scan chooses.
+    /// the scan chooses, and a sensor that stood still keeps its scale.
     #[must_use]
     pub fn slots(&self, model: &Model) -> Vec<Slot> {
         let mut slots = Vec::new();
         for (series, s) in self.series.iter().enumerate() {
             for (term, t) in self.axis(model, s).terms.iter().enumerate() {
-                if t.effect.stage() != Stage::Reading {
+                if t.effect.stage() != Stage::Reading && !(s.rest == Rest::Whole && is_scale(t)) {
                     let cards = t.effect.parameters(s.axis).iter().enumerate();
                     let free = cards.filter(|(_, card)| card.role != Role::Chosen);
                     slots.extend(free.map(|(parameter, _)| Slot { series, term, parameter }));
@@ -197,7 +223,7 @@ impl Problem {
     /// The residual of the axes' tracks.
     fn together(&self, tracks: Vec<Track>) -> Evaluation {
         let n = self.times().len();
-        let mut lost = vec![false; n];
+        let mut lost = self.broken.clone();
         for (track, s) in tracks.iter().zip(&self.series) {
             if track.any_lost {
                 for (lost, rows) in lost[1..].iter_mut().zip(s.reference_rows.windows(2)) {
@@ -328,6 +354,14 @@ impl Problem {
         }
         unsure
     }
+}
+
+/// Standard deviations of the reference's noise that an axis has to turn by, in the root mean square.
+const TURNS: f64 = 3.0;
+
+/// Whether this is the base model's scale factor.
+pub(super) fn is_scale(term: &Term) -> bool {
+    term.effect.card().id == "scale-factor"
 }
 
 /// Half width of the window over which an angle is held to the reference's level, s: long enough that the reference's

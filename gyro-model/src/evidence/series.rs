@@ -37,8 +37,21 @@ pub struct Series {
     pub angle_random_walk: f64,
     /// How far a reading's noise may have carried it, rad/s.
     pub margin: f64,
+    /// Whether it turns at all: else nothing is known of the scale.
+    pub rest: Rest,
     /// The reference readings that say something of their own.
     pub readings: Vec<Reading>,
+}
+
+/// Whether an axis turns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rest {
+    /// It does.
+    None,
+    /// Its gyro says so, its reference does not.
+    OfReference,
+    /// Neither says so.
+    Whole,
 }
 
 /// One independent reading of the reference: where an encoder shows the same count for a while, the middle of that while.
@@ -65,6 +78,49 @@ pub(crate) fn fill(t: &[f64], values: &[f64]) -> Option<Vec<f64>> {
         }
     }
     Some(out)
+}
+
+/// Samples within and at the end of holes: stretches without a reading several times as long as readings are apart. How far
+/// all has turned meanwhile is not known.
+pub(crate) fn holes(t: &[f64], values: &[f64]) -> Vec<bool> {
+    let known: Vec<usize> = (0..values.len()).filter(|&k| values[k].is_finite()).collect();
+    let mut marks = vec![false; values.len()];
+    let (Some(&first), Some(&last)) = (known.first(), known.last()) else { return marks };
+    marks[..first].fill(true);
+    marks[last + 1..].fill(true);
+    let longest = HOLE * usual(known.windows(2).map(|pair| t[pair[1]] - t[pair[0]]).collect());
+    for pair in known.windows(2).filter(|pair| t[pair[1]] - t[pair[0]] > longest) {
+        marks[pair[0] + 1..=pair[1]].fill(true);
+    }
+    marks
+}
+
+/// How far apart in time samples usually are: the median or, where they come in bursts, the mean; ∞ for none.
+pub(super) fn usual(mut apart: Vec<f64>) -> f64 {
+    let (middle, mean) = (apart.len() / 2, apart.iter().sum::<f64>() / apart.len() as f64);
+    if apart.is_empty() {
+        return f64::INFINITY;
+    }
+    let (_, median, _) = apart.select_nth_unstable_by(middle, f64::total_cmp);
+    median.max(mean)
+}
+
+/// So many times that is a hole.
+pub(super) const HOLE: f64 = 3.5;
+
+/// Takes off, after each hole of a reference, the turns by which it is off what the gyro has turned meanwhile.
+fn unwrap_over_holes(t: &[f64], angle: &mut [f64], turned: &[f64]) {
+    use std::f64::consts::TAU;
+    let longest = HOLE * usual(t.windows(2).map(|pair| pair[1] - pair[0]).collect());
+    let mut offset = 0.0;
+    for k in 1..angle.len() {
+        angle[k] += offset;
+        if t[k] - t[k - 1] > longest {
+            let turns = ((angle[k] - angle[k - 1] - turned[k] + turned[k - 1]) / TAU).round() * TAU;
+            offset -= turns;
+            angle[k] -= turns;
+        }
+    }
 }
 
 /// Removes jumps of more than half a turn, for encoders that wrap at 2π.
@@ -140,7 +196,7 @@ impl Series {
         let t: Vec<f64> = rows.iter().map(|r| r.t_ns as f64 * 1e-9).collect();
         let column = |pick: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..rows.len()).map(pick).collect() };
         let raw = column(&|k| rows[k].gyro[i]);
-        let missing: Vec<bool> = raw.iter().map(|v| !v.is_finite()).collect();
+        let missing: Vec<bool> = raw.iter().zip(holes(&t, &raw)).map(|(v, hole)| hole || !v.is_finite()).collect();
         let gyro = fill(&t, &raw)?;
         let zero = || vec![0.0; t.len()];
         let filled = |pick: &dyn Fn(usize) -> f64| fill(&t, &column(pick)).unwrap_or_else(zero);
@@ -181,6 +237,9 @@ impl Series {
             ReferenceKind::Angle => {
                 let mut angle: Vec<f64> = reference_rows.iter().map(|&k| rows[k].ref_angle[i]).collect();
                 unwrap(&mut angle);
+                let turned = super::integrate::integral(&t, &gyro);
+                let there: Vec<f64> = reference_rows.iter().map(|&k| turned[k]).collect();
+                unwrap_over_holes(&reference_t, &mut angle, &there);
                 let encoder = Encoder::of(record, axis, &angle);
                 let readings = if encoder.shows_counts() { rests(&angle, encoder.step) } else { each(angle.len()) };
                 (angle, encoder, readings)
@@ -211,6 +270,7 @@ impl Series {
             encoder,
             angle_random_walk: record.means.angle_random_walk[i],
             margin: 0.0,
+            rest: Rest::None,
             readings,
         })
     }
@@ -224,6 +284,7 @@ impl Series {
             self.reference_angle.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &x| (a.min(x), b.max(x)));
         let mean = self.gyro.iter().sum::<f64>() / self.gyro.len() as f64;
         Span {
+            start: self.t[0],
             duration: self.t[self.t.len() - 1] - self.t[0],
             dt: steps[steps.len() / 2],
             reading_min: self.gyro.iter().map(|g| g.abs()).filter(|&g| g > 0.0).fold(f64::INFINITY, f64::min),
@@ -237,6 +298,55 @@ impl Series {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{
+        Row, diagnose,
+        simulate::{Motion, Reference, Scenario, SensorSpec, simulate},
+    };
+
+    /// Largest error over floor of the true model on a log whose rows were spoilt.
+    fn over(motion: Motion, sensor: &SensorSpec, most: usize, spoil: impl Fn(&mut Vec<Row>)) -> f64 {
+        let scenario = Scenario { motion, seconds: 120.0, sensor: sensor.clone(), ..Scenario::default() };
+        let mut simulated = simulate(&scenario);
+        spoil(&mut simulated.record.rows);
+        let record = crate::thin::thinned(&simulated.record, most);
+        let options = diagnose::Options { own_log: true, ..diagnose::Options::default() };
+        let axes = diagnose::compare(&record, &simulated.truth, &record.fitted_axes(), &options).unwrap();
+        axes.iter().map(|a| a.error_over_floor.unwrap()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn what_turned_while_nothing_was_read_is_no_error() {
+        let deleted = |rows: &mut Vec<Row>| {
+            rows.drain(7000..8000);
+            rows.drain(3000..3200);
+            rows.drain(1000..1010);
+        };
+        let silent = |rows: &mut Vec<Row>| {
+            for hole in [1000..1010, 3000..3100, 7000..7300] {
+                rows[hole].iter_mut().for_each(|row| {
+                    (row.ref_angle, row.ref_quaternion) = ([f64::NAN; 3], [f64::NAN; 4]);
+                });
+            }
+        };
+        let encoder = SensorSpec::default();
+        let orientation = SensorSpec { reference: Reference::Quaternion, reference_noise: 1e-3, ..encoder.clone() };
+        let fast = Motion::Sine { amplitude: 20.0, frequency: 0.05 };
+        let (slow, drive) = (Motion::Multisine { travel: 6.0 }, Motion::Drive { rate: 1.2, hold: 2.0 });
+        let whole = usize::MAX;
+        for (motion, sensor, most) in [
+            (slow, &encoder, whole),
+            (slow, &encoder, 3000),
+            (slow, &orientation, whole),
+            (drive, &encoder, whole),
+            (drive, &encoder, 3000),
+            (drive, &orientation, whole),
+            (fast, &encoder, whole),
+            (fast, &encoder, 3000),
+        ] {
+            let overs = [over(motion, sensor, most, deleted), over(motion, sensor, most, silent)];
+            assert!(overs.iter().all(|over| *over < 2.0), "{motion:?}, {:?}: {overs:?}", sensor.reference);
+        }
+    }
 
     #[test]
     fn an_encoder_that_is_passed_slowly_says_more_at_the_middle_of_each_count_than_one_that_stands() {

@@ -5,7 +5,8 @@ use super::{
     increments::{Grams, HeldOut, Windows},
     noise::{self, Gls},
     prior::{self, Prior},
-    problem::{Evaluation, Problem, Slot, Warm, value},
+    problem::{Evaluation, Problem, Slot, Warm, is_scale, value},
+    series::Rest,
     whiten::NoiseModel,
 };
 use crate::{Axis, Model, Record, effects::Role, nls};
@@ -43,7 +44,9 @@ impl Bench {
 
     /// Takes what is known beforehand of each axis' noise.
     pub(crate) fn know(&mut self, prior: &[Prior]) {
-        for (series, prior) in self.problem.series.iter_mut().zip(prior) {
+        let rests: Vec<Rest> = self.problem.series.iter().zip(prior).map(|(s, p)| self.problem.rests(s, p)).collect();
+        for ((series, prior), rest) in self.problem.series.iter_mut().zip(prior).zip(rests) {
+            series.rest = rest;
             series.margin = MARGIN * prior.angle_random_walk / series.span().dt.sqrt();
         }
         let each: Vec<Vec<f64>> = prior.iter().map(|p| prior::weights(p, &self.windows.tau)).collect();
@@ -247,8 +250,11 @@ impl<'a> Study<'a> {
 
     /// Writes standard errors and noise into the model. Where generalised least squares would end elsewhere than these
     /// parameters stand, nobody knows which of the two is right: the way between them is part of the error. A bias may have
-    /// walked unseen, or not: the variance is the mean of the two.
+    /// walked unseen, or not: the variance is the mean of the two. Where the residual is no noise that sensors have, the
+    /// parameters' scatter from block to block says how well they are known.
     pub fn stamp(&mut self, gls: &Gls) {
+        let sober = noise::sober(self, &gls.noise);
+        let scatter = sober.map(|_| self.grams.scatter(&self.bench.windows.tau, &self.bench.weights, &self.hold));
         let beyond = noise::beyond_white(self, gls);
         let walking = noise::with_unseen_walk(self, gls);
         for (k, slot) in self.slots.iter().enumerate() {
@@ -256,13 +262,19 @@ impl<'a> Study<'a> {
             if let Some(model) = &mut self.model.axes[axis] {
                 let sigmas = [beyond[k] * gls.std_error(k), walking.std_error(k)];
                 let sigma = sigmas[0].max(sigmas[0].hypot(sigmas[1]) / 2_f64.sqrt());
-                model.terms[slot.term].std_errors[slot.parameter] = gls.step[k].hypot(sigma);
+                model.terms[slot.term].std_errors[slot.parameter] = match &scatter {
+                    Some(scatter) if sigma.is_finite() => scatter[k],
+                    _ => gls.step[k].hypot(sigma),
+                };
             }
         }
         let rate_square = growth::rate_square(self);
         for series in &self.bench.problem.series {
             if let Some(model) = &mut self.model.axes[series.axis.index()] {
-                model.noise = gls.noise.summary(rate_square);
+                for term in model.terms.iter_mut().filter(|term| series.rest == Rest::Whole && is_scale(term)) {
+                    term.std_errors.fill(f64::INFINITY);
+                }
+                model.noise = sober.unwrap_or(gls.noise).summary(rate_square);
             }
         }
     }
