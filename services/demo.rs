@@ -21,10 +21,9 @@ pub const RATE_HZ: f64 = 100.0;
 /// Times real time when nobody watches.
 pub const SPEED: f64 = 8.0;
 
-/// What may be hidden: effects that a drive of two minutes shows.
-const HIDDEN: [&str; 8] = [
+/// What may be hidden: effects that a drive of two minutes shows, however the gyro is mounted.
+const HIDDEN: [&str; 7] = [
     "delay",
-    "g-sensitivity",
     "scale-asymmetry",
     "encoder-eccentricity",
     "quadratic-nonlinearity",

@@ -50,7 +50,7 @@ pub struct Args {
 /// # Errors
 /// A refused log or model, a model without an axis of the log, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    writable(&args.output)?;
+    writable(&args.output, &[&args.log.log, &args.model])?;
     let options = Options { columns: args.log.columns.clone(), as_streamed: true, ..Options::default() };
     let (record, faults, provenance) = log::read(&args.log.log, &options)?;
     let model = model_file::load(&args.model, &record.free_names)?.model;

@@ -7,8 +7,17 @@ use crate::{
     report::{self, Change, Command},
 };
 use anyhow::{Result, bail};
-use gyro_model::{Axis, AxisModel, Model, Term, diagnose::limits, evidence::series::Series};
-use std::{path::PathBuf, process::ExitCode};
+use gyro_model::{
+    Axis, AxisModel, Model, Record, Row, Term,
+    diagnose::limits,
+    effects::{Need, Stage},
+    evidence::series::Series,
+    record::ReferenceKind,
+};
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
 
 /// What both take.
 #[derive(clap::Args, Debug, Clone)]
@@ -45,9 +54,10 @@ pub enum Direction {
 /// # Errors
 /// A refused log or model, an effect that is not there or is there already, a file that cannot be written.
 pub fn run(args: &ChangeArgs, direction: Direction) -> Result<ExitCode> {
-    args.report.check()?;
+    let keep: Vec<&Path> = std::iter::once(args.log.log.as_path()).chain(args.output.as_deref()).collect();
+    args.report.check(&keep)?;
     if let Some(path) = &args.output {
-        writable(path)?;
+        writable(path, &keep[..1])?;
     }
     let subject = Subject::read(&args.log, args.axis)?;
     let start = subject.start(args.model.as_deref())?;
@@ -57,8 +67,16 @@ pub fn run(args: &ChangeArgs, direction: Direction) -> Result<ExitCode> {
     for id in &args.effects {
         let effect = start.file.effect(id)?;
         let id = effect.card().id;
+        if direction == Direction::Remove && effect.stage() == Stage::Calibration {
+            bail!("'{id}' belongs to the base model: it stays");
+        }
         let mut touched = false;
         for &axis in &subject.axes {
+            if direction == Direction::Add
+                && let Some(need) = effect.card().needs.iter().find(|need| !has(&subject.record, axis, **need))
+            {
+                bail!("{}: '{id}' needs {}, which the log does not have", subject.name, super::effects::needs(*need));
+            }
             let model = changed.axes[axis.index()].get_or_insert_with(|| AxisModel::base(axis));
             let has = model.term(id).is_some();
             match direction {
@@ -97,6 +115,18 @@ pub fn run(args: &ChangeArgs, direction: Direction) -> Result<ExitCode> {
         report::render_change(&change, format, &if file { context.for_file() } else { context.clone() })
     })?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Whether the log has what an effect needs.
+fn has(record: &Record, axis: Axis, need: Need) -> bool {
+    let any = |value: &dyn Fn(&Row) -> f64| record.rows.iter().any(|row| value(row).is_finite());
+    match need {
+        Need::ThreeGyros => Axis::ALL.into_iter().all(|axis| record.has_gyro(axis)),
+        Need::Accelerometer => (0..3).any(|i| any(&|row| row.accel[i])),
+        Need::Temperature => any(&|row| row.temperature),
+        Need::Supply => any(&|row| row.supply),
+        Need::AngleReference => record.reference(axis) == Some(ReferenceKind::Angle),
+    }
 }
 
 fn untouched(id: &str, direction: Direction, model: &Model, axes: &[Axis]) -> String {

@@ -41,7 +41,7 @@ pub struct Args {
 /// # Errors
 /// A refused log or model, or a report that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    args.report.check()?;
+    args.report.check(&[&args.log.log])?;
     let subject = Subject::read(&args.log, args.axis)?;
     let judge = |model: Option<&PathBuf>| {
         let start = subject.start(model.map(PathBuf::as_path))?;

@@ -74,7 +74,7 @@ const FOUND: u8 = 3;
 /// # Errors
 /// A refused log or model, or a report that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    args.report.check()?;
+    args.report.check(&[&args.log.log])?;
     let subject = Subject::read(&args.log, args.axis)?;
     let start = subject.start(args.model.as_deref())?;
     let axes = {

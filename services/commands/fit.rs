@@ -8,7 +8,10 @@ use crate::{
 };
 use anyhow::Result;
 use gyro_model::{Axis, Model};
-use std::{path::PathBuf, process::ExitCode};
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
 
 /// What `truerate fit` takes.
 #[derive(clap::Args, Debug, Clone)]
@@ -41,9 +44,10 @@ pub struct Args {
 /// # Errors
 /// A refused log or model, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    args.report.check()?;
+    let keep: Vec<&Path> = std::iter::once(args.log.log.as_path()).chain(args.output.as_deref()).collect();
+    args.report.check(&keep)?;
     if let Some(path) = &args.output {
-        writable(path)?;
+        writable(path, &keep[..1])?;
     }
     let subject = Subject::read(&args.log, args.axis)?;
     let (start, own_effects) = match &args.model {

@@ -9,7 +9,10 @@ use crate::{
 };
 use anyhow::{Context, Result};
 use gyro_model::{Axis, diagnose, diagnosis::Ladder};
-use std::{path::PathBuf, process::ExitCode};
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
 
 /// What `truerate ladder` takes.
 #[derive(clap::Args, Debug, Clone)]
@@ -43,9 +46,10 @@ pub struct Args {
 /// # Errors
 /// A refused log or model, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    args.report.check()?;
+    let keep: Vec<&Path> = std::iter::once(args.log.log.as_path()).chain(args.output.as_deref()).collect();
+    args.report.check(&keep)?;
     if let Some(path) = &args.output {
-        writable(path)?;
+        writable(path, &keep[..1])?;
     }
     let subject = Subject::read(&args.log, args.axis)?;
     let start = subject.start(args.model.as_deref())?;

@@ -73,7 +73,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         bail!("{} s at {} Hz are {rows:e} rows: choose 1 to {MOST_ROWS:e}", args.seconds, args.rate);
     }
     let hidden = args.hide.iter().map(|text| Hidden::parse(text, args.axis)).collect::<Result<Vec<_>, _>>()?;
-    writable(&args.output)?;
+    writable(&args.output, &[])?;
     let scenario = Scenario {
         motion: args.motion,
         seconds: args.seconds,

@@ -12,7 +12,7 @@ use crate::{
 use anyhow::{Context, Result, bail};
 use gyro_model::{
     Axis, Model, Record, diagnose,
-    diagnosis::{DataFault, Diagnosis},
+    diagnosis::{AxisDiagnosis, DataFault, Diagnosis, Verdict},
     effects::Effect,
     fit,
 };
@@ -93,7 +93,7 @@ impl Subject {
         let progress = |what: &str| spinner.says(what);
         let options = diagnose::Options { own_log, ..self.options(&progress) };
         let axes = diagnose::compare(&self.record, model, &self.axes, &options).with_context(|| self.name.clone())?;
-        Ok(self.diagnosis(axes))
+        Ok(self.diagnosis(axes.into_iter().map(unsearched).collect()))
     }
 
     /// How a diagnosis of this log is run.
@@ -104,7 +104,7 @@ impl Subject {
 
     /// The result for this log.
     #[must_use]
-    pub fn diagnosis(&self, axes: Vec<gyro_model::diagnosis::AxisDiagnosis>) -> Diagnosis {
+    pub fn diagnosis(&self, axes: Vec<AxisDiagnosis>) -> Diagnosis {
         Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: self.name.clone(), axes }
     }
 
@@ -141,15 +141,34 @@ impl Subject {
     }
 }
 
+/// The largest error over its floor that a wandering bias is believed to leave before anything else was looked for.
+const WANDER: f64 = 3.0;
+
+/// What noise could explain, an effect that nobody has looked for may explain as well.
+fn unsearched(axis: AxisDiagnosis) -> AxisDiagnosis {
+    let over = axis.error_over_floor.filter(|over| *over > WANDER && axis.within_floor == Some(false));
+    match over {
+        Some(over) if axis.verdict == Verdict::Adequate => AxisDiagnosis {
+            verdict: Verdict::Unexplained,
+            says: format!(
+                "the error is up to {over:.1} times what noise leaves: a bias that wanders would leave it, and so would a \
+                 missing effect. `truerate diagnose` tells."
+            ),
+            ..axis
+        },
+        _ => axis,
+    }
+}
+
 impl ReportArgs {
     /// Checks that the report can be written, before any long work.
     ///
     /// # Errors
-    /// An ending that says no form, or a place that cannot be written to.
-    pub fn check(&self) -> Result<()> {
+    /// An ending that says no form, a place that cannot be written to, or one of the files to `keep`.
+    pub fn check(&self, keep: &[&Path]) -> Result<()> {
         if let Some(path) = &self.report {
             form(path)?;
-            writable(path)?;
+            writable(path, keep)?;
         }
         Ok(())
     }
@@ -180,10 +199,17 @@ fn form(path: &Path) -> Result<Format> {
     }
 }
 
-/// Checks that a file can be written here, without touching what stands there.
+/// Checks that a file can be written here, without touching what stands there, and that it is none of those to keep.
 ///
 /// # Errors
-/// The folder is missing or read-only, or the name is a folder's.
-pub fn writable(path: &Path) -> Result<()> {
+/// The folder is missing or read-only, the name is a folder's, or one of those.
+pub fn writable(path: &Path, kept: &[&Path]) -> Result<()> {
+    let same = |other: &&&Path| match (path.canonicalize(), other.canonicalize()) {
+        (Ok(own), Ok(other)) => own == other && own.is_file(),
+        _ => path == **other && path != Path::new("-"),
+    };
+    if let Some(other) = kept.iter().find(same) {
+        bail!("{}: would be written over {}, which is needed: choose another name", path.display(), other.display());
+    }
     Output::create(path).map(drop)
 }

@@ -65,8 +65,16 @@ fn axes(command: &Command, model: &Model) -> anyhow::Result<Vec<Axis>> {
         None => modelled.clone(),
     };
     match wanted.iter().find(|axis| !modelled.contains(axis)) {
-        Some(axis) => bail!("axis {axis} has no model yet: it needs a gyro, a reference and a little motion"),
-        None if wanted.is_empty() => bail!("nothing is learned yet: wait until there are some seconds of motion"),
+        _ if modelled.is_empty() => {
+            bail!("nothing is learned yet: it takes a gyro, its reference and some seconds of motion")
+        }
+        Some(axis) => {
+            let letters: Vec<&str> = modelled.iter().map(|a| a.letter()).collect();
+            bail!(
+                "axis {axis} has no model, axis {} has: a gyro is learned where it has a reference",
+                letters.join(", ")
+            )
+        }
         None => Ok(wanted),
     }
 }
@@ -219,6 +227,10 @@ impl Compensator<'_> {
             Kind::Save | Kind::Hide => {
                 let path = Path::new(command.argument.as_str());
                 ensure!(path.is_absolute(), "'{}' is not an absolute path", command.argument);
+                ensure!(
+                    self.current.start().axes.iter().any(Option::is_some),
+                    "nothing is learned yet: there is no model"
+                );
                 let writing = self.current.saved_to(path, provenance(&self.facts, self.current.samples));
                 let then = Then::Answer(command.id, format!("saved to {}", path.display()));
                 self.keeper.ask(Keeping { writing, proposal: None, then });

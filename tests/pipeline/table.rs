@@ -120,8 +120,10 @@ fn measure(place: &Place, id: &str, seed: u64, times: f64) -> Line {
     });
     let mut floor = None;
     if named.is_some() {
-        let added = place.output(&["control", "--instance", "table", "add", id, "--axis", axis.letter()]);
-        let epoch = added.status.success().then(|| place.status("table")).flatten();
+        let add = ["control", "--instance", "table", "add", id, "--axis", axis.letter()];
+        // A name may come before there is a model to add to.
+        let added = (0..20).any(|_| place.output(&add).status.success());
+        let epoch = added.then(|| place.status("table")).flatten();
         let epoch = epoch.and_then(|status| status["services"][2]["epoch"].as_u64());
         floor = epoch.and_then(|epoch| {
             onlooker.first(|diagnosis, axis| {
