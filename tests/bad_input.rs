@@ -35,6 +35,11 @@ fn refused() -> Vec<(&'static str, Vec<u8>, Vec<&'static str>)> {
             vec!["line 1", "no header", "t,gyro_z"],
         ),
         ("no-t.csv", header("time,gyro_z,ref_angle_z"), vec!["line 1", "no column `t`", "'time'", "--columns"]),
+        (
+            "ros.csv",
+            header("stamp.secs,stamp.nsecs,gyro_z"),
+            vec!["no column `t`", "joining \"stamp.secs\" and \"stamp.nsecs\""],
+        ),
         ("no-gyro.csv", header("t,gyro_q,ref_angle_z"), vec!["line 1", "gyro_x, gyro_y or gyro_z", "'gyro_q'"]),
         ("no-reference.csv", header("t,gyro_z,angle"), vec!["line 1", "no axis has both", "ref_angle_z"]),
         ("other-axis.csv", header("t,gyro_z,ref_angle_x"), vec!["no axis has both"]),
@@ -245,6 +250,100 @@ fn two_axes_swapped_are_seen_where_both_have_a_gyro() {
     bench.file("swapped.csv", text);
     let out = bench.ok(&["compare", "swapped.csv", "--format", "json"]);
     assert!(out.contains("swapped-axes") && out.contains("ref_angle_z follows gyro_x"), "{out}");
+}
+
+/// A turning axis for a minute; `spoil` makes the lines of each row, time, rate and angle.
+fn turning(spoil: impl Fn(usize, f64, f64, f64) -> String) -> String {
+    let mut text = String::from("t,gyro_z,ref_angle_z\n");
+    for k in 0..6000 {
+        let t = f64::from(k) * 0.01;
+        let noise = 1e-3 * (43_758.547 * (f64::from(k) * 12.9898).sin()).fract();
+        let (rate, angle) =
+            (1.5 * (1.3 * t).cos() + 0.8 * (2.9 * t).cos(), 1.5 / 1.3 * (1.3 * t).sin() + 0.8 / 2.9 * (2.9 * t).sin());
+        text.push_str(&spoil(k as usize, t, rate + noise, angle));
+    }
+    text
+}
+
+fn verdict(bench: &Bench, name: &str) -> serde_json::Value {
+    let report: serde_json::Value = serde_json::from_str(&bench.ok(&["diagnose", name, "--format", "json"])).unwrap();
+    report["axes"][0].clone()
+}
+
+#[test]
+fn a_clock_that_is_set_back_joins_nothing_that_was_apart() {
+    let bench = Bench::new();
+    let set_back = |k: usize, t: f64| if k < 3000 { t } else { t - 4.0 };
+    bench.file("back.csv", turning(|k, t, rate, angle| format!("{},{rate},{angle}\n", set_back(k, t))));
+    let axis = verdict(&bench, "back.csv");
+    let alpha = axis["parameters"][0]["value"].as_f64().unwrap();
+    assert!((alpha - 1.0).abs() < 1e-3, "{axis}");
+    assert!(axis["data_faults"].to_string().contains("the clock stood or was set back"), "{axis}");
+}
+
+#[test]
+fn a_gyro_and_a_reference_in_rows_of_their_own_are_held_together() {
+    let bench = Bench::new();
+    let later = |t: f64, rate: f64, angle: f64| (t + 0.004, angle + 0.004 * rate);
+    bench.file(
+        "apart.csv",
+        turning(|_, t, rate, angle| {
+            let (t2, angle2) = later(t, rate, angle);
+            format!("{t},{rate},\n{t2},,{angle2}\n")
+        }),
+    );
+    let axis = verdict(&bench, "apart.csv");
+    assert!((axis["parameters"][0]["value"].as_f64().unwrap() - 1.0).abs() < 2e-3, "{axis}");
+    assert!(axis["verdict"] != "cannot-tell" && axis["verdict"] != "bad-data", "{axis}");
+}
+
+#[test]
+fn a_gyro_and_a_reference_both_in_degrees_are_bad_data() {
+    let bench = Bench::new();
+    let degrees = |x: f64| x.to_degrees();
+    bench.file("degrees.csv", turning(|_, t, rate, angle| format!("{t},{},{}\n", degrees(rate), degrees(angle))));
+    let axis = verdict(&bench, "degrees.csv");
+    assert!(axis["verdict"] == "bad-data" && axis["says"].as_str().unwrap().contains("name it gyro_z_dps"), "{axis}");
+}
+
+#[test]
+fn a_sensor_at_rest_keeps_its_scale_and_shows_its_bias() {
+    let bench = Bench::new();
+    bench.file(
+        "still.csv",
+        turning(|k, t, rate, _| format!("{t},{},0.5\n", 0.015 + 1e-3 * (rate * 1e4 + k as f64).sin())),
+    );
+    let axis = verdict(&bench, "still.csv");
+    assert_eq!((&axis["verdict"], &axis["parameters"][0]["value"]), (&"cannot-tell".into(), &1.0.into()), "{axis}");
+    assert!((axis["parameters"][1]["value"].as_f64().unwrap() + 0.015).abs() < 1e-3, "{axis}");
+}
+
+#[test]
+fn nothing_is_written_over_what_is_needed() {
+    let bench = Bench::new();
+    let whole = log(300);
+    bench.file("log.csv", &whole);
+    bench.ok(&["fit", "log.csv", "-o", "m.toml"]);
+    for words in [
+        &["apply", "log.csv", "--model", "m.toml", "-o", "log.csv"][..],
+        &["apply", "log.csv", "--model", "m.toml", "-o", "./m.toml"],
+        &["fit", "log.csv", "-o", "log.csv"],
+        &["add", "log.csv", "delay", "-o", "page.html", "--report", "page.html"],
+    ] {
+        let line = bench.refused(words);
+        assert!(line.contains("would be written over"), "{line}");
+    }
+    assert_eq!(bench.text("log.csv"), whole);
+    bench.ok(&["add", "log.csv", "delay", "--model", "m.toml", "-o", "m.toml"]);
+}
+
+#[test]
+fn what_a_model_or_a_log_cannot_do_without_is_said() {
+    let bench = Bench::new();
+    bench.file("log.csv", log(300));
+    assert!(bench.refused(&["remove", "log.csv", "scale-factor", "bias"]).contains("belongs to the base model"));
+    let line = bench.refused(&["add", "log.csv", "temperature-bias"]);
+    assert!(line.contains("'temperature-bias' needs a temperature that changes"), "{line}");
 }
 
 #[test]

@@ -104,6 +104,17 @@ impl Layout {
             (None, Problem::Missing { wanted, has: listed(headers), hint })
         };
         if !self.has(Channel::Time) {
+            let ends = |endings: &[&str]| {
+                headers.iter().find(|h| endings.iter().any(|ending| h.to_lowercase().ends_with(ending)))
+            };
+            if let (Some(fine), Some(coarse)) = (
+                ends(&["nsec", "nsecs", "nanosec", "nanosecs"]),
+                ends(&[".sec", ".secs", "_sec", "_secs", "/sec", "/secs"]),
+            ) {
+                let hint =
+                    format!(" after joining {coarse:?} and {fine:?} into one, seconds and 1e-9 times nanoseconds");
+                return Err((None, Problem::Missing { wanted: "t", has: listed(headers), hint }));
+            }
             return Err(missing("t", &["time", "stamp", "sec"]));
         }
         if self.gyros().is_empty() {

@@ -32,6 +32,10 @@ pub struct Reader {
     faulty: u64,
     marked: bool,
     ended: bool,
+    /// Rows left out in a row because the time had not caught up.
+    behind: u64,
+    /// Rows to come that keep apart what is no neighbour.
+    apart: u64,
 }
 
 struct Pending {
@@ -43,6 +47,10 @@ struct Pending {
 
 /// A row counts as jumping ahead where it lies this many times further on than the row after it.
 const AHEAD: i128 = 10;
+/// So many rows left out at once are a clock that was set back, not rows in the wrong order.
+const SET_BACK: u64 = 10;
+/// Rows without a value that keep apart what such a clock joins: more than any hole that is bridged.
+const APART: u64 = 5;
 
 impl Reader {
     /// Opens a log (`-`: standard input) and understands its header.
@@ -82,6 +90,8 @@ impl Reader {
             faulty: 0,
             marked: false,
             ended: false,
+            behind: 0,
+            apart: 0,
         })
     }
 
@@ -164,8 +174,16 @@ impl Reader {
                 continue;
             };
             if next.time > held.time {
+                let was_set_back = std::mem::take(&mut self.behind) >= SET_BACK;
+                if was_set_back {
+                    self.tally.add(RowFault::SetBack, 0, next.line, self.seconds(next.time));
+                }
                 self.pending = Some(next);
-                return self.give(&held).map(Some);
+                let row = self.give(&held).map(Some);
+                if was_set_back {
+                    self.apart = APART;
+                }
+                return row;
             }
             let held_is_ahead =
                 self.last.is_some_and(|last| next.time > last && held.time - last > AHEAD * (next.time - last));
@@ -173,6 +191,7 @@ impl Reader {
                 if held_is_ahead { (next, held, RowFault::TimeAhead) } else { (held, next, RowFault::TimeGoingBack) };
             self.tally.add(fault, 0, dropped.line, self.seconds(dropped.time));
             self.faulty += u64::from(!dropped.marked);
+            self.behind += u64::from(fault == RowFault::TimeGoingBack);
             self.pending = Some(kept);
         }
     }
@@ -187,7 +206,15 @@ impl Reader {
         self.marked = held.marked;
         let t_ns = i64::try_from(held.time - start)
             .map_err(|_| self.error(held.line, None, Problem::TimeRange(held.time.to_string())))?;
-        Ok(Row { t_ns, ..held.row })
+        let row = Row { t_ns, ..held.row };
+        if self.apart > 0 {
+            self.apart -= 1;
+            self.faulty += u64::from(!self.marked);
+            self.marked = true;
+            let none = [f64::NAN; 3];
+            return Ok(Row { gyro: none, ref_angle: none, ref_rate: none, ref_quaternion: [f64::NAN; 4], ..row });
+        }
+        Ok(row)
     }
 
     fn error(&self, line: u64, column: Option<usize>, problem: Problem) -> LogError {

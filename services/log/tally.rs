@@ -10,6 +10,8 @@ pub enum RowFault {
     NoTime,
     /// Time repeated or going back.
     TimeGoingBack,
+    /// Where time has caught up that stood or was set back.
+    SetBack,
     /// A single time far ahead of those around it.
     TimeAhead,
     /// An infinite value.
@@ -51,6 +53,10 @@ impl Tally {
                     RowFault::TimeGoingBack => {
                         ("time-going-back", format!("the time repeats or goes back in {rows}: left out"))
                     }
+                    RowFault::SetBack => (
+                        "time-going-back",
+                        "the clock stood or was set back: what follows is kept apart from what came before".to_owned(),
+                    ),
                     RowFault::TimeAhead => {
                         ("time-going-back", format!("the time jumps ahead, and back after it, in {rows}: left out"))
                     }

@@ -22,12 +22,11 @@ impl Present<'_> {
         terms.iter().all(|t| t.effect.stage() == Stage::Calibration)
     }
 
-    /// Whether a model without `term` needs it: `with` is this model and the term, fitted.
+    /// Whether a model without `term`, of this series, needs it: `with` is this model and the term, fitted.
     #[must_use]
-    pub fn needs(&self, with: &Present, term: &Term) -> bool {
+    pub fn needs(&self, with: &Present, series: usize, term: &Term) -> bool {
         let rise = with.gls.log_likelihood - self.gls.log_likelihood;
-        let candidate =
-            Candidate { series: 0, term: term.clone(), score: rise, removes: 0.0, freedom: term.values.len() };
+        let candidate = Candidate { series, term: term.clone(), score: rise, removes: 0.0, freedom: term.values.len() };
         let lower = with.excess < self.excess;
         lower && (chance(rise, &candidate, &with.study) < GATE || with.excess < (1.0 - SHARE) * self.excess)
     }

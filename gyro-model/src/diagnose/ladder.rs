@@ -301,7 +301,7 @@ fn back<'a>(
         for id in &added[..added.len() - 1] {
             progress(id);
             let Some((without, term)) = without(&present, *axis, id) else { continue };
-            if !without.needs(&present, &term) {
+            if !without.needs(&present, k, &term) {
                 // What the effect made unsure counts again.
                 present = if present.study.leaves_out() {
                     let model = &without.study.model;

@@ -9,7 +9,7 @@ use crate::{effects::Effect, evidence::series::Series};
 /// The limit that the readings show, if they do.
 #[must_use]
 pub fn read_off(effect: &dyn Effect, series: &Series) -> Option<f64> {
-    let readings: Vec<f64> = series.gyro.iter().zip(&series.missing).filter(|(_, m)| !**m).map(|(g, _)| *g).collect();
+    let readings: Vec<f64> = series.gyro.iter().zip(&series.read).filter(|(_, read)| **read).map(|(g, _)| *g).collect();
     match effect.card().id {
         "saturation" => rail(&readings),
         "dead-zone" => hole(&readings),

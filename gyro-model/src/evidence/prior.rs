@@ -125,20 +125,24 @@ pub fn priors(problem: &Problem) -> Vec<Prior> {
 /// The prior noise of one axis; `reference` is its reference angle, or for a quaternion the sum of the attitude's
 /// increments about it.
 fn prior(series: &Series, reference: &[f64]) -> Prior {
-    let span = series.span();
-    let flat = |k: usize| {
-        series.missing[k] || (k > 1 && series.gyro[k] == series.gyro[k - 1] && series.gyro[k] == series.gyro[k - 2])
-    };
-    let lsb = smallest_step(&series.gyro);
-    let gyro = Spread::of(stretches(&series.gyro, flat)).less(lines(&series.gyro, |k| series.missing[k]));
+    // A reading between two others is no measurement.
+    let own: Vec<usize> = (0..series.t.len()).filter(|&k| series.read[k]).collect();
+    let gyro: Vec<f64> = own.iter().map(|&k| series.gyro[k]).collect();
+    let mut apart: Vec<f64> = own.windows(2).map(|pair| series.t[pair[1]] - series.t[pair[0]]).collect();
+    let middle = apart.len() / 2;
+    let dt = if apart.is_empty() { series.span().dt } else { *apart.select_nth_unstable_by(middle, f64::total_cmp).1 };
+    let missing = |k: usize| series.missing[own[k]];
+    let flat = |k: usize| missing(k) || (k > 1 && gyro[k] == gyro[k - 1] && gyro[k] == gyro[k - 2]);
+    let lsb = smallest_step(&gyro);
+    let gyro = Spread::of(stretches(&gyro, flat)).less(lines(&gyro, missing));
     let angle = Spread::of(stretches(reference, |_| false));
     let step = counts(series);
     let known = if step > 0.0 { step } else { angle.quiet };
     // Jerky motion shows in the reference too; noise that grows with rate does not.
-    let poor = POOR.powi(2) / span.dt;
+    let poor = POOR.powi(2) / dt;
     let jerky = angle.mean > 3.0 * known && (gyro.uneven() || gyro.mean > poor);
     let (variance, gyro_says) = if series.angle_random_walk > 0.0 {
-        (series.angle_random_walk.powi(2) / span.dt, "sixth differences of the newest readings, whose means these are")
+        (series.angle_random_walk.powi(2) / dt, "sixth differences of the newest readings, whose means these are")
     } else if jerky && gyro.quiet > poor {
         (poor, "a poor MEMS sensor's data sheet (0.03 °/s/√Hz): the motion is jerky and never rests")
     } else if jerky {
@@ -154,7 +158,7 @@ fn prior(series: &Series, reference: &[f64]) -> Prior {
         (variance.sqrt().max(1e-9), "sixth differences of the reference".to_owned())
     };
     Prior {
-        angle_random_walk: (variance * span.dt).sqrt().max(1e-9),
+        angle_random_walk: (variance * dt).sqrt().max(1e-9),
         encoder,
         source: format!("gyro noise from {gyro_says}; reference noise from {from}"),
     }

@@ -8,7 +8,8 @@ use crate::{
     record::{FREE_CHANNELS, ReferenceKind},
 };
 
-/// The columns of one axis. Inputs have no holes: what is missing is interpolated and, for the gyro, marked lost.
+/// The columns of one axis. Inputs have no holes: what is missing is interpolated and, for the gyro, marked lost
+/// where that is for long.
 #[derive(Clone, Debug)]
 pub struct Series {
     /// The axis.
@@ -21,7 +22,9 @@ pub struct Series {
     pub gyro: Vec<f64>,
     /// How far the readings have turned, rad, where they are means that do not add up to it; else empty.
     pub turned: Vec<f64>,
-    /// Samples whose reading is missing.
+    /// Samples that have a reading of their own; that of the others lies between those of their neighbours.
+    pub read: Vec<bool>,
+    /// Samples whose reading is missing, for too long to be told from its neighbours.
     pub missing: Vec<bool>,
     /// What the regressors see, but for rate, rate_dot and angle.
     pub signals: Vec<Signals>,
@@ -196,7 +199,7 @@ impl Series {
         let t: Vec<f64> = rows.iter().map(|r| r.t_ns as f64 * 1e-9).collect();
         let column = |pick: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..rows.len()).map(pick).collect() };
         let raw = column(&|k| rows[k].gyro[i]);
-        let missing: Vec<bool> = raw.iter().zip(holes(&t, &raw)).map(|(v, hole)| hole || !v.is_finite()).collect();
+        let (read, missing) = (raw.iter().map(|v| v.is_finite()).collect(), holes(&t, &raw));
         let gyro = fill(&t, &raw)?;
         let zero = || vec![0.0; t.len()];
         let filled = |pick: &dyn Fn(usize) -> f64| fill(&t, &column(pick)).unwrap_or_else(zero);
@@ -262,6 +265,7 @@ impl Series {
             t,
             gyro,
             turned: record.turned.iter().map(|turned| turned.gyro[i]).collect(),
+            read,
             missing,
             signals,
             reference_rows,

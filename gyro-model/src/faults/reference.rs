@@ -147,7 +147,12 @@ pub(super) fn check(record: &Record, report: &mut Report) {
             });
             if let Some((other, slope, _)) = follows.max_by(|a, b| a.2.total_cmp(&b.2)) {
                 let sign = if slope < 0.0 { ", with the other sign" } else { "" };
-                let says = format!("{column} follows gyro_{other}{sign}, not gyro_{axis}: rename one of them");
+                let order = if record.reference(axis) == Some(ReferenceKind::Quaternion) {
+                    "check the order of its four numbers (w first, or last?), or rename one of the two"
+                } else {
+                    "rename one of them"
+                };
+                let says = format!("{column} follows gyro_{other}{sign}, not gyro_{axis}: {order}");
                 report.add_on(axis, "swapped-axes", rows, Some(0.0), says);
             }
         }
@@ -251,9 +256,23 @@ fn factor(ratio: f64, axis: Axis, column: &str) -> Option<String> {
         .then(|| format!("{column} is {ratio:.4} times what {gyro} shows: check both units"))
 }
 
+/// What no such gyro reads, rad/s: 4000 °/s.
+const FASTEST: f64 = 70.0;
+
 /// Units that show without a reference.
 fn other_units(record: &Record, report: &mut Report) {
     let rows = record.len() as u64;
+    for axis in Axis::ALL {
+        let i = axis.index();
+        let readings = record.rows.iter().map(|row| row.gyro[i].abs()).filter(|g| g.is_finite()).collect();
+        if let Some(fast) = quantile(readings, 0.9).filter(|fast| *fast > FASTEST) {
+            let says = format!(
+                "gyro_{axis} reads {fast:.0} rad/s or more in a tenth of the rows, and 4000 °/s are 70: if it is in °/s, name it \
+                 gyro_{axis}_dps, and its reference likewise"
+            );
+            report.add_on(axis, "wrong-unit", rows, Some(0.0), says);
+        }
+    }
     let middle = |of: fn(&crate::Row) -> f64| {
         quantile(record.rows.iter().map(of).filter(|x| x.is_finite()).collect(), 0.5).unwrap_or(f64::NAN)
     };
