@@ -18,6 +18,7 @@ use crate::{
     history::{History, seconds},
     record::FREE_CHANNELS,
 };
+use std::hash::{DefaultHasher, Hash, Hasher};
 
 /// Effects of one axis whose memory a [`State`] holds; later ones start afresh after a restore.
 pub const MEMORIES: usize = 32;
@@ -65,9 +66,17 @@ impl Identified {
 /// What compensation remembers, as plain data for crash recovery.
 #[derive(Clone, Copy, Debug)]
 pub struct State {
-    memory: [[Memory; MEMORIES]; 3],
+    /// Of each effect, by [`key`].
+    memory: [[(u64, Memory); MEMORIES]; 3],
     axes: [AxisPast; 3],
     environment: Environment,
+}
+
+/// An effect's id as a number, the same in every process of this program; never 0.
+fn key(effect: &dyn Effect) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    effect.card().id.hash(&mut hasher);
+    hasher.finish().max(1)
 }
 
 /// One effect of a model with its memory.
@@ -508,24 +517,31 @@ impl Compensation {
     /// What is remembered, for crash recovery.
     #[must_use]
     pub fn save(&self) -> State {
-        let mut memory = [[Memory::default(); MEMORIES]; 3];
+        let mut memory = [[(0, Memory::default()); MEMORIES]; 3];
         for (memory, plan) in memory.iter_mut().zip(&self.plans) {
             for (memory, placed) in memory.iter_mut().zip(plan.placed()) {
-                *memory = placed.memory;
+                *memory = (key(placed.effect), placed.memory);
             }
         }
         State { memory, axes: self.past, environment: self.environment }
     }
 
-    /// Takes up where a saved compensation with the same model left off; the history starts again at its last sample.
+    /// Takes up where a saved compensation left off, the effects that its model had too with what they remembered; the
+    /// history starts again at its last sample.
     pub fn restore(&mut self, state: &State) {
         for (memory, plan) in state.memory.iter().zip(&mut self.plans) {
-            for (memory, placed) in memory.iter().zip(plan.placed_mut()) {
-                placed.memory = *memory;
+            for placed in plan.placed_mut() {
+                if let Some((_, memory)) = memory.iter().find(|(known, _)| *known == key(placed.effect)) {
+                    placed.memory = *memory;
+                }
             }
         }
         self.past = state.axes;
+        let origin = self.environment.supply_origin;
         self.environment = state.environment;
+        if origin.is_finite() {
+            self.environment.supply_origin = origin;
+        }
         for i in 0..3 {
             self.history[i].clear();
             self.lost[i].clear();

@@ -390,6 +390,32 @@ fn the_same_model_again_makes_no_bump_at_all() {
 }
 
 #[test]
+fn what_effects_remember_is_restored_to_them_though_the_model_has_changed() {
+    let rows = rows(drive, 200, 20, (1.1, -0.2, 0.0), 6);
+    let with = |ids: &[(&str, f64)]| {
+        let mut model = model(1.1, -0.2);
+        let term =
+            |&(id, size): &(&str, f64)| Term { effect: find(id).unwrap(), values: vec![size], std_errors: vec![0.0] };
+        model.axes[2].as_mut().unwrap().terms.extend(ids.iter().map(term));
+        model
+    };
+    let (old, new) = (with(&[("rate-hysteresis", 0.1)]), with(&[("lag", 1e-5), ("rate-hysteresis", 0.1)]));
+    let mut running = Estimator::new(Options::default());
+    running.set_model(&old);
+    for row in &rows[..2050] {
+        running.step(row);
+    }
+    let mut restored = Estimator::new(Options::default());
+    restored.set_model(&new);
+    restored.restore(&running.save());
+    running.set_model(&new);
+    for row in &rows[2050..2060] {
+        let (a, b) = (running.step(row).axes[2].rate, restored.step(row).axes[2].rate);
+        assert!((a - b).abs() < 5e-3, "{a} and {b}");
+    }
+}
+
+#[test]
 fn a_delay_of_one_axis_does_not_turn_another() {
     let mut rows = rows(drive, 200, 20, (1.0, 0.0, 0.0), 6);
     let mut normal = Normal::new(3);
