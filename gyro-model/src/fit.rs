@@ -6,8 +6,9 @@
 //! identified by maximum likelihood) makes the estimates efficient. Standard errors are those of the identified noise.
 
 use crate::{
-    Axis, AxisModel, Model, Record,
-    diagnose::long,
+    Axis, AxisModel, Model, Record, Term,
+    diagnose::{begin, long},
+    effects::Need,
     evidence::study::{Bench, Study},
     record::ReferenceKind,
 };
@@ -57,7 +58,8 @@ pub fn groups(record: &Record, axes: &[Axis]) -> Vec<Vec<Axis>> {
     groups
 }
 
-/// Refits every parameter of `start` on `axes` of `record`; standard errors and noise are filled in.
+/// Refits every parameter of `start` on `axes` of `record`; standard errors and noise are filled in. An effect whose
+/// parameters are neutral still, and which has a shape, begins at the shape that the log shows most clearly.
 ///
 /// # Errors
 /// Where an axis has no gyro, no reference, or too few rows of it.
@@ -75,12 +77,56 @@ pub fn fit(record: &Record, start: &Model, axes: &[Axis]) -> Result<Model, FitEr
     if model.origin.supply.is_none() {
         model.origin.supply = Model::base_for(record).origin.supply;
     }
-    for group in groups(record, axes) {
-        let bench = Bench::new(record, &group, &model).ok_or(FitError::TooShort(group[0]))?;
-        let study = Study::fit(&bench, &long::begun(record, &bench, &model), None);
-        model = settle(study).model;
+    let mut beside = calibrated(record, &model);
+    for _ in 0..ROUNDS {
+        for group in groups(record, axes) {
+            let bench = Bench::new(record, &group, &beside).ok_or(FitError::TooShort(group[0]))?;
+            let start = begin::begun(record, &bench, &model);
+            let study = Study::fit(&bench, &long::begun(record, &bench, &start), None);
+            model = settle(study).model;
+        }
+        // Where an axis sees the others they have to be as this fit leaves them.
+        let sees = |term: &Term| term.effect.card().needs.iter().any(|n| matches!(n, Need::OtherGyros | Need::Gyro(_)));
+        if !model.axes.iter().flatten().flat_map(|axis| &axis.terms).any(sees) {
+            break;
+        }
+        beside.clone_from(&model);
     }
     Ok(model)
+}
+
+/// Fits of all axes where one sees the rates of others.
+const ROUNDS: usize = 2;
+
+/// The model, its axes that nothing is known of yet roughly fitted: what one axis sees of the others is compensated.
+#[must_use]
+pub(crate) fn calibrated(record: &Record, model: &Model) -> Model {
+    let mut calibrated = model.clone();
+    let groups = groups(record, &record.fitted_axes());
+    if groups.len() < 2 {
+        return calibrated;
+    }
+    for group in groups {
+        let base = |axis: &Axis| AxisModel::base(*axis);
+        let is_known = |axis: &Axis| {
+            let own = model.axes[axis.index()].as_ref();
+            own.is_some_and(|own| (own.alpha(), own.delta()) != (base(axis).alpha(), base(axis).delta()))
+        };
+        if group.iter().all(is_known) {
+            continue;
+        }
+        let mut start = Model { origin: model.origin, ..Model::default() };
+        for axis in &group {
+            start.axes[axis.index()] = Some(base(axis));
+        }
+        if let Some(bench) = long::brief(record, &group, &start) {
+            let found = Study::fit(&bench, &start, None).model;
+            for axis in &group {
+                calibrated.axes[axis.index()].clone_from(&found.axes[axis.index()]);
+            }
+        }
+    }
+    calibrated
 }
 
 /// The largest error over the floor at which the noise alone may be left: beyond it the least squares over all
@@ -90,9 +136,7 @@ const NOISE_ALONE: f64 = 2.0;
 /// Generalised least squares where the model is good, standard errors and noise everywhere.
 #[must_use]
 pub(crate) fn settle(study: Study<'_>) -> Study<'_> {
-    let curve = study.held_out().curve();
-    let worst = curve.iter().zip(&study.bench.weights).map(|(e, f)| e / f).fold(0.0, f64::max);
-    let (mut study, gls) = if worst < NOISE_ALONE {
+    let (mut study, gls) = if study.over_floor() < NOISE_ALONE {
         study.refine(&[])
     } else {
         let gls = study.identify(&[]);

@@ -85,14 +85,27 @@ pub struct Means {
     pub readings: usize,
     /// The encoders' steps where they were found before the means were taken, rad; 0 where there is none.
     pub steps: Option<[f64; 3]>,
-    /// N of the gyros' white noise as it was found before the means were taken, rad/√s; `NaN` where there is none. At the
-    /// means' own rate a vehicle's turns are as fast as it.
-    pub angle_random_walk: [f64; 3],
+    /// White noise as it was found before the means were taken. At the means' own rate a vehicle's turns are as fast as it.
+    pub walk: [Walk; 3],
+}
+
+/// Angle random walk, N, of one axis' readings, rad/√s; `NaN` where nothing was found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Walk {
+    /// Of the gyro.
+    pub gyro: f64,
+    /// Of the reference, where it is a rate.
+    pub reference: f64,
+}
+
+impl Walk {
+    /// Nothing found.
+    pub const UNKNOWN: Self = Self { gyro: f64::NAN, reference: f64::NAN };
 }
 
 impl Default for Means {
     fn default() -> Self {
-        Self { readings: 1, steps: None, angle_random_walk: [f64::NAN; 3] }
+        Self { readings: 1, steps: None, walk: [Walk::UNKNOWN; 3] }
     }
 }
 

@@ -1,28 +1,24 @@
 //! Fewer rows that say the same of slow things: means over blocks, of gyro and reference alike.
 //!
 //! A mean over time commutes with everything linear and steady: the mean angle's rate is the mean rate, so scale, bias and
-//! delay stay what they were. How far the gyro has turned is averaged beside its rate: the mean rates of blocks alone do not
-//! add up to it where a turn begins or ends within one. Gyro and reference have to be averaged about the same instant; where a reference comes at
-//! every n-th row only, a block reaches from the middle between two references to the middle between two others, a row
-//! that stands in such a middle counting half on each side.
+//! delay stay what they were. How far the gyro has turned is averaged beside its rate: the mean rates of blocks alone do
+//! not add up to it where a turn begins or ends within one. Gyro and reference have to be averaged about the same instant;
+//! where a reference comes at every n-th row only, a block reaches from the middle between two references to the middle
+//! between two others, a row that stands in such a middle counting half on each side.
 
 use crate::{
-    Axis, Record, Row,
+    Axis, Model, Record, Row,
     diagnose::limits::Limits,
     evidence::{
         encoder::Encoder,
         integrate::integral,
-        prior::priors,
+        prior::walks,
         problem::Problem,
         series::{fill, holes},
     },
-    model::Origin,
-    record::{Means, Turned},
+    record::{Means, Turned, Walk},
 };
-use std::{
-    collections::HashMap,
-    f64::consts::{PI, TAU},
-};
+use std::f64::consts::{PI, TAU};
 
 /// At most about `most` rows of this record, over its whole length; the newest rows where references of different
 /// columns stand in different rows, which no block has about one instant.
@@ -38,7 +34,8 @@ pub fn thinned(record: &Record, most: usize) -> Record {
     };
     let mut thinner = Thinner::new(record.len().div_ceil(most), reference != NONE);
     thinner.limits = Axis::ALL.map(|axis| Limits::of(record.rows.iter().map(|row| row.gyro[axis.index()])));
-    let besides = besides(record);
+    let axes = record.fitted_axes();
+    let besides = besides(record, &axes);
     let with_reference = |row: &Row| if pattern(row) == reference { *row } else { without_reference(row) };
     let (rows, turned): (Vec<Row>, Vec<Turned>) = record
         .rows
@@ -47,26 +44,29 @@ pub fn thinned(record: &Record, most: usize) -> Record {
         .filter_map(|(row, beside)| thinner.push_beside(&with_reference(row), beside))
         .unzip();
     let readings = record.means.readings * thinner.readings();
-    let means = Means { readings, steps: Some(Encoder::steps(record)), angle_random_walk: angle_random_walks(record) };
+    let means = Means { readings, steps: Some(Encoder::steps(record)), walk: walks_of(record, &axes) };
     Record { rows, free_names, means, turned }
 }
 
-/// N of each gyro, rad/√s: the median of what stretches all over the record say; `NaN` where there is none.
-fn angle_random_walks(record: &Record) -> [f64; 3] {
+/// White noise on these axes: the median of what stretches all over the record say.
+fn walks_of(record: &Record, axes: &[Axis]) -> [Walk; 3] {
     let references = record.rows.iter().filter(|row| is_referenced(row)).count().max(1);
     let rows = STRETCH.max(REFERENCES * record.len().div_ceil(references)).min(record.len());
     let apart = (record.len() / STRETCHES).max(rows);
     let starts = (0..=record.len() - rows).step_by(apart);
     let stretches: Vec<Record> = starts.map(|start| record.part(start..start + rows)).collect();
-    Axis::ALL.map(|axis| {
-        let found = |stretch: &Record| {
-            let problem = Problem::new(stretch, &[axis], &Origin::default())?;
-            Some(priors(&problem)[0].angle_random_walk)
+    let mut found = [Walk::UNKNOWN; 3];
+    for &axis in axes {
+        let of = |stretch: &Record| Some(walks(&Problem::new(stretch, &[axis], &Model::default())?)[0]);
+        let all: Vec<Walk> = stretches.iter().filter_map(of).collect();
+        let median = |part: fn(&Walk) -> f64| {
+            let mut sorted: Vec<f64> = all.iter().map(part).collect();
+            sorted.sort_by(f64::total_cmp);
+            sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
         };
-        let mut all: Vec<f64> = stretches.iter().filter_map(found).collect();
-        all.sort_by(f64::total_cmp);
-        all.get(all.len() / 2).copied().unwrap_or(f64::NAN)
-    })
+        found[axis.index()] = Walk { gyro: median(|walk| walk.gyro), reference: median(|walk| walk.reference) };
+    }
+    found
 }
 
 /// Stretches that N is found from, and the rows and references of each at least.
@@ -81,16 +81,14 @@ struct Beside {
     hole: [bool; 3],
 }
 
-/// What comes with each row; how far it has turned only where there is a reading.
-fn besides(record: &Record) -> Vec<Beside> {
+/// What comes with each row about these axes; how far the reference has turned only where it has a rate.
+fn besides(record: &Record, axes: &[Axis]) -> Vec<Beside> {
     let t: Vec<f64> = record.rows.iter().map(|row| row.t_ns as f64 * 1e-9).collect();
     let mut all = vec![Beside::default(); t.len()];
-    for i in 0..3 {
+    for i in axes.iter().map(|axis| axis.index()) {
         let gyro: Vec<f64> = record.rows.iter().map(|row| row.gyro[i]).collect();
-        if gyro.iter().any(|g| g.is_finite()) {
-            for (beside, hole) in all.iter_mut().zip(holes(&t, &gyro)) {
-                beside.hole[i] = hole;
-            }
+        for (beside, hole) in all.iter_mut().zip(holes(&t, &gyro)) {
+            beside.hole[i] = hole;
         }
         for (beside, angle) in all.iter_mut().zip(fill(&t, &gyro).map_or_else(Vec::new, |gyro| integral(&t, &gyro))) {
             beside.turned.gyro[i] = angle;
@@ -110,34 +108,32 @@ fn besides(record: &Record) -> Vec<Beside> {
 
 /// The columns whose references stand in nearly all rows that have one; `None` where there are no such columns.
 fn common_reference(record: &Record) -> Option<Pattern> {
-    let mut counts: HashMap<Pattern, usize> = HashMap::new();
-    for row in record.rows.iter().filter(|row| is_referenced(row)) {
-        *counts.entry(pattern(row)).or_default() += 1;
+    let mut counts = [0_usize; 1 << 7];
+    record.rows.iter().for_each(|row| counts[usize::from(pattern(row))] += 1);
+    counts[usize::from(NONE)] = 0;
+    let all: usize = counts.iter().sum();
+    let (common, count) = (NONE..1 << 7).zip(counts).max_by_key(|(_, count)| *count)?;
+    if all == 0 {
+        return Some(NONE);
     }
-    let all: usize = counts.values().sum();
-    let Some((common, count)) = counts.into_iter().max_by_key(|(_, count)| *count) else { return Some(NONE) };
     (count as f64 >= NEARLY * all as f64).then_some(common)
 }
 
 /// Share of the rows with a reference that have it in all of its columns.
 const NEARLY: f64 = 0.9;
 
-/// Which columns of a reference a row has.
-type Pattern = [bool; 7];
+/// Which columns of a reference a row has: a bit each for three angles, three rates and the orientation.
+type Pattern = u8;
 
-const NONE: Pattern = [false; 7];
+const NONE: Pattern = 0;
 
 fn without_reference(row: &Row) -> Row {
     Row { ref_angle: [f64::NAN; 3], ref_rate: [f64::NAN; 3], ref_quaternion: [f64::NAN; 4], ..*row }
 }
 
 fn pattern(row: &Row) -> Pattern {
-    let mut pattern = NONE;
-    for i in 0..3 {
-        (pattern[i], pattern[3 + i]) = (row.ref_angle[i].is_finite(), row.ref_rate[i].is_finite());
-    }
-    pattern[6] = row.ref_quaternion[0].is_finite();
-    pattern
+    let bit = |value: f64, place: usize| u8::from(value.is_finite()) << place;
+    (0..3).fold(bit(row.ref_quaternion[0], 6), |bits, i| bits | bit(row.ref_angle[i], i) | bit(row.ref_rate[i], 3 + i))
 }
 
 fn is_referenced(row: &Row) -> bool {

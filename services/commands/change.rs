@@ -7,13 +7,7 @@ use crate::{
     report::{self, Change, Command},
 };
 use anyhow::{Result, bail};
-use gyro_model::{
-    Axis, AxisModel, Model, Record, Row, Term,
-    diagnose::limits,
-    effects::{Need, Stage},
-    evidence::series::Series,
-    record::ReferenceKind,
-};
+use gyro_model::{Axis, AxisModel, Model, Term, effects::Stage};
 use std::{
     path::{Path, PathBuf},
     process::ExitCode,
@@ -73,7 +67,7 @@ pub fn run(args: &ChangeArgs, direction: Direction) -> Result<ExitCode> {
         let mut touched = false;
         for &axis in &subject.axes {
             if direction == Direction::Add
-                && let Some(need) = effect.card().needs.iter().find(|need| !has(&subject.record, axis, **need))
+                && let Some(need) = effect.card().needs.iter().find(|need| !need.is_in(&subject.record, axis))
             {
                 bail!("{}: '{id}' needs {}, which the log does not have", subject.name, super::effects::needs(*need));
             }
@@ -81,13 +75,7 @@ pub fn run(args: &ChangeArgs, direction: Direction) -> Result<ExitCode> {
             let has = model.term(id).is_some();
             match direction {
                 Direction::Add if !has => {
-                    let mut term = Term::neutral(effect, axis);
-                    // A limit is read off the readings: no fit moves it.
-                    let series = Series::new(&subject.record, axis, &changed.origin);
-                    if let Some(limit) = series.and_then(|series| limits::read_off(effect, &series)) {
-                        term.values[0] = limit;
-                    }
-                    model.terms.push(term);
+                    model.terms.push(Term::neutral(effect, axis));
                 }
                 Direction::Remove if has => model.terms.retain(|term| term.effect.card().id != id),
                 Direction::Add | Direction::Remove => continue,
@@ -99,6 +87,9 @@ pub fn run(args: &ChangeArgs, direction: Direction) -> Result<ExitCode> {
         }
     }
     let mut after = subject.fit(&changed)?;
+    if let Some(id) = unshown(&after) {
+        bail!("{}: nothing in this log shows '{id}': there is no shape of it to add", subject.name);
+    }
     after.epoch = start.file.model.epoch + 1;
     let (old, new) = (subject.compare(&before, true)?, subject.compare(&after, true)?);
     if let Some(path) = &args.output {
@@ -117,16 +108,10 @@ pub fn run(args: &ChangeArgs, direction: Direction) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Whether the log has what an effect needs.
-fn has(record: &Record, axis: Axis, need: Need) -> bool {
-    let any = |value: &dyn Fn(&Row) -> f64| record.rows.iter().any(|row| value(row).is_finite());
-    match need {
-        Need::ThreeGyros => Axis::ALL.into_iter().all(|axis| record.has_gyro(axis)),
-        Need::Accelerometer => (0..3).any(|i| any(&|row| row.accel[i])),
-        Need::Temperature => any(&|row| row.temperature),
-        Need::Supply => any(&|row| row.supply),
-        Need::AngleReference => record.reference(axis) == Some(ReferenceKind::Angle),
-    }
+/// An effect of which a fit found nothing: a resonance without a frequency, a limit that no reading reaches.
+fn unshown(model: &Model) -> Option<&'static str> {
+    let terms = || model.axes.iter().flatten().flat_map(|axis| &axis.terms);
+    terms().find(|term| term.values.iter().any(|value| !value.is_finite())).map(|term| term.effect.card().id)
 }
 
 fn untouched(id: &str, direction: Direction, model: &Model, axes: &[Axis]) -> String {

@@ -143,7 +143,8 @@ fn acts_on(stage: Stage) -> &'static str {
 /// What that is, in words.
 pub(super) fn needs(need: Need) -> &'static str {
     match need {
-        Need::ThreeGyros => "three gyro axes",
+        Need::OtherGyros => "a gyro of another axis",
+        Need::Gyro(axis) => ["the gyro of axis x", "the gyro of axis y", "the gyro of axis z"][axis.index()],
         Need::Accelerometer => "an accelerometer",
         Need::Temperature => "a temperature that changes",
         Need::Supply => "a supply voltage that changes",

@@ -25,7 +25,7 @@ pub fn size(probe: &Probe) -> Option<f64> {
     }
     let axis = probe.scenario.sensor.axis;
     let noisy = simulate(&probe.hide(probe.drawn()));
-    let rows = readings(&Problem::new(&noisy.record, &[axis], &noisy.truth.origin)?);
+    let rows = readings(&Problem::new(&noisy.record, &[axis], &noisy.truth)?);
     let mut size = probe.drawn();
     for _ in 0..6 {
         let factor = SIGMA / sigmas(probe, size, &rows)?;
@@ -42,7 +42,7 @@ fn sigmas(probe: &Probe, size: f64, rows: &Rows) -> Option<f64> {
     const STEP: f64 = 0.05;
     let axis = probe.scenario.sensor.axis;
     let Simulated { record, truth, .. } = simulate(&quiet(&probe.hide(size)));
-    let problem = Problem::new(&record, &[axis], &truth.origin)?;
+    let problem = Problem::new(&record, &[axis], &truth)?;
     let mut warm = problem.cold();
     for _ in 0..3 {
         warm = problem.warm(&problem.evaluate(&truth, &warm), &warm);

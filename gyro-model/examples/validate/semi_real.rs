@@ -15,9 +15,8 @@ use crate::{
 use gyro_model::{
     Axis, Model, Record, Term,
     diagnose::{Options, ladder},
-    effects::{Need, Role, Stage, find},
+    effects::{Role, Stage, find},
     evidence::study::{Bench, Study},
-    record::ReferenceKind,
     simulate::{Hidden, Injection},
 };
 use std::{error::Error, path::PathBuf};
@@ -45,15 +44,7 @@ impl Recording {
     fn suits(&self, id: &str, axis: Axis) -> bool {
         let own = self.own.axes[axis.index()].as_ref().map(gyro_model::AxisModel::effect_ids).unwrap_or_default();
         let needs = find(id).map_or(&[][..], |effect| effect.card().needs);
-        let rows = &self.record.rows;
-        let met = |need: &Need| match need {
-            Need::ThreeGyros => Axis::ALL.iter().all(|&axis| self.record.has_gyro(axis)),
-            Need::Accelerometer => rows.iter().any(|row| row.accel.iter().all(|a| a.is_finite())),
-            Need::Temperature => rows.iter().any(|row| row.temperature.is_finite()),
-            Need::Supply => rows.iter().any(|row| row.supply.is_finite()),
-            Need::AngleReference => self.record.reference(axis) == Some(ReferenceKind::Angle),
-        };
-        needs.iter().all(met) && !own.iter().any(|other| alike(id, other))
+        needs.iter().all(|need| need.is_in(&self.record, axis)) && !own.iter().any(|other| alike(id, other))
     }
 
     /// The effect at its typical size times `times`. A step comes in the middle, a rail at 70 % of the largest reading.

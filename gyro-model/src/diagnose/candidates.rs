@@ -45,7 +45,8 @@ pub fn can_show(effect: &dyn Effect, series: &Series) -> bool {
     };
     let s = &series.signals;
     effect.card().needs.iter().all(|need| match need {
-        Need::ThreeGyros => (0..3).filter(|&a| a != series.axis.index()).any(|a| varies(&|k| s[k].rates[a], 0.02)),
+        Need::OtherGyros => (0..3).filter(|&a| a != series.axis.index()).any(|a| varies(&|k| s[k].rates[a], 0.02)),
+        Need::Gyro(axis) => *axis == series.axis || varies(&|k| s[k].rates[axis.index()], 0.02),
         Need::Accelerometer => (0..3).any(|a| varies(&|k| s[k].accel[a], 1e-6)),
         Need::Temperature => varies(&|k| s[k].delta_temperature, 0.5),
         Need::Supply => varies(&|k| s[k].delta_supply, 1e-3),
@@ -58,7 +59,7 @@ pub fn can_show(effect: &dyn Effect, series: &Series) -> bool {
 #[must_use]
 pub fn scan(study: &Study, gls: &Gls, draws: &[Vec<Vec<f64>>], extra: &[&'static dyn Effect]) -> Vec<Candidate> {
     let scanner = Scanner::new(study, gls, draws);
-    let mut wanted: Vec<(usize, &Series, &'static dyn Effect)> = Vec::new();
+    let mut wanted: Vec<(usize, &'static dyn Effect)> = Vec::new();
     for (index, series) in study.bench.problem.series.iter().enumerate() {
         let axis = series.axis;
         let empty = AxisModel::EMPTY;
@@ -68,13 +69,14 @@ pub fn scan(study: &Study, gls: &Gls, draws: &[Vec<Vec<f64>>], extra: &[&'static
             if present > 0 || !can_show(*effect, series) {
                 continue;
             }
-            wanted.push((index, series, *effect));
+            wanted.push((index, *effect));
         }
     }
-    parallel::map(&wanted, |&(index, series, effect)| scanner.best(effect, index, series)).concat()
+    parallel::map(&wanted, |&(series, effect)| scanner.best(effect, series)).concat()
 }
 
-struct Scanner<'a> {
+/// The score test of one study.
+pub(super) struct Scanner<'a> {
     study: &'a Study<'a>,
     /// Whitened draws of noise alone.
     draws: &'a [Vec<Vec<f64>>],
@@ -96,7 +98,7 @@ struct Coarse {
 }
 
 impl<'a> Scanner<'a> {
-    fn new(study: &'a Study<'a>, gls: &Gls, draws: &'a [Vec<Vec<f64>>]) -> Self {
+    pub(super) fn new(study: &'a Study<'a>, gls: &Gls, draws: &'a [Vec<Vec<f64>>]) -> Self {
         let (normal, whitener) = noise::normal(study, &gls.noise);
         let (inverse, _) = nls::invert_observable(&normal.matrix, 1e-10);
         let residual = whitener.apply_each(&study.evaluation.residual);
@@ -125,7 +127,9 @@ impl<'a> Scanner<'a> {
         Coarse { normal, residual, columns }
     }
 
-    fn best(&self, effect: &'static dyn Effect, index: usize, series: &Series) -> Vec<Candidate> {
+    /// One effect on one axis.
+    pub(super) fn best(&self, effect: &'static dyn Effect, index: usize) -> Vec<Candidate> {
+        let series = &self.study.bench.problem.series[index];
         let parameters = effect.parameters(series.axis);
         let linear = parameters.iter().filter(|p| p.role == Role::Linear).count();
         if effect.stage() == Stage::Reading {
@@ -291,7 +295,7 @@ impl<'a> Scanner<'a> {
         difference(&moved, &self.study.evaluation, h)
     }
 
-    /// Projection of `c` onto the model's columns removed: (c·c, c·r) that remain, and c·W.
+    /// The scalar product of two columns, over all channels.
     fn cross(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
         a.iter().zip(b).map(|(x, y)| dot(x, y)).sum()
     }

@@ -46,6 +46,12 @@ impl Parts {
         Some(Self { thin: thin(record, &axes, model)?, stretch })
     }
 
+    /// Both.
+    #[must_use]
+    pub fn each(&self) -> [&Bench; 2] {
+        [&self.thin, &self.stretch]
+    }
+
     /// A model fitted to every row of the log, begun from its thinned fit.
     #[must_use]
     pub fn fit<'a>(&self, bench: &'a Bench, model: &Model) -> Study<'a> {
@@ -55,7 +61,7 @@ impl Parts {
     /// The model fitted to each part, and the suspects there.
     #[must_use]
     pub fn suspects(&self, model: &Model, options: &Options) -> [(Present<'_>, Vec<Refit<'_>>); 2] {
-        [&self.thin, &self.stretch].map(|part| {
+        self.each().map(|part| {
             let present = Present::new(Study::fit(part, model, None));
             let suspects = present.suspects(options.own_effects, options.progress);
             (present, suspects)
@@ -127,6 +133,12 @@ fn thin(record: &Record, axes: &[Axis], model: &Model) -> Option<Bench> {
     let seconds = (record.rows.last()?.t_ns - record.rows.first()?.t_ns) as f64 * 1e-9;
     let rows = (RATE * seconds).clamp(THINNED.0, THINNED.1);
     Bench::new(&thinned(record, rows as usize), axes, model)
+}
+
+/// A log laid out at less detail where it is long.
+#[must_use]
+pub(crate) fn brief(record: &Record, axes: &[Axis], model: &Model) -> Option<Bench> {
+    if record.len() > LONG { thin(record, axes, model) } else { Bench::new(record, axes, model) }
 }
 
 /// Fits a model to the means over blocks first where a log is long: what is left to do on every row is little.

@@ -7,6 +7,7 @@
 //! draws of noise alone on this very motion.
 
 mod ahead;
+pub(crate) mod begin;
 pub mod candidates;
 mod gate;
 pub mod judged;
@@ -23,7 +24,7 @@ use crate::{
     diagnosis::{AxisDiagnosis, AxisLadder, DataFault, Suspect, Verdict},
     effects::Effect,
     evidence::study::{Bench, Study},
-    fit::{FitError, groups},
+    fit::{FitError, calibrated, groups},
     parallel,
 };
 use judged::{Judged, finite};
@@ -69,8 +70,9 @@ fn each_group<T: Send>(
     if model.origin.supply.is_none() {
         model.origin = Model::base_for(record).origin;
     }
+    let beside = calibrated(record, &model);
     let one = |group: &Vec<Axis>| {
-        let bench = Bench::new(record, group, &model).ok_or(FitError::TooShort(group[0]))?;
+        let bench = Bench::new(record, group, &beside).ok_or(FitError::TooShort(group[0]))?;
         Ok(work(&bench, &model))
     };
     parallel::map(&groups(record, axes), one).into_iter().collect()
@@ -252,7 +254,7 @@ fn suspect(refit: &Refit, aliases: &[String], before: &Judged, series: usize) ->
         aliases: aliases.to_vec(),
         separate_by: verdict::split_by(card.id, aliases),
         p_value: finite(refit.p_value),
-        error_fall: (!before.within()).then(|| finite((j0 - j1) / (j0 - 1.0))).flatten(),
+        error_fall: (!before.within() && j0 > 1.0).then(|| finite((j0 - j1) / (j0 - 1.0))).flatten(),
         parameters: judged::parameters(own.terms.last().map_or(&[], std::slice::from_ref), axis),
         error_curve: after.points(),
     }

@@ -1,7 +1,7 @@
 //! A suspect refitted exactly, and what that is worth.
 
 use super::{
-    candidates::{Candidate, scan, with_term},
+    candidates::{Candidate, Scanner, scan, with_term},
     gate::chance,
     rank::{drop_driven, prefer_plainer, rank},
 };
@@ -168,6 +168,12 @@ impl<'a> Present<'a> {
             likeliest(&plain) - likeliest(&undone)
         });
         (gains.sum::<f64>() / SHAPED as f64 * bench.problem.channels() as f64).max(0.0)
+    }
+
+    /// What the scan says an effect may begin at: by the likelihood and, where that is another, by the error.
+    #[must_use]
+    pub fn starts(&self, effect: &'static dyn Effect, series: usize) -> Vec<Candidate> {
+        Scanner::new(&self.study, &self.gls, &self.draws).best(effect, series)
     }
 
     /// The suspects of this model, refitted, best first.

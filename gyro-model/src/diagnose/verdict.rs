@@ -154,7 +154,7 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
         (true, None, None) => (
             Verdict::Adequate,
             format!(
-                "what is left is noise, of the gyro {} °/s/√Hz and of the reference {} °: no parameter can take it out.",
+                "what is left is noise, of the gyro {} °/√s and of the reference {} °: no parameter can take it out.",
                 degrees(noise.angle_random_walk),
                 degrees(noise.encoder)
             ),

@@ -17,7 +17,7 @@ static CARD: Card = Card {
     equation: "ω_f = ω + Σ m_k ω_k, over the two other axes k",
     typical: "0.5–2 % on the chip, up to 6 % with mounting (1° of tilt is 1.7 %)",
     source: "IEEE Std 1431, input axis misalignment; cross-axis sensitivity in MEMS data sheets",
-    needs: &[Need::ThreeGyros],
+    needs: &[Need::OtherGyros],
     excited_by: "rotation about the other axes, independent of this one",
     mended_by: "exactly",
     aliases: &[Alias {

@@ -8,7 +8,10 @@ pub(crate) use operators::{
     SIXTH, STEADY, derivative, low_pass, play, quieted, second_derivative, sixth_differences, steadied,
 };
 
-use crate::{Axis, record::FREE_CHANNELS};
+use crate::{
+    Axis, Record, Row,
+    record::{FREE_CHANNELS, ReferenceKind},
+};
 
 pub mod bias;
 pub mod bias_drift;
@@ -138,8 +141,10 @@ pub struct ParameterCard {
 /// What a log must hold for an effect to be examined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Need {
-    /// All three gyro axes.
-    ThreeGyros,
+    /// A gyro of another axis.
+    OtherGyros,
+    /// The gyro of this axis.
+    Gyro(Axis),
     /// An accelerometer.
     Accelerometer,
     /// A temperature that changes.
@@ -148,6 +153,22 @@ pub enum Need {
     Supply,
     /// A reference that is an angle.
     AngleReference,
+}
+
+impl Need {
+    /// Whether a log has that for this axis, be it that it never changes.
+    #[must_use]
+    pub fn is_in(self, record: &Record, axis: Axis) -> bool {
+        let any = |value: &dyn Fn(&Row) -> f64| record.rows.iter().any(|row| value(row).is_finite());
+        match self {
+            Self::OtherGyros => Axis::ALL.into_iter().any(|other| other != axis && record.has_gyro(other)),
+            Self::Gyro(axis) => record.has_gyro(axis),
+            Self::Accelerometer => (0..3).any(|i| any(&|row| row.accel[i])),
+            Self::Temperature => any(&|row| row.temperature),
+            Self::Supply => any(&|row| row.supply),
+            Self::AngleReference => record.reference(axis) == Some(ReferenceKind::Angle),
+        }
+    }
 }
 
 /// An effect that can look the same on one log.

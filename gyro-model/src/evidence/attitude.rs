@@ -13,12 +13,14 @@ pub struct Attitude {
     increments: Vec<Vector3<f64>>,
     /// World from the frame at the middle of each step.
     middle: Vec<UnitQuaternion<f64>>,
+    /// The body axes that have a gyro and are asked about.
+    axes: Vec<usize>,
 }
 
 impl Attitude {
-    /// Takes the quaternions of the series' reference rows; lengths need not be 1.
+    /// Takes the quaternions of the series' reference rows, which serve these body axes; lengths need not be 1.
     #[must_use]
-    pub fn new(record: &Record, series: &Series) -> Self {
+    pub fn new(record: &Record, series: &Series, axes: Vec<usize>) -> Self {
         let world_from_body: Vec<UnitQuaternion<f64>> = series
             .reference_rows
             .iter()
@@ -34,7 +36,27 @@ impl Attitude {
             increments.push(step);
             middle.push(pair[0] * UnitQuaternion::from_scaled_axis(0.5 * step));
         }
-        Self { world_from_body, increments, middle }
+        Self { world_from_body, increments, middle, axes }
+    }
+
+    /// Channels of a residual: three of the world where each body axis has its gyro; else those body axes that have one.
+    #[must_use]
+    pub fn channels(&self) -> usize {
+        self.axes.len()
+    }
+
+    /// Whether errors are seen from the world, where a reference's noise does not add up.
+    fn is_whole(&self) -> bool {
+        self.axes.len() == 3
+    }
+
+    /// A world vector's component along body axis `axis` at reference row `row`, the vector given channel by channel.
+    pub fn along(&self, axis: usize, row: usize, channel: impl Fn(usize) -> f64) -> f64 {
+        if !self.is_whole() {
+            return self.axes.iter().position(|own| *own == axis).map_or(0.0, channel);
+        }
+        let rotation = self.world_from_body[row].to_rotation_matrix();
+        (0..3).map(|k| rotation.matrix()[(k, axis)] * channel(k)).sum()
     }
 
     /// Sum of the increments about body axis `axis`, rad.
@@ -49,9 +71,12 @@ impl Attitude {
             .collect()
     }
 
-    /// Sum of world-frame error steps, each turned back to the body and taken about one of its axes.
+    /// Sum of a residual's error steps, each turned back to the body and taken about one of its axes.
     #[must_use]
     pub fn about_body_axis(&self, world: &[Vec<f64>], axis: usize) -> Vec<f64> {
+        if let Some(channel) = self.axes.iter().position(|own| *own == axis).filter(|_| !self.is_whole()) {
+            return world[channel].clone();
+        }
         let n = self.middle.len();
         let mut sum = 0.0;
         (0..n)
@@ -65,27 +90,24 @@ impl Attitude {
             .collect()
     }
 
-    /// Sum of step errors in the world frame: the gyro's rotation vector of each step (its three angles' increments,
-    /// with the coning correction of two successive steps) less the reference's.
+    /// Sum of step errors: the gyro's rotation vector of each step (its three angles' increments, with the coning
+    /// correction of two successive steps) less the reference's. What turned about an axis without gyro is the reference's.
     #[must_use]
-    pub fn residual(&self, angle: [&[f64]; 3], lost: &[bool]) -> Vec<Vec<f64>> {
+    pub fn residual(&self, angle: [Option<&[f64]>; 3], lost: &[bool]) -> Vec<Vec<f64>> {
         let n = self.middle.len();
-        let mut out = vec![vec![0.0; n]; 3];
+        let mut out = vec![vec![0.0; n]; self.channels()];
         let mut sum = Vector3::zeros();
         let mut before = Vector3::zeros();
         for i in 1..n {
-            let step = Vector3::new(
-                angle[0][i] - angle[0][i - 1],
-                angle[1][i] - angle[1][i - 1],
-                angle[2][i] - angle[2][i - 1],
-            );
+            let step = Vector3::from_fn(|a, _| angle[a].map_or(self.increments[i][a], |angle| angle[i] - angle[i - 1]));
             let turned = step + before.cross(&step) / 12.0;
             before = step;
             if !lost[i] {
-                sum += self.middle[i] * (turned - self.increments[i]);
+                let error = turned - self.increments[i];
+                sum += if self.is_whole() { self.middle[i] * error } else { error };
             }
-            for (channel, value) in out.iter_mut().zip(sum.iter()) {
-                channel[i] = *value;
+            for (k, channel) in out.iter_mut().enumerate() {
+                channel[i] = sum[if self.is_whole() { k } else { self.axes[k] }];
             }
         }
         out

@@ -161,11 +161,8 @@ impl Pairs {
     fn steps(&self, problem: &Problem, series: &[Vec<f64>], component: Option<usize>) -> Vec<f64> {
         let step = |channel: &[f64], &(i, j): &(u32, u32)| channel[j as usize] - channel[i as usize];
         if let (Some(axis), Some(attitude)) = (component, problem.attitude()) {
-            let turned = |pair: &(u32, u32)| {
-                let rotation = attitude.world_from_body[pair.0 as usize].to_rotation_matrix();
-                (0..3).map(|k| rotation.matrix()[(k, axis)] * step(&series[k], pair)).sum()
-            };
-            return self.rows.iter().map(turned).collect();
+            let along = |pair: &(u32, u32)| attitude.along(axis, pair.0 as usize, |k| step(&series[k], pair));
+            return self.rows.iter().map(along).collect();
         }
         let mut all = Vec::with_capacity(series.len() * self.rows.len());
         for channel in series {

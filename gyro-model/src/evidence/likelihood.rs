@@ -43,6 +43,8 @@ pub struct Limits {
     pub most: NoiseModel,
     /// The shortest correlation time, s.
     pub shortest: f64,
+    /// The smallest angle random walk, rad/√s.
+    pub quietest: f64,
 }
 
 /// The likeliest noise within `limits` that is reached from `start` in so many steps, and its −ln L.
@@ -61,7 +63,11 @@ pub fn seek(
         .zip(&most)
         .enumerate()
         .map(|(k, (v, most))| {
-            let least = if k == 4 { limits.shortest.ln().min(*most) } else { f64::NEG_INFINITY };
+            let least = match k {
+                0 => limits.quietest.ln().min(*most),
+                4 => limits.shortest.ln().min(*most),
+                _ => f64::NEG_INFINITY,
+            };
             ((v - REACH).clamp(least, *most), (v + REACH).clamp(least, *most))
         })
         .collect();
@@ -351,7 +357,7 @@ mod tests {
 
     fn within(longest: f64) -> Limits {
         let most = NoiseModel { correlation_time: longest, ..NoiseModel::UNLIMITED };
-        Limits { most, shortest: 0.02 }
+        Limits { most, shortest: 0.02, quietest: 0.0 }
     }
 
     #[test]

@@ -45,6 +45,8 @@ impl Gls {
 const WANDER: f64 = 2.5e-3;
 /// Share of a log that a correlated rate may last.
 const LASTS: f64 = 0.1;
+/// Readings over which an error may be correlated and count as white.
+const WHITE: f64 = 10.0;
 /// Bias random walk that still counts as wander, rad/s/√s.
 const WALK: f64 = 3e-4;
 
@@ -72,11 +74,16 @@ impl NoiseModel {
         self.correlated > 0.0 && self.correlation_time > LASTS * span
     }
 
-    /// As the model file has it, for a log of this mean square rate.
+    /// As the model file has it, for a log of this mean square rate with readings so far apart, s. A rate error s that is
+    /// correlated over a time T no longer than some readings is white to a filter, of N² = 2 s² T, as far as the
+    /// sensors' own signals say that there is so much.
     #[must_use]
-    pub fn summary(&self, rate_square: f64) -> Noise {
+    pub fn summary(&self, rate_square: f64, apart: f64, prior: &Prior) -> Noise {
+        let is_white = self.correlation_time < WHITE * apart;
+        let short = if is_white { self.correlated * (2.0 * self.correlation_time).sqrt() } else { 0.0 };
+        let white = self.angle_random_walk.hypot(short).min(self.angle_random_walk.max(prior.angle_random_walk));
         Noise {
-            angle_random_walk: self.angle_random_walk.hypot(self.rate_random_walk * rate_square.sqrt()),
+            angle_random_walk: white.hypot(self.rate_random_walk * rate_square.sqrt()),
             bias_random_walk: self.bias_random_walk,
             encoder: self.encoder,
         }
@@ -139,7 +146,9 @@ pub(crate) fn of_sensors(prior: &Prior) -> NoiseModel {
 
 /// How far the noise may lie above its prior and still be noise.
 const ABOVE_PRIOR: f64 = 2.0;
-/// N of a poor MEMS gyro, rad/√s (0.03 °/s/√Hz): noise of this size needs no physics.
+/// How far it may lie below.
+const BELOW_PRIOR: f64 = 0.1;
+/// N of a poor MEMS gyro, rad/√s (0.03 °/√s): noise of this size needs no physics.
 const POOR: f64 = 5.2e-4;
 
 /// Rows that are looked at while the noise is being searched for; the estimate itself uses all.
@@ -261,19 +270,21 @@ fn search_rows(study: &Study) -> Rows {
 }
 
 /// Any noise, but for how short and how long a correlated rate may last: below two rows it is white, beyond a share of the
-/// log a drift.
-fn limits(rows: &Rows) -> Limits {
+/// log a drift. And but for how little white noise there is: a reading between two rows counts half on either side, so
+/// beside a reference that is as good as exact the noise looks smoother than white, and less and less of it does as well.
+fn limits(study: &Study, rows: &Rows) -> Limits {
     let span = rows.t.last().unwrap_or(&0.0) - rows.t.first().unwrap_or(&0.0);
     let step = rows.t.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
     let most = NoiseModel { correlation_time: (1.0 - 1e-9) * LASTS * span, ..NoiseModel::UNLIMITED };
-    Limits { most, shortest: 2.0 * step }
+    let quietest = BELOW_PRIOR * study.bench.prior[0].angle_random_walk;
+    Limits { most, shortest: 2.0 * step, quietest }
 }
 
 /// By how much ln L falls where no parameter of the noise may be larger than in `most`.
 pub(crate) fn cost_of_limits(study: &Study, gls: &Gls, most: &NoiseModel) -> f64 {
     let rows = search_rows(study);
     let residual = moved(study, &gls.step);
-    let any = limits(&rows);
+    let any = limits(study, &rows);
     let limited = Limits { most: NoiseModel { correlation_time: any.most.correlation_time, ..*most }, ..any };
     let correlated = |time: f64| NoiseModel { correlated: most.correlated, correlation_time: time, ..gls.noise };
     let longest = any.most.correlation_time;
@@ -308,7 +319,8 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
             let (few, many) = periodogram.search(&first);
             from.extend([few, many]);
         }
-        let seek = |start: &NoiseModel, steps: usize| likelihood::seek(start, &rows, &residual, &limits(&rows), steps);
+        let seek =
+            |start: &NoiseModel, steps: usize| likelihood::seek(start, &rows, &residual, &limits(study, &rows), steps);
         // From the likelier starts for a while, from the best of them to the end.
         let polish = |from: &[NoiseModel], wide: bool, enough: f64| {
             let starts = from.iter().filter(|noise| (noise.correlated > 0.0) == wide);
@@ -321,7 +333,7 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
         let few = polish(&from, false, f64::INFINITY);
         if let Some((few, _)) = &few {
             // White noise may as well forget within some rows.
-            let time = 2.0 * limits(&rows).shortest;
+            let time = 2.0 * limits(study, &rows).shortest;
             let correlated = 0.5 * few.angle_random_walk / time.sqrt();
             let angle_random_walk = 0.7 * few.angle_random_walk;
             from.push(NoiseModel { angle_random_walk, correlated, correlation_time: time, ..*few });
@@ -356,14 +368,14 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
         before = best.1;
         step = solve(&normal(study, &noise).0).0;
     }
-    if let Some(growing) = growth::growing(&noise, &rows, &moved(study, &step), &limits(&rows)) {
+    if let Some(growing) = growth::growing(&noise, &rows, &moved(study, &step), &limits(study, &rows)) {
         noise = growing;
         step = solve(&normal(study, &noise).0).0;
     }
     // What was found on some of the rows is not quite the likeliest on all.
     let all = self::rows(study, 1);
     if all.index.len() > rows.index.len() {
-        noise = likelihood::seek(&noise, &all, &moved(study, &step), &limits(&all), FIRST).0;
+        noise = likelihood::seek(&noise, &all, &moved(study, &step), &limits(study, &all), FIRST).0;
     }
     at_noise(study, &noise)
 }
@@ -387,7 +399,8 @@ pub(super) const WORTH: f64 = 6.0;
 pub(crate) fn likelier(study: &Study, known: &Gls, start: &NoiseModel) -> Option<Gls> {
     let rows = search_rows(study);
     let residual = moved(study, &known.step);
-    let seek = |start: &NoiseModel, steps: usize| likelihood::seek(start, &rows, &residual, &limits(&rows), steps);
+    let seek =
+        |start: &NoiseModel, steps: usize| likelihood::seek(start, &rows, &residual, &limits(study, &rows), steps);
     // From a walk that is nothing none would come back.
     let start = NoiseModel { bias_random_walk: start.bias_random_walk.max(known.noise.bias_random_walk), ..*start };
     let ((noise, cost), (_, before)) = (seek(&start, AFTER), seek(&known.noise, 0));
@@ -401,7 +414,7 @@ pub(crate) fn likelier(study: &Study, known: &Gls, start: &NoiseModel) -> Option
 pub(crate) fn with_unseen_walk(study: &Study, gls: &Gls) -> Gls {
     let (rows, residual) = (search_rows(study), moved(study, &gls.step));
     let walking = |walk: f64| NoiseModel { bias_random_walk: walk, ..gls.noise };
-    let cost = |walk: f64| likelihood::seek(&walking(walk), &rows, &residual, &limits(&rows), 0).1;
+    let cost = |walk: f64| likelihood::seek(&walking(walk), &rows, &residual, &limits(study, &rows), 0).1;
     let (mut low, mut high) = (gls.noise.bias_random_walk.max(1e-4 * WALK), WALK);
     let most = cost(gls.noise.bias_random_walk) + 0.5;
     for _ in 0..HALVINGS {

@@ -5,14 +5,25 @@
 //! squared binomials, 924) is the noise of one sample. Where motion is so jerky that it reaches even there, the quietest
 //! stretches of the log speak alone. What stands in single lines of the differences' spectrum is a vibration, not noise.
 
-use super::{problem::Problem, series::Series};
-use crate::effects::{SIXTH, sixth_differences};
+use super::{
+    integrate::integral,
+    problem::Problem,
+    series::{Series, usual},
+};
+use crate::{
+    effects::{SIXTH, sixth_differences},
+    nls::dot,
+    record::Walk,
+};
 use realfft::RealFftPlanner;
 
 /// What the sensors' own signals say about their noise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prior {
-    /// N, rad/√s.
+    /// N of the gyro's reading, rad/√s.
+    pub reading: f64,
+    /// N of the compensated rate less the reference's, rad/√s: α times the reading's, and what the noise of a reference
+    /// that is a rate adds.
     pub angle_random_walk: f64,
     /// Standard deviation of one reference reading, rad.
     pub encoder: f64,
@@ -21,7 +32,7 @@ pub struct Prior {
 }
 
 const ORDER: usize = 6;
-/// N of a poor MEMS gyro, rad/√s (0.03 °/s/√Hz): taken where motion hides the noise everywhere.
+/// N of a poor MEMS gyro, rad/√s (one-sided density 0.03 °/s/√Hz): taken where motion hides the noise everywhere.
 const POOR: f64 = 4e-4;
 const WINDOW: usize = 18;
 /// What share of their mean the variances of the quietest fiftieth of such stretches lie at, for white noise.
@@ -141,8 +152,8 @@ fn prior(series: &Series, reference: &[f64]) -> Prior {
     // Jerky motion shows in the reference too; noise that grows with rate does not.
     let poor = POOR.powi(2) / dt;
     let jerky = angle.mean > 3.0 * known && (gyro.uneven() || gyro.mean > poor);
-    let (variance, gyro_says) = if series.angle_random_walk > 0.0 {
-        (series.angle_random_walk.powi(2) / dt, "sixth differences of the newest readings, whose means these are")
+    let (variance, gyro_says) = if series.walk.gyro > 0.0 {
+        (series.walk.gyro.powi(2) / dt, "the readings that these are means of")
     } else if jerky && gyro.quiet > poor {
         (poor, "a poor MEMS sensor's data sheet (0.03 °/s/√Hz): the motion is jerky and never rests")
     } else if jerky {
@@ -157,11 +168,53 @@ fn prior(series: &Series, reference: &[f64]) -> Prior {
         let variance = if angle.uneven() { angle.quiet } else { angle.mean };
         (variance.sqrt().max(1e-9), "sixth differences of the reference".to_owned())
     };
+    let walk = (variance * dt).sqrt().max(1e-9);
     Prior {
-        angle_random_walk: (variance * dt).sqrt().max(1e-9),
+        reading: walk,
+        angle_random_walk: (gain(series, reference) * walk).hypot(reference_walk(series)),
         encoder,
         source: format!("gyro noise from {gyro_says}; reference noise from {from}"),
     }
+}
+
+/// |α|, about: the angle that the reference turns over the one that the readings do, both less their mean rates; 1 where
+/// they do not go together.
+fn gain(series: &Series, reference: &[f64]) -> f64 {
+    let own = if series.turned.is_empty() { integral(&series.t, &series.gyro) } else { series.turned.clone() };
+    let read: Vec<f64> = series.reference_rows.iter().map(|&k| own[k]).collect();
+    let (x, y) = (untrended(&series.reference_t, &read), untrended(&series.reference_t, reference));
+    let [xx, xy, yy] = [(&x, &x), (&x, &y), (&y, &y)].map(|(a, b)| dot(a, b));
+    let found = xy.abs() / xx;
+    if xy * xy > TOGETHER * xx * yy && found.is_finite() { found } else { 1.0 }
+}
+
+/// Least squared correlation of two angles that are one.
+const TOGETHER: f64 = 0.9;
+
+/// The values less the straight line through them.
+fn untrended(t: &[f64], values: &[f64]) -> Vec<f64> {
+    let n = t.len() as f64;
+    let (at, level) = (t.iter().sum::<f64>() / n, values.iter().sum::<f64>() / n);
+    let along = |of: &dyn Fn(usize) -> f64| -> f64 { (0..t.len()).map(|k| (t[k] - at) * of(k)).sum() };
+    let slope = along(&|k| values[k] - level) / along(&|k| t[k] - at);
+    t.iter().zip(values).map(|(t, value)| value - level - slope * (t - at)).collect()
+}
+
+/// N of the angle that a rate with noise integrates to, rad/√s; 0 for other references.
+fn reference_walk(series: &Series) -> f64 {
+    if series.walk.reference > 0.0 {
+        return series.walk.reference;
+    }
+    let noise = Spread::of(stretches(&series.reference_rate, |_| false));
+    let variance = if noise.uneven() { noise.quiet } else { noise.mean };
+    (variance * usual(series.reference_t.windows(2).map(|pair| pair[1] - pair[0]).collect())).max(0.0).sqrt()
+}
+
+/// The same of what a problem's axes were found to have, to be carried beside means of its rows.
+#[must_use]
+pub fn walks(problem: &Problem) -> Vec<Walk> {
+    let each = problem.series.iter().zip(priors(problem));
+    each.map(|(series, prior)| Walk { gyro: prior.reading, reference: reference_walk(series) }).collect()
 }
 
 /// Variance of what the encoder's steps make it err by, its zero anywhere, along the motion as it shows it, rad².
@@ -212,8 +265,8 @@ mod tests {
         let hidden = hidden.iter().map(|h| Hidden::parse(h, Axis::X).expect("an effect")).collect();
         let scenario = Scenario { motion, seed: 3, hidden, sensor: SensorSpec::default(), ..Scenario::default() };
         let record = simulate(&scenario).record;
-        let series = Series::new(&record, Axis::X, &Model::base_for(&record).origin).expect("a series");
-        prior(&series, &series.reference_angle).angle_random_walk * 2_f64.sqrt() / scenario.sensor.noise_density
+        let series = Series::new(&record, Axis::X, &Model::base_for(&record)).expect("a series");
+        prior(&series, &series.reference_angle).reading * 2_f64.sqrt() / scenario.sensor.noise_density
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! The residual of a model on a log: compensated angle less reference angle, and its derivatives.
 //!
 //! Shaft references: r(t) = θ̂(t) − θ_ref(t), one channel. Quaternion references, three axes together: the error of each
-//! step, in the frame of its middle, turned to the world and summed, three channels. Where a reading holds no
+//! step, in the frame of its middle, turned to the world and summed, three channels; where an axis has no gyro, or is not
+//! asked about, those of the others summed in the body, a channel each. Where a reading holds no
 //! information (missing, saturated, inside a dead zone) the residual stands still: that step says nothing.
 
 use super::{
@@ -13,7 +14,6 @@ use super::{
 use crate::{
     Axis, AxisModel, Model, Record, Term,
     effects::{Memory, Role, Signals, Stage, derivative, steadied},
-    model::Origin,
     record::ReferenceKind,
 };
 use std::sync::Arc;
@@ -69,7 +69,7 @@ impl Warm {
 /// A model on a log.
 #[derive(Clone, Debug)]
 pub struct Evaluation {
-    /// Residual at the reference rows, rad: one channel, or three in the world frame.
+    /// Residual at the reference rows, rad: one channel, or those of an orientation.
     pub residual: Vec<Vec<f64>>,
     /// Steps (from the previous reference row to this one) that say nothing.
     pub lost: Vec<bool>,
@@ -89,12 +89,14 @@ pub struct Slot {
 }
 
 impl Problem {
-    /// Lays out `axes`, which share one reference (one shaft axis, or the axes a quaternion serves).
+    /// Lays out `axes`, which share one reference (one shaft axis, or the axes a quaternion serves), beside the others as
+    /// `model` calibrates them.
     #[must_use]
-    pub fn new(record: &Record, axes: &[Axis], origin: &Origin) -> Option<Self> {
-        let series: Vec<Series> = axes.iter().filter_map(|&a| Series::new(record, a, origin)).collect();
+    pub fn new(record: &Record, axes: &[Axis], model: &Model) -> Option<Self> {
+        let series: Vec<Series> = axes.iter().filter_map(|&a| Series::new(record, a, model)).collect();
         let first = series.first()?;
-        let attitude = (first.kind == ReferenceKind::Quaternion).then(|| Attitude::new(record, first));
+        let own = series.iter().map(|s| s.axis.index()).collect();
+        let attitude = (first.kind == ReferenceKind::Quaternion).then(|| Attitude::new(record, first, own));
         let apart: Vec<f64> = first.reference_t.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let longest = if attitude.is_some() { HOLE * usual(apart.clone()) } else { f64::INFINITY };
         let broken = std::iter::once(false).chain(apart.into_iter().map(|apart| apart > longest)).collect();
@@ -113,10 +115,10 @@ impl Problem {
         self.attitude.as_ref()
     }
 
-    /// Number of residual channels: 1 or 3.
+    /// Number of residual channels: one, or as many as the axes that an orientation serves.
     #[must_use]
     pub fn channels(&self) -> usize {
-        if self.attitude.is_some() { 3 } else { 1 }
+        self.attitude.as_ref().map_or(1, Attitude::channels)
     }
 
     /// Whether the reference of an axis shows no more than its noise, and whether its gyro neither does.
@@ -135,7 +137,7 @@ impl Problem {
         }
         let bias = mean(&series.gyro);
         let turned = integral(&series.t, &series.gyro.iter().map(|g| g - bias).collect::<Vec<_>>());
-        let walk = prior.angle_random_walk * series.span().duration.sqrt();
+        let walk = prior.reading * series.span().duration.sqrt();
         if spread(&turned) > TURNS * prior.encoder.hypot(walk) { Rest::OfReference } else { Rest::Whole }
     }
 
@@ -242,9 +244,8 @@ impl Problem {
                 vec![r]
             }
             Some(attitude) => {
-                let zero = vec![0.0; n];
-                let angle: [&[f64]; 3] = std::array::from_fn(|a| {
-                    self.series.iter().position(|s| s.axis.index() == a).map_or(&zero[..], |i| &tracks[i].angle[..])
+                let angle: [Option<&[f64]>; 3] = std::array::from_fn(|a| {
+                    self.series.iter().position(|s| s.axis.index() == a).map(|i| &tracks[i].angle[..])
                 });
                 attitude.residual(angle, &lost)
             }

@@ -2,10 +2,9 @@
 
 use super::encoder::Encoder;
 use crate::{
-    Axis, Record,
+    Axis, Model, Record,
     effects::{Signals, Span},
-    model::Origin,
-    record::{FREE_CHANNELS, ReferenceKind},
+    record::{FREE_CHANNELS, ReferenceKind, Walk},
 };
 
 /// The columns of one axis. Inputs have no holes: what is missing is interpolated and, for the gyro, marked lost
@@ -36,8 +35,10 @@ pub struct Series {
     pub reference_angle: Vec<f64>,
     /// The encoder; without a step where the reference is none.
     pub encoder: Encoder,
-    /// N where it was found before these readings were made of others, rad/√s; else `NaN`.
-    pub angle_random_walk: f64,
+    /// The reference rate there, rad/s (empty for angles).
+    pub reference_rate: Vec<f64>,
+    /// White noise where it was found before these readings were made of others.
+    pub walk: Walk,
     /// How far a reading's noise may have carried it, rad/s.
     pub margin: f64,
     /// Whether it turns at all: else nothing is known of the scale.
@@ -190,9 +191,10 @@ const COHERENT: usize = 32;
 const UNEVEN: f64 = 0.05;
 
 impl Series {
-    /// Lays out one axis; `None` where it has no gyro or no reference.
+    /// Lays out one axis; `None` where it has no gyro or no reference. What its effects see of the other axes is what
+    /// `model`'s scale factor and bias make of their readings.
     #[must_use]
-    pub fn new(record: &Record, axis: Axis, origin: &Origin) -> Option<Self> {
+    pub fn new(record: &Record, axis: Axis, model: &Model) -> Option<Self> {
         let i = axis.index();
         let kind = record.reference(axis)?;
         let rows = &record.rows;
@@ -203,7 +205,11 @@ impl Series {
         let gyro = fill(&t, &raw)?;
         let zero = || vec![0.0; t.len()];
         let filled = |pick: &dyn Fn(usize) -> f64| fill(&t, &column(pick)).unwrap_or_else(zero);
-        let rates: [Vec<f64>; 3] = std::array::from_fn(|a| filled(&|k| rows[k].gyro[a]));
+        let rates: [Vec<f64>; 3] = std::array::from_fn(|a| {
+            let calibrated = model.axes[a].as_ref().filter(|_| a != i);
+            let (alpha, delta) = calibrated.map_or((1.0, 0.0), |other| (other.alpha(), other.delta()));
+            filled(&|k| alpha * rows[k].gyro[a] + delta)
+        });
         let accel: [Vec<f64>; 3] = std::array::from_fn(|a| filled(&|k| rows[k].accel[a]));
         let temperature = fill(&t, &column(&|k| rows[k].temperature)).unwrap_or_else(|| vec![25.0; t.len()]);
         // The whole log is here, so the slope of the temperature can look ahead.
@@ -221,7 +227,7 @@ impl Series {
                 delta_temperature: temperature[k] - 25.0,
                 temperature_dot: heating[k],
                 supply: supply[k],
-                delta_supply: origin.supply.map_or(0.0, |origin| supply[k] - origin),
+                delta_supply: model.origin.supply.map_or(0.0, |origin| supply[k] - origin),
                 free: std::array::from_fn(|c| free.get(c).map_or(0.0, |f| f[k])),
                 ..Signals::default()
             })
@@ -236,6 +242,10 @@ impl Series {
         let within = |k: &usize| t[*k] >= first + ends && t[*k] <= last - ends;
         let reference_rows: Vec<usize> = (0..rows.len()).filter(has).filter(within).collect();
         let reference_t: Vec<f64> = reference_rows.iter().map(|&k| t[k]).collect();
+        let reference_rate: Vec<f64> = match kind {
+            ReferenceKind::Rate => reference_rows.iter().map(|&k| rows[k].ref_rate[i]).collect(),
+            ReferenceKind::Angle | ReferenceKind::Quaternion => Vec::new(),
+        };
         let (reference_angle, encoder, readings) = match kind {
             ReferenceKind::Angle => {
                 let mut angle: Vec<f64> = reference_rows.iter().map(|&k| rows[k].ref_angle[i]).collect();
@@ -248,9 +258,8 @@ impl Series {
                 (angle, encoder, readings)
             }
             ReferenceKind::Rate => {
-                let rate: Vec<f64> = reference_rows.iter().map(|&k| rows[k].ref_rate[i]).collect();
                 let angle = if record.turned.is_empty() {
-                    super::integrate::integral(&reference_t, &rate)
+                    super::integrate::integral(&reference_t, &reference_rate)
                 } else {
                     reference_rows.iter().map(|&k| record.turned[k].reference[i]).collect()
                 };
@@ -272,7 +281,8 @@ impl Series {
             reference_t,
             reference_angle,
             encoder,
-            angle_random_walk: record.means.angle_random_walk[i],
+            reference_rate,
+            walk: record.means.walk[i],
             margin: 0.0,
             rest: Rest::None,
             readings,

@@ -27,10 +27,11 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// Lays out the axes of `record` that share a reference; `None` where they have none.
+    /// Lays out the axes of `record` that share a reference, beside the others as `model` calibrates them; `None` where
+    /// they have none.
     #[must_use]
     pub fn new(record: &Record, axes: &[Axis], model: &Model) -> Option<Self> {
-        let problem = Problem::new(record, axes, &model.origin)?;
+        let problem = Problem::new(record, axes, model)?;
         let windows = Windows::new(problem.times());
         if windows.tau.len() < 3 {
             return None;
@@ -47,7 +48,7 @@ impl Bench {
         let rests: Vec<Rest> = self.problem.series.iter().zip(prior).map(|(s, p)| self.problem.rests(s, p)).collect();
         for ((series, prior), rest) in self.problem.series.iter_mut().zip(prior).zip(rests) {
             series.rest = rest;
-            series.margin = MARGIN * prior.angle_random_walk / series.span().dt.sqrt();
+            series.margin = MARGIN * prior.reading / series.span().dt.sqrt();
         }
         let each: Vec<Vec<f64>> = prior.iter().map(|p| prior::weights(p, &self.windows.tau)).collect();
         self.weights = (0..self.windows.tau.len())
@@ -241,6 +242,13 @@ impl<'a> Study<'a> {
         (study, gls)
     }
 
+    /// The largest error over the weights' floor, held out.
+    #[must_use]
+    pub fn over_floor(&self) -> f64 {
+        let curve = self.held_out().curve();
+        curve.iter().zip(&self.bench.weights).map(|(e, f)| e / f).fold(0.0, f64::max)
+    }
+
     /// Whether a parameter belongs to the last term of an axis.
     #[must_use]
     pub fn is_last_term(&self, slot: Slot, series: usize) -> bool {
@@ -274,7 +282,7 @@ impl<'a> Study<'a> {
                 for term in model.terms.iter_mut().filter(|term| series.rest == Rest::Whole && is_scale(term)) {
                     term.std_errors.fill(f64::INFINITY);
                 }
-                model.noise = sober.unwrap_or(gls.noise).summary(rate_square);
+                model.noise = sober.unwrap_or(gls.noise).summary(rate_square, series.span().dt, &self.bench.prior[0]);
             }
         }
     }

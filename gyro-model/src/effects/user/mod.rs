@@ -240,8 +240,11 @@ fn parameter_card(parameter: &ParameterDefinition, linear: bool) -> ParameterCar
 
 fn card(definition: &Definition, expression: &Expression<Variable>) -> Card {
     let uses = |of: fn(Variable) -> bool| expression.variables().any(of);
+    let gyro = |i: usize| (Need::Gyro(Axis::ALL[i]), expression.variables().any(|v| v == Variable::Gyro(i)));
     let needs = [
-        (Need::ThreeGyros, uses(|v| matches!(v, Variable::Gyro(_)))),
+        gyro(0),
+        gyro(1),
+        gyro(2),
         (Need::Accelerometer, uses(|v| matches!(v, Variable::Accel(_)))),
         (Need::Temperature, uses(|v| v == Variable::Temperature)),
         (Need::Supply, uses(|v| v == Variable::Supply)),
