@@ -24,6 +24,8 @@ const AVERAGE: f64 = 256.0;
 
 /// Over what time the motion's own frequency is averaged, s.
 const MOTION_MEMORY: f64 = 4.0;
+/// Readings beyond one turn that an encoder is believed not to wrap after.
+const BELIEVED: u32 = 3;
 
 /// The instant of one step.
 pub(super) struct Moment {
@@ -59,8 +61,8 @@ pub(super) struct AxisState {
     gyro_angle: f64,
     /// Whole turns added to a wrapped encoder, rad.
     turns: f64,
-    /// An encoder that reads beyond one turn does not wrap.
-    many_turns: bool,
+    /// Readings in a row that lie beyond one turn just where the angle was expected: such an encoder does not wrap.
+    beyond_a_turn: u32,
     /// The interval and gain for which the responses' noise gain was computed.
     noise_gain: f64,
     noise_gain_interval: f64,
@@ -161,7 +163,7 @@ impl AxisEstimator {
                 integrated_to: 0,
                 gyro_angle: 0.0,
                 turns: 0.0,
-                many_turns: false,
+                beyond_a_turn: 0,
                 noise_gain: 1.0,
                 noise_gain_interval: 0.0,
             },
@@ -325,9 +327,12 @@ impl AxisEstimator {
             return;
         }
         let expected = state.filter.angle() - when.since;
-        state.many_turns |= reading.abs() > TAU + 0.1;
+        if state.beyond_a_turn < BELIEVED {
+            let beyond = reading.abs() > TAU + 0.1 && (reading - expected).abs() < PI && state.turns == 0.0;
+            state.beyond_a_turn = if beyond { state.beyond_a_turn + 1 } else { 0 };
+        }
         let mut reading = reading;
-        if state.anchored && !state.many_turns {
+        if state.anchored && state.beyond_a_turn < BELIEVED {
             let ahead = expected - reading - state.turns;
             if ahead.abs() > PI {
                 state.turns += (ahead / TAU).round() * TAU;

@@ -416,6 +416,32 @@ fn what_effects_remember_is_restored_to_them_though_the_model_has_changed() {
 }
 
 #[test]
+fn one_corrupt_reading_of_an_encoder_that_wraps_does_not_end_its_unwrapping() {
+    let mut rows = rows(|t| (t + 1.0, 1.0), 100, 60, (1.0, 0.0, 0.0), 6);
+    for row in &mut rows {
+        row.ref_angle[2] = row.ref_angle[2].rem_euclid(TAU);
+    }
+    rows[1500].ref_angle[2] = 40.0;
+    let mut estimator = Estimator::new(Options::default());
+    estimator.set_model(&model(1.0, 0.0));
+    for row in &rows {
+        let t = row.t_ns as f64 * 1e-9;
+        let off = estimator.step(row).axes[2].angle_fused - (t + 1.0);
+        assert!(off.abs() < 0.1, "{off} at {t}");
+    }
+}
+
+#[test]
+fn an_encoder_that_counts_its_turns_may_be_away_for_some() {
+    let mut rows = rows(|t| (t, 1.0), 100, 60, (1.0, 0.0, 0.0), 6);
+    rows.drain(2000..4000);
+    let mut estimator = Estimator::new(Options::default());
+    estimator.set_model(&model(1.0, 0.0));
+    let last = rows.iter().map(|row| estimator.step(row).axes[2].angle_fused).last();
+    assert!((last.unwrap() - 59.99).abs() < 0.1, "{last:?}");
+}
+
+#[test]
 fn a_delay_of_one_axis_does_not_turn_another() {
     let mut rows = rows(drive, 200, 20, (1.0, 0.0, 0.0), 6);
     let mut normal = Normal::new(3);
