@@ -102,14 +102,20 @@ impl Injection {
         let valid = timing.fold(signals.t, |t, (h, _)| h.effect.valid_time(&h.values, t));
         let mut rate = if valid == signals.t { read } else { self.at(valid) };
         signals.rates[axis] = rate;
+        let is_mount = |effect: &Hidden| effect.effect.card().id == "mount-resonance";
+        let respond = |effects: &mut [(Hidden, Memory)], rate: f64, mount: bool| {
+            let responses = effects.iter_mut().filter(|(h, _)| h.effect.stage() == Stage::Response);
+            let those = responses.filter(|(h, _)| is_mount(h) == mount);
+            those.fold(rate, |rate, (h, m)| h.effect.respond(&h.values, rate, dt, m))
+        };
+        rate = respond(&mut self.effects, rate, true);
+        signals.rates[axis] = rate;
         let felt = self.effects.iter_mut().filter(|(h, _)| h.effect.stage() == Stage::Felt);
         rate += felt.map(|(h, m)| h.effect.error(&h.values, signals, m)).sum::<f64>();
-        for (h, m) in self.effects.iter_mut().filter(|(h, _)| h.effect.stage() == Stage::Response) {
-            rate = h.effect.respond(&h.values, rate, dt, m);
-        }
-        for (h, _) in self.effects.iter().filter(|(h, _)| h.effect.stage() == Stage::Calibration) {
-            rate = if h.effect.card().id == "scale-factor" { rate / h.values[0] } else { rate - h.values[0] };
-        }
+        rate = respond(&mut self.effects, rate, false);
+        let of = |id: &'static str| self.effects.iter().filter(move |(h, _)| h.effect.card().id == id);
+        rate -= of("bias").map(|(h, _)| h.values[0]).sum::<f64>();
+        rate /= of("scale-factor").map(|(h, _)| h.values[0]).product::<f64>();
         let limits = self.effects.iter().filter(|(h, _)| h.effect.stage() == Stage::Reading);
         limits.fold(rate, |rate, (h, _)| h.effect.limit(&h.values, rate))
     }
@@ -149,6 +155,18 @@ mod tests {
         let spoilt: Vec<Row> = (0..50).map(|k| injection.spoil(row(k))).collect();
         for (before, now) in (0..48).zip(&spoilt[2..]) {
             assert!((now.gyro[2] - row(before).gyro[2]).abs() < 1e-9, "{before}");
+        }
+    }
+
+    #[test]
+    fn a_bias_and_a_scale_are_those_of_the_models_equation_in_whatever_order() {
+        for order in [["scale-factor:alpha=2", "bias:delta=0.1"], ["bias:delta=0.1", "scale-factor:alpha=2"]] {
+            let mut injection = Injection::new(Axis::Z);
+            for text in order {
+                injection.hide(text).unwrap();
+            }
+            let spoilt = injection.spoil(row(5)).gyro[2];
+            assert!((2.0 * spoilt + 0.1 - row(5).gyro[2]).abs() < 1e-12, "{order:?}: {spoilt}");
         }
     }
 
