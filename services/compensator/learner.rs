@@ -5,7 +5,7 @@ use gyro_model::{
     Axis, AxisModel, Model, Record,
     diagnose::{self, compare},
     diagnosis::AxisDiagnosis,
-    effects::Role,
+    effects::{ParameterCard, Role},
     fit::{FitError, fit},
     thin::thinned,
 };
@@ -133,14 +133,9 @@ impl Learner {
             self.turn += 1;
         }
         let check = !covers_all && self.turn % CHECK_EVERY == 1;
-        let whole = (!self.changed || check).then(|| {
-            let record = thinned(&self.view.whole(), self.budget.rows());
-            self.fitted(&record, start)
-        });
-        let window = (self.changed || check).then(|| {
-            let record = thinned(&self.view.last(seconds), self.budget.rows());
-            self.fitted(&record, start)
-        });
+        let view = self.view.clone();
+        let whole = (!self.changed || check).then(|| self.fitted(|rows| thinned(&view.whole(), rows), start));
+        let window = (self.changed || check).then(|| self.fitted(|rows| thinned(&view.last(seconds), rows), start));
         if let (Some(Ok(recent)), Some(Ok(all))) = (window.as_ref().map(|w| &w.model), whole.as_ref().map(|w| &w.model))
         {
             self.changed = contradicts(recent, all);
@@ -153,9 +148,11 @@ impl Learner {
         }
     }
 
-    fn fitted(&mut self, record: &Record, start: &Model) -> Solution {
+    /// The model fitted to as many rows as the time allows.
+    fn fitted(&mut self, thinned_to: impl FnOnce(usize) -> Record, start: &Model) -> Solution {
         let begun = Instant::now();
-        let model = fit_from(record, start);
+        let record = thinned_to(self.budget.rows());
+        let model = fit_from(&record, start);
         self.budget.took(record.len(), begun.elapsed());
         Solution::plain(model, record.len())
     }
@@ -229,27 +226,31 @@ fn parameters(model: &Model) -> impl Iterator<Item = (f64, f64)> + '_ {
     model.axes.iter().flatten().flat_map(terms)
 }
 
-/// Why a solution is not worth taking yet: a coefficient is not known better than to the effect's typical size, or was
-/// driven to its physical bound (a vehicle that stands still tells nothing about a scale).
+/// Why a solution is not worth taking yet: no coefficient of an effect is known better than to its typical size, or one was
+/// driven to its physical bound (a vehicle that stands still tells nothing about a scale). A coefficient that is typically
+/// zero has no size to be known to.
 #[must_use]
 pub fn not_excited(model: &Model) -> Option<String> {
     for axis in Axis::ALL {
         let Some(of_axis) = &model.axes[axis.index()] else { continue };
         for term in &of_axis.terms {
-            for (card, value, std_error) in term.parameters(axis).filter(|(card, ..)| card.role == Role::Linear) {
-                let typical = (card.typical - card.neutral).abs();
-                let at_bound = value <= card.bounds.0 || value >= card.bounds.1;
-                if at_bound && value != card.neutral {
-                    let id = term.effect.card().id;
-                    return Some(format!("{id}.{} of axis {axis} is at its physical bound", card.name));
-                }
-                if !value.is_finite() || !std_error.is_finite() || std_error > typical {
-                    let id = term.effect.card().id;
-                    return Some(format!(
-                        "{id}.{} of axis {axis} is not known better than its typical size",
-                        card.name
-                    ));
-                }
+            let id = term.effect.card().id;
+            let coefficients = || term.parameters(axis).filter(|(card, ..)| card.role == Role::Linear);
+            let at_bound = |card: &ParameterCard, value: f64| value <= card.bounds.0 || value >= card.bounds.1;
+            if let Some((card, ..)) =
+                coefficients().find(|(card, value, _)| at_bound(card, *value) && *value != card.neutral)
+            {
+                return Some(format!("{id}.{} of axis {axis} is at its physical bound", card.name));
+            }
+            if term.values.iter().any(|value| !value.is_finite()) {
+                return Some(format!("nothing of {id} is seen on axis {axis}"));
+            }
+            let sizes =
+                || coefficients().map(|(card, _, std_error)| (card, std_error, (card.typical - card.neutral).abs()));
+            let sized = || sizes().filter(|(.., typical)| *typical > 0.0);
+            let known = sized().any(|(_, std_error, typical)| std_error <= typical);
+            if let Some((card, ..)) = sized().next().filter(|_| !known) {
+                return Some(format!("{id}.{} of axis {axis} is not known better than its typical size", card.name));
             }
         }
     }
@@ -259,7 +260,22 @@ pub fn not_excited(model: &Model) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::{Axis, Model, not_excited};
-    use gyro_model::AxisModel;
+    use gyro_model::{AxisModel, Term, effects::find};
+
+    #[test]
+    fn a_coefficient_that_is_typically_zero_is_not_waited_for() {
+        let mut axis = AxisModel::base(Axis::Z);
+        axis.terms.push(Term::neutral(find("temperature-bias").unwrap(), Axis::Z));
+        for term in &mut axis.terms {
+            term.std_errors.fill(1e-9);
+        }
+        let excited = |axis: &AxisModel| {
+            not_excited(&Model { axes: [None, None, Some(axis.clone())], ..Model::default() }).is_none()
+        };
+        assert!(excited(&axis));
+        axis.terms[2].std_errors.fill(1.0);
+        assert!(!excited(&axis));
+    }
 
     #[test]
     fn a_scale_that_was_driven_to_its_bound_is_not_taken() {

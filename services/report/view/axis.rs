@@ -72,7 +72,7 @@ pub(super) fn parameters(axis: Axis, values: &[ParameterValue], rest: bool) -> V
     let mut views: Vec<ParameterView> = values.iter().map(|p| parameter(axis, p)).collect();
     let find = |effect: &str| values.iter().find(|p| p.effect == effect).and_then(|p| p.value);
     if let (true, Some(delta)) = (rest, find("bias")) {
-        let reading = -delta / find("scale-factor").unwrap_or(1.0);
+        let alpha = find("scale-factor").unwrap_or(1.0);
         let place = views.iter().position(|v| v.effect == "bias").map_or(views.len(), |i| i + 1);
         views.insert(
             place,
@@ -81,8 +81,12 @@ pub(super) fn parameters(axis: Axis, values: &[ParameterValue], rest: bool) -> V
                 name: "−δ/α".into(),
                 says: "what the gyro reads at rest".into(),
                 shown: units::uncertain(
-                    Some(reading),
-                    values.iter().find(|p| p.effect == "bias").and_then(|p| p.std_error),
+                    Some(-delta / alpha),
+                    values
+                        .iter()
+                        .find(|p| p.effect == "bias")
+                        .and_then(|p| p.std_error)
+                        .map(|error| error / alpha.abs()),
                     &units::shown("rad/s", &[]),
                 ),
                 typical: String::new(),
@@ -121,7 +125,7 @@ pub(super) fn noise(noise: &NoiseValue) -> Vec<(String, String)> {
             .map(|v| (name.to_string(), format!("{}\u{a0}{unit}", units::number(v * factor))))
     };
     [
-        line("angle random walk", noise.angle_random_walk, 1f64.to_degrees(), "°/s/√Hz"),
+        line("angle random walk", noise.angle_random_walk, 1f64.to_degrees(), "°/√s"),
         line("random walk of the bias", noise.bias_random_walk, 1f64.to_degrees(), "°/s/√s"),
         line("encoder", noise.encoder, 1f64.to_degrees(), "°"),
     ]
