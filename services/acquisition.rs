@@ -6,7 +6,7 @@ use crate::{
     pulse::Pulse,
     run_folder::{Run, RunFolder},
     settings::{Settings, Source, Speed},
-    source::Feed,
+    source::{Feed, Next},
     stop::Stop,
     wire,
 };
@@ -42,8 +42,8 @@ struct Acquisition<'a> {
     sent: u64,
     /// Where time is counted from: the clock's and the source's.
     anchor: Option<(u64, i64)>,
-    /// The next row, read but not yet due.
-    ahead: Option<(Row, u64)>,
+    /// When the next row is due, ns; 0 where none is.
+    due_ns: u64,
 }
 
 /// The process.
@@ -52,8 +52,8 @@ struct Acquisition<'a> {
 /// A source that cannot be read, or broken plumbing.
 pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Result<()> {
     let settings = &run.settings;
-    let pulse = Pulse::begin(hub, run.number, ServiceId::Acquisition, ["acquisition", "", ""])?;
-    let feed = Feed::open(run, folder)?;
+    let mut pulse = Pulse::begin(hub, run.number, ServiceId::Acquisition, ["acquisition", "", ""])?;
+    let Some(feed) = Feed::open(run, folder, stop, || Ok(pulse.beat(u64::MAX)?))? else { return Ok(()) };
     let mut followers = vec![ServiceId::Kalman, ServiceId::Compensator];
     if settings.record.is_some() {
         followers.push(ServiceId::Recorder);
@@ -71,9 +71,9 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
         feed,
         sent: 0,
         anchor: None,
-        ahead: None,
+        due_ns: 0,
     };
-    acquisition.pulse.health.resumable = u32::from(settings.source != Source::Input);
+    acquisition.pulse.health.resumable = u32::from(!settings.source.comes_once());
     acquisition.pulse.become_state(State::Running)?;
     acquisition.begin()?;
     acquisition.stream()?;
@@ -122,25 +122,29 @@ impl Acquisition<'_> {
                     }
                     sleep(Duration::from_millis(1));
                 }
-                None if self.settings.speed == Speed::Max => {
-                    let credit = self.consumers.credit(self.sent);
-                    if credit == 0 {
-                        sleep(Duration::from_micros(200));
-                    }
-                    for _ in 0..credit {
-                        if !self.give_next()? {
-                            last = Some(self.give_end(self.sent + 1)?);
-                            end_ns = now_ns();
-                            break;
-                        }
-                    }
-                }
-                None => {
-                    if self.sleep_until_due()? && !self.give_next()? {
+                None => match self.feed.next(NAP)? {
+                    Next::Later => {}
+                    Next::End => {
                         last = Some(self.give_end(self.sent + 1)?);
                         end_ns = now_ns();
                     }
-                }
+                    Next::Row(..) if self.settings.speed == Speed::Max => {
+                        let credit = self.consumers.credit(self.sent);
+                        if credit == 0 {
+                            sleep(Duration::from_micros(200));
+                        }
+                        for _ in 0..credit {
+                            if !self.give_next()? {
+                                break;
+                            }
+                        }
+                    }
+                    Next::Row(row, read_ns) => {
+                        if self.sleep_until_due(&row, read_ns)? {
+                            self.give_next()?;
+                        }
+                    }
+                },
             }
         }
         Ok(())
@@ -188,19 +192,11 @@ impl Acquisition<'_> {
         Ok(())
     }
 
-    fn peek(&mut self) -> anyhow::Result<Option<Row>> {
-        if self.ahead.is_none() {
-            self.ahead = self.feed.next_row()?.map(|row| (row, now_ns()));
-            self.pulse.health.rejected = self.feed.rejected();
-        }
-        Ok(self.ahead.map(|(row, _)| row))
-    }
-
-    /// Gives the next row; false at the end.
+    /// Gives the next row, where it has come.
     fn give_next(&mut self) -> anyhow::Result<bool> {
-        self.peek()?;
-        let Some((row, read_ns)) = self.ahead.take() else { return Ok(false) };
-        let arrived_ns = if self.settings.speed == Speed::Max { read_ns } else { now_ns() };
+        let Next::Row(row, read_ns) = self.feed.next(Duration::ZERO)? else { return Ok(false) };
+        // What comes by itself arrives when it is read, though not before it is due; what is there, when it is given.
+        let arrived_ns = if read_ns > 0 { read_ns.max(self.due_ns) } else { now_ns() };
         self.sent += 1;
         let mut sample = wire::sample_of(&row, self.run.number, self.sent);
         sample.injected = u32::from(self.feed.injects());
@@ -208,6 +204,7 @@ impl Acquisition<'_> {
         sample.acquisition_gave_ns = now_ns();
         self.pulse.health.stages[0].record(sample.acquisition_gave_ns.saturating_sub(arrived_ns));
         self.samples.give(sample)?;
+        self.feed.pass()?;
         self.count();
         Ok(true)
     }
@@ -216,6 +213,7 @@ impl Acquisition<'_> {
     fn count(&mut self) {
         let health = &mut self.pulse.health;
         (health.received, health.sent) = (self.feed.given() + self.feed.rejected(), self.feed.given());
+        health.rejected = self.feed.rejected();
         health.acknowledged = self.feed.given();
     }
 
@@ -235,21 +233,22 @@ impl Acquisition<'_> {
         Ok(number)
     }
 
-    /// Sleeps until the next row is due, at most a nap; whether it is due (or there is none).
-    fn sleep_until_due(&mut self) -> anyhow::Result<bool> {
+    /// Sleeps until this row, the next, is due, at most a nap; whether it is due.
+    fn sleep_until_due(&mut self, row: &Row, read_ns: u64) -> anyhow::Result<bool> {
         let Speed::Times(times) = self.settings.speed else { return Ok(true) };
-        let Some(row) = self.peek()? else { return Ok(true) };
         let now = now_ns();
         let (clock, time) = match self.anchor {
             Some(anchor) => anchor,
-            None => self.set_anchor(now, &row)?,
+            // What has come waits no longer than it did.
+            None => self.set_anchor(if read_ns > 0 { read_ns } else { now }, row)?,
         };
         let due = clock + ((row.t_ns - time).max(0) as f64 / times) as u64;
         if self.settings.source == Source::Simulated && due + GONE_NS < now && self.feed.is_taken_up() {
-            self.ahead = None;
+            self.feed.pass()?;
             self.sent += 1;
             return Ok(false);
         }
+        self.due_ns = due;
         if due > now {
             let rest = Duration::from_nanos(due - now);
             sleep(rest.min(NAP));
@@ -269,7 +268,6 @@ impl Acquisition<'_> {
     }
 
     fn go_back_to(&mut self, number: u64) -> anyhow::Result<()> {
-        self.ahead = None;
         self.anchor = None;
         if self.feed.given() + 1 != number {
             self.feed.begin_again(number - 1)?;

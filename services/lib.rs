@@ -11,7 +11,7 @@
 //! | [`demo`] | plays a user who finds out what is missing |
 //! | [`settings`] | what a pipeline is told |
 //! | [`domain`], [`run_folder`] | where a pipeline lives, and its files |
-//! | [`source`] | where rows come from |
+//! | [`source`], [`stream`] | where rows come from; one that comes while it is read |
 //! | [`consumers`] | how far those are who follow |
 //! | [`wire`] | between messages and mathematics |
 //! | [`clock`], [`stop`], [`pulse`], [`vault`], [`hopeless`] | a process' clock, end, heart-beat, memory, last word |
@@ -51,6 +51,7 @@ pub mod run_folder;
 pub mod settings;
 pub mod source;
 pub mod stop;
+pub mod stream;
 pub mod supervisor;
 pub mod toml_error;
 pub mod top;

@@ -13,6 +13,8 @@ use std::{
 
 /// Name of the settings' file in the instance's folder.
 pub const FILE: &str = "run.json";
+/// The path that means standard input.
+const STANDARD_INPUT: &str = "-";
 
 /// Settings of one pipeline; every default is usable.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -178,9 +180,9 @@ impl Default for Learning {
 pub enum Source {
     /// A simulated vehicle.
     Simulated,
-    /// Standard input.
-    Input,
-    /// A log.
+    /// A log that comes while it is read, and only once: standard input (`-`), a pipe.
+    Stream(PathBuf),
+    /// A log that can be read again.
     Log(PathBuf),
 }
 
@@ -212,8 +214,10 @@ impl Settings {
     /// Where there is no current folder.
     pub fn make_absolute(&mut self, folder: &Path) -> anyhow::Result<()> {
         let whole = |path: &Path| std::path::absolute(folder.join(path)).context("the current folder");
-        if let Source::Log(path) = &self.source {
-            self.source = Source::Log(whole(path)?);
+        if let Source::Log(path) | Source::Stream(path) = &self.source
+            && path != Path::new(STANDARD_INPUT)
+        {
+            self.source = Source::at(whole(path)?);
         }
         for path in [&mut self.columns, &mut self.model, &mut self.record].into_iter().flatten() {
             *path = whole(path)?;
@@ -255,7 +259,22 @@ impl Settings {
     /// Whether a row that a process missed is given again.
     #[must_use]
     pub fn lossless(&self) -> bool {
-        self.speed == Speed::Max && self.source != Source::Input
+        self.speed == Speed::Max && !self.source.comes_once()
+    }
+}
+
+impl Source {
+    /// The log at this path.
+    #[must_use]
+    pub fn at(path: PathBuf) -> Self {
+        let is_file = || fs::metadata(&path).map_or(true, |there| there.is_file() || there.is_dir());
+        if path == Path::new(STANDARD_INPUT) || !is_file() { Self::Stream(path) } else { Self::Log(path) }
+    }
+
+    /// Whether what was read of it cannot be read again.
+    #[must_use]
+    pub fn comes_once(&self) -> bool {
+        matches!(self, Self::Stream(_))
     }
 }
 
@@ -265,8 +284,7 @@ impl FromStr for Source {
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         Ok(match text {
             "sim" => Self::Simulated,
-            "-" => Self::Input,
-            _ => Self::Log(PathBuf::from(text)),
+            _ => Self::at(PathBuf::from(text)),
         })
     }
 }
@@ -289,8 +307,7 @@ impl Serialize for Source {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Simulated => "sim".serialize(serializer),
-            Self::Input => "-".serialize(serializer),
-            Self::Log(path) => path.serialize(serializer),
+            Self::Stream(path) | Self::Log(path) => path.serialize(serializer),
         }
     }
 }
@@ -368,6 +385,18 @@ mod tests {
         };
         let text = serde_json::to_string(&settings).unwrap();
         assert_eq!(serde_json::from_str::<Settings>(&text).unwrap(), settings);
+    }
+
+    #[test]
+    fn what_comes_once_is_told_from_what_can_be_read_again() {
+        for (text, once) in [("-", true), ("/dev/null", true), ("deploy/truerate.toml", false), ("missing.csv", false)]
+        {
+            let source: Source = text.parse().unwrap();
+            assert_eq!(source.comes_once(), once, "{text}");
+        }
+        let mut settings = Settings { source: Source::at("-".into()), ..Settings::default() };
+        settings.make_absolute(Path::new(".")).unwrap();
+        assert_eq!(settings.source, Source::Stream("-".into()));
     }
 
     #[test]

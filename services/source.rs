@@ -2,23 +2,28 @@
 
 use crate::{
     hopeless::Hopeless,
-    log::{Options, Reader},
+    log::{Layout, Options, Reader},
     model_file::ModelFile,
     run_folder::{Run, RunFolder, SourceFacts},
     settings::{Settings, SimulatedReference, Source},
+    stop::Stop,
+    stream::Stream,
 };
-use anyhow::anyhow;
+use anyhow::{anyhow, bail};
 use gyro_model::{
     Axis, Row,
     simulate::{Hidden, Injection, Reference, Scenario, SensorSpec, Simulator},
 };
-use std::path::PathBuf;
+use std::{
+    path::{Path, PathBuf},
+    time::Duration,
+};
 
 /// The source of one run.
 pub struct Feed {
     rows: Rows,
-    /// The next row: read, so that what the source says of itself is known before it is asked for.
-    ahead: Option<Row>,
+    /// Read ahead, so that what the source says of itself is known before it is asked for.
+    next: Next,
     given: u64,
     settings: Settings,
     taken_up: bool,
@@ -27,8 +32,28 @@ pub struct Feed {
     switched: Vec<(u64, String)>,
 }
 
+/// What comes next.
+#[derive(Clone, Copy, Debug)]
+#[allow(clippy::large_enum_variant, reason = "there is one of it, and a box would be an allocation a row")]
+pub enum Next {
+    /// This row, and when it was read, ns; 0 where it was there all along.
+    Row(Row, u64),
+    /// It is still to come.
+    Later,
+    /// Nothing.
+    End,
+}
+
+impl Next {
+    /// Of a source whose rows are there.
+    fn of(row: Option<Row>) -> Self {
+        row.map_or(Self::End, |row| Self::Row(row, 0))
+    }
+}
+
 enum Rows {
     Log { path: PathBuf, options: Options, reader: Box<Reader>, injection: Injection },
+    Stream { stream: Stream, injection: Injection },
     Simulated { scenario: Box<Scenario>, simulator: Box<Simulator>, rows: Option<u64> },
 }
 
@@ -54,32 +79,41 @@ pub fn scenario(settings: &Settings) -> anyhow::Result<Scenario> {
 }
 
 /// What is hidden in a log from the start, on its first axis with a gyro and a reference (or with a gyro).
-fn injection(reader: &Reader, settings: &Settings) -> anyhow::Result<Injection> {
-    let gyros = reader.layout().gyros();
-    let axis = reader.layout().referenced().first().or(gyros.first()).copied().unwrap_or(Axis::Z);
+fn injection(layout: &Layout, settings: &Settings) -> anyhow::Result<Injection> {
+    let gyros = layout.gyros();
+    let axis = layout.referenced().first().or(gyros.first()).copied().unwrap_or(Axis::Z);
     let mut injection = Injection::new(axis);
     for text in &settings.hide {
-        injection.hide(text)?;
+        injection.hide(text).map_err(Hopeless::from_error)?;
     }
     Ok(injection)
 }
 
 impl Feed {
-    /// Opens the source at its first row, and leaves what it says of itself in the run's folder.
+    /// Opens the source at its first row, and leaves what it says of itself in the run's folder. While the row is still to
+    /// come `meanwhile` is called again and again; `None` when asked to stop before.
     ///
     /// # Errors
-    /// Where it cannot be read; another attempt would be of no use.
-    pub fn open(run: &Run, folder: &RunFolder) -> anyhow::Result<Self> {
+    /// Where it cannot be read (another attempt would be of no use), and those of `meanwhile`.
+    pub fn open(
+        run: &Run,
+        folder: &RunFolder,
+        stop: &Stop,
+        meanwhile: impl FnMut() -> anyhow::Result<()>,
+    ) -> anyhow::Result<Option<Self>> {
         let settings = &run.settings;
-        let log = |path: PathBuf| -> anyhow::Result<Rows> {
-            let options = Options { columns: settings.columns.clone(), ..Options::default() };
-            let reader = Box::new(Reader::open(&path, &options).map_err(Hopeless::from_error)?);
-            let injection = injection(&reader, settings).map_err(Hopeless::from_error)?;
-            Ok(Rows::Log { path, options, reader, injection })
-        };
+        let options = Options { columns: settings.columns.clone(), ..Options::default() };
         let rows = match &settings.source {
-            Source::Log(path) => log(path.clone())?,
-            Source::Input => log(PathBuf::from("-"))?,
+            Source::Log(path) => {
+                let reader = Box::new(Reader::open(path, &options).map_err(Hopeless::from_error)?);
+                let injection = injection(reader.layout(), settings)?;
+                Rows::Log { path: path.clone(), options, reader, injection }
+            }
+            Source::Stream(path) => {
+                let Some(stream) = Stream::open(path, &options, stop, meanwhile)? else { return Ok(None) };
+                let injection = injection(&stream.head().layout, settings)?;
+                Rows::Stream { stream, injection }
+            }
             Source::Simulated => {
                 let scenario = Box::new(scenario(settings).map_err(Hopeless::from_error)?);
                 let rows = scenario.seconds.is_finite().then(|| (scenario.seconds * scenario.rate_hz).round() as u64);
@@ -88,38 +122,37 @@ impl Feed {
         };
         let mut feed = Self {
             rows,
-            ahead: None,
+            next: Next::Later,
             settings: settings.clone(),
             given: 0,
             taken_up: false,
             rejected: 0,
             switched: Vec::new(),
         };
-        feed.fill()?;
+        feed.fill(Duration::ZERO)?;
         let before = folder.source().ok();
         feed.switched = before.as_ref().map(|facts| facts.switched.clone()).unwrap_or_default();
         folder.set_source(&feed.facts(before.and_then(|facts| facts.anchor)))?;
         feed.write_truth(folder)?;
-        Ok(feed)
+        Ok(Some(feed))
     }
 
     fn facts(&self, anchor: Option<(u64, i64)>) -> SourceFacts {
+        let of_log = |log: &str, layout: &Layout, start_ns| SourceFacts {
+            name: Path::new(log).file_name().unwrap_or(log.as_ref()).to_string_lossy().into_owned(),
+            sha256: None,
+            free_names: layout.free_names.clone(),
+            axes: layout.gyros().iter().map(ToString::to_string).collect(),
+            start_ns,
+            anchor,
+            switched: self.switched.clone(),
+        };
         match &self.rows {
-            Rows::Log { path, reader, .. } => SourceFacts {
-                name: std::path::Path::new(reader.log())
-                    .file_name()
-                    .map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned()),
-                sha256: None,
-                free_names: reader.layout().free_names.clone(),
-                axes: Axis::ALL
-                    .iter()
-                    .filter(|a| reader.layout().gyros().contains(a))
-                    .map(ToString::to_string)
-                    .collect(),
-                start_ns: reader.start_ns().unwrap_or(0),
-                anchor,
-                switched: self.switched.clone(),
-            },
+            Rows::Log { reader, .. } => of_log(reader.log(), reader.layout(), reader.start_ns().unwrap_or(0)),
+            Rows::Stream { stream, .. } => {
+                let head = stream.head();
+                of_log(&head.log, &head.layout, head.start_ns)
+            }
             Rows::Simulated { scenario, .. } => SourceFacts {
                 name: format!("simulated vehicle {}", scenario.seed),
                 axes: Axis::ALL.iter().map(ToString::to_string).collect(),
@@ -136,39 +169,57 @@ impl Feed {
             Rows::Simulated { simulator, .. } => {
                 folder.set_truth(&ModelFile { model: simulator.truth(), ..ModelFile::default() })
             }
-            Rows::Log { .. } => Ok(()),
+            Rows::Log { .. } | Rows::Stream { .. } => Ok(()),
         }
     }
 
-    fn fill(&mut self) -> anyhow::Result<()> {
+    /// Looks for the next row, for `patience` where it is still to come.
+    fn fill(&mut self, patience: Duration) -> anyhow::Result<()> {
         match &mut self.rows {
             Rows::Log { reader, injection, .. } => {
                 for (_, text) in self.switched.iter().filter(|(after, _)| self.taken_up && *after + 1 == self.given) {
                     injection.hide(text)?;
                 }
-                self.ahead = reader.next_row().map_err(Hopeless::from_error)?.map(|row| injection.spoil(row));
+                let row = reader.next_row().map_err(Hopeless::from_error)?;
+                self.next = Next::of(row.map(|row| injection.spoil(row)));
                 self.rejected = reader.rows_faulty();
+            }
+            Rows::Stream { stream, injection } => {
+                self.next = Next::Later;
+                if let Some(arrival) = stream.next(patience)? {
+                    self.next = arrival.row.map_or(Next::End, |row| Next::Row(injection.spoil(row), arrival.read_ns));
+                    self.rejected = arrival.faulty;
+                }
             }
             Rows::Simulated { simulator, rows, .. } => {
                 // One row is always read ahead.
                 for (_, text) in self.switched.iter().filter(|(after, _)| self.taken_up && *after + 1 == self.given) {
                     simulator.hide(Hidden::parse(text, simulator.sensor().axis)?);
                 }
-                self.ahead = rows.is_none_or(|rows| self.given < rows).then(|| simulator.step().row);
+                self.next = Next::of(rows.is_none_or(|rows| self.given < rows).then(|| simulator.step().row));
             }
         }
         Ok(())
     }
 
-    /// The next row, or `None` at the end.
+    /// What comes next; it is waited for at most `patience`.
     ///
     /// # Errors
     /// A log that is damaged from here on.
-    pub fn next_row(&mut self) -> anyhow::Result<Option<Row>> {
-        let Some(row) = self.ahead.take() else { return Ok(None) };
+    pub fn next(&mut self, patience: Duration) -> anyhow::Result<Next> {
+        if matches!(self.next, Next::Later) {
+            self.fill(patience)?;
+        }
+        Ok(self.next)
+    }
+
+    /// The next row is given: on to the one after it.
+    ///
+    /// # Errors
+    /// As [`Self::next`].
+    pub fn pass(&mut self) -> anyhow::Result<()> {
         self.given += 1;
-        self.fill()?;
-        Ok(Some(row))
+        self.fill(Duration::ZERO)
     }
 
     /// Rows given since the beginning.
@@ -194,7 +245,7 @@ impl Feed {
     pub fn injects(&self) -> bool {
         match &self.rows {
             Rows::Simulated { scenario, .. } => !scenario.hidden.is_empty() || !self.switched.is_empty(),
-            Rows::Log { injection, .. } => injection.is_on(),
+            Rows::Log { injection, .. } | Rows::Stream { injection, .. } => injection.is_on(),
         }
     }
 
@@ -205,7 +256,7 @@ impl Feed {
     pub fn hide(&mut self, text: &str, folder: &RunFolder) -> anyhow::Result<()> {
         match &mut self.rows {
             Rows::Simulated { simulator, .. } => simulator.hide(Hidden::parse(text, simulator.sensor().axis)?),
-            Rows::Log { injection, .. } => injection.hide(text)?,
+            Rows::Log { injection, .. } | Rows::Stream { injection, .. } => injection.hide(text)?,
         }
         self.switched.push((self.given, text.to_owned()));
         let anchor = folder.source()?.anchor;
@@ -213,7 +264,7 @@ impl Feed {
         self.write_truth(folder)
     }
 
-    /// Begins again, and passes over the first `rows` rows (all, where there are fewer). Standard input cannot.
+    /// Begins again, and passes over the first `rows` rows (all, where there are fewer).
     ///
     /// # Errors
     /// A log that cannot be read again.
@@ -221,14 +272,17 @@ impl Feed {
         match &mut self.rows {
             Rows::Log { path, options, reader, injection: hidden } => {
                 **reader = Reader::open(path, options).map_err(Hopeless::from_error)?;
-                *hidden = injection(reader, &self.settings)?;
+                *hidden = injection(reader.layout(), &self.settings)?;
             }
+            Rows::Stream { stream, .. } => bail!("{} cannot be read again", stream.head().log),
             Rows::Simulated { scenario, simulator, .. } => **simulator = Simulator::new(scenario),
         }
         self.given = 0;
         self.taken_up = true;
-        self.fill()?;
-        while self.given < rows && self.next_row()?.is_some() {}
+        self.fill(Duration::ZERO)?;
+        while self.given < rows && matches!(self.next, Next::Row(..)) {
+            self.pass()?;
+        }
         Ok(())
     }
 

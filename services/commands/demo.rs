@@ -8,7 +8,11 @@ use crate::{
     supervisor,
 };
 use anyhow::Context;
-use std::{path::PathBuf, process::ExitCode, thread};
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+    thread,
+};
 
 /// What `truerate demo` takes.
 #[derive(clap::Args, Debug, Clone)]
@@ -45,20 +49,18 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 }
 
 fn settings(args: &Args, seed: u64, hidden: Option<&str>) -> anyhow::Result<Settings> {
-    let source = match &args.log {
-        Some(path) => Source::Log(std::path::absolute(path).context("the current folder")?),
-        None => Source::Simulated,
-    };
     let default = Settings::default();
-    Ok(Settings {
-        source,
+    let mut settings = Settings {
+        source: args.log.clone().map_or(Source::Simulated, Source::at),
         speed: Speed::Times(if args.auto { demo::SPEED } else { 1.0 }),
         hide: hidden.iter().map(ToString::to_string).collect(),
         dashboard: if args.auto { "off".to_owned() } else { default.dashboard.clone() },
         simulation: Simulation { rate_hz: demo::RATE_HZ, seed, ..Simulation::default() },
         learning: Learning { duty: if args.auto { 0.7 } else { 0.3 }, ..Learning::default() },
         ..default
-    })
+    };
+    settings.make_absolute(Path::new("."))?;
+    Ok(settings)
 }
 
 /// Runs it for somebody to look at, until Ctrl-C.

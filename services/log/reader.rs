@@ -9,6 +9,7 @@ use super::{
     row::RowParser,
     tally::{RowFault, Tally},
 };
+use crate::clock::now_ns;
 use csv::ByteRecord;
 use gyro_model::{Row, diagnosis::DataFault};
 use std::path::Path;
@@ -31,6 +32,7 @@ pub struct Reader {
     rows: u64,
     faulty: u64,
     marked: bool,
+    read_ns: u64,
     ended: bool,
     /// Rows left out in a row because the time had not caught up.
     behind: u64,
@@ -43,6 +45,7 @@ struct Pending {
     time: i128,
     line: u64,
     marked: bool,
+    read_ns: u64,
 }
 
 /// A row counts as jumping ahead where it lies this many times further on than the row after it.
@@ -89,6 +92,7 @@ impl Reader {
             rows: 0,
             faulty: 0,
             marked: false,
+            read_ns: 0,
             ended: false,
             behind: 0,
             apart: 0,
@@ -123,6 +127,12 @@ impl Reader {
     #[must_use]
     pub fn row_was_marked(&self) -> bool {
         self.marked
+    }
+
+    /// When the row given last was read, ns: the row after it had to come before it was given.
+    #[must_use]
+    pub fn row_read_ns(&self) -> u64 {
+        self.read_ns
     }
 
     /// SHA-256 of the bytes read so far; of the whole log once the rows have ended.
@@ -204,6 +214,7 @@ impl Reader {
         let start = *self.start.get_or_insert(held.time);
         self.last = Some(held.time);
         self.marked = held.marked;
+        self.read_ns = held.read_ns;
         let t_ns = i64::try_from(held.time - start)
             .map_err(|_| self.error(held.line, None, Problem::TimeRange(held.time.to_string())))?;
         let row = Row { t_ns, ..held.row };
@@ -265,7 +276,7 @@ impl Reader {
         for &(fault, column) in &parsed.faults {
             self.tally.add(fault, column, line, t);
         }
-        Ok(parsed.time.map(|time| Pending { row: parsed.row, time, line, marked }))
+        Ok(parsed.time.map(|time| Pending { row: parsed.row, time, line, marked, read_ns: now_ns() }))
     }
 }
 

@@ -11,7 +11,7 @@ use crate::{
     clock::now_ns,
     domain::Claim,
     run_folder::{Run, RunFolder},
-    settings::{Settings, Source},
+    settings::Settings,
     stop::Stop,
 };
 use anyhow::{Context, bail};
@@ -218,8 +218,8 @@ impl Pipeline {
                 Fate::Died(words) => {
                     process.restarts += 1;
                     tracing::warn!("{name} {words}; it is started again");
-                    if process.service == ServiceId::Acquisition && self.run.settings.source == Source::Input {
-                        bail!("acquisition {words}, and standard input cannot be read again: run it on a file");
+                    if process.service == ServiceId::Acquisition && self.run.settings.source.comes_once() {
+                        bail!("acquisition {words}, and what it read cannot be read again: run it on a file");
                     }
                     if process.recent_deaths() >= BROKEN && process.service != ServiceId::Dashboard {
                         tracing::warn!("{name} dies again and again; everything is ended and begun again");

@@ -1,11 +1,6 @@
 //! One supervised process: started, watched, started again with back-off, stopped.
 
-use crate::{
-    clock::now_ns,
-    domain::Lock,
-    run_folder::RunFolder,
-    settings::{Settings, Source},
-};
+use crate::{clock::now_ns, domain::Lock, run_folder::RunFolder, settings::Settings};
 use anyhow::Context;
 use ipc_types::ServiceId;
 use rustix::process::{Pid, Signal, kill_process, test_kill_process};
@@ -99,7 +94,7 @@ impl Process {
     /// # Errors
     /// Where the program cannot be executed.
     pub fn start(&mut self, instance: &str, settings: &Settings) -> anyhow::Result<()> {
-        let input = self.service == ServiceId::Acquisition && settings.source == Source::Input;
+        let input = self.service == ServiceId::Acquisition && settings.source.comes_once();
         // This very program, even where another one has been installed in its place meanwhile.
         let child = Command::new("/proc/self/exe")
             .arg0("truerate")

@@ -10,7 +10,7 @@ use std::{
     fs,
     io::Read,
     path::{Path, PathBuf},
-    process::{Child, Command, Output, Stdio},
+    process::{Child, ChildStdin, Command, Output, Stdio},
     sync::atomic::{AtomicU32, Ordering},
     time::{Duration, Instant},
 };
@@ -59,11 +59,22 @@ impl Place {
 
     /// The same with a dashboard at this address.
     pub fn start_watched(&self, instance: &str, dashboard: &str, args: &[&str]) -> Pipeline {
+        self.launch(instance, dashboard, Stdio::null(), args)
+    }
+
+    /// The same on standard input, which the test writes.
+    pub fn start_fed(&self, instance: &str, args: &[&str]) -> (Pipeline, ChildStdin) {
+        let mut pipeline = self.launch(instance, "off", Stdio::piped(), &[&["--source", "-"], args].concat());
+        let input = pipeline.child.stdin.take().unwrap();
+        (pipeline, input)
+    }
+
+    fn launch(&self, instance: &str, dashboard: &str, input: Stdio, args: &[&str]) -> Pipeline {
         let child = self
             .truerate()
             .args(["run", "--dashboard", dashboard, "--instance", instance])
             .args(args)
-            .stdin(Stdio::null())
+            .stdin(input)
             .stdout(Stdio::piped())
             .stderr(fs::File::create(self.file(&format!("{instance}.err"))).unwrap())
             .spawn()

@@ -10,6 +10,11 @@ mod table;
 
 use gyro_model::{Axis, Model, fit::fit};
 use harness::{Place, counted, log, parameter};
+use std::{
+    io::Write,
+    thread::sleep,
+    time::{Duration, Instant},
+};
 use truerate::log::{Options, read};
 
 /// What the environment says of a measurement, or the default.
@@ -136,6 +141,51 @@ fn a_log_from_standard_input_goes_through_without_loss() {
     assert!(output.status.success(), "{out}{error}");
     assert_eq!(counted(&out, "kalman", "in"), rows);
     assert_eq!(counted(&out, "kalman", "lost"), 0);
+}
+
+/// Longer than a process may be silent.
+const PAUSE: Duration = Duration::from_secs(14);
+
+#[test]
+fn standard_input_may_pause_for_as_long_as_it_likes() {
+    let place = Place::new();
+    let path = place.file("log.csv");
+    let rows = log(&path, 30.0, 6).record.len() as u64;
+    let text = std::fs::read_to_string(&path).unwrap();
+    let middle = text.match_indices('\n').nth(rows as usize / 2).unwrap().0 + 1;
+    let (pipeline, mut input) = place.start_fed("pause", &["--speed", "max"]);
+    for part in [&text[..middle], &text[middle..]] {
+        sleep(PAUSE);
+        input.write_all(part.as_bytes()).unwrap();
+    }
+    drop(input);
+    let ended = pipeline.end();
+    assert_eq!(ended.code, Some(0), "{}{}", ended.out, ended.error);
+    for process in ["kalman", "compensator"] {
+        assert_eq!(counted(&ended.out, process, "in"), rows, "{}", ended.out);
+        assert_eq!(counted(&ended.out, process, "lost"), 0, "{}", ended.out);
+    }
+    assert!(place.left("pause").is_empty(), "{:?}", place.left("pause"));
+}
+
+#[test]
+fn a_source_that_says_nothing_is_left_at_once_when_asked() {
+    let place = Place::new();
+    let pipe = place.file("pipe");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let (silent, _input) = place.start_fed("silent", &[]);
+    let nobody = place.start("nobody", &["--source", pipe.to_str().unwrap()]);
+    for mut pipeline in [silent, nobody] {
+        pipeline.until("acquisition", |p| p.pid("acquisition").is_some());
+        let asked = Instant::now();
+        let ended = pipeline.interrupt();
+        assert_eq!(ended.code, Some(0), "{}{}", ended.out, ended.error);
+        assert!(!ended.error.contains("does not end"), "{}", ended.error);
+        assert!(asked.elapsed() < Duration::from_secs(3), "{:?}", asked.elapsed());
+    }
+    for instance in ["silent", "nobody"] {
+        assert!(place.left(instance).is_empty(), "{:?}", place.left(instance));
+    }
 }
 
 #[test]
