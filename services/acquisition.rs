@@ -270,7 +270,8 @@ impl Acquisition<'_> {
     fn go_back_to(&mut self, number: u64) -> anyhow::Result<()> {
         self.anchor = None;
         if self.feed.given() + 1 != number {
-            self.feed.begin_again(number - 1)?;
+            let Self { feed, stop, pulse, .. } = self;
+            feed.begin_again(number - 1, stop, || Ok(pulse.beat(u64::MAX)?))?;
         }
         self.sent = self.feed.given();
         Ok(())

@@ -264,11 +264,17 @@ impl Feed {
         self.write_truth(folder)
     }
 
-    /// Begins again, and passes over the first `rows` rows (all, where there are fewer).
+    /// Begins again, and passes over the first `rows` rows (all, where there are fewer). That takes the longer, the longer
+    /// the run: `meanwhile` is called again and again, and when asked to stop it is left.
     ///
     /// # Errors
-    /// A log that cannot be read again.
-    pub fn begin_again(&mut self, rows: u64) -> anyhow::Result<()> {
+    /// A log that cannot be read again, and those of `meanwhile`.
+    pub fn begin_again(
+        &mut self,
+        rows: u64,
+        stop: &Stop,
+        mut meanwhile: impl FnMut() -> anyhow::Result<()>,
+    ) -> anyhow::Result<()> {
         match &mut self.rows {
             Rows::Log { path, options, reader, injection: hidden } => {
                 **reader = Reader::open(path, options).map_err(Hopeless::from_error)?;
@@ -280,8 +286,9 @@ impl Feed {
         self.given = 0;
         self.taken_up = true;
         self.fill(Duration::ZERO)?;
-        while self.given < rows && matches!(self.next, Next::Row(..)) {
+        while self.given < rows && matches!(self.next, Next::Row(..)) && !stop.asked() {
             self.pass()?;
+            meanwhile()?;
         }
         Ok(())
     }
@@ -295,5 +302,34 @@ impl Feed {
         let anchor = *facts.anchor.get_or_insert(now);
         folder.set_source(&facts)?;
         Ok(anchor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Feed, Run, RunFolder, Stop};
+    use crate::settings::Settings;
+    use ipc_types::domain::Domain;
+
+    #[test]
+    fn a_source_that_begins_again_says_so_all_the_way_and_can_be_stopped() {
+        let place = tempfile::tempdir().unwrap();
+        let domain = Domain::new(place.path(), "again").unwrap();
+        std::fs::create_dir(domain.folder()).unwrap();
+        let run = Run { number: 1, began_ns: 0, settings: Settings::default() };
+        let stop = Stop::default();
+        let mut feed = Feed::open(&run, &RunFolder::of(&domain), &stop, || Ok(())).unwrap().unwrap();
+        let mut beats = 0;
+        let mut beat = || {
+            beats += 1;
+            if beats == 1500 {
+                stop.ask();
+            }
+            Ok(())
+        };
+        feed.begin_again(1000, &stop, &mut beat).unwrap();
+        assert_eq!(feed.given(), 1000);
+        feed.begin_again(1000, &stop, &mut beat).unwrap();
+        assert_eq!((feed.given(), beats), (500, 1500));
     }
 }
