@@ -7,6 +7,7 @@ use super::{
 };
 use crate::domain::write_whole;
 use gyro_model::Axis;
+use ipc_types::diagnosis::Trial;
 use std::{fs, path::PathBuf};
 
 /// Files to write, each whole or not at all, in this order; and one that is of no use afterwards.
@@ -39,6 +40,8 @@ pub enum Then {
     Finish(usize, Vec<(Axis, f64, f64, f64)>),
     /// A command is answered: its number, what to say.
     Answer(u64, String),
+    /// The same of a trial that was won, which is told as given up where there is no file.
+    TakeOver(u64, String, Box<Trial>),
 }
 
 /// A job: the files, the model that counts when they are there, what follows.

@@ -412,6 +412,13 @@ impl Compensator<'_> {
         }
         match keeping.then {
             Then::Answer(id, says) => self.answers.settle(id, self.current.epoch(), result.map(|()| says)),
+            Then::TakeOver(id, says, trial) => {
+                self.trial = *trial;
+                if result.is_ok() {
+                    (self.trial.state, self.trial.epoch) = (TrialState::TookOver as u32, self.current.epoch());
+                }
+                self.answers.settle(id, self.current.epoch(), result.map(|()| says));
+            }
             Then::Give => result?,
             Then::Finish(rows, errors) => {
                 result?;
@@ -430,13 +437,13 @@ impl Compensator<'_> {
             format!(" (held-out error over floor {:.2} -> {:.2})", before.sqrt(), after.sqrt())
         });
         let mut state = TrialState::GivenUp;
+        let mut proposed = None;
         match solution.model {
             Ok(model) if won || challenger.command.at_once == 1 => {
                 match self.current.changed(model, solution.rows as u64, self.folder) {
-                    Ok(proposed) => self.keep(proposed, Then::Answer(id, format!("{effect} added{figures}"))),
+                    Ok(changed) => proposed = Some(changed),
                     Err(error) => self.answers.settle(id, self.current.epoch(), Err(error)),
                 }
-                state = TrialState::TookOver;
             }
             // Too few data yet are no verdict either: after a crash there are none at first.
             Ok(_) | Err(_) if !challenger.last && now_ns() < challenger.since_ns + TRIAL_NS => {
@@ -453,9 +460,15 @@ impl Compensator<'_> {
             }
             Err(error) => self.answers.settle(id, self.current.epoch(), Err(error.into())),
         }
-        // That of the model that is being written, where there is one.
-        let epoch = self.current.epoch() + u64::from(state == TrialState::TookOver);
-        self.trial = message::of_trial(effect.as_str(), axis, trial.as_ref(), epoch, state);
+        let told = message::of_trial(effect.as_str(), axis, trial.as_ref(), self.current.epoch(), state);
+        match proposed {
+            // Told when the model is in its file.
+            Some(proposed) => {
+                let says = format!("{effect} added{figures}");
+                self.keep(proposed, Then::TakeOver(id, says, Box::new(told)));
+            }
+            None => self.trial = told,
+        }
         self.give()
     }
 

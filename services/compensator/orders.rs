@@ -12,7 +12,7 @@ use crate::{
     model_file::{self, Provenance},
     run_folder::SourceFacts,
 };
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, anyhow, bail, ensure};
 use gyro_model::{Axis, AxisModel, Model, Term};
 use ipc_types::{Command, Reply, Text, command::Kind, diagnosis::TrialState};
 use jiff::Timestamp;
@@ -173,9 +173,7 @@ impl Compensator<'_> {
         }
         let says = match kind {
             Kind::Add => {
-                if self.challenger.is_some() {
-                    bail!("another effect is on trial: wait for its end, or undo it");
-                }
+                self.check_no_trial()?;
                 let mut model = with_effect(command, &mut self.current, &self.facts)?;
                 let known = |found: &&Arc<Judgement>| found.job.data == self.data && found.is_of(self.current.start());
                 if let Some(found) = self.found.as_ref().filter(known) {
@@ -189,6 +187,7 @@ impl Compensator<'_> {
                 return Ok(None);
             }
             Kind::Remove => {
+                self.check_no_trial()?;
                 let model = without_effect(command, &self.current)?;
                 self.job += 1;
                 self.solved_ns = 0;
@@ -200,7 +199,11 @@ impl Compensator<'_> {
                 self.job += 1;
                 if let Some(challenger) = self.challenger.take() {
                     self.trial.state = TrialState::GivenUp as u32;
-                    format!("{} is not on trial any more", challenger.command.effect)
+                    let says = format!("{} is not on trial any more", challenger.command.effect);
+                    if self.answers.of(challenger.command.id).is_none() {
+                        self.answers.settle(challenger.command.id, self.current.epoch(), Err(anyhow!("{says}")));
+                    }
+                    says
                 } else if let Some(proposed) = self.current.undone(self.folder)? {
                     let says = "the model before the last change is back".to_owned();
                     self.keep(proposed, Then::Answer(command.id, says));
@@ -238,6 +241,14 @@ impl Compensator<'_> {
             }
         };
         Ok(Some(says))
+    }
+
+    /// A challenger is the model as it was, with one effect more: where it wins, what was changed meanwhile would be back.
+    fn check_no_trial(&self) -> anyhow::Result<()> {
+        match &self.challenger {
+            Some(challenger) => bail!("{} is on trial: wait for its end, or undo it first", challenger.command.effect),
+            None => Ok(()),
+        }
     }
 }
 

@@ -4,6 +4,7 @@ use crate::harness::{Pipeline, Place, counted, log, parameter, signal, spoilt_lo
 use gyro_model::Axis;
 use ipc_types::{
     Parameters,
+    diagnosis::TrialState,
     port::{Hub, Reader},
     topic,
     wait::Wait,
@@ -221,6 +222,12 @@ fn an_effect_is_removed_while_the_vehicle_drives() {
     refused("bias", "belongs to the base model");
     assert!(control(&place, &["add", "delay", "--axis", letter]).status.success());
     pipeline.until("the challenger's victory", |_| model.effects().contains(&"delay".to_owned()));
+    // What is on trial has the other effects in it.
+    let tried = control(&place, &["add", "supply-voltage", "--axis", letter]);
+    assert!(String::from_utf8_lossy(&tried.stdout).contains("supply-voltage is on trial"), "{tried:?}");
+    refused("delay", "supply-voltage is on trial: wait for its end, or undo it first");
+    assert!(control(&place, &["undo"]).status.success());
+    assert_eq!(model.effects(), ["scale-factor", "bias", "delay"]);
     let epoch = model.last.epoch;
     assert!(control(&place, &["remove", "delay", "--axis", letter]).status.success());
     pipeline.until("the base model", |_| model.effects() == ["scale-factor", "bias"]);
@@ -230,6 +237,32 @@ fn an_effect_is_removed_while_the_vehicle_drives() {
     let ended = pipeline.interrupt();
     assert_eq!(ended.code, Some(0), "{}", ended.error);
     assert_eq!(counted(&ended.out, "kalman", "lost"), 0, "{}", ended.out);
+}
+
+#[test]
+fn a_model_that_cannot_be_kept_does_not_take_over() {
+    let place = Place::new();
+    let config = late_vehicle(&place);
+    let mut pipeline = place.start("live", &["--config", config.to_str().unwrap()]);
+    let mut model = Model::watch(&mut pipeline);
+    let hub = Hub::join(&pipeline.domain, "onlooker").unwrap();
+    let diagnoses = hub.reader(&topic::DIAGNOSIS, None, Wait::Event).unwrap();
+    // In the way of the file that every change needs.
+    std::fs::create_dir(pipeline.domain.folder().join("parameters-before.toml")).unwrap();
+    let added = control(&place, &["add", "delay", "--axis", model.letter()]);
+    let error = String::from_utf8(added.stderr).unwrap();
+    assert!(added.status.code() == Some(1) && error.contains("parameters-before.toml: cannot be written"), "{error}");
+    let mut state = TrialState::None as u32;
+    pipeline.until("word of the trial", |_| {
+        state = diagnoses.newest().unwrap().map_or(state, |diagnosis| diagnosis.trial.state);
+        state > TrialState::OnTrial as u32
+    });
+    assert_eq!(state, TrialState::GivenUp as u32);
+    assert_eq!(model.effects(), ["scale-factor", "bias"]);
+    drop((diagnoses, hub));
+    let ended = pipeline.interrupt();
+    assert_eq!(ended.code, Some(0), "{}", ended.error);
+    assert!(place.left("live").is_empty(), "{:?}", place.left("live"));
 }
 
 /// A log with a late gyro, unpaced, to whose model the effect is added on the way, must end in what `truerate add` finds.
