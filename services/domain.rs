@@ -211,19 +211,6 @@ impl Lock {
     }
 }
 
-/// Writes a file whole or not at all: a reader finds the old one or the new one.
-///
-/// # Errors
-/// Where the folder cannot be written.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let what = || format!("{}: cannot be written", path.display());
-    let mut file = tempfile::NamedTempFile::new_in(folder).with_context(what)?;
-    file.write_all(bytes).with_context(what)?;
-    file.persist(path).with_context(what)?;
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::{Lock, clear_folder};

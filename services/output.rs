@@ -1,9 +1,10 @@
-//! Files that are written whole or not at all.
+//! Files that are written whole or not at all: those that a user asked for, and those that a run keeps for itself.
 
 use anyhow::{Context, Result};
 use std::{
-    fs::{self, File},
+    fs::{self, File, Permissions},
     io::{self, BufWriter, Write},
+    os::unix::fs::PermissionsExt,
     path::{Path, PathBuf},
 };
 use tempfile::NamedTempFile;
@@ -13,7 +14,18 @@ use tempfile::NamedTempFile;
 /// Devices and pipes (`/dev/stdout`, `/dev/full`) are written directly, and `-` is standard output.
 pub struct Output {
     path: PathBuf,
+    for_whom: For,
     to: BufWriter<To>,
+}
+
+/// Whom a file is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum For {
+    /// The user: as any new file of theirs, and on the disk before it counts.
+    User,
+    /// The processes of a run: nobody else may read it. It goes with the run, so nobody waits for the disk; no process can
+    /// lose it by dying (a machine can).
+    Run,
 }
 
 enum To {
@@ -28,13 +40,17 @@ impl Output {
     /// # Errors
     /// Its folder is missing or read-only, or it is itself a folder.
     pub fn create(path: &Path) -> Result<Self> {
-        let to = open(path).with_context(|| {
-            format!("{}: cannot be written: check that the folder exists and may be written to", path.display())
-        })?;
-        Ok(Self { path: path.to_owned(), to: BufWriter::with_capacity(1 << 16, to) })
+        Self::create_for(For::User, path)
     }
 
-    /// Everything is written: put it in its place, on the disk.
+    fn create_for(for_whom: For, path: &Path) -> Result<Self> {
+        let to = open(path, for_whom).with_context(|| {
+            format!("{}: cannot be written: check that the folder exists and may be written to", path.display())
+        })?;
+        Ok(Self { path: path.to_owned(), for_whom, to: BufWriter::with_capacity(1 << 16, to) })
+    }
+
+    /// Everything is written: put it in its place; a user's, on the disk.
     ///
     /// # Errors
     /// The disk is full, or the folder has changed meanwhile.
@@ -43,7 +59,9 @@ impl Output {
         let done = || -> io::Result<()> {
             match self.to.into_inner().map_err(io::IntoInnerError::into_error)? {
                 To::Temporary(file) => {
-                    file.as_file().sync_all()?;
+                    if self.for_whom == For::User {
+                        file.as_file().sync_all()?;
+                    }
                     // Behind a symbolic link the file itself is replaced, not the link.
                     let target = fs::canonicalize(&path).unwrap_or_else(|_| path.clone());
                     file.persist(target)?;
@@ -62,7 +80,15 @@ impl Output {
 /// # Errors
 /// As [`Output::create`] and [`Output::finish`].
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
-    let mut output = Output::create(path)?;
+    write_for(For::User, path, bytes)
+}
+
+/// The same for whom it is for.
+///
+/// # Errors
+/// As [`write`].
+pub fn write_for(for_whom: For, path: &Path, bytes: &[u8]) -> Result<()> {
+    let mut output = Output::create_for(for_whom, path)?;
     output.write_all(bytes).with_context(|| failed(path))?;
     output.finish()
 }
@@ -73,7 +99,7 @@ pub fn failed(path: &Path) -> String {
     format!("{}: cannot be written to the end: free some space, or choose another place", path.display())
 }
 
-fn open(path: &Path) -> io::Result<To> {
+fn open(path: &Path, for_whom: For) -> io::Result<To> {
     if path == Path::new("-") {
         return Ok(To::Stdout(io::stdout()));
     }
@@ -86,8 +112,8 @@ fn open(path: &Path) -> io::Result<To> {
     }
     let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666)); // the umask narrows it, as for any new file
+    // The umask narrows it, as for any new file.
+    builder.permissions(Permissions::from_mode(if for_whom == For::User { 0o666 } else { 0o600 }));
     builder.prefix(".truerate-").tempfile_in(folder).map(To::Temporary)
 }
 
@@ -136,6 +162,16 @@ mod tests {
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "an abandoned file is left behind");
         write(&path, b"new").unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), "new");
+    }
+
+    #[test]
+    fn a_users_file_is_read_as_any_of_theirs_and_a_runs_by_itself_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let mode = |name: &str| fs::metadata(folder.path().join(name)).unwrap().permissions().mode() & 0o777;
+        fs::write(folder.path().join("any"), "").unwrap();
+        write(&folder.path().join("model.toml"), b"").unwrap();
+        write_for(For::Run, &folder.path().join("token"), b"").unwrap();
+        assert_eq!((mode("model.toml"), mode("token")), (mode("any"), 0o600));
     }
 
     #[test]

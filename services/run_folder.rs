@@ -1,8 +1,8 @@
 //! The files of a run, in its instance's folder: they outlive a process that dies, and go when the run ends.
 
 use crate::{
-    domain::write_whole,
     model_file::{ModelFile, render},
+    output::{For, write_for},
     settings::Settings,
     stop::Stop,
 };
@@ -100,12 +100,12 @@ impl RunFolder {
         self.0.join("truth.toml")
     }
 
-    /// Writes the parameters in use; no process can lose them by dying (a machine can).
+    /// Writes the parameters in use.
     ///
     /// # Errors
     /// Where the folder cannot be written.
     pub fn set_model(&self, file: &ModelFile) -> anyhow::Result<()> {
-        write_whole(&self.model(), render(file).as_bytes())
+        write_for(For::Run, &self.model(), render(file).as_bytes())
     }
 
     /// Writes the truth behind a simulated source.
@@ -113,7 +113,7 @@ impl RunFolder {
     /// # Errors
     /// Where the folder cannot be written.
     pub fn set_truth(&self, file: &ModelFile) -> anyhow::Result<()> {
-        write_whole(&self.truth(), render(file).as_bytes())
+        write_for(For::Run, &self.truth(), render(file).as_bytes())
     }
 
     /// A file whose being there says something.
@@ -202,6 +202,6 @@ impl RunFolder {
     }
 
     fn write<T: Serialize>(&self, name: &str, value: &T) -> anyhow::Result<()> {
-        write_whole(&self.0.join(name), &serde_json::to_vec_pretty(value)?)
+        write_for(For::Run, &self.0.join(name), &serde_json::to_vec_pretty(value)?)
     }
 }

@@ -4,6 +4,7 @@ use super::keeper::Writing;
 use crate::{
     hopeless::Hopeless,
     model_file::{self, ModelFile, Provenance, render},
+    output::For,
     run_folder::RunFolder,
     settings::Settings,
     wire,
@@ -94,7 +95,7 @@ impl Current {
     #[must_use]
     pub fn saved_to(&self, path: &Path, provenance: Provenance) -> Writing {
         let file = ModelFile { model: self.model.clone(), provenance: Some(provenance), own_effects: self.own.clone() };
-        Writing { files: vec![(path.to_owned(), render(&file))], spent: None }
+        Writing { files: vec![(path.to_owned(), render(&file))], for_whom: For::User, spent: None }
     }
 
     /// A solution as the next epoch, on so many rows.
@@ -137,7 +138,7 @@ impl Current {
         let model = Model { epoch: self.model.epoch + 1, ..model };
         let message = wire::parameters_of(&model)?;
         let files = vec![(folder.model(), render(&self.file(model.clone())))];
-        Ok((Writing { files, spent: None }, Proposal { model, message, samples, what }))
+        Ok((Writing { files, for_whom: For::Run, spent: None }, Proposal { model, message, samples, what }))
     }
 
     /// Takes what was proposed: its files are there.

@@ -5,16 +5,18 @@ use super::{
     current::Proposal,
     worker::{Cost, Worker},
 };
-use crate::domain::write_whole;
+use crate::output::{For, write_for};
 use gyro_model::Axis;
 use ipc_types::diagnosis::Trial;
 use std::{fs, path::PathBuf};
 
 /// Files to write, each whole or not at all, in this order; and one that is of no use afterwards.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Writing {
     /// Path and contents.
     pub files: Vec<(PathBuf, String)>,
+    /// Whom they are for.
+    pub for_whom: For,
     /// To be removed.
     pub spent: Option<PathBuf>,
 }
@@ -22,7 +24,7 @@ pub struct Writing {
 impl Writing {
     fn carry_out(&self) -> anyhow::Result<()> {
         for (path, text) in &self.files {
-            write_whole(path, text.as_bytes())?;
+            write_for(self.for_whom, path, text.as_bytes())?;
         }
         if let Some(path) = &self.spent {
             let _ = fs::remove_file(path);

@@ -16,7 +16,7 @@ use anyhow::{Context, anyhow, bail, ensure};
 use gyro_model::{Axis, AxisModel, Model, Term};
 use ipc_types::{Command, Reply, Text, command::Kind, diagnosis::TrialState};
 use jiff::Timestamp;
-use std::{collections::VecDeque, path::Path, sync::Arc};
+use std::{collections::VecDeque, fs, os::unix::fs::FileTypeExt, path::Path, sync::Arc};
 
 /// Answers that are remembered.
 const REMEMBERED: usize = 64;
@@ -230,6 +230,12 @@ impl Compensator<'_> {
             Kind::Save | Kind::Hide => {
                 let path = Path::new(command.argument.as_str());
                 ensure!(path.is_absolute(), "'{}' is not an absolute path", command.argument);
+                let is_pipe = fs::metadata(path).is_ok_and(|there| there.file_type().is_fifo());
+                ensure!(
+                    !is_pipe,
+                    "{} is a pipe, which may keep a model waiting for ever: save to a file",
+                    path.display()
+                );
                 ensure!(
                     self.current.start().axes.iter().any(Option::is_some),
                     "nothing is learned yet: there is no model"

@@ -19,8 +19,8 @@ pub mod scene;
 pub mod server;
 
 use crate::{
-    domain::write_whole,
     hopeless::Hopeless,
+    output::{For, write_for},
     pulse::Pulse,
     run_folder::{Run, RunFolder},
     stop::Stop,
@@ -121,9 +121,9 @@ fn serve(listener: TcpListener, folder: &RunFolder, shop: impl FnOnce(Guard) -> 
     // A dashboard that is started again keeps its token, so that open pages go on.
     let guard = Guard::of(address, std::fs::read_to_string(&kept).ok()).context("a token")?;
     if let Some(token) = guard.token() {
-        write_whole(&kept, token.as_bytes())?;
+        write_for(For::Run, &kept, token.as_bytes())?;
     }
-    write_whole(&folder.mark("dashboard.url"), guard.url().as_bytes())?;
+    write_for(For::Run, &folder.mark("dashboard.url"), guard.url().as_bytes())?;
     eprintln!("dashboard: {}", guard.url());
     let shop = shop(guard);
     thread::Builder::new()

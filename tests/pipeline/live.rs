@@ -10,7 +10,7 @@ use ipc_types::{
     wait::Wait,
 };
 use rustix::process::Signal;
-use std::{path::PathBuf, process::Output};
+use std::{os::unix::fs::PermissionsExt, path::PathBuf, process::Output};
 
 /// A vehicle at 100 Hz, eight times as fast as real time, with a late gyro.
 fn late_vehicle(place: &Place) -> PathBuf {
@@ -111,8 +111,14 @@ fn an_effect_is_added_undone_and_saved_while_the_vehicle_drives() {
         (late(&model) - 0.02).abs() < 0.004
     });
 
-    let file = place.file("saved.toml");
-    assert!(control(&place, &["save", file.to_str().unwrap()]).status.success());
+    // As any file of ours: others may read it, and it stands where its link points.
+    let (file, link) = (place.file("saved.toml"), place.file("newest.toml"));
+    std::fs::write(&file, "").unwrap();
+    std::os::unix::fs::symlink(&file, &link).unwrap();
+    let mode = || std::fs::metadata(&file).unwrap().permissions().mode();
+    let as_any = mode();
+    assert!(control(&place, &["save", link.to_str().unwrap()]).status.success());
+    assert_eq!(mode(), as_any);
     let saved = truerate::model_file::load(&file, &[]).unwrap();
     assert_eq!(saved.model.axes[model.axis].as_ref().unwrap().effect_ids(), ["scale-factor", "bias", "delay"]);
 
