@@ -48,18 +48,19 @@ pub fn hidden(seed: u64) -> &'static str {
     HIDDEN[(mixed % HIDDEN.len() as u64) as usize]
 }
 
-/// What to look at, for somebody who does.
+/// What to look at, for somebody who does; the axis on the shaft, of a simulated vehicle.
 #[must_use]
-pub fn invitation(source: &str, instance: &str, dashboard: &str, simulated: bool) -> String {
+pub fn invitation(source: &str, instance: &str, dashboard: &str, axis: Option<Axis>) -> String {
     let look = if dashboard == "off" {
         format!("  truerate top --instance {instance}      watch it in another terminal\n")
     } else {
         format!("  http://{dashboard}      open this: charts, suspects as cards, a button to add one\n")
     };
-    let hidden = if simulated { "An effect is hidden in its gyro; " } else { "" };
+    let hidden = if axis.is_some() { "An effect is hidden in its gyro. " } else { "" };
+    let axis = axis.map_or("AXIS", |axis| axis.letter());
     format!(
         "{source} runs. {hidden}Ctrl-C ends it.\n{look}  truerate status --instance {instance}\n  \
-         truerate control add EFFECT --axis x --instance {instance}      what you think is missing\n  \
+         truerate control add EFFECT --axis {axis} --instance {instance}      what you think is missing\n  \
          truerate control undo --instance {instance}"
     )
 }
@@ -229,8 +230,8 @@ fn worst(diagnosis: &Diagnosis) -> Option<(usize, &AxisDiagnosis)> {
 
 #[cfg(test)]
 mod tests {
-    use super::{HIDDEN, hidden};
-    use gyro_model::effects;
+    use super::{HIDDEN, hidden, invitation};
+    use gyro_model::{Axis, effects};
 
     #[test]
     fn every_effect_that_may_be_hidden_is_known_and_comes_up() {
@@ -238,5 +239,15 @@ mod tests {
             assert!(effects::find(id).is_some(), "{id}");
             assert!((0..200).any(|seed| hidden(seed) == id), "{id}");
         }
+    }
+
+    #[test]
+    fn the_axis_that_is_told_is_the_vehicles_own_and_a_log_has_any() {
+        for axis in Axis::ALL {
+            let text = invitation("a vehicle", "demo", "off", Some(axis));
+            assert!(text.contains(&format!("--axis {axis} ")) && text.contains("is hidden in its gyro"), "{text}");
+        }
+        let text = invitation("log.csv", "demo", "off", None);
+        assert!(text.contains("--axis AXIS ") && !text.contains("hidden"), "{text}");
     }
 }

@@ -4,6 +4,7 @@ use super::print;
 use crate::{
     demo::{self, Player},
     settings::{Learning, Settings, Simulation, Source, Speed},
+    source::scenario,
     stop::Stop,
     supervisor,
 };
@@ -66,7 +67,8 @@ fn settings(args: &Args, seed: u64, hidden: Option<&str>) -> anyhow::Result<Sett
 /// Runs it for somebody to look at, until Ctrl-C.
 fn show(args: &Args, settings: Settings, hidden: Option<&str>, seed: u64, stop: &Stop) -> anyhow::Result<ExitCode> {
     let source = args.log.as_ref().map_or_else(|| format!("simulated vehicle {seed}"), |p| p.display().to_string());
-    print(&demo::invitation(&source, &args.instance, &settings.dashboard, hidden.is_some()))?;
+    let axis = hidden.map(|_| scenario(&settings)).transpose()?.map(|scenario| scenario.sensor.axis);
+    print(&demo::invitation(&source, &args.instance, &settings.dashboard, axis))?;
     let ending = supervisor::supervise(&args.instance, settings, stop)?;
     print(&ending.summary)?;
     if let Some(hidden) = hidden {
@@ -78,7 +80,8 @@ fn show(args: &Args, settings: Settings, hidden: Option<&str>, seed: u64, stop: 
 /// Plays the loop: the pipeline in one thread, the player, who only watches and asks, in this one.
 fn play(args: &Args, settings: Settings, hidden: Option<&str>, seed: u64, stop: &Stop) -> anyhow::Result<ExitCode> {
     let source = args.log.as_ref().map_or_else(|| format!("simulated vehicle {seed}"), |p| p.display().to_string());
-    print(&format!("{source}: acquisition, kalman and compensator are starting; something is wrong with the gyro."))?;
+    let about = if hidden.is_some() { "something is wrong with the gyro" } else { "let us see what the gyro does" };
+    print(&format!("{source}: acquisition, kalman and compensator are starting; {about}."))?;
     let (instance, other) = (args.instance.clone(), stop.clone());
     let pipeline = thread::spawn(move || {
         let ending = supervisor::supervise(&instance, settings, &other);
