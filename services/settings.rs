@@ -370,6 +370,19 @@ mod tests {
     }
 
     #[test]
+    fn what_the_deployed_file_records_lies_where_its_unit_may_write() {
+        let deploy = Path::new(env!("CARGO_MANIFEST_DIR")).join("deploy");
+        let text = std::fs::read_to_string(deploy.join("truerate.toml")).unwrap();
+        let etc = tempfile::tempdir().unwrap();
+        let config = etc.path().join("truerate.toml");
+        std::fs::write(&config, text.replace("# record = ", "record = ")).unwrap();
+        let record = Settings::read(&config).unwrap().record.unwrap();
+        assert!(record.starts_with("/var/lib/truerate"), "{}", record.display());
+        let unit = std::fs::read_to_string(deploy.join("truerate.service")).unwrap();
+        assert!(unit.lines().any(|line| line == "StateDirectory=truerate"));
+    }
+
+    #[test]
     fn an_unknown_key_is_named_with_its_line() {
         let error = toml::from_str::<Settings>("speed = 1\n[learning]\nwindows = 3\n").unwrap_err().to_string();
         assert!(error.contains("line 3") && error.contains("windows") && error.contains('^'), "{error}");
