@@ -191,6 +191,25 @@ mod tests {
     }
 
     #[test]
+    fn what_several_commands_take_is_written_alike() {
+        for (command, rest) in [("run", &[][..]), ("simulate", &["-o", "log.csv"])] {
+            let words = ["truerate", command, "--hide", "delay", "lag:tau=0.01", "--hide", "bias"];
+            let parsed = Cli::try_parse_from(words.iter().chain(rest)).unwrap().command;
+            let hide = match parsed {
+                Command::Run(args) => args.hide,
+                Command::Simulate(args) => args.hide,
+                other => panic!("{other:?}"),
+            };
+            assert_eq!(hide, ["delay", "lag:tau=0.01", "bias"], "{command}");
+        }
+        for command in Cli::command().get_subcommands() {
+            for output in command.get_arguments().filter(|a| a.get_short() == Some('o')) {
+                assert_eq!(output.get_long(), Some("output"), "{}", command.get_name());
+            }
+        }
+    }
+
+    #[test]
     fn every_command_and_flag_explains_itself() {
         for command in Cli::command().get_subcommands() {
             assert!(command.get_about().is_some(), "`{}` says nothing about itself", command.get_name());

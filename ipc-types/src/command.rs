@@ -37,6 +37,9 @@ impl Kind {
     }
 }
 
+/// Bytes of an argument at most.
+pub const ARGUMENT: usize = 1022;
+
 /// One command.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
@@ -53,7 +56,7 @@ pub struct Command {
     /// Effect id.
     pub effect: Text<62>,
     /// Values, a file's absolute path, or a user's own effect in TOML.
-    pub argument: Text<1022>,
+    pub argument: Text<ARGUMENT>,
 }
 
 /// Its answer.

@@ -6,7 +6,7 @@ use iceoryx2::prelude::ZeroCopySend;
 const STEPS: u32 = 8;
 const BUCKETS: usize = 35 * STEPS as usize;
 
-/// How long a stage took, counted; a quantile is right to 5 %.
+/// How long a stage took, counted; a quantile is right to half a bucket, 6.25 %.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ZeroCopySend)]
 #[type_name("truerate.Histogram.v1")]

@@ -11,8 +11,13 @@ use crate::{
 use iceoryx2::{
     node::Node,
     port::{
-        client::Client, listener::Listener, notifier::Notifier, publisher::Publisher, server::Server,
-        subscriber::Subscriber, update_connections::UpdateConnections,
+        client::Client,
+        listener::{Listener, ListenerWaitError},
+        notifier::Notifier,
+        publisher::Publisher,
+        server::Server,
+        subscriber::Subscriber,
+        update_connections::UpdateConnections,
     },
     prelude::{
         AllocationStrategy, AttributeVerifier, CallbackProgression, NodeBuilder, NodeState, ServiceName,
@@ -162,7 +167,7 @@ impl Hub {
             .max_nodes(NODES)
             .subscriber_max_buffer_size(report.buffer)
             .history_size(report.history)
-            .open_or_create()
+            .open_or_create_with_attributes(&check(report.schema, report.name)?)
             .map_err(refused("creation", report.name))?;
         held.push(Box::new(bytes));
         for service in [&topic::CONTROL, &topic::INJECTION] {
@@ -292,7 +297,7 @@ impl Hub {
             .node
             .service_builder(&service_name(topic.name)?)
             .publish_subscribe::<[u8]>()
-            .open()
+            .open_with_attributes(&check(topic.schema, topic.name)?)
             .map_err(refused("opening", topic.name))?;
         let publisher = stream
             .publisher_builder()
@@ -312,7 +317,7 @@ impl Hub {
             .node
             .service_builder(&service_name(topic.name)?)
             .publish_subscribe::<[u8]>()
-            .open()
+            .open_with_attributes(&check(topic.schema, topic.name)?)
             .map_err(refused("opening", topic.name))?;
         Ok(BytesReader(stream.subscriber_builder().create().map_err(refused("a reader", topic.name))?))
     }
@@ -451,8 +456,7 @@ impl<M: Debug + Copy + ZeroCopySend + 'static> Reader<M> {
                 Some(listener) => {
                     // A signal ends the wait early, as a message does: whoever waits looks at its own flag then.
                     match listener.timed_wait(|_| {}, longest.saturating_sub(spin_for)) {
-                        Ok(_) => {}
-                        Err(error) if format!("{error:?}") == "InterruptSignal" => {}
+                        Ok(_) | Err(ListenerWaitError::InterruptSignal) => {}
                         Err(error) => return Err(refused("waiting", self.topic)(error)),
                     }
                 }

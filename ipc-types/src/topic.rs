@@ -57,8 +57,8 @@ pub const HEALTH: Topic<Health> = Topic { writers: 16, ..Topic::new("health", sc
 /// supervisor → watchers.
 pub const STATUS: Topic<Status> = Topic { history: 1, ..Topic::new("status", schema(include_str!("status.rs")), 1) };
 
-/// compensator → watchers: the whole diagnosis as JSON, bytes.
-pub const REPORT: Topic<[u8]> = Topic { history: 1, ..Topic::new("report", 1, 1) };
+/// compensator → watchers: the whole diagnosis as JSON, bytes. Its definition is the JSON's, by name.
+pub const REPORT: Topic<[u8]> = Topic { history: 1, ..Topic::new("report", schema("truerate.diagnosis/1"), 1) };
 
 /// The longest report, bytes.
 pub const REPORT_BYTES: usize = 512 * 1024;

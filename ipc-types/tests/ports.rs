@@ -70,6 +70,12 @@ fn another_definition_of_a_message_is_refused() {
     let other = Topic::<Sample>::new("sample", topic::SAMPLE.schema + 1, topic::QUEUE);
     let error = hub.reader(&other, None, Wait::Event).unwrap_err();
     assert!(error.to_string().contains("IncompatibleAttributes"), "{error}");
+    let other = Topic::<[u8]>::new("report", topic::REPORT.schema + 1, 1);
+    for error in [hub.bytes_reader(&other).err(), hub.bytes_writer(&other, 100).err()] {
+        let error = error.unwrap().to_string();
+        assert!(error.contains("IncompatibleAttributes"), "{error}");
+    }
+    assert!(hub.bytes_reader(&topic::REPORT).is_ok() && hub.bytes_writer(&topic::REPORT, 100).is_ok());
 }
 
 #[test]

@@ -7,7 +7,7 @@ use clap::Subcommand;
 use gyro_model::Axis;
 use ipc_types::{
     Command, Reply, Text,
-    command::Kind,
+    command::{ARGUMENT, Kind},
     port::{Hub, PortError},
     topic,
 };
@@ -135,7 +135,14 @@ fn command(request: &Request) -> anyhow::Result<Command> {
         axis,
         at_once: 0,
         effect: Text::whole(effect).with_context(|| format!("'{effect}' is too long for an effect's id"))?,
-        argument: Text::whole(&argument).context("that is longer than a command can hold (1000 bytes)")?,
+        argument: Text::whole(&argument).with_context(|| {
+            let what = match request {
+                Request::Add { file: Some(file), .. } => format!("{}: its effects are", file.display()),
+                Request::Save { file } => format!("{}: the whole path is", file.display()),
+                _ => format!("the values of {effect} are"),
+            };
+            format!("{what} {} bytes long, and a command holds {ARGUMENT}: make that shorter", argument.len())
+        })?,
     })
 }
 
@@ -163,6 +170,11 @@ mod tests {
         assert_eq!((command.kind, command.axis, command.effect.as_str()), (Kind::Add as u32, 2, "delay"));
         let hide = super::command(&Request::Hide { effect: "delay:d=0.01".into() }).unwrap();
         assert_eq!((hide.effect.as_str(), hide.argument.as_str()), ("delay", "d=0.01"));
+        let long = super::command(&Request::Hide { effect: format!("delay:d={}", "1".repeat(2000)) }).unwrap_err();
+        assert_eq!(
+            long.to_string(),
+            "the values of delay are 2002 bytes long, and a command holds 1022: make that shorter"
+        );
     }
 
     #[test]

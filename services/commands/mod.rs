@@ -1,7 +1,7 @@
-//! One command a file, all alike: `Args` is what clap parses, `run` does it.
+//! One command a file, all alike: `Args` is what clap parses, `run` does it. What several share is in [`subject`] and
+//! [`change`].
 //!
-//! To hook one in: the file and its `pub mod` here, a variant in [`crate::cli::Command`] and its arm in `run` there. A
-//! command whose file has no `run` yet is not offered.
+//! To hook one in: the file and its `pub mod` here, a variant in [`crate::cli::Command`] and its arm in `run` there.
 //! A command writes its result with [`print`], never `println!`, so that `truerate … | head` ends quietly.
 
 use anyhow::Context;

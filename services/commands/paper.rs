@@ -16,7 +16,7 @@ Examples:
   truerate paper -o paper        writes paper/index.html and its seven figures, prints the numbers")]
 pub struct Args {
     /// The folder for the page and its figures
-    #[arg(short, value_name = "DIR", default_value = "paper")]
+    #[arg(short, long, value_name = "DIR", default_value = "paper")]
     pub output: PathBuf,
     /// Which draw of the noise
     #[arg(long, value_name = "N", default_value_t = 1)]

@@ -13,7 +13,7 @@ use std::{
 #[command(after_long_help = "\
 Examples:
   truerate run                                          a simulated vehicle, live, with the dashboard
-  truerate run --hide delay --hide g-sensitivity        the same with two effects that the model does not know
+  truerate run --hide delay g-sensitivity               the same with two effects that the model does not know
   truerate run --source log.csv.gz --speed max          a log pushed through the processes without loss
   truerate run --source log.csv.gz --speed max --model m.toml --freeze --record out.csv
                                                         the same rows as `truerate apply`, byte for byte")]
@@ -34,7 +34,7 @@ pub struct Args {
     #[arg(long)]
     pub freeze: bool,
     /// Hide this effect in the source, at its typical size or with these values; may be given several times
-    #[arg(long, value_name = "ID[:NAME=VALUE,…]")]
+    #[arg(long, value_name = "ID[:NAME=VALUE,…]", num_args = 1..)]
     pub hide: Vec<String>,
     /// Record the estimates, in the columns of `truerate apply`: CSV, or MCAP by the file's ending
     #[arg(long, value_name = "F")]

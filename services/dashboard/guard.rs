@@ -5,7 +5,11 @@
 //! connect, so there everything wants the token.
 
 use axum::http::{HeaderMap, Method, header};
-use std::{fs::File, io::Read, net::SocketAddr};
+use std::{
+    fs::File,
+    io::Read,
+    net::{Ipv4Addr, Ipv6Addr, SocketAddr},
+};
 
 /// Name of the cookie that carries the token after the first visit.
 pub const COOKIE: &str = "truerate-token";
@@ -52,11 +56,21 @@ impl Guard {
         self.token.as_deref()
     }
 
-    /// The address to open.
+    /// The address to open; on this machine, where it listens at every address.
     #[must_use]
     pub fn url(&self) -> String {
         let token = self.token.as_ref().map_or_else(String::new, |t| format!("?token={t}"));
-        format!("http://{}/{token}", self.address)
+        let mut address = self.address;
+        if self.is_everywhere() {
+            address.set_ip(if address.is_ipv4() { Ipv4Addr::LOCALHOST.into() } else { Ipv6Addr::LOCALHOST.into() });
+        }
+        format!("http://{address}/{token}")
+    }
+
+    /// Whether it listens at every address of this machine.
+    #[must_use]
+    pub fn is_everywhere(&self) -> bool {
+        self.address.ip().is_unspecified()
     }
 
     /// Checks one request.
@@ -168,5 +182,18 @@ mod tests {
         let h = headers(&[("host", "192.168.1.5:7777"), ("cookie", &cookie)]);
         assert_eq!(guard.check(&Method::POST, &h, None), Ok(()));
         assert!(local().token().is_none());
+    }
+
+    #[test]
+    fn the_address_that_is_told_can_be_opened() {
+        for (listens, opens) in [
+            ("127.0.0.1:7777", "http://127.0.0.1:7777/"),
+            ("192.168.1.5:7777", "http://192.168.1.5:7777/?token="),
+            ("0.0.0.0:7777", "http://127.0.0.1:7777/?token="),
+            ("[::]:7777", "http://[::1]:7777/?token="),
+        ] {
+            let url = Guard::of(listens.parse().unwrap(), None).unwrap().url();
+            assert!(url.starts_with(opens), "{url}");
+        }
     }
 }

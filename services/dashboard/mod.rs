@@ -124,7 +124,8 @@ fn serve(listener: TcpListener, folder: &RunFolder, shop: impl FnOnce(Guard) -> 
         write_for(For::Run, &kept, token.as_bytes())?;
     }
     write_for(For::Run, &folder.mark("dashboard.url"), guard.url().as_bytes())?;
-    eprintln!("dashboard: {}", guard.url());
+    let elsewhere = if guard.is_everywhere() { " (from another machine: at this one's name)" } else { "" };
+    eprintln!("dashboard: {}{elsewhere}", guard.url());
     let shop = shop(guard);
     thread::Builder::new()
         .name("server".into())

@@ -1,6 +1,9 @@
 //! What a client asks for, checked and turned into a command to the pipeline.
 
-use ipc_types::{Command, Text, command::Kind};
+use ipc_types::{
+    Command, Text,
+    command::{ARGUMENT, Kind},
+};
 use serde::Deserialize;
 use std::{
     path::Path,
@@ -44,8 +47,8 @@ pub enum OrderError {
     #[error("a file name is letters, digits, '.', '-' and '_', ends in .toml and has no folder in it")]
     Name,
     /// More than a command can hold.
-    #[error("that is longer than a command can hold")]
-    TooLong,
+    #[error("the argument is {0} bytes long, and a command holds {room}", room = ARGUMENT)]
+    TooLong(usize),
 }
 
 impl Order {
@@ -90,7 +93,7 @@ impl Order {
             axis: axis as u32,
             at_once: u64::from(self.at_once),
             effect: Text::whole(&self.effect).ok_or(OrderError::Effect)?,
-            argument: Text::whole(&argument).ok_or(OrderError::TooLong)?,
+            argument: Text::whole(&argument).ok_or(OrderError::TooLong(argument.len()))?,
         })
     }
 }
