@@ -1,16 +1,9 @@
 //! The demo's player: looks at a running pipeline as a person would, names what is missing, adds it, sees the error fall.
 
-use crate::{clock::now_ns, commands::print, domain, stop::Stop, watch::Watch};
+use crate::{ask::ask, clock::now_ns, commands::print, domain, stop::Stop, watch::Watch};
 use anyhow::Context;
 use gyro_model::Axis;
-use ipc_types::{
-    Command, Diagnosis, Reply, Text,
-    command::Kind,
-    diagnosis::AxisDiagnosis,
-    port::{Caller, Reader},
-    topic,
-    wait::Wait,
-};
+use ipc_types::{Command, Diagnosis, Text, command::Kind, diagnosis::AxisDiagnosis, port::Reader, topic, wait::Wait};
 use std::{
     thread::sleep,
     time::{Duration, Instant},
@@ -39,7 +32,6 @@ const AGREE: usize = 2;
 /// Judgements of the changed model that are waited for at most until its error is inside the floor's band.
 const SETTLES: usize = 10;
 const PATIENCE: Duration = Duration::from_secs(240);
-const ANSWER: Duration = Duration::from_millis(500);
 
 /// The effect that this seed hides.
 #[must_use]
@@ -80,7 +72,6 @@ pub struct Played {
 pub struct Player {
     watch: Watch,
     diagnoses: Reader<Diagnosis>,
-    caller: Caller<Command, Reply>,
     started: Instant,
 }
 
@@ -104,8 +95,7 @@ impl Player {
     fn try_join(instance: &str, started: Instant) -> anyhow::Result<Self> {
         let watch = Watch::join(&domain::existing(instance)?, "player")?;
         let diagnoses = watch.hub.reader(&topic::DIAGNOSIS, None, Wait::Event)?;
-        let caller = watch.hub.caller(&topic::CONTROL)?;
-        Ok(Self { watch, diagnoses, caller, started })
+        Ok(Self { watch, diagnoses, started })
     }
 
     /// Plays the loop; `None` when asked to stop.
@@ -138,7 +128,7 @@ impl Player {
             effect: Text::new(&named),
             ..Command::default()
         };
-        let reply = self.caller.ask(command, ANSWER, 60, |reply: &Reply| reply.id == command.id)?;
+        let reply = ask(&self.watch.hub, command)?;
         print(&format!("add:      {}", reply.says))?;
         let Some(after) = self.wait_for_fall(place, &named, reply.epoch, stop)? else { return Ok(None) };
         let band = if after.within_floor == 1 { ", inside the band of what noise alone leaves" } else { "" };

@@ -7,7 +7,7 @@
 //! | [`progress`] | progress of long work, on a terminal |
 //! | [`acquisition`], [`kalman`], [`compensator`], [`recorder`] | one process each, in the order of the flow |
 //! | [`supervisor`] | starts, watches and restarts them |
-//! | [`watch`] | a look at a running pipeline |
+//! | [`watch`], [`ask`] | a look at a running pipeline; a command to it, and its answer |
 //! | [`demo`] | plays a user who finds out what is missing |
 //! | [`settings`] | what a pipeline is told |
 //! | [`domain`], [`run_folder`] | where a pipeline lives, and its files |
@@ -27,6 +27,7 @@
 //! | [`toml_error`] | what is wrong in a TOML file, with line and caret |
 
 pub mod acquisition;
+pub mod ask;
 pub mod cli;
 pub mod clock;
 pub mod commands;

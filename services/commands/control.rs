@@ -1,21 +1,19 @@
 //! `truerate control`: changes the model of a running pipeline.
 
 use super::print;
-use crate::{clock::now_ns, domain};
+use crate::{ask::ask, clock::now_ns, domain};
 use anyhow::{Context, bail};
 use clap::Subcommand;
 use gyro_model::Axis;
 use ipc_types::{
-    Command, Reply, Text,
+    Command, Text,
     command::{ARGUMENT, Kind},
-    port::{Hub, PortError},
-    topic,
+    port::Hub,
 };
 use std::{
     fs,
     path::{Path, PathBuf},
     process::ExitCode,
-    time::Duration,
 };
 
 /// What `truerate control` takes.
@@ -79,11 +77,6 @@ pub enum Request {
     },
 }
 
-/// How long one attempt waits for an answer, and how often it is asked: a process that was just killed is back by then,
-/// and a trial has told how it goes.
-const PATIENCE: Duration = Duration::from_millis(500);
-const ATTEMPTS: u32 = 60;
-
 /// Sends the command and prints the answer.
 ///
 /// # Errors
@@ -92,13 +85,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let command = command(&args.request)?;
     let domain = domain::existing(&args.instance)?;
     let hub = Hub::join(&domain, "control")?;
-    let kind = Kind::from_u32(command.kind).context("a command without a kind")?;
-    let caller = hub.caller(topic::answers(kind))?;
-    let reply =
-        caller.ask(command, PATIENCE, ATTEMPTS, |reply: &Reply| reply.id == command.id).map_err(|e| match e {
-            silent @ PortError::Silent { .. } => anyhow::anyhow!("pipeline '{}': {silent}", args.instance),
-            other => other.into(),
-        })?;
+    let reply = ask(&hub, command).with_context(|| format!("pipeline '{}'", args.instance))?;
     if reply.done == 0 {
         bail!("{}", reply.says);
     }
