@@ -8,7 +8,7 @@ mod missing;
 mod reference;
 mod repeated;
 mod spikes;
-mod stuck;
+pub mod stuck;
 #[cfg(test)]
 mod tests;
 mod timing;

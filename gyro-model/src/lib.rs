@@ -29,6 +29,10 @@
 //! | [`paper`] | the paper's experiment, simulated |
 //! | [`diagnosis`] | the result types, as the JSON interface has them |
 //! | [`detail`] | the pictures behind a verdict: overlay, regimes, spectrum, whiteness |
+//! | [`nls`] | Levenberg–Marquardt on normal equations |
+//! | [`evidence`] | what a log says about a model: residual, error curve, floor, noise, likelihood |
+//! | [`fit`] | the model's parameters on a log |
+//! | [`diagnose`] | which effect is missing: scan, refit, gate, rank, ladder |
 
 pub mod axis;
 pub mod compensation;

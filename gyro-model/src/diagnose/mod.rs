@@ -24,6 +24,7 @@ use crate::{
     diagnosis::{AxisDiagnosis, AxisLadder, DataFault, Suspect, Verdict},
     effects::Effect,
     evidence::study::{Bench, Study},
+    faults::stuck::MARKED_UP_TO,
     fit::{FitError, calibrated, groups},
     parallel,
 };
@@ -105,7 +106,7 @@ pub fn compare(
                         judged.over_floor()
                     );
                 }
-                bad_data(options.faults, bench, &mut verdict, &mut says);
+                bad_data(record, options.faults, bench, &mut verdict, &mut says);
                 axis_diagnosis(record, &present.study, k, &judged, (verdict, says), Vec::new(), options)
             })
             .collect::<Vec<_>>()
@@ -150,7 +151,7 @@ pub fn diagnose(
                     .map(|(i, _)| ladder::aliases(suspects, i, true))
                     .collect();
                 let (mut verdict, mut says) = verdict::verdict(&present, seen, &own, &aliases, &judged, k);
-                bad_data(options.faults, bench, &mut verdict, &mut says);
+                bad_data(record, options.faults, bench, &mut verdict, &mut says);
                 let removes = |r: &Refit| r.share(seen).is_none_or(|share| share > 0.0);
                 let list = own.iter().zip(&aliases).filter(|(r, _)| r.significant() && removes(r)).take(5);
                 let before = if parts.is_some() { Judged::new(&seen.study, k, false) } else { judged.clone() };
@@ -179,7 +180,7 @@ pub fn ladder(
             None => ladder::climb(record, bench, model, options),
         };
         for l in &mut ladders {
-            bad_data(options.faults, bench, &mut l.verdict, &mut l.says);
+            bad_data(record, options.faults, bench, &mut l.verdict, &mut l.says);
         }
         (fitted, ladders)
     })?;
@@ -199,12 +200,17 @@ fn sorted<T>(mut list: Vec<T>, axis: impl Fn(&T) -> Axis) -> Vec<T> {
     list
 }
 
-/// Faults that make every other verdict on axes that are judged together worthless: theirs, and those of the whole log.
-fn bad_data(faults: &[DataFault], bench: &Bench, verdict: &mut Verdict, says: &mut String) {
-    let grave = ["wrong-unit", "wrong-sign", "swapped-axes", "stuck-channel"];
+/// Faults that make every other verdict on axes that are judged together worthless: theirs, and those of the whole log. A
+/// channel that was stuck for little of it is not among them: what it read meanwhile is taken out.
+fn bad_data(record: &Record, faults: &[DataFault], bench: &Bench, verdict: &mut Verdict, says: &mut String) {
+    let is_grave = |fault: &&DataFault| match fault.fault.as_str() {
+        "wrong-unit" | "wrong-sign" | "swapped-axes" => true,
+        "stuck-channel" => fault.count as f64 >= MARKED_UP_TO * record.len() as f64,
+        _ => false,
+    };
     let concerns =
         |fault: &&DataFault| fault.axis.is_none_or(|axis| bench.problem.series.iter().any(|s| s.axis == axis));
-    if let Some(fault) = faults.iter().filter(concerns).find(|f| grave.contains(&f.fault.as_str())) {
+    if let Some(fault) = faults.iter().filter(concerns).find(is_grave) {
         *verdict = Verdict::BadData;
         says.clone_from(&fault.says);
     }

@@ -26,7 +26,7 @@ static CARD: Card = Card {
 static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
     name: "s",
     unit: "1",
-    says: "how much too fast the gyro's clock counts its readings late",
+    says: "by how much its clock is slow: a reading stamped t is of t (1 + s)",
     role: Role::Shape,
     neutral: 0.0,
     typical: 1e-3,

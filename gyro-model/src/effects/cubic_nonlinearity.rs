@@ -15,7 +15,8 @@ static CARD: Card = Card {
     physics: "Springs stiffen and amplifiers bend before they clip: the scale factor at fast turns differs from that \
               at slow turns, the same both ways.",
     equation: "ω_f = ω + k3 ω³",
-    typical: "0.1–0.2 % of full scale (at 250 °/s full scale, 0.1 % is k3 = 5.3e-5 s²/rad²)",
+    typical: "0.1–0.2 % of full scale in data sheets (at 250 °/s full scale, 0.1 % is k3 = 5.3e-5 s²/rad²), several \
+              times as much on uncalibrated parts",
     source: "IEEE Std 1431, scale factor nonlinearity; MEMS data sheets",
     needs: &[],
     excited_by: "at least two amplitudes",

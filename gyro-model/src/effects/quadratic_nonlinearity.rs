@@ -15,7 +15,8 @@ static CARD: Card = Card {
     physics: "The drive and sense electrodes are not quite linear: the scale factor rises with rate one way and \
               falls the other way.",
     equation: "ω_f = ω + k2 ω²",
-    typical: "0.1–0.2 % of full scale (at 250 °/s full scale, 0.1 % is k2 = 2.3e-4 s/rad)",
+    typical: "0.1–0.2 % of full scale in data sheets (at 250 °/s full scale, 0.1 % is k2 = 2.3e-4 s/rad), several times \
+              as much on uncalibrated parts",
     source: "IEEE Std 1431, scale factor nonlinearity; MEMS data sheets",
     needs: &[],
     excited_by: "at least two amplitudes",

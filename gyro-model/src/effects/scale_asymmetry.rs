@@ -15,7 +15,7 @@ static CARD: Card = Card {
     physics: "Positive and negative rates go through different halves of the sense electronics, so the two \
               directions scale differently. To and fro, the angle drifts although the bias is right.",
     equation: "ω_f = ω + a |ω|",
-    typical: "50–600 ppm, worse exists (up to 1 % on cheap parts)",
+    typical: "50–600 ppm in data sheets, up to 1 % on cheap parts",
     source: "IEEE Std 1431, scale factor asymmetry",
     needs: &[],
     excited_by: "both directions, several amplitudes",

@@ -6,6 +6,12 @@
 //! | [`encoder`] | the steps of a shaft encoder, and what they make it err by |
 //! | [`problem`] | the residual of a model and its derivatives |
 //! | [`increments`] | increments over averaging times: the error curve's Gram matrices, held out block by block |
+//! | [`attitude`] | an orientation as reference |
+//! | [`integrate`] | integrals, slopes and smoothing of sampled rates |
+//! | [`study`] | a model fitted to a log |
+//! | [`prior`] | the noise that the sensors' own signals show |
+//! | [`noise`] | the noise of a model's residual, identified |
+//! | [`whittle`] | where to look for it: the periodogram |
 //! | [`whiten`] | the noise as a state-space model: likelihood, generalised least squares |
 //! | [`likelihood`] | the likeliest noise |
 //! | `growth` | the part of it that grows with the rate |

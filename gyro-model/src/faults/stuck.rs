@@ -1,7 +1,7 @@
 //! Channels that stand still while another one shows motion.
 
 use super::{Report, reference::Motion, seconds};
-use crate::{Axis, Record};
+use crate::{Axis, Record, Row};
 
 /// Shorter than this, s, nothing is called stuck.
 const SHORTEST: f64 = 0.5;
@@ -9,23 +9,28 @@ const SHORTEST: f64 = 0.5;
 /// Pieces of a run over which rates are compared, s.
 const PIECE: f64 = 0.1;
 
-/// Where the gyro is stuck in more of the rows than this, it is said but left as it is.
-const MARKED_UP_TO: f64 = 0.1;
+/// Where a channel is stuck in more of the rows than this, it is left as it is: the log is of no use.
+pub const MARKED_UP_TO: f64 = 0.1;
 
-/// Reports gyros and references that are stuck.
+/// Reports gyros and references that are stuck, and takes out what they read meanwhile.
 pub(super) fn check(record: &mut Record, report: &mut Report) {
     for axis in Axis::ALL {
         let Some(motion) = Motion::of(record, axis) else { continue };
         let runs = gyro(record, axis, &motion);
         say(record, report, axis, &format!("gyro_{axis}"), "the reference turns", &runs);
-        let rows: usize = runs.iter().map(|&(from, to)| to - from).sum();
-        if (rows as f64) < MARKED_UP_TO * record.len() as f64 {
-            for &(from, to) in &runs {
-                record.rows[from + 1..to].iter_mut().for_each(|row| row.gyro[axis.index()] = f64::NAN);
-            }
-        }
+        take_out(record, &runs, |row| &mut row.gyro[axis.index()]);
         let runs = encoder(record, axis);
         say(record, report, axis, &format!("ref_angle_{axis}"), "the gyro turns", &runs);
+        take_out(record, &runs, |row| &mut row.ref_angle[axis.index()]);
+    }
+}
+
+fn take_out(record: &mut Record, runs: &[(usize, usize)], value: impl Fn(&mut Row) -> &mut f64) {
+    let rows: usize = runs.iter().map(|&(from, to)| to - from).sum();
+    if (rows as f64) < MARKED_UP_TO * record.len() as f64 {
+        for &(from, to) in runs {
+            record.rows[from + 1..to].iter_mut().for_each(|row| *value(row) = f64::NAN);
+        }
     }
 }
 
