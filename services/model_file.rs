@@ -13,7 +13,7 @@ use crate::{
     log, output,
     toml_error::{TomlError, quoted},
 };
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use gyro_model::{Model, effects::Effect};
 use jiff::Timestamp;
 use std::{fs, path::Path};
@@ -104,10 +104,23 @@ pub fn render(file: &ModelFile) -> String {
     write::render(file)
 }
 
+/// What cannot be read again is not written.
+///
+/// # Errors
+/// An effect without a finite parameter.
+pub fn refuse_unseen(model: &Model) -> Result<()> {
+    match model.unseen() {
+        Some((axis, id)) => bail!("nothing is seen of '{id}' on axis {axis}: a model with it cannot be used"),
+        None => Ok(()),
+    }
+}
+
 /// Writes a model file, whole or not at all.
 ///
 /// # Errors
-/// The folder is missing or read-only, or the disk is full; what stood there before is then unchanged.
+/// A parameter that is no number; the folder is missing or read-only, or the disk is full. What stood there before is then
+/// unchanged.
 pub fn save(path: &Path, file: &ModelFile) -> Result<()> {
+    refuse_unseen(&file.model)?;
     output::write(path, render(file).as_bytes())
 }

@@ -219,3 +219,18 @@ fn a_limit_that_is_added_is_read_off_the_readings() {
         assert!((found - value).abs() < 0.02 * value, "{id}: {found}, hidden {value}");
     }
 }
+
+#[test]
+fn the_shape_of_an_effect_that_is_added_is_found_in_the_log_or_it_is_refused() {
+    let bench = Bench::new();
+    let hidden = "mount-resonance:f=9";
+    bench.ok(&["simulate", "--motion", "drive", "--seconds", "60", "--hide", hidden, "-o", "log.csv.gz"]);
+    bench.ok(&["add", "log.csv.gz", "mount-resonance", "--axis", "x", "-o", "m.toml"]);
+    let model: toml::Table = bench.text("m.toml").parse().unwrap();
+    let found = model["axis"]["x"]["parameters"]["mount-resonance"]["f"]["value"].as_float().unwrap();
+    assert!((found - 9.0).abs() < 0.5, "{found}");
+    bench.ok(&["compare", "log.csv.gz", "--model", "m.toml"]);
+    let refused = bench.refused(&["add", "log.csv.gz", "saturation", "--axis", "x", "-o", "s.toml"]);
+    assert!(refused.contains("saturation") && refused.contains("nothing"), "{refused}");
+    assert!(!bench.path("s.toml").exists());
+}

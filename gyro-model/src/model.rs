@@ -69,6 +69,18 @@ impl Term {
     }
 }
 
+impl Model {
+    /// An effect that a fit saw nothing of, so that its parameters are no numbers to go by: a resonance without a frequency,
+    /// a limit that no reading reaches.
+    #[must_use]
+    pub fn unseen(&self) -> Option<(Axis, &'static str)> {
+        let of_axis = |axis: Axis| self.axes[axis.index()].iter().flat_map(|own| &own.terms).map(move |term| (axis, term));
+        let mut terms = Axis::ALL.into_iter().flat_map(of_axis);
+        let (axis, term) = terms.find(|(_, term)| term.values.iter().any(|value| !value.is_finite()))?;
+        Some((axis, term.effect.card().id))
+    }
+}
+
 impl AxisModel {
     /// No effect at all.
     pub const EMPTY: Self =

@@ -87,8 +87,8 @@ pub fn run(args: &ChangeArgs, direction: Direction) -> Result<ExitCode> {
         }
     }
     let mut after = subject.fit(&changed)?;
-    if let Some(id) = unshown(&after) {
-        bail!("{}: nothing in this log shows '{id}': there is no shape of it to add", subject.name);
+    if let Some((axis, id)) = after.unseen() {
+        bail!("{}: nothing in this log shows '{id}' on axis {axis}: there is no shape of it to add", subject.name);
     }
     after.epoch = start.file.model.epoch + 1;
     let (old, new) = (subject.compare(&before, true)?, subject.compare(&after, true)?);
@@ -106,12 +106,6 @@ pub fn run(args: &ChangeArgs, direction: Direction) -> Result<ExitCode> {
         report::render_change(&change, format, &if file { context.for_file() } else { context.clone() })
     })?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// An effect of which a fit found nothing: a resonance without a frequency, a limit that no reading reaches.
-fn unshown(model: &Model) -> Option<&'static str> {
-    let terms = || model.axes.iter().flatten().flat_map(|axis| &axis.terms);
-    terms().find(|term| term.values.iter().any(|value| !value.is_finite())).map(|term| term.effect.card().id)
 }
 
 fn untouched(id: &str, direction: Direction, model: &Model, axes: &[Axis]) -> String {

@@ -3,7 +3,7 @@
 use super::keeper::Writing;
 use crate::{
     hopeless::Hopeless,
-    model_file::{self, ModelFile, Provenance, render},
+    model_file::{self, ModelFile, Provenance, refuse_unseen, render},
     output::For,
     run_folder::RunFolder,
     settings::Settings,
@@ -135,6 +135,7 @@ impl Current {
         what: What,
         folder: &RunFolder,
     ) -> anyhow::Result<(Writing, Proposal)> {
+        refuse_unseen(&model)?;
         let model = Model { epoch: self.model.epoch + 1, ..model };
         let message = wire::parameters_of(&model)?;
         let files = vec![(folder.model(), render(&self.file(model.clone())))];

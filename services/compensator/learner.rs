@@ -231,6 +231,9 @@ fn parameters(model: &Model) -> impl Iterator<Item = (f64, f64)> + '_ {
 /// zero has no size to be known to.
 #[must_use]
 pub fn not_excited(model: &Model) -> Option<String> {
+    if let Some((axis, id)) = model.unseen() {
+        return Some(format!("nothing is seen of {id} on axis {axis}"));
+    }
     for axis in Axis::ALL {
         let Some(of_axis) = &model.axes[axis.index()] else { continue };
         for term in &of_axis.terms {
@@ -241,9 +244,6 @@ pub fn not_excited(model: &Model) -> Option<String> {
                 coefficients().find(|(card, value, _)| at_bound(card, *value) && *value != card.neutral)
             {
                 return Some(format!("{id}.{} of axis {axis} is at its physical bound", card.name));
-            }
-            if term.values.iter().any(|value| !value.is_finite()) {
-                return Some(format!("nothing of {id} is seen on axis {axis}"));
             }
             let sizes =
                 || coefficients().map(|(card, _, std_error)| (card, std_error, (card.typical - card.neutral).abs()));
