@@ -139,8 +139,8 @@ impl Acquisition<'_> {
                             }
                         }
                     }
-                    Next::Row(row, read_ns) => {
-                        if self.sleep_until_due(&row, read_ns)? {
+                    Next::Row(row, _) => {
+                        if self.sleep_until_due(&row)? {
                             self.give_next()?;
                         }
                     }
@@ -234,13 +234,12 @@ impl Acquisition<'_> {
     }
 
     /// Sleeps until this row, the next, is due, at most a nap; whether it is due.
-    fn sleep_until_due(&mut self, row: &Row, read_ns: u64) -> anyhow::Result<bool> {
+    fn sleep_until_due(&mut self, row: &Row) -> anyhow::Result<bool> {
         let Speed::Times(times) = self.settings.speed else { return Ok(true) };
         let now = now_ns();
         let (clock, time) = match self.anchor {
             Some(anchor) => anchor,
-            // What has come waits no longer than it did.
-            None => self.set_anchor(if read_ns > 0 { read_ns } else { now }, row)?,
+            None => self.set_anchor(now, row)?,
         };
         let due = clock + ((row.t_ns - time).max(0) as f64 / times) as u64;
         if self.settings.source == Source::Simulated && due + GONE_NS < now && self.feed.is_taken_up() {

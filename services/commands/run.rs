@@ -24,7 +24,8 @@ pub struct Args {
     /// Where samples come from: `sim`, a log (CSV, .gz, .mcap), or `-` for standard input [default: sim]
     #[arg(long, value_name = "sim|LOG|-")]
     pub source: Option<String>,
-    /// How fast a log is replayed: 1 is real time, 10 ten times that, `max` unpaced and without loss [default: 1]
+    /// How fast a log is replayed: 1 is real time, 10 ten times that, `max` unpaced and without loss, which is also what
+    /// gives rows that come live through `-` as soon as they have come [default: 1]
     #[arg(long, value_name = "X|max")]
     pub speed: Option<String>,
     /// The model to start from; without it the base model, learned on the way
