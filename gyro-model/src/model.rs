@@ -74,7 +74,8 @@ impl Model {
     /// a limit that no reading reaches.
     #[must_use]
     pub fn unseen(&self) -> Option<(Axis, &'static str)> {
-        let of_axis = |axis: Axis| self.axes[axis.index()].iter().flat_map(|own| &own.terms).map(move |term| (axis, term));
+        let of_axis =
+            |axis: Axis| self.axes[axis.index()].iter().flat_map(|own| &own.terms).map(move |term| (axis, term));
         let mut terms = Axis::ALL.into_iter().flat_map(of_axis);
         let (axis, term) = terms.find(|(_, term)| term.values.iter().any(|value| !value.is_finite()))?;
         Some((axis, term.effect.card().id))

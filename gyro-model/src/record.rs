@@ -78,6 +78,15 @@ pub struct Turned {
     pub reference: [f64; 3],
 }
 
+impl Turned {
+    /// One stretch after the other.
+    #[must_use]
+    pub fn and(&self, next: &Self) -> Self {
+        let sum = |a: [f64; 3], b: [f64; 3]| std::array::from_fn(|i| a[i] + b[i]);
+        Self { gyro: sum(self.gyro, next.gyro), reference: sum(self.reference, next.reference) }
+    }
+}
+
 /// What the rows of a log are means of, made with [`crate::thin`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Means {

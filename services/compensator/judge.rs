@@ -7,7 +7,6 @@ use gyro_model::{
     diagnose::{self, compare, diagnose},
     diagnosis::{AxisDiagnosis, Verdict},
     fit::FitError,
-    thin::thinned,
 };
 use std::{
     sync::{
@@ -75,7 +74,7 @@ impl Default for Rows {
 /// Where the data do not allow it yet.
 pub fn hold(view: &View, rows: &Rows, budget: &mut Budget, name: &str, mut job: Job) -> Result<Held, FitError> {
     let start = Instant::now();
-    let record = thinned(&view.whole(), rows.0.load(Ordering::Relaxed).min(budget.rows()));
+    let record = view.thinned(rows.0.load(Ordering::Relaxed).min(budget.rows()));
     let options = diagnose::Options { own_log: true, ..diagnose::Options::default() };
     let axes = compare(&record, &job.model, &record.fitted_axes(), &options)?;
     let found = job.found.take().filter(|f| f.is_of(&job.model) && f.job.data == job.data);
@@ -95,7 +94,7 @@ pub fn hold(view: &View, rows: &Rows, budget: &mut Budget, name: &str, mut job: 
 /// Where the data do not allow it yet.
 pub fn search(view: &View, rows: &Rows, budget: &mut Budget, job: Job) -> Result<Judgement, FitError> {
     let start = Instant::now();
-    let record = thinned(&view.whole(), budget.rows());
+    let record = view.thinned(budget.rows());
     let axes = diagnose(&record, &job.model, &record.fitted_axes(), &diagnose::Options::default())?;
     budget.took(record.len(), start.elapsed());
     rows.0.store(budget.rows(), Ordering::Relaxed);

@@ -134,7 +134,7 @@ impl Learner {
         }
         let check = !covers_all && self.turn % CHECK_EVERY == 1;
         let view = self.view.clone();
-        let whole = (!self.changed || check).then(|| self.fitted(|rows| thinned(&view.whole(), rows), start));
+        let whole = (!self.changed || check).then(|| self.fitted(|rows| view.thinned(rows), start));
         let window = (self.changed || check).then(|| self.fitted(|rows| thinned(&view.last(seconds), rows), start));
         if let (Some(Ok(recent)), Some(Ok(all))) = (window.as_ref().map(|w| &w.model), whole.as_ref().map(|w| &w.model))
         {
@@ -172,7 +172,7 @@ fn last(view: &View, start: &Model, first: &Model) -> Solution {
 
 /// Both models refitted to the same samples, each judged where it did not learn.
 fn attempt(view: &View, present: &Model, other: &Model) -> Solution {
-    let record = thinned(&view.whole(), TRIAL_ROWS);
+    let record = view.thinned(TRIAL_ROWS);
     let (before, after) = (fit_from(&record, present), fit_from(&record, other));
     let mut solution = Solution::plain(after, record.len());
     if let (Ok(before), Ok(after)) = (&before, &solution.model) {

@@ -1,12 +1,16 @@
 //! The raw rows that the compensator learns from: bounded, written by one thread while another one solves.
 
-use gyro_model::{Record, Row, thin::Thinner};
-use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, TryLockError};
+use gyro_model::{
+    Record, Row,
+    thin::{Growing, Thinner},
+};
+use std::sync::{Arc, Mutex, PoisonError, RwLock, RwLockReadGuard, TryLockError};
 
 /// Rows, the oldest of which go when there is no more room. While the learner reads, new rows wait outside.
 #[derive(Debug)]
 pub struct Store {
     record: Arc<RwLock<Record>>,
+    growing: Arc<Mutex<Growing>>,
     waiting: Vec<Row>,
     /// What is in the record is to be forgotten as soon as nobody reads it.
     stale: bool,
@@ -17,7 +21,10 @@ pub struct Store {
 
 /// The learner's view.
 #[derive(Clone, Debug)]
-pub struct View(Arc<RwLock<Record>>);
+pub struct View {
+    record: Arc<RwLock<Record>>,
+    growing: Arc<Mutex<Growing>>,
+}
 
 impl Store {
     /// An empty store of at most `limit` rows. `at_once`: its memory is taken, and touched, now, so that it stays the
@@ -30,7 +37,8 @@ impl Store {
             rows.clear();
         }
         let record = Record { rows, free_names, ..Record::default() };
-        Self { record: Arc::new(RwLock::new(record)), waiting: Vec::new(), stale: false, limit, thinner: None }
+        let (record, growing) = (Arc::new(RwLock::new(record)), Arc::new(Mutex::new(Growing::new(limit))));
+        Self { record, growing, waiting: Vec::new(), stale: false, limit, thinner: None }
     }
 
     /// Keeps means over about so many rows in their place.
@@ -42,7 +50,7 @@ impl Store {
     /// The learner's view.
     #[must_use]
     pub fn view(&self) -> View {
-        View(Arc::clone(&self.record))
+        View { record: Arc::clone(&self.record), growing: Arc::clone(&self.growing) }
     }
 
     /// Keeps a row.
@@ -90,7 +98,14 @@ impl Store {
 impl View {
     /// The whole record, which does not change while this is held.
     pub fn whole(&self) -> RwLockReadGuard<'_, Record> {
-        self.0.read().unwrap_or_else(PoisonError::into_inner)
+        self.record.read().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// At most about `most` rows of the whole record, as means over blocks. What the last views averaged is not averaged
+    /// again.
+    pub fn thinned(&self, most: usize) -> Record {
+        let mut growing = self.growing.lock().unwrap_or_else(PoisonError::into_inner);
+        growing.thinned(&self.whole(), most)
     }
 
     /// From the first row to the last, s.

@@ -18,7 +18,7 @@ pub fn read_off(effect: &dyn Effect, series: &Series) -> Option<f64> {
 }
 
 /// Both limits of one axis' readings.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Limits {
     rail: Option<f64>,
     hole: Option<f64>,

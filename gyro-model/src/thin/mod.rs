@@ -6,6 +6,10 @@
 //! where a reference comes at every n-th row only, a block reaches from the middle between two references to the middle
 //! between two others, a row that stands in such a middle counting half on each side.
 
+mod growing;
+
+pub use growing::Growing;
+
 use crate::{
     Axis, Model, Record, Row,
     diagnose::limits::Limits,
@@ -25,27 +29,50 @@ use std::f64::consts::{PI, TAU};
 #[must_use]
 pub fn thinned(record: &Record, most: usize) -> Record {
     let most = most.max(1);
-    let free_names = record.free_names.clone();
     if record.len() <= most {
         return record.clone();
     }
-    let Some(reference) = common_reference(record) else {
+    let Some(manner) = Manner::of(record) else {
+        let free_names = record.free_names.clone();
         return Record { free_names, ..record.part(record.len() - most..record.len()) };
     };
-    let mut thinner = Thinner::new(record.len().div_ceil(most), reference != NONE);
-    thinner.limits = Axis::ALL.map(|axis| Limits::of(record.rows.iter().map(|row| row.gyro[axis.index()])));
-    let axes = record.fitted_axes();
-    let besides = besides(record, &axes);
-    let with_reference = |row: &Row| if pattern(row) == reference { *row } else { without_reference(row) };
-    let (rows, turned): (Vec<Row>, Vec<Turned>) = record
-        .rows
-        .iter()
-        .zip(besides)
-        .filter_map(|(row, beside)| thinner.push_beside(&with_reference(row), beside))
-        .unzip();
-    let readings = record.means.readings * thinner.readings();
-    let means = Means { readings, steps: Some(Encoder::steps(record)), walk: walks_of(record, &axes) };
-    Record { rows, free_names, means, turned }
+    let besides = besides(record, &manner.axes);
+    let mut means = means(record, &besides, record.len().div_ceil(most), &manner);
+    means.means.steps = Some(Encoder::steps(record));
+    means.means.walk = walks_of(record, &manner.axes);
+    means
+}
+
+/// How the rows of a log are averaged.
+#[derive(Clone, Debug, PartialEq)]
+struct Manner {
+    axes: Vec<Axis>,
+    /// The columns of the reference that count.
+    reference: Pattern,
+    limits: [Limits; 3],
+}
+
+impl Manner {
+    /// `None` where references of different columns stand in different rows.
+    fn of(record: &Record) -> Option<Self> {
+        let (axes, reference) = (record.fitted_axes(), common_reference(record)?);
+        let mut limits = [Limits::default(); 3];
+        for i in axes.iter().map(|axis| axis.index()) {
+            limits[i] = Limits::of(record.rows.iter().map(|row| row.gyro[i]));
+        }
+        Some(Self { axes, reference, limits })
+    }
+}
+
+/// Means over blocks of so many rows at least. What has to be known of the log at its full rate is left open.
+fn means(record: &Record, besides: &[Beside], block: usize, manner: &Manner) -> Record {
+    let mut thinner = Thinner::new(block, manner.reference != NONE);
+    thinner.limits = manner.limits;
+    let counted = |row: &Row| if pattern(row) == manner.reference { *row } else { without_reference(row) };
+    let rows = record.rows.iter().zip(besides);
+    let (rows, turned) = rows.filter_map(|(row, beside)| thinner.push_beside(&counted(row), *beside)).unzip();
+    let means = Means { readings: record.means.readings * thinner.readings(), ..record.means };
+    Record { rows, free_names: record.free_names.clone(), means, turned }
 }
 
 /// White noise on these axes: the median of what stretches all over the record say.
