@@ -103,13 +103,15 @@ pub struct Means {
 pub struct Walk {
     /// Of the gyro.
     pub gyro: f64,
+    /// Whether that was taken from a data sheet, the motion hiding it.
+    pub assumed: bool,
     /// Of the reference, where it is a rate.
     pub reference: f64,
 }
 
 impl Walk {
     /// Nothing found.
-    pub const UNKNOWN: Self = Self { gyro: f64::NAN, reference: f64::NAN };
+    pub const UNKNOWN: Self = Self { gyro: f64::NAN, assumed: false, reference: f64::NAN };
 }
 
 impl Default for Means {

@@ -22,6 +22,8 @@ use realfft::RealFftPlanner;
 pub struct Prior {
     /// N of the gyro's reading, rad/√s.
     pub reading: f64,
+    /// Whether that is a data sheet's, the motion hiding the sensor's own.
+    pub assumed: bool,
     /// N of the compensated rate less the reference's, rad/√s: α times the reading's, and what the noise of a reference
     /// that is a rate adds.
     pub angle_random_walk: f64,
@@ -152,10 +154,12 @@ fn prior(series: &Series, reference: &[f64]) -> Prior {
     // Jerky motion shows in the reference too; noise that grows with rate does not.
     let poor = POOR.powi(2) / dt;
     let jerky = angle.mean > 3.0 * known && (gyro.uneven() || gyro.mean > poor);
-    let (variance, gyro_says) = if series.walk.gyro > 0.0 {
-        (series.walk.gyro.powi(2) / dt, "the readings that these are means of")
-    } else if jerky && gyro.quiet > poor {
+    let was_found = series.walk.gyro > 0.0;
+    let assumed = if was_found { series.walk.assumed } else { jerky && gyro.quiet > poor };
+    let (variance, gyro_says) = if assumed {
         (poor, "a poor MEMS sensor's data sheet (0.03 °/s/√Hz): the motion is jerky and never rests")
+    } else if was_found {
+        (series.walk.gyro.powi(2) / dt, "the readings that these are means of")
     } else if jerky {
         (gyro.quiet, "the quietest stretches (the motion is jerky)")
     } else {
@@ -171,6 +175,7 @@ fn prior(series: &Series, reference: &[f64]) -> Prior {
     let walk = (variance * dt).sqrt().max(1e-9);
     Prior {
         reading: walk,
+        assumed,
         angle_random_walk: (gain(series, reference) * walk).hypot(reference_walk(series)),
         encoder,
         source: format!("gyro noise from {gyro_says}; reference noise from {from}"),
@@ -214,7 +219,8 @@ fn reference_walk(series: &Series) -> f64 {
 #[must_use]
 pub fn walks(problem: &Problem) -> Vec<Walk> {
     let each = problem.series.iter().zip(priors(problem));
-    each.map(|(series, prior)| Walk { gyro: prior.reading, reference: reference_walk(series) }).collect()
+    each.map(|(series, prior)| Walk { gyro: prior.reading, assumed: prior.assumed, reference: reference_walk(series) })
+        .collect()
 }
 
 /// Variance of what the encoder's steps make it err by, its zero anywhere, along the motion as it shows it, rad².

@@ -123,6 +123,7 @@ impl Growing {
             steps: Some(std::array::from_fn(|i| steps(i).reduce(f64::min).unwrap_or(0.0))),
             walk: std::array::from_fn(|i| Walk {
                 gyro: median(&|means| means.walk[i].gyro),
+                assumed: 2 * each().filter(|means| means.walk[i].assumed).count() > self.chunks.len(),
                 reference: median(&|means| means.walk[i].reference),
             }),
             ..means

@@ -91,7 +91,11 @@ fn walks_of(record: &Record, axes: &[Axis]) -> [Walk; 3] {
             sorted.sort_by(f64::total_cmp);
             sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
         };
-        found[axis.index()] = Walk { gyro: median(|walk| walk.gyro), reference: median(|walk| walk.reference) };
+        found[axis.index()] = Walk {
+            gyro: median(|walk| walk.gyro),
+            assumed: 2 * all.iter().filter(|walk| walk.assumed).count() > all.len(),
+            reference: median(|walk| walk.reference),
+        };
     }
     found
 }
