@@ -1,15 +1,16 @@
 //! Recordings: what a pipeline took in and gave out, in one MCAP file that Foxglove and Rerun open and that every command
 //! reads as a log.
 //!
-//! | channel | one message | keys |
+//! | channel | one message | fields |
 //! | --- | --- | --- |
 //! | `/sample` | one row of the source | those of a log: `t_ns`, `gyro_x` …, the free channels by their names |
 //! | `/estimate` | what kalman made of it | those of `apply`: `t_ns`, `rate_x` …, and `nis_x`, `flags_x`, `epoch` |
 //!
-//! Messages and schemas are JSON; numbers stand in the shortest form that reads back to the same bits, `null` where
-//! there is no value. `t_ns` is the source's own time in whole nanoseconds, so nothing is lost on the way.
+//! Messages are protobuf, each field a `double` in the units of a log, NaN where there is no value; schemas stand in the file.
+//! `t_ns` is the source's own time in whole nanoseconds, so nothing is lost on the way.
 
 mod read;
+mod schema;
 mod write;
 
 pub use read::{AsCsv, MAGIC};
@@ -21,8 +22,6 @@ use gyro_model::Axis;
 const SAMPLE: &str = "/sample";
 /// The channel of the estimates.
 const ESTIMATE: &str = "/estimate";
-/// The integer time, ns, of a message.
-const TIME: &str = "t_ns";
 
 /// The columns of a sample, in order: those of a log.
 fn sample_columns(gyros: &[Axis], free_names: &[String]) -> Vec<String> {

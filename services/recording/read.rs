@@ -1,8 +1,10 @@
 //! The reading of a recording: its samples as the CSV that every command reads.
 
-use super::{SAMPLE, TIME};
+use super::{
+    SAMPLE,
+    schema::{Schema, TIME},
+};
 use mcap::io::MessageReader;
-use serde_json::{Deserializer, Value};
 use std::io::{self, Read, Write as _};
 
 /// The first bytes of an MCAP file.
@@ -11,7 +13,8 @@ pub const MAGIC: [u8; 8] = [0x89, b'M', b'C', b'A', b'P', 0x30, b'\r', b'\n'];
 /// Turns the bytes of a recording into those of a log, a message a line.
 pub struct AsCsv<R: Read> {
     messages: MessageReader<R>,
-    columns: Vec<String>,
+    schema: Option<Schema>,
+    values: Vec<f64>,
     text: Vec<u8>,
     at: usize,
 }
@@ -19,7 +22,7 @@ pub struct AsCsv<R: Read> {
 impl<R: Read> AsCsv<R> {
     /// Reads a recording from its first byte on.
     pub fn new(bytes: R) -> Self {
-        Self { messages: MessageReader::new(bytes), columns: Vec::new(), text: Vec::new(), at: 0 }
+        Self { messages: MessageReader::new(bytes), schema: None, values: Vec::new(), text: Vec::new(), at: 0 }
     }
 
     /// Puts the next sample's line into the empty buffer; `false` at the end.
@@ -30,55 +33,31 @@ impl<R: Read> AsCsv<R> {
                 continue;
             }
             let damaged = |what: &str| io::Error::other(format!("message {} of {SAMPLE}: {what}", message.sequence));
-            if self.columns.is_empty() {
-                let schema = message.channel.schema.as_ref().ok_or_else(|| damaged("its channel has no schema"))?;
-                self.columns = columns(&schema.data).ok_or_else(|| damaged("its schema names no columns"))?;
-                self.text.extend_from_slice(TIME.as_bytes());
-                for column in &self.columns {
-                    write!(self.text, ",\"{}\"", column.replace('"', "\"\""))?;
+            let schema = match &mut self.schema {
+                Some(schema) => schema,
+                none => {
+                    let said = message.channel.schema.as_ref().ok_or_else(|| damaged("its channel has no schema"))?;
+                    let schema = Schema::decode(&said.name, &said.data)
+                        .ok_or_else(|| damaged("its schema is not that of a recording by truerate"))?;
+                    self.text.extend_from_slice(TIME.as_bytes());
+                    for column in schema.columns() {
+                        write!(self.text, ",\"{}\"", column.replace('"', "\"\""))?;
+                    }
+                    self.text.push(b'\n');
+                    none.insert(schema)
                 }
-                self.text.push(b'\n');
-            }
-            let row = fields(&message.data).ok_or_else(|| damaged("it is no flat JSON object"))?;
-            let value = |key: &str| row.iter().find(|(name, _)| name == key).map(|(_, value)| *value);
-            match value(TIME) {
-                Some(time) if time.parse::<i128>().is_ok() => write!(self.text, "{time}")?,
-                _ => return Err(damaged("it has no time")),
-            }
-            for column in &self.columns {
-                match value(column) {
-                    None | Some("null") => self.text.push(b','),
-                    Some(number) if number.parse::<f64>().is_ok() => write!(self.text, ",{number}")?,
-                    Some(other) => return Err(damaged(&format!("{column} is {other}, not a number"))),
-                }
+            };
+            let time = schema.read(&message.data, &mut self.values).ok_or_else(|| damaged("its fields or time are damaged"))?;
+            write!(self.text, "{time}")?;
+            for value in &self.values {
+                // The shortest decimal that reads back to the same bits.
+                if value.is_nan() { self.text.push(b',') } else { write!(self.text, ",{value:?}")? }
             }
             self.text.push(b'\n');
             return Ok(true);
         }
         Ok(false)
     }
-}
-
-/// Keys and values of a flat JSON object, the values as they are written: numbers go on digit for digit.
-fn fields(json: &[u8]) -> Option<Vec<(String, &str)>> {
-    let mut rest = std::str::from_utf8(json).ok()?.trim().strip_prefix('{')?.strip_suffix('}')?.trim_start();
-    let mut fields = Vec::new();
-    while !rest.is_empty() {
-        let mut keys = Deserializer::from_str(rest).into_iter::<String>();
-        let key = keys.next()?.ok()?;
-        rest = rest[keys.byte_offset()..].trim_start().strip_prefix(':')?;
-        let (value, after) = rest.split_once(',').unwrap_or((rest, ""));
-        fields.push((key, value.trim()));
-        rest = after.trim_start();
-    }
-    Some(fields)
-}
-
-/// The columns that a sample's schema names, but the time.
-fn columns(schema: &[u8]) -> Option<Vec<String>> {
-    let schema: Value = serde_json::from_slice(schema).ok()?;
-    let columns: Vec<String> = schema.get("properties")?.as_object()?.keys().filter(|k| *k != TIME).cloned().collect();
-    (!columns.is_empty()).then_some(columns)
 }
 
 impl<R: Read> Read for AsCsv<R> {

@@ -1,4 +1,4 @@
-use super::*;
+use super::{schema::Schema, *};
 use crate::log::{self, Options, Reader};
 use gyro_model::{
     Row,
@@ -55,7 +55,7 @@ fn a_recording_reads_back_as_the_log_it_was_made_of_bit_for_bit() {
 }
 
 #[test]
-fn both_channels_say_what_they_hold_in_a_json_schema() {
+fn both_channels_say_what_they_hold_in_a_protobuf_schema() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("r.mcap");
     recorded(&path, 0);
@@ -65,15 +65,27 @@ fn both_channels_say_what_they_hold_in_a_json_schema() {
     for message in mcap::MessageStream::new(&bytes).unwrap() {
         let message = message.unwrap();
         let schema = message.channel.schema.as_ref().unwrap();
-        assert_eq!((schema.encoding.as_str(), message.channel.message_encoding.as_str()), ("jsonschema", "json"));
-        let schema: serde_json::Value = serde_json::from_slice(&schema.data).unwrap();
-        let value: serde_json::Value = serde_json::from_slice(&message.data).unwrap();
-        for key in value.as_object().unwrap().keys() {
-            assert!(schema["properties"].get(key).is_some(), "{key} is not in the schema");
-        }
+        assert_eq!((schema.encoding.as_str(), message.channel.message_encoding.as_str()), ("protobuf", "protobuf"));
+        let schema = Schema::decode(&schema.name, &schema.data).unwrap();
+        let mut values = Vec::new();
+        schema.read(&message.data, &mut values).unwrap();
+        assert_eq!(schema.columns().count(), values.len());
         counts[usize::from(message.channel.topic == ESTIMATE)] += 1;
     }
     assert_eq!(counts, [500, 500]);
+}
+
+#[test]
+fn columns_that_protobuf_cannot_spell_keep_their_names() {
+    let columns = ["motor current, \"A\"", "motor_current___A_", "3rd", "température", "t"].map(String::from);
+    let schema = Schema::new("/sample", &columns).unwrap();
+    let again = Schema::decode(schema.name(), &schema.encoded()).unwrap();
+    assert!(again.columns().eq(columns.iter().map(String::as_str)));
+    let values = [0.0, -0.0, f64::NAN, 1e-300, f64::MAX];
+    let (mut bytes, mut read) = (Vec::new(), Vec::new());
+    schema.encode(i64::MIN, &values, &mut bytes).unwrap();
+    assert_eq!(again.read(&bytes, &mut read), Some(i64::MIN));
+    assert!(values.iter().zip(&read).all(|(a, b)| a.to_bits() == b.to_bits()));
 }
 
 #[test]

@@ -1,14 +1,12 @@
 //! The writing of a recording.
 
-use super::{ESTIMATE, SAMPLE, TIME, sample_columns};
+use super::{ESTIMATE, SAMPLE, sample_columns, schema::Schema};
 use crate::output::{self, Output};
 use anyhow::{Context, Result};
 use gyro_model::{Axis, Row, estimator::Estimate};
 use mcap::{Compression, WriteOptions, Writer, records::MessageHeader, write::NoSeek};
-use serde_json::{Map, Value, json};
 use std::{
     collections::BTreeMap,
-    io::Write as _,
     path::{Path, PathBuf},
 };
 
@@ -25,11 +23,11 @@ pub struct RecordingWriter {
     values: Vec<f64>,
 }
 
-/// One channel: its keys as they stand in every message, and the message under way.
+/// One channel, and the bytes of the message under way.
 struct Channel {
     id: u16,
     sequence: u32,
-    keys: Vec<String>,
+    schema: Schema,
     message: Vec<u8>,
 }
 
@@ -120,29 +118,20 @@ impl RecordingWriter {
 
 impl Channel {
     fn new(writer: &mut Writer<NoSeek<Output>>, topic: &str, columns: &[String]) -> Result<Self> {
-        let mut properties = Map::new();
-        properties.insert(TIME.into(), json!({ "type": "integer" }));
-        for column in columns {
-            properties.insert(column.clone(), json!({ "type": ["number", "null"] }));
-        }
-        let schema = json!({ "type": "object", "properties": Value::Object(properties) });
-        let name = format!("truerate{}", topic.replace('/', "."));
-        let schema = writer.add_schema(&name, "jsonschema", &serde_json::to_vec(&schema)?)?;
-        let id = writer.add_channel(schema, topic, "json", &BTreeMap::new())?;
-        let keys = columns.iter().map(|c| Ok(format!(",{}:", serde_json::to_string(c)?))).collect::<Result<_>>()?;
-        Ok(Self { id, sequence: 0, keys, message: Vec::new() })
+        let schema = Schema::new(topic, columns)?;
+        let id = writer.add_schema(schema.name(), "protobuf", &schema.encoded())?;
+        let id = writer.add_channel(id, topic, "protobuf", &BTreeMap::new())?;
+        Ok(Self { id, sequence: 0, schema, message: Vec::new() })
     }
 
     fn write(&mut self, writer: &mut Writer<NoSeek<Output>>, time_ns: i128, values: &[f64]) -> Result<()> {
+        let time = i64::try_from(time_ns).with_context(|| {
+            format!("{time_ns} ns is later than MCAP can say: record as CSV, or give the log a clock that starts later")
+        })?;
         self.message.clear();
-        write!(self.message, "{{\"{TIME}\":{time_ns}")?;
-        for (key, value) in self.keys.iter().zip(values) {
-            self.message.extend_from_slice(key.as_bytes());
-            serde_json::to_writer(&mut self.message, value)?;
-        }
-        self.message.push(b'}');
+        self.schema.encode(time, values, &mut self.message)?;
         // Viewers have no time before 1970.
-        let shown = u64::try_from(time_ns.max(0))?;
+        let shown = u64::try_from(time.max(0))?;
         let header =
             MessageHeader { channel_id: self.id, sequence: self.sequence, log_time: shown, publish_time: shown };
         self.sequence = self.sequence.wrapping_add(1);
