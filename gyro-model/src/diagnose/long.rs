@@ -21,9 +21,9 @@ use crate::{
 pub const LONG: usize = 120_000;
 /// Rows of a stretch, and of a thinned log at least and at most.
 const STRETCH: usize = 30_000;
-const THINNED: (f64, f64) = (30_000.0, 120_000.0);
+const THINNED: (f64, f64) = (30_000.0, 60_000.0);
 /// Rows a second that a log is thinned to: a delay of some milliseconds still moves a turn's edge.
-const RATE: f64 = 40.0;
+const RATE: f64 = 20.0;
 
 /// The parts of a long log.
 pub struct Parts {
