@@ -68,6 +68,21 @@ impl Track {
         (t1 - t0 <= LATE_NS).then(|| y0 + (y1 - y0) * (time_ns - t0) as f64 / (t1 - t0) as f64)
     }
 
+    /// The angle with which another model's track goes on at `time_ns`, what lies later being forgotten; `rate`, rad/s, leads
+    /// to where there is no angle.
+    fn continued(&mut self, time_ns: i64, rate: f64) -> Option<f64> {
+        let first = *self.points.front()?;
+        let angle = self.at(time_ns);
+        while self.points.back().is_some_and(|last| last.0 >= time_ns) {
+            self.points.pop_back();
+        }
+        let (t, y) = self.last().unwrap_or(first);
+        angle.or_else(|| {
+            let led = y + rate * (time_ns - t) as f64 * 1e-9;
+            ((time_ns - t).abs() <= LATE_NS && led.is_finite()).then_some(led)
+        })
+    }
+
     /// Forgets what lies before `time_ns`, but for one point.
     fn forget(&mut self, time_ns: i64) {
         while self.points.len() > 1 && self.points[1].0 <= time_ns {
@@ -80,6 +95,8 @@ impl Track {
 struct Line {
     reference: Track,
     model: Track,
+    /// What is added to the estimates' angle: a model that says of what time they hold moves them in time, not in angle.
+    offset: f64,
     /// Angle error at the last steps' ends.
     errors: VecDeque<Option<f64>>,
 }
@@ -89,6 +106,7 @@ struct Line {
 pub struct Motion {
     axes: [Line; 3],
     quaternion: Option<[f64; 4]>,
+    epoch: Option<u64>,
     sample_ns: Option<i64>,
     /// End of the last step.
     edge_ns: Option<i64>,
@@ -136,10 +154,15 @@ impl Motion {
 
     /// Takes an estimate.
     pub fn estimate(&mut self, estimate: &Estimate) {
+        let is_same = self.epoch.replace(estimate.epoch) == Some(estimate.epoch);
         for (line, axis) in self.axes.iter_mut().zip(&estimate.axes) {
-            if axis.present == 1 {
-                line.model.push(estimate.valid_ns, axis.angle);
+            if axis.present != 1 {
+                continue;
             }
+            if !is_same && let Some(angle) = line.model.continued(estimate.valid_ns, axis.rate) {
+                line.offset = angle - axis.angle;
+            }
+            line.model.push(estimate.valid_ns, line.offset + axis.angle);
         }
     }
 
@@ -228,6 +251,31 @@ mod tests {
             assert!(axis.residual.unwrap().abs() < 0.01, "{axis:?}");
         }
         assert!(steps.iter().all(|s| s.axes[0] == StepAxis::default()));
+    }
+
+    #[test]
+    fn a_delay_that_is_added_or_taken_back_is_no_jerk() {
+        let (mut motion, mut steps) = (Motion::default(), Vec::new());
+        for k in 0..3000_i64 {
+            let t = k as f64 * 1e-3;
+            let angle = |t: f64| 2.0 * t + 0.3 * (3.0 * t).sin();
+            let mut sample = Sample { time_ns: k * 1_000_000, ..Sample::EMPTY };
+            sample.ref_angle[2] = wrapped(angle(t));
+            motion.sample(&sample);
+            let epoch = u64::from(k >= 1210) + u64::from(k >= 2230);
+            let late = if epoch == 1 { 20_000_000 } else { 0 };
+            let mut estimate =
+                Estimate { time_ns: sample.time_ns, valid_ns: sample.time_ns - late, epoch, ..Estimate::default() };
+            let rate = 2.0 + 0.9 * (3.0 * (t - 0.02)).cos();
+            estimate.axes[2] = AxisEstimate { present: 1, angle: angle(t - 0.02), rate, ..AxisEstimate::default() };
+            motion.estimate(&estimate);
+            steps.extend(motion.steps());
+        }
+        assert!(steps.len() > 50);
+        for axis in steps.iter().skip(12).map(|s| s.axes[2]) {
+            assert!((axis.model.unwrap() - axis.measured.unwrap()).abs() < 4.0, "{axis:?}");
+            assert!(axis.residual.unwrap().abs() < 4.0, "{axis:?}");
+        }
     }
 
     #[test]

@@ -47,7 +47,9 @@ impl<R: Read> AsCsv<R> {
                     none.insert(schema)
                 }
             };
-            let time = schema.read(&message.data, &mut self.values).ok_or_else(|| damaged("its fields or time are damaged"))?;
+            let time = schema
+                .read(&message.data, &mut self.values)
+                .ok_or_else(|| damaged("its fields or time are damaged"))?;
             write!(self.text, "{time}")?;
             for value in &self.values {
                 // The shortest decimal that reads back to the same bits.
