@@ -133,15 +133,20 @@ pub(crate) fn calibrated(record: &Record, model: &Model) -> Model {
 /// averaging times stands, because whitening trusts a model that is wrong.
 const NOISE_ALONE: f64 = 2.0;
 
-/// Generalised least squares where the model is good, standard errors and noise everywhere.
+/// Times the error of least squares that generalised least squares may leave, floor and all: whitening weighs what is
+/// fast, where a reference that is not what it says (filtered, or made of this very gyro) leads it astray.
+const ASTRAY: f64 = 1.25;
+
+/// Generalised least squares where the model is good and stays so, standard errors and noise everywhere.
 #[must_use]
 pub(crate) fn settle(study: Study<'_>) -> Study<'_> {
-    let (mut study, gls) = if study.over_floor() < NOISE_ALONE {
-        study.refine(&[])
-    } else {
-        let gls = study.identify(&[]);
-        (study, gls)
-    };
+    let over_floor = study.over_floor();
+    let refined = (over_floor < NOISE_ALONE).then(|| study.clone().refine(&[]));
+    let (mut study, gls) =
+        refined.filter(|(refined, _)| refined.over_floor_as_is() < ASTRAY * over_floor.max(1.0)).unwrap_or_else(|| {
+            let gls = study.identify(&[]);
+            (study, gls)
+        });
     study.stamp(&gls);
     study
 }

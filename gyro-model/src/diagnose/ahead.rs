@@ -7,13 +7,15 @@
 use super::{
     candidates::Candidate,
     gate::UNEVEN,
+    judged::Judged,
     ladder::{aliases, without},
     refit::{Present, Refit},
 };
 use crate::{
     effects::{self, Effect},
-    evidence::study::Study,
+    evidence::{problem::Slot, study::Study},
 };
+use faer::Mat;
 
 /// Effects that are added on trial at most.
 const TRIED: usize = 3;
@@ -48,11 +50,12 @@ pub(super) fn ahead<'a>(
             let last = &way.last()?.present;
             let list = last.suspects(extra, progress);
             let next = list.iter().position(|r| r.passes(last)).or_else(|| likeliest(&list))?;
-            // The difference of two aliases is a shape of its own, which is the physics of neither.
-            if way.iter().any(|step| are_aliases(step.id, list[next].candidate.term.effect.card().id)) {
+            let next = step(last, &list, next);
+            // The difference of two effects that look alike is a shape of its own, which is the physics of neither.
+            if way.iter().any(|before| are_aliases(before.id, next.id) && look_alike(&next.present, before.id, next.id))
+            {
                 break;
             }
-            let next = step(last, &list, next);
             way.push(next);
             if holds(&way) {
                 return Some(way);
@@ -68,11 +71,35 @@ fn are_aliases(a: &str, b: &str) -> bool {
     names(a, b) || names(b, a)
 }
 
+/// Whether a log tells hardly more of two effects together than of one of them: what their estimates do not share, Π(1 − ρ²)
+/// over their canonical correlations, is less than [`OWN`].
+fn look_alike(present: &Present, a: &str, b: &str) -> bool {
+    let study = &present.study;
+    let of = |id: &str| -> Vec<usize> {
+        let is_own = |slot: &Slot| {
+            let axis = study.bench.problem.series[slot.series].axis.index();
+            study.model.axes[axis].as_ref().is_some_and(|model| model.terms[slot.term].effect.card().id == id)
+        };
+        (0..study.slots.len()).filter(|&k| is_own(&study.slots[k])).collect()
+    };
+    let correlated = |rows: &[usize]| {
+        let covariance = &present.gls.covariance;
+        let of = |i: usize, j: usize| covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt();
+        Mat::from_fn(rows.len(), rows.len(), |i, j| of(rows[i], rows[j])).determinant()
+    };
+    let (a, b) = (of(a), of(b));
+    let own = correlated(&[a.as_slice(), b.as_slice()].concat()) / (correlated(&a) * correlated(&b));
+    own.is_nan() || own < OWN
+}
+
+/// What two effects that may be taken for one another have to show each of its own.
+const OWN: f64 = 0.5;
+
 /// Whether the error lies above what noise leaves: in the mean, or far at one averaging time.
 fn leaves_something(present: &Present) -> bool {
     let curve = present.study.held_out().curve();
     let over = |(error, floor): (&f64, &f64)| error / floor > ABOVE;
-    present.excess > UNEVEN || curve.iter().zip(&present.study.bench.weights).any(over)
+    present.excess(0) > UNEVEN || curve.iter().zip(&present.study.bench.weights).any(over)
 }
 
 /// Error over floor at one averaging time that is worth a look ahead.
@@ -97,7 +124,8 @@ fn step<'a>(present: &Present<'a>, suspects: &[Refit<'a>], chosen: usize) -> Ste
 fn holds(way: &[Step]) -> bool {
     let Some(last) = way.last().map(|step| &step.present) else { return false };
     let axis = last.study.bench.problem.series[0].axis;
-    last.excess < UNEVEN
+    // Where little is left to fit to, estimating costs more than the weights know of.
+    Judged::new(&last.study, 0, false).excess() < UNEVEN
         && way.iter().all(|step| {
             without(last, axis, step.id).is_some_and(|(rest, term)| {
                 let freedom = term.values.len();

@@ -9,7 +9,7 @@ use super::{
 use crate::{
     Term,
     effects::{Memory, Role, Stage},
-    evidence::study::Study,
+    evidence::{noise, study::Study},
 };
 use itertools::Itertools;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -27,16 +27,23 @@ impl Present<'_> {
     pub fn needs(&self, with: &Present, series: usize, term: &Term) -> bool {
         let rise = with.gls.log_likelihood - self.gls.log_likelihood;
         let candidate = Candidate { series, term: term.clone(), score: rise, removes: 0.0, freedom: term.values.len() };
-        let lower = with.excess < self.excess;
-        lower && (chance(rise, &candidate, &with.study) < GATE || with.excess < (1.0 - SHARE) * self.excess)
+        let (before, after) = (self.excess(series), with.excess(series));
+        after < before && (chance(rise, &candidate, &with.study) < GATE || after < (1.0 - SHARE) * before)
     }
 }
 
 impl Refit<'_> {
+    /// J of its axis without it.
+    #[must_use]
+    pub fn before(&self, present: &Present) -> f64 {
+        present.excess(self.candidate.series)
+    }
+
     /// Share of the held-out excess that it removes; `None` where there is none.
     #[must_use]
     pub fn share(&self, present: &Present) -> Option<f64> {
-        (present.excess > 1.0).then(|| (present.excess - self.excess) / (present.excess - 1.0))
+        let before = self.before(present);
+        (before > 1.0).then(|| (before - self.excess) / (before - 1.0))
     }
 
     /// Whether it is significant, holds on data it was not fitted on, and matters.
@@ -53,13 +60,14 @@ impl Refit<'_> {
             (false, true) => 0.0,
             (false, false) => RELEVANT,
         };
-        if self.at_bound() || self.excess >= present.excess * (1.0 - relevant) {
+        let before = self.before(present);
+        if self.at_bound() || self.excess >= before * (1.0 - relevant) {
             return false;
         }
         if self.p_value >= GATE && !self.dominates(present) {
             return false;
         }
-        if present.excess > UNEVEN && self.share(present).is_none_or(|s| s < SHARE) && !self.leaves_it_out(present) {
+        if before > UNEVEN && self.share(present).is_none_or(|s| s < SHARE) && !self.leaves_it_out(present) {
             return false;
         }
         if self.excess > ROUGH && (self.is_outsized() || tone && self.share(present).is_none_or(|s| s < DOMINATES)) {
@@ -73,10 +81,13 @@ impl Refit<'_> {
     }
 
     /// Whether it is plain on the samples that it keeps, and the excess stands in those that it has to leave out: where it
-    /// says that nobody can know the rate.
+    /// says that nobody can know the rate. What is left has to be noise that sensors have, or little: else likelihoods
+    /// mean nothing.
     fn leaves_it_out(&self, present: &Present) -> bool {
-        let most = present.excess - SHARE * (present.excess - 1.0);
-        self.study.leaves_out() && self.p_value < ONE_SHOT && self.kept < most
+        let before = self.before(present);
+        let most = before - SHARE * (before - 1.0);
+        let is_noise = noise::sober(&self.study, &self.gls.noise).is_none();
+        self.study.leaves_out() && self.p_value < ONE_SHOT && self.kept < most && (is_noise || self.kept < ROUGH)
     }
 
     /// Whether a coefficient is far beyond what such sensors have: where much is left unexplained, the fit bends whatever
@@ -93,7 +104,7 @@ impl Refit<'_> {
     /// Whether it removes much of an error that is far beyond what a gyro's own wander makes, throughout the log. Other
     /// missing physics inflates the identified noise until a slow effect drowns in it; the error itself does not lie.
     fn dominates(&self, present: &Present) -> bool {
-        present.excess > ROUGH
+        self.before(present) > ROUGH
             && present.gls.noise.beyond_wander()
             && self.share(present).is_some_and(|s| s > DOMINATES)
             && self.fall.0 > 4.0 * self.fall.1

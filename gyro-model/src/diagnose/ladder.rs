@@ -3,6 +3,7 @@
 use super::{
     Options,
     ahead::ahead,
+    candidates::{Candidate, can_show, with_term},
     judged::{self, Judged},
     refit::{Present, Refit},
     verdict,
@@ -106,12 +107,9 @@ pub(super) fn search<'a>(
     let mut present = Present::new(Study::fit(bench, start, None));
     (0..axes.len()).for_each(|k| took(&present.study, Change::of(k, None, None)));
     let mut last: Vec<Refit> = Vec::new();
-    for _ in 0..STEPS {
+    for _ in 0..STEPS * axes.len() {
         let suspects = present.suspects(options.own_effects, options.progress);
-        let chosen: Vec<Option<usize>> = (0..axes.len())
-            .map(|k| suspects.iter().position(|r| r.candidate.series == k && r.passes(&present)))
-            .collect();
-        if chosen.iter().all(Option::is_none) {
+        let Some(chosen) = next(&present, &suspects) else {
             let Some(way) = ahead(&present, &suspects, options.own_effects, options.progress) else {
                 last = suspects;
                 break;
@@ -122,18 +120,19 @@ pub(super) fn search<'a>(
                 present = step.present;
             }
             continue;
-        }
-        let mut model = present.study.model.clone();
-        for (k, choice) in chosen.iter().enumerate() {
-            if let (Some(c), Some(m)) = (choice, &mut model.axes[axes[k].index()]) {
-                m.terms.push(suspects[*c].candidate.term.clone());
-            }
-        }
-        present = Present::new(Study::fit(bench, &model, Some(&present.study.warm)));
-        for (k, choice) in chosen.iter().enumerate() {
-            if let Some(c) = choice {
-                let id = suspects[*c].candidate.term.effect.card().id;
-                took(&present.study, Change { aliases: aliases(&suspects, *c, true), ..Change::of(k, Some(id), None) });
+        };
+        let Candidate { series, ref term, .. } = suspects[chosen].candidate;
+        let id = term.effect.card().id;
+        let with = with_term(&present.study, series, term.clone());
+        present = Present::new(Study::fit(bench, &with, Some(&present.study.warm)));
+        took(
+            &present.study,
+            Change { aliases: aliases(&suspects, chosen, true), ..Change::of(series, Some(id), None) },
+        );
+        for other in (0..axes.len()).filter(|&other| other != series) {
+            if let Some(with) = companion(&present, term, other) {
+                present = Present::new(Study::fit(bench, &with, Some(&present.study.warm)));
+                took(&present.study, Change::of(other, Some(id), None));
             }
         }
     }
@@ -148,6 +147,41 @@ pub(super) fn search<'a>(
     }
     Top { present, last, alike }
 }
+
+/// The suspect that is added next: of those that pass, first of their axis, the one that removes most.
+fn next(present: &Present, suspects: &[Refit]) -> Option<usize> {
+    let first = |series: usize| {
+        let passes = |r: &Refit| r.candidate.series == series && r.passes(present);
+        // Readings that are cut off lie about everything else.
+        let read_off = |r: &Refit| r.candidate.term.effect.stage() == Stage::Reading;
+        let cut_off = suspects.iter().position(|r| passes(r) && read_off(r));
+        cut_off.or_else(|| suspects.iter().position(passes))
+    };
+    let removes = |k: usize| suspects[k].before(present) - suspects[k].excess;
+    let firsts = (0..present.study.bench.problem.series.len()).filter_map(first);
+    firsts.max_by(|&a, &b| removes(a).total_cmp(&removes(b)))
+}
+
+/// The model with the effect that one axis has just got on another one too, where it passes there, or where it is one that
+/// a whole sensor or reference has: alike on both, and with it the error is lower.
+fn companion(present: &Present, term: &Term, series: usize) -> Option<Model> {
+    let problem = &present.study.bench.problem;
+    let id = term.effect.card().id;
+    let own = judged::axis_model(&present.study.model, problem.series[series].axis);
+    if own.effect_ids().contains(&id) || !can_show(term.effect, &problem.series[series]) {
+        return None;
+    }
+    let starts = present.starts(term.effect, series);
+    let found = starts.into_iter().map(|start| present.refit(start)).min_by(|a, b| a.excess.total_cmp(&b.excess))?;
+    let of_whole = matches!(term.effect.stage(), Stage::Timing | Stage::Response);
+    let is_like = |(a, b): (&f64, &f64)| (a - b).abs() < LIKE * b.abs();
+    let alike = of_whole && found.candidate.term.values.iter().zip(&term.values).all(is_like);
+    let lower = found.fall.0 > found.fall.1 && found.excess < found.before(present) && !found.at_bound();
+    (found.passes(present) || alike && lower).then(|| with_term(&present.study, series, found.candidate.term.clone()))
+}
+
+/// Share by which what a whole sensor has may differ from axis to axis.
+const LIKE: f64 = 0.3;
 
 /// The last word on each axis, and the model with everything that is known of its parameters.
 pub(super) fn conclude(
@@ -168,13 +202,14 @@ pub(super) fn conclude(
         .map(|(k, series)| {
             let axis = series.axis;
             let judged = Judged::new(&study, k, false);
+            let steps = ended(&steps[k], &judged, study.bench.problem.series.len() > 1);
             let list: Vec<&Refit> = last.iter().filter(|r| r.candidate.series == k).collect();
             let (mut verdict, mut says) = match verdict::unexcited(&present.study, &present.gls, k) {
                 Some(says) => (Verdict::CannotTell, says),
                 None => verdict::rest(present, &list, &judged, k),
             };
             let own = judged::axis_model(&model, axis);
-            let split = unsplit(&steps[k], &own.effect_ids());
+            let split = unsplit(&steps, &own.effect_ids());
             if !split.is_empty() && matches!(verdict, Verdict::Adequate) {
                 (verdict, says) = (Verdict::Ambiguous, split.join("; "));
             }
@@ -186,7 +221,7 @@ pub(super) fn conclude(
                 effects: own.effect_ids().into_iter().map(str::to_owned).collect(),
                 parameters: judged::parameters(&own.terms, axis),
                 noise: judged::noise(&own),
-                steps: steps[k].clone(),
+                steps,
                 data_faults: options.faults.to_vec(),
                 detail: Some(detail),
             }
@@ -194,6 +229,26 @@ pub(super) fn conclude(
         .collect();
     (model, ladders)
 }
+
+/// The steps of one axis, the last one's error that of the model in the end: what was added to other axes since moves it
+/// too, and where nothing was added to this one, that is a step of its own.
+fn ended(steps: &[LadderStep], judged: &Judged, beside_others: bool) -> Vec<LadderStep> {
+    let mut steps = steps.to_vec();
+    let end = Change::of(0, None, None).step(judged);
+    let moved =
+        |start: &LadderStep| start.error_over_floor.is_some_and(|was| judged.over_floor() < (1.0 - MOVED) * was);
+    match steps.as_mut_slice() {
+        [.., last] if last.added.is_some() || last.removed.is_some() => {
+            (last.error_curve, last.error_over_floor) = (end.error_curve, end.error_over_floor);
+        }
+        [.., start] if beside_others && moved(start) => steps.push(end),
+        _ => {}
+    }
+    steps
+}
+
+/// Share by which an axis' error has to fall for what was added to others to be a step of its own.
+const MOVED: f64 = 0.05;
 
 /// What the log could not tell apart when it was added, and how to split it: of the effects that stayed.
 fn unsplit(steps: &[LadderStep], stayed: &[&str]) -> Vec<String> {

@@ -143,17 +143,18 @@ pub fn diagnose(
                     suspects.iter().any(|r| r.candidate.series == k && r.passes(present))
                 };
                 let (seen, suspects) = looked.iter().find(shows).unwrap_or(&looked[0]);
-                let own: Vec<&Refit> = suspects.iter().filter(|r| r.candidate.series == k).collect();
-                let aliases: Vec<Vec<String>> = suspects
-                    .iter()
-                    .enumerate()
-                    .filter(|(_, r)| r.candidate.series == k)
-                    .map(|(i, _)| ladder::aliases(suspects, i, true))
-                    .collect();
+                let mut own: Vec<usize> = (0..suspects.len()).filter(|&i| suspects[i].candidate.series == k).collect();
+                // What is let in leads, whatever else lowers the error.
+                if let Some(first) = own.iter().position(|&i| suspects[i].passes(seen)) {
+                    own[..=first].rotate_right(1);
+                }
+                let aliases: Vec<Vec<String>> = own.iter().map(|&i| ladder::aliases(suspects, i, true)).collect();
+                let own: Vec<&Refit> = own.iter().map(|&i| &suspects[i]).collect();
                 let (mut verdict, mut says) = verdict::verdict(&present, seen, &own, &aliases, &judged, k);
                 bad_data(record, options.faults, bench, &mut verdict, &mut says);
                 let removes = |r: &Refit| r.share(seen).is_none_or(|share| share > 0.0);
-                let list = own.iter().zip(&aliases).filter(|(r, _)| r.significant() && removes(r)).take(5);
+                let is_listed = |r: &Refit| r.passes(seen) || r.significant() && removes(r);
+                let list = own.iter().zip(&aliases).filter(|(r, _)| is_listed(r)).take(5);
                 let before = if parts.is_some() { Judged::new(&seen.study, k, false) } else { judged.clone() };
                 let listed = list.map(|(r, a)| suspect(r, a, &before, k)).collect();
                 let found = axis_diagnosis(record, &present.study, k, &judged, (verdict, says), listed, options);

@@ -96,10 +96,11 @@ impl Refit<'_> {
     /// nearly right, and never with more error.
     #[must_use]
     pub fn replaces(&self, present: &Present) -> bool {
-        let nearly = self.excess.max(present.excess) < ROUGH;
+        let before = self.before(present);
+        let nearly = self.excess.max(before) < ROUGH;
         nearly
             && !self.at_bound()
-            && self.excess <= (1.0 + CLOSE) * present.excess
+            && self.excess <= (1.0 + CLOSE) * before
             && self.gls.log_likelihood > present.gls.log_likelihood + PARAMETER
     }
 

@@ -27,12 +27,11 @@ pub struct Present<'a> {
     draws: Vec<Vec<Vec<f64>>>,
     /// Its noise and likelihood.
     pub gls: Gls,
-    /// J, the mean over τ of (E/F)², held out.
-    pub excess: f64,
-    measure: Measure,
+    /// What it is worth, axis by axis.
+    measures: Vec<Measure>,
 }
 
-/// What a fitted model is worth.
+/// What a fitted model is worth, its error being that about one axis.
 #[derive(Clone, Debug)]
 struct Measure {
     log_likelihood: f64,
@@ -42,13 +41,13 @@ struct Measure {
 }
 
 impl Measure {
-    fn of(study: &Study, gls: &Gls) -> Self {
-        let (held, weights) = (study.held_out(), &study.bench.weights);
+    fn of(study: &Study, gls: &Gls, series: usize) -> Self {
+        let (held, weights) = study.held_out_about(series);
         Self {
             log_likelihood: gls.log_likelihood,
             held_out: gls.held_out.clone(),
-            excess: held.excess(weights),
-            blocks: held.by_block(weights),
+            excess: held.excess(&weights),
+            blocks: held.by_block(&weights),
         }
     }
 }
@@ -62,7 +61,7 @@ pub struct Refit<'a> {
     pub study: Study<'a>,
     /// Noise and likelihood with it.
     pub gls: Gls,
-    /// J with it (on the samples of the present model).
+    /// J of its axis with it (on the samples of the present model).
     pub excess: f64,
     /// J on the samples that it does not leave out.
     pub(super) kept: f64,
@@ -82,8 +81,9 @@ pub struct Refit<'a> {
     pub(super) falls: Vec<Option<f64>>,
 }
 
-/// How many suspects are refitted exactly.
+/// How many suspects of an axis are refitted exactly, by either measure: of an axis alone, and of one of several.
 const LEADERS: usize = 5;
+const LEADERS_OF_SEVERAL: usize = 3;
 /// Share of J that the scan has to promise for a refit that its likelihood does not ask for.
 const LOWERS: f64 = 0.02;
 /// Rise of ln L below which the scan's suspects are not refitted.
@@ -106,8 +106,14 @@ impl<'a> Present<'a> {
                 whitener.apply_each(&floor::draw_read(study.bench, 0, &study.warm[0], &study.evaluation.lost, seed))
             })
             .collect();
-        let measure = Measure::of(&study, &gls);
-        Self { excess: measure.excess, measure, draws, study, gls }
+        let measures = (0..study.bench.problem.series.len()).map(|k| Measure::of(&study, &gls, k)).collect();
+        Self { study, draws, gls, measures }
+    }
+
+    /// J, the mean over τ of (E/F)², held out, of one axis.
+    #[must_use]
+    pub fn excess(&self, series: usize) -> f64 {
+        self.measures[series].excess
     }
 
     /// How much more noise alone raises ln L along the columns of the last term of `study` than white noise of one size
@@ -176,15 +182,24 @@ impl<'a> Present<'a> {
         Scanner::new(&self.study, &self.gls, &self.draws).best(effect, series)
     }
 
-    /// The suspects of this model, refitted, best first.
+    /// The suspects of this model, refitted, axis by axis, best first.
     #[must_use]
     pub fn suspects(&self, extra: &[&'static dyn Effect], mut progress: impl FnMut(&str)) -> Vec<Refit<'a>> {
-        let list = leaders(scan(&self.study, &self.gls, &self.draws, extra));
+        let all = scan(&self.study, &self.gls, &self.draws, extra);
+        let axes = self.study.bench.problem.series.len();
+        let most = if axes > 1 { LEADERS_OF_SEVERAL } else { LEADERS };
+        let of = |k: usize| all.iter().filter(|c| c.series == k).cloned().collect::<Vec<_>>();
+        let list: Vec<Candidate> = (0..axes).flat_map(|k| leaders(of(k), most)).collect();
         progress(&list.iter().map(|c| c.term.effect.card().id).collect::<Vec<_>>().join(", "));
-        let mut refits = parallel::map(&list, |candidate| self.refit(candidate.clone()));
-        drop_driven(&mut refits);
-        rank(&mut refits);
-        prefer_plainer(&mut refits, self);
+        let mut left = parallel::map(&list, |candidate| self.refit(candidate.clone()));
+        let mut refits = Vec::new();
+        for k in 0..axes {
+            let mut own = left.extract_if(.., |r| r.candidate.series == k).collect();
+            drop_driven(&mut own);
+            rank(&mut own);
+            prefer_plainer(&mut own, self);
+            refits.append(&mut own);
+        }
         let mut seen: Vec<(usize, &str)> = Vec::new();
         refits.retain(|r| {
             let key = (r.candidate.series, r.candidate.term.effect.card().id);
@@ -212,7 +227,8 @@ impl<'a> Present<'a> {
 
     /// A suspect at its exact optimum, held against this model.
     pub(super) fn refit(&self, mut candidate: Candidate) -> Refit<'a> {
-        let model = with_term(&self.study, candidate.series, candidate.term.clone());
+        let series = candidate.series;
+        let model = with_term(&self.study, series, candidate.term.clone());
         let study = Study::fit(self.study.bench, &model, Some(&self.study.frozen()));
         let gls = study.identify(&[self.gls.noise]);
         let (study, gls) = study.refine_tones(gls);
@@ -224,19 +240,20 @@ impl<'a> Present<'a> {
             let warm: Vec<Warm> = self.study.warm.iter().zip(&study.warm).map(|(w, own)| w.without(own)).collect();
             let base = Study::fit(self.study.bench, &self.study.model, Some(&warm));
             let gls = base.identify(&[self.gls.noise]);
-            other = Measure::of(&base, &gls);
+            other = Measure::of(&base, &gls, series);
             &other
         } else if let Some(gls) = noise::likelier(&self.study, &self.gls, &gls.noise) {
-            other = Measure { log_likelihood: gls.log_likelihood, held_out: gls.held_out, ..self.measure.clone() };
+            let measure = self.measures[series].clone();
+            other = Measure { log_likelihood: gls.log_likelihood, held_out: gls.held_out, ..measure };
             &other
         } else {
-            &self.measure
+            &self.measures[series]
         };
-        let axis = study.bench.problem.series[candidate.series].axis;
+        let axis = study.bench.problem.series[series].axis;
         if let Some(term) = study.model.axes[axis.index()].as_ref().and_then(|m| m.terms.last()) {
             candidate.term = term.clone();
         }
-        let own = Measure::of(&study, &gls);
+        let own = Measure::of(&study, &gls, series);
         let read_off = candidate.term.effect.stage() == Stage::Reading;
         let rise = if read_off {
             f64::INFINITY
@@ -250,20 +267,20 @@ impl<'a> Present<'a> {
         let fall = mean(&falls.iter().copied().flatten().collect::<Vec<_>>());
         let inflation = self.inflation(&study, &candidate);
         let p_value = chance(rise / inflation, &candidate, &study);
-        let excess = own.excess * self.excess / base.excess;
+        let excess = own.excess * self.excess(series) / base.excess;
         let kept = own.excess;
         Refit { candidate, study, gls, excess, kept, rise, inflation, held_out, p_value, fall, gains, falls }
     }
 }
 
 /// The suspects that are worth an exact refit: first by the error that they remove, and by likelihood.
-fn leaders(mut list: Vec<Candidate>) -> Vec<Candidate> {
+fn leaders(mut list: Vec<Candidate>, most: usize) -> Vec<Candidate> {
     list.sort_by(|a, b| b.removes.total_cmp(&a.removes));
     let mut chosen: Vec<Candidate> = list.extract_if(.., |c| c.removes > LOWERS).collect();
-    list.extend(chosen.drain(LEADERS.min(chosen.len())..));
+    list.extend(chosen.drain(most.min(chosen.len())..));
     list.retain(|c| c.score - c.freedom as f64 > NOTICEABLE - 1.0);
     list.sort_by(|a, b| b.score.total_cmp(&a.score));
-    list.truncate(LEADERS);
+    list.truncate(most);
     chosen.extend(list);
     chosen
 }

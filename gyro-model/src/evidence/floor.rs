@@ -68,7 +68,7 @@ fn draw_with(
     }
     (0..bench.problem.channels())
         .map(|_| {
-            let offset = if seed == ZEROED { 0.0 } else { rng.random::<f64>() * s.encoder.step };
+            let mut offset = if seed == ZEROED { 0.0 } else { rng.random::<f64>() * s.encoder.step };
             let (mut walk, mut skipped, mut before) = (0.0, 0.0, 0.0);
             s.reference_rows
                 .iter()
@@ -77,6 +77,10 @@ fn draw_with(
                     let normal = draw_normal(&mut rng);
                     if i > 0 {
                         walk += prior.angle_random_walk * (s.reference_t[i] - s.reference_t[i - 1]).sqrt() * normal;
+                    }
+                    if lost[i] && s.encoder.step > 0.0 {
+                        // How far the shaft turned there is known to whole counts only.
+                        offset = rng.random::<f64>() * s.encoder.step;
                     }
                     let reading = share[i] * encoder_error(s, prior, along, offset, i, &mut rng);
                     let whole = walk - reading;

@@ -1,7 +1,7 @@
 //! Noise known before any model is judged: from the gyro's own fastest differences and the encoder's step.
 //!
 //! Physics that the model lacks must not hide in the yardstick it is measured with, so nothing here looks at the
-//! residual. The sixth difference of the reading removes smooth motion; its variance over white noise's (the sum of the
+//! residual, but where that is the smaller. The sixth difference of the reading removes smooth motion; its variance over white noise's (the sum of the
 //! squared binomials, 924) is the noise of one sample. Where motion is so jerky that it reaches even there, the quietest
 //! stretches of the log speak alone. What stands in single lines of the differences' spectrum is a vibration, not noise.
 
@@ -169,8 +169,11 @@ fn prior(series: &Series, reference: &[f64]) -> Prior {
     let (encoder, from) = if step > 0.0 {
         (step.sqrt(), format!("its step of {:.3} °", series.encoder.step.to_degrees()))
     } else {
-        let variance = if angle.uneven() { angle.quiet } else { angle.mean };
-        (variance.sqrt().max(1e-9), "sixth differences of the reference".to_owned())
+        let beside = beside_gyro(series, reference, variance * dt);
+        let (least, of) =
+            if beside.mean < angle.mean { (beside, "the reference less the gyro") } else { (angle, "the reference") };
+        let variance = if least.uneven() { least.quiet } else { least.mean };
+        (variance.sqrt().max(1e-9), format!("sixth differences of {of}"))
     };
     let walk = (variance * dt).sqrt().max(1e-9);
     Prior {
@@ -182,11 +185,32 @@ fn prior(series: &Series, reference: &[f64]) -> Prior {
     }
 }
 
+/// What the sixth differences of the reference's angle less the gyro's say: where a reference comes so seldom that they
+/// hold its motion, the gyro knows of most of that. The gyro's walk of N² = `walk` is in them too.
+fn beside_gyro(series: &Series, reference: &[f64], walk: f64) -> Spread {
+    let alpha = gain(series, reference);
+    let less: Vec<f64> = reference.iter().zip(read_angle(series)).map(|(r, own)| r - alpha * own).collect();
+    let dt = usual(series.reference_t.windows(2).map(|pair| pair[1] - pair[0]).collect());
+    let walked = FIFTH / SIXTH * alpha * alpha * walk * dt;
+    let variances = stretches(&less, |_| false);
+    Spread::of(variances.into_iter().map(|v| (v - walked).max(AT_LEAST * v)).collect())
+}
+
+/// Sum of the squared binomials of the fifth difference.
+const FIFTH: f64 = 252.0;
+/// Share of a variance that is left of it at least where another is taken off.
+const AT_LEAST: f64 = 0.1;
+
+/// The angle that the readings add up to, at the reference's rows.
+fn read_angle(series: &Series) -> Vec<f64> {
+    let own = if series.turned.is_empty() { integral(&series.t, &series.gyro) } else { series.turned.clone() };
+    series.reference_rows.iter().map(|&k| own[k]).collect()
+}
+
 /// |α|, about: the angle that the reference turns over the one that the readings do, both less their mean rates; 1 where
 /// they do not go together.
 fn gain(series: &Series, reference: &[f64]) -> f64 {
-    let own = if series.turned.is_empty() { integral(&series.t, &series.gyro) } else { series.turned.clone() };
-    let read: Vec<f64> = series.reference_rows.iter().map(|&k| own[k]).collect();
+    let read = read_angle(series);
     let (x, y) = (untrended(&series.reference_t, &read), untrended(&series.reference_t, reference));
     let [xx, xy, yy] = [(&x, &x), (&x, &y), (&y, &y)].map(|(a, b)| dot(a, b));
     let found = xy.abs() / xx;

@@ -194,6 +194,18 @@ impl<'a> Study<'a> {
         self.grams.held_out(&self.bench.windows.tau, &self.bench.weights, &self.hold)
     }
 
+    /// Held-out errors about one axis, and its own weights: of a shaft these are all there are.
+    #[must_use]
+    pub fn held_out_about(&self, series: usize) -> (HeldOut, Vec<f64>) {
+        let bench = self.bench;
+        if bench.problem.attitude().is_none() {
+            return (self.held_out(), bench.weights.clone());
+        }
+        let about = grams(bench, &self.evaluation, &self.columns, Some(bench.problem.series[series].axis.index()));
+        let held = self.grams.held_out_on(&about, &bench.windows.tau, &bench.weights, &self.hold);
+        (held, prior::weights(&bench.prior[series], &bench.windows.tau))
+    }
+
     /// Identifies the noise of the residual, and with it generalised least squares about the present parameters.
     #[must_use]
     pub fn identify(&self, starts: &[NoiseModel]) -> Gls {
@@ -245,8 +257,17 @@ impl<'a> Study<'a> {
     /// The largest error over the weights' floor, held out.
     #[must_use]
     pub fn over_floor(&self) -> f64 {
-        let curve = self.held_out().curve();
-        curve.iter().zip(&self.bench.weights).map(|(e, f)| e / f).fold(0.0, f64::max)
+        self.largest(&self.held_out())
+    }
+
+    /// The same with the parameters as they stand.
+    #[must_use]
+    pub fn over_floor_as_is(&self) -> f64 {
+        self.largest(&self.grams.as_is(&self.bench.windows.tau))
+    }
+
+    fn largest(&self, errors: &HeldOut) -> f64 {
+        errors.curve().iter().zip(&self.bench.weights).map(|(e, f)| e / f).fold(0.0, f64::max)
     }
 
     /// Whether a parameter belongs to the last term of an axis.

@@ -284,12 +284,14 @@ impl AxisView {
         let steps: Vec<StepView> = axis
             .steps
             .iter()
-            .map(|step| {
+            .enumerate()
+            .map(|(k, step)| {
                 let label = match (&step.added, &step.removed) {
                     (Some(added), Some(removed)) => format!("+ {added} − {removed}"),
                     (Some(added), None) => format!("+ {added}"),
                     (None, Some(removed)) => format!("− {removed}"),
-                    (None, None) => "start".into(),
+                    (None, None) if k == 0 => "start".into(),
+                    (None, None) => "the other axes".into(),
                 };
                 falling(label, &step.error_curve, step.error_over_floor, &step.aliases)
             })
