@@ -5,13 +5,14 @@ use super::{
     ahead::ahead,
     candidates::{Candidate, can_show, with_term},
     judged::{self, Judged},
+    rank::ROUGH,
     refit::{Present, Refit},
     verdict,
 };
 use crate::{
     Axis, Model, Record, Term,
     diagnosis::{AxisLadder, LadderStep, Verdict},
-    effects::Stage,
+    effects::{Effect, Stage},
     evidence::study::{Bench, Study},
     fit,
 };
@@ -121,6 +122,14 @@ pub(super) fn search<'a>(
             }
             continue;
         };
+        if let Some((swapped, study)) = exchange(&present, start, &suspects[chosen], options) {
+            present = Present::new(Study::fit(bench, &study.model, Some(&present.study.warm)));
+            for Swapped { series, old, new } in swapped {
+                took(&present.study, Change::of(series, None, Some(old)));
+                took(&present.study, Change::of(series, Some(new), None));
+            }
+            continue;
+        }
         let Candidate { series, ref term, .. } = suspects[chosen].candidate;
         let id = term.effect.card().id;
         let with = with_term(&present.study, series, term.clone());
@@ -162,6 +171,59 @@ fn next(present: &Present, suspects: &[Refit]) -> Option<usize> {
     firsts.max_by(|&a, &b| removes(a).total_cmp(&removes(b)))
 }
 
+/// An effect of the model that gives way to one it may be taken for, on every axis that has it of the whole sensor, where
+/// that leaves less error than `chosen` would beside it: what came first was told from its aliases while much else was
+/// missing.
+fn exchange<'a>(
+    present: &Present<'a>,
+    start: &Model,
+    chosen: &Refit,
+    options: &Options,
+) -> Option<(Vec<Swapped>, Study<'a>)> {
+    let series = chosen.candidate.series;
+    if chosen.candidate.term.effect.stage() == Stage::Reading || chosen.before(present) < ROUGH {
+        return None;
+    }
+    let bench = present.study.bench;
+    let axes: Vec<Axis> = bench.problem.series.iter().map(|s| s.axis).collect();
+    added(present, start, axes[series]).into_iter().find_map(|old| {
+        let whole = crate::effects::find(old).is_some_and(of_whole_sensor);
+        let has = |k: &usize| *k == series || whole && added(present, start, axes[*k]).contains(&old);
+        let own: Vec<usize> = (0..axes.len()).filter(has).collect();
+        let tried = in_the_place_of(old, present, series, options).into_iter().filter_map(|rival| {
+            let term = &rival.candidate.term;
+            let new = term.effect.card().id;
+            if new == old || rival.at_bound() {
+                return None;
+            }
+            let mut model = present.study.model.clone();
+            for &k in &own {
+                let terms = &mut model.axes[axes[k].index()].as_mut()?.terms;
+                terms.retain(|t| t.effect.card().id != old && t.effect.card().id != new);
+                terms.push(term.clone());
+            }
+            let study =
+                if own.len() > 1 { Study::fit(bench, &model, Some(&present.study.frozen())) } else { rival.study };
+            let (held, weights) = study.held_out_about(series);
+            let swapped = own.iter().map(|&series| Swapped { series, old, new }).collect();
+            Some((held.excess(&weights), swapped, study))
+        });
+        let best = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        (best.0 < chosen.excess).then_some((best.1, best.2))
+    })
+}
+
+/// An effect of the model and those of the catalogue that it may be taken for, each refitted in its place.
+fn in_the_place_of<'a>(id: &str, present: &Present<'a>, series: usize, options: &Options) -> Vec<Refit<'a>> {
+    let aliases = crate::effects::find(id).map_or(&[][..], |effect| effect.card().aliases);
+    let axis = present.study.bench.problem.series[series].axis;
+    let Some((without, _)) = (!aliases.is_empty()).then(|| without(present, axis, id)).flatten() else {
+        return Vec::new();
+    };
+    (options.progress)(id);
+    without.rivals(series, options.own_effects, |rival| rival == id || aliases.iter().any(|a| a.id == rival))
+}
+
 /// The model with the effect that one axis has just got on another one too, where it passes there, or where it is one that
 /// a whole sensor or reference has: alike on both, and with it the error is lower.
 fn companion(present: &Present, term: &Term, series: usize) -> Option<Model> {
@@ -173,11 +235,15 @@ fn companion(present: &Present, term: &Term, series: usize) -> Option<Model> {
     }
     let starts = present.starts(term.effect, series);
     let found = starts.into_iter().map(|start| present.refit(start)).min_by(|a, b| a.excess.total_cmp(&b.excess))?;
-    let of_whole = matches!(term.effect.stage(), Stage::Timing | Stage::Response);
     let is_like = |(a, b): (&f64, &f64)| (a - b).abs() < LIKE * b.abs();
-    let alike = of_whole && found.candidate.term.values.iter().zip(&term.values).all(is_like);
+    let alike = of_whole_sensor(term.effect) && found.candidate.term.values.iter().zip(&term.values).all(is_like);
     let lower = found.fall.0 > found.fall.1 && found.excess < found.before(present) && !found.at_bound();
     (found.passes(present) || alike && lower).then(|| with_term(&present.study, series, found.candidate.term.clone()))
+}
+
+/// Whether an effect is that of a whole sensor or reference rather than of an axis.
+fn of_whole_sensor(effect: &dyn Effect) -> bool {
+    matches!(effect.stage(), Stage::Timing | Stage::Response)
 }
 
 /// Share by which what a whole sensor has may differ from axis to axis.
@@ -291,14 +357,7 @@ fn swap<'a>(present: Present<'a>, start: &Model, options: &Options) -> (Present<
             continue;
         }
         for id in added {
-            let aliases = crate::effects::find(id).map_or(&[][..], |effect| effect.card().aliases);
-            if aliases.is_empty() {
-                continue;
-            }
-            let Some((without, _)) = without(&present, *axis, id) else { continue };
-            (options.progress)(id);
-            let wanted = |rival: &str| rival == id || aliases.iter().any(|a| a.id == rival);
-            let rivals = without.rivals(k, options.own_effects, wanted);
+            let rivals = in_the_place_of(id, &present, k, options);
             let is_own = |refit: &Refit| refit.candidate.term.effect.card().id == id;
             let best = |keep: &dyn Fn(&Refit) -> bool| {
                 let kept = (0..rivals.len()).filter(|&r| keep(&rivals[r]));
@@ -310,7 +369,7 @@ fn swap<'a>(present: Present<'a>, start: &Model, options: &Options) -> (Present<
                 let model = refit.study.model.clone();
                 present = Present::new(Study::fit(present.study.bench, &model, Some(&present.study.warm)));
             } else if let Some(own) = best(&is_own) {
-                let mut others = self::aliases(&rivals, own, true);
+                let mut others = aliases(&rivals, own, true);
                 others.retain(|other| other != id);
                 others.dedup();
                 alike.push(Alike { series: k, effect: id, others });

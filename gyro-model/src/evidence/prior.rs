@@ -111,7 +111,8 @@ impl Spread {
         let most = &variances[..variances.len() - variances.len() / 100];
         let mean = mean.min(1.1 * most.iter().sum::<f64>() / most.len() as f64);
         let moving: Vec<f64> = variances.iter().copied().filter(|&v| v > 0.0).collect();
-        let quiet = moving.get(moving.len() / 50).map_or(0.0, |v| v / QUIET);
+        // Of a few, the very quietest is so by chance.
+        let quiet = moving.get((moving.len() / 50).max(1)).or(moving.first()).map_or(0.0, |v| v / QUIET);
         Self { mean, quiet }
     }
 
