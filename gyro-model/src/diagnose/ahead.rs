@@ -97,9 +97,9 @@ const OWN: f64 = 0.5;
 
 /// Whether the error lies above what noise leaves: in the mean, or far at one averaging time.
 fn leaves_something(present: &Present) -> bool {
-    let curve = present.study.held_out().curve();
+    let (held, weights) = present.study.held_out_about(0);
     let over = |(error, floor): (&f64, &f64)| error / floor > ABOVE;
-    present.excess(0) > UNEVEN || curve.iter().zip(&present.study.bench.weights).any(over)
+    present.excess(0) > UNEVEN || held.curve().iter().zip(&weights).any(over)
 }
 
 /// Error over floor at one averaging time that is worth a look ahead.

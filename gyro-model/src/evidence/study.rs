@@ -199,11 +199,27 @@ impl<'a> Study<'a> {
     pub fn held_out_about(&self, series: usize) -> (HeldOut, Vec<f64>) {
         let bench = self.bench;
         if bench.problem.attitude().is_none() {
-            return (self.held_out(), bench.weights.clone());
+            return (self.held_out(), self.weights(series));
         }
         let about = grams(bench, &self.evaluation, &self.columns, Some(bench.problem.series[series].axis.index()));
         let held = self.grams.held_out_on(&about, &bench.windows.tau, &bench.weights, &self.hold);
-        (held, prior::weights(&bench.prior[series], &bench.windows.tau))
+        (held, self.weights(series))
+    }
+
+    /// F(τ) of one axis. Each stretch that is bridged leaves the noise of two readings of the reference in the angle: n of
+    /// them in a time T are a walk.
+    ///
+    /// ```text
+    /// F² = N²/τ + 2σ²/τ² + 2σ² n/(Tτ)
+    /// ```
+    #[must_use]
+    pub fn weights(&self, series: usize) -> Vec<f64> {
+        let (lost, t, prior) = (&self.evaluation.lost, self.bench.problem.times(), &self.bench.prior[series]);
+        let bridged = lost.windows(2).filter(|pair| pair[1] && !pair[0]).count();
+        let often = bridged as f64 / (t[t.len() - 1] - t[0]);
+        let tau = &self.bench.windows.tau;
+        let own = prior::weights(prior, tau).into_iter().zip(tau);
+        own.map(|(f, tau)| f.hypot((2.0 * often / tau).sqrt() * prior.encoder)).collect()
     }
 
     /// Identifies the noise of the residual, and with it generalised least squares about the present parameters.
@@ -267,7 +283,9 @@ impl<'a> Study<'a> {
     }
 
     fn largest(&self, errors: &HeldOut) -> f64 {
-        errors.curve().iter().zip(&self.bench.weights).map(|(e, f)| e / f).fold(0.0, f64::max)
+        let each: Vec<Vec<f64>> = (0..self.bench.problem.series.len()).map(|k| self.weights(k)).collect();
+        let floor = |k: usize| (each.iter().map(|w| w[k] * w[k]).sum::<f64>() / each.len() as f64).sqrt();
+        errors.curve().iter().enumerate().map(|(k, error)| error / floor(k)).fold(0.0, f64::max)
     }
 
     /// Whether a parameter belongs to the last term of an axis.
