@@ -29,6 +29,9 @@ const ITERATIONS: usize = 12;
 /// Relative change at which the fixed point is taken as reached.
 const CONVERGED: f64 = 1e-13;
 
+/// Readings before a response has the three that its derivatives need.
+const START_UP: u8 = 2;
+
 /// A reading beyond this is no reading, rad/s (a thousand turns a second).
 const ABSURD: f64 = 1e4;
 
@@ -114,9 +117,27 @@ struct AxisPast {
     count: u8,
     /// The last compensated rate.
     output: f64,
+    /// Readings that the responses still need before they are known again, and until when they settle, ns.
+    wanted: u8,
+    settles_t_ns: i64,
 }
 
 impl AxisPast {
+    /// Whether what undoing a response makes of this reading is a guess, after one that was lost: it takes two more for a
+    /// curvature, and what they were taken for has to die away.
+    fn is_unsure(&mut self, lost: bool, t_ns: i64, reach: f64) -> bool {
+        if lost {
+            self.wanted = START_UP;
+            return false;
+        }
+        if self.wanted == 0 {
+            return t_ns < self.settles_t_ns;
+        }
+        self.wanted -= 1;
+        self.settles_t_ns = t_ns.saturating_add((reach * 1e9) as i64);
+        true
+    }
+
     /// dω̂/dt at a new rate, `dt` after the last: the slope there of the parabola through the last three.
     fn slope(&self, rate: f64, dt: f64) -> f64 {
         if self.count == 0 || dt <= 0.0 {
@@ -247,6 +268,16 @@ impl Plan {
         let valid = self.timing.iter().fold(t, |t, p| p.effect.valid_time(&p.values, t));
         let shift = ((valid - t) * 1e9).round();
         if shift.is_finite() { t_ns.saturating_add(shift as i64) } else { t_ns }
+    }
+
+    fn responses(&mut self) -> impl Iterator<Item = &mut Placed> {
+        self.sensor.iter_mut().chain(&mut self.mount)
+    }
+
+    /// How far a reading reaches into the rates after it where responses are undone, s.
+    fn reach(&self) -> Option<f64> {
+        let responses = self.sensor.iter().chain(&self.mount);
+        responses.map(|p| p.effect.reach(&p.values)).reduce(|a, b| a + b)
     }
 
     fn felt_error(&mut self, signals: &Signals, commit: bool) -> f64 {
@@ -413,6 +444,14 @@ impl Compensation {
             let (past, plan) = (&mut self.past[i], &mut self.plans[i]);
             let undone = undo(&mut plan.mount, rates[i], now.dt[i]);
             let rate = if undone.is_finite() && undone.abs() < ABSURD { undone } else { past.output };
+            let mut lost = plan.reading.iter().any(|p| p.effect.lost(&p.values, row.gyro[i]));
+            if lost {
+                // The corner at the edge of what was cut off is no motion: the responses start again beyond it.
+                plan.responses().for_each(|p| p.memory = Memory::default());
+            }
+            if let Some(reach) = plan.reach() {
+                lost |= past.is_unsure(lost, row.t_ns, reach);
+            }
             *past = AxisPast {
                 started: true,
                 t_ns: row.t_ns,
@@ -421,9 +460,9 @@ impl Compensation {
                 step: now.dt[i],
                 count: (past.count + 1).min(2),
                 output: rate,
+                ..*past
             };
             self.history[i].replace_newest(rate);
-            let lost = plan.reading.iter().any(|p| p.effect.lost(&p.values, row.gyro[i]));
             self.lost[i].push(now.stamps[i], if lost { 1.0 } else { 0.0 });
             Some(Compensated { rate, valid_t_ns: now.stamps[i], lost })
         })

@@ -1,8 +1,9 @@
 //! What the filter is worth, on the simulator's three motions with a real sensor's noise, quantisation and encoder.
 
 use gyro_model::{
+    Axis,
     estimator::{Estimate, Estimator, Options, flags},
-    simulate::{Motion, Scenario, Simulated, simulate},
+    simulate::{Hidden, Motion, Scenario, Simulated, simulate},
 };
 
 /// RMS.
@@ -67,4 +68,22 @@ fn nothing_of_a_simulated_motion_is_taken_for_an_outlier() {
         let rejected = late.iter().filter(|(e, _, _)| e.axes[0].flags & flags::OUTLIER != 0).count();
         assert_eq!(rejected, 0, "{motion}");
     }
+}
+
+#[test]
+fn what_was_cut_off_leaves_no_spike_where_a_resonance_is_undone() {
+    let hidden = ["mount-resonance:f=8,zeta=0.1", "saturation:l=2.2"];
+    let simulated = simulate(&Scenario {
+        motion: Motion::Multisine { travel: 8.0 },
+        rate_hz: 200.0,
+        seconds: 40.0,
+        hidden: hidden.iter().map(|h| Hidden::parse(h, Axis::X).unwrap()).collect(),
+        ..Scenario::default()
+    });
+    let late = estimates(&simulated, 200.0);
+    let cut_off = late.iter().filter(|(e, _, _)| e.axes[0].flags & flags::LOST != 0).count();
+    assert!(cut_off > late.len() / 3, "{cut_off} of {}", late.len());
+    let kept = late.iter().filter(|(e, _, _)| e.axes[0].flags & flags::LOST == 0);
+    let largest = kept.map(|(e, truth, _)| (e.axes[0].rate - truth).abs()).fold(0.0, f64::max);
+    assert!(largest < 0.25, "{largest} rad/s");
 }

@@ -126,7 +126,7 @@ fn a_log_too_long_to_be_searched_whole_shows_what_is_slow_and_what_is_fast() {
 }
 
 /// The ladder names these and nothing else, and what is left is noise.
-fn explained(motion: Motion, seconds: f64, rate_hz: f64, hidden: &[&str]) {
+fn explained(motion: Motion, seconds: f64, rate_hz: f64, hidden: &[&str]) -> Outcome {
     let axis = gyro_model::Axis::X;
     let effects = hidden.iter().map(|h| Hidden::parse(h, axis).unwrap()).collect();
     let outcome = climbed(&Scenario { motion, seconds, rate_hz, hidden: effects, ..Scenario::default() });
@@ -137,6 +137,7 @@ fn explained(motion: Motion, seconds: f64, rate_hz: f64, hidden: &[&str]) {
     assert_eq!(found, names, "{}", outcome.says());
     let over = outcome.ladder.steps.last().unwrap().error_over_floor.unwrap();
     assert!(over < 1.4, "the error is {over} times the floor");
+    outcome
 }
 
 #[test]
@@ -151,7 +152,11 @@ fn what_is_cut_off_is_lost_where_a_late_reading_is_valid() {
 
 #[test]
 fn what_is_cut_off_is_lost_about_it_where_a_resonance_is_undone() {
-    explained(Motion::Multisine { travel: 8.0 }, 60.0, 200.0, &["mount-resonance:f=8,zeta=0.1", "saturation:l=2.2"]);
+    let hidden = ["mount-resonance:f=8,zeta=0.1", "saturation:l=2.2"];
+    let outcome = explained(Motion::Multisine { travel: 8.0 }, 60.0, 200.0, &hidden);
+    let found = outcome.ladder.parameters.iter().find(|p| p.name == "zeta").unwrap();
+    let off = (found.value.unwrap() - 0.1) / found.std_error.unwrap();
+    assert!(off.abs() < 3.0, "{off} standard errors");
 }
 
 #[test]

@@ -84,8 +84,10 @@ impl Effect for MountResonance {
         let curvature = if memory[6] < 2.0 { 0.0 } else { 2.0 * ((felt - f1) / dt - (f1 - f2) / dt1) / (dt + dt1) };
         let omega = std::f64::consts::TAU * p[0];
         let input = curvature / (omega * omega);
-        let difference = low_pass(memory[3], memory[4], input, dt, 2.0 * p[1] / omega);
-        *memory = [felt, f1, dt, difference, input, memory[5], (memory[6] + 1.0).min(2.0), memory[7]];
+        // The first curvature is the best guess of what came before it.
+        let settled = memory[6] > 2.0;
+        let difference = if settled { low_pass(memory[3], memory[4], input, dt, 2.0 * p[1] / omega) } else { input };
+        *memory = [felt, f1, dt, difference, input, memory[5], (memory[6] + 1.0).min(3.0), memory[7]];
         felt + difference
     }
 

@@ -294,10 +294,13 @@ impl Problem {
         let response: Vec<&Term> = of(Stage::Response).collect();
         let timing: Vec<&Term> = of(Stage::Timing).collect();
         let mut unsure = displaced(&s.t, &lost, &response, &timing);
+        let mut rate: Vec<f64> = s.gyro.iter().map(|g| alpha * g + delta).collect();
+        if !response.is_empty() {
+            smooth_over(&s.t, &lost, &mut rate);
+        }
         for without in [&warm[index].unsure, &warm[index].left_out] {
             merge(&mut lost, without);
         }
-        let mut rate: Vec<f64> = s.gyro.iter().map(|g| alpha * g + delta).collect();
         let (mount, sensor): (Vec<&Term>, Vec<&Term>) =
             response.iter().partition(|t| t.effect.card().id == "mount-resonance");
         for term in sensor {
@@ -430,10 +433,10 @@ fn displaced(t: &[f64], lost: &[bool], response: &[&Term], timing: &[&Term]) -> 
     if !response.is_empty() {
         let reach: f64 = response.iter().map(|term| term.effect.reach(&term.values)).sum();
         for &k in &at {
-            let beside = |other: &usize| other.abs_diff(k) <= NEIGHBOURS || (t[*other] - t[k]).abs() <= reach;
-            let before = (0..k).rev().take_while(beside).count();
-            let after = (k + 1..t.len()).take_while(beside).count();
-            marks[k - before..=k + after].fill(true);
+            let (first, last) = (k.saturating_sub(NEIGHBOURS), (k + NEIGHBOURS).min(t.len() - 1));
+            let before = (0..first).rev().take_while(|&other| t[first] - t[other] <= reach).count();
+            let after = (last + 1..t.len()).take_while(|&other| t[other] - t[last] <= reach).count();
+            marks[first - before..=last + after].fill(true);
         }
         at = (0..lost.len()).filter(|&k| marks[k]).collect();
     }
@@ -446,6 +449,31 @@ fn displaced(t: &[f64], lost: &[bool], response: &[&Term], timing: &[&Term]) -> 
     }
     marks.iter_mut().zip(lost).for_each(|(mark, lost)| *mark &= !lost);
     marks
+}
+
+/// Puts a cubic over each stretch of lost samples, with the value and the slope that the rate has on either side: undoing a
+/// response would follow the corners, of which the truth has none.
+fn smooth_over(t: &[f64], lost: &[bool], rate: &mut [f64]) {
+    let mut first = 0;
+    for run in lost.chunk_by(|a, b| a == b) {
+        let (from, to) = (first, first + run.len());
+        first = to;
+        if !run[0] || from < 2 || to + 2 > t.len() {
+            continue;
+        }
+        let (a, b) = (from - 1, to);
+        let span = t[b] - t[a];
+        let chord = rate[b] - rate[a];
+        let beside = |near: usize, far: usize| {
+            if lost[far] { chord } else { span * (rate[near] - rate[far]) / (t[near] - t[far]) }
+        };
+        let (rises, ends) = (beside(a, a - 1), beside(b, b + 1));
+        for k in from..to {
+            let x = (t[k] - t[a]) / span;
+            let bend = x * (1.0 - x) * ((1.0 - x) * (rises - chord) - x * (ends - chord));
+            rate[k] = rate[a] + x * chord + bend;
+        }
+    }
 }
 
 /// Samples on either side that a centred derivative takes in.
