@@ -4,7 +4,7 @@ use super::{
     LogError, Options,
     column_map::ColumnMap,
     error::Problem,
-    header::Layout,
+    header::{Layout, Refusal},
     input::{Input, STANDARD_INPUT},
     row::RowParser,
     tally::{RowFault, Tally},
@@ -67,13 +67,24 @@ impl Reader {
         let input = Input::open(path).map_err(|p| refuse(None, None, p))?;
         let mut csv = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(input);
         let mut record = ByteRecord::new();
-        let found = csv.read_byte_record(&mut record).map_err(|e| refuse(Some(1), None, read_problem(&csv, e)))?;
-        if !found {
-            return Err(refuse(None, None, Problem::Empty));
-        }
-        let line = record.position().map(csv::Position::line);
-        let fields: Vec<&[u8]> = record.iter().collect();
-        let layout = Layout::new(&fields, map.as_ref()).map_err(|(column, p)| refuse(line, column, p))?;
+        // The first line that could have been the header and is none.
+        let mut remark = None;
+        let (line, layout) = loop {
+            let found = csv.read_byte_record(&mut record).map_err(|e| refuse(Some(1), None, read_problem(&csv, e)))?;
+            if !found {
+                return Err(refuse(None, None, Problem::Empty));
+            }
+            let line = record.position().map(csv::Position::line);
+            match header(&record, map.as_ref()) {
+                Ok(layout) => break (line, layout),
+                Err(refusal) if stands_above(&record) => _ = remark.get_or_insert((line, refusal)),
+                Err(refusal) => {
+                    let headless = matches!(refusal.1, Problem::NoHeader);
+                    let (line, (column, problem)) = remark.filter(|_| headless).unwrap_or((line, refusal));
+                    return Err(refuse(line, column, problem));
+                }
+            }
+        };
         if options.needs_reference && !layout.has_reference() {
             let axis = layout.gyros().first().map_or("z", |a| a.letter());
             return Err(refuse(line, None, Problem::NoReference(axis)));
@@ -278,6 +289,22 @@ impl Reader {
         }
         Ok(parsed.time.map(|time| Pending { row: parsed.row, time, line, marked, read_ns: now_ns() }))
     }
+}
+
+/// What a line says of the columns. NumPy puts `#` before a header.
+fn header(record: &ByteRecord, map: Option<&ColumnMap>) -> Result<Layout, Refusal> {
+    let mut fields: Vec<&[u8]> = record.iter().collect();
+    Layout::new(&fields, map).or_else(|refusal| {
+        let Some(bare) = record[0].trim_ascii().strip_prefix(b"#") else { return Err(refusal) };
+        fields[0] = bare;
+        Layout::new(&fields, map).map_err(|_| refusal)
+    })
+}
+
+/// Whether a line is a remark, or a spreadsheet's `sep=,`, as they stand above a header.
+fn stands_above(record: &ByteRecord) -> bool {
+    let first = record[0].trim_ascii();
+    first.starts_with(b"#") || first.get(..4).is_some_and(|first| first.eq_ignore_ascii_case(b"sep="))
 }
 
 impl Iterator for Reader {

@@ -151,6 +151,27 @@ fn a_byte_order_mark_windows_line_ends_and_blank_lines_are_no_trouble() {
 }
 
 #[test]
+fn what_other_programs_write_above_a_header_is_no_trouble() {
+    let rows = "0,0.1,0.2\n0.01,0.3,0.4\n";
+    for above in ["# MPU-6050, 250 dps\n", "sep=,\n", "SEP=,\r\n# made by hand\n#\n"] {
+        let (read, _) = read_all("log.csv", format!("{above}t,gyro_x,ref_angle_x\n{rows}").as_bytes()).unwrap();
+        assert_eq!((read.len(), read[1].gyro[0]), (2, 0.3), "{above}");
+    }
+    let (read, _) = read_all("log.csv", format!("# t,gyro_x,ref_angle_x\n{rows}").as_bytes()).unwrap();
+    assert_eq!((read.len(), read[1].ref_angle[0]), (2, 0.4), "as NumPy writes it");
+    let refused = |bytes: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log.csv");
+        fs::write(&path, bytes).unwrap();
+        Reader::open(&path, &Options::default()).err().unwrap().to_string()
+    };
+    let says = refused(&format!("#timestamp [ns],w_x,angle\n{rows}"));
+    assert!(says.contains("line 1") && says.contains("`t`"), "{says}");
+    let says = refused("# nothing else\n");
+    assert!(says.contains("empty"), "{says}");
+}
+
+#[test]
 fn one_time_far_ahead_costs_one_row_and_one_behind_costs_one_row() {
     let rows = |times: &[&str]| {
         let text: String = times.iter().fold("t,gyro_x\n".to_owned(), |all, t| all + t + ",1\n");
