@@ -4,6 +4,7 @@
 //! saturation holds the reading at the range's end; backlash holds the encoder at reversals; an encoder slower than the
 //! gyro leaves rows without value. None of these is reported here.
 
+mod held;
 mod missing;
 mod reference;
 mod repeated;
@@ -33,6 +34,7 @@ pub fn check(record: &mut Record, already: &[bool]) -> Report {
     already.resize(record.len(), false);
     missing::check(record, &mut already, &mut report);
     timing::check(record, &mut report);
+    held::check(record, &mut report);
     spikes::check(record, &mut already, &mut report);
     repeated::check(record, &mut already, &mut report);
     stuck::check(record, &mut report);
@@ -79,4 +81,10 @@ fn quantile(mut values: Vec<f64>, q: f64) -> Option<f64> {
     }
     let place = ((values.len() - 1) as f64 * q).round() as usize;
     Some(*values.select_nth_unstable_by(place, f64::total_cmp).1)
+}
+
+/// Smallest difference between readings.
+fn quantum(values: &[f64]) -> f64 {
+    let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    steps.filter(|&step| step > 1e-12).fold(f64::INFINITY, f64::min)
 }

@@ -4,6 +4,8 @@
 use gyro_model::{
     Axis, Model, Record, Row,
     diagnose::{self, Options},
+    diagnosis::Verdict,
+    faults,
     fit::fit,
     simulate::{Hidden, Motion, Reference, Scenario, SensorSpec, simulate},
 };
@@ -112,5 +114,30 @@ fn the_floor_has_what_each_passage_of_a_dead_zone_costs() {
         assert_eq!(ladders[0].effects, ["scale-factor", "bias", "dead-zone"], "seed {seed}");
         let over = ladders[0].steps.last().and_then(|step| step.error_over_floor).unwrap();
         assert!(over < 1.35, "seed {seed}: {over} times the floor");
+    }
+}
+
+/// An encoder, or a gyro, whose last reading a recorder writes again until the next one comes.
+#[test]
+fn readings_that_stand_in_several_rows_are_no_physics() {
+    for (gyro, every) in [(false, 5), (true, 4)] {
+        let motion = Motion::Multisine { travel: 6.0 };
+        let mut record = simulate(&Scenario { motion, seconds: 60.0, rate_hz: 200.0, ..Scenario::default() }).record;
+        record.rows.retain(|row| row.ref_angle[0].is_finite());
+        for k in (1..record.len()).filter(|k| k % every != 0) {
+            let before = record.rows[k - 1];
+            let row = &mut record.rows[k];
+            if gyro {
+                row.gyro = before.gyro;
+            } else {
+                row.ref_angle = before.ref_angle;
+            }
+        }
+        let report = faults::check(&mut record, &[]);
+        assert!(report.faults.iter().any(|f| f.fault == "held-samples"), "{:?}", report.faults);
+        let start = Model::base_for(&record);
+        let (_, ladders) = diagnose::ladder(&record, &start, &[Axis::X], &Options::default()).unwrap();
+        assert_eq!(ladders[0].verdict, Verdict::Adequate, "{}", ladders[0].says);
+        assert_eq!(ladders[0].effects, ["scale-factor", "bias"]);
     }
 }

@@ -1,6 +1,6 @@
 //! One axis of a log, laid out for evaluation: filled columns, reference rows, time.
 
-use super::encoder::Encoder;
+use super::{encoder::Encoder, integrate::hermite};
 use crate::{
     Axis, Model, Record,
     effects::{Signals, Span},
@@ -82,6 +82,47 @@ pub(crate) fn fill(t: &[f64], values: &[f64]) -> Option<Vec<f64>> {
         }
     }
     Some(out)
+}
+
+/// The same along a smooth curve where readings are as far apart as they usually are: of a rate that is read seldom, straight
+/// lines would turn less at each bend.
+pub(crate) fn curve(t: &[f64], values: &[f64]) -> Option<Vec<f64>> {
+    let mut out = fill(t, values)?;
+    let known: Vec<usize> = (0..values.len()).filter(|&k| values[k].is_finite()).collect();
+    if known.len() == values.len() || known.len() < 3 {
+        return Some(out);
+    }
+    let (at, of): (Vec<f64>, Vec<f64>) = known.iter().map(|&k| (t[k], values[k])).unzip();
+    let slopes = three_point_slopes(&at, &of);
+    let longest = HOLE * usual(at.windows(2).map(|pair| pair[1] - pair[0]).collect());
+    let mut hint = 0;
+    for pair in known.windows(2).filter(|pair| t[pair[1]] - t[pair[0]] <= longest) {
+        for k in pair[0] + 1..pair[1] {
+            out[k] = hermite(&at, &of, &slopes, t[k], &mut hint);
+        }
+    }
+    Some(out)
+}
+
+/// Slope at each point of the parabola through it and its neighbours; of the straight line at the ends.
+fn three_point_slopes(t: &[f64], y: &[f64]) -> Vec<f64> {
+    let line = |k: usize| (y[k + 1] - y[k]) / (t[k + 1] - t[k]);
+    let last = t.len() - 1;
+    let inner = |k: usize| {
+        let (before, after) = (t[k] - t[k - 1], t[k + 1] - t[k]);
+        (line(k - 1) * after + line(k) * before) / (before + after)
+    };
+    (0..=last)
+        .map(|k| {
+            if k == 0 {
+                line(0)
+            } else if k == last {
+                line(last - 1)
+            } else {
+                inner(k)
+            }
+        })
+        .collect()
 }
 
 /// Samples within and at the end of holes: stretches without a reading several times as long as readings are apart. How far
@@ -202,13 +243,13 @@ impl Series {
         let column = |pick: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..rows.len()).map(pick).collect() };
         let raw = column(&|k| rows[k].gyro[i]);
         let (read, missing) = (raw.iter().map(|v| v.is_finite()).collect(), holes(&t, &raw));
-        let gyro = fill(&t, &raw)?;
+        let gyro = curve(&t, &raw)?;
         let zero = || vec![0.0; t.len()];
         let filled = |pick: &dyn Fn(usize) -> f64| fill(&t, &column(pick)).unwrap_or_else(zero);
         let rates: [Vec<f64>; 3] = std::array::from_fn(|a| {
             let calibrated = model.axes[a].as_ref().filter(|_| a != i);
             let (alpha, delta) = calibrated.map_or((1.0, 0.0), |other| (other.alpha(), other.delta()));
-            filled(&|k| alpha * rows[k].gyro[a] + delta)
+            curve(&t, &column(&|k| alpha * rows[k].gyro[a] + delta)).unwrap_or_else(zero)
         });
         let accel: [Vec<f64>; 3] = std::array::from_fn(|a| filled(&|k| rows[k].accel[a]));
         let temperature = fill(&t, &column(&|k| rows[k].temperature)).unwrap_or_else(|| vec![25.0; t.len()]);

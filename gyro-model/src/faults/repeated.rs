@@ -1,6 +1,6 @@
 //! Samples that were logged again in place of new ones.
 
-use super::{Report, counted, seconds};
+use super::{Report, counted, quantum, seconds};
 use crate::{Record, Row};
 
 /// Where more of the rows repeat than this, the log was polled faster than the sensor samples: said, but left as it is.
@@ -58,12 +58,6 @@ pub(super) fn check(record: &mut Record, already: &mut [bool], report: &mut Repo
         Some(t),
         format!("{} logged again in place of a new one; {then}", counted(found.len(), "sample")),
     );
-}
-
-/// Smallest difference between readings.
-fn quantum(values: &[f64]) -> f64 {
-    let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
-    steps.filter(|&step| step > 1e-12).fold(f64::INFINITY, f64::min)
 }
 
 /// Whether reading `k` repeats the one before while the readings around change by many steps, off the range's `ends`.

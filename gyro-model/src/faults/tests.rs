@@ -70,6 +70,37 @@ fn a_sample_logged_again_is_found_among_quantised_ones() {
 }
 
 #[test]
+fn of_readings_that_stand_in_several_rows_the_first_is_left() {
+    // Rows in which a new reading comes: at whole and at broken ratios of the rates.
+    let is_new = |k: usize, ratio: f64| (k as f64 / ratio) as usize != ((k - 1) as f64 / ratio) as usize;
+    for motion in motions() {
+        for ratio in [2.0, 3.3, 5.0] {
+            let mut record = simulate(&Scenario { motion, rate_hz: 200.0, ..Scenario::default() }).record;
+            record.rows.retain(|row| row.ref_angle[0].is_finite());
+            let whole = record.clone();
+            for k in 1..record.len() {
+                if !is_new(k, ratio) {
+                    record.rows[k].gyro = record.rows[k - 1].gyro;
+                    record.rows[k].ref_angle = record.rows[k - 1].ref_angle;
+                }
+            }
+            let report = check(&mut record, &[]);
+            let found: Vec<&str> = report.faults.iter().map(|f| f.fault.as_str()).collect();
+            assert!(found.contains(&"held-samples") && report.rows_marked == 0, "{motion:?}, {ratio}: {found:?}");
+            let stale = |k: &usize| {
+                let (row, own) = (&record.rows[*k], &whole.rows[*k]);
+                let late = |a: f64, b: f64| a.is_finite() && a.to_bits() != b.to_bits();
+                late(row.gyro[0], own.gyro[0]) || late(row.ref_angle[0], own.ref_angle[0])
+            };
+            // Where a reading repeats by itself at a broken ratio, one a row older than the newest may be left.
+            assert!(ratio.fract() != 0.0 || (1..record.len()).all(|k| !stale(&k)), "{motion:?}, {ratio}");
+            let left = record.rows.iter().filter(|row| row.gyro[0].is_finite()).count() as f64;
+            assert!((left * ratio / record.len() as f64 - 1.0).abs() < 0.02, "{motion:?}, {ratio}: {left}");
+        }
+    }
+}
+
+#[test]
 fn a_log_of_nothing_is_no_trouble() {
     check(&mut Record::default(), &[]);
     let mut record = simulated(vec![], Motion::default(), 7);

@@ -18,7 +18,7 @@ use crate::{
         integrate::integral,
         prior::walks,
         problem::Problem,
-        series::{fill, holes},
+        series::{curve, holes},
     },
     record::{Means, Turned, Walk},
 };
@@ -121,7 +121,7 @@ fn besides(record: &Record, axes: &[Axis]) -> Vec<Beside> {
         for (beside, hole) in all.iter_mut().zip(holes(&t, &gyro)) {
             beside.hole[i] = hole;
         }
-        for (beside, angle) in all.iter_mut().zip(fill(&t, &gyro).map_or_else(Vec::new, |gyro| integral(&t, &gyro))) {
+        for (beside, angle) in all.iter_mut().zip(curve(&t, &gyro).map_or_else(Vec::new, |gyro| integral(&t, &gyro))) {
             beside.turned.gyro[i] = angle;
         }
         let known: Vec<usize> = (0..t.len()).filter(|&k| record.rows[k].ref_rate[i].is_finite()).collect();
