@@ -255,14 +255,22 @@ fn two_axes_swapped_are_seen_where_both_have_a_gyro() {
 /// A turning axis for a minute; `spoil` makes the lines of each row, time, rate and angle.
 fn turning(spoil: impl Fn(usize, f64, f64, f64) -> String) -> String {
     let mut text = String::from("t,gyro_z,ref_angle_z\n");
-    for k in 0..6000 {
+    for k in 0..6000_u32 {
         let t = f64::from(k) * 0.01;
-        let noise = 1e-3 * (43_758.547 * (f64::from(k) * 12.9898).sin()).fract();
+        let noise = 1e-3 * white(u64::from(k));
         let (rate, angle) =
             (1.5 * (1.3 * t).cos() + 0.8 * (2.9 * t).cos(), 1.5 / 1.3 * (1.3 * t).sin() + 0.8 / 2.9 * (2.9 * t).sin());
         text.push_str(&spoil(k as usize, t, rate + noise, angle));
     }
     text
+}
+
+/// Between −1 and 1, any two as good as independent (SplitMix64).
+fn white(k: u64) -> f64 {
+    let z = (k + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
 }
 
 fn verdict(bench: &Bench, name: &str) -> serde_json::Value {
