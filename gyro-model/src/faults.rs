@@ -6,6 +6,7 @@
 
 mod held;
 mod missing;
+mod orientation;
 mod reference;
 mod repeated;
 mod spikes;

@@ -141,3 +141,16 @@ fn readings_that_stand_in_several_rows_are_no_physics() {
         assert_eq!(ladders[0].effects, ["scale-factor", "bias"]);
     }
 }
+
+#[test]
+fn a_reference_of_another_motion_is_not_called_a_scale_factor() {
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+    let record = log(6000, |t| {
+        let rate = 1.5 * (1.3 * t).cos() + 0.5 * (5.1 * t).cos() + 2e-3 * normal();
+        (rate, -0.8 * (1.9 * t).sin() - 0.2 * (1.3 * t).sin())
+    });
+    let axes = diagnose::diagnose(&record, &Model::base_for(&record), &[Axis::Z], &Options::default()).unwrap();
+    assert_eq!(axes[0].verdict, Verdict::CannotTell, "{}", axes[0].says);
+    assert!(axes[0].says.contains("does not go together"), "{}", axes[0].says);
+}

@@ -45,9 +45,16 @@ pub fn unexcited(study: &Study, gls: &Gls, series: usize) -> Option<String> {
         if slot.series != series || model.terms[slot.term].effect.stage() != Stage::Calibration {
             continue;
         }
-        let id = model.terms[slot.term].effect.card().id;
+        let effect = model.terms[slot.term].effect;
+        let id = effect.card().id;
         let value = model.terms[slot.term].values[slot.parameter];
         let sigma = gls.std_error(k);
+        if id == "scale-factor" && value <= effect.parameters(axis)[slot.parameter].bounds.0 {
+            return Some(format!(
+                "what gyro_{axis} and its reference show does not go together, whatever the scale factor: check that both are of this \
+                 axis and of one time, and which way they turn"
+            ));
+        }
         if id == "scale-factor" && (sigma.is_nan() || sigma > UNEXCITED * value.abs()) {
             return Some(format!(
                 "axis {axis} hardly turns in this log, so its scale factor is not known to better than {:.0} %: {turn}",

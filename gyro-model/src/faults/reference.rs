@@ -1,6 +1,6 @@
 //! Gyro against reference, coarsely: is the unit, the sign or the axis wrong, and does the axis turn at all?
 
-use super::{Report, quantile, spikes};
+use super::{Report, orientation, quantile, spikes};
 use crate::{Axis, Record, record::ReferenceKind};
 
 /// Increments are compared over pieces of this length, s: long against any delay, short against a log.
@@ -41,22 +41,29 @@ impl Motion {
                     angle.push(sum);
                 }
             }
-            ReferenceKind::Quaternion => {
-                let (mut sum, mut before): (f64, Option<[f64; 4]>) = (0.0, None);
-                for row in record.rows.iter().filter(|r| r.ref_quaternion[0].is_finite()) {
-                    let q = row.ref_quaternion;
-                    sum += before.map_or(0.0, |p| turn(p, q)[i]);
-                    before = Some(q);
-                    t.push(row.t_ns as f64 * 1e-9);
-                    angle.push(sum);
-                }
-            }
+            ReferenceKind::Quaternion => (t, angle) = turned(record, i, |q| q),
         }
+        Self::along(t, angle)
+    }
+
+    /// That of an orientation whose four numbers `reading` puts in order.
+    pub(super) fn of_orientation(record: &Record, axis: Axis, reading: fn([f64; 4]) -> [f64; 4]) -> Option<Self> {
+        let (t, angle) = turned(record, axis.index(), reading);
+        Self::along(t, angle)
+    }
+
+    fn along(t: Vec<f64>, angle: Vec<f64>) -> Option<Self> {
         let mut motion = Self { t, angle, rate_rms: 0.0 };
         let (&from, &to) = (motion.t.first()?, motion.t.last()?);
         let rates = motion.rates(from, to, motion.piece());
         motion.rate_rms = (rates.iter().map(|x| x * x).sum::<f64>() / rates.len().max(1) as f64).sqrt();
         Some(motion)
+    }
+
+    /// Its mean rates over pieces of the whole log.
+    pub(super) fn whole(&self) -> Vec<f64> {
+        let (from, to) = (self.t[0], self.t[self.t.len() - 1]);
+        self.rates(from, to, self.piece())
     }
 
     /// The length of the pieces over which increments are compared: [`PIECE`], and at least twenty samples.
@@ -88,6 +95,19 @@ impl Motion {
     }
 }
 
+/// Times, and the integral of an orientation's body rate about one axis.
+fn turned(record: &Record, i: usize, reading: fn([f64; 4]) -> [f64; 4]) -> (Vec<f64>, Vec<f64>) {
+    let (mut sum, mut before): (f64, Option<[f64; 4]>) = (0.0, None);
+    let known = record.rows.iter().filter(|r| r.ref_quaternion[0].is_finite());
+    known
+        .map(|row| {
+            let q = reading(row.ref_quaternion);
+            sum += before.replace(q).map_or(0.0, |p| turn(p, q)[i]);
+            (row.t_ns as f64 * 1e-9, sum)
+        })
+        .unzip()
+}
+
 /// Rotation from attitude `p` to `q` (both body to world), in body axes, rad.
 fn turn(p: [f64; 4], q: [f64; 4]) -> [f64; 3] {
     let w = p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3];
@@ -110,6 +130,10 @@ fn wraps_in_degrees(angle: &[f64]) -> bool {
 /// Reports wrong units, signs and axes, and axes that are not turned.
 pub(super) fn check(record: &Record, report: &mut Report) {
     other_units(record, report);
+    if let Some(says) = orientation::read_otherwise(record).or_else(|| orientation::turned_away(record)) {
+        report.add("swapped-axes", record.len() as u64, Some(0.0), says);
+        return;
+    }
     for axis in Axis::ALL.into_iter().filter(|&a| record.has_gyro(a)) {
         let Some(motion) = Motion::of(record, axis) else { continue };
         let (Some(&from), Some(&to)) = (motion.t.first(), motion.t.last()) else { continue };
@@ -147,12 +171,7 @@ pub(super) fn check(record: &Record, report: &mut Report) {
             });
             if let Some((other, slope, _)) = follows.max_by(|a, b| a.2.total_cmp(&b.2)) {
                 let sign = if slope < 0.0 { ", with the other sign" } else { "" };
-                let order = if record.reference(axis) == Some(ReferenceKind::Quaternion) {
-                    "check the order of its four numbers (w first, or last?), or rename one of the two"
-                } else {
-                    "rename one of them"
-                };
-                let says = format!("{column} follows gyro_{other}{sign}, not gyro_{axis}: {order}");
+                let says = format!("{column} follows gyro_{other}{sign}, not gyro_{axis}: rename one of them");
                 report.add_on(axis, "swapped-axes", rows, Some(0.0), says);
             }
         }
@@ -168,7 +187,7 @@ fn reference_column(record: &Record, axis: Axis) -> &'static str {
 }
 
 /// Mean gyro readings over the pieces of the reference.
-fn gyro_rates(record: &Record, axis: Axis, motion: &Motion) -> Option<Vec<f64>> {
+pub(super) fn gyro_rates(record: &Record, axis: Axis, motion: &Motion) -> Option<Vec<f64>> {
     let (mut t, mut angle, mut sum) = (Vec::new(), Vec::new(), 0.0);
     for row in record.rows.iter().filter(|r| r.gyro[axis.index()].is_finite()) {
         let now = row.t_ns as f64 * 1e-9;

@@ -4,8 +4,9 @@ use super::check;
 use crate::{
     Axis, Record,
     effects::CATALOGUE,
-    simulate::{Hidden, Motion, Scenario, simulate},
+    simulate::{Hidden, Motion, Reference, Scenario, SensorSpec, simulate},
 };
+use nalgebra::{Quaternion, UnitQuaternion};
 
 fn motions() -> [Motion; 3] {
     ["sine", "multisine", "drive"].map(|name| name.parse().unwrap())
@@ -98,6 +99,43 @@ fn of_readings_that_stand_in_several_rows_the_first_is_left() {
             assert!((left * ratio / record.len() as f64 - 1.0).abs() < 0.02, "{motion:?}, {ratio}: {left}");
         }
     }
+}
+
+/// A log of three axes against an orientation, its four numbers changed on the way.
+fn oriented(change: impl Fn(Quaternion<f64>) -> [f64; 4]) -> Record {
+    let sensor = SensorSpec { reference: Reference::Quaternion, reference_noise: 1e-3, ..SensorSpec::default() };
+    let mut record = simulate(&Scenario { seconds: 30.0, sensor, ..Scenario::default() }).record;
+    for row in &mut record.rows {
+        let [w, i, j, k] = row.ref_quaternion;
+        row.ref_quaternion = change(Quaternion::new(w, i, j, k));
+    }
+    record
+}
+
+#[test]
+fn an_orientation_that_is_meant_otherwise_is_said_so_and_how() {
+    let says = |change: &dyn Fn(Quaternion<f64>) -> [f64; 4]| {
+        let faults = check(&mut oriented(change), &[]).faults;
+        faults.into_iter().map(|fault| format!("{}: {}", fault.fault, fault.says)).collect::<Vec<String>>()
+    };
+    let as_is = |q: Quaternion<f64>| [q.w, q.i, q.j, q.k];
+    assert!(says(&as_is).is_empty(), "{:?}", says(&as_is));
+    let inverse = says(&|q| as_is(q.conjugate()));
+    assert!(inverse.len() == 1 && inverse[0].contains("negate ref_qx, ref_qy and ref_qz"), "{inverse:?}");
+    let last = says(&|q| [q.i, q.j, q.k, q.w]);
+    assert!(last.len() == 1 && last[0].contains("in the order x, y, z, w: the columns"), "{last:?}");
+    let both = says(&|q| [-q.i, -q.j, -q.k, q.w]);
+    assert!(both.len() == 1 && both[0].contains("in the order x, y, z, w, and as world to body"), "{both:?}");
+
+    // What is said of a mounting undoes it.
+    let mounted = UnitQuaternion::from_euler_angles(0.3, -0.2, 0.4);
+    let turned = says(&|q| as_is(q * mounted.inverse().into_inner()));
+    let degrees = mounted.angle().to_degrees();
+    assert!(turned.len() == 1 && turned[0].contains(&format!("turned by {degrees:.0}°")), "{turned:?}, {degrees}°");
+    let numbers = turned[0].rsplit(" = ").next().unwrap();
+    let said: Vec<f64> = numbers.split(", ").map(|number| number.parse().unwrap()).collect();
+    let said = UnitQuaternion::from_quaternion(Quaternion::new(said[0], said[1], said[2], said[3]));
+    assert!(said.angle_to(&mounted) < 0.02, "{said} for {mounted}");
 }
 
 #[test]

@@ -1,0 +1,117 @@
+//! A reference orientation against three gyros: are its four numbers in another order, is it the inverse one, or do the two
+//! sets of axes not point the same way?
+//!
+//! The rotation R that takes the gyro's mean rates to the reference's is that of Kabsch (1976): with Σ r gᵀ = U S Vᵀ,
+//! R = U diag(1, 1, det UVᵀ) Vᵀ. What it explains is measured with any scale, so that no unit is taken for a direction.
+
+use super::reference::{Motion, gyro_rates};
+use crate::{Axis, Record, record::ReferenceKind};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+
+/// How four numbers may be meant, and what to do then.
+const READINGS: [(Reading, &str); 3] = [
+    (
+        |[w, x, y, z]| [w, -x, -y, -z],
+        "as world to body, where body to world is wanted: negate ref_qx, ref_qy and ref_qz",
+    ),
+    (|[x, y, z, w]| [w, x, y, z], "in the order x, y, z, w: the columns' names stand for w, x, y, z"),
+    (
+        |[x, y, z, w]| [w, -x, -y, -z],
+        "in the order x, y, z, w, and as world to body: rename the columns and negate the vector part",
+    ),
+];
+
+type Reading = fn([f64; 4]) -> [f64; 4];
+
+/// What a reading that is right explains at least, and one that is wrong at most.
+const RIGHT: f64 = 0.95;
+const WRONG: f64 = 0.8;
+/// From this angle on axes are turned rather than badly aligned, rad: 20°, where `cross-axis` would be at a third.
+const TURNED: f64 = 0.35;
+/// Size of the second direction of motion over the first, from which on a rotation is known.
+const SECOND: f64 = 0.05;
+
+/// The reading that the gyro asks for, where it is not the one that the columns' names say.
+pub(super) fn read_otherwise(record: &Record) -> Option<String> {
+    let gyro = gyro(record)?;
+    let (as_is, rotation) = fitted(&gyro, &reference(record, |q| q)?)?;
+    let is_wrong = as_is < WRONG;
+    if !is_wrong && rotation.angle() < TURNED {
+        return None;
+    }
+    // More than one may fit, with axes that are turned: the one that turns them least.
+    let fitting = READINGS.iter().filter_map(|(reading, says)| {
+        let (explained, rotation) = fitted(&gyro, &reference(record, *reading)?)?;
+        let angle = rotation.angle();
+        (explained > RIGHT && (is_wrong || angle < TURNED)).then_some((angle, says))
+    });
+    let (_, says) = fitting.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(format!("the reference orientation goes with the gyro where it is read {says}"))
+}
+
+/// By how much, and how, the gyro's axes are turned against the reference's.
+pub(super) fn turned_away(record: &Record) -> Option<String> {
+    let (explained, rotation) = fitted(&gyro(record)?, &reference(record, |q| q)?)?;
+    let (axis, angle) = rotation.axis_angle()?;
+    let q = UnitQuaternion::from_rotation_matrix(&rotation);
+    (explained > RIGHT && angle > TURNED).then(|| {
+        format!(
+            "the gyro's axes are turned by {:.0}° about ({:.2}, {:.2}, {:.2}) against those of the reference orientation: \
+             mount them alike, or multiply the reference from the right by w, x, y, z = {:.4}, {:.4}, {:.4}, {:.4}",
+            angle.to_degrees(),
+            axis.x,
+            axis.y,
+            axis.z,
+            q.w,
+            q.i,
+            q.j,
+            q.k
+        )
+    })
+}
+
+/// Mean rates of the three gyros over the pieces of the reference; `None` where not all are there.
+fn gyro(record: &Record) -> Option<Vec<Vector3<f64>>> {
+    if Axis::ALL.iter().any(|&axis| record.reference(axis) != Some(ReferenceKind::Quaternion)) {
+        return None;
+    }
+    let motion = Motion::of(record, Axis::X)?;
+    let each = Axis::ALL.map(|axis| gyro_rates(record, axis, &motion));
+    joined(each)
+}
+
+fn reference(record: &Record, reading: Reading) -> Option<Vec<Vector3<f64>>> {
+    joined(Axis::ALL.map(|axis| Motion::of_orientation(record, axis, reading).map(|motion| motion.whole())))
+}
+
+fn joined(each: [Option<Vec<f64>>; 3]) -> Option<Vec<Vector3<f64>>> {
+    let [x, y, z] = each;
+    let (x, y, z) = (x?, y?, z?);
+    Some(x.into_iter().zip(y).zip(z).map(|((x, y), z)| Vector3::new(x, y, z)).collect())
+}
+
+/// The square of the correlation of `r` and Rg, and R; `None` where the motion does not say which way axes point.
+fn fitted(g: &[Vector3<f64>], r: &[Vector3<f64>]) -> Option<(f64, Rotation3<f64>)> {
+    let n = g.len().min(r.len());
+    let mean = |v: &[Vector3<f64>]| v[..n].iter().sum::<Vector3<f64>>() / n.max(1) as f64;
+    let (of_g, of_r) = (mean(g), mean(r));
+    let (mut across, mut own, mut gg, mut rr) = (Matrix3::zeros(), Matrix3::zeros(), 0.0, 0.0);
+    for (g, r) in g.iter().zip(r).map(|(g, r)| (g - of_g, r - of_r)) {
+        across += r * g.transpose();
+        own += g * g.transpose();
+        gg += g.norm_squared();
+        rr += r.norm_squared();
+    }
+    let mut sizes: [f64; 3] = own.symmetric_eigenvalues().into();
+    sizes.sort_by(f64::total_cmp);
+    let is_known = sizes[1] > SECOND * SECOND * sizes[2] && rr > 0.0 && across.iter().all(|x| x.is_finite());
+    if !is_known {
+        return None;
+    }
+    let svd = across.svd(true, true);
+    let (u, v) = (svd.u?, svd.v_t?);
+    let flip = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, (u * v).determinant().signum()));
+    let rotation = u * flip * v;
+    let along = (rotation.transpose() * across).trace();
+    Some((along.max(0.0).powi(2) / (gg * rr), Rotation3::from_matrix_unchecked(rotation)))
+}
