@@ -12,6 +12,7 @@ use crate::{
 use anyhow::{anyhow, bail};
 use gyro_model::{
     Axis, Row,
+    faults::held::{Held, LOOKED_AT},
     simulate::{Hidden, Injection, Reference, Scenario, SensorSpec, Simulator},
 };
 use std::{
@@ -52,7 +53,7 @@ impl Next {
 }
 
 enum Rows {
-    Log { path: PathBuf, options: Options, reader: Box<Reader>, injection: Injection },
+    Log { path: PathBuf, options: Options, reader: Box<Reader>, held: Held, injection: Injection },
     Stream { stream: Stream, injection: Injection },
     Simulated { scenario: Box<Scenario>, simulator: Box<Simulator>, rows: Option<u64> },
 }
@@ -89,6 +90,14 @@ fn injection(layout: &Layout, settings: &Settings) -> anyhow::Result<Injection> 
     Ok(injection)
 }
 
+/// What the beginning of a log shows of readings that stand in several rows.
+fn held(path: &Path, options: &Options) -> anyhow::Result<Held> {
+    let reader = Reader::open(path, options).map_err(Hopeless::from_error)?;
+    // A log that is damaged further on is refused where it is.
+    let rows: Vec<Row> = reader.map_while(Result::ok).take(LOOKED_AT).collect();
+    Ok(Held::of(&rows))
+}
+
 impl Feed {
     /// Opens the source at its first row, and leaves what it says of itself in the run's folder. While the row is still to
     /// come `meanwhile` is called again and again; `None` when asked to stop before.
@@ -107,7 +116,11 @@ impl Feed {
             Source::Log(path) => {
                 let reader = Box::new(Reader::open(path, &options).map_err(Hopeless::from_error)?);
                 let injection = injection(reader.layout(), settings)?;
-                Rows::Log { path: path.clone(), options, reader, injection }
+                let held = held(path, &options)?;
+                if let Some(says) = held.says() {
+                    tracing::warn!("{says}");
+                }
+                Rows::Log { path: path.clone(), options, reader, held, injection }
             }
             Source::Stream(path) => {
                 let Some(stream) = Stream::open(path, &options, stop, meanwhile)? else { return Ok(None) };
@@ -176,11 +189,14 @@ impl Feed {
     /// Looks for the next row, for `patience` where it is still to come.
     fn fill(&mut self, patience: Duration) -> anyhow::Result<()> {
         match &mut self.rows {
-            Rows::Log { reader, injection, .. } => {
+            Rows::Log { reader, held, injection, .. } => {
                 for (_, text) in self.switched.iter().filter(|(after, _)| self.taken_up && *after + 1 == self.given) {
                     injection.hide(text)?;
                 }
-                let row = reader.next_row().map_err(Hopeless::from_error)?;
+                let mut row = reader.next_row().map_err(Hopeless::from_error)?;
+                if let Some(row) = &mut row {
+                    held.take(row);
+                }
                 self.next = Next::of(row.map(|row| injection.spoil(row)));
                 self.rejected = reader.rows_faulty();
             }
@@ -276,8 +292,9 @@ impl Feed {
         mut meanwhile: impl FnMut() -> anyhow::Result<()>,
     ) -> anyhow::Result<()> {
         match &mut self.rows {
-            Rows::Log { path, options, reader, injection: hidden } => {
+            Rows::Log { path, options, reader, held, injection: hidden } => {
                 **reader = Reader::open(path, options).map_err(Hopeless::from_error)?;
+                *held = self::held(path, options)?;
                 *hidden = injection(reader.layout(), &self.settings)?;
             }
             Rows::Stream { stream, .. } => bail!("{} cannot be read again", stream.head().log),

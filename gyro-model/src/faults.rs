@@ -4,7 +4,7 @@
 //! saturation holds the reading at the range's end; backlash holds the encoder at reversals; an encoder slower than the
 //! gyro leaves rows without value. None of these is reported here.
 
-mod held;
+pub mod held;
 mod missing;
 mod orientation;
 mod reference;

@@ -1,7 +1,14 @@
 //! A whole log in memory, with what is checked over all of it.
 
 use super::{FAULTY_SHARE, FEWEST_ROWS, LogError, Options, Provenance, Reader, error::Problem, jump};
-use gyro_model::{Axis, Record, Row, diagnosis::DataFault, faults};
+use gyro_model::{
+    Axis, Record, Row,
+    diagnosis::DataFault,
+    faults::{
+        self,
+        held::{Held, LOOKED_AT},
+    },
+};
 use std::path::Path;
 
 /// Reads a log (`-`: standard input): its rows, what is faulty in them, and where they come from.
@@ -22,7 +29,10 @@ pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, P
         if options.as_streamed { (0, 0) } else { jump::cut(&mut record.rows, &mut marked, &mut found) };
     let mut checked = if options.as_streamed { record.clone() } else { std::mem::take(&mut record) };
     let report = faults::check(&mut checked, &marked);
-    if !options.as_streamed {
+    if options.as_streamed {
+        let mut held = Held::of(&record.rows[..record.len().min(LOOKED_AT)]);
+        record.rows.iter_mut().for_each(|row| held.take(row));
+    } else {
         record = checked;
     }
     found.extend(report.faults);

@@ -153,13 +153,10 @@ fn an_effect_is_added_undone_and_saved_while_the_vehicle_drives() {
     assert_eq!(control(&place, &["undo"]).status.code(), Some(1), "nothing runs");
 }
 
-#[test]
-fn a_recorded_run_is_what_apply_writes() {
-    let place = Place::new();
-    let path = place.file("log.csv");
-    log(&path, 40.0, 9);
-    let (log, model) = (path.to_str().unwrap(), place.file("m.toml"));
-    let (model, run, apply) = (model.to_str().unwrap(), place.file("run.csv"), place.file("apply.csv"));
+/// Runs a log without learning, and holds what is recorded against what `apply` makes of it; the run's messages.
+fn recorded_and_applied(place: &Place, log: &str) -> String {
+    let (model, run, apply) = (place.file("m.toml"), place.file("run.csv"), place.file("apply.csv"));
+    let model = model.to_str().unwrap();
     let fitted = place.output(&["fit", log, "-o", model]);
     assert!(fitted.status.success(), "{fitted:?}");
     let applied = place.output(&["apply", log, "--model", model, "-o", apply.to_str().unwrap()]);
@@ -170,6 +167,28 @@ fn a_recorded_run_is_what_apply_writes() {
     let (live, offline) = (std::fs::read(&run).unwrap(), std::fs::read(&apply).unwrap());
     assert!(live.len() > 100_000);
     assert!(live == offline, "{} and {} bytes", live.len(), offline.len());
+    ended.error
+}
+
+#[test]
+fn a_recorded_run_is_what_apply_writes() {
+    let place = Place::new();
+    let path = place.file("log.csv");
+    log(&path, 40.0, 9);
+    assert!(!recorded_and_applied(&place, path.to_str().unwrap()).contains("faster than read"));
+}
+
+#[test]
+fn and_so_where_a_recorder_holds_the_encoders_reading() {
+    let place = Place::new();
+    let path = place.file("held.csv");
+    let mut record = spoilt_log(&path, 40.0, 200.0, 9, &[]).record;
+    for k in (1..record.len()).filter(|k| k % 5 != 0) {
+        record.rows[k].ref_angle = record.rows[k - 1].ref_angle;
+    }
+    truerate::log::write_record(&path, &record, 0).unwrap();
+    let says = recorded_and_applied(&place, path.to_str().unwrap());
+    assert!(says.contains("ref_angle_z logged faster than read"), "{says}");
 }
 
 #[test]

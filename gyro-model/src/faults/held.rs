@@ -3,66 +3,117 @@
 //! The first row is the one nearest to when it was taken; what the others repeat is as late as they are. A quantised
 //! reading may repeat too, but not between changes of many of its steps.
 
-use super::{Report, quantum, seconds};
+use super::{Report, quantum};
 use crate::{Axis, Record, Row};
 
-/// Steps by which a reading has to change on both sides of one that stands for more than it is worth.
-const STEPS: f64 = 8.0;
-/// Readings between such changes that are needed to tell.
-const FEWEST: usize = 30;
-/// Share of the readings that have to stand in more rows than one: a dead zone's are few.
-const OFTEN: f64 = 0.2;
-/// Share of the readings that stand no longer than what is taken for usual.
-const USUAL: f64 = 0.9;
+/// Leaves of each reading the first row that it stands in.
+#[derive(Clone, Debug, Default)]
+pub struct Held(Vec<Channel>);
 
-/// Leaves of each reading the first row that it stands in, and says so.
-pub(super) fn check(record: &mut Record, report: &mut Report) {
-    for axis in Axis::ALL {
-        let i = axis.index();
-        channel(record, report, Some(axis), &format!("gyro_{axis}"), |row| std::slice::from_mut(&mut row.gyro[i]));
-        let name = format!("ref_angle_{axis}");
-        channel(record, report, Some(axis), &name, |row| std::slice::from_mut(&mut row.ref_angle[i]));
-        let name = format!("ref_rate_{axis}");
-        channel(record, report, Some(axis), &name, |row| std::slice::from_mut(&mut row.ref_rate[i]));
-    }
-    channel(record, report, None, "the reference orientation", |row| &mut row.ref_quaternion);
+/// One channel whose readings stand in several rows.
+#[derive(Clone, Debug)]
+struct Channel {
+    index: usize,
+    /// Rows that a reading usually stands in at most: one that stands longer was read again and is the same.
+    usual: usize,
+    last: [f64; 4],
+    /// Rows since the last one that was left.
+    since: usize,
+    /// Rows of which a repeat was taken out, and when the first of them was, ns.
+    repeats: u64,
+    first_t_ns: Option<i64>,
 }
 
-fn channel(
-    record: &mut Record,
-    report: &mut Report,
-    axis: Option<Axis>,
-    name: &str,
-    place: impl Fn(&mut Row) -> &mut [f64],
-) {
-    let (mut rows, mut values) = (Vec::new(), Vec::new());
-    for (k, row) in record.rows.iter_mut().enumerate() {
-        let value = place(row);
-        if value.iter().all(|x| x.is_finite()) {
-            rows.push(k);
-            values.push(value.to_vec());
+/// Rows at the beginning of a log that say enough of it, where it is read but once.
+pub const LOOKED_AT: usize = 20_000;
+
+/// Three gyros, three angles, three rates, one orientation.
+const CHANNELS: usize = 10;
+
+fn values(row: &mut Row, channel: usize) -> &mut [f64] {
+    match channel {
+        0..3 => std::slice::from_mut(&mut row.gyro[channel]),
+        3..6 => std::slice::from_mut(&mut row.ref_angle[channel - 3]),
+        6..9 => std::slice::from_mut(&mut row.ref_rate[channel - 6]),
+        _ => &mut row.ref_quaternion,
+    }
+}
+
+fn name(channel: usize) -> (Option<Axis>, String) {
+    let axis = Axis::ALL[channel % 3];
+    match channel {
+        0..3 => (Some(axis), format!("gyro_{axis}")),
+        3..6 => (Some(axis), format!("ref_angle_{axis}")),
+        6..9 => (Some(axis), format!("ref_rate_{axis}")),
+        _ => (None, "the reference orientation".to_owned()),
+    }
+}
+
+/// A channel's reading, filled up with zeros; `None` where there is none.
+fn reading(row: &Row, channel: usize) -> Option<[f64; 4]> {
+    let mut row = *row;
+    let own = values(&mut row, channel);
+    let mut out = [0.0; 4];
+    out[..own.len()].copy_from_slice(own);
+    own.iter().all(|x| x.is_finite()).then_some(out)
+}
+
+impl Held {
+    /// What these rows show, which may be the first of more.
+    #[must_use]
+    pub fn of(rows: &[Row]) -> Self {
+        let channel = |index: usize| {
+            let readings: Vec<[f64; 4]> = rows.iter().filter_map(|row| reading(row, index)).collect();
+            let part = |c: usize| stands_in(&readings.iter().map(|r| r[c]).collect::<Vec<f64>>());
+            let usual = (0..4).filter_map(part).max()?;
+            Some(Channel { index, usual, last: [f64::NAN; 4], since: 0, repeats: 0, first_t_ns: None })
+        };
+        Self((0..CHANNELS).filter_map(channel).collect())
+    }
+
+    /// Takes out of the next row what only repeats the rows before.
+    pub fn take(&mut self, row: &mut Row) {
+        for channel in &mut self.0 {
+            let Some(reading) = reading(row, channel.index) else { continue };
+            channel.since = if reading == channel.last { (channel.since + 1) % channel.usual } else { 0 };
+            channel.last = reading;
+            if channel.since != 0 {
+                channel.repeats += 1;
+                channel.first_t_ns.get_or_insert(row.t_ns);
+                values(row, channel.index).fill(f64::NAN);
+            }
         }
     }
-    let width = values.first().map_or(0, Vec::len);
-    let part = |c: usize| values.iter().map(|v| v[c]).collect::<Vec<f64>>();
-    let Some(usual) = (0..width).filter_map(|c| stands_in(&part(c))).max() else { return };
-    let (mut repeats, mut first, mut start) = (0, None, 0);
-    for run in values.chunk_by(|a, b| a == b) {
-        for k in (start..start + run.len()).filter(|k| (k - start) % usual != 0) {
-            place(&mut record.rows[rows[k]]).fill(f64::NAN);
-            first.get_or_insert(rows[k]);
-            repeats += 1;
-        }
-        start += run.len();
+
+    /// What is logged faster than it is read, in words; `None` where nothing is.
+    #[must_use]
+    pub fn says(&self) -> Option<String> {
+        let names: Vec<String> = self.0.iter().map(|channel| name(channel.index).1).collect();
+        (!names.is_empty()).then(|| {
+            format!(
+                "{} logged faster than read: of rows that repeat a reading the first one is taken",
+                names.join(", ")
+            )
+        })
     }
-    let t = first.map(|k| seconds(record, k));
-    let says = format!(
-        "{name} is logged faster than it is read: each reading stands in up to {usual} rows; the first of them is taken and \
-         {repeats} repeats are left out. Log each reading once, with its own time"
-    );
-    match axis {
-        Some(axis) => report.add_on(axis, "held-samples", repeats, t, says),
-        None => report.add("held-samples", repeats, t, says),
+}
+
+/// Takes the repeats out of a whole log, and says so.
+pub(super) fn check(record: &mut Record, report: &mut Report) {
+    let mut held = Held::of(&record.rows);
+    record.rows.iter_mut().for_each(|row| held.take(row));
+    for channel in held.0 {
+        let (axis, name) = name(channel.index);
+        let (usual, repeats) = (channel.usual, channel.repeats);
+        let says = format!(
+            "{name} is logged faster than it is read: each reading stands in up to {usual} rows; the first of them is taken and \
+             {repeats} repeats are left out. Log each reading once, with its own time"
+        );
+        let t = channel.first_t_ns.map(|t_ns| t_ns as f64 / 1e9);
+        match axis {
+            Some(axis) => report.add_on(axis, "held-samples", repeats, t, says),
+            None => report.add("held-samples", repeats, t, says),
+        }
     }
 }
 
@@ -82,3 +133,12 @@ fn stands_in(values: &[f64]) -> Option<usize> {
     let usual = (USUAL * (lengths.len() - 1) as f64).round() as usize;
     Some(*lengths.select_nth_unstable(usual).1)
 }
+
+/// Steps by which a reading has to change on both sides of one that stands for more than it is worth.
+const STEPS: f64 = 8.0;
+/// Readings between such changes that are needed to tell.
+const FEWEST: usize = 30;
+/// Share of the readings that have to stand in more rows than one: a dead zone's are few.
+const OFTEN: f64 = 0.2;
+/// Share of the readings that stand no longer than what is taken for usual.
+const USUAL: f64 = 0.9;
