@@ -1,9 +1,11 @@
 //! Noise known before any model is judged: from the gyro's own fastest differences and the encoder's step.
 //!
 //! Physics that the model lacks must not hide in the yardstick it is measured with, so nothing here looks at the
-//! residual, but where that is the smaller. The sixth difference of the reading removes smooth motion; its variance over white noise's (the sum of the
-//! squared binomials, 924) is the noise of one sample. Where motion is so jerky that it reaches even there, the quietest
-//! stretches of the log speak alone. What stands in single lines of the differences' spectrum is a vibration, not noise.
+//! residual of a model. The sixth difference of the reading removes smooth motion; its variance over white noise's (the
+//! sum of the squared binomials, 924) is the noise of one sample. Where motion is so jerky that it reaches even there, the
+//! quietest stretches of the log speak alone. What stands in single lines of the differences' spectrum is a vibration, not
+//! noise. A reference that comes seldom holds motion in its own differences; there those of the reference less the gyro's
+//! angle are taken, which are the smaller.
 
 use super::{
     integrate::integral,
