@@ -4,6 +4,7 @@
 //! adopts them.
 
 pub mod board;
+mod janitor;
 pub mod process;
 pub mod summary;
 
@@ -22,6 +23,7 @@ use ipc_types::{
     topic,
     wait::Wait,
 };
+use janitor::Janitor;
 use process::{Fate, Process};
 use std::{
     fs,
@@ -62,6 +64,7 @@ impl Ports {
 
 /// One pipeline under supervision.
 struct Pipeline {
+    _janitor: Janitor,
     claim: Claim,
     folder: RunFolder,
     run: Run,
@@ -117,6 +120,7 @@ enum End {
 impl Pipeline {
     fn claim(instance: &str, settings: Settings) -> anyhow::Result<Self> {
         let claim = Claim::take(instance)?;
+        let janitor = Janitor::start(claim.domain().prefix())?;
         let folder = RunFolder::of(claim.domain());
         let mut wanted = vec![ServiceId::Acquisition, ServiceId::Kalman, ServiceId::Compensator];
         if settings.record.is_some() {
@@ -149,6 +153,7 @@ impl Pipeline {
         };
         let started_ns = vec![now_ns(); processes.len()];
         let mut pipeline = Self {
+            _janitor: janitor,
             claim,
             folder,
             run,

@@ -10,7 +10,7 @@ use ipc_types::{
 };
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 use rustix::process::Signal;
-use std::time::Duration;
+use std::{fs::File, path::PathBuf, time::Duration};
 
 const SERVICES: [&str; 3] = ["acquisition", "kalman", "compensator"];
 const KILLS: usize = 20;
@@ -118,6 +118,45 @@ fn whatever_is_killed_comes_back_while_the_others_go_on() {
     let (taken, lost) = (counted(&ended.out, "kalman", "in"), counted(&ended.out, "kalman", "lost"));
     assert!(taken > 0 && lost > 0, "{taken} taken, {lost} lost: a vehicle does not wait\n{}", ended.out);
     assert!(place.left("kills").is_empty(), "{:?}", place.left("kills"));
+}
+
+/// A process that is killed between making shared memory and giving it a size leaves a segment that iceoryx2 waits for
+/// without end, wherever its node is cleared.
+#[test]
+fn a_process_killed_while_it_makes_shared_memory_stops_nobody() {
+    let place = Place::new();
+    let mut pipeline = place.start("halfmade", &["--source", "sim"]);
+    let mut onlooker = Onlooker::join(&mut pipeline);
+    onlooker.until_on(&mut pipeline, "the first estimate");
+    let supervisor = pipeline.child.id();
+    // Nobody clears the dead node before it has left what such a death leaves.
+    signal(supervisor, Signal::STOP);
+    let before: Vec<u32> = SERVICES.iter().map(|s| pipeline.pid(s).unwrap()).collect();
+    signal(before[1], Signal::KILL);
+    let made: Vec<PathBuf> = place
+        .left("halfmade")
+        .iter()
+        .filter_map(|name| name.strip_suffix(".connection")?.rsplit_once('_'))
+        .map(|(maker, _)| PathBuf::from(format!("/dev/shm/{maker}_1.connection")))
+        .collect();
+    assert!(!made.is_empty());
+    for path in &made {
+        File::create(path).unwrap();
+    }
+    signal(supervisor, Signal::CONT);
+    until_back(&mut pipeline, "kalman", before[1]);
+    onlooker.until_on(&mut pipeline, "estimates after such a death");
+    pipeline.until("an end of what was half made", |_| made.iter().all(|path| !path.exists()));
+    let again = kill(&mut pipeline, "kalman");
+    until_back(&mut pipeline, "kalman", again);
+    onlooker.until_on(&mut pipeline, "estimates after the next death");
+    for (k, service) in [(0, "acquisition"), (2, "compensator")] {
+        assert_eq!(pipeline.pid(service), Some(before[k]), "{service} went on");
+    }
+    drop(onlooker);
+    let ended = pipeline.interrupt();
+    assert_eq!(ended.code, Some(0), "{}", ended.error);
+    assert!(place.left("halfmade").is_empty(), "{:?}", place.left("halfmade"));
 }
 
 #[test]

@@ -167,7 +167,7 @@ impl Simulator {
         let supply = self.supply.0.step(dt, &mut self.supply.1);
         let delta_supply = supply - self.sensor.supply.sag * -(-t / 200.0).exp_m1();
         let valid = self.valid_time(t);
-        let gyro = self.at(valid);
+        let gyro = if valid == t { now } else { self.at(valid) };
         let mut signals = Signals {
             t,
             dt,
