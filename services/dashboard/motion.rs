@@ -221,30 +221,38 @@ mod tests {
     use super::*;
     use ipc_types::AxisEstimate;
 
-    fn play(motion: &mut Motion, delay: f64, error: f64) -> Vec<Step> {
+    fn angle(t: f64) -> f64 {
+        2.0 * t + 0.3 * (3.0 * t).sin()
+    }
+
+    /// Three seconds of it, with the estimate that `estimated` makes of each row's number and time, s.
+    fn play(motion: &mut Motion, estimated: impl Fn(i64, f64) -> (Estimate, AxisEstimate)) -> Vec<Step> {
         let mut steps = Vec::new();
         for k in 0..3000_i64 {
             let t = k as f64 * 1e-3;
-            let angle = |t: f64| 2.0 * t + 0.3 * (3.0 * t).sin();
             let mut sample = Sample { time_ns: k * 1_000_000, ..Sample::EMPTY };
             sample.ref_angle[2] = wrapped(angle(t));
             motion.sample(&sample);
-            let mut estimate = Estimate {
-                time_ns: sample.time_ns,
-                valid_ns: sample.time_ns - (delay * 1e9) as i64,
-                ..Estimate::default()
-            };
-            estimate.axes[2] =
-                AxisEstimate { present: 1, angle: angle(t - delay) * (1.0 + error), ..AxisEstimate::default() };
+            let (mut estimate, axis) = estimated(k, t);
+            estimate.time_ns = sample.time_ns;
+            estimate.axes[2] = AxisEstimate { present: 1, ..axis };
             motion.estimate(&estimate);
             steps.extend(motion.steps());
         }
         steps
     }
 
+    /// A model that knows the delay, s, and whose scale is off by `error`.
+    fn play_model(motion: &mut Motion, delay: f64, error: f64) -> Vec<Step> {
+        play(motion, |k, t| {
+            let estimate = Estimate { valid_ns: k * 1_000_000 - (delay * 1e9) as i64, ..Estimate::default() };
+            (estimate, AxisEstimate { angle: angle(t - delay) * (1.0 + error), ..AxisEstimate::default() })
+        })
+    }
+
     #[test]
     fn a_right_model_lies_on_the_reference_whatever_its_delay() {
-        let steps = play(&mut Motion::default(), 0.012, 0.0);
+        let steps = play_model(&mut Motion::default(), 0.012, 0.0);
         assert!(steps.len() > 50);
         for axis in steps.iter().skip(12).map(|s| s.axes[2]) {
             assert!((axis.model.unwrap() - axis.measured.unwrap()).abs() < 0.05, "{axis:?}");
@@ -255,22 +263,13 @@ mod tests {
 
     #[test]
     fn a_delay_that_is_added_or_taken_back_is_no_jerk() {
-        let (mut motion, mut steps) = (Motion::default(), Vec::new());
-        for k in 0..3000_i64 {
-            let t = k as f64 * 1e-3;
-            let angle = |t: f64| 2.0 * t + 0.3 * (3.0 * t).sin();
-            let mut sample = Sample { time_ns: k * 1_000_000, ..Sample::EMPTY };
-            sample.ref_angle[2] = wrapped(angle(t));
-            motion.sample(&sample);
+        let steps = play(&mut Motion::default(), |k, t| {
             let epoch = u64::from(k >= 1210) + u64::from(k >= 2230);
             let late = if epoch == 1 { 20_000_000 } else { 0 };
-            let mut estimate =
-                Estimate { time_ns: sample.time_ns, valid_ns: sample.time_ns - late, epoch, ..Estimate::default() };
             let rate = 2.0 + 0.9 * (3.0 * (t - 0.02)).cos();
-            estimate.axes[2] = AxisEstimate { present: 1, angle: angle(t - 0.02), rate, ..AxisEstimate::default() };
-            motion.estimate(&estimate);
-            steps.extend(motion.steps());
-        }
+            let axis = AxisEstimate { angle: angle(t - 0.02), rate, ..AxisEstimate::default() };
+            (Estimate { valid_ns: k * 1_000_000 - late, epoch, ..Estimate::default() }, axis)
+        });
         assert!(steps.len() > 50);
         for axis in steps.iter().skip(12).map(|s| s.axes[2]) {
             assert!((axis.model.unwrap() - axis.measured.unwrap()).abs() < 4.0, "{axis:?}");
@@ -280,7 +279,7 @@ mod tests {
 
     #[test]
     fn a_wrong_scale_shows_in_the_residual() {
-        let steps = play(&mut Motion::default(), 0.0, 0.01);
+        let steps = play_model(&mut Motion::default(), 0.0, 0.01);
         let mean = steps.iter().filter_map(|s| s.axes[2].residual).sum::<f64>() / steps.len() as f64;
         assert!((0.5..2.0).contains(&mean), "{mean}");
     }
@@ -288,7 +287,7 @@ mod tests {
     #[test]
     fn memory_stays_bounded_where_a_reference_falls_silent() {
         let mut motion = Motion::default();
-        play(&mut motion, 0.0, 0.0);
+        play_model(&mut motion, 0.0, 0.0);
         for k in 3000..20_000_i64 {
             motion.sample(&Sample { time_ns: k * 1_000_000, ..Sample::EMPTY });
             let mut estimate = Estimate { valid_ns: k * 1_000_000, ..Estimate::default() };

@@ -3,14 +3,14 @@
 //! The scan is a score test in the whitened domain: with the noise identified for the present model, how much would
 //! ln L rise if this column joined, everything else re-fitted linearly. It only chooses who is refitted exactly.
 
-use super::{limits, tone};
+use super::{limits, tone, verdict::is_slow};
 use crate::{
     AxisModel, Model, Term,
     effects::{CATALOGUE, Effect, Need, Role, Stage},
     evidence::{
         noise::{self, Gls},
         prior,
-        series::Series,
+        series::{Rest, Series},
         study::{Study, difference},
         whiten::Whitener,
     },
@@ -35,9 +35,17 @@ pub struct Candidate {
     pub freedom: usize,
 }
 
-/// Whether the log holds what the effect needs.
+/// Whether the log holds what the effect needs: an axis that rests shows what its bias goes with, and nothing else.
 #[must_use]
 pub fn can_show(effect: &dyn Effect, series: &Series) -> bool {
+    let shows = match series.rest {
+        Rest::None => true,
+        Rest::OfReference => false,
+        Rest::Whole => is_slow(effect.card().id),
+    };
+    if !shows {
+        return false;
+    }
     let varies = |pick: &dyn Fn(usize) -> f64, least: f64| {
         let (low, high) =
             (0..series.t.len()).map(pick).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
@@ -101,7 +109,7 @@ impl<'a> Scanner<'a> {
     pub(super) fn new(study: &'a Study<'a>, gls: &Gls, draws: &'a [Vec<Vec<f64>>]) -> Self {
         let (normal, whitener) = noise::normal(study, &gls.noise);
         let (inverse, _) = nls::invert_observable(&normal.matrix, 1e-10);
-        let residual = whitener.apply_each(&study.evaluation.residual);
+        let residual = whitener.apply_each(&study.as_read());
         let columns = study.columns.iter().map(|c| whitener.apply_each(c)).collect();
         let mut scanner = Self {
             study,

@@ -67,6 +67,9 @@ impl Refit<'_> {
         if self.p_value >= GATE && !self.dominates(present) {
             return false;
         }
+        if self.shapes_noise() && self.beyond < BEYOND * (before - self.excess) {
+            return false;
+        }
         if before > UNEVEN && self.share(present).is_none_or(|s| s < SHARE) && !self.leaves_it_out(present) {
             return false;
         }
@@ -183,6 +186,8 @@ fn swings(signal: &[f64]) -> usize {
 
 /// Swings from which on a wandering bias would have to follow too often to be taken for it.
 const SWINGS: usize = 6;
+/// Share of the fall of J that has to stand above the floor where undoing an effect filters noise too.
+const BEYOND: f64 = 0.5;
 /// Significance, priced for the whole search, that a suspect needs.
 const GATE: f64 = 2e-3;
 /// Significance that an effect needs which shows once in a log (a warming, a drift, a step): the bias of such sensors

@@ -4,7 +4,7 @@ use super::{
     gate::SHARE,
     refit::{Present, Refit, mean, total},
 };
-use crate::{Axis, evidence::noise::BLOCKS};
+use crate::{Axis, effects::Stage, evidence::noise::BLOCKS, record::ReferenceKind};
 
 /// By the held-out error where that tells them apart, else by the held-out likelihood, which tells more finely.
 pub(super) fn rank(refits: &mut Vec<Refit>) {
@@ -68,16 +68,27 @@ pub(super) fn prefer_plainer(refits: &mut [Refit], present: &Present) {
 
 impl Refit<'_> {
     /// Whether this log cannot tell it from `other`: both their held-out likelihoods and their held-out errors differ by
-    /// less than two standard errors over the blocks, or by less than either is found to.
+    /// less than two standard errors over the blocks, or by less than either is found to. What noise alone raises a
+    /// likelihood by, it makes two of them differ by too.
     #[must_use]
     pub fn alike(&self, other: &Refit) -> bool {
         let gains: Vec<f64> = self.gains.iter().zip(&other.gains).map(|(a, b)| a - b).collect();
         let (difference, error) = total(&gains);
         let (mean, spread) = self.against(other);
+        let inflation = self.inflation.max(other.inflation);
+        let likely = difference.abs() < inflation * FOUND_TO.0.max(2.0 * error);
         self.leaves_as_much_as(other)
-            && difference.abs() < FOUND_TO.0.max(2.0 * error)
+            && (likely || self.shapes_noise() && other.shapes_noise())
             && gains.len() == BLOCKS
             && mean.abs() < FOUND_TO.1.max(2.0 * spread)
+    }
+
+    /// Whether its likelihood is that of the noise's form as well as of the motion's: undoing it filters the reading, and
+    /// beside a reference that is a rate, as fast and as noisy, nothing hides what that makes of the noise.
+    pub(super) fn shapes_noise(&self) -> bool {
+        let series = &self.study.bench.problem.series[self.candidate.series];
+        let stage = self.candidate.term.effect.stage();
+        series.kind == ReferenceKind::Rate && matches!(stage, Stage::Timing | Stage::Response)
     }
 
     /// Whether two of which only one leaves samples out leave about the same error on those that they keep: a gain on fewer

@@ -37,6 +37,7 @@ struct Measure {
     log_likelihood: f64,
     held_out: Vec<f64>,
     excess: f64,
+    beyond: f64,
     blocks: Vec<Option<f64>>,
 }
 
@@ -47,6 +48,7 @@ impl Measure {
             log_likelihood: gls.log_likelihood,
             held_out: gls.held_out.clone(),
             excess: held.excess(&weights),
+            beyond: held.excess_beyond(&weights),
             blocks: held.by_block(&weights),
         }
     }
@@ -65,6 +67,8 @@ pub struct Refit<'a> {
     pub excess: f64,
     /// J on the samples that it does not leave out.
     pub(super) kept: f64,
+    /// Fall of J where an error below the floor counts as the floor.
+    pub(super) beyond: f64,
     /// Rise of ln L.
     pub rise: f64,
     /// How much noise alone raises ln L beyond what white noise would.
@@ -142,7 +146,7 @@ impl<'a> Present<'a> {
         let usual = 0.5 * freedom;
         // An encoder's errors may add up on a few draws and cancel on the others: the largest counts too.
         let rare = ChiSquared::new(freedom).map_or(f64::INFINITY, |law| 0.5 * law.inverse_cdf(RARE));
-        let residual = whitener.apply_each(&refit.evaluation.residual);
+        let residual = whitener.apply_each(&refit.as_read());
         let uneven = noise::unevenness(&columns, &residual, &all);
         let uneven = uneven.iter().zip(&own).filter(|(_, own)| **own).map(|(u, _)| u).sum::<f64>() / (2.0 * usual);
         (sum / n / usual).max(largest / rare).max(uneven).max(1.0)
@@ -269,7 +273,8 @@ impl<'a> Present<'a> {
         let p_value = chance(rise / inflation, &candidate, &study);
         let excess = own.excess * self.excess(series) / base.excess;
         let kept = own.excess;
-        Refit { candidate, study, gls, excess, kept, rise, inflation, held_out, p_value, fall, gains, falls }
+        let beyond = base.beyond - own.beyond;
+        Refit { candidate, study, gls, excess, kept, beyond, rise, inflation, held_out, p_value, fall, gains, falls }
     }
 }
 

@@ -188,7 +188,7 @@ pub(crate) fn beyond_white(study: &Study, gls: &Gls) -> Vec<f64> {
             *sum += (0..n).map(|j| inverse[(i, j)] * along[j]).sum::<f64>().powi(2);
         }
     }
-    let uneven = unevenness(&columns, &whitener.apply_each(&study.evaluation.residual), &inverse);
+    let uneven = unevenness(&columns, &whitener.apply_each(&study.as_read()), &inverse);
     let factor = |i: usize| (squares[i] / SCATTER as f64 / inverse[(i, i)]).max(uneven[i]).sqrt();
     (0..n).map(|i| if inverse[(i, i)] > 0.0 { factor(i).max(1.0) } else { 1.0 }).collect()
 }
@@ -235,7 +235,7 @@ pub(crate) fn whitener(study: &Study, noise: &NoiseModel) -> Whitener {
 
 fn white(study: &Study, whitener: &Whitener, channel: usize) -> (Vec<f64>, Vec<Vec<f64>>) {
     let columns = study.columns.iter().map(|c| whitener.apply(&c[channel])).collect();
-    (whitener.apply(&study.evaluation.residual[channel]), columns)
+    (whitener.apply(&study.as_read()[channel]), columns)
 }
 
 /// Least squares on whitened normal equations: step, covariance, remaining sum of squares.
@@ -253,7 +253,7 @@ fn solve(normal: &nls::Normal) -> (Vec<f64>, Mat<f64>, f64) {
 
 /// The residual after a step of the parameters, to first order.
 fn moved(study: &Study, step: &[f64]) -> Vec<Vec<f64>> {
-    let mut residual = study.evaluation.residual.clone();
+    let mut residual = study.as_read();
     for (column, s) in study.columns.iter().zip(step) {
         for (r, c) in residual.iter_mut().zip(column) {
             for (r, c) in r.iter_mut().zip(c) {
@@ -291,7 +291,7 @@ pub(crate) fn cost_of_limits(study: &Study, gls: &Gls, most: &NoiseModel) -> f64
     let starts = [gls.noise, correlated(longest), correlated(0.1 * longest), correlated(0.01 * longest)];
     let seek = |start: &NoiseModel| likelihood::seek(start, &rows, &residual, &limited, FIRST + AFTER).1;
     let least = starts.iter().map(seek).fold(f64::INFINITY, f64::min);
-    least - likelihood::seek(&gls.noise, &rows, &residual, &any, 0).1
+    least - likelihood::seek(&gls.noise, &rows, &residual, &any, FIRST + AFTER).1
 }
 
 /// Maximum-likelihood noise with the parameters profiled out. `starts` are noises to begin from besides the prior.
@@ -372,10 +372,20 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
         noise = growing;
         step = solve(&normal(study, &noise).0).0;
     }
-    // What was found on some of the rows is not quite the likeliest on all.
+    // What was found on some of the rows is not the likeliest on all: noise that goes on from row to row looks another way
+    // where every other row is left out.
     let all = self::rows(study, 1);
     if all.index.len() > rows.index.len() {
-        noise = likelihood::seek(&noise, &all, &moved(study, &step), &limits(study, &all), FIRST).0;
+        let (residual, limits) = (moved(study, &step), limits(study, &all));
+        let mut before = f64::INFINITY;
+        for _ in 0..ROUNDS {
+            let (found, cost) = likelihood::seek(&noise, &all, &residual, &limits, AFTER);
+            noise = found;
+            if cost > before - SETTLED {
+                break;
+            }
+            before = cost;
+        }
     }
     at_noise(study, &noise)
 }
@@ -397,7 +407,7 @@ pub(super) const WORTH: f64 = 6.0;
 /// Generalised least squares under the noise that is likeliest from `start` on, where that is likelier than `known`: what
 /// is found for one model is tried on the other before the two are compared.
 pub(crate) fn likelier(study: &Study, known: &Gls, start: &NoiseModel) -> Option<Gls> {
-    let rows = search_rows(study);
+    let rows = rows(study, 1);
     let residual = moved(study, &known.step);
     let seek =
         |start: &NoiseModel, steps: usize| likelihood::seek(start, &rows, &residual, &limits(study, &rows), steps);

@@ -69,7 +69,8 @@ fn lines(values: &[f64], skip: impl Fn(usize) -> bool) -> f64 {
     let mut tapered: Vec<f64> = d.iter().enumerate().map(|(k, d)| taper(k) * d).collect();
     let fft = RealFftPlanner::<f64>::new().plan_fft_forward(n);
     let mut spectrum = fft.make_output_vec();
-    if n < 8 * BESIDE || fft.process(&mut tapered, &mut spectrum).is_err() {
+    let beside = (n / PARTS).clamp(BESIDE.0, BESIDE.1);
+    if n < 8 * BESIDE.0 || fft.process(&mut tapered, &mut spectrum).is_err() {
         return 0.0;
     }
     let power: Vec<f64> = spectrum.iter().map(realfft::num_complex::Complex::norm_sqr).collect();
@@ -77,8 +78,8 @@ fn lines(values: &[f64], skip: impl Fn(usize) -> bool) -> f64 {
     let gain =
         |k: usize| (2.0 * (std::f64::consts::PI * k as f64 / n as f64).sin()).powf(2.0 * ORDER as f64).max(1e-300);
     let mut sum = 0.0;
-    for (j, part) in power.chunks(BESIDE).enumerate() {
-        let gain = |k: usize| gain(j * BESIDE + k);
+    for (j, part) in power.chunks(beside).enumerate() {
+        let gain = |k: usize| gain(j * beside + k);
         let mut sorted: Vec<f64> = part.iter().enumerate().map(|(k, p)| p / gain(k)).collect();
         sorted.sort_by(f64::total_cmp);
         // The median of an exponential law lies at ln 2 of its mean.
@@ -90,8 +91,10 @@ fn lines(values: &[f64], skip: impl Fn(usize) -> bool) -> f64 {
     if all > 0.0 { sum / all } else { 0.0 }
 }
 
-/// Values of a spectrum that a line is compared with.
-const BESIDE: usize = 64;
+/// Values of a spectrum that a line is compared with, at least and at most, and the part of all that they are between: rows
+/// that are missing here and there make a line as broad as the stretches between them are short.
+const BESIDE: (usize, usize) = (64, 512);
+const PARTS: usize = 64;
 /// Times their mean that it stands out by: of a million values of white noise one does.
 const LINE: f64 = 14.0;
 

@@ -65,6 +65,9 @@ pub struct Reading {
     pub row: usize,
     /// Its variance over that of a reading taken while the encoder turns fast, at most 1.
     pub spread: f64,
+    /// How far the shaft is from what the encoder shows there, rad: it passes a count's centre before or after the middle
+    /// of its time there where it is braked or driven.
+    pub off: f64,
 }
 
 /// Fills holes by interpolation between neighbours; the ends by the nearest value. `None` where nothing is finite.
@@ -183,43 +186,88 @@ pub(super) fn unwrap(angle: &mut [f64]) {
 
 /// Every reading of a reference that is not quantised.
 fn each(count: usize) -> Vec<Reading> {
-    (0..count).map(|row| Reading { row, spread: 1.0 }).collect()
+    (0..count).map(|row| Reading { row, spread: 1.0, off: 0.0 }).collect()
 }
 
 /// One reading a count that the encoder rests on: its middle, where the shaft stands near the count's centre if it
-/// passes through. How near: rows sample the passage 1/p of a count apart, acceleration moves the centre, and where the
-/// shaft turns round or stands it may be anywhere. An encoder that goes on by the same number of counts from row to row
-/// rests too, seen from a shaft that turns so fast: what it reads too much is the same for so long.
+/// passes through. How near: rows sample the passage 1/p of a count apart; where the shaft turns round or stands it may be
+/// anywhere. An encoder that goes on by the same number of counts from row to row rests too, seen from a shaft that turns
+/// so fast: what it reads too much is the same for so long.
 fn rests(angle: &[f64], step: f64) -> Vec<Reading> {
     let steps: Vec<f64> = angle.windows(2).map(|w| ((w[1] - w[0]) / step).round()).collect();
-    // Rows from `k` on, and up to it, between which it goes on by `pace`.
-    let on = |k: usize, pace: f64| 1 + steps[k..].iter().take_while(|&&s| s == pace).count();
-    let back = |k: usize, pace: f64| 1 + steps[..k].iter().rev().take_while(|&&s| s == pace).count();
     let mut readings = Vec::new();
     let mut first = 0;
     while first < angle.len() {
         let pace = steps.get(first).copied().unwrap_or(0.0);
-        let rows = on(first, pace);
+        let rows = 1 + steps[first..].iter().take_while(|&&s| s == pace).count();
         let (rows, pace) = if pace == 0.0 || rows >= COHERENT { (rows, pace) } else { (1, 0.0) };
         let next = first + rows;
-        let own = rows as f64;
-        let passes = first > 0 && next < angle.len() && (steps[first - 1] - pace) * (steps[next - 1] - pace) > 0.0;
-        let spread = if passes {
-            let (before, after) = (back(first - 1, pace) as f64, on(next, pace) as f64);
-            let acceleration = (after.recip() - before.recip()) / (0.5 * (before + after) + own);
-            let moved = acceleration * own * own / 8.0;
-            // Where two rows stand in the middle, either is half a row off.
-            let beside = if rows.is_multiple_of(2) { 4.0 } else { 1.0 };
-            (beside * own.powi(-2) + 12.0 * moved * moved).clamp(UNEVEN, 1.0)
-        } else {
-            1.0
-        };
-        // The earlier of two middle rows and the later in turn: always the one would look like a delay.
-        let last = next - 1 + readings.len() % 2;
-        readings.push(Reading { row: usize::midpoint(first, last), spread });
+        // The earlier of two middle rows and the later in turn.
+        let row = usize::midpoint(first, next - 1 + readings.len() % 2);
+        let passage = Passage { steps: &steps, pace, first, next };
+        let (spread, off) = passage.at(row).map_or((1.0, 0.0), |(off, bend)| {
+            let unsure = (rows as f64).powi(-2) + 12.0 * (BEND * bend).powi(2);
+            (unsure.clamp(UNEVEN, 1.0), off * step)
+        });
+        readings.push(Reading { row, spread, off });
         first = next;
     }
     readings
+}
+
+/// The rows `first..next` in which an encoder rests on a count, seen from a shaft that goes on by `pace` counts a row.
+struct Passage<'a> {
+    /// Counts from row to row.
+    steps: &'a [f64],
+    pace: f64,
+    first: usize,
+    next: usize,
+}
+
+impl Passage<'_> {
+    /// Counts that the encoder goes on by behind row `k`, against the direction of `forward` less than none; 0 where it ends.
+    fn edge(&self, k: Option<usize>, forward: f64) -> f64 {
+        k.and_then(|k| self.steps.get(k)).map_or(0.0, |step| (step - self.pace) * forward)
+    }
+
+    /// How far the shaft is from the count's centre at `row`, counts, and how much of that is because it does not go evenly:
+    /// on the curve through the edges of this count, where it may turn round, and of those beside. `None` where it stands,
+    /// or is there for one row only.
+    fn at(&self, row: usize) -> Option<(f64, f64)> {
+        let Self { steps, pace, first, next } = *self;
+        let (into, out) = (first.checked_sub(1)?, next - 1);
+        let forward = (steps[into] - pace).signum();
+        let (entry, exit) = (self.edge(Some(into), forward), self.edge(Some(out), forward));
+        let before = steps[..into].iter().rev().take_while(|&&s| s == pace).count();
+        let after = steps.get(next..)?.iter().take_while(|&&s| s == pace).count();
+        let (own, beside) = (next - first, 1 + before.min(after));
+        let longest = if exit > 0.0 { PASSES } else { TURNS };
+        if exit == 0.0 || own == 1 || own > longest * beside {
+            return None;
+        }
+        // Edges lie half-way between two rows, and between two counts.
+        let time = |edge: usize| edge as f64 + 0.5 - row as f64;
+        let mut edges = vec![(time(into), -0.5 * entry), (time(out), 0.5 * exit)];
+        let ((t0, p0), (t1, p1)) = (edges[0], edges[1]);
+        let even = p0 - t0 * (p1 - p0) / (t1 - t0);
+        let (behind, ahead) = (into.checked_sub(before + 1), next + after);
+        let (past, future) = (self.edge(behind, forward), self.edge(Some(ahead), forward));
+        if let Some(behind) = behind.filter(|_| past > 0.0) {
+            edges.push((time(behind), -entry - 0.5 * past));
+        }
+        if future * exit > 0.0 {
+            edges.push((time(ahead), exit + 0.5 * future));
+        }
+        if exit < 0.0 && edges.len() < 4 {
+            return None;
+        }
+        let term = |i: usize| {
+            let others = (0..edges.len()).filter(|&j| j != i);
+            others.fold(edges[i].1, |p, j| p * edges[j].0 / (edges[j].0 - edges[i].0))
+        };
+        let curved = (0..edges.len()).map(term).sum::<f64>().clamp(-0.5, 0.5);
+        Some((curved * forward, curved - even))
+    }
 }
 
 /// Share of the readings' time, at either end, in which the reference is not held against them: clocks that run apart,
@@ -228,6 +276,12 @@ const ENDS: f64 = 0.01;
 /// Rows of an even pace that are taken for one reading: over fewer the error goes through a whole step so soon that it is
 /// as good as white.
 const COHERENT: usize = 32;
+/// Times as long as on a count beside that an encoder may rest on one that the shaft passes through, and on one in which it
+/// turns round: longer, and it stands.
+const PASSES: usize = 3;
+const TURNS: usize = 6;
+/// Share of what uneven motion takes a reading off by that remains unsure.
+const BEND: f64 = 0.5;
 /// Least spread of a reading: an encoder's counts are not all of one width.
 const UNEVEN: f64 = 0.05;
 
@@ -426,6 +480,29 @@ mod tests {
         assert!(even[1..9].iter().all(|r| r.spread < 0.1), "{even:?}");
         assert!(even[1..9].iter().all(|r| (counts[r.row] - angle(r.row)).abs() < 0.05), "{even:?}");
         assert!(uneven.len() > 190);
+    }
+
+    #[test]
+    fn a_count_that_is_passed_ever_slower_is_read_where_the_shaft_was() {
+        // To and fro over some 25 counts, by rows that fall at other places of each swing.
+        let angle = |k: usize| 12.3 * (0.031 * k as f64).sin() + 5.1 * (0.0173 * k as f64).cos();
+        let counts: Vec<f64> = (0..20_000).map(|k| angle(k).round()).collect();
+        let readings = rests(&counts, 1.0);
+        // Its own part of the error and what goes with the acceleration, of readings that are said to be better than others.
+        let (mut squares, mut along, mut before, mut own, mut n) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for r in readings.iter().filter(|r| r.spread < 0.99 && (1..19_999).contains(&r.row)) {
+            let error = counts[r.row] + r.off - angle(r.row);
+            let acceleration = angle(r.row + 1) - 2.0 * angle(r.row) + angle(r.row - 1);
+            squares += error * error / (r.spread / 12.0);
+            along += error * acceleration;
+            before += (error - r.off) * acceleration;
+            own += acceleration * acceleration;
+            n += 1.0;
+        }
+        assert!(n > 3000.0, "{n}");
+        assert!((0.4..1.2).contains(&(squares / n)), "{}", squares / n);
+        let (along, before) = (along / own, before / own);
+        assert!(along.abs() < 0.5 && before > 1.5, "{along}, {before}");
     }
 
     #[test]

@@ -182,6 +182,18 @@ impl<'a> Study<'a> {
         self.warm.iter().map(Warm::frozen).collect()
     }
 
+    /// The residual as the filter reads it: at each reading less what that is off by.
+    #[must_use]
+    pub fn as_read(&self) -> Vec<Vec<f64>> {
+        let mut residual = self.evaluation.residual.clone();
+        for reading in &self.bench.problem.series[0].readings {
+            for channel in &mut residual {
+                channel[reading.row] -= reading.off;
+            }
+        }
+        residual
+    }
+
     /// Whether it leaves out samples that its model makes unsure.
     #[must_use]
     pub fn leaves_out(&self) -> bool {

@@ -30,15 +30,6 @@ pub const LOOKED_AT: usize = 20_000;
 /// Three gyros, three angles, three rates, one orientation.
 const CHANNELS: usize = 10;
 
-fn values(row: &mut Row, channel: usize) -> &mut [f64] {
-    match channel {
-        0..3 => std::slice::from_mut(&mut row.gyro[channel]),
-        3..6 => std::slice::from_mut(&mut row.ref_angle[channel - 3]),
-        6..9 => std::slice::from_mut(&mut row.ref_rate[channel - 6]),
-        _ => &mut row.ref_quaternion,
-    }
-}
-
 fn name(channel: usize) -> (Option<Axis>, String) {
     let axis = Axis::ALL[channel % 3];
     match channel {
@@ -51,11 +42,22 @@ fn name(channel: usize) -> (Option<Axis>, String) {
 
 /// A channel's reading, filled up with zeros; `None` where there is none.
 fn reading(row: &Row, channel: usize) -> Option<[f64; 4]> {
-    let mut row = *row;
-    let own = values(&mut row, channel);
-    let mut out = [0.0; 4];
-    out[..own.len()].copy_from_slice(own);
-    own.iter().all(|x| x.is_finite()).then_some(out)
+    let reading = match channel {
+        0..3 => [row.gyro[channel], 0.0, 0.0, 0.0],
+        3..6 => [row.ref_angle[channel - 3], 0.0, 0.0, 0.0],
+        6..9 => [row.ref_rate[channel - 6], 0.0, 0.0, 0.0],
+        _ => row.ref_quaternion,
+    };
+    reading.iter().all(|x| x.is_finite()).then_some(reading)
+}
+
+fn forget(row: &mut Row, channel: usize) {
+    match channel {
+        0..3 => row.gyro[channel] = f64::NAN,
+        3..6 => row.ref_angle[channel - 3] = f64::NAN,
+        6..9 => row.ref_rate[channel - 6] = f64::NAN,
+        _ => row.ref_quaternion.fill(f64::NAN),
+    }
 }
 
 impl Held {
@@ -80,7 +82,7 @@ impl Held {
             if channel.since != 0 {
                 channel.repeats += 1;
                 channel.first_t_ns.get_or_insert(row.t_ns);
-                values(row, channel.index).fill(f64::NAN);
+                forget(row, channel.index);
             }
         }
     }
@@ -130,12 +132,22 @@ fn stands_in(values: &[f64]) -> Option<usize> {
     if lengths.len() < FEWEST || (several as f64) < OFTEN * lengths.len() as f64 {
         return None;
     }
+    // Noise of a few steps makes neighbours alike too, but more of them nearly so.
+    let nearly = |w: &&[&[f64]]| {
+        let (before, between, after) = (w[1][0] - w[0][0], w[2][0] - w[1][0], w[3][0] - w[2][0]);
+        before * after > 0.0 && before.abs().min(after.abs()) > STEPS * step && between.abs() < (ALIKE + 0.5) * step
+    };
+    if several < runs.windows(4).filter(nearly).count() {
+        return None;
+    }
     let usual = (USUAL * (lengths.len() - 1) as f64).round() as usize;
     Some(*lengths.select_nth_unstable(usual).1)
 }
 
 /// Steps by which a reading has to change on both sides of one that stands for more than it is worth.
 const STEPS: f64 = 8.0;
+/// Steps that two readings are apart at most that are nearly alike.
+const ALIKE: f64 = 2.0;
 /// Readings between such changes that are needed to tell.
 const FEWEST: usize = 30;
 /// Share of the readings that have to stand in more rows than one: a dead zone's are few.

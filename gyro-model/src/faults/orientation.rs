@@ -31,12 +31,13 @@ const TURNED: f64 = 0.35;
 /// Size of the second direction of motion over the first, from which on a rotation is known.
 const SECOND: f64 = 0.05;
 
-/// The reading that the gyro asks for, where it is not the one that the columns' names say.
-pub(super) fn read_otherwise(record: &Record) -> Option<String> {
+/// How the gyro asks for the orientation to be read, or its axes to be turned, where that is not as the columns' names say.
+pub(super) fn meant_otherwise(record: &Record) -> Option<String> {
     let gyro = gyro(record)?;
-    let (as_is, rotation) = fitted(&gyro, &reference(record, |q| q)?)?;
-    let is_wrong = as_is < WRONG;
-    if !is_wrong && rotation.angle() < TURNED {
+    let (explained, rotation) = fitted(&gyro, &reference(record, |q| q)?)?;
+    let is_wrong = explained < WRONG;
+    let is_turned = rotation.angle() > TURNED;
+    if !is_wrong && !is_turned {
         return None;
     }
     // More than one may fit, with axes that are turned: the one that turns them least.
@@ -45,29 +46,28 @@ pub(super) fn read_otherwise(record: &Record) -> Option<String> {
         let angle = rotation.angle();
         (explained > RIGHT && (is_wrong || angle < TURNED)).then_some((angle, says))
     });
-    let (_, says) = fitting.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    Some(format!("the reference orientation goes with the gyro where it is read {says}"))
+    match fitting.min_by(|a, b| a.0.total_cmp(&b.0)) {
+        Some((_, says)) => Some(format!("the reference orientation goes with the gyro where it is read {says}")),
+        None => (explained > RIGHT && is_turned).then(|| turned(&rotation))?,
+    }
 }
 
-/// By how much, and how, the gyro's axes are turned against the reference's.
-pub(super) fn turned_away(record: &Record) -> Option<String> {
-    let (explained, rotation) = fitted(&gyro(record)?, &reference(record, |q| q)?)?;
+/// How axes that are turned against each other are brought together.
+fn turned(rotation: &Rotation3<f64>) -> Option<String> {
     let (axis, angle) = rotation.axis_angle()?;
-    let q = UnitQuaternion::from_rotation_matrix(&rotation);
-    (explained > RIGHT && angle > TURNED).then(|| {
-        format!(
-            "the gyro's axes are turned by {:.0}° about ({:.2}, {:.2}, {:.2}) against those of the reference orientation: \
-             mount them alike, or multiply the reference from the right by w, x, y, z = {:.4}, {:.4}, {:.4}, {:.4}",
-            angle.to_degrees(),
-            axis.x,
-            axis.y,
-            axis.z,
-            q.w,
-            q.i,
-            q.j,
-            q.k
-        )
-    })
+    let q = UnitQuaternion::from_rotation_matrix(rotation);
+    Some(format!(
+        "the gyro's axes are turned by {:.0}° about ({:.2}, {:.2}, {:.2}) against those of the reference orientation: mount \
+         them alike, or multiply the reference from the right by w, x, y, z = {:.4}, {:.4}, {:.4}, {:.4}",
+        angle.to_degrees(),
+        axis.x,
+        axis.y,
+        axis.z,
+        q.w,
+        q.i,
+        q.j,
+        q.k
+    ))
 }
 
 /// Mean rates of the three gyros over the pieces of the reference; `None` where not all are there.

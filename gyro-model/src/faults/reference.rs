@@ -130,7 +130,7 @@ fn wraps_in_degrees(angle: &[f64]) -> bool {
 /// Reports wrong units, signs and axes, and axes that are not turned.
 pub(super) fn check(record: &Record, report: &mut Report) {
     other_units(record, report);
-    if let Some(says) = orientation::read_otherwise(record).or_else(|| orientation::turned_away(record)) {
+    if let Some(says) = orientation::meant_otherwise(record) {
         report.add("swapped-axes", record.len() as u64, Some(0.0), says);
         return;
     }

@@ -101,6 +101,17 @@ fn of_readings_that_stand_in_several_rows_the_first_is_left() {
     }
 }
 
+#[test]
+fn readings_that_noise_of_a_few_steps_makes_alike_are_not_held() {
+    for steps in [1.0, 2.0, 3.0, 4.0] {
+        let mut sensor = SensorSpec::default();
+        sensor.quantum = sensor.noise_density * (0.5_f64 * 400.0).sqrt() / steps;
+        let scenario = Scenario { seconds: 90.0, rate_hz: 400.0, sensor, ..Scenario::default() };
+        let faults = check(&mut simulate(&scenario).record, &[]).faults;
+        assert!(faults.iter().all(|fault| fault.fault != "held-samples"), "{steps}: {faults:?}");
+    }
+}
+
 /// A log of three axes against an orientation, its four numbers changed on the way.
 fn oriented(change: impl Fn(Quaternion<f64>) -> [f64; 4]) -> Record {
     let sensor = SensorSpec { reference: Reference::Quaternion, reference_noise: 1e-3, ..SensorSpec::default() };
