@@ -192,7 +192,7 @@ const BEYOND: f64 = 0.5;
 const GATE: f64 = 2e-3;
 /// Significance that an effect needs which shows once in a log (a warming, a drift, a step): the bias of such sensors
 /// wanders, and a wander is easily taken for it.
-const ONE_SHOT: f64 = 1e-5;
+const ONE_SHOT: f64 = 1e-4;
 /// J above which something is left that is not noise.
 pub(super) const UNEVEN: f64 = 1.2;
 /// Share of the held-out excess that an effect has to remove there.
