@@ -154,3 +154,29 @@ fn a_reference_of_another_motion_is_not_called_a_scale_factor() {
     assert_eq!(axes[0].verdict, Verdict::CannotTell, "{}", axes[0].says);
     assert!(axes[0].says.contains("does not go together"), "{}", axes[0].says);
 }
+
+/// More readings than the noise is first looked for on, of noise that goes on from row to row.
+#[test]
+fn nothing_is_missing_in_a_clean_log_against_a_rate() {
+    for (seed, motion) in [(1, "multisine"), (2, "sine")] {
+        let motion: Motion = motion.parse().unwrap();
+        let sensor = SensorSpec { reference: Reference::Rate, reference_noise: 5e-4, ..SensorSpec::random(seed) };
+        let axis = sensor.axis;
+        let record =
+            simulate(&Scenario { motion, sensor, seed, seconds: 75.0, rate_hz: 400.0, ..Scenario::default() }).record;
+        let (_, ladders) = diagnose::ladder(&record, &Model::base_for(&record), &[axis], &Options::default()).unwrap();
+        assert_eq!(ladders[0].effects, ["scale-factor", "bias"], "seed {seed}: {}", ladders[0].says);
+    }
+}
+
+/// Slowly passed counts are read where the shaft was: taken for their centres they made this lag a delay.
+#[test]
+fn a_lag_against_a_coarse_encoder_is_not_called_a_delay() {
+    let hidden = vec![Hidden::parse("lag:tau=0.003", Axis::X).unwrap()];
+    let sensor = SensorSpec { reference: Reference::Encoder(2048), ..SensorSpec::default() };
+    let motion = "multisine".parse().unwrap();
+    let scenario = Scenario { motion, sensor, hidden, seconds: 80.0, rate_hz: 500.0, ..Scenario::default() };
+    let record = simulate(&scenario).record;
+    let (_, ladders) = diagnose::ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap();
+    assert_eq!(ladders[0].effects, ["scale-factor", "bias", "lag"], "{}", ladders[0].says);
+}

@@ -235,7 +235,7 @@ pub(crate) fn whitener(study: &Study, noise: &NoiseModel) -> Whitener {
 
 fn white(study: &Study, whitener: &Whitener, channel: usize) -> (Vec<f64>, Vec<Vec<f64>>) {
     let columns = study.columns.iter().map(|c| whitener.apply(&c[channel])).collect();
-    (whitener.apply(&study.as_read()[channel]), columns)
+    (whitener.apply(&study.channel_as_read(channel)), columns)
 }
 
 /// Least squares on whitened normal equations: step, covariance, remaining sum of squares.

@@ -185,11 +185,15 @@ impl<'a> Study<'a> {
     /// The residual as the filter reads it: at each reading less what that is off by.
     #[must_use]
     pub fn as_read(&self) -> Vec<Vec<f64>> {
-        let mut residual = self.evaluation.residual.clone();
+        (0..self.evaluation.residual.len()).map(|channel| self.channel_as_read(channel)).collect()
+    }
+
+    /// The same of one channel.
+    #[must_use]
+    pub fn channel_as_read(&self, channel: usize) -> Vec<f64> {
+        let mut residual = self.evaluation.residual[channel].clone();
         for reading in &self.bench.problem.series[0].readings {
-            for channel in &mut residual {
-                channel[reading.row] -= reading.off;
-            }
+            residual[reading.row] -= reading.off;
         }
         residual
     }
