@@ -36,7 +36,14 @@ impl Judged {
         };
         let errors: HeldOut =
             if held { own.as_is(tau) } else { study.grams.held_out_on(&own, tau, &bench.weights, &study.hold) };
-        Self { tau: tau.clone(), error: errors.curve(), floor: floor::floor(study, series, component) }
+        // What a model leaves out of the log is neither right nor wrong: a curve that fell with it would be a lie.
+        let kept = bench.windows.kept(bench.problem.times(), &study.evaluation.lost);
+        let mut judged =
+            Self { tau: tau.clone(), error: errors.curve(), floor: floor::floor(study, series, component) };
+        for curve in [&mut judged.error, &mut judged.floor.floor, &mut judged.floor.upper] {
+            curve.iter_mut().zip(&kept).for_each(|(e, kept)| *e /= kept);
+        }
+        judged
     }
 
     /// The largest E/F.

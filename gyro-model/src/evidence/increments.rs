@@ -118,6 +118,30 @@ impl Windows {
         (0..self.tau.len()).flat_map(of).collect()
     }
 
+    /// How much of each averaging time counts where some steps say nothing, 1 where all do: what the errors are divided by
+    /// to be those of the mean rate over the time κ that an increment is known for.
+    ///
+    /// ```text
+    /// √(mean κ²) / τ
+    /// ```
+    #[must_use]
+    pub fn kept(&self, t: &[f64], lost: &[bool]) -> Vec<f64> {
+        let mut known = vec![0.0; t.len()];
+        for i in 1..t.len() {
+            known[i] = known[i - 1] + if lost[i] { 0.0 } else { t[i] - t[i - 1] };
+        }
+        let share = |(pairs, tau): (&Pairs, &f64)| {
+            let square = |&(i, j): &(u32, u32)| (known[j as usize] - known[i as usize]).powi(2);
+            let kept = (pairs.rows.iter().map(square).sum::<f64>() / pairs.rows.len() as f64).sqrt() / tau;
+            if kept > 0.0 { kept } else { 1.0 }
+        };
+        if lost.contains(&true) {
+            self.pairs.iter().zip(&self.tau).map(share).collect()
+        } else {
+            vec![1.0; self.tau.len()]
+        }
+    }
+
     /// Accumulates z = [residual, columns…] for each of several residuals; a series has its channels one after another.
     /// `component`: of the increments of a rotation only that component, in the body's frame where they start.
     #[must_use]
@@ -390,5 +414,29 @@ impl Grams {
             })
             .collect();
         HeldOut { sums }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_those_of_the_time_that_is_known() {
+        let t: Vec<f64> = (0..6000).map(|k| f64::from(k) * 0.01).collect();
+        let windows = Windows::new(&t);
+        let lost: Vec<bool> = (0..t.len()).map(|k| k % 500 >= 150).collect();
+        let mut angle = vec![0.0; t.len()];
+        for k in 1..t.len() {
+            angle[k] = angle[k - 1] + if lost[k] { 0.0 } else { 0.3 * (t[k] - t[k - 1]) };
+        }
+        for (k, kept) in windows.kept(&t, &lost).iter().enumerate() {
+            let pairs = &windows.pairs[k].rows;
+            let square = pairs.iter().map(|&(i, j)| (angle[j as usize] - angle[i as usize]).powi(2)).sum::<f64>();
+            let error = (square / pairs.len() as f64).sqrt() / windows.tau[k];
+            assert!((error / kept - 0.3).abs() < 1e-9, "τ {}: {error} of {kept}", windows.tau[k]);
+            assert!(*kept < 0.6, "{kept}");
+        }
+        assert!(windows.kept(&t, &vec![false; t.len()]).iter().all(|kept| *kept == 1.0));
     }
 }
