@@ -25,7 +25,8 @@ impl Present<'_> {
     /// Whether a model without `term`, of this series, needs it: `with` is this model and the term, fitted.
     #[must_use]
     pub fn needs(&self, with: &Present, series: usize, term: &Term) -> bool {
-        let rise = with.gls.log_likelihood - self.gls.log_likelihood;
+        let gls = |present: &Present| present.beside(term.effect, series).gls.log_likelihood;
+        let rise = gls(with) - gls(self);
         let candidate = Candidate { series, term: term.clone(), score: rise, removes: 0.0, freedom: term.values.len() };
         let (before, after) = (self.excess(series), with.excess(series));
         after < before && (chance(rise, &candidate, &with.study) < GATE || after < (1.0 - SHARE) * before)
@@ -65,9 +66,6 @@ impl Refit<'_> {
             return false;
         }
         if self.p_value >= GATE && !self.dominates(present) {
-            return false;
-        }
-        if self.shapes_noise() && self.beyond < BEYOND * (before - self.excess) {
             return false;
         }
         if before > UNEVEN && self.share(present).is_none_or(|s| s < SHARE) && !self.leaves_it_out(present) {
@@ -186,8 +184,6 @@ fn swings(signal: &[f64]) -> usize {
 
 /// Swings from which on a wandering bias would have to follow too often to be taken for it.
 const SWINGS: usize = 6;
-/// Share of the fall of J that has to stand above the floor where undoing an effect filters noise too.
-const BEYOND: f64 = 0.5;
 /// Significance, priced for the whole search, that a suspect needs.
 const GATE: f64 = 2e-3;
 /// Significance that an effect needs which shows once in a log (a warming, a drift, a step): the bias of such sensors

@@ -43,8 +43,8 @@ impl Limits {
 /// The largest |reading|, where it is reached far more often than the values just below it, or held longer than a motion
 /// can hold its turning point.
 fn rail(readings: &[f64]) -> Option<f64> {
-    let mut size: Vec<f64> = readings.iter().map(|g| g.abs()).collect();
-    let top = size.iter().copied().reduce(f64::max)?;
+    let top = ceiling(readings)?;
+    let mut size: Vec<f64> = readings.iter().map(|g| g.abs().min(top)).collect();
     let near = 1e-6 * top;
     let at = size.iter().filter(|&&g| g > top - near).count();
     if at < FEWEST_HELD {
@@ -63,6 +63,25 @@ fn rail(readings: &[f64]) -> Option<f64> {
     let often = at >= 8 && at as f64 > 6.0 * usual.max(1.0);
     (often || is_flat_topped(readings, top - near, step)).then_some(top)
 }
+
+/// The largest |reading|, or the lesser of the largest on either side where these are one step apart: two's complement
+/// reaches one step farther below zero than above.
+fn ceiling(readings: &[f64]) -> Option<f64> {
+    let largest = |sign: f64| readings.iter().map(|g| sign * g).reduce(f64::max);
+    let (above, below) = (largest(1.0)?, largest(-1.0)?);
+    let (less, more) = (above.min(below), above.max(below));
+    if less < (1.0 - UNEQUAL) * more {
+        return Some(more);
+    }
+    let mut near: Vec<f64> = readings.iter().map(|g| g.abs()).filter(|&g| g > (1.0 - 10.0 * UNEQUAL) * more).collect();
+    near.sort_by(|a, b| b.total_cmp(a));
+    near.dedup_by(|a, b| (*a - *b).abs() < 1e-6 * more);
+    let step = smallest_gap(&near, 0.0);
+    Some(if more - less < 1.5 * step { less } else { more })
+}
+
+/// Share by which the limits of a coarse sensor differ at most, its ends being one step apart.
+const UNEQUAL: f64 = 0.01;
 
 /// How often a reading below `edge` stands there one time after the other: the median.
 fn repeats(readings: &[f64], edge: f64) -> usize {
@@ -170,6 +189,16 @@ mod tests {
         assert_eq!(rail(&whole), None);
         let clipped: Vec<f64> = whole.iter().map(|g| g.clamp(-3.0, 3.0)).collect();
         assert_eq!(rail(&clipped), Some(3.0));
+    }
+
+    #[test]
+    fn a_rail_of_two_s_complement_is_one_step_farther_below_zero() {
+        let noise = |k: u32| 2e-3 * f64::from(k * 7919 % 11) - 0.01;
+        let swing = |k: u32| (0.003 * f64::from(k)).sin() + 0.4 * (0.017 * f64::from(k)).sin();
+        let sine = |size: f64| (0..20_000).map(move |k| ((size * swing(k) + noise(k)) / 3e-5).round());
+        let read = |least: f64, most: f64| sine(0.9).map(|g| 3e-5 * g.clamp(least, most)).collect::<Vec<f64>>();
+        assert_eq!(rail(&read(-50_000.0, 50_000.0)), None);
+        assert_eq!(rail(&read(-20_000.0, 19_999.0)), Some(3e-5 * 19_999.0));
     }
 
     #[test]

@@ -4,7 +4,7 @@ use super::{
     gate::SHARE,
     refit::{Present, Refit, mean, total},
 };
-use crate::{Axis, effects::Stage, evidence::noise::BLOCKS, record::ReferenceKind};
+use crate::{Axis, evidence::noise::BLOCKS};
 
 /// By the held-out error where that tells them apart, else by the held-out likelihood, which tells more finely.
 pub(super) fn rank(refits: &mut Vec<Refit>) {
@@ -78,17 +78,9 @@ impl Refit<'_> {
         let inflation = self.inflation.max(other.inflation);
         let likely = difference.abs() < inflation * FOUND_TO.0.max(2.0 * error);
         self.leaves_as_much_as(other)
-            && (likely || self.shapes_noise() && other.shapes_noise())
+            && likely
             && gains.len() == BLOCKS
             && mean.abs() < FOUND_TO.1.max(2.0 * spread)
-    }
-
-    /// Whether its likelihood is that of the noise's form as well as of the motion's: undoing it filters the reading, and
-    /// beside a reference that is a rate, as fast and as noisy, nothing hides what that makes of the noise.
-    pub(super) fn shapes_noise(&self) -> bool {
-        let series = &self.study.bench.problem.series[self.candidate.series];
-        let stage = self.candidate.term.effect.stage();
-        series.kind == ReferenceKind::Rate && matches!(stage, Stage::Timing | Stage::Response)
     }
 
     /// Whether two of which only one leaves samples out leave about the same error on those that they keep: a gain on fewer
@@ -109,6 +101,7 @@ impl Refit<'_> {
     pub fn replaces(&self, present: &Present) -> bool {
         let before = self.before(present);
         let nearly = self.excess.max(before) < ROUGH;
+        let present = present.beside(self.candidate.term.effect, self.candidate.series);
         nearly
             && !self.at_bound()
             && self.excess <= (1.0 + CLOSE) * before

@@ -15,8 +15,10 @@ use crate::{
         study::Study,
     },
     nls, parallel,
+    record::ReferenceKind,
 };
 use statrs::distribution::{ChiSquared, ContinuousCDF};
+use std::sync::OnceLock;
 
 /// The present model: what suspects are measured against.
 #[derive(Clone, Debug)]
@@ -29,6 +31,8 @@ pub struct Present<'a> {
     pub gls: Gls,
     /// What it is worth, axis by axis.
     measures: Vec<Measure>,
+    /// The same by fewer readings.
+    seldom: OnceLock<Box<Self>>,
 }
 
 /// What a fitted model is worth, its error being that about one axis.
@@ -37,7 +41,6 @@ struct Measure {
     log_likelihood: f64,
     held_out: Vec<f64>,
     excess: f64,
-    beyond: f64,
     blocks: Vec<Option<f64>>,
 }
 
@@ -48,7 +51,6 @@ impl Measure {
             log_likelihood: gls.log_likelihood,
             held_out: gls.held_out.clone(),
             excess: held.excess(&weights),
-            beyond: held.excess_beyond(&weights),
             blocks: held.by_block(&weights),
         }
     }
@@ -67,8 +69,6 @@ pub struct Refit<'a> {
     pub excess: f64,
     /// J on the samples that it does not leave out.
     pub(super) kept: f64,
-    /// Fall of J where an error below the floor counts as the floor.
-    pub(super) beyond: f64,
     /// Rise of ln L.
     pub rise: f64,
     /// How much noise alone raises ln L beyond what white noise would.
@@ -111,7 +111,22 @@ impl<'a> Present<'a> {
             })
             .collect();
         let measures = (0..study.bench.problem.series.len()).map(|k| Measure::of(&study, &gls, k)).collect();
-        Self { study, draws, gls, measures }
+        Self { study, draws, gls, measures, seldom: OnceLock::new() }
+    }
+
+    /// The same model judged by what a suspect can be told from: undoing a delay or a response is a filter, and beside a
+    /// reference that is a rate, as fast and as noisy as the gyro, nothing hides what that makes of the noise from one row
+    /// to the next. Over many rows the noise adds up to what it was, and the motion is still there.
+    pub(super) fn beside(&self, effect: &dyn Effect, series: usize) -> &Self {
+        let series = &self.study.bench.problem.series[series];
+        let filters = matches!(effect.stage(), Stage::Timing | Stage::Response);
+        if self.study.every > 1 || !filters || series.kind != ReferenceKind::Rate {
+            return self;
+        }
+        let t = &series.reference_t;
+        let often = series.readings.len() as f64 / (t[t.len() - 1] - t[0]);
+        let every = (often / SELDOM).round().max(1.0) as usize;
+        self.seldom.get_or_init(|| Box::new(Present::new(self.study.clone().reading(every))))
     }
 
     /// J, the mean over τ of (E/F)², held out, of one axis.
@@ -230,10 +245,15 @@ impl<'a> Present<'a> {
     }
 
     /// A suspect at its exact optimum, held against this model.
-    pub(super) fn refit(&self, mut candidate: Candidate) -> Refit<'a> {
+    pub(super) fn refit(&self, candidate: Candidate) -> Refit<'a> {
+        self.beside(candidate.term.effect, candidate.series).refit_there(candidate)
+    }
+
+    fn refit_there(&self, mut candidate: Candidate) -> Refit<'a> {
         let series = candidate.series;
         let model = with_term(&self.study, series, candidate.term.clone());
-        let study = Study::fit(self.study.bench, &model, Some(&self.study.frozen()));
+        let every = self.study.every;
+        let study = Study::fit(self.study.bench, &model, Some(&self.study.frozen())).reading(every);
         let gls = study.identify(&[self.gls.noise]);
         let (study, gls) = study.refine_tones(gls);
         let gls = noise::likelier(&study, &gls, &self.gls.noise).unwrap_or(gls);
@@ -242,7 +262,7 @@ impl<'a> Present<'a> {
         let other;
         let base = if study.leaves_out() {
             let warm: Vec<Warm> = self.study.warm.iter().zip(&study.warm).map(|(w, own)| w.without(own)).collect();
-            let base = Study::fit(self.study.bench, &self.study.model, Some(&warm));
+            let base = Study::fit(self.study.bench, &self.study.model, Some(&warm)).reading(every);
             let gls = base.identify(&[self.gls.noise]);
             other = Measure::of(&base, &gls, series);
             &other
@@ -273,8 +293,7 @@ impl<'a> Present<'a> {
         let p_value = chance(rise / inflation, &candidate, &study);
         let excess = own.excess * self.excess(series) / base.excess;
         let kept = own.excess;
-        let beyond = base.beyond - own.beyond;
-        Refit { candidate, study, gls, excess, kept, beyond, rise, inflation, held_out, p_value, fall, gains, falls }
+        Refit { candidate, study, gls, excess, kept, rise, inflation, held_out, p_value, fall, gains, falls }
     }
 }
 
@@ -317,6 +336,9 @@ pub(super) fn mean(values: &[f64]) -> (f64, f64) {
     (mean, (variance / n as f64).sqrt())
 }
 
+/// Readings a second of a reference that is a rate, where undoing a delay or a response filters the noise: many rows of
+/// it, and more than a shaft's motion needs.
+const SELDOM: f64 = 12.0;
 /// Times what undoing a response gains on white noise that it has to gain: noise that grows with the rate gains more.
 const SHAPES: f64 = 2.0;
 /// Draws of noise alone that a response is undone on.

@@ -297,13 +297,6 @@ impl HeldOut {
         let curve = self.curve();
         curve.iter().zip(floor).map(|(e, f)| (e / f).powi(2)).sum::<f64>() / curve.len() as f64
     }
-
-    /// The same where an error below the floor counts as the floor: less than noise is noise that was filtered.
-    #[must_use]
-    pub fn excess_beyond(&self, floor: &[f64]) -> f64 {
-        let curve = self.curve();
-        curve.iter().zip(floor).map(|(e, f)| (e / f).powi(2).max(1.0)).sum::<f64>() / curve.len() as f64
-    }
 }
 
 impl Grams {

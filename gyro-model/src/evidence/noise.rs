@@ -154,13 +154,13 @@ const POOR: f64 = 5.2e-4;
 /// Rows that are looked at while the noise is being searched for; the estimate itself uses all.
 const SEARCH_ROWS: usize = 20_000;
 
-/// The readings of a study, every one or only so many.
+/// The readings of a study, every one that its likelihood is made of or one in so many of those.
 fn rows(study: &Study, every: usize) -> Rows {
     let problem = &study.bench.problem;
     let (t, lost) = (problem.times(), &study.evaluation.lost);
     let mut rows = Rows { rows: t.len(), ..Rows::default() };
     let (turned, mut before) = (growth::turned(study), 0);
-    for reading in problem.series[0].readings.iter().step_by(every) {
+    for reading in problem.series[0].readings.iter().step_by(every * study.every) {
         rows.index.push(reading.row);
         rows.t.push(t[reading.row]);
         rows.turned.push(turned[reading.row] - turned[before]);
@@ -266,7 +266,7 @@ fn moved(study: &Study, step: &[f64]) -> Vec<Vec<f64>> {
 
 /// The readings over which noise is searched for.
 fn search_rows(study: &Study) -> Rows {
-    rows(study, study.bench.problem.series[0].readings.len().div_ceil(SEARCH_ROWS))
+    rows(study, (study.bench.problem.series[0].readings.len() / study.every).div_ceil(SEARCH_ROWS))
 }
 
 /// Any noise, but for how short and how long a correlated rate may last: below two rows it is white, beyond a share of the

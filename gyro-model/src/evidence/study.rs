@@ -82,6 +82,8 @@ pub struct Study<'a> {
     pub unobservable: Vec<usize>,
     /// Precision with which each parameter is held near zero, or near its value where blocks are left out.
     pub hold: Vec<f64>,
+    /// One in so many readings is what its likelihood is made of.
+    pub every: usize,
 }
 
 impl<'a> Study<'a> {
@@ -173,7 +175,14 @@ impl<'a> Study<'a> {
             grams,
             unobservable,
             hold,
+            every: 1,
         }
+    }
+
+    /// The same where the likelihood is made of one in so many readings.
+    #[must_use]
+    pub fn reading(self, every: usize) -> Self {
+        Self { every, ..self }
     }
 
     /// Where its regressors are evaluated, for another model that is to be compared with this one on the same samples.
