@@ -353,6 +353,30 @@ fn prior_floor(study: &Study) -> Vec<f64> {
         .collect()
 }
 
+/// Whether an effect is that of a whole sensor or reference rather than of an axis.
+pub(super) fn of_whole_sensor(effect: &dyn Effect) -> bool {
+    matches!(effect.stage(), Stage::Timing | Stage::Response)
+}
+
+/// The study's model with one more term and, where the axes make one orientation and the effect is of the whole sensor, with
+/// as much of it on every other axis that has nothing of the kind: what one axis reads late the others read late too, and
+/// their errors are carried into its own.
+#[must_use]
+pub fn with_term_throughout(study: &Study, series: usize, term: &Term) -> Model {
+    let mut model = with_term(study, series, term.clone());
+    let problem = &study.bench.problem;
+    if problem.attitude().is_none() || !of_whole_sensor(term.effect) {
+        return model;
+    }
+    for other in problem.series.iter().enumerate().filter(|(k, s)| *k != series && can_show(term.effect, s)) {
+        let own = model.axes[other.1.axis.index()].get_or_insert_with(|| AxisModel::base(other.1.axis));
+        if !own.terms.iter().any(|t| of_whole_sensor(t.effect)) {
+            own.terms.push(term.clone());
+        }
+    }
+    model
+}
+
 /// The study's model with one more term.
 #[must_use]
 pub fn with_term(study: &Study, series: usize, term: Term) -> Model {

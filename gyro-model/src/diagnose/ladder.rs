@@ -3,7 +3,7 @@
 use super::{
     Options,
     ahead::ahead,
-    candidates::{Candidate, can_show, with_term},
+    candidates::{Candidate, can_show, of_whole_sensor, with_term},
     judged::{self, Judged},
     rank::ROUGH,
     refit::{Present, Refit},
@@ -12,7 +12,7 @@ use super::{
 use crate::{
     Axis, Model, Record, Term,
     diagnosis::{AxisLadder, LadderStep, Verdict},
-    effects::{Effect, Stage},
+    effects::Stage,
     evidence::study::{Bench, Study},
     fit,
 };
@@ -239,11 +239,6 @@ fn companion(present: &Present, term: &Term, series: usize) -> Option<Model> {
     let alike = of_whole_sensor(term.effect) && found.candidate.term.values.iter().zip(&term.values).all(is_like);
     let lower = found.fall.0 > found.fall.1 && found.excess < found.before(present) && !found.at_bound();
     (found.passes(present) || alike && lower).then(|| with_term(&present.study, series, found.candidate.term.clone()))
-}
-
-/// Whether an effect is that of a whole sensor or reference rather than of an axis.
-fn of_whole_sensor(effect: &dyn Effect) -> bool {
-    matches!(effect.stage(), Stage::Timing | Stage::Response)
 }
 
 /// Share by which what a whole sensor has may differ from axis to axis.

@@ -1,7 +1,7 @@
 //! A suspect refitted exactly, and what that is worth.
 
 use super::{
-    candidates::{Candidate, Scanner, scan, with_term},
+    candidates::{Candidate, Scanner, scan, with_term_throughout},
     gate::chance,
     rank::{drop_driven, prefer_plainer, rank},
 };
@@ -12,6 +12,7 @@ use crate::{
         increments::BLOCKS as BLOCKS_OF_INCREMENTS,
         noise::{self, Gls},
         problem::Warm,
+        series::Series,
         study::Study,
     },
     nls, parallel,
@@ -135,14 +136,14 @@ impl<'a> Present<'a> {
         self.measures[series].excess
     }
 
-    /// How much more noise alone raises ln L along the columns of the last term of `study` than white noise of one size
+    /// How much more noise alone raises ln L along the columns of the terms that `refit` has more than white noise of one size
     /// would: an encoder's quantisation under a regular motion is anything but white, and noise that grows with the rate
     /// is not everywhere the same.
-    fn inflation(&self, refit: &Study, candidate: &Candidate) -> f64 {
+    fn inflation(&self, refit: &Study) -> f64 {
         let n = self.draws.len() as f64;
         let (normal, whitener) = noise::normal(refit, &self.gls.noise);
         let (all, _) = nls::invert_observable(&normal.matrix, 1e-10);
-        let own: Vec<bool> = refit.slots.iter().map(|s| refit.is_last_term(*s, candidate.series)).collect();
+        let own: Vec<bool> = refit.slots.iter().map(|slot| slot.term >= self.terms(slot.series)).collect();
         let rest: Vec<usize> = (0..own.len()).filter(|&k| !own[k]).collect();
         let few = faer::Mat::from_fn(rest.len(), rest.len(), |i, j| normal.matrix[(rest[i], rest[j])]);
         let (few, _) = nls::invert_observable(&few, 1e-10);
@@ -165,6 +166,12 @@ impl<'a> Present<'a> {
         let uneven = noise::unevenness(&columns, &residual, &all);
         let uneven = uneven.iter().zip(&own).filter(|(_, own)| **own).map(|(u, _)| u).sum::<f64>() / (2.0 * usual);
         (sum / n / usual).max(largest / rare).max(uneven).max(1.0)
+    }
+
+    /// How many terms its model of an axis has.
+    fn terms(&self, series: usize) -> usize {
+        let axis = self.study.bench.problem.series[series].axis.index();
+        self.study.model.axes[axis].as_ref().map_or(0, |model| model.terms.len())
     }
 
     /// What undoing a sensor's response gains in ln L on noise alone: an inverse shapes the reading's noise as well as
@@ -251,9 +258,13 @@ impl<'a> Present<'a> {
 
     fn refit_there(&self, mut candidate: Candidate) -> Refit<'a> {
         let series = candidate.series;
-        let model = with_term(&self.study, series, candidate.term.clone());
+        let model = with_term_throughout(&self.study, series, &candidate.term);
         let every = self.study.every;
         let study = Study::fit(self.study.bench, &model, Some(&self.study.frozen())).reading(every);
+        let has_more = |(k, s): (usize, &Series)| {
+            model.axes[s.axis.index()].as_ref().is_some_and(|model| model.terms.len() > self.terms(k))
+        };
+        candidate.freedom *= self.study.bench.problem.series.iter().enumerate().filter(|s| has_more(*s)).count();
         let gls = study.identify(&[self.gls.noise]);
         let (study, gls) = study.refine_tones(gls);
         let gls = noise::likelier(&study, &gls, &self.gls.noise).unwrap_or(gls);
@@ -289,7 +300,7 @@ impl<'a> Present<'a> {
         let falls: Vec<Option<f64>> =
             base.blocks.iter().zip(&own.blocks).map(|(a, b)| Some((a.as_ref()? / b.as_ref()?).ln())).collect();
         let fall = mean(&falls.iter().copied().flatten().collect::<Vec<_>>());
-        let inflation = self.inflation(&study, &candidate);
+        let inflation = self.inflation(&study);
         let p_value = chance(rise / inflation, &candidate, &study);
         let excess = own.excess * self.excess(series) / base.excess;
         let kept = own.excess;

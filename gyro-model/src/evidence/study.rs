@@ -313,13 +313,6 @@ impl<'a> Study<'a> {
         errors.curve().iter().enumerate().map(|(k, error)| error / floor(k)).fold(0.0, f64::max)
     }
 
-    /// Whether a parameter belongs to the last term of an axis.
-    #[must_use]
-    pub fn is_last_term(&self, slot: Slot, series: usize) -> bool {
-        let axis = self.bench.problem.series[series].axis.index();
-        slot.series == series && self.model.axes[axis].as_ref().is_some_and(|m| slot.term + 1 == m.terms.len())
-    }
-
     /// Writes standard errors and noise into the model. Where generalised least squares would end elsewhere than these
     /// parameters stand, nobody knows which of the two is right: the way between them is part of the error. A bias may have
     /// walked unseen, or not: the variance is the mean of the two. Where the residual is no noise that sensors have, the
