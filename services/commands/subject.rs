@@ -146,10 +146,10 @@ const WANDER: f64 = 3.0;
 
 /// What noise could explain, an effect that nobody has looked for may explain as well.
 fn unsearched(axis: AxisDiagnosis) -> AxisDiagnosis {
-    let over = axis.error_over_floor.filter(|over| *over > WANDER && axis.within_floor == Some(false));
+    let over = axis.error_over_floor.filter(|_| axis.within_floor == Some(false));
     match over {
         Some(over) if axis.verdict == Verdict::Adequate => AxisDiagnosis {
-            verdict: Verdict::Unexplained,
+            verdict: if over > WANDER { Verdict::Unexplained } else { Verdict::CannotTell },
             says: format!(
                 "the error is up to {over:.1} times what noise leaves: a bias that wanders would leave it, and so would a \
                  missing effect. `truerate diagnose` tells."

@@ -156,7 +156,8 @@ pub fn diagnose(
                 let is_listed = |r: &Refit| r.passes(seen) || r.significant() && removes(r);
                 let list = own.iter().zip(&aliases).filter(|(r, _)| is_listed(r)).take(5);
                 let before = if parts.is_some() { Judged::new(&seen.study, k, false) } else { judged.clone() };
-                let listed = list.map(|(r, a)| suspect(r, a, &before, k)).collect();
+                let is_bad = verdict == Verdict::BadData;
+                let listed = list.filter(|_| !is_bad).map(|(r, a)| suspect(r, a, &before, k)).collect();
                 let found = axis_diagnosis(record, &present.study, k, &judged, (verdict, says), listed, options);
                 AxisDiagnosis { searched: true, ..found }
             })
@@ -228,7 +229,11 @@ fn axis_diagnosis(
 ) -> AxisDiagnosis {
     let axis = study.bench.problem.series[series].axis;
     let own = judged::axis_model(&study.model, axis);
-    let (detail, fails_where) = judged::pictures(record, study, series);
+    let (detail, mut fails_where) = judged::pictures(record, study, series);
+    // Where a model fails on data that are none says nothing of the model.
+    if verdict == Verdict::BadData {
+        fails_where.clear();
+    }
     AxisDiagnosis {
         axis,
         verdict,

@@ -131,12 +131,17 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
     let noise_alone = noise::cost_of_limits(&present.study, &present.gls, &largest) < UNUSUAL;
     let slow = suspects.iter().find(|r| r.rise > 5.0 && is_slow(r.candidate.term.effect.card().id));
     let likely = suspects.iter().find(|r| r.significant());
-    let wanders = degrees(wander);
+    let walked = noise.bias_random_walk * span.sqrt();
+    let wanders = if walked >= noise.correlated {
+        format!("{} °/s over this log", degrees(walked))
+    } else {
+        format!("{} °/s over some {}", degrees(noise.correlated), duration(noise.correlation_time))
+    };
     match (noise_alone, slow, likely) {
         (true, Some(r), _) => (
             Verdict::CannotTell,
             format!(
-                "a slow error is left that a wandering bias ({wanders} °/s over this log) and {} explain alike: record \
+                "a slow error is left that a wandering bias ({wanders}) and {} explain alike: record \
                  a second cycle (heat and cool, restart hot, or twice as long)",
                 r.candidate.term.effect.card().id
             ),
@@ -154,7 +159,7 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
         (true, None, None) if is_wander => (
             Verdict::Adequate,
             format!(
-                "what is left is noise: the bias wanders by about {wanders} °/s over this log, which no parameter can \
+                "what is left is noise: the bias wanders by about {wanders}, which no parameter can \
                  take out and a filter with a reference must follow.",
             ),
         ),
@@ -185,6 +190,12 @@ fn degrees(radians: f64) -> String {
     }
     let decimals = (1.0 - value.log10().floor()).clamp(0.0, 12.0) as usize;
     format!("{value:.decimals$}")
+}
+
+/// A time, s, to two figures.
+fn duration(seconds: f64) -> String {
+    let decimals = (1.0 - seconds.max(1e-3).log10().floor()).max(0.0) as usize;
+    format!("{seconds:.decimals$} s")
 }
 
 /// Whether an effect goes with time or with what changes slowly in it.

@@ -45,8 +45,6 @@ impl Gls {
 const WANDER: f64 = 2.5e-3;
 /// Share of a log that a correlated rate may last.
 const LASTS: f64 = 0.1;
-/// Readings over which an error may be correlated and count as white.
-const WHITE: f64 = 10.0;
 /// Bias random walk that still counts as wander, rad/s/√s.
 const WALK: f64 = 3e-4;
 
@@ -74,14 +72,14 @@ impl NoiseModel {
         self.correlated > 0.0 && self.correlation_time > LASTS * span
     }
 
-    /// As the model file has it, for a log of this mean square rate with readings so far apart, s. A rate error s that is
-    /// correlated over a time T no longer than some readings is white to a filter, of N² = 2 s² T, as far as the
-    /// sensors' own signals say that there is so much.
+    /// As the model file has it, for a log of this mean square rate. A rate error s that is correlated over a time T is white
+    /// to a filter that looks for longer, of N² = 2 s² T, as far as the sensors' own signals say that there is so much: beneath
+    /// an encoder's noise the one looks like the other.
     #[must_use]
-    pub fn summary(&self, rate_square: f64, apart: f64, prior: &Prior) -> Noise {
-        let is_white = self.correlation_time < WHITE * apart;
-        let short = if is_white { self.correlated * (2.0 * self.correlation_time).sqrt() } else { 0.0 };
-        let white = self.angle_random_walk.hypot(short).min(self.angle_random_walk.max(prior.angle_random_walk));
+    pub fn summary(&self, rate_square: f64, prior: &Prior) -> Noise {
+        let short = self.correlated * (2.0 * self.correlation_time).sqrt();
+        let known = if prior.assumed { 0.0 } else { prior.angle_random_walk };
+        let white = self.angle_random_walk.hypot(short).min(self.angle_random_walk.max(known));
         Noise {
             angle_random_walk: white.hypot(self.rate_random_walk * rate_square.sqrt()),
             bias_random_walk: self.bias_random_walk,

@@ -43,54 +43,130 @@ const WINDOW: usize = 18;
 const QUIET: f64 = 0.25;
 
 /// Variance of white noise in each stretch of the signal, by its sixth differences.
-fn stretches(values: &[f64], skip: impl Fn(usize) -> bool) -> Vec<f64> {
-    let mut out = Vec::new();
-    let mut k = 0;
-    while k + WINDOW + ORDER <= values.len() {
-        let window = &values[k..k + WINDOW + ORDER];
-        if !(k..k + WINDOW + ORDER).any(&skip) {
-            let d = sixth_differences(window);
-            out.push(d.iter().map(|x| x * x).sum::<f64>() / d.len() as f64 / SIXTH);
+fn stretches(values: &[f64]) -> Vec<f64> {
+    stretches_of(&sixth_differences(values))
+}
+
+/// The same from those; stretches in which some are not finite are left out.
+fn stretches_of(differences: &[f64]) -> Vec<f64> {
+    let square = |d: &[f64]| d.iter().map(|x| x * x).sum::<f64>() / d.len() as f64 / SIXTH;
+    differences.chunks_exact(WINDOW).map(square).filter(|v| v.is_finite()).collect()
+}
+
+/// What stands out of the spectrum (Hann taper) of sixth differences, those that are not finite taken for zero.
+struct Lines {
+    /// Bins that do, and their power beyond what is usual about them, strongest first.
+    over: Vec<(usize, f64)>,
+    power: Vec<f64>,
+}
+
+impl Lines {
+    /// `None` where there are too few differences to tell.
+    fn of(differences: &[f64]) -> Option<Self> {
+        let n = differences.len();
+        let mut tapered: Vec<f64> =
+            differences.iter().enumerate().map(|(k, d)| if d.is_finite() { taper(k, n) * d } else { 0.0 }).collect();
+        let fft = RealFftPlanner::<f64>::new().plan_fft_forward(n);
+        let mut spectrum = fft.make_output_vec();
+        let beside = (n / PARTS).clamp(BESIDE.0, BESIDE.1);
+        if n < 8 * BESIDE.0 || fft.process(&mut tapered, &mut spectrum).is_err() {
+            return None;
         }
-        k += WINDOW;
+        let power: Vec<f64> = spectrum.iter().map(realfft::num_complex::Complex::norm_sqr).collect();
+        // What white noise has there, but for its size.
+        let gain =
+            |k: usize| (2.0 * (std::f64::consts::PI * k as f64 / n as f64).sin()).powf(2.0 * ORDER as f64).max(1e-300);
+        let mut over = Vec::new();
+        for (j, part) in power.chunks(beside).enumerate() {
+            let gain = |k: usize| gain(j * beside + k);
+            let mut sorted: Vec<f64> = part.iter().enumerate().map(|(k, p)| p / gain(k)).collect();
+            sorted.sort_by(f64::total_cmp);
+            // The median of an exponential law lies at ln 2 of its mean.
+            let white = sorted[sorted.len() / 2] / std::f64::consts::LN_2;
+            let each = part.iter().enumerate().map(|(k, p)| (k, p - white * gain(k), white * gain(k)));
+            over.extend(each.filter(|(_, o, usual)| *o > LINE * usual).map(|(k, o, _)| (j * beside + k, o)));
+        }
+        over.sort_by(|a, b| b.1.total_cmp(&a.1));
+        Some(Self { over, power })
     }
-    out
+
+    /// Share of the power that stands in them.
+    fn share(&self) -> f64 {
+        let all = self.power.iter().sum::<f64>();
+        if all > 0.0 { self.over.iter().map(|(_, over)| over).sum::<f64>() / all } else { 0.0 }
+    }
+
+    /// Radians from one value to the next of the strongest line: near its top it is a parabola in ln power.
+    fn strongest(&self) -> Option<f64> {
+        let &(k, _) = self.over.first()?;
+        let at = |k: usize| self.power.get(k).map_or(f64::NAN, |p| p.max(1e-300).ln());
+        let [a, b, c] = [at(k.checked_sub(1)?), at(k), at(k + 1)];
+        let bend = 2.0 * b - a - c;
+        let shift = if bend > 0.0 { (0.5 * (c - a) / bend).clamp(-0.5, 0.5) } else { 0.0 };
+        Some(std::f64::consts::PI * (k as f64 + shift) / (self.power.len() - 1) as f64)
+    }
 }
 
-/// Share of the sixth differences' variance that stands in single lines of their spectrum (Hann taper).
-fn lines(values: &[f64], skip: impl Fn(usize) -> bool) -> f64 {
-    let mut d = sixth_differences(values);
-    for k in (0..values.len()).filter(|&k| skip(k)) {
-        let reached = k.saturating_sub(ORDER)..(k + 1).min(d.len());
-        d[reached].fill(0.0);
+/// Takes the strongest vibrations out of sixth differences: a tone is as strong where the sensor rests as where it moves, and
+/// would be all that there is there.
+fn take_tones_out(differences: &mut [f64]) {
+    for _ in 0..TONES {
+        let Some(turn) = Lines::of(differences).filter(|lines| lines.share() > NOTICED).and_then(|l| l.strongest()) else {
+            return;
+        };
+        let n = differences.len();
+        let along = |turn: f64| {
+            let known = differences.iter().enumerate().filter(|(_, d)| d.is_finite());
+            known.fold((0.0, 0.0, 0.0), |(s, c, all), (k, d)| {
+                let ((sin, cos), w) = ((turn * k as f64).sin_cos(), taper(k, n));
+                (s + w * d * sin, c + w * d * cos, all + w)
+            })
+        };
+        // Once more about the top, ten times as near.
+        let step = 0.1 * std::f64::consts::TAU / n as f64;
+        let [a, b, c] = [-step, 0.0, step].map(|off| {
+            let (s, c, _) = along(turn + off);
+            s.hypot(c)
+        });
+        let bend = 2.0 * b - a - c;
+        let turn = turn + if bend > 0.0 { (0.5 * (c - a) / bend).clamp(-1.0, 1.0) * step } else { 0.0 };
+        let (s, c, all) = along(turn);
+        for (k, d) in differences.iter_mut().enumerate() {
+            let (sin, cos) = (turn * k as f64).sin_cos();
+            *d -= 2.0 * (s * sin + c * cos) / all;
+        }
     }
-    let n = d.len();
-    let taper = |k: usize| 0.5 - 0.5 * (std::f64::consts::TAU * (k as f64 + 0.5) / n as f64).cos();
-    let mut tapered: Vec<f64> = d.iter().enumerate().map(|(k, d)| taper(k) * d).collect();
-    let fft = RealFftPlanner::<f64>::new().plan_fft_forward(n);
-    let mut spectrum = fft.make_output_vec();
-    let beside = (n / PARTS).clamp(BESIDE.0, BESIDE.1);
-    if n < 8 * BESIDE.0 || fft.process(&mut tapered, &mut spectrum).is_err() {
-        return 0.0;
-    }
-    let power: Vec<f64> = spectrum.iter().map(realfft::num_complex::Complex::norm_sqr).collect();
-    // What white noise has there, but for its size.
-    let gain =
-        |k: usize| (2.0 * (std::f64::consts::PI * k as f64 / n as f64).sin()).powf(2.0 * ORDER as f64).max(1e-300);
-    let mut sum = 0.0;
-    for (j, part) in power.chunks(beside).enumerate() {
-        let gain = |k: usize| gain(j * beside + k);
-        let mut sorted: Vec<f64> = part.iter().enumerate().map(|(k, p)| p / gain(k)).collect();
-        sorted.sort_by(f64::total_cmp);
-        // The median of an exponential law lies at ln 2 of its mean.
-        let white = sorted[sorted.len() / 2] / std::f64::consts::LN_2;
-        let over = part.iter().enumerate().map(|(k, p)| (p - white * gain(k), white * gain(k)));
-        sum += over.filter(|(over, usual)| *over > LINE * usual).map(|(over, _)| over).sum::<f64>();
-    }
-    let all = power.iter().sum::<f64>();
-    if all > 0.0 { sum / all } else { 0.0 }
 }
 
+/// Values that are `apart` from one another, what is missing between them no numbers: a vibration goes on meanwhile. As they
+/// are where they come too unevenly for that.
+fn evenly(t: &[f64], values: &[f64], apart: f64) -> Vec<f64> {
+    let place = |t_k: &f64| ((t_k - t[0]) / apart).round() as usize;
+    let rows = t.last().map_or(0, |last| place(last) + 1);
+    if rows > 2 * values.len() {
+        return values.to_vec();
+    }
+    let mut even = vec![f64::NAN; rows];
+    t.iter().zip(values).for_each(|(t, value)| even[place(t)] = *value);
+    even
+}
+
+/// Makes those differences no numbers that values are in which are to be left out.
+fn blank(differences: &mut [f64], skip: impl Fn(usize) -> bool) {
+    let n = differences.len();
+    for k in (0..n + ORDER).filter(|&k| skip(k)) {
+        differences[k.saturating_sub(ORDER).min(n)..(k + 1).min(n)].fill(f64::NAN);
+    }
+}
+
+/// Hann's, of value `k` of `n`.
+fn taper(k: usize, n: usize) -> f64 {
+    0.5 - 0.5 * (std::f64::consts::TAU * (k as f64 + 0.5) / n as f64).cos()
+}
+
+/// Vibrations that are taken out at most, and the share of the power that they have to have.
+const TONES: usize = 8;
+const NOTICED: f64 = 0.01;
 /// Values of a spectrum that a line is compared with, at least and at most, and the part of all that they are between: rows
 /// that are missing here and there make a line as broad as the stretches between them are short.
 const BESIDE: (usize, usize) = (64, 512);
@@ -146,15 +222,20 @@ pub fn priors(problem: &Problem) -> Vec<Prior> {
 fn prior(series: &Series, reference: &[f64]) -> Prior {
     // A reading between two others is no measurement.
     let own: Vec<usize> = (0..series.t.len()).filter(|&k| series.read[k]).collect();
-    let gyro: Vec<f64> = own.iter().map(|&k| series.gyro[k]).collect();
     let mut apart: Vec<f64> = own.windows(2).map(|pair| series.t[pair[1]] - series.t[pair[0]]).collect();
     let middle = apart.len() / 2;
     let dt = if apart.is_empty() { series.span().dt } else { *apart.select_nth_unstable_by(middle, f64::total_cmp).1 };
-    let missing = |k: usize| series.missing[own[k]];
-    let flat = |k: usize| missing(k) || (k > 1 && gyro[k] == gyro[k - 1] && gyro[k] == gyro[k - 2]);
+    let at: Vec<f64> = own.iter().map(|&k| series.t[k]).collect();
+    let known: Vec<f64> = own.iter().map(|&k| if series.missing[k] { f64::NAN } else { series.gyro[k] }).collect();
+    let gyro = evenly(&at, &known, dt);
+    let flat = |k: usize| k > 1 && gyro[k] == gyro[k - 1] && gyro[k] == gyro[k - 2];
     let lsb = smallest_step(&gyro);
-    let gyro = Spread::of(stretches(&gyro, flat)).less(lines(&gyro, missing));
-    let angle = Spread::of(stretches(reference, |_| false));
+    let mut differences = sixth_differences(&gyro);
+    take_tones_out(&mut differences);
+    let share = Lines::of(&differences).map_or(0.0, |lines| lines.share());
+    blank(&mut differences, flat);
+    let gyro = Spread::of(stretches_of(&differences)).less(share);
+    let angle = Spread::of(stretches(reference));
     let step = counts(series);
     let known = if step > 0.0 { step } else { angle.quiet };
     // Jerky motion shows in the reference too; noise that grows with rate does not.
@@ -198,7 +279,7 @@ fn beside_gyro(series: &Series, reference: &[f64], walk: f64) -> Spread {
     let less: Vec<f64> = reference.iter().zip(read_angle(series)).map(|(r, own)| r - alpha * own).collect();
     let dt = usual(series.reference_t.windows(2).map(|pair| pair[1] - pair[0]).collect());
     let walked = FIFTH / SIXTH * alpha * alpha * walk * dt;
-    let variances = stretches(&less, |_| false);
+    let variances = stretches(&less);
     Spread::of(variances.into_iter().map(|v| (v - walked).max(AT_LEAST * v)).collect())
 }
 
@@ -240,7 +321,7 @@ fn reference_walk(series: &Series) -> f64 {
     if series.walk.reference > 0.0 {
         return series.walk.reference;
     }
-    let noise = Spread::of(stretches(&series.reference_rate, |_| false));
+    let noise = Spread::of(stretches(&series.reference_rate));
     let variance = if noise.uneven() { noise.quiet } else { noise.mean };
     (variance * usual(series.reference_t.windows(2).map(|pair| pair[1] - pair[0]).collect())).max(0.0).sqrt()
 }

@@ -339,7 +339,7 @@ impl<'a> Study<'a> {
                 for term in model.terms.iter_mut().filter(|term| series.rest == Rest::Whole && is_scale(term)) {
                     term.std_errors.fill(f64::INFINITY);
                 }
-                model.noise = sober.unwrap_or(gls.noise).summary(rate_square, series.span().dt, &self.bench.prior[0]);
+                model.noise = sober.unwrap_or(gls.noise).summary(rate_square, &self.bench.prior[0]);
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use super::{Report, orientation, quantile, spikes};
 use crate::{Axis, Record, record::ReferenceKind};
+use std::f64::consts::TAU;
 
 /// Increments are compared over pieces of this length, s: long against any delay, short against a log.
 const PIECE: f64 = 0.5;
@@ -28,9 +29,8 @@ impl Motion {
                     t.push(row.t_ns as f64 * 1e-9);
                     angle.push(row.ref_angle[i]);
                 }
-                if !wraps_in_degrees(&angle) {
-                    spikes::unwrap(&mut angle);
-                }
+                let whole = if wraps_in_degrees(&angle) { 360.0 } else { TAU };
+                spikes::unwrap(&mut angle, whole);
             }
             ReferenceKind::Rate => {
                 let mut sum = 0.0;
@@ -121,6 +121,11 @@ fn turn(p: [f64; 4], q: [f64; 4]) -> [f64; 3] {
     v.map(|x| x * scale * w.signum())
 }
 
+/// The reference angles that there are.
+fn angles(record: &Record, axis: Axis) -> Vec<f64> {
+    record.rows.iter().map(|r| r.ref_angle[axis.index()]).filter(|a| a.is_finite()).collect()
+}
+
 /// Whether an angle jumps by a full turn of 360.
 fn wraps_in_degrees(angle: &[f64]) -> bool {
     let span = angle.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
@@ -146,6 +151,10 @@ pub(super) fn check(record: &Record, report: &mut Report) {
         let unit = factor(fit.0.abs(), axis, column)
             .filter(|_| !clipped(record, axis))
             .filter(|_| fit.1 > 0.8 && own.as_deref().is_some_and(|g| holds_within_the_range(g, &wanted, fit.0)));
+        let turns_of_360 = |more: &str| {
+            wraps_in_degrees(&angles(record, axis))
+                .then(|| format!("{column} jumps by 360, so it looks like degrees: add _deg to its name{more}"))
+        };
         if spread < TURNED && unit.is_none() {
             let says = if own.as_ref().is_some_and(|g| deviation(g) > 10.0 * TURNED) {
                 format!("gyro_{axis} turns but {column} does not: check the reference's wiring, axis and unit")
@@ -160,9 +169,11 @@ pub(super) fn check(record: &Record, report: &mut Report) {
                 let says = format!("gyro_{axis} turns against {column}: negate one of them");
                 report.add_on(axis, "wrong-sign", rows, Some(0.0), says);
             }
-            if let Some(says) = unit {
+            if let Some(says) = unit.or_else(|| turns_of_360(&format!(", and gyro_{axis} like °/s: name it gyro_{axis}_dps"))) {
                 report.add_on(axis, "wrong-unit", rows, Some(0.0), says);
             }
+        } else if let Some(says) = turns_of_360("") {
+            report.add_on(axis, "wrong-unit", rows, Some(0.0), says);
         } else if fit.1 < 0.3 {
             let others = Axis::ALL.into_iter().filter(|&a| a != axis && record.has_gyro(a));
             let follows = others.filter_map(|a| {
@@ -261,9 +272,9 @@ fn factor(ratio: f64, axis: Axis, column: &str) -> Option<String> {
         (1.0 / DEGREES / 32.8, unit, counts(32.8)),
         (1.0 / DEGREES / 65.5, unit, counts(65.5)),
         (1.0 / DEGREES / 131.0, unit, counts(131.0)),
-        (std::f64::consts::TAU / 60.0, unit, format!("{gyro} looks like turns a minute: convert it to rad/s")),
-        (std::f64::consts::TAU, unit, format!("{gyro} looks like turns a second: convert it to rad/s")),
-        (1.0 / std::f64::consts::TAU, setting, format!("{column} looks like turns: convert it to rad")),
+        (TAU / 60.0, unit, format!("{gyro} looks like turns a minute: convert it to rad/s")),
+        (TAU, unit, format!("{gyro} looks like turns a second: convert it to rad/s")),
+        (1.0 / TAU, setting, format!("{column} looks like turns: convert it to rad")),
         (STANDARD_GRAVITY, unit, format!("{column} is 9.81 times what {gyro} shows: check both units")),
     ];
     let off = |of: f64| (ratio / of).ln().abs();
@@ -286,8 +297,8 @@ fn other_units(record: &Record, report: &mut Report) {
         let readings = record.rows.iter().map(|row| row.gyro[i].abs()).filter(|g| g.is_finite()).collect();
         if let Some(fast) = quantile(readings, 0.9).filter(|fast| *fast > FASTEST) {
             let says = format!(
-                "gyro_{axis} reads {fast:.0} rad/s or more in a tenth of the rows, and 4000 °/s are 70: if it is in °/s, name it \
-                 gyro_{axis}_dps, and its reference likewise"
+                "gyro_{axis} reads {fast:.0} rad/s or more in a tenth of the rows, faster than any low-cost gyro \
+                 can read (4000 °/s are 70 rad/s): if it is in °/s, name it gyro_{axis}_dps"
             );
             report.add_on(axis, "wrong-unit", rows, Some(0.0), says);
         }

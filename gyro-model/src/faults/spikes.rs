@@ -2,6 +2,7 @@
 
 use super::{Report, counted, quantile, seconds};
 use crate::{Axis, Record, Row};
+use std::f64::consts::TAU;
 
 /// The way to a spike and back is this many times longer than the other steps around.
 const FACTOR: f64 = 8.0;
@@ -44,7 +45,7 @@ fn channel(
         }
     }
     if wraps {
-        unwrap(&mut values);
+        unwrap(&mut values, TAU);
     }
     let found = spikes(&values);
     let Some(&first) = found.first() else { return };
@@ -62,13 +63,12 @@ fn channel(
     }
 }
 
-/// Makes a wrapped angle continuous.
-pub(super) fn unwrap(angles: &mut [f64]) {
-    use std::f64::consts::TAU;
+/// Makes an angle continuous that wraps after a `whole` turn.
+pub(super) fn unwrap(angles: &mut [f64], whole: f64) {
     let mut turns = 0.0;
     for k in 1..angles.len() {
         let step = angles[k] + turns - angles[k - 1];
-        turns -= TAU * (step / TAU).round();
+        turns -= whole * (step / whole).round();
         angles[k] += turns;
     }
 }
@@ -142,7 +142,7 @@ mod tests {
     #[test]
     fn an_angle_that_wraps_becomes_continuous() {
         let mut angles: Vec<f64> = (0..1000).map(|k| (f64::from(k) * 0.05) % std::f64::consts::TAU).collect();
-        unwrap(&mut angles);
+        unwrap(&mut angles, TAU);
         assert!(angles.windows(2).all(|pair| (pair[1] - pair[0] - 0.05).abs() < 1e-9));
     }
 }
