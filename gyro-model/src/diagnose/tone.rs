@@ -6,7 +6,7 @@
 
 use crate::{
     AxisModel, Term,
-    evidence::{series::Series, study::Study},
+    evidence::{line::Line, prior::Rough, series::Series, study::Study},
 };
 use realfft::RealFftPlanner;
 
@@ -33,7 +33,8 @@ pub fn peaks(white: &[Vec<f64>], t: &[f64], series: &Series) -> Vec<f64> {
             break;
         }
     }
-    chosen.iter().map(|&(_, f)| reading.spectrum.line(reading.next_to(f))).collect()
+    let rough = Rough::of(&series.t, &series.gyro);
+    chosen.iter().map(|&(_, f)| rough.line(reading.spectrum.line(reading.next_to(f))).frequency).collect()
 }
 
 /// What looks like a frequency when seen only at `seldom`, up to what rows at `often` can hold: |f ± k/Δt|, Hz.
@@ -61,7 +62,9 @@ pub fn beyond_noise(white: &[Vec<f64>], draws: &[Vec<Vec<f64>>], t: &[f64], seri
     let usual = draws.iter().filter_map(highest).fold(0.0, f64::max);
     let reading = Prominence::new(series)?;
     let drowned = reading.around(top as f64 * spectrum.bin) > DROWNED * reading.quiet();
-    (drowned && spectrum.power[top] > BEYOND * usual).then(|| spectrum.line(top))
+    let line = |channel: &Vec<f64>| Line::top(spectrum.line(top), spectrum.bin, t, channel);
+    let highest = || white.iter().map(line).max_by(|a, b| a.size().total_cmp(&b.size()));
+    (drowned && spectrum.power[top] > BEYOND * usual).then(highest).flatten().map(|line| line.frequency)
 }
 
 /// Times the reading's quietest part of the spectrum at which motion hides a line.
@@ -183,22 +186,11 @@ pub fn is_read(study: &Study, series: usize, term: &Term) -> bool {
     in_reading(series, frequency, sine, cosine, alpha)
 }
 
-/// Whether the reading holds `sine` sin 2πft + `cosine` cos 2πft, rad/s, to half its size: amplitude and phase by Hann
-/// weights, so that slow motion does not leak in.
+/// Whether the reading holds `sine` sin 2πft + `cosine` cos 2πft, rad/s, to half its size.
 #[must_use]
 pub fn in_reading(series: &Series, frequency: f64, sine: f64, cosine: f64, alpha: f64) -> bool {
-    let n = series.t.len();
-    let (t0, span) = (series.t[0], series.t[n - 1] - series.t[0]);
-    let (mut s, mut c, mut sum) = (0.0, 0.0, 0.0);
-    for (t, g) in series.t.iter().zip(&series.gyro) {
-        let w = 0.5 - 0.5 * (std::f64::consts::TAU * (t - t0) / span).cos();
-        let (sin, cos) = (std::f64::consts::TAU * frequency * t).sin_cos();
-        s += w * g * sin;
-        c += w * g * cos;
-        sum += w;
-    }
-    let (s, c) = (2.0 * alpha * s / sum, 2.0 * alpha * c / sum);
-    (s - sine).hypot(c - cosine) < 0.5 * sine.hypot(cosine)
+    let read = Line::at(frequency, &series.t, &series.gyro);
+    (alpha * read.sine - sine).hypot(alpha * read.cosine - cosine) < 0.5 * sine.hypot(cosine)
 }
 
 #[cfg(test)]

@@ -10,6 +10,8 @@ pub struct Encoder {
     pub step: f64,
     /// Readings that one row of the log is the mean of.
     pub readings: usize,
+    /// Standard deviation of a row beyond what the steps make it err by, rad.
+    pub noise: f64,
 }
 
 /// Readings that the step is sought in at most.
@@ -17,7 +19,7 @@ const ENOUGH: usize = 60_000;
 
 impl Encoder {
     /// A reference without steps.
-    pub const NONE: Self = Self { step: 0.0, readings: 1 };
+    pub const NONE: Self = Self { step: 0.0, readings: 1, noise: 0.0 };
 
     /// The encoder behind these unwrapped angles of a log.
     #[must_use]
@@ -28,7 +30,7 @@ impl Encoder {
             // The mean of n counts is a multiple of the n-th part of a step.
             quantum(&some) * readings as f64
         };
-        Self { step: record.means.steps.map_or_else(found, |steps| steps[axis.index()]), readings }
+        Self { step: record.means.steps.map_or_else(found, |steps| steps[axis.index()]), readings, noise: 0.0 }
     }
 
     /// The steps of all axes of a log, rad.
@@ -42,10 +44,18 @@ impl Encoder {
         })
     }
 
-    /// Whether every row shows a count.
+    /// Whether every row shows a count, and the same one as long as the shaft rests.
     #[must_use]
     pub fn shows_counts(&self) -> bool {
-        self.step > 0.0 && self.readings == 1
+        self.step > 0.0 && self.readings == 1 && self.noise < DITHERS * self.step
+    }
+
+    /// Variance of a row over that of one taken while the shaft turns fast, where its steps make only a share `spread` of
+    /// the error that they make there.
+    #[must_use]
+    pub fn spread(&self, spread: f64) -> f64 {
+        let (steps, noise) = (self.step.powi(2) / 12.0, self.noise.powi(2));
+        (spread * steps + noise) / (steps + noise)
     }
 
     /// What row `i` of `rows` reads too much where the shaft goes along these angles, rad: ⌊x/q + ½⌋·q − x, in the mean
@@ -66,6 +76,8 @@ impl Encoder {
     }
 }
 
+/// Noise, in steps, from which on a shaft at rest is read anew at every row.
+const DITHERS: f64 = 0.3;
 /// Readings of one mean that are looked at singly at most.
 const APART: usize = 32;
 

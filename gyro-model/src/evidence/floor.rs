@@ -64,7 +64,7 @@ fn draw_with(
     let along = warm.drawn_along();
     let mut share = vec![1.0; s.reference_rows.len()];
     for reading in readings {
-        share[reading.row] = reading.spread.sqrt();
+        share[reading.row] = reading.steps.sqrt();
     }
     (0..bench.problem.channels())
         .map(|_| {
@@ -82,7 +82,8 @@ fn draw_with(
                         // How far the shaft turned there is known to whole counts only.
                         offset = rng.random::<f64>() * s.encoder.step;
                     }
-                    let reading = share[i] * encoder_error(s, prior, along, offset, i, &mut rng);
+                    let reading = share[i] * encoder_error(s, prior, along, offset, i, &mut rng)
+                        + s.encoder.noise * draw_normal(&mut rng);
                     let whole = walk - reading;
                     // A step that says nothing is bridged, as in the residual: what it held, encoder noise too, is gone.
                     if lost[i] {
@@ -112,8 +113,11 @@ pub fn draw_through(
     let noise: Vec<f64> = (0..s.t.len()).map(|_| sigma * draw_normal(&mut rng)).collect();
     let offset = rng.random::<f64>() * s.encoder.step;
     let along = warm.drawn_along();
-    let reading: Vec<f64> =
-        (0..s.reference_rows.len()).map(|i| encoder_error(s, prior, along, offset, i, &mut rng)).collect();
+    let reading: Vec<f64> = (0..s.reference_rows.len())
+        .map(|i| {
+            encoder_error(s, prior, along, offset, i, &mut rng) + s.encoder.noise * draw_normal(&mut rng)
+        })
+        .collect();
     [noise.clone(), undo(&noise)].map(|rate| {
         let angle = integral(&s.t, &rate);
         s.reference_rows.iter().zip(&reading).map(|(&row, e)| angle[row] - e).collect()
@@ -124,7 +128,7 @@ fn draw_normal(rng: &mut ChaCha8Rng) -> f64 {
     StandardNormal.sample(rng)
 }
 
-/// What the encoder reads too much at one of its rows; white where it has no step.
+/// What the encoder's steps make it read too much at one of its rows; white where it has none.
 fn encoder_error(s: &Series, prior: &Prior, along: &[f64], offset: f64, i: usize, rng: &mut ChaCha8Rng) -> f64 {
     if s.encoder.step > 0.0 {
         s.encoder.error(&|i| along[s.reference_rows[i]] + offset, s.reference_rows.len(), i)

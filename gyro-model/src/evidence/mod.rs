@@ -9,6 +9,7 @@
 //! | [`attitude`] | an orientation as reference |
 //! | [`integrate`] | integrals, slopes and smoothing of sampled rates |
 //! | [`study`] | a model fitted to a log |
+//! | [`line`] | one line of a signal's spectrum |
 //! | [`prior`] | the noise that the sensors' own signals show |
 //! | [`noise`] | the noise of a model's residual, identified |
 //! | [`whittle`] | where to look for it: the periodogram |
@@ -24,6 +25,7 @@ mod growth;
 pub mod increments;
 pub mod integrate;
 pub mod likelihood;
+pub mod line;
 pub mod noise;
 pub mod prior;
 pub mod problem;

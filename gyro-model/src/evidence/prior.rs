@@ -8,7 +8,9 @@
 //! angle are taken, which are the smaller.
 
 use super::{
+    encoder::Encoder,
     integrate::integral,
+    line::Line,
     problem::Problem,
     series::{Series, usual},
 };
@@ -18,6 +20,7 @@ use crate::{
     record::Walk,
 };
 use realfft::RealFftPlanner;
+use std::f64::consts::TAU;
 
 /// What the sensors' own signals say about their noise.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,8 +52,13 @@ fn stretches(values: &[f64]) -> Vec<f64> {
 
 /// The same from those; stretches in which some are not finite are left out.
 fn stretches_of(differences: &[f64]) -> Vec<f64> {
+    windows(differences).filter(|v| v.is_finite()).collect()
+}
+
+/// The same of every stretch.
+fn windows(differences: &[f64]) -> impl Iterator<Item = f64> {
     let square = |d: &[f64]| d.iter().map(|x| x * x).sum::<f64>() / d.len() as f64 / SIXTH;
-    differences.chunks_exact(WINDOW).map(square).filter(|v| v.is_finite()).collect()
+    differences.chunks_exact(WINDOW).map(square)
 }
 
 /// What stands out of the spectrum (Hann taper) of sixth differences, those that are not finite taken for zero.
@@ -107,49 +115,92 @@ impl Lines {
     }
 }
 
-/// Takes the strongest vibrations out of sixth differences: a tone is as strong where the sensor rests as where it moves, and
-/// would be all that there is there.
-fn take_tones_out(differences: &mut [f64]) {
+/// Values less their strongest vibrations: a tone is as strong where the sensor rests as where it moves, and would be all that
+/// there is there.
+fn without_tones(t: &[f64], values: &[f64]) -> Vec<f64> {
+    let mut values = values.to_vec();
     for _ in 0..TONES {
-        let Some(turn) = Lines::of(differences).filter(|lines| lines.share() > NOTICED).and_then(|l| l.strongest()) else {
-            return;
-        };
-        let n = differences.len();
-        let along = |turn: f64| {
-            let known = differences.iter().enumerate().filter(|(_, d)| d.is_finite());
-            known.fold((0.0, 0.0, 0.0), |(s, c, all), (k, d)| {
-                let ((sin, cos), w) = ((turn * k as f64).sin_cos(), taper(k, n));
-                (s + w * d * sin, c + w * d * cos, all + w)
-            })
-        };
-        // Once more about the top, ten times as near.
-        let step = 0.1 * std::f64::consts::TAU / n as f64;
-        let [a, b, c] = [-step, 0.0, step].map(|off| {
-            let (s, c, _) = along(turn + off);
-            s.hypot(c)
-        });
-        let bend = 2.0 * b - a - c;
-        let turn = turn + if bend > 0.0 { (0.5 * (c - a) / bend).clamp(-1.0, 1.0) * step } else { 0.0 };
-        let (s, c, all) = along(turn);
-        for (k, d) in differences.iter_mut().enumerate() {
-            let (sin, cos) = (turn * k as f64).sin_cos();
-            *d -= 2.0 * (s * sin + c * cos) / all;
+        let rough = Rough::of(t, &values);
+        let lines = Lines::of(&rough.differences).filter(|lines| lines.share() > NOTICED);
+        let Some(turn) = lines.and_then(|lines| lines.strongest()) else { break };
+        let line = rough.line(turn / (TAU * rough.apart));
+        values.iter_mut().zip(t).for_each(|(value, t)| *value -= line.value(*t));
+    }
+    values
+}
+
+/// A signal's sixth differences, in which hardly anything is left of a smooth motion, and the times that they are of.
+pub(crate) struct Rough {
+    times: Vec<f64>,
+    differences: Vec<f64>,
+    apart: f64,
+}
+
+impl Rough {
+    /// Those of values at these times.
+    pub(crate) fn of(t: &[f64], values: &[f64]) -> Self {
+        let apart = median_apart(t);
+        let mut times = t.to_vec();
+        if let Some(places) = places(t, apart) {
+            times = (0..=places[places.len() - 1]).map(|k| t[0] + k as f64 * apart).collect();
+            places.iter().zip(t).for_each(|(&place, t)| times[place] = *t);
         }
+        let ends = ORDER / 2;
+        let times = times.get(ends..times.len().saturating_sub(ends)).unwrap_or_default().to_vec();
+        Self { times, differences: sixth_differences(&evenly(t, values, apart)), apart }
+    }
+
+    /// The signal's line nearest to a frequency, Hz, that is known to the width of a line: sixth differences of sin ωt are
+    /// −(2 sin ½ωΔt)⁶ sin ωt.
+    pub(crate) fn line(&self, frequency: f64) -> Line {
+        let span = self.apart * self.differences.len() as f64;
+        let line = Line::top(frequency, 1.0 / span, &self.times, &self.differences);
+        let gain = -(2.0 * (0.5 * TAU * line.frequency * self.apart).sin()).powi(ORDER as i32);
+        Line { sine: line.sine / gain, cosine: line.cosine / gain, ..line }
     }
 }
 
-/// Values that are `apart` from one another, what is missing between them no numbers: a vibration goes on meanwhile. As they
-/// are where they come too unevenly for that.
+/// How far apart in time samples mostly are, s; 1 for none.
+fn median_apart(t: &[f64]) -> f64 {
+    let mut apart: Vec<f64> = t.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let middle = apart.len() / 2;
+    if apart.is_empty() { 1.0 } else { *apart.select_nth_unstable_by(middle, f64::total_cmp).1 }
+}
+
+/// Values that are `apart` from one another, what is missing between them no numbers: a vibration goes on meanwhile. What comes
+/// early or late is taken along the way that the values about it go. As they are where they come too unevenly for that.
 fn evenly(t: &[f64], values: &[f64], apart: f64) -> Vec<f64> {
-    let place = |t_k: &f64| ((t_k - t[0]) / apart).round() as usize;
-    let rows = t.last().map_or(0, |last| place(last) + 1);
-    if rows > 2 * values.len() {
-        return values.to_vec();
+    let Some(places) = places(t, apart) else { return values.to_vec() };
+    let mut even = vec![f64::NAN; places[places.len() - 1] + 1];
+    for (k, &place) in places.iter().enumerate() {
+        let about = k.saturating_sub(NEIGHBOURS)..(k + NEIGHBOURS + 1).min(t.len());
+        let early = t[0] + place as f64 * apart - t[k];
+        even[place] = values[k] + early * slope(&t[about.clone()], &values[about]);
     }
-    let mut even = vec![f64::NAN; rows];
-    t.iter().zip(values).for_each(|(t, value)| even[place(t)] = *value);
     even
 }
+
+/// Where each sample would stand if all were so far `apart`; `None` where they come too unevenly for that.
+fn places(t: &[f64], apart: f64) -> Option<Vec<usize>> {
+    let places: Vec<usize> = t.iter().map(|at| ((at - t[0]) / apart).round() as usize).collect();
+    places.last().is_some_and(|last| *last < 2 * t.len()).then_some(places)
+}
+
+/// Of the straight line through some values; 0 where some are not finite.
+fn slope(t: &[f64], values: &[f64]) -> f64 {
+    let n = t.len() as f64;
+    let (at, level) = (t.iter().sum::<f64>() / n, values.iter().sum::<f64>() / n);
+    let (mut xx, mut xy) = (0.0, 0.0);
+    for (t, value) in t.iter().zip(values) {
+        xx += (t - at).powi(2);
+        xy += (t - at) * (value - level);
+    }
+    let slope = xy / xx;
+    if slope.is_finite() { slope } else { 0.0 }
+}
+
+/// Values on either side that tell how one changes.
+const NEIGHBOURS: usize = 3;
 
 /// Makes those differences no numbers that values are in which are to be left out.
 fn blank(differences: &mut [f64], skip: impl Fn(usize) -> bool) {
@@ -161,7 +212,7 @@ fn blank(differences: &mut [f64], skip: impl Fn(usize) -> bool) {
 
 /// Hann's, of value `k` of `n`.
 fn taper(k: usize, n: usize) -> f64 {
-    0.5 - 0.5 * (std::f64::consts::TAU * (k as f64 + 0.5) / n as f64).cos()
+    0.5 - 0.5 * (TAU * (k as f64 + 0.5) / n as f64).cos()
 }
 
 /// Vibrations that are taken out at most, and the share of the power that they have to have.
@@ -222,16 +273,14 @@ pub fn priors(problem: &Problem) -> Vec<Prior> {
 fn prior(series: &Series, reference: &[f64]) -> Prior {
     // A reading between two others is no measurement.
     let own: Vec<usize> = (0..series.t.len()).filter(|&k| series.read[k]).collect();
-    let mut apart: Vec<f64> = own.windows(2).map(|pair| series.t[pair[1]] - series.t[pair[0]]).collect();
-    let middle = apart.len() / 2;
-    let dt = if apart.is_empty() { series.span().dt } else { *apart.select_nth_unstable_by(middle, f64::total_cmp).1 };
     let at: Vec<f64> = own.iter().map(|&k| series.t[k]).collect();
+    let dt = median_apart(&at);
     let known: Vec<f64> = own.iter().map(|&k| if series.missing[k] { f64::NAN } else { series.gyro[k] }).collect();
     let gyro = evenly(&at, &known, dt);
+    let quiet = evenly(&at, &without_tones(&at, &known), dt);
     let flat = |k: usize| k > 1 && gyro[k] == gyro[k - 1] && gyro[k] == gyro[k - 2];
     let lsb = smallest_step(&gyro);
-    let mut differences = sixth_differences(&gyro);
-    take_tones_out(&mut differences);
+    let mut differences = sixth_differences(&quiet);
     let share = Lines::of(&differences).map_or(0.0, |lines| lines.share());
     blank(&mut differences, flat);
     let gyro = Spread::of(stretches_of(&differences)).less(share);
@@ -254,7 +303,8 @@ fn prior(series: &Series, reference: &[f64]) -> Prior {
     };
     let variance = variance.max(lsb * lsb / 12.0);
     let (encoder, from) = if step > 0.0 {
-        (step.sqrt(), format!("its step of {:.3} °", series.encoder.step.to_degrees()))
+        let more = if series.encoder.noise > 0.0 { " and what it varies by beyond that" } else { "" };
+        (step.sqrt(), format!("its step of {:.3} °{more}", series.encoder.step.to_degrees()))
     } else {
         let beside = beside_gyro(series, reference, variance * dt);
         let (least, of) =
@@ -266,7 +316,7 @@ fn prior(series: &Series, reference: &[f64]) -> Prior {
     Prior {
         reading: walk,
         assumed,
-        angle_random_walk: (gain(series, reference) * walk).hypot(reference_walk(series)),
+        angle_random_walk: (gain(&series.reference_t, &read_angle(series), reference) * walk).hypot(reference_walk(series)),
         encoder,
         source: format!("gyro noise from {gyro_says}; reference noise from {from}"),
     }
@@ -275,8 +325,9 @@ fn prior(series: &Series, reference: &[f64]) -> Prior {
 /// What the sixth differences of the reference's angle less the gyro's say: where a reference comes so seldom that they
 /// hold its motion, the gyro knows of most of that. The gyro's walk of N² = `walk` is in them too.
 fn beside_gyro(series: &Series, reference: &[f64], walk: f64) -> Spread {
-    let alpha = gain(series, reference);
-    let less: Vec<f64> = reference.iter().zip(read_angle(series)).map(|(r, own)| r - alpha * own).collect();
+    let read = read_angle(series);
+    let alpha = gain(&series.reference_t, &read, reference);
+    let less: Vec<f64> = reference.iter().zip(read).map(|(r, own)| r - alpha * own).collect();
     let dt = usual(series.reference_t.windows(2).map(|pair| pair[1] - pair[0]).collect());
     let walked = FIFTH / SIXTH * alpha * alpha * walk * dt;
     let variances = stretches(&less);
@@ -296,9 +347,8 @@ fn read_angle(series: &Series) -> Vec<f64> {
 
 /// |α|, about: the angle that the reference turns over the one that the readings do, both less their mean rates; 1 where
 /// they do not go together.
-fn gain(series: &Series, reference: &[f64]) -> f64 {
-    let read = read_angle(series);
-    let (x, y) = (untrended(&series.reference_t, &read), untrended(&series.reference_t, reference));
+fn gain(t: &[f64], read: &[f64], reference: &[f64]) -> f64 {
+    let (x, y) = (untrended(t, read), untrended(t, reference));
     let [xx, xy, yy] = [(&x, &x), (&x, &y), (&y, &y)].map(|(a, b)| dot(a, b));
     let found = xy.abs() / xx;
     if xy * xy > TOGETHER * xx * yy && found.is_finite() { found } else { 1.0 }
@@ -321,7 +371,11 @@ fn reference_walk(series: &Series) -> f64 {
     if series.walk.reference > 0.0 {
         return series.walk.reference;
     }
-    let noise = Spread::of(stretches(&series.reference_rate));
+    let t = &series.reference_t;
+    if series.reference_rate.is_empty() {
+        return 0.0;
+    }
+    let noise = Spread::of(stretches(&evenly(t, &series.reference_rate, median_apart(t))));
     let variance = if noise.uneven() { noise.quiet } else { noise.mean };
     (variance * usual(series.reference_t.windows(2).map(|pair| pair[1] - pair[0]).collect())).max(0.0).sqrt()
 }
@@ -334,17 +388,57 @@ pub fn walks(problem: &Problem) -> Vec<Walk> {
         .collect()
 }
 
-/// Variance of what the encoder's steps make it err by, its zero anywhere, along the motion as it shows it, rad².
+/// What a row of an encoder varies by beyond what its steps make it err by, rad, where the shaft turns by a count a row or more:
+/// the sixth differences of its angle less the one that the gyro has `turned` by, vibrations taken out, and of the errors that
+/// the steps make on that way. 0 where it is too little to tell.
+#[must_use]
+pub fn encoder_noise(encoder: &Encoder, t: &[f64], angle: &[f64], turned: &[f64]) -> f64 {
+    let step = encoder.step;
+    if step <= 0.0 {
+        return 0.0;
+    }
+    let alpha = gain(t, turned, angle);
+    let less: Vec<f64> = angle.iter().zip(turned).map(|(r, own)| r - alpha * own).collect();
+    let differences = sixth_differences(&without_tones(t, &less));
+    let seen: Vec<f64> = windows(&differences).collect();
+    let mut made = vec![0.0; seen.len()];
+    for zero in 0..ZEROS {
+        let along = |i: usize| alpha * turned[i] + step * f64::from(zero) / f64::from(ZEROS);
+        let errors: Vec<f64> = (0..turned.len()).map(|i| encoder.error(&along, turned.len(), i)).collect();
+        for (sum, of) in made.iter_mut().zip(windows(&sixth_differences(&errors))) {
+            *sum += of / f64::from(ZEROS);
+        }
+    }
+    let usual = encoder.step.powi(2) / 12.0 / encoder.readings as f64;
+    let moving = || seen.iter().zip(&made).filter(|(_, made)| **made > MOVES * usual);
+    let count = moving().count();
+    if count < ENOUGH {
+        return 0.0;
+    }
+    let own = Spread::of(moving().map(|(seen, _)| *seen).collect());
+    let made = moving().map(|(_, made)| made).sum::<f64>() / count as f64;
+    let beyond = if own.uneven() { own.quiet } else { own.mean } - made;
+    if beyond > TELLING * made { beyond.sqrt() } else { 0.0 }
+}
+
+/// Share of the variance that an encoder's steps make that is moved through.
+const MOVES: f64 = 0.5;
+/// Stretches of the log that the noise of an encoder is told from, and the share of what its steps make it err by that it has to be.
+const ENOUGH: usize = 40;
+const TELLING: f64 = 0.2;
+
+/// Variance of what the encoder's steps make it err by, its zero anywhere, along the motion as it shows it, and of its noise,
+/// rad².
 fn counts(series: &Series) -> f64 {
     let (encoder, angle) = (series.encoder, &series.reference_angle);
     if encoder.step <= 0.0 || encoder.readings == 1 {
-        return encoder.step.powi(2) / 12.0;
+        return encoder.step.powi(2) / 12.0 + encoder.noise.powi(2);
     }
     let zeros = (0..ZEROS).map(|k| encoder.step * f64::from(k) / f64::from(ZEROS));
     let square = |zero: f64| -> f64 {
         (0..angle.len()).map(|i| encoder.error(&|i| angle[i] + zero, angle.len(), i).powi(2)).sum()
     };
-    zeros.map(square).sum::<f64>() / f64::from(ZEROS) / angle.len() as f64
+    zeros.map(square).sum::<f64>() / f64::from(ZEROS) / angle.len() as f64 + encoder.noise.powi(2)
 }
 
 /// Places of an encoder's zero that its errors are the mean of.

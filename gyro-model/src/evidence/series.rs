@@ -65,6 +65,8 @@ pub struct Reading {
     pub row: usize,
     /// Its variance over that of a reading taken while the encoder turns fast, at most 1.
     pub spread: f64,
+    /// The same of what the encoder's steps alone make it err by.
+    pub steps: f64,
     /// How far the shaft is from what the encoder shows there, rad: it passes a count's centre before or after the middle
     /// of its time there where it is braked or driven.
     pub off: f64,
@@ -186,14 +188,15 @@ pub(super) fn unwrap(angle: &mut [f64]) {
 
 /// Every reading of a reference that is not quantised.
 fn each(count: usize) -> Vec<Reading> {
-    (0..count).map(|row| Reading { row, spread: 1.0, off: 0.0 }).collect()
+    (0..count).map(|row| Reading { row, spread: 1.0, steps: 1.0, off: 0.0 }).collect()
 }
 
 /// One reading a count that the encoder rests on: its middle, where the shaft stands near the count's centre if it
 /// passes through. How near: rows sample the passage 1/p of a count apart; where the shaft turns round or stands it may be
 /// anywhere. An encoder that goes on by the same number of counts from row to row rests too, seen from a shaft that turns
 /// so fast: what it reads too much is the same for so long.
-fn rests(angle: &[f64], step: f64) -> Vec<Reading> {
+fn rests(angle: &[f64], encoder: &Encoder) -> Vec<Reading> {
+    let step = encoder.step;
     let steps: Vec<f64> = angle.windows(2).map(|w| ((w[1] - w[0]) / step).round()).collect();
     let mut readings = Vec::new();
     let mut first = 0;
@@ -205,11 +208,11 @@ fn rests(angle: &[f64], step: f64) -> Vec<Reading> {
         // The earlier of two middle rows and the later in turn.
         let row = usize::midpoint(first, next - 1 + readings.len() % 2);
         let passage = Passage { steps: &steps, pace, first, next };
-        let (spread, off) = passage.at(row).map_or((1.0, 0.0), |(off, bend)| {
+        let (own, off) = passage.at(row).map_or((1.0, 0.0), |(off, bend)| {
             let unsure = (rows as f64).powi(-2) + 12.0 * (BEND * bend).powi(2);
             (unsure.clamp(UNEVEN, 1.0), off * step)
         });
-        readings.push(Reading { row, spread, off });
+        readings.push(Reading { row, spread: encoder.spread(own), steps: own, off });
         first = next;
     }
     readings
@@ -348,8 +351,9 @@ impl Series {
                 let turned = super::integrate::integral(&t, &gyro);
                 let there: Vec<f64> = reference_rows.iter().map(|&k| turned[k]).collect();
                 unwrap_over_holes(&reference_t, &mut angle, &there);
-                let encoder = Encoder::of(record, axis, &angle);
-                let readings = if encoder.shows_counts() { rests(&angle, encoder.step) } else { each(angle.len()) };
+                let mut encoder = Encoder::of(record, axis, &angle);
+                encoder.noise = super::prior::encoder_noise(&encoder, &reference_t, &angle, &there);
+                let readings = if encoder.shows_counts() { rests(&angle, &encoder) } else { each(angle.len()) };
                 (angle, encoder, readings)
             }
             ReferenceKind::Rate => {
