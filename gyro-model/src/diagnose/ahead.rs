@@ -12,7 +12,7 @@ use super::{
     refit::{Present, Refit},
 };
 use crate::{
-    effects::{self, Effect},
+    effects::{Effect, are_aliases},
     evidence::{problem::Slot, study::Study},
 };
 use faer::Mat;
@@ -63,12 +63,6 @@ pub(super) fn ahead<'a>(
         }
         None
     })
-}
-
-/// Whether the catalogue says of one of two effects that it may be taken for the other.
-fn are_aliases(a: &str, b: &str) -> bool {
-    let names = |a: &str, b: &str| effects::find(a).is_some_and(|e| e.card().aliases.iter().any(|alias| alias.id == b));
-    names(a, b) || names(b, a)
 }
 
 /// Whether a log tells hardly more of two effects together than of one of them: what their estimates do not share, Π(1 − ρ²)
@@ -133,15 +127,4 @@ fn holds(way: &[Step]) -> bool {
                 again.passes(&rest)
             })
         })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::are_aliases;
-
-    #[test]
-    fn aliases_are_so_both_ways() {
-        assert!(are_aliases("delay", "lag") && are_aliases("lag", "delay"));
-        assert!(!are_aliases("delay", "bias-step"));
-    }
 }

@@ -4,7 +4,7 @@ use super::{
     gate::SHARE,
     refit::{Present, Refit, mean, total},
 };
-use crate::{Axis, evidence::noise::BLOCKS};
+use crate::{Axis, effects::are_aliases, evidence::noise::BLOCKS};
 
 /// By the held-out error where that tells them apart, else by the held-out likelihood, which tells more finely.
 pub(super) fn rank(refits: &mut Vec<Refit>) {
@@ -37,7 +37,7 @@ pub(super) fn drop_driven(refits: &mut Vec<Refit>) {
         is(tone, "vibration-tone")
             && tone.candidate.series == r.candidate.series
             && (frequency(r) / frequency(tone) - 1.0).abs() < NEAR_A_TONE
-            && tone.equals(r)
+            && (tone.equals(r) || tone.does_nearly_as_well(r))
     };
     resonances.retain(|r| !others.iter().any(|tone| drives(tone, r)));
     *refits = others;
@@ -76,11 +76,10 @@ impl Refit<'_> {
         let (difference, error) = total(&gains);
         let (mean, spread) = self.against(other);
         let inflation = self.inflation.max(other.inflation);
-        let likely = difference.abs() < inflation * FOUND_TO.0.max(2.0 * error);
-        self.leaves_as_much_as(other)
-            && likely
-            && gains.len() == BLOCKS
-            && mean.abs() < FOUND_TO.1.max(2.0 * spread)
+        let ids = [self, other].map(|refit| refit.candidate.term.effect.card().id);
+        let least = if are_aliases(ids[0], ids[1]) { WITHIN_FORM } else { FOUND_TO.0 };
+        let likely = difference.abs() < inflation * least.max(2.0 * error);
+        self.leaves_as_much_as(other) && likely && gains.len() == BLOCKS && mean.abs() < FOUND_TO.1.max(2.0 * spread)
     }
 
     /// Whether two of which only one leaves samples out leave about the same error on those that they keep: a gain on fewer
@@ -93,6 +92,11 @@ impl Refit<'_> {
     /// Whether it does as well as `other`: better, or alike.
     fn equals(&self, other: &Refit) -> bool {
         self.alike(other) || (self.excess <= other.excess && self.held_out.0 >= other.held_out.0)
+    }
+
+    /// Whether what `other` gains beyond it is a small share of what both gain.
+    fn does_nearly_as_well(&self, other: &Refit) -> bool {
+        self.excess < (1.0 + CLOSE) * other.excess && self.held_out.0 > (1.0 - CLOSE) * other.held_out.0
     }
 
     /// Whether it belongs in the place of the effect that `present` has and it has not: by likelihood where both are
@@ -132,6 +136,9 @@ impl Refit<'_> {
 
 /// What an optimum's ln L and ln J are found to: two shapes of one motion may differ by less, and always to the same side.
 const FOUND_TO: (f64, f64) = (0.25, 1e-3);
+/// What ln L of two effects that may be taken for one another may differ by and say nothing: how either is undone between two
+/// samples makes as much of the noise.
+const WITHIN_FORM: f64 = 2.0;
 /// J above which the noise is not all there is: likelihoods then trust a wrong model, and the held-out error decides.
 pub(super) const ROUGH: f64 = 1.5;
 /// Rise of ln L that one more parameter is worth (half the logarithm of some thousand readings).

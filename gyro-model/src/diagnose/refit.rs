@@ -226,13 +226,14 @@ impl<'a> Present<'a> {
             prefer_plainer(&mut own, self);
             refits.append(&mut own);
         }
-        let mut seen: Vec<(usize, &str)> = Vec::new();
-        refits.retain(|r| {
-            let key = (r.candidate.series, r.candidate.term.effect.card().id);
-            let first = !seen.contains(&key);
-            seen.push(key);
-            first
-        });
+        // Of one effect, the best that is not at the end of what is physical: from another start it may be.
+        let key = |r: &Refit| (r.candidate.series, r.candidate.term.effect.card().id);
+        let is_best = |k: usize| {
+            let own: Vec<usize> = (0..refits.len()).filter(|&i| key(&refits[i]) == key(&refits[k])).collect();
+            own.iter().find(|&&i| !refits[i].at_bound()).or(own.first()) == Some(&k)
+        };
+        let mut best = (0..refits.len()).map(is_best).collect::<Vec<bool>>().into_iter();
+        refits.retain(|_| best.next() == Some(true));
         refits
     }
 

@@ -5,7 +5,7 @@
 //! (simulator, compensation, fit, diagnosis, reports, `truerate effects`) walks [`CATALOGUE`].
 
 pub(crate) use operators::{
-    SIXTH, STEADY, derivative, low_pass, play, quieted, second_derivative, sixth_differences, steadied,
+    SIXTH, STEADY, derivative, low_pass, play, quieted, second_derivative, sixth_differences, steadied, white_noise,
 };
 
 use crate::{
@@ -76,6 +76,13 @@ pub static CATALOGUE: &[&dyn Effect] = &[
 #[must_use]
 pub fn find(id: &str) -> Option<&'static dyn Effect> {
     CATALOGUE.iter().copied().find(|e| e.card().id == id)
+}
+
+/// Whether the catalogue says of one of two effects that it may be taken for the other.
+#[must_use]
+pub fn are_aliases(a: &str, b: &str) -> bool {
+    let names = |a: &str, b: &str| find(a).is_some_and(|e| e.card().aliases.iter().any(|alias| alias.id == b));
+    names(a, b) || names(b, a)
 }
 
 /// Where an effect acts between the true motion and the two readings.

@@ -103,7 +103,7 @@ const FITS: f64 = 1.1;
 
 /// Standard deviation of what is white in a smooth signal's samples: the median of its sixth differences, over what those of
 /// white noise have.
-fn white_noise(signal: &[f64]) -> f64 {
+pub(crate) fn white_noise(signal: &[f64]) -> f64 {
     let mut sizes: Vec<f64> = sixth_differences(signal).into_iter().map(f64::abs).collect();
     let middle = sizes.len() / 2;
     if sizes.is_empty() {

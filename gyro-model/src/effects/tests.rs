@@ -4,6 +4,12 @@ use super::*;
 use proptest::prelude::*;
 use std::collections::BTreeSet;
 
+#[test]
+fn aliases_are_so_both_ways() {
+    assert!(are_aliases("delay", "lag") && are_aliases("lag", "delay"));
+    assert!(!are_aliases("delay", "bias-step"));
+}
+
 const IDS: [&str; 26] = [
     "scale-factor",
     "bias",

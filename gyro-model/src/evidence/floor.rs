@@ -114,9 +114,7 @@ pub fn draw_through(
     let offset = rng.random::<f64>() * s.encoder.step;
     let along = warm.drawn_along();
     let reading: Vec<f64> = (0..s.reference_rows.len())
-        .map(|i| {
-            encoder_error(s, prior, along, offset, i, &mut rng) + s.encoder.noise * draw_normal(&mut rng)
-        })
+        .map(|i| encoder_error(s, prior, along, offset, i, &mut rng) + s.encoder.noise * draw_normal(&mut rng))
         .collect();
     [noise.clone(), undo(&noise)].map(|rate| {
         let angle = integral(&s.t, &rate);

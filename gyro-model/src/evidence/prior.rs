@@ -183,7 +183,9 @@ fn evenly(t: &[f64], values: &[f64], apart: f64) -> Vec<f64> {
 /// Where each sample would stand if all were so far `apart`; `None` where they come too unevenly for that.
 fn places(t: &[f64], apart: f64) -> Option<Vec<usize>> {
     let places: Vec<usize> = t.iter().map(|at| ((at - t[0]) / apart).round() as usize).collect();
-    places.last().is_some_and(|last| *last < 2 * t.len()).then_some(places)
+    let shared = places.windows(2).filter(|pair| pair[0] == pair[1]).count();
+    let is_even = places.last().is_some_and(|last| *last < 2 * t.len()) && shared * 100 < t.len();
+    is_even.then_some(places)
 }
 
 /// Of the straight line through some values; 0 where some are not finite.
@@ -316,7 +318,8 @@ fn prior(series: &Series, reference: &[f64]) -> Prior {
     Prior {
         reading: walk,
         assumed,
-        angle_random_walk: (gain(&series.reference_t, &read_angle(series), reference) * walk).hypot(reference_walk(series)),
+        angle_random_walk: (gain(&series.reference_t, &read_angle(series), reference) * walk)
+            .hypot(reference_walk(series)),
         encoder,
         source: format!("gyro noise from {gyro_says}; reference noise from {from}"),
     }
@@ -328,6 +331,8 @@ fn beside_gyro(series: &Series, reference: &[f64], walk: f64) -> Spread {
     let read = read_angle(series);
     let alpha = gain(&series.reference_t, &read, reference);
     let less: Vec<f64> = reference.iter().zip(read).map(|(r, own)| r - alpha * own).collect();
+    // Where samples come unevenly a bias looks like noise.
+    let less = untrended(&series.reference_t, &less);
     let dt = usual(series.reference_t.windows(2).map(|pair| pair[1] - pair[0]).collect());
     let walked = FIFTH / SIXTH * alpha * alpha * walk * dt;
     let variances = stretches(&less);
@@ -399,6 +404,7 @@ pub fn encoder_noise(encoder: &Encoder, t: &[f64], angle: &[f64], turned: &[f64]
     }
     let alpha = gain(t, turned, angle);
     let less: Vec<f64> = angle.iter().zip(turned).map(|(r, own)| r - alpha * own).collect();
+    let less = untrended(t, &less);
     let differences = sixth_differences(&without_tones(t, &less));
     let seen: Vec<f64> = windows(&differences).collect();
     let mut made = vec![0.0; seen.len()];

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     Axis, AxisModel, Model, Record, Term,
-    effects::{Memory, Role, Signals, Stage, derivative, steadied},
+    effects::{Memory, Role, Signals, Stage, derivative, quieted, steadied, white_noise},
     record::ReferenceKind,
 };
 use std::sync::Arc;
@@ -192,8 +192,10 @@ impl Problem {
             .zip(before)
             .map(|((s, track), before)| {
                 let rate = steadied(&s.t, &track.rate);
+                let mut angle = best_angle(s, &track.reference, &track.silent, &track.whole, &track.lost, LEVEL);
+                stand(&s.t, &track.rate, &mut angle);
                 Warm {
-                    angle: best_angle(s, &track.reference, &track.silent, &track.whole, &track.lost, LEVEL),
+                    angle,
                     close: nearness(s).map_or_else(Vec::new, |half| counted_angle(s, track, half)),
                     rate_dot: derivative(&s.t, &rate),
                     rate,
@@ -415,6 +417,35 @@ fn best_angle(s: &Series, reference: &[f64], silent: &[bool], angle: &[f64], los
     let mut hint = 0;
     angle.iter().zip(&s.t).map(|(a, &t)| a - linear(&s.reference_t, &level, t, &mut hint)).collect()
 }
+
+/// Lets an angle stand where the sensor rests: what it wanders there is the gyro's noise, which no play takes up and no tooth
+/// passes.
+fn stand(t: &[f64], rate: &[f64], angle: &mut [f64]) {
+    let (quiet, noise) = quieted(t, rate);
+    let white = white_noise(rate);
+    let slow: Vec<bool> = quiet.iter().map(|rate| rate.abs() < STANDS * noise).collect();
+    let mut first = 0;
+    for run in slow.chunk_by(|a, b| a == b) {
+        let (from, to) = (first, first + run.len());
+        first = to;
+        let span = t[to - 1] - t[from];
+        if !run[0] || span < RESTS {
+            continue;
+        }
+        let part = &mut angle[from..to];
+        let (low, high) = part.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
+        if high - low < WALKS * white * span / (run.len() as f64).sqrt() {
+            let mean = part.iter().sum::<f64>() / part.len() as f64;
+            part.fill(mean);
+        }
+    }
+}
+
+/// Standard deviations of the rate's noise within which a sensor rests, and for how long at least, s.
+const STANDS: f64 = 4.0;
+const RESTS: f64 = 0.25;
+/// Times the deviation of its walk over a rest that an angle may wander in it.
+const WALKS: f64 = 4.0;
 
 /// Marks what is marked in `more` too; either may be empty, which marks nothing.
 fn merge(marks: &mut Vec<bool>, more: &[bool]) {

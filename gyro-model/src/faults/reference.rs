@@ -169,7 +169,9 @@ pub(super) fn check(record: &Record, report: &mut Report) {
                 let says = format!("gyro_{axis} turns against {column}: negate one of them");
                 report.add_on(axis, "wrong-sign", rows, Some(0.0), says);
             }
-            if let Some(says) = unit.or_else(|| turns_of_360(&format!(", and gyro_{axis} like °/s: name it gyro_{axis}_dps"))) {
+            if let Some(says) =
+                unit.or_else(|| turns_of_360(&format!(", and gyro_{axis} like °/s: name it gyro_{axis}_dps")))
+            {
                 report.add_on(axis, "wrong-unit", rows, Some(0.0), says);
             }
         } else if let Some(says) = turns_of_360("") {
