@@ -333,14 +333,38 @@ fn beside_gyro(series: &Series, reference: &[f64], walk: f64) -> Spread {
     let less: Vec<f64> = reference.iter().zip(read).map(|(r, own)| r - alpha * own).collect();
     // Where samples come unevenly a bias looks like noise.
     let less = untrended(&series.reference_t, &less);
-    let dt = usual(series.reference_t.windows(2).map(|pair| pair[1] - pair[0]).collect());
-    let walked = FIFTH / SIXTH * alpha * alpha * walk * dt;
+    let step = median_apart(&series.t);
+    let rows = if series.turned.is_empty() { median_apart(&series.reference_t) / step } else { 1.0 };
+    let walked = alpha * alpha * walk * step * walked(rows);
     let variances = stretches(&less);
     Spread::of(variances.into_iter().map(|v| (v - walked).max(AT_LEAST * v)).collect())
 }
 
-/// Sum of the squared binomials of the fifth difference.
-const FIFTH: f64 = 252.0;
+/// What the noise of readings makes of the sixth differences of their integral, taken every so many readings: over their own
+/// variance times Δt², as if those differences were of white noise.
+///
+/// ```text
+/// Σ ((1 − zᵐ)⁵ (1 + z + … + zᵐ⁻¹) (−1 + 13z + 13z² − z³)/24)² / 924
+/// ```
+fn walked(readings: f64) -> f64 {
+    let rows = (readings.round() as usize).clamp(1, MANY);
+    let mut kernel = vec![0.0; rows + 3];
+    for first in 0..rows {
+        for (sum, weight) in kernel[first..].iter_mut().zip([-1.0, 13.0, 13.0, -1.0]) {
+            *sum += weight / 24.0;
+        }
+    }
+    for _ in 0..ORDER - 1 {
+        let before = kernel.clone();
+        kernel.resize(before.len() + rows, 0.0);
+        kernel[rows..].iter_mut().zip(&before).for_each(|(sum, weight)| *sum -= weight);
+    }
+    let more = (readings / rows as f64).max(1.0);
+    more * kernel.iter().map(|weight| weight * weight).sum::<f64>() / SIXTH
+}
+
+/// Readings from one row of a reference to the next beyond which their noise is as good as white.
+const MANY: usize = 64;
 /// Share of a variance that is left of it at least where another is taken off.
 const AT_LEAST: f64 = 0.1;
 
@@ -395,9 +419,11 @@ pub fn walks(problem: &Problem) -> Vec<Walk> {
 
 /// What a row of an encoder varies by beyond what its steps make it err by, rad, where the shaft turns by a count a row or more:
 /// the sixth differences of its angle less the one that the gyro has `turned` by, vibrations taken out, and of the errors that
-/// the steps make on that way. 0 where it is too little to tell.
+/// the steps and the noise of the readings make on that way. 0 where it is too little to tell. `shaft` and `gyro` are times and
+/// values.
 #[must_use]
-pub fn encoder_noise(encoder: &Encoder, t: &[f64], angle: &[f64], turned: &[f64]) -> f64 {
+pub fn encoder_noise(encoder: &Encoder, shaft: (&[f64], &[f64]), gyro: (&[f64], &[f64]), turned: &[f64]) -> f64 {
+    let ((t, angle), (gyro_t, gyro)) = (shaft, gyro);
     let step = encoder.step;
     if step <= 0.0 {
         return 0.0;
@@ -423,7 +449,12 @@ pub fn encoder_noise(encoder: &Encoder, t: &[f64], angle: &[f64], turned: &[f64]
     }
     let own = Spread::of(moving().map(|(seen, _)| *seen).collect());
     let made = moving().map(|(_, made)| made).sum::<f64>() / count as f64;
-    let beyond = if own.uneven() { own.quiet } else { own.mean } - made;
+    let rough = sixth_differences(&evenly(gyro_t, &without_tones(gyro_t, gyro), median_apart(gyro_t)));
+    let read = Spread::of(stretches_of(&rough));
+    let step_t = median_apart(gyro_t);
+    let noise = if read.uneven() { read.quiet } else { read.mean };
+    let walked = alpha * alpha * noise * step_t * step_t * walked(median_apart(t) / step_t);
+    let beyond = if own.uneven() { own.quiet } else { own.mean } - made - walked;
     if beyond > TELLING * made { beyond.sqrt() } else { 0.0 }
 }
 
