@@ -41,7 +41,7 @@ pub(super) struct Finding<'a> {
 
 /// What to run next, best first.
 pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
-    let line = Line { context };
+    let line = Line { context, log: &context.log, why: "adds what is missing until nothing is, and keeps the model" };
     let made = context.output.as_deref();
     match (context.command, finding.verdict) {
         (_, Verdict::BadData) => vec![line.of(
@@ -86,6 +86,8 @@ pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
             };
             vec![line.of("add", &[effect], context.model.as_deref(), &rest, why), line.ladder()]
         }
+        // What was added and not kept is not there to be looked at.
+        (Command::Ladder, Verdict::Unexplained) if made.is_none() => vec![line.ladder()],
         (Command::Diagnose | Command::Ladder, Verdict::Unexplained) => vec![line.of(
             "compare",
             &[],
@@ -93,13 +95,10 @@ pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
             &["--report", "left.html"],
             "shows what is left and where; an effect of your own can be written into the model file",
         )],
-        (Command::Diagnose | Command::Ladder, Verdict::CannotTell) => vec![line.of(
-            "diagnose",
-            &[],
-            made.or(context.model.as_deref()),
-            &[],
-            "again, on a log with the motion that is asked for above",
-        )],
+        (Command::Ladder, Verdict::CannotTell) if made.is_none() => vec![line.on_another_log().ladder()],
+        (Command::Diagnose | Command::Ladder, Verdict::CannotTell) => {
+            vec![line.on_another_log().of("diagnose", &[], made.or(context.model.as_deref()), &[], ANOTHER)]
+        }
         (Command::Add | Command::Remove, _) => match made {
             Some(model) => vec![line.of("diagnose", &[], Some(model), &[], "looks for what is still missing")],
             None => vec![line.ladder()],
@@ -114,11 +113,22 @@ pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
 /// Puts command lines together.
 struct Line<'a> {
     context: &'a Context,
+    log: &'a str,
+    /// What `ladder` is for.
+    why: &'a str,
 }
 
+/// What is said of a log that is still to be recorded.
+const ANOTHER: &str = "once NEW.csv is recorded with the motion that is asked for above";
+
 impl Line<'_> {
+    /// The same of a log that is still to be recorded.
+    fn on_another_log(&self) -> Self {
+        Self { log: "NEW.csv", why: ANOTHER, ..*self }
+    }
+
     fn of(&self, command: &str, effects: &[&str], model: Option<&str>, rest: &[&str], says: &str) -> Next {
-        let mut words = vec!["truerate".to_string(), command.to_string(), quoted(&self.context.log)];
+        let mut words = vec!["truerate".to_string(), command.to_string(), quoted(self.log)];
         words.extend(effects.iter().map(|e| (*e).to_string()));
         if let Some(model) = model {
             words.extend(["--model".to_string(), quoted(model)]);
@@ -130,13 +140,7 @@ impl Line<'_> {
 
     fn ladder(&self) -> Next {
         let model = self.context.model.as_deref();
-        self.of(
-            "ladder",
-            &[],
-            model,
-            &["-o", "model.toml"],
-            "adds what is missing until nothing is, and keeps the model",
-        )
+        self.of("ladder", &[], model, &["-o", "model.toml"], self.why)
     }
 
     fn apply(&self, model: &str) -> Next {

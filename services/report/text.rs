@@ -120,7 +120,8 @@ impl Screen {
     }
 
     fn curve(&mut self, axis: &AxisView) {
-        let rows = bars::rows(axis);
+        let mut rows = bars::rows(axis);
+        rows.dedup_by_key(|row| time(row.tau));
         if rows.is_empty() {
             return;
         }

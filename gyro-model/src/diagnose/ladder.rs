@@ -267,7 +267,7 @@ pub(super) fn conclude(
             let list: Vec<&Refit> = last.iter().filter(|r| r.candidate.series == k).collect();
             let (mut verdict, mut says) = match verdict::unexcited(&present.study, &present.gls, k) {
                 Some(says) => (Verdict::CannotTell, says),
-                None => verdict::rest(present, &list, &judged, k),
+                None => verdict::last_word(present, &list, &judged, k),
             };
             let own = judged::axis_model(&model, axis);
             let split = unsplit(&steps, &own.effect_ids());
@@ -315,7 +315,11 @@ const MOVED: f64 = 0.05;
 fn unsplit(steps: &[LadderStep], stayed: &[&str]) -> Vec<String> {
     let says = |step: &LadderStep| {
         let id = step.added.as_deref().filter(|id| stayed.contains(id) && !step.aliases.is_empty())?;
-        Some(format!("{id} or {}: {}", step.aliases.join(" or "), verdict::split_by(id, &step.aliases)))
+        let split = verdict::split_by(id, &step.aliases);
+        Some(format!(
+            "{id} or {}, which this log cannot tell apart. To tell them apart: {split}",
+            step.aliases.join(" or ")
+        ))
     };
     steps.iter().filter_map(says).collect()
 }

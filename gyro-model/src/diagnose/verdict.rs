@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     diagnosis::Verdict,
-    effects::Stage,
+    effects::{Card, Stage},
     evidence::{
         noise::{self, Gls},
         series::Rest,
@@ -20,6 +20,9 @@ const UNEXCITED: f64 = 0.03;
 const UNUSUAL: f64 = 4.0;
 /// Share of a log that may be lost before the rest of it is not enough for a verdict.
 const SILENT: f64 = 0.6;
+
+/// Share of a log that may be lost before that is worth a sentence.
+const MENTIONED: f64 = 0.02;
 
 /// What the log lacks for the base model itself, in words.
 #[must_use]
@@ -83,21 +86,48 @@ pub fn verdict(
     if let Some(k) = best {
         let card = suspects[k].candidate.term.effect.card();
         return if aliases[k].is_empty() {
-            (Verdict::MissingEffect, format!("{} is missing: {}. Add it and look again.", card.id, card.title))
+            (Verdict::MissingEffect, format!("{} is missing{}. Add it and look again.", card.id, title(card)))
         } else {
             let split = split_by(card.id, &aliases[k]);
             (
                 Verdict::Ambiguous,
                 format!(
-                    "{} or {} is missing, and this log cannot tell which: {split}.",
+                    "{} or {} is missing, and this log cannot tell which. To tell them apart: {split}.",
                     card.id,
                     aliases[k].join(" or ")
                 ),
             )
         };
     }
-    rest(present, suspects, judged, series)
+    last_word(present, suspects, judged, series)
 }
+
+/// What an effect is, where its name does not say so.
+fn title(card: &Card) -> String {
+    let named = card.id.replace('-', " ");
+    if card.title == named { String::new() } else { format!(": {}", card.title) }
+}
+
+/// The verdict where every suspect was looked at and none passes: noise that is so much more than white is believed of a bias
+/// that wanders, but not for certain.
+#[must_use]
+pub fn last_word(present: &Present, suspects: &[&Refit], judged: &Judged, series: usize) -> (Verdict, String) {
+    let (verdict, says) = rest(present, suspects, judged, series);
+    if verdict == Verdict::Adequate && !judged.within() && judged.over_floor() > WANDER {
+        let over = judged.over_floor();
+        return (
+            Verdict::CannotTell,
+            format!(
+                "the error is up to {over:.1} times what white noise leaves, and no effect of the catalogue stands out: a bias that \
+                 wanders would leave it, and so would something that is not in the catalogue. Record a second log, and one at rest."
+            ),
+        );
+    }
+    (verdict, says)
+}
+
+/// The largest error over its floor that a wandering bias is believed to leave.
+pub const WANDER: f64 = 3.0;
 
 /// The verdict where no suspect passes.
 #[must_use]
@@ -121,9 +151,14 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
                 ),
             );
         }
+        let left_out = if silent > MENTIONED {
+            format!(" In {:.0} % of it the rate is not known, and nothing is judged there.", 100.0 * silent)
+        } else {
+            String::new()
+        };
         return (
             Verdict::Adequate,
-            "the error is what noise alone leaves: no physics that this log could show is missing.".into(),
+            format!("the error is what noise alone leaves: no physics that this log could show is missing.{left_out}"),
         );
     }
     let largest = noise::of_sensors(prior);
