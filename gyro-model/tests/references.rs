@@ -101,6 +101,21 @@ fn what_a_whole_sensor_has_is_found_on_each_axis_of_an_orientation() {
     }
 }
 
+/// Looked for on one axis alone, a lateness would leave in its error what the others read late.
+#[test]
+fn a_suspect_of_a_whole_sensor_is_fitted_on_every_axis_of_an_orientation() {
+    let sensor = SensorSpec { reference: Reference::Quaternion, ..SensorSpec::default() };
+    let hidden = vec![Hidden::parse("delay:d=0.004", Axis::X).unwrap()];
+    let motion = Motion::Multisine { travel: 4.0 };
+    let record = simulate(&Scenario { motion, seconds: 60.0, seed: 6, hidden, sensor, ..Scenario::default() }).record;
+    let axes = diagnose::diagnose(&record, &Model::base_for(&record), &Axis::ALL, &Options::default()).unwrap();
+    for axis in axes {
+        let first = &axis.suspects[0];
+        assert_eq!(first.effect, "delay", "axis {}: {}", axis.axis, axis.says);
+        assert!(first.error_fall.unwrap() > 0.95, "axis {}: {:?}", axis.axis, first.error_fall);
+    }
+}
+
 /// How far a shaft turned inside a dead zone an encoder knows to whole counts only: each passage costs as much, and the
 /// floor has it.
 #[test]
@@ -179,4 +194,43 @@ fn a_lag_against_a_coarse_encoder_is_not_called_a_delay() {
     let record = simulate(&scenario).record;
     let (_, ladders) = diagnose::ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap();
     assert_eq!(ladders[0].effects, ["scale-factor", "bias", "lag"], "{}", ladders[0].says);
+}
+
+/// A magnetic encoder flickers by more than its step: what is left is as much as that makes, and nothing is missing.
+#[test]
+fn an_encoder_that_varies_by_more_than_its_step_hides_nothing() {
+    for (seed, motion) in [(1, "multisine"), (2, "drive"), (3, "sine")] {
+        let step = TAU / 4096.0;
+        let sensor = SensorSpec {
+            reference: Reference::Encoder(4096),
+            reference_noise: 0.7 * step,
+            axis: Axis::X,
+            ..SensorSpec::random(seed)
+        };
+        let motion = motion.parse().unwrap();
+        let record = simulate(&Scenario { motion, sensor, seed, rate_hz: 200.0, ..Scenario::default() }).record;
+        let (_, ladders) =
+            diagnose::ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap();
+        assert_eq!(ladders[0].verdict, Verdict::Adequate, "seed {seed}: {}", ladders[0].says);
+        let over = ladders[0].steps.last().and_then(|step| step.error_over_floor).unwrap();
+        assert!((0.8..1.4).contains(&over), "seed {seed}: {over} times the floor");
+    }
+}
+
+/// While a shaft rests its gyro's noise walks, and no play takes that up.
+#[test]
+fn a_shaft_that_stops_between_turns_has_no_play() {
+    let mut random = ChaCha8Rng::seed_from_u64(8);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+    let (step, mut angle, mut before) = (TAU / 65_536.0, 0.3, None);
+    // Turns of a second, to and fro by other amounts, with two seconds of rest after each.
+    let sizes = [0.8, -1.1, 1.7, -0.6, -0.9, 1.3, 0.5, -1.9, 0.7, -0.4];
+    let record = log(11_000, |t| {
+        let (turn, within) = ((t / 3.0).floor() as usize, t.rem_euclid(3.0));
+        let rate: f64 = if within < 1.0 { sizes[turn % sizes.len()] * (1.0 - (TAU * within).cos()) } else { 0.0 };
+        angle += before.replace(rate).map_or(0.0, |before: f64| 0.5 * (before + rate) / RATE_HZ);
+        (rate + 2.5e-3 * normal(), ((angle + 2e-5 * normal()) / step).round() * step)
+    });
+    let (_, ladders) = diagnose::ladder(&record, &Model::base_for(&record), &[Axis::Z], &Options::default()).unwrap();
+    assert_eq!(ladders[0].effects, ["scale-factor", "bias"], "{}", ladders[0].says);
 }

@@ -2,7 +2,7 @@
 
 use crate::{
     cli::{LogArgs, ReportArgs},
-    commands::subject::Subject,
+    commands::subject::{Start, Subject},
     report::{self, Against, Command},
 };
 use anyhow::Result;
@@ -42,16 +42,20 @@ pub struct Args {
 /// A refused log or model, or a report that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
     args.report.check(&[&args.log.log])?;
-    let subject = Subject::read(&args.log, args.axis)?;
-    let judge = |model: Option<&PathBuf>| {
-        let start = subject.start(model.map(PathBuf::as_path))?;
-        subject.compare(&start.file.model, start.own_log)
-    };
-    let diagnosis = judge(args.model.as_ref())?;
+    let mut subject = Subject::read(&args.log, args.axis)?;
+    let start = subject.start(args.model.as_deref())?;
+    let other = args.against.as_deref().map(|path| subject.start(Some(path))).transpose()?;
+    for (start, path) in [(Some(&start), &args.model), (other.as_ref(), &args.against)] {
+        if let (Some(start), Some(path)) = (start, path) {
+            subject.keep_axes_of(&start.file.model, &path.display().to_string())?;
+        }
+    }
+    let judge = |start: &Start| subject.compare(&start.file.model, start.own_log);
+    let diagnosis = judge(&start)?;
     let context = subject.context(Command::Compare, &args.log, args.axis, args.model.as_deref(), None);
     let context = |file: bool| if file { context.for_file() } else { context.clone() };
-    if let Some(against) = &args.against {
-        let other = judge(Some(against))?;
+    if let (Some(against), Some(other)) = (&args.against, &other) {
+        let other = judge(other)?;
         let model = args.model.as_ref().map_or_else(|| "base model".to_owned(), |m| m.display().to_string());
         let against = against.display().to_string();
         let both = Against { model: &model, diagnosis: &diagnosis, other_model: &against, other: &other };

@@ -7,7 +7,7 @@ use crate::{
     report::{self, Command},
 };
 use anyhow::Result;
-use gyro_model::{Axis, Model};
+use gyro_model::Axis;
 use std::{
     path::{Path, PathBuf},
     process::ExitCode,
@@ -55,7 +55,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             let file = model_file::load(path, &subject.record.free_names)?;
             (file.model, file.own_effects)
         }
-        None => (Model::base_for(&subject.record), Vec::new()),
+        None => (subject.base(), Vec::new()),
     };
     let mut model = subject.fit(&start)?;
     model.epoch = start.epoch + 1;

@@ -71,8 +71,36 @@ impl Subject {
             let own_log = file.provenance.as_ref().is_some_and(|p| p.names(&self.provenance));
             return Ok(Start { file, own_log });
         }
-        let base = Model::base_for(&self.record);
-        Ok(Start { file: self.fitted(self.fit(&base)?, Vec::new()), own_log: true })
+        Ok(Start { file: self.fitted(self.fit(&self.base())?, Vec::new()), own_log: true })
+    }
+
+    /// The base model of the axes that are meant, not fitted yet.
+    #[must_use]
+    pub fn base(&self) -> Model {
+        let mut base = Model::base_for(&self.record);
+        for axis in Axis::ALL.into_iter().filter(|axis| !self.axes.contains(axis)) {
+            base.axes[axis.index()] = None;
+        }
+        base
+    }
+
+    /// Leaves out the axes that a model says nothing of.
+    ///
+    /// # Errors
+    /// It says nothing of any.
+    pub fn keep_axes_of(&mut self, model: &Model, name: &str) -> Result<()> {
+        let says_of = |axis: &Axis| model.axes[axis.index()].is_some();
+        if !self.axes.iter().any(says_of) {
+            let letters = |axes: &[Axis]| axes.iter().map(|axis| axis.letter()).collect::<Vec<_>>().join(", ");
+            let has: Vec<Axis> = Axis::ALL.into_iter().filter(says_of).collect();
+            bail!(
+                "{name}: says nothing of axis {}, only of {}: give a model that was fitted on it",
+                letters(&self.axes),
+                letters(&has)
+            );
+        }
+        self.axes.retain(says_of);
+        Ok(())
     }
 
     /// Refits a model on the axes that are meant.

@@ -194,7 +194,7 @@ mod tests {
         let (rows, readings, step) = (400, 16, 0.001);
         for speed in [0.02, 0.3, 1.0, 7.0] {
             let angle = |x: f64| step * (speed * readings as f64 * x + 3.0 * (0.05 * x).sin());
-            let encoder = Encoder { step, readings };
+            let encoder = Encoder { step, readings, noise: 0.0 };
             let mut rng = StdRng::seed_from_u64(1);
             let (mut counted, mut said) = (0.0, 0.0);
             for _ in 0..60 {

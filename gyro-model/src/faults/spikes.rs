@@ -141,7 +141,7 @@ mod tests {
 
     #[test]
     fn an_angle_that_wraps_becomes_continuous() {
-        let mut angles: Vec<f64> = (0..1000).map(|k| (f64::from(k) * 0.05) % std::f64::consts::TAU).collect();
+        let mut angles: Vec<f64> = (0..1000).map(|k| (f64::from(k) * 0.05) % TAU).collect();
         unwrap(&mut angles, TAU);
         assert!(angles.windows(2).all(|pair| (pair[1] - pair[0] - 0.05).abs() < 1e-9));
     }

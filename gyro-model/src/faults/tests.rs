@@ -160,3 +160,20 @@ fn a_log_of_nothing_is_no_trouble() {
     }
     check(&mut record, &[]);
 }
+
+#[test]
+fn degrees_that_wrap_are_known_whatever_the_unit_of_the_gyro() {
+    for gyro_too in [false, true] {
+        let mut record = simulated(Vec::new(), "multisine".parse().unwrap(), 5);
+        for row in &mut record.rows {
+            row.ref_angle[0] = row.ref_angle[0].to_degrees().rem_euclid(360.0);
+            if gyro_too {
+                row.gyro[0] = row.gyro[0].to_degrees();
+            }
+        }
+        let report = check(&mut record, &[]);
+        let units = || report.faults.iter().filter(|fault| fault.fault == "wrong-unit").map(|fault| &fault.says);
+        let names = |says: &String| says.contains("ref_angle_x") && says.contains("_deg");
+        assert!(units().any(names), "{:?}", units().collect::<Vec<_>>());
+    }
+}
