@@ -333,9 +333,10 @@ fn beside_gyro(series: &Series, reference: &[f64], walk: f64) -> Spread {
     let less: Vec<f64> = reference.iter().zip(read).map(|(r, own)| r - alpha * own).collect();
     // Where samples come unevenly a bias looks like noise.
     let less = untrended(&series.reference_t, &less);
-    let step = median_apart(&series.t);
-    let rows = if series.turned.is_empty() { median_apart(&series.reference_t) / step } else { 1.0 };
-    let walked = alpha * alpha * walk * step * walked(rows);
+    let (step, apart) = (median_apart(&series.t), median_apart(&series.reference_t));
+    // What means have turned by is the sum of all readings.
+    let step = if series.turned.is_empty() { step } else { apart / MANY as f64 };
+    let walked = alpha * alpha * walk * step * walked(apart / step);
     let variances = stretches(&less);
     Spread::of(variances.into_iter().map(|v| (v - walked).max(AT_LEAST * v)).collect())
 }
@@ -418,21 +419,21 @@ pub fn walks(problem: &Problem) -> Vec<Walk> {
 }
 
 /// What a row of an encoder varies by beyond what its steps make it err by, rad, where the shaft turns by a count a row or more:
-/// the sixth differences of its angle less the one that the gyro has `turned` by, vibrations taken out, and of the errors that
+/// the sixth differences of its angle less the one that the gyro has turned by, vibrations taken out, and of the errors that
 /// the steps and the noise of the readings make on that way. 0 where it is too little to tell. `shaft` and `gyro` are times and
-/// values.
+/// values, `rows` where in these the former stand.
 #[must_use]
-pub fn encoder_noise(encoder: &Encoder, shaft: (&[f64], &[f64]), gyro: (&[f64], &[f64]), turned: &[f64]) -> f64 {
-    let ((t, angle), (gyro_t, gyro)) = (shaft, gyro);
-    let step = encoder.step;
+pub fn encoder_noise(encoder: &Encoder, shaft: (&[f64], &[f64]), gyro: (&[f64], &[f64]), rows: &[usize]) -> f64 {
+    let ((t, angle), step) = (shaft, encoder.step);
     if step <= 0.0 {
         return 0.0;
     }
-    let alpha = gain(t, turned, angle);
-    let less: Vec<f64> = angle.iter().zip(turned).map(|(r, own)| r - alpha * own).collect();
-    let less = untrended(t, &less);
-    let differences = sixth_differences(&without_tones(t, &less));
-    let seen: Vec<f64> = windows(&differences).collect();
+    let readings = without_tones(gyro.0, gyro.1);
+    let turned = integral(gyro.0, &readings);
+    let turned: Vec<f64> = rows.iter().map(|&k| turned[k]).collect();
+    let alpha = gain(t, &turned, angle);
+    let less: Vec<f64> = angle.iter().zip(&turned).map(|(r, own)| r - alpha * own).collect();
+    let seen: Vec<f64> = windows(&sixth_differences(&untrended(t, &less))).collect();
     let mut made = vec![0.0; seen.len()];
     for zero in 0..ZEROS {
         let along = |i: usize| alpha * turned[i] + step * f64::from(zero) / f64::from(ZEROS);
@@ -447,14 +448,12 @@ pub fn encoder_noise(encoder: &Encoder, shaft: (&[f64], &[f64]), gyro: (&[f64], 
     if count < ENOUGH {
         return 0.0;
     }
-    let own = Spread::of(moving().map(|(seen, _)| *seen).collect());
+    let of = |spread: Spread| if spread.uneven() { spread.quiet } else { spread.mean };
+    let own = of(Spread::of(moving().map(|(seen, _)| *seen).collect()));
     let made = moving().map(|(_, made)| made).sum::<f64>() / count as f64;
-    let rough = sixth_differences(&evenly(gyro_t, &without_tones(gyro_t, gyro), median_apart(gyro_t)));
-    let read = Spread::of(stretches_of(&rough));
-    let step_t = median_apart(gyro_t);
-    let noise = if read.uneven() { read.quiet } else { read.mean };
-    let walked = alpha * alpha * noise * step_t * step_t * walked(median_apart(t) / step_t);
-    let beyond = if own.uneven() { own.quiet } else { own.mean } - made - walked;
+    let apart = median_apart(gyro.0);
+    let read = of(Spread::of(stretches(&evenly(gyro.0, &readings, apart))));
+    let beyond = own - made - (alpha * apart).powi(2) * read * walked(median_apart(t) / apart);
     if beyond > TELLING * made { beyond.sqrt() } else { 0.0 }
 }
 

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     Axis, AxisModel, Model, Record, Term,
-    effects::{Memory, Role, Signals, Stage, derivative, quieted, steadied, white_noise},
+    effects::{Memory, Role, Signals, Stage, derivative, steadied, white_noise},
     record::ReferenceKind,
 };
 use std::sync::Arc;
@@ -421,31 +421,32 @@ fn best_angle(s: &Series, reference: &[f64], silent: &[bool], angle: &[f64], los
 /// Lets an angle stand where the sensor rests: what it wanders there is the gyro's noise, which no play takes up and no tooth
 /// passes.
 fn stand(t: &[f64], rate: &[f64], angle: &mut [f64]) {
-    let (quiet, noise) = quieted(t, rate);
     let white = white_noise(rate);
-    let slow: Vec<bool> = quiet.iter().map(|rate| rate.abs() < STANDS * noise).collect();
+    let rows = (RESTS * (t.len() - 1) as f64 / (t[t.len() - 1] - t[0])).ceil().max(4.0) as usize;
+    let rests = |part: &[f64]| {
+        let n = part.len() as f64;
+        let mean = part.iter().sum::<f64>() / n;
+        let spread = part.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n;
+        part.len() == rows && mean.abs() < STANDS * white / n.sqrt() && spread < NO_MORE * white * white
+    };
+    let still: Vec<bool> = rate.chunks(rows).map(rests).collect();
     let mut first = 0;
-    for run in slow.chunk_by(|a, b| a == b) {
-        let (from, to) = (first, first + run.len());
-        first = to;
-        let span = t[to - 1] - t[from];
-        if !run[0] || span < RESTS {
-            continue;
-        }
-        let part = &mut angle[from..to];
-        let (low, high) = part.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
-        if high - low < WALKS * white * span / (run.len() as f64).sqrt() {
+    for run in still.chunk_by(|a, b| a == b) {
+        let part = first * rows..((first + run.len()) * rows).min(angle.len());
+        first += run.len();
+        if run[0] {
+            let part = &mut angle[part];
             let mean = part.iter().sum::<f64>() / part.len() as f64;
             part.fill(mean);
         }
     }
 }
 
-/// Standard deviations of the rate's noise within which a sensor rests, and for how long at least, s.
-const STANDS: f64 = 4.0;
+/// What a sensor rests for at least, s, and the standard deviations of its mean rate, and times the variance of its noise, that
+/// it shows meanwhile at most.
 const RESTS: f64 = 0.25;
-/// Times the deviation of its walk over a rest that an angle may wander in it.
-const WALKS: f64 = 4.0;
+const STANDS: f64 = 4.0;
+const NO_MORE: f64 = 2.0;
 
 /// Marks what is marked in `more` too; either may be empty, which marks nothing.
 fn merge(marks: &mut Vec<bool>, more: &[bool]) {

@@ -352,7 +352,8 @@ impl Series {
                 let there: Vec<f64> = reference_rows.iter().map(|&k| turned[k]).collect();
                 unwrap_over_holes(&reference_t, &mut angle, &there);
                 let mut encoder = Encoder::of(record, axis, &angle);
-                encoder.noise = super::prior::encoder_noise(&encoder, (&reference_t, &angle), (&t, &gyro), &there);
+                encoder.noise =
+                    super::prior::encoder_noise(&encoder, (&reference_t, &angle), (&t, &gyro), &reference_rows);
                 let readings = if encoder.shows_counts() { rests(&angle, &encoder) } else { each(angle.len()) };
                 (angle, encoder, readings)
             }
