@@ -385,8 +385,22 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
             before = cost;
         }
     }
+    // A walk that hardly raises ln L is found now here, now there: none is as likely.
+    let still = NoiseModel { bias_random_walk: NO_WALK * noise.angle_random_walk, ..noise };
+    if noise.bias_random_walk > still.bias_random_walk {
+        let (residual, limits) = (moved(study, &step), limits(study, &all));
+        let cost = |noise: &NoiseModel| likelihood::seek(noise, &all, &residual, &limits, 0).1;
+        if cost(&still) < cost(&noise) + UNSEEN {
+            noise = still;
+        }
+    }
     at_noise(study, &noise)
 }
+
+/// Bias random walk over the angle's that is as good as none, 1/s.
+const NO_WALK: f64 = 1e-6;
+/// Fall of ln L up to which nobody sees a walk.
+const UNSEEN: f64 = 0.5;
 
 /// Starts that are tried at first: the likeliest ones.
 const TRIED: usize = 2;
@@ -418,13 +432,13 @@ pub(crate) fn likelier(study: &Study, known: &Gls, start: &NoiseModel) -> Option
 }
 
 /// Generalised least squares under the largest bias random walk that the log does not speak against, ln L falling by at most
-/// 0.5: a walk too small to be seen still makes the bias of a log another than that of the next.
+/// [`UNSEEN`]: a walk too small to be seen still makes the bias of a log another than that of the next.
 pub(crate) fn with_unseen_walk(study: &Study, gls: &Gls) -> Gls {
     let (rows, residual) = (search_rows(study), moved(study, &gls.step));
     let walking = |walk: f64| NoiseModel { bias_random_walk: walk, ..gls.noise };
     let cost = |walk: f64| likelihood::seek(&walking(walk), &rows, &residual, &limits(study, &rows), 0).1;
     let (mut low, mut high) = (gls.noise.bias_random_walk.max(1e-4 * WALK), WALK);
-    let most = cost(gls.noise.bias_random_walk) + 0.5;
+    let most = cost(gls.noise.bias_random_walk) + UNSEEN;
     for _ in 0..HALVINGS {
         let middle = (low * high).sqrt();
         *(if cost(middle) < most { &mut low } else { &mut high }) = middle;
