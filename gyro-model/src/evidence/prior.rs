@@ -434,31 +434,52 @@ pub fn encoder_noise(encoder: &Encoder, shaft: (&[f64], &[f64]), gyro: (&[f64], 
     let alpha = gain(t, &turned, angle);
     let less: Vec<f64> = angle.iter().zip(&turned).map(|(r, own)| r - alpha * own).collect();
     let seen: Vec<f64> = windows(&sixth_differences(&untrended(t, &less))).collect();
-    let mut made = vec![0.0; seen.len()];
+    let mut made_in = vec![0.0; seen.len()];
     for zero in 0..ZEROS {
         let along = |i: usize| alpha * turned[i] + step * f64::from(zero) / f64::from(ZEROS);
         let errors: Vec<f64> = (0..turned.len()).map(|i| encoder.error(&along, turned.len(), i)).collect();
-        for (sum, of) in made.iter_mut().zip(windows(&sixth_differences(&errors))) {
+        for (sum, of) in made_in.iter_mut().zip(windows(&sixth_differences(&errors))) {
             *sum += of / f64::from(ZEROS);
         }
     }
     let usual = encoder.step.powi(2) / 12.0 / encoder.readings as f64;
-    let moving = || seen.iter().zip(&made).filter(|(_, made)| **made > MOVES * usual);
+    let moving = || seen.iter().zip(&made_in).filter(|(_, made)| **made > MOVES * usual);
     let count = moving().count();
     if count < ENOUGH {
         return 0.0;
     }
     let of = |spread: Spread| if spread.uneven() { spread.quiet } else { spread.mean };
-    let own = of(Spread::of(moving().map(|(seen, _)| *seen).collect()));
+    let own = Spread::of(moving().map(|(seen, _)| *seen).collect());
+    // What is here and not there is no noise: jerks that gyro and encoder see each in its own way.
+    if own.mean > EVEN * own.quiet {
+        return 0.0;
+    }
     let made = moving().map(|(_, made)| made).sum::<f64>() / count as f64;
     let apart = median_apart(gyro.0);
-    let read = of(Spread::of(stretches(&evenly(gyro.0, &readings, apart))));
-    let beyond = own - made - (alpha * apart).powi(2) * read * walked(median_apart(t) / apart);
-    if beyond > TELLING * made { beyond.sqrt() } else { 0.0 }
+    let read = Spread::of(stretches(&evenly(gyro.0, &readings, apart)));
+    // Where the motion never rests the two see it at other times, and no noise of either is known.
+    if read.quiet > POOR.powi(2) / apart {
+        return 0.0;
+    }
+    let read = of(read);
+    let walk = (alpha * apart).powi(2) * read * walked(median_apart(t) / apart);
+    let beyond = own.mean - made - walk;
+    // A motion so jerky that this much of it is left where gyro and encoder see it at other times would look like noise.
+    let way: Vec<f64> = windows(&sixth_differences(&turned)).collect();
+    let moved = way.iter().zip(&made_in).filter(|(_, made)| **made > MOVES * usual).map(|(way, _)| way);
+    let jerks = alpha * alpha * moved.sum::<f64>() / count as f64;
+    let is_noise = beyond > TELLING * made && beyond > LATE * jerks && beyond < (STEPS * step).powi(2);
+    if is_noise { beyond.sqrt() } else { 0.0 }
 }
 
 /// Share of the variance that an encoder's steps make that is moved through.
 const MOVES: f64 = 0.5;
+/// Times what the quietest stretches say that noise which is everywhere the same may be in the mean.
+const EVEN: f64 = 1.5;
+/// Steps beyond which it is no noise of the encoder, but of how it is read.
+const STEPS: f64 = 1.2;
+/// Times the variance of a motion's fastest part that two which see it at other times differ by.
+const LATE: f64 = 4.0;
 /// Stretches of the log that the noise of an encoder is told from, and the share of what its steps make it err by that it has to be.
 const ENOUGH: usize = 40;
 const TELLING: f64 = 0.2;
