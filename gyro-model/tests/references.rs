@@ -234,3 +234,26 @@ fn a_shaft_that_stops_between_turns_has_no_play() {
     let (_, ladders) = diagnose::ladder(&record, &Model::base_for(&record), &[Axis::Z], &Options::default()).unwrap();
     assert_eq!(ladders[0].effects, ["scale-factor", "bias"], "{}", ladders[0].says);
 }
+
+/// A stepper whose cogs shake its shaft faster than the log is sampled, and never let it rest: gyro and encoder, which see
+/// that 12 ms apart, differ by much that is no noise of the encoder. What is missing is the delay, and no list of effects.
+#[test]
+fn a_shaking_that_is_seen_late_is_no_noise_of_the_encoder() {
+    let mut random = ChaCha8Rng::seed_from_u64(11);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+    let (late, step, cogs, shake) = (0.012, TAU / 4096.0, 80.0, 2e-3);
+    let lines = [(2.0, 0.05, 0.0), (1.5, 0.13, 1.0), (1.2, 0.31, 2.0)];
+    let shaft = |t: f64| -> (f64, f64) {
+        let rate: f64 = lines.iter().map(|(size, f, phase)| size * (TAU * f * t + phase).sin()).sum();
+        let angle: f64 = lines.iter().map(|(size, f, phase)| -size / (TAU * f) * (TAU * f * t + phase).cos()).sum();
+        (rate * (1.0 + cogs * shake * (cogs * angle).cos()), angle + shake * (cogs * angle).sin())
+    };
+    let record = log(12_000, |t| {
+        let read = 0.98 * shaft(t - late).0 + 0.01 + 1e-3 * normal();
+        (read, (shaft(t).1 / step).round() * step)
+    });
+    let (_, ladders) = diagnose::ladder(&record, &Model::base_for(&record), &[Axis::Z], &Options::default()).unwrap();
+    assert_eq!(ladders[0].effects, ["scale-factor", "bias", "delay"], "{}", ladders[0].says);
+    let over: Vec<f64> = ladders[0].steps.iter().filter_map(|step| step.error_over_floor).collect();
+    assert!(over[0] > 20.0 && (1.0..2.5).contains(&over[1]), "{over:?} times the floor");
+}

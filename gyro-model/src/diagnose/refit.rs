@@ -1,7 +1,7 @@
 //! A suspect refitted exactly, and what that is worth.
 
 use super::{
-    candidates::{Candidate, Scanner, scan, with_term_throughout},
+    candidates::{Candidate, Scanner, of_whole_sensor, scan, with_term_throughout},
     gate::chance,
     rank::{drop_driven, prefer_plainer, rank},
 };
@@ -120,8 +120,7 @@ impl<'a> Present<'a> {
     /// to the next. Over many rows the noise adds up to what it was, and the motion is still there.
     pub(super) fn beside(&self, effect: &dyn Effect, series: usize) -> &Self {
         let series = &self.study.bench.problem.series[series];
-        let filters = matches!(effect.stage(), Stage::Timing | Stage::Response);
-        if self.study.every > 1 || !filters || series.kind != ReferenceKind::Rate {
+        if self.study.every > 1 || !of_whole_sensor(effect) || series.kind != ReferenceKind::Rate {
             return self;
         }
         let t = &series.reference_t;

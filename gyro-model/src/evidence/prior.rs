@@ -464,22 +464,13 @@ pub fn encoder_noise(encoder: &Encoder, shaft: (&[f64], &[f64]), gyro: (&[f64], 
     let read = of(read);
     let walk = (alpha * apart).powi(2) * read * walked(median_apart(t) / apart);
     let beyond = own.mean - made - walk;
-    // A motion so jerky that this much of it is left where gyro and encoder see it at other times would look like noise.
-    let way: Vec<f64> = windows(&sixth_differences(&turned)).collect();
-    let moved = way.iter().zip(&made_in).filter(|(_, made)| **made > MOVES * usual).map(|(way, _)| way);
-    let jerks = alpha * alpha * moved.sum::<f64>() / count as f64;
-    let is_noise = beyond > TELLING * made && beyond > LATE * jerks && beyond < (STEPS * step).powi(2);
-    if is_noise { beyond.sqrt() } else { 0.0 }
+    if beyond > TELLING * made { beyond.sqrt() } else { 0.0 }
 }
 
 /// Share of the variance that an encoder's steps make that is moved through.
 const MOVES: f64 = 0.5;
 /// Times what the quietest stretches say that noise which is everywhere the same may be in the mean.
 const EVEN: f64 = 1.5;
-/// Steps beyond which it is no noise of the encoder, but of how it is read.
-const STEPS: f64 = 1.2;
-/// Times the variance of a motion's fastest part that two which see it at other times differ by.
-const LATE: f64 = 4.0;
 /// Stretches of the log that the noise of an encoder is told from, and the share of what its steps make it err by that it has to be.
 const ENOUGH: usize = 40;
 const TELLING: f64 = 0.2;
