@@ -15,7 +15,7 @@ pub mod stuck;
 mod tests;
 mod timing;
 
-use crate::{Axis, Record, diagnosis::DataFault};
+use crate::{Axis, Record, diagnosis::DataFault, order::quantile};
 
 /// What was found.
 #[derive(Clone, Debug, Default)]
@@ -73,15 +73,6 @@ fn seconds(record: &Record, row: usize) -> f64 {
 /// `1 row`, `2 rows`.
 fn counted(count: usize, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
-}
-
-/// The value below which a share `q` of them lies; `None` where there is none.
-fn quantile(mut values: Vec<f64>, q: f64) -> Option<f64> {
-    if values.is_empty() {
-        return None;
-    }
-    let place = ((values.len() - 1) as f64 * q).round() as usize;
-    Some(*values.select_nth_unstable_by(place, f64::total_cmp).1)
 }
 
 /// Smallest difference between readings.

@@ -10,6 +10,7 @@ use crate::{
     diagnose::{begin, long},
     effects::Need,
     evidence::study::{Bench, Study},
+    order::median,
     record::ReferenceKind,
 };
 use thiserror::Error;
@@ -39,11 +40,6 @@ impl Model {
         model.origin.supply = median(record.rows.iter().map(|r| r.supply).filter(|v| v.is_finite()).collect());
         model
     }
-}
-
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
 }
 
 /// The axes in groups that share a reference: each shaft axis alone, those of a quaternion together.

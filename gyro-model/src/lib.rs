@@ -49,6 +49,7 @@ pub mod kalman;
 pub mod model;
 pub mod nls;
 pub mod observer;
+mod order;
 pub mod paper;
 mod parallel;
 pub mod process_noise;

@@ -11,7 +11,8 @@ use crate::{
 };
 use anyhow::{Context, Result, bail};
 use gyro_model::{
-    Axis, Model, Record, diagnose,
+    Axis, Model, Record,
+    diagnose::{self, verdict},
     diagnosis::{AxisDiagnosis, DataFault, Diagnosis, Verdict},
     effects::Effect,
     fit,
@@ -169,15 +170,12 @@ impl Subject {
     }
 }
 
-/// The largest error over its floor that a wandering bias is believed to leave before anything else was looked for.
-const WANDER: f64 = 3.0;
-
 /// What noise could explain, an effect that nobody has looked for may explain as well.
 fn unsearched(axis: AxisDiagnosis) -> AxisDiagnosis {
     let over = axis.error_over_floor.filter(|_| axis.within_floor == Some(false));
     match over {
         Some(over) if axis.verdict == Verdict::Adequate => AxisDiagnosis {
-            verdict: if over > WANDER { Verdict::Unexplained } else { Verdict::CannotTell },
+            verdict: if over > verdict::WANDER { Verdict::Unexplained } else { Verdict::CannotTell },
             says: format!(
                 "the error is up to {over:.1} times what noise leaves: a bias that wanders would leave it, and so would a \
                  missing effect. `truerate diagnose` tells."

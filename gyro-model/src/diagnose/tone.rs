@@ -6,7 +6,13 @@
 
 use crate::{
     AxisModel, Term,
-    evidence::{line::Line, prior::Rough, series::Series, study::Study},
+    evidence::{
+        line::{Line, crest, hann},
+        prior::Rough,
+        series::Series,
+        study::Study,
+    },
+    order::median,
 };
 use realfft::RealFftPlanner;
 
@@ -87,8 +93,7 @@ impl Prominence {
     fn new(series: &Series) -> Option<Self> {
         let n = series.gyro.len();
         let mean = series.gyro.iter().sum::<f64>() / n as f64;
-        let hann = |k: usize| 0.5 - 0.5 * (std::f64::consts::TAU * (k as f64 + 0.5) / n as f64).cos();
-        let tapered = series.gyro.iter().enumerate().map(|(k, g)| hann(k) * (g - mean)).collect();
+        let tapered = series.gyro.iter().enumerate().map(|(k, g)| hann(k, n) * (g - mean)).collect();
         Some(Self { spectrum: Spectrum::new(&[tapered], &series.t)? })
     }
 
@@ -110,19 +115,13 @@ impl Prominence {
     /// Median power about a frequency.
     fn around(&self, frequency: f64) -> f64 {
         let (k, power) = (self.next_to(frequency), &self.spectrum.power);
-        median(&power[k.saturating_sub(AROUND)..=(k + AROUND).min(power.len() - 1)])
+        median(power[k.saturating_sub(AROUND)..=(k + AROUND).min(power.len() - 1)].to_vec()).unwrap_or(0.0)
     }
 
     /// Median power of the upper half of the spectrum, where no shaft moves.
     fn quiet(&self) -> f64 {
-        median(&self.spectrum.power[self.spectrum.power.len() / 2..])
+        median(self.spectrum.power[self.spectrum.power.len() / 2..].to_vec()).unwrap_or(0.0)
     }
-}
-
-fn median(values: &[f64]) -> f64 {
-    let mut values = values.to_vec();
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Lines that are looked at, and bins about one that belong to it.
@@ -170,10 +169,7 @@ impl Spectrum {
 
     /// The frequency of the line about bin `k`, Hz: near its top a line is a parabola in ln power.
     fn line(&self, k: usize) -> f64 {
-        let [a, b, c] = [k - 1, k, k + 1].map(|k| self.power[k].max(1e-300).ln());
-        let bend = 2.0 * b - a - c;
-        let shift = if bend > 0.0 { (0.5 * (c - a) / bend).clamp(-0.5, 0.5) } else { 0.0 };
-        (k as f64 + shift) * self.bin
+        (k as f64 + crest([k - 1, k, k + 1].map(|k| self.power[k]))) * self.bin
     }
 }
 

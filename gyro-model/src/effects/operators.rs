@@ -1,6 +1,7 @@
 //! What several effects are made of: play, derivatives of samples, a first-order low-pass.
 
 use super::Memory;
+use crate::order::median;
 
 /// One step of the play operator of width `w`: the output stays until the input has left the clearance ±w/2 about it.
 /// Memory: [0] output, [6] started.
@@ -104,14 +105,9 @@ const FITS: f64 = 1.1;
 /// Standard deviation of what is white in a smooth signal's samples: the median of its sixth differences, over what those of
 /// white noise have.
 pub(crate) fn white_noise(signal: &[f64]) -> f64 {
-    let mut sizes: Vec<f64> = sixth_differences(signal).into_iter().map(f64::abs).collect();
-    let middle = sizes.len() / 2;
-    if sizes.is_empty() {
-        return 0.0;
-    }
-    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
+    let sizes = sixth_differences(signal).into_iter().map(f64::abs).collect();
     // Half of a normal law lies within 0.6745 of its deviation.
-    *median / (SIXTH.sqrt() * 0.6745)
+    median(sizes).map_or(0.0, |median| median / (SIXTH.sqrt() * 0.6745))
 }
 
 /// What a smooth motion leaves little of; six fewer than there are values.

@@ -16,8 +16,7 @@ pub struct Line {
 
 impl Line {
     /// What of the signal goes like sin 2πft and cos 2πft, by Hann weights, so that slow motion does not leak in; what comes
-    /// unevenly lets a little of a large one. Values that are
-    /// not finite say nothing.
+    /// unevenly lets a little of a large one. Values that are not finite say nothing.
     #[must_use]
     pub fn at(frequency: f64, t: &[f64], values: &[f64]) -> Self {
         let (t0, span) = (t[0], t[t.len() - 1] - t[0]);
@@ -56,6 +55,20 @@ impl Line {
         let (sin, cos) = (TAU * self.frequency * t).sin_cos();
         self.sine * sin + self.cosine * cos
     }
+}
+
+/// Hann's weight of value `k` of `n`.
+#[must_use]
+pub fn hann(k: usize, n: usize) -> f64 {
+    0.5 - 0.5 * (TAU * (k as f64 + 0.5) / n as f64).cos()
+}
+
+/// Bins from the middle one of three to the top of the line that their power shows: near it, ln power is a parabola.
+#[must_use]
+pub fn crest(power: [f64; 3]) -> f64 {
+    let [before, top, after] = power.map(|power| power.max(1e-300).ln());
+    let bend = 2.0 * top - before - after;
+    if bend > 0.0 { (0.5 * (after - before) / bend).clamp(-0.5, 0.5) } else { 0.0 }
 }
 
 /// Halvings until a top is found.

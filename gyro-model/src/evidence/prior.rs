@@ -10,13 +10,14 @@
 use super::{
     encoder::Encoder,
     integrate::integral,
-    line::Line,
+    line::{Line, crest, hann},
     problem::Problem,
     series::{Series, usual},
 };
 use crate::{
     effects::{SIXTH, sixth_differences},
     nls::dot,
+    order::median,
     record::Walk,
 };
 use realfft::RealFftPlanner;
@@ -73,7 +74,7 @@ impl Lines {
     fn of(differences: &[f64]) -> Option<Self> {
         let n = differences.len();
         let mut tapered: Vec<f64> =
-            differences.iter().enumerate().map(|(k, d)| if d.is_finite() { taper(k, n) * d } else { 0.0 }).collect();
+            differences.iter().enumerate().map(|(k, d)| if d.is_finite() { hann(k, n) * d } else { 0.0 }).collect();
         let fft = RealFftPlanner::<f64>::new().plan_fft_forward(n);
         let mut spectrum = fft.make_output_vec();
         let beside = (n / PARTS).clamp(BESIDE.0, BESIDE.1);
@@ -104,14 +105,14 @@ impl Lines {
         if all > 0.0 { self.over.iter().map(|(_, over)| over).sum::<f64>() / all } else { 0.0 }
     }
 
-    /// Radians from one value to the next of the strongest line: near its top it is a parabola in ln power.
+    /// Radians from one value to the next of the strongest line.
     fn strongest(&self) -> Option<f64> {
         let &(k, _) = self.over.first()?;
-        let at = |k: usize| self.power.get(k).map_or(f64::NAN, |p| p.max(1e-300).ln());
-        let [a, b, c] = [at(k.checked_sub(1)?), at(k), at(k + 1)];
-        let bend = 2.0 * b - a - c;
-        let shift = if bend > 0.0 { (0.5 * (c - a) / bend).clamp(-0.5, 0.5) } else { 0.0 };
-        Some(std::f64::consts::PI * (k as f64 + shift) / (self.power.len() - 1) as f64)
+        let before = self.power[k.checked_sub(1)?];
+        // Beyond half the sampling rate a spectrum comes back.
+        let after = self.power.get(k + 1).copied().unwrap_or(before);
+        let top = k as f64 + crest([before, self.power[k], after]);
+        Some(std::f64::consts::PI * top / (self.power.len() - 1) as f64)
     }
 }
 
@@ -162,9 +163,7 @@ impl Rough {
 
 /// How far apart in time samples mostly are, s; 1 for none.
 fn median_apart(t: &[f64]) -> f64 {
-    let mut apart: Vec<f64> = t.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let middle = apart.len() / 2;
-    if apart.is_empty() { 1.0 } else { *apart.select_nth_unstable_by(middle, f64::total_cmp).1 }
+    median(t.windows(2).map(|pair| pair[1] - pair[0]).collect()).unwrap_or(1.0)
 }
 
 /// Values that are `apart` from one another, what is missing between them no numbers: a vibration goes on meanwhile. What comes
@@ -210,11 +209,6 @@ fn blank(differences: &mut [f64], skip: impl Fn(usize) -> bool) {
     for k in (0..n + ORDER).filter(|&k| skip(k)) {
         differences[k.saturating_sub(ORDER).min(n)..(k + 1).min(n)].fill(f64::NAN);
     }
-}
-
-/// Hann's, of value `k` of `n`.
-fn taper(k: usize, n: usize) -> f64 {
-    0.5 - 0.5 * (TAU * (k as f64 + 0.5) / n as f64).cos()
 }
 
 /// Vibrations that are taken out at most, and the share of the power that they have to have.

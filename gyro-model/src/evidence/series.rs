@@ -4,6 +4,7 @@ use super::{encoder::Encoder, integrate::hermite};
 use crate::{
     Axis, Model, Record,
     effects::{Signals, Span},
+    order::median,
     record::{FREE_CHANNELS, ReferenceKind, Walk},
 };
 
@@ -146,13 +147,9 @@ pub(crate) fn holes(t: &[f64], values: &[f64]) -> Vec<bool> {
 }
 
 /// How far apart in time samples usually are: the median or, where they come in bursts, the mean; ∞ for none.
-pub(super) fn usual(mut apart: Vec<f64>) -> f64 {
-    let (middle, mean) = (apart.len() / 2, apart.iter().sum::<f64>() / apart.len() as f64);
-    if apart.is_empty() {
-        return f64::INFINITY;
-    }
-    let (_, median, _) = apart.select_nth_unstable_by(middle, f64::total_cmp);
-    median.max(mean)
+pub(super) fn usual(apart: Vec<f64>) -> f64 {
+    let mean = apart.iter().sum::<f64>() / apart.len() as f64;
+    median(apart).map_or(f64::INFINITY, |median| median.max(mean))
 }
 
 /// So many times that is a hole.

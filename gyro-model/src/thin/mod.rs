@@ -20,6 +20,7 @@ use crate::{
         problem::Problem,
         series::{curve, holes},
     },
+    order::median,
     record::{Means, Turned, Walk},
 };
 use std::f64::consts::{PI, TAU};
@@ -86,11 +87,7 @@ fn walks_of(record: &Record, axes: &[Axis]) -> [Walk; 3] {
     for &axis in axes {
         let of = |stretch: &Record| Some(walks(&Problem::new(stretch, &[axis], &Model::default())?)[0]);
         let all: Vec<Walk> = stretches.iter().filter_map(of).collect();
-        let median = |part: fn(&Walk) -> f64| {
-            let mut sorted: Vec<f64> = all.iter().map(part).collect();
-            sorted.sort_by(f64::total_cmp);
-            sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
-        };
+        let median = |part: fn(&Walk) -> f64| median(all.iter().map(part).collect()).unwrap_or(f64::NAN);
         found[axis.index()] = Walk {
             gyro: median(|walk| walk.gyro),
             assumed: 2 * all.iter().filter(|walk| walk.assumed).count() > all.len(),
