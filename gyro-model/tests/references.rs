@@ -257,3 +257,23 @@ fn a_shaking_that_is_seen_late_is_no_noise_of_the_encoder() {
     let over: Vec<f64> = ladders[0].steps.iter().filter_map(|step| step.error_over_floor).collect();
     assert!(over[0] > 20.0 && (1.0..2.5).contains(&over[1]), "{over:?} times the floor");
 }
+
+/// Where a sine's peaks are cut off, the encoder's steps still repeat from one period to the next: what that makes is no error
+/// of the encoder.
+#[test]
+fn steps_that_repeat_between_peaks_that_are_cut_off_are_no_effect() {
+    for (seed, limit, counts) in [(1, 3.7, 8192), (2, 3.9, 4096), (3, 3.8, 8192)] {
+        let hidden = vec![Hidden::parse(&format!("saturation:l={limit}"), Axis::X).unwrap()];
+        let sensor = SensorSpec {
+            reference: Reference::Encoder(counts),
+            noise_density: 4e-5,
+            axis: Axis::X,
+            ..SensorSpec::default()
+        };
+        let scenario = Scenario { sensor, hidden, seed, ..Scenario::default() };
+        let record = simulate(&scenario).record;
+        let (_, ladders) =
+            diagnose::ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap();
+        assert_eq!(ladders[0].effects, ["scale-factor", "bias", "saturation"], "seed {seed}: {}", ladders[0].says);
+    }
+}

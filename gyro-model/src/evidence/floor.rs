@@ -62,6 +62,8 @@ fn draw_with(
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (s, prior) = (&bench.problem.series[series], &bench.prior[series]);
     let along = warm.drawn_along();
+    // A filter sees the steps of a motion that repeats itself repeat as well, whatever stands between.
+    let is_read = !readings.is_empty();
     let mut share = vec![1.0; s.reference_rows.len()];
     for reading in readings {
         share[reading.row] = reading.steps.sqrt();
@@ -78,7 +80,7 @@ fn draw_with(
                     if i > 0 {
                         walk += prior.angle_random_walk * (s.reference_t[i] - s.reference_t[i - 1]).sqrt() * normal;
                     }
-                    if lost[i] && s.encoder.step > 0.0 {
+                    if lost[i] && s.encoder.step > 0.0 && !is_read {
                         // How far the shaft turned there is known to whole counts only.
                         offset = rng.random::<f64>() * s.encoder.step;
                     }
