@@ -68,7 +68,8 @@ impl Refit<'_> {
         if self.p_value >= GATE && !self.dominates(present) {
             return false;
         }
-        if before > UNEVEN && self.share(present).is_none_or(|s| s < SHARE) && !self.leaves_it_out(present) {
+        let little = before > UNEVEN && self.share(present).is_none_or(|s| s < SHARE);
+        if little && !self.leaves_it_out(present) && !self.is_plain() {
             return false;
         }
         if self.excess > ROUGH && (self.is_outsized() || tone && self.share(present).is_none_or(|s| s < DOMINATES)) {
@@ -87,8 +88,20 @@ impl Refit<'_> {
     fn leaves_it_out(&self, present: &Present) -> bool {
         let before = self.before(present);
         let most = before - SHARE * (before - 1.0);
-        let is_noise = noise::sober(&self.study, &self.gls.noise).is_none();
-        self.study.leaves_out() && self.p_value < ONE_SHOT && self.kept < most && (is_noise || self.kept < ROUGH)
+        self.study.leaves_out()
+            && self.p_value < ONE_SHOT
+            && self.kept < most
+            && (self.leaves_noise() || self.kept < ROUGH)
+    }
+
+    /// Whether it is plain beside a bias that wanders, of which the excess is: whatever the share of that it removes.
+    fn is_plain(&self) -> bool {
+        self.p_value < ONE_SHOT && self.leaves_noise()
+    }
+
+    /// Whether what it leaves is noise that sensors have.
+    fn leaves_noise(&self) -> bool {
+        noise::sober(&self.study, &self.gls.noise).is_none()
     }
 
     /// Whether a coefficient is far beyond what such sensors have: where much is left unexplained, the fit bends whatever
