@@ -125,8 +125,7 @@ pub(super) fn search<'a>(
         if let Some((swapped, study)) = exchange(&present, start, &suspects[chosen], options) {
             present = Present::new(Study::fit(bench, &study.model, Some(&present.study.warm)));
             for Swapped { series, old, new } in swapped {
-                took(&present.study, Change::of(series, None, Some(old)));
-                took(&present.study, Change::of(series, Some(new), None));
+                took(&present.study, Change::of(series, Some(new), Some(old)));
             }
             continue;
         }
@@ -145,14 +144,10 @@ pub(super) fn search<'a>(
             }
         }
     }
-    let (present, removed) = back(present, start, options.progress);
-    for (k, id) in removed {
-        took(&present.study, Change::of(k, None, Some(id)));
-    }
+    let present = back(present, start, took, options.progress);
     let (present, swapped, alike) = swap(present, start, options);
     for Swapped { series, old, new } in swapped {
-        took(&present.study, Change::of(series, None, Some(old)));
-        took(&present.study, Change::of(series, Some(new), None));
+        took(&present.study, Change::of(series, Some(new), Some(old)));
     }
     Top { present, last, alike }
 }
@@ -401,10 +396,10 @@ pub(super) fn without<'a>(present: &Present<'a>, axis: Axis, id: &str) -> Option
 fn back<'a>(
     present: Present<'a>,
     start: &Model,
+    took: &mut dyn FnMut(&Study, Change),
     progress: &(dyn Fn(&str) + Sync),
-) -> (Present<'a>, Vec<(usize, &'static str)>) {
+) -> Present<'a> {
     let mut present = present;
-    let mut removed = Vec::new();
     let axes: Vec<Axis> = present.study.bench.problem.series.iter().map(|s| s.axis).collect();
     for (k, axis) in axes.iter().enumerate() {
         let added = added(&present, start, *axis);
@@ -422,9 +417,9 @@ fn back<'a>(
                 } else {
                     without
                 };
-                removed.push((k, *id));
+                took(&present.study, Change::of(k, None, Some(id)));
             }
         }
     }
-    (present, removed)
+    present
 }
