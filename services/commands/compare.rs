@@ -6,7 +6,7 @@ use crate::{
     report::{self, Against, Command},
 };
 use anyhow::Result;
-use gyro_model::Axis;
+use gyro_model::{Axis, diagnosis::Diagnosis};
 use std::{path::PathBuf, process::ExitCode};
 
 /// What `truerate compare` takes.
@@ -36,6 +36,10 @@ pub struct Args {
     report: ReportArgs,
 }
 
+/// What has to be said of a model on its own log.
+const OWN_LOG: &str = "The model was fitted on this very log: the errors are those of refits that did not see the stretch they \
+                       are judged on. Another log says more.";
+
 /// Compares and prints.
 ///
 /// # Errors
@@ -50,12 +54,18 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             subject.keep_axes_of(&start.file.model, &path.display().to_string())?;
         }
     }
-    let judge = |start: &Start| subject.compare(&start.file.model, start.own_log);
-    let diagnosis = judge(&start)?;
+    let judge = |start: &Start, is_given: bool| -> Result<Diagnosis> {
+        let mut diagnosis = subject.compare(&start.file.model, start.own_log)?;
+        for axis in diagnosis.axes.iter_mut().filter(|_| is_given && start.own_log) {
+            axis.says = format!("{} {OWN_LOG}", axis.says);
+        }
+        Ok(diagnosis)
+    };
+    let diagnosis = judge(&start, args.model.is_some())?;
     let context = subject.context(Command::Compare, &args.log, args.axis, args.model.as_deref(), None);
     let context = |file: bool| if file { context.for_file() } else { context.clone() };
     if let (Some(against), Some(other)) = (&args.against, &other) {
-        let other = judge(other)?;
+        let other = judge(other, true)?;
         let model = args.model.as_ref().map_or_else(|| "base model".to_owned(), |m| m.display().to_string());
         let against = against.display().to_string();
         let both = Against { model: &model, diagnosis: &diagnosis, other_model: &against, other: &other };

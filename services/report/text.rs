@@ -168,8 +168,7 @@ impl Screen {
         self.heading("model");
         self.table(&axis.parameters, "  ");
         if !axis.noise.is_empty() {
-            let noise: Vec<String> = axis.noise.iter().map(|(name, value)| format!("{name} {value}")).collect();
-            self.wrapped("  ", &format!("noise: {}", noise.join(", ")), Ink::Quiet);
+            self.wrapped("  ", &axis.noise, Ink::Quiet);
         }
     }
 
@@ -190,7 +189,7 @@ impl Screen {
         if axis.suspects.is_empty() {
             return;
         }
-        self.heading("suspects, and the share of the excess each removes alone");
+        self.heading("suspects, likeliest first, and what each removes alone");
         for suspect in axis.suspects.iter().take(SUSPECTS) {
             let values: Vec<String> = suspect
                 .parameters

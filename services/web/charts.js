@@ -56,7 +56,7 @@ const Charts = (() => {
     place.setAttribute('aria-label', spec.name);
     const width = () => Math.max(160, Math.floor(place.clientWidth));
     const options = {
-      width: width(), height: spec.height || 260, padding: [10, 10, 0, 0],
+      width: width(), height: spec.height || 260, padding: [10, 20, 0, 0],
       scales: { x: scale(spec.x), y: scale(spec.y) },
       axes: [axis(spec.x, 2), axis(spec.y, 3)],
       legend: { live: true },
@@ -187,7 +187,7 @@ const Charts = (() => {
     const shades = ['before', 'residual', 'unknown', 'soft', 'measured'];
     let other = 0;
     const series = [
-      { label: 'floor, 99 % below', ink: 'floor', width: 1, dash: [2, 4], unit: '°/s', spanGaps: true },
+      { label: 'floor, 99 % below', ink: 'band', width: 1, dash: [2, 4], unit: '°/s', spanGaps: true },
       { label: 'floor', ink: 'floor', width: 2, dash: [7, 4], unit: '°/s', spanGaps: true },
       ...curves.map((c, i) => ({ label: c.label, ink: i === judged ? 'model' : shades[other++ % shades.length], width: i === judged ? 2.5 : 1.5, points: i === judged ? 6 : 4, unit: '°/s', spanGaps: true })),
     ];

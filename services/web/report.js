@@ -105,7 +105,7 @@
 
   function suspects(axis) {
     if (!axis.suspects.length) return null;
-    return h('.grid', panel('', 'Suspects, best first', h('.suspects', axis.suspects.map(s => Parts.suspect(s)))));
+    return h('.grid', panel('', 'Suspects, likeliest first', h('.suspects', axis.suspects.map(s => Parts.suspect(s)))));
   }
 
   function spectra(axis) {
@@ -127,17 +127,19 @@
       const values = map.rms.map(row => row.map((v, j) => (v == null ? null : known ? v / map.floor[j] : v * DEGREES)));
       const flat = values.flat().filter(v => v != null && v > 0);
       const [low, high] = known ? [1, Math.max(3, ...flat)] : [Math.min(...flat), Math.max(...flat)];
+      // From slow to fast, as in the spectrum.
+      const order = map.frequency.map((_, j) => j).sort((a, b) => map.frequency[a] - map.frequency[b]);
       const shade = v => Math.max(0, Math.min(1, Math.log(v / low) / Math.log(high / low)));
       const grid = h('.heat', { style: `grid-template-columns: max-content repeat(${map.frequency.length}, minmax(0, 1fr))` });
       map.rms.forEach((row, i) => {
         grid.append(h('.edge', `${number(map.edges[i] * factor)} … ${number(map.edges[i + 1] * factor)}`));
-        row.forEach((rms, j) => {
-          const v = values[i][j];
+        order.forEach(j => {
+          const [rms, v] = [row[j], values[i][j]];
           const style = v == null ? 'background: var(--faint)' : `background: color-mix(in oklab, var(--excess) ${(8 + 82 * shade(v)).toFixed(0)}%, var(--panel))`;
           grid.append(h('', { style, title: v == null ? 'too few samples' : `${number(rms * DEGREES)} °/s at ${number(map.frequency[j])} Hz${known ? `, ${number(v)} × floor` : ''}` }, v == null ? '' : v >= 9.95 ? Math.round(v) : v.toFixed(1)));
         });
       });
-      grid.append(h('.edge', 'Hz'), ...map.frequency.map(f => h('.column', f >= 9.95 ? String(Math.round(f)) : String(+f.toPrecision(2)))));
+      grid.append(h('.edge', 'Hz'), ...order.map(j => map.frequency[j]).map(f => h('.column', f >= 9.95 ? String(Math.round(f)) : String(+f.toPrecision(2)))));
       place.replaceChildren(grid, h('p.soft.small', `Rows: ${spoken(map.regressor)}${name ? ` in ${name}` : ''}. ${known ? 'Numbers: error over what noise alone makes.' : 'Numbers: error in °/s.'}`));
       [...choices.children].forEach(b => b.setAttribute('aria-pressed', b.textContent === spoken(map.regressor)));
     };
@@ -147,7 +149,7 @@
   }
 
   function model(axis) {
-    const noise = axis.noise.length ? h('p.soft.small', 'Noise: ' + axis.noise.map(([k, v]) => `${k} ${v}`).join(', ')) : null;
+    const noise = axis.noise.length ? h('p.soft.small', axis.noise) : null;
     const faults = axis.data_faults.length ? Parts.list(axis.data_faults) : h('p.soft', 'None found.');
     return h('.grid', panel('two-thirds', 'Parameters', Parts.parameters(axis.parameters, true), noise, axis.effects.map(Parts.card)), panel('third', 'Data faults', faults));
   }

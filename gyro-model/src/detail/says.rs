@@ -121,7 +121,7 @@ fn place(regime: &Regime, stretch: &Stretch) -> String {
         (name, "V") => (format!("where {name} is "), " V", 1.0),
         (name, _) => (format!("where {name} is "), "", 1.0),
     };
-    let (a, b) = (number(from * factor), number(to * factor));
+    let [a, b] = ends(from * factor, to * factor);
     if regime.regressor == "rate-change"
         && let Some(words) = faster(from * factor, to * factor, stretch.first == 0, stretch.last + 1 == bins.len())
     {
@@ -155,11 +155,22 @@ fn faster(from: f64, to: f64, lowest: bool, highest: bool) -> Option<String> {
 
 /// Three significant digits without needless zeros.
 fn number(x: f64) -> String {
-    if x == 0.0 {
-        return "0".into();
-    }
-    let digits = (2.0 - x.abs().log10().floor()).clamp(0.0, 6.0) as usize;
-    let text = format!("{x:.digits$}");
+    rounded(x, digits(x))
+}
+
+/// Digits behind the point that show three of a number.
+fn digits(x: f64) -> usize {
+    if x == 0.0 { 0 } else { (2.0 - x.abs().log10().floor()).clamp(0.0, 6.0) as usize }
+}
+
+/// The two ends of a range, with as many digits as tell them apart.
+fn ends(from: f64, to: f64) -> [String; 2] {
+    let apart = digits(10.0 * (to - from));
+    [from, to].map(|end| rounded(end, digits(end).max(apart)))
+}
+
+fn rounded(x: f64, digits: usize) -> String {
+    let text = format!("{:.digits$}", x + 0.0);
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     text.replace('-', "−")
 }

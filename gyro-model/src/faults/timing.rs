@@ -44,8 +44,8 @@ pub(super) fn check(record: &Record, report: &mut Report) {
             count,
             first,
             format!(
-                "sample intervals spread over {:.2} to {:.2} ms about {:.2} ms: stamp samples where they are taken, not \
-                 where they arrive",
+                "sample intervals spread over {:.2} to {:.2} ms about {:.2} ms: if they are stamped where they arrive, stamp \
+                 them where they are taken; if they are taken so unevenly, nothing is wrong",
                 low * 1e3,
                 high * 1e3,
                 usual * 1e3

@@ -112,7 +112,7 @@ fn parameter(axis: Axis, p: &ParameterValue) -> ParameterView {
         effect: p.effect.clone(),
         name: p.name.clone(),
         says: says.into(),
-        shown: units::uncertain(p.value, p.std_error, &unit),
+        shown: if is_unseen(p) { UNSEEN.into() } else { units::uncertain(p.value, p.std_error, &unit) },
         typical: p
             .typical
             .filter(|t| t.is_finite() && *t != 0.0 && p.name != "n")
@@ -120,22 +120,38 @@ fn parameter(axis: Axis, p: &ParameterValue) -> ParameterView {
     }
 }
 
-/// Noise in data-sheet units.
-pub(super) fn noise(noise: &NoiseValue) -> Vec<(String, String)> {
-    let line = |name: &str, value: Option<f64>, factor: f64, unit: &str| {
-        value
-            .filter(|v| v.is_finite() && *v > 0.0)
-            .map(|v| (name.to_string(), format!("{}\u{a0}{unit}", units::number(v * factor))))
-    };
-    [
-        line("angle random walk", noise.angle_random_walk, 1f64.to_degrees(), "°/√s"),
-        line("random walk of the bias", noise.bias_random_walk, 1f64.to_degrees(), "°/s/√s"),
-        line("encoder", noise.encoder, 1f64.to_degrees(), "°"),
-    ]
-    .into_iter()
-    .flatten()
-    .collect()
+/// Whether a log says so little of a parameter that it might be many times as large as it typically is.
+fn is_unseen(p: &ParameterValue) -> bool {
+    let (Some(value), Some(error), Some(typical)) = (p.value, p.std_error, p.typical) else { return false };
+    typical != 0.0 && error > BEYOND_TYPICAL * typical.abs() && value.abs() < 2.0 * error
 }
+
+/// Times its typical size.
+const BEYOND_TYPICAL: f64 = 3.0;
+/// What is said of such a parameter instead of its value.
+const UNSEEN: &str = "? not seen on this log";
+
+/// Noise in data-sheet units, what is too little for any gyro left out. Where more than noise is left, that stands in it.
+pub(super) fn noise(noise: &NoiseValue, verdict: Verdict) -> String {
+    let part = |name: &str, value: Option<f64>, unit: &str| {
+        let value = value.filter(|v| v.is_finite() && *v > NEGLIGIBLE)?;
+        Some(format!("{name} {}\u{a0}{unit}", units::number(value.to_degrees())))
+    };
+    let parts = [
+        part("angle random walk", noise.angle_random_walk, "°/√s"),
+        part("random walk of the bias", noise.bias_random_walk, "°/s/√s"),
+        part("encoder", noise.encoder, "°"),
+    ];
+    let parts: Vec<String> = parts.into_iter().flatten().collect();
+    let more = match verdict {
+        Verdict::MissingEffect | Verdict::Ambiguous | Verdict::Unexplained => ", what is missing counted in",
+        _ => "",
+    };
+    if parts.is_empty() { String::new() } else { format!("Noise{more}: {}", parts.join(", ")) }
+}
+
+/// Noise below which there is none, in SI units: of the quietest gyros the bias walks by as much.
+const NEGLIGIBLE: f64 = 1e-9;
 
 /// What the catalogue says; a user's own effect has its id alone.
 pub(super) fn card(id: &str) -> CardView {

@@ -43,8 +43,8 @@ pub struct AxisView {
     pub effects: Vec<CardView>,
     /// Its parameters.
     pub parameters: Vec<ParameterView>,
-    /// Its noise: name, value.
-    pub noise: Vec<(String, String)>,
+    /// Its noise, in one sentence; empty where there is none.
+    pub noise: String,
     /// The error curves: the first is where it started, the last where it ended; all in °/s.
     pub curves: Vec<Curve>,
     /// Which curve is the one judged.
@@ -251,13 +251,17 @@ impl AxisView {
             says: axis::sentence(&axis.says),
             effects: axis.effects.iter().map(|id| axis::card(id)).collect(),
             parameters: axis::parameters(axis.axis, &axis.parameters, true),
-            noise: axis::noise(&axis.noise),
+            noise: axis::noise(&axis.noise, axis.verdict),
             curves,
             judged: 0,
             error_over_floor: axis.error_over_floor.filter(|r| r.is_finite()),
             within_floor: axis.within_floor,
             floor_source: axis.floor_source.clone(),
-            fails_where: axis.fails_where.iter().map(|f| f.says.clone()).collect(),
+            // Of many bins that hold noise alone a few stand out.
+            fails_where: match axis.verdict {
+                Verdict::Adequate => Vec::new(),
+                _ => axis.fails_where.iter().map(|f| f.says.clone()).collect(),
+            },
             suspects: axis.suspects.iter().map(|s| axis::suspect(axis.axis, s)).collect(),
             steps: Vec::new(),
             data_faults: axis.data_faults.iter().map(axis::fault).collect(),
@@ -312,7 +316,7 @@ impl AxisView {
             says: axis::sentence(&axis.says),
             effects: axis.effects.iter().map(|id| axis::card(id)).collect(),
             parameters: axis::parameters(axis.axis, &axis.parameters, true),
-            noise: axis::noise(&axis.noise),
+            noise: axis::noise(&axis.noise, axis.verdict),
             judged: curves.len().saturating_sub(1),
             curves,
             error_over_floor: last.and_then(|s| s.error_over_floor).filter(|r| r.is_finite()),
