@@ -190,6 +190,28 @@ fn an_excess_is_called_unexplained_only_where_its_cause_was_looked_for() {
     assert!(words(Command::Diagnose).contains("unexplained: more than noise is left"));
 }
 
+/// A component that the log does not excite has no value, a walk of 10⁻²² is none, and what is left unexplained stands in the
+/// noise; in an adequate model nothing fails anywhere.
+#[test]
+fn what_is_not_known_is_not_shown_as_if_it_were() {
+    let text = |verdict| {
+        let mut diagnosis = diagnosis(verdict);
+        let unseen =
+            ParameterValue { typical: Some(1e-4), ..parameter("g-sensitivity", "g_x", 1e-5, 0.5, "rad/s per m/s²") };
+        diagnosis.axes[0].parameters.push(unseen);
+        diagnosis.axes[0].noise.bias_random_walk = Some(1e-24);
+        render(&diagnosis, Format::Text, &context(Command::Compare))
+    };
+    let (adequate, unexplained) = (text(Verdict::Adequate), text(Verdict::Unexplained));
+    assert!(adequate.contains("g_x") && adequate.contains("? not seen on this log"), "{adequate}");
+    assert!(
+        adequate.contains("Noise: angle random walk") && !adequate.contains("random walk of the bias"),
+        "{adequate}"
+    );
+    assert!(unexplained.contains("Noise, what is missing counted in: angle random walk"), "{unexplained}");
+    assert!(unexplained.contains("where it fails") && !adequate.contains("where it fails"), "{adequate}");
+}
+
 #[test]
 fn every_verdict_of_every_command_has_a_next_command() {
     let verdicts = [
