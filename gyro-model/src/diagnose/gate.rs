@@ -76,7 +76,10 @@ impl Refit<'_> {
             return false;
         }
         // What shows at one instant (a step) cannot be held out block by block in likelihood, but in the error it can.
-        let throughout = self.held_out.0 > 1.5 * self.held_out.1 || self.fall.0 > 2.0 * self.fall.1;
+        // What shows at a few instants (a play, where a shaft turns back) does so unevenly; but what one block alone shows is
+        // not there for those who have not seen it.
+        let at_times = self.p_value < ONE_SHOT && self.held_out.0 > HOLDS * self.rise;
+        let throughout = self.held_out.0 > 1.5 * self.held_out.1 || self.fall.0 > 2.0 * self.fall.1 || at_times;
         let holds = self.held_out.0 > 0.25 * self.rise.min(40.0) && throughout;
         (holds || self.fall.0 > 4.0 * self.fall.1)
             && (!one_shot(self) || self.p_value < ONE_SHOT || self.dominates(present))
@@ -202,6 +205,8 @@ const GATE: f64 = 2e-3;
 /// Significance that an effect needs which shows once in a log (a warming, a drift, a step): the bias of such sensors
 /// wanders, and a wander is easily taken for it.
 const ONE_SHOT: f64 = 1e-4;
+/// Share of the rise of ln L that has to hold on data that were not fitted, where it does so unevenly.
+const HOLDS: f64 = 0.5;
 /// J above which something is left that is not noise.
 pub(super) const UNEVEN: f64 = 1.2;
 /// Share of the held-out excess that an effect has to remove there.
