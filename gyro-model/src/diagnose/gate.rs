@@ -69,7 +69,7 @@ impl Refit<'_> {
             return false;
         }
         let little = before > UNEVEN && self.share(present).is_none_or(|s| s < SHARE);
-        if little && !self.leaves_it_out(present) && !self.is_plain() {
+        if little && !self.leaves_it_out(present) && !self.is_plain(present) {
             return false;
         }
         if self.excess > ROUGH && (self.is_outsized() || tone && self.share(present).is_none_or(|s| s < DOMINATES)) {
@@ -97,9 +97,10 @@ impl Refit<'_> {
             && (self.leaves_noise() || self.kept < ROUGH)
     }
 
-    /// Whether it is plain beside a bias that wanders, of which the excess is: whatever the share of that it removes.
-    fn is_plain(&self) -> bool {
-        self.p_value < ONE_SHOT && self.leaves_noise()
+    /// Whether it is plain beside a bias that wanders, of which the excess is, no more than such wander makes: whatever the
+    /// share of that it removes.
+    fn is_plain(&self, present: &Present) -> bool {
+        self.before(present) < ROUGH && self.p_value < ONE_SHOT && self.leaves_noise()
     }
 
     /// Whether what it leaves is noise that sensors have.
