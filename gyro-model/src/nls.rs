@@ -108,6 +108,14 @@ impl Normal {
         step
     }
 
+    /// The same where parameter `k` stands where it is.
+    pub fn fix(&mut self, k: usize) {
+        self.gradient[k] = 0.0;
+        for j in (0..self.gradient.len()).filter(|&j| j != k) {
+            (self.matrix[(k, j)], self.matrix[(j, k)]) = (0.0, 0.0);
+        }
+    }
+
     /// f to second order after a step.
     #[must_use]
     pub fn cost_after(&self, step: &[f64]) -> f64 {

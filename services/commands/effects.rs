@@ -51,7 +51,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// `: did you mean 'X'?` for the nearest id of the catalogue, or nothing where none is near.
+/// ` (did you mean 'X'?)` for the nearest id of the catalogue, or nothing where none is near.
 #[must_use]
 pub fn meant(id: &str) -> String {
     CATALOGUE
@@ -60,7 +60,7 @@ pub fn meant(id: &str) -> String {
         .map(|known| (distance(id, known), known))
         .min()
         .filter(|&(d, known)| d <= 3 || known.contains(id))
-        .map_or_else(String::new, |(_, known)| format!(": did you mean '{known}'?"))
+        .map_or_else(String::new, |(_, known)| format!(" (did you mean '{known}'?)"))
 }
 
 /// Levenshtein's distance, by characters.
@@ -170,7 +170,7 @@ mod tests {
 
     #[test]
     fn a_slip_of_the_pen_is_guessed() {
-        assert_eq!(meant("scale-facter"), ": did you mean 'scale-factor'?");
+        assert_eq!(meant("scale-facter"), " (did you mean 'scale-factor'?)");
         assert_eq!(meant("something else entirely"), "");
     }
 }

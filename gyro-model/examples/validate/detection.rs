@@ -22,12 +22,12 @@ pub struct Arguments {
     csv: Option<PathBuf>,
 }
 
-/// Sizes that are tried: so many steps of a quarter octave from a third of the oracle's size on.
-const STEPS: u32 = 46;
+/// Sizes that are tried: so many steps of an eighth of an octave from a third of the oracle's size on.
+const STEPS: u32 = 92;
 /// The first of them, in steps: 1.4 of the oracle's.
-const FIRST: u32 = 8;
+const FIRST: u32 = 16;
 /// From a size that is not named to the next, in steps.
-const GALLOP: u32 = 8;
+const GALLOP: u32 = 16;
 /// What takes the oracle's place for a dead zone (rad/s) or a saturation (share).
 const LIMIT: f64 = 0.01;
 
@@ -90,13 +90,13 @@ fn threshold(probe: &Probe, detail: bool) -> Result<Threshold, FitError> {
         }
         tried = if high == STEPS { (tried + GALLOP).min(STEPS - 1) } else { u32::midpoint(low, high) };
     }
-    let found = if high == STEPS { f64::INFINITY } else { multiple(high) / 2_f64.powf(0.125) };
+    let found = if high == STEPS { f64::INFINITY } else { multiple(high) / 2_f64.powf(0.0625) };
     Ok(Threshold { oracle, unit: probe.unit(), found: found * unit })
 }
 
 /// A size that is tried, in sizes of the oracle.
 fn multiple(step: u32) -> f64 {
-    2_f64.powf(0.25 * (f64::from(step) - 6.0))
+    2_f64.powf(0.125 * (f64::from(step) - 12.0))
 }
 
 /// What `detection.csv` holds of an effect.

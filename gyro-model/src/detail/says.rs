@@ -170,6 +170,7 @@ fn ends(from: f64, to: f64) -> [String; 2] {
 }
 
 fn rounded(x: f64, digits: usize) -> String {
+    // Not −0.
     let text = format!("{:.digits$}", x + 0.0);
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     text.replace('-', "−")

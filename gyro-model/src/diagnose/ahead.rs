@@ -5,7 +5,7 @@
 //! comes down to what noise leaves, and each of them passes every test beside the others.
 
 use super::{
-    candidates::Candidate,
+    candidates::{Candidate, with_term},
     gate::UNEVEN,
     judged::Judged,
     ladder::{aliases, without},
@@ -37,7 +37,13 @@ pub(super) fn ahead<'a>(
     extra: &[&'static dyn Effect],
     progress: &(dyn Fn(&str) + Sync),
 ) -> Option<Vec<Step<'a>>> {
-    if !leaves_something(present) || present.study.bench.problem.series.len() > 1 {
+    if present.study.bench.problem.series.len() > 1 {
+        return None;
+    }
+    if let Some(way) = two(present, extra, progress) {
+        return Some(way);
+    }
+    if !leaves_something(present) {
         return None;
     }
     let lowest = |list: &[Refit]| best(list, |r| -r.excess);
@@ -63,6 +69,26 @@ pub(super) fn ahead<'a>(
         }
         None
     })
+}
+
+/// Two effects that hide one another so well that the error shows neither: the lateness of a gyro and the play of its
+/// encoder's gear, on a drive that turns at one rate.
+fn two<'a>(
+    present: &Present<'a>,
+    extra: &[&'static dyn Effect],
+    progress: &(dyn Fn(&str) + Sync),
+) -> Option<Vec<Step<'a>>> {
+    let pair = present.pair(0, extra)?;
+    let mut way: Vec<Step> = Vec::new();
+    for candidate in pair {
+        let last = way.last().map_or(present, |step| &step.present);
+        let id = candidate.term.effect.card().id;
+        progress(id);
+        let model = with_term(&last.study, 0, candidate.term);
+        let with = Present::new(Study::fit(present.study.bench, &model, Some(&last.study.warm)));
+        way.push(Step { present: with, id, aliases: Vec::new() });
+    }
+    holds(&way).then_some(way)
 }
 
 /// Whether a log tells hardly more of two effects together than of one of them: what their estimates do not share, Π(1 − ρ²)

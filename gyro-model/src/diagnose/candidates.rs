@@ -6,7 +6,7 @@
 use super::{limits, tone, verdict::is_slow};
 use crate::{
     AxisModel, Model, Term,
-    effects::{CATALOGUE, Effect, Need, Role, Stage},
+    effects::{CATALOGUE, Effect, Need, ParameterCard, Role, Stage},
     evidence::{
         noise::{self, Gls},
         prior,
@@ -19,6 +19,7 @@ use crate::{
     record::ReferenceKind,
 };
 use faer::Mat;
+use itertools::Itertools;
 
 /// One effect at its best grid point.
 #[derive(Clone, Debug)]
@@ -33,6 +34,28 @@ pub struct Candidate {
     pub removes: f64,
     /// Parameters that adding it frees.
     pub freedom: usize,
+}
+
+/// Rise of ln L that each of two effects has to make beside the other to be tried with it: a rise that is not found by
+/// chance among all pairs of the catalogue at all their shapes.
+const TOGETHER: f64 = 15.0;
+
+impl Candidate {
+    /// The same with these coefficients, or with this share of its size; `None` where that is not physical.
+    fn moved(&self, by: &[f64]) -> Option<Self> {
+        let mut moved = self.clone();
+        let cards = self.term.effect.parameters(crate::Axis::X);
+        let is_linear = cards.first().is_some_and(|card| card.role == Role::Linear);
+        if is_linear {
+            moved.term.values[..by.len()].copy_from_slice(by);
+        } else if cards.iter().all(|card| card.neutral == 0.0) {
+            moved.term.values.iter_mut().for_each(|v| *v *= by[0]);
+        } else if by[0] <= 0.0 {
+            return None;
+        }
+        let inside = |(v, card): (&f64, &ParameterCard)| *v >= card.bounds.0 && *v <= card.bounds.1;
+        moved.term.values.iter().zip(cards).all(inside).then_some(moved)
+    }
 }
 
 /// Whether the log holds what the effect needs: an axis that rests shows what its bias goes with, and nothing else.
@@ -135,6 +158,71 @@ impl<'a> Scanner<'a> {
         Coarse { normal, residual, columns }
     }
 
+    /// Two of these candidates of one axis that hide one another: those where each raises ln L most beside the other, by at
+    /// least [`TOGETHER`], each at its share.
+    pub(super) fn pair(&self, list: &[Candidate]) -> Option<[Candidate; 2]> {
+        let mut each: Vec<&Candidate> =
+            list.iter().filter(|c| c.term.effect.stage() != Stage::Reading && c.score.is_finite()).collect();
+        each.sort_by(|a, b| b.score.total_cmp(&a.score));
+        each = each.into_iter().unique_by(|c| c.term.effect.card().id).collect();
+        let columns = parallel::map(&each, |c| self.columns_at(c));
+        let ends: Vec<usize> = columns
+            .iter()
+            .map(Vec::len)
+            .scan(0, |end, n| {
+                *end += n;
+                Some(*end)
+            })
+            .collect();
+        let all: Vec<&Vec<Vec<f64>>> = columns.iter().flatten().collect();
+        let against: Vec<Vec<f64>> = all.iter().map(|c| self.against_model(c)).collect();
+        let gradient: Vec<f64> = (0..all.len())
+            .map(|i| Self::cross(all[i], &self.residual) - self.quadratic(&against[i], &self.gradient))
+            .collect();
+        let rows: Vec<usize> = (0..all.len()).collect();
+        let own = parallel::map(&rows, |&i| -> Vec<f64> {
+            (0..=i).map(|j| Self::cross(all[i], all[j]) - self.quadratic(&against[i], &against[j])).collect()
+        });
+        let rise = |which: &[usize]| -> (f64, Vec<f64>) {
+            let pick: Vec<usize> = which.iter().flat_map(|&k| ends[k] - columns[k].len()..ends[k]).collect();
+            let matrix = Mat::from_fn(pick.len(), pick.len(), |i, j| own[pick[i].max(pick[j])][pick[i].min(pick[j])]);
+            let (inverse, _) = nls::invert_observable(&matrix, 1e-6);
+            let step: Vec<f64> = (0..pick.len())
+                .map(|i| -(0..pick.len()).map(|j| inverse[(i, j)] * gradient[pick[j]]).sum::<f64>())
+                .collect();
+            (-0.5 * step.iter().zip(&pick).map(|(s, &k)| s * gradient[k]).sum::<f64>(), step)
+        };
+        let alone: Vec<f64> = (0..each.len()).map(|k| rise(&[k]).0).collect();
+        let gained = |a: usize, b: usize| {
+            let (together, step) = rise(&[a, b]);
+            let (of_a, of_b) = step.split_at(columns[a].len());
+            let pair = [each[a].moved(of_a)?, each[b].moved(of_b)?];
+            Some((together - alone[a].max(alone[b]), pair)).filter(|(gain, _)| *gain > TOGETHER)
+        };
+        let pairs = (0..each.len()).tuple_combinations().filter_map(|(a, b)| gained(a, b));
+        pairs.max_by(|x, y| x.0.total_cmp(&y.0)).map(|(_, pair)| pair)
+    }
+
+    /// The whitened columns of a candidate where it stands: of its coefficients, or of its share.
+    fn columns_at(&self, candidate: &Candidate) -> Vec<Vec<Vec<f64>>> {
+        let (term, index) = (&candidate.term, candidate.series);
+        let parameters = term.effect.parameters(self.study.bench.problem.series[index].axis);
+        let linear = parameters.iter().filter(|p| p.role == Role::Linear).count();
+        let white = |term: &Term, h: f64| self.whitener.apply_each(&self.column(index, term, h));
+        if linear == 0 {
+            return vec![white(term, 1.0)];
+        }
+        let from_nothing = |j: usize| {
+            let card = &parameters[j];
+            let h = if card.typical == 0.0 { 1e-6 * card.bounds.1 } else { 0.1 * card.typical.abs() };
+            let mut trial = term.clone();
+            trial.values[..linear].fill(0.0);
+            trial.values[j] = h;
+            white(&trial, h)
+        };
+        (0..linear).map(from_nothing).collect()
+    }
+
     /// One effect on one axis.
     pub(super) fn best(&self, effect: &'static dyn Effect, index: usize) -> Vec<Candidate> {
         let series = &self.study.bench.problem.series[index];
@@ -160,9 +248,9 @@ impl<'a> Scanner<'a> {
         } else {
             effect.grid(&span)
         };
-        let mut likeliest: Option<Candidate> = None;
-        let mut lowest: Option<Candidate> = None;
-        for shape in shapes {
+        let mut likeliest: Option<(usize, Candidate)> = None;
+        let mut lowest: Option<(usize, Candidate)> = None;
+        for (number, shape) in shapes.into_iter().enumerate() {
             let mut term = Term::neutral(effect, series.axis);
             term.values[linear..].copy_from_slice(&shape);
             let freedom = parameters.iter().filter(|p| p.role != Role::Chosen).count();
@@ -180,25 +268,31 @@ impl<'a> Scanner<'a> {
                     .collect()
             };
             let white: Vec<Vec<Vec<f64>>> = columns.iter().map(|c| self.whitener.apply_each(c)).collect();
-            let (score, coefficients) =
-                if linear == 0 { (self.fall_with(&white[0]), Vec::new()) } else { self.rise(&white) };
-            let (removes, others) = self.lowers(&columns, linear == 0, self.unsure(index, &term).as_deref());
-            let keep = |best: &mut Option<Candidate>, coefficients: &[f64], better: &dyn Fn(&Candidate) -> bool| {
+            let (score, by_likelihood) = if linear == 0 {
+                let (score, share) = self.rise_with_share(&white[0]);
+                // A width or a time is nothing at zero; a frequency is not.
+                let is_size = parameters.iter().all(|card| card.neutral == 0.0);
+                (score, if is_size { term.values.iter().map(|v| share * v).collect() } else { Vec::new() })
+            } else {
+                self.rise(&white)
+            };
+            let (removes, by_error) = self.lowers(&columns, linear == 0, self.unsure(index, &term).as_deref());
+            let keep = |best: &mut Option<(usize, Candidate)>, values: &[f64], better: &dyn Fn(&Candidate) -> bool| {
                 let mut term = term.clone();
-                for (j, c) in coefficients.iter().enumerate() {
+                for (j, v) in values.iter().enumerate() {
                     let bounds = parameters[j].bounds;
-                    term.values[j] = c.clamp(bounds.0, bounds.1);
+                    term.values[j] = v.clamp(bounds.0, bounds.1);
                 }
-                if score.is_finite() && best.as_ref().is_none_or(better) {
-                    *best = Some(Candidate { series: index, term, score, removes, freedom });
+                if score.is_finite() && best.as_ref().is_none_or(|(_, best)| better(best)) {
+                    *best = Some((number, Candidate { series: index, term, score, removes, freedom }));
                 }
             };
-            keep(&mut likeliest, &coefficients, &|b| score > b.score);
-            keep(&mut lowest, &others, &|b| removes > b.removes);
+            keep(&mut likeliest, &by_likelihood, &|b| score > b.score);
+            keep(&mut lowest, &by_error, &|b| removes > b.removes);
         }
         match (likeliest, lowest) {
-            (Some(a), Some(b)) if a.term.values[linear..] == b.term.values[linear..] => vec![a],
-            (a, b) => a.into_iter().chain(b).collect(),
+            (Some(a), Some(b)) if a.0 == b.0 => vec![a.1],
+            (a, b) => a.into_iter().chain(b).map(|(_, candidate)| candidate).collect(),
         }
     }
 
@@ -219,8 +313,12 @@ impl<'a> Scanner<'a> {
                 self.column(index, &term, 0.01).iter().map(|c| self.whitener.apply(c)).collect()
             })
             .collect();
-        let (_, coefficients) = self.rise(&columns);
-        tone::in_reading(series, f, coefficients[0], coefficients[1], self.alpha(series))
+        // Beside the model as it stands: its scale factor, fitted anew where much else is missing, would share the line.
+        let matrix = Mat::from_fn(2, 2, |i, j| Self::cross(&columns[i], &columns[j]));
+        let along = [0, 1].map(|i| Self::cross(&columns[i], &self.residual));
+        let (inverse, _) = nls::invert_observable(&matrix, 1e-8);
+        let [sine, cosine] = [0, 1].map(|i| -(inverse[(i, 0)] * along[0] + inverse[(i, 1)] * along[1]));
+        tone::in_reading(series, f, sine, cosine, self.alpha(series))
     }
 
     fn alpha(&self, series: &Series) -> f64 {
@@ -335,14 +433,19 @@ impl<'a> Scanner<'a> {
         (rise, p)
     }
 
-    /// Rise of ln L where the column joins with coefficient 1.
-    fn fall_with(&self, column: &[Vec<f64>]) -> f64 {
+    /// Rise of ln L where the best share of the column joins, and that share: what lies between this shape of a grid and the
+    /// next smaller one is, to first order, a part of it.
+    fn rise_with_share(&self, column: &[Vec<f64>]) -> (f64, f64) {
         let w = self.against_model(column);
         let cc = Self::cross(column, column) - self.quadratic(&w, &w);
         let cr = Self::cross(column, &self.residual) - self.quadratic(&w, &self.gradient);
-        -(cr + 0.5 * cc)
+        let share = (-cr / cc).clamp(SMALLER, 1.0);
+        (-share * (cr + 0.5 * share * cc), share)
     }
 }
+
+/// From one shape of a grid to the next smaller one.
+const SMALLER: f64 = 0.3;
 
 /// The weights' F at the coarse windows' averaging times, which are those of the fine ones.
 fn prior_floor(study: &Study) -> Vec<f64> {

@@ -29,7 +29,9 @@ impl Present<'_> {
         let rise = gls(with) - gls(self);
         let candidate = Candidate { series, term: term.clone(), score: rise, removes: 0.0, freedom: term.values.len() };
         let (before, after) = (self.excess(series), with.excess(series));
-        after < before && (chance(rise, &candidate, &with.study) < GATE || after < (1.0 - SHARE) * before)
+        let scatters = before < UNEVEN && noise::sober(&with.study, &with.gls.noise).is_none();
+        let most = if scatters { (1.0 + SCATTERS) * before } else { before };
+        after < most && (chance(rise, &candidate, &with.study) < GATE || after < (1.0 - SHARE) * before)
     }
 }
 
@@ -53,13 +55,19 @@ impl Refit<'_> {
         if self.candidate.term.effect.stage() == Stage::Reading {
             return true;
         }
-        // A tone that the gyro's own spectrum shows is real however little it moves the angle. Beside effects that were
-        // added, whose forms are right to a small share of what they remove, so small a fall may be what they left.
+        // A tone that the gyro's own spectrum shows is real however little it moves the angle. Where what is left is noise that
+        // sensors have, the likelihood weighs each reading by what it tells, and J, which does not, may scatter by more than so
+        // small an effect removes. But beside effects that were added, whose forms are right to a small share of what they
+        // remove, it may be what they left, unless it is clear throughout the log.
         let tone = self.candidate.term.effect.card().id == "vibration-tone";
-        let relevant = match (tone, present.is_base(self.candidate.series)) {
-            (true, _) => -0.01,
-            (false, true) => 0.0,
-            (false, false) => RELEVANT,
+        let is_base = present.is_base(self.candidate.series);
+        let is_clear = self.p_value < ONE_SHOT && self.held_out.0 > CLEAR * self.held_out.1;
+        let scatters = self.before(present) < UNEVEN && self.leaves_noise() && (is_base || is_clear);
+        let relevant = match (tone, scatters, is_base) {
+            (true, ..) => -0.01,
+            (false, true, _) => -SCATTERS,
+            (false, false, true) => 0.0,
+            (false, false, false) => RELEVANT,
         };
         let before = self.before(present);
         if self.at_bound() || self.excess >= before * (1.0 - relevant) {
@@ -79,7 +87,7 @@ impl Refit<'_> {
         // What shows at a few instants (a play, where a shaft turns back) does so unevenly; but what one block alone shows is
         // not there for those who have not seen it.
         let at_times = self.p_value < ONE_SHOT && self.held_out.0 > HOLDS * self.rise;
-        let throughout = self.held_out.0 > 1.5 * self.held_out.1 || self.fall.0 > 2.0 * self.fall.1 || at_times;
+        let throughout = self.held_out.0 > THROUGHOUT * self.held_out.1 || self.fall.0 > 2.0 * self.fall.1 || at_times;
         let holds = self.held_out.0 > 0.25 * self.rise.min(40.0) && throughout;
         (holds || self.fall.0 > 4.0 * self.fall.1)
             && (!one_shot(self) || self.p_value < ONE_SHOT || self.dominates(present))
@@ -206,12 +214,18 @@ const GATE: f64 = 2e-3;
 /// Significance that an effect needs which shows once in a log (a warming, a drift, a step): the bias of such sensors
 /// wanders, and a wander is easily taken for it.
 const ONE_SHOT: f64 = 1e-4;
+/// Standard errors over the blocks that the rise of the held-out ln L has to have: what a single block gains has one.
+const THROUGHOUT: f64 = 1.2;
 /// Share of the rise of ln L that has to hold on data that were not fitted, where it does so unevenly.
 const HOLDS: f64 = 0.5;
 /// J above which something is left that is not noise.
 pub(super) const UNEVEN: f64 = 1.2;
 /// Share of the held-out excess that an effect has to remove there.
 pub(super) const SHARE: f64 = 0.1;
+/// Share of J by which it scatters where an effect near the floor comes in.
+const SCATTERS: f64 = 1e-2;
+/// Standard errors over the blocks that the held-out ln L has to rise by for an effect to be clear throughout the log.
+const CLEAR: f64 = 4.0;
 /// Share of J that an effect has to remove beside others.
 const RELEVANT: f64 = 4e-3;
 /// Times its typical size that a coefficient may have while much is left unexplained.

@@ -10,7 +10,7 @@ use super::{
     verdict,
 };
 use crate::{
-    Axis, Model, Record, Term,
+    Axis, AxisModel, Model, Record, Term,
     diagnosis::{AxisLadder, LadderStep, Verdict},
     effects::Stage,
     evidence::study::{Bench, Study},
@@ -258,13 +258,13 @@ pub(super) fn conclude(
         .map(|(k, series)| {
             let axis = series.axis;
             let judged = Judged::new(&study, k, false);
-            let steps = ended(&steps[k], &judged, study.bench.problem.series.len() > 1);
+            let own = judged::axis_model(&model, axis);
+            let steps = ended(&steps[k], &judged, study.bench.problem.series.len() > 1, &own);
             let list: Vec<&Refit> = last.iter().filter(|r| r.candidate.series == k).collect();
             let (mut verdict, mut says) = match verdict::unexcited(&present.study, &present.gls, k) {
                 Some(says) => (Verdict::CannotTell, says),
                 None => verdict::last_word(present, &list, &judged, k),
             };
-            let own = judged::axis_model(&model, axis);
             let split = unsplit(&steps, &own.effect_ids());
             if !split.is_empty() && matches!(verdict, Verdict::Adequate) {
                 (verdict, says) = (Verdict::Ambiguous, split.join("; "));
@@ -287,9 +287,12 @@ pub(super) fn conclude(
 }
 
 /// The steps of one axis, the last one's error that of the model in the end: what was added to other axes since moves it
-/// too, and where nothing was added to this one, that is a step of its own.
-fn ended(steps: &[LadderStep], judged: &Judged, beside_others: bool) -> Vec<LadderStep> {
+/// too, and where nothing was added to this one, that is a step of its own. What stands in the model besides is no alias.
+fn ended(steps: &[LadderStep], judged: &Judged, beside_others: bool, own: &AxisModel) -> Vec<LadderStep> {
     let mut steps = steps.to_vec();
+    for step in &mut steps {
+        step.aliases.retain(|id| !own.effect_ids().contains(&id.as_str()));
+    }
     let end = Change::of(0, None, None).step(judged);
     let moved =
         |start: &LadderStep| start.error_over_floor.is_some_and(|was| judged.over_floor() < (1.0 - MOVED) * was);

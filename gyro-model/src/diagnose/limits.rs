@@ -135,7 +135,7 @@ fn hole(readings: &[f64]) -> Option<f64> {
     first_sorted(&mut size, LOOKED_AT, f64::total_cmp);
     let step = smallest_gap(&size, 1e-9 * edge);
     let often = zeros >= 20 && zeros > beyond / 3;
-    (beyond >= 20 && edge > 3.5 * step && (often || passed_through(readings) >= PASSAGES)).then_some(edge)
+    (beyond >= BESIDE && edge > 3.5 * step && (often || passed_through(readings) >= PASSAGES)).then_some(edge)
 }
 
 /// Readings of zero that stand between readings of opposite signs: a sensor that rests beside the hole shows it only on
@@ -148,6 +148,10 @@ fn passed_through(readings: &[f64]) -> usize {
     };
     runs.windows(3).filter(between).map(|w| w[1].len()).sum()
 }
+
+/// Readings from the edge to twice as far: were there no hole, the nearest to zero would lie about as far from it as they lie
+/// apart.
+const BESIDE: usize = 8;
 
 /// Readings of zero on the way through that are not there by chance.
 const PASSAGES: usize = 8;
@@ -237,5 +241,22 @@ mod tests {
         assert!((hole(&dead).expect("a hole") - 0.055).abs() < 4e-3);
         let dropped: Vec<f64> = (0..8000).map(|k| if k % 40 == 0 { 0.0 } else { 0.3 + noise(k) }).collect();
         assert_eq!(hole(&dropped), None);
+    }
+
+    #[test]
+    fn a_dead_zone_shows_beside_few_readings_and_a_quick_start_from_rest_shows_none() {
+        // Long rests about 0.02, and turns that take five readings to be fast.
+        let noise = |k: i32| 3e-4 * f64::from(k * 7919 % 5 - 2);
+        let rate = |k: i32| if k % 500 < 400 { 0.02 } else { 0.02 + (0.1 * f64::from(k % 500 - 400)).min(1.0) };
+        let whole: Vec<f64> = (0..4500).map(|k| ((rate(k) + noise(k)) / 3e-4).round() * 3e-4).collect();
+        let dead: Vec<f64> = whole.iter().map(|&g| if g.abs() < 0.115 { 0.0 } else { g }).collect();
+        let edge = hole(&dead).expect("a hole");
+        assert!((0.115..0.125).contains(&edge), "{edge}");
+        assert!(dead.iter().filter(|g| **g > 0.0 && **g < 2.0 * edge).count() < 20);
+        // At rest this one reads zero; its turns begin anywhere between two readings.
+        let start = |k: i32| 0.05 * f64::from(k / 500 * 7 % 12) / 12.0;
+        let quick = |k: i32| if k % 500 < 400 { 0.0 } else { (start(k) + 0.05 * f64::from(k % 500 - 400)).min(1.0) };
+        let still: Vec<f64> = (0..6000).map(|k| (quick(k) / 3e-4).round() * 3e-4).collect();
+        assert_eq!(hole(&still), None);
     }
 }

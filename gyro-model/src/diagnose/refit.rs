@@ -34,6 +34,8 @@ pub struct Present<'a> {
     measures: Vec<Measure>,
     /// The same by fewer readings.
     seldom: OnceLock<Box<Self>>,
+    /// What the scan found for it.
+    scanned: OnceLock<Vec<Candidate>>,
 }
 
 /// What a fitted model is worth, its error being that about one axis.
@@ -112,7 +114,7 @@ impl<'a> Present<'a> {
             })
             .collect();
         let measures = (0..study.bench.problem.series.len()).map(|k| Measure::of(&study, &gls, k)).collect();
-        Self { study, draws, gls, measures, seldom: OnceLock::new() }
+        Self { study, draws, gls, measures, seldom: OnceLock::new(), scanned: OnceLock::new() }
     }
 
     /// The same model judged by what a suspect can be told from: undoing a delay or a response is a filter, and beside a
@@ -210,7 +212,7 @@ impl<'a> Present<'a> {
     /// The suspects of this model, refitted, axis by axis, best first.
     #[must_use]
     pub fn suspects(&self, extra: &[&'static dyn Effect], mut progress: impl FnMut(&str)) -> Vec<Refit<'a>> {
-        let all = scan(&self.study, &self.gls, &self.draws, extra);
+        let all = self.scanned(extra);
         let axes = self.study.bench.problem.series.len();
         let most = if axes > 1 { LEADERS_OF_SEVERAL } else { LEADERS };
         let of = |k: usize| all.iter().filter(|c| c.series == k).cloned().collect::<Vec<_>>();
@@ -236,6 +238,17 @@ impl<'a> Present<'a> {
         refits
     }
 
+    /// What may be missing, at the shapes to start from.
+    fn scanned(&self, extra: &[&'static dyn Effect]) -> &[Candidate] {
+        self.scanned.get_or_init(|| scan(&self.study, &self.gls, &self.draws, extra))
+    }
+
+    /// Two suspects of one axis that hide one another; see [`Scanner::pair`].
+    pub(super) fn pair(&self, series: usize, extra: &[&'static dyn Effect]) -> Option<[Candidate; 2]> {
+        let own: Vec<Candidate> = self.scanned(extra).iter().filter(|c| c.series == series).cloned().collect();
+        Scanner::new(&self.study, &self.gls, &self.draws).pair(&own)
+    }
+
     /// Those suspects of one axis that `wanted` names, refitted.
     #[must_use]
     pub fn rivals(
@@ -244,7 +257,7 @@ impl<'a> Present<'a> {
         extra: &[&'static dyn Effect],
         wanted: impl Fn(&str) -> bool,
     ) -> Vec<Refit<'a>> {
-        let mut list = scan(&self.study, &self.gls, &self.draws, extra);
+        let mut list = self.scanned(extra).to_vec();
         list.retain(|c| {
             c.series == series && c.term.effect.stage() != Stage::Reading && wanted(c.term.effect.card().id)
         });

@@ -28,7 +28,7 @@ pub fn frequencies(t: &[f64]) -> f64 {
 pub fn peaks(white: &[Vec<f64>], t: &[f64], series: &Series) -> Vec<f64> {
     let (Some(spectrum), Some(reading)) = (Spectrum::new(white, t), Prominence::new(series)) else { return Vec::new() };
     let mut chosen: Vec<(usize, f64)> = Vec::new();
-    for k in spectrum.tops() {
+    for k in spectrum.standing_out() {
         // The side lobes of a line are not lines.
         if chosen.iter().all(|(c, _)| c.abs_diff(k) > LOBES) {
             let images = images(k as f64 * spectrum.bin, t, &series.t);
@@ -114,8 +114,7 @@ impl Prominence {
 
     /// Median power about a frequency.
     fn around(&self, frequency: f64) -> f64 {
-        let (k, power) = (self.next_to(frequency), &self.spectrum.power);
-        median(power[k.saturating_sub(AROUND)..=(k + AROUND).min(power.len() - 1)].to_vec()).unwrap_or(0.0)
+        self.spectrum.around(self.next_to(frequency))
     }
 
     /// Median power of the upper half of the spectrum, where no shaft moves.
@@ -167,7 +166,22 @@ impl Spectrum {
         tops
     }
 
-    /// The frequency of the line about bin `k`, Hz: near its top a line is a parabola in ln power.
+    /// The same, those first that stand highest above what is usual about them: what is missing besides a tone makes more
+    /// of one part of the spectrum than of another.
+    fn standing_out(&self) -> Vec<usize> {
+        let mut tops: Vec<(usize, f64)> =
+            self.tops().into_iter().map(|k| (k, self.power[k] / self.around(k).max(f64::MIN_POSITIVE))).collect();
+        tops.sort_by(|a, b| b.1.total_cmp(&a.1));
+        tops.into_iter().map(|(k, _)| k).collect()
+    }
+
+    /// Median power about a bin.
+    fn around(&self, k: usize) -> f64 {
+        let near = k.saturating_sub(AROUND)..=(k + AROUND).min(self.power.len() - 1);
+        median(self.power[near].to_vec()).unwrap_or(0.0)
+    }
+
+    /// The frequency of the line about bin `k`, Hz.
     fn line(&self, k: usize) -> f64 {
         (k as f64 + crest([k - 1, k, k + 1].map(|k| self.power[k]))) * self.bin
     }

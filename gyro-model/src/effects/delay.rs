@@ -62,9 +62,9 @@ impl Effect for Delay {
     }
 
     fn grid(&self, _: &Span) -> Vec<Vec<f64>> {
-        // Some microseconds show on a minute of brisk motion. A shape half as large as the truth, or one and a half times
-        // as large, still has three quarters of its rise in ln L, so small ones may lie a factor of three apart.
-        let small = [1e-5, 3e-5, 1e-4, 3e-4].iter().flat_map(|&d| [d, -d]);
+        // Some microseconds show on a minute of brisk motion. Small ones are parts of one another: a factor of three apart is
+        // enough.
+        let small = [3e-6, 1e-5, 3e-5, 1e-4, 3e-4].iter().flat_map(|&d| [d, -d]);
         let large = [-0.02, -0.01, -0.005, -0.002, -0.001, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06, 0.1];
         small.chain(large).map(|d| vec![d]).collect()
     }

@@ -56,6 +56,6 @@ impl Effect for EncoderBacklash {
     }
 
     fn grid(&self, _: &Span) -> Vec<Vec<f64>> {
-        [1e-4, 3e-4, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035].iter().map(|&b| vec![b]).collect()
+        [3e-5, 1e-4, 3e-4, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035].iter().map(|&b| vec![b]).collect()
     }
 }

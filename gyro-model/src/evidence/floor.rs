@@ -10,7 +10,7 @@ use super::{
     integrate::integral,
     prior::Prior,
     problem::Warm,
-    series::{Reading, Series},
+    series::Series,
     study::{Bench, Study},
 };
 use rand::{RngExt, SeedableRng};
@@ -41,32 +41,34 @@ const ZEROED: u64 = 0;
 /// One draw of noise alone, a residual at the reference rows (each channel its own).
 #[must_use]
 pub fn draw(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seed: u64) -> Vec<Vec<f64>> {
-    draw_with(bench, series, warm, lost, &[], seed)
+    draw_with(bench, series, warm, lost, Seen::Plain, seed)
 }
 
 /// The same where the filter reads it: at the middle of a count the encoder errs as little as there, wherever its zero is
 /// drawn.
 #[must_use]
 pub fn draw_read(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seed: u64) -> Vec<Vec<f64>> {
-    draw_with(bench, series, warm, lost, &bench.problem.series[series].readings, seed)
+    draw_with(bench, series, warm, lost, Seen::ByFilter, seed)
 }
 
-fn draw_with(
-    bench: &Bench,
-    series: usize,
-    warm: &Warm,
-    lost: &[bool],
-    readings: &[Reading],
-    seed: u64,
-) -> Vec<Vec<f64>> {
+/// How the reference's rows are looked at.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+enum Seen {
+    /// Each for itself, as the error curve does.
+    Plain,
+    /// As readings of a filter. It sees the steps of a motion that repeats itself repeat as well, whatever stands between.
+    ByFilter,
+}
+
+fn draw_with(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seen: Seen, seed: u64) -> Vec<Vec<f64>> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (s, prior) = (&bench.problem.series[series], &bench.prior[series]);
     let along = warm.drawn_along();
-    // A filter sees the steps of a motion that repeats itself repeat as well, whatever stands between.
-    let is_read = !readings.is_empty();
     let mut share = vec![1.0; s.reference_rows.len()];
-    for reading in readings {
-        share[reading.row] = reading.steps.sqrt();
+    if seen == Seen::ByFilter {
+        for reading in &s.readings {
+            share[reading.row] = reading.steps.sqrt();
+        }
     }
     (0..bench.problem.channels())
         .map(|_| {
@@ -80,7 +82,7 @@ fn draw_with(
                     if i > 0 {
                         walk += prior.angle_random_walk * (s.reference_t[i] - s.reference_t[i - 1]).sqrt() * normal;
                     }
-                    if lost[i] && s.encoder.step > 0.0 && !is_read {
+                    if lost[i] && s.encoder.step > 0.0 && seen == Seen::Plain {
                         // How far the shaft turned there is known to whole counts only.
                         offset = rng.random::<f64>() * s.encoder.step;
                     }

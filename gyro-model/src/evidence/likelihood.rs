@@ -81,10 +81,7 @@ pub fn seek(
         // A parameter at its end that would go further does not drag the others along.
         for (k, (v, end)) in p.iter().zip(&ends).enumerate() {
             if (*v >= end.1 && normal.gradient[k] < 0.0) || (*v <= end.0 && normal.gradient[k] > 0.0) {
-                normal.gradient[k] = 0.0;
-                for j in (0..p.len()).filter(|&j| j != k) {
-                    (normal.matrix[(k, j)], normal.matrix[(j, k)]) = (0.0, 0.0);
-                }
+                normal.fix(k);
             }
         }
         last = Some((p.to_vec(), normal.clone()));

@@ -258,30 +258,40 @@ impl<'a> Study<'a> {
     #[must_use]
     pub fn refine(self, starts: &[NoiseModel]) -> (Self, Gls) {
         let gls = self.identify(starts);
-        self.refine_with(gls, |_| true)
+        self.refine_by(gls, |_, gls| gls.step.clone())
     }
 
-    /// The same of the tones alone, from a noise that is known.
+    /// The same of the tones alone, the other parameters standing where they are, from a noise that is known.
     #[must_use]
     pub fn refine_tones(self, gls: Gls) -> (Self, Gls) {
-        let tones: Vec<Slot> =
-            self.slots.iter().copied().filter(|s| is_tone(&self.bench.problem, &self.model, *s)).collect();
-        if tones.is_empty() { (self, gls) } else { self.refine_with(gls, |slot| tones.contains(&slot)) }
+        let is_tone = |slot: &Slot| is_tone(&self.bench.problem, &self.model, *slot);
+        let tones: Vec<bool> = self.slots.iter().map(is_tone).collect();
+        if !tones.contains(&true) {
+            return (self, gls);
+        }
+        let step = |study: &Self, gls: &Gls| {
+            let (mut normal, _) = noise::normal(study, &gls.noise);
+            for k in (0..tones.len()).filter(|&k| !tones[k]) {
+                normal.fix(k);
+            }
+            normal.step_from(&normal, 1e-9)
+        };
+        self.refine_by(gls, step)
     }
 
-    fn refine_with(self, gls: Gls, moves: impl Fn(Slot) -> bool) -> (Self, Gls) {
+    fn refine_by(self, gls: Gls, step: impl Fn(&Self, &Gls) -> Vec<f64>) -> (Self, Gls) {
         let bench = self.bench;
         let (mut study, mut gls) = (self, gls);
         for _ in 0..4 {
             let mut model = study.model.clone();
             let mut largest: f64 = 0.0;
-            for (k, slot) in study.slots.iter().enumerate().filter(|(_, slot)| moves(**slot)) {
+            for (k, (slot, step)) in study.slots.iter().zip(step(&study, &gls)).enumerate() {
                 let bounds = card(&bench.problem, &model, *slot).bounds;
                 if let Some(v) = value(&bench.problem, &mut model, *slot) {
-                    *v = (*v + gls.step[k]).clamp(bounds.0, bounds.1);
+                    *v = (*v + step).clamp(bounds.0, bounds.1);
                     let sigma = gls.std_error(k);
                     if sigma.is_finite() && sigma > 0.0 {
-                        largest = largest.max(gls.step[k].abs() / sigma);
+                        largest = largest.max(step.abs() / sigma);
                     }
                 }
             }

@@ -1,0 +1,48 @@
+//! Effects that hide one another, and effects that are no larger than a log can show.
+
+use gyro_model::{
+    Axis, Model,
+    diagnose::{self, Options},
+    diagnosis::{AxisLadder, Verdict},
+    simulate::{Hidden, Motion, Scenario, SensorSpec, simulate},
+};
+
+/// The ladder of a minute on a drive.
+fn climbed(hidden: &[&str], drive: Motion, seed: u64) -> AxisLadder {
+    let hidden = hidden.iter().map(|text| Hidden::parse(text, Axis::X).unwrap()).collect();
+    let sensor = SensorSpec::on(Axis::X);
+    let scenario = Scenario { motion: drive, seconds: 60.0, sensor, hidden, seed, ..Scenario::default() };
+    let record = simulate(&scenario).record;
+    let (_, ladders) = diagnose::ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap();
+    ladders.into_iter().next().unwrap()
+}
+
+fn added(ladder: &AxisLadder) -> Vec<&str> {
+    let mut ids: Vec<&str> = ladder.effects.iter().skip(2).map(String::as_str).collect();
+    ids.sort_unstable();
+    ids
+}
+
+/// Undoing a slow resonance makes a fast tone forty times as large: neither can be judged while the other is there.
+#[test]
+fn a_tone_is_seen_beside_a_resonance_that_hides_it() {
+    for seed in [2, 3] {
+        let drive = Motion::Drive { rate: 1.2, hold: 2.0 };
+        let hidden = ["mount-resonance:f=3.57,zeta=0.095", "vibration-tone:a_sin=0.07,a_cos=-0.028,f=23.585"];
+        let ladder = climbed(&hidden, drive, seed);
+        assert_eq!(added(&ladder), ["mount-resonance", "vibration-tone"], "seed {seed}: {}", ladder.says);
+        assert_eq!(ladder.verdict, Verdict::Adequate, "seed {seed}: {}", ladder.says);
+        assert!(ladder.steps.iter().all(|step| step.aliases.is_empty()), "both are in the model: {:?}", ladder.steps);
+    }
+}
+
+/// On a drive that turns at one rate either way, the lateness of the gyro and the play of the encoder's gear take from one
+/// another what they add to the error: it lies on its floor, and on another motion it would not.
+#[test]
+fn two_effects_are_found_that_cancel_in_the_error() {
+    let ladder = climbed(&["delay:d=1.8e-4", "encoder-backlash:b=5.77e-4"], Motion::Drive { rate: 1.7, hold: 2.5 }, 3);
+    assert!(ladder.steps[0].error_over_floor.unwrap() < 1.4, "{:?}", ladder.steps[0]);
+    let ids = added(&ladder);
+    let is_late = |id: &&str| ["delay", "lag"].contains(id);
+    assert!(ids.len() == 2 && ids.contains(&"encoder-backlash") && ids.iter().any(is_late), "{ids:?}");
+}
