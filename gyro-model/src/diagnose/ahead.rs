@@ -1,8 +1,10 @@
 //! Looking ahead where no single suspect passes: two or three effects that hide one another.
 //!
-//! What one effect leaves unexplained is taken for noise while another is judged, so that neither may pass alone. A few
-//! are then added on trial, the likeliest or the one that removes most first. They stay only together: where the error
-//! comes down to what noise leaves, and each of them passes every test beside the others.
+//! Two may cancel in the error, so that it shows neither: all pairs are held against the residual at once, and the two of
+//! which each says most beside the other are added on trial. And what one effect leaves unexplained is taken for noise while
+//! another is judged, so that neither may pass alone: a few are then added on trial, the likeliest or the one that removes
+//! most first. They stay only together: where the error comes down to what noise leaves, and each of them passes every test
+//! beside the others.
 
 use super::{
     candidates::{Candidate, with_term},

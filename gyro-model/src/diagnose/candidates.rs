@@ -6,7 +6,7 @@
 use super::{limits, tone, verdict::is_slow};
 use crate::{
     AxisModel, Model, Term,
-    effects::{CATALOGUE, Effect, Need, ParameterCard, Role, Stage},
+    effects::{CATALOGUE, Effect, Need, ParameterCard, Role, Stage, are_aliases},
     evidence::{
         noise::{self, Gls},
         prior,
@@ -199,7 +199,10 @@ impl<'a> Scanner<'a> {
             let pair = [each[a].moved(of_a)?, each[b].moved(of_b)?];
             Some((together - alone[a].max(alone[b]), pair)).filter(|(gain, _)| *gain > TOGETHER)
         };
-        let pairs = (0..each.len()).tuple_combinations().filter_map(|(a, b)| gained(a, b));
+        // The difference of two effects that look alike is a shape of its own, which is the physics of neither.
+        let id = |k: usize| each[k].term.effect.card().id;
+        let pairs = (0..each.len()).tuple_combinations().filter(|&(a, b)| !are_aliases(id(a), id(b)));
+        let pairs = pairs.filter_map(|(a, b)| gained(a, b));
         pairs.max_by(|x, y| x.0.total_cmp(&y.0)).map(|(_, pair)| pair)
     }
 
