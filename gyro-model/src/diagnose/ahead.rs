@@ -8,7 +8,7 @@
 
 use super::{
     candidates::{Candidate, with_term},
-    gate::UNEVEN,
+    gate::{UNEVEN, is_outsized},
     judged::Judged,
     ladder::{aliases, without},
     refit::{Present, Refit},
@@ -90,7 +90,11 @@ fn two<'a>(
         let with = Present::new(Study::fit(present.study.bench, &model, Some(&last.study.warm)));
         way.push(Step { present: with, id, aliases: Vec::new() });
     }
-    holds(&way).then_some(way)
+    let last = &way.last()?.present.study;
+    let axis = last.bench.problem.series[0].axis;
+    let fitted = last.model.axes[axis.index()].as_ref()?.terms.iter().rev().take(way.len());
+    // Two that cancel may grow together as far as one likes.
+    (!fitted.into_iter().any(|term| is_outsized(term, axis)) && holds(&way)).then_some(way)
 }
 
 /// Whether a log tells hardly more of two effects together than of one of them: what their estimates do not share, Π(1 − ρ²)

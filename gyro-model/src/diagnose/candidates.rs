@@ -40,6 +40,10 @@ pub struct Candidate {
 /// chance among all pairs of the catalogue at all their shapes.
 const TOGETHER: f64 = 15.0;
 
+/// What two effects have to show each of its own to be tried together. On one sine, and on a drive that turns at one rate, large
+/// ones cancel but for a little: a hundredth of what each does is as much as their forms are right to.
+const APART: f64 = 0.01;
+
 impl Candidate {
     /// The same with these coefficients, or with this share of its size; `None` where that is not physical.
     fn moved(&self, by: &[f64]) -> Option<Self> {
@@ -183,9 +187,22 @@ impl<'a> Scanner<'a> {
         let own = parallel::map(&rows, |&i| -> Vec<f64> {
             (0..=i).map(|j| Self::cross(all[i], all[j]) - self.quadratic(&against[i], &against[j])).collect()
         });
-        let rise = |which: &[usize]| -> (f64, Vec<f64>) {
+        let block = |which: &[usize]| -> (Vec<usize>, Mat<f64>) {
             let pick: Vec<usize> = which.iter().flat_map(|&k| ends[k] - columns[k].len()..ends[k]).collect();
             let matrix = Mat::from_fn(pick.len(), pick.len(), |i, j| own[pick[i].max(pick[j])][pick[i].min(pick[j])]);
+            (pick, matrix)
+        };
+        // What two do not share, Π(1 − ρ²) over their canonical correlations.
+        let apart = |a: usize, b: usize| {
+            let volume = |which: &[usize]| {
+                let (_, m) = block(which);
+                let scaled = |i: usize, j: usize| m[(i, j)] / (m[(i, i)] * m[(j, j)]).sqrt();
+                Mat::from_fn(m.nrows(), m.nrows(), scaled).determinant()
+            };
+            volume(&[a, b]) / (volume(&[a]) * volume(&[b]))
+        };
+        let rise = |which: &[usize]| -> (f64, Vec<f64>) {
+            let (pick, matrix) = block(which);
             let (inverse, _) = nls::invert_observable(&matrix, 1e-6);
             let step: Vec<f64> = (0..pick.len())
                 .map(|i| -(0..pick.len()).map(|j| inverse[(i, j)] * gradient[pick[j]]).sum::<f64>())
@@ -202,7 +219,7 @@ impl<'a> Scanner<'a> {
         // The difference of two effects that look alike is a shape of its own, which is the physics of neither.
         let id = |k: usize| each[k].term.effect.card().id;
         let pairs = (0..each.len()).tuple_combinations().filter(|&(a, b)| !are_aliases(id(a), id(b)));
-        let pairs = pairs.filter_map(|(a, b)| gained(a, b));
+        let pairs = pairs.filter(|&(a, b)| apart(a, b) > APART).filter_map(|(a, b)| gained(a, b));
         pairs.max_by(|x, y| x.0.total_cmp(&y.0)).map(|(_, pair)| pair)
     }
 

@@ -7,7 +7,7 @@ use super::{
     tone, verdict,
 };
 use crate::{
-    Term,
+    Axis, Term,
     effects::{Memory, Role, Stage},
     evidence::{noise, study::Study},
 };
@@ -119,12 +119,7 @@ impl Refit<'_> {
     /// Whether a coefficient is far beyond what such sensors have: where much is left unexplained, the fit bends whatever
     /// can be bent.
     fn is_outsized(&self) -> bool {
-        let axis = self.study.bench.problem.series[self.candidate.series].axis;
-        let term = &self.candidate.term;
-        let pairs = term.effect.parameters(axis).iter().zip(&term.values);
-        pairs
-            .filter(|(card, _)| card.role == Role::Linear && card.typical != 0.0)
-            .any(|(card, v)| v.abs() > OUTSIZED * card.typical.abs())
+        is_outsized(&self.candidate.term, self.study.bench.problem.series[self.candidate.series].axis)
     }
 
     /// Whether it removes much of an error that is far beyond what a gyro's own wander makes, throughout the log. Other
@@ -160,6 +155,14 @@ impl Refit<'_> {
     pub fn significant(&self) -> bool {
         self.p_value < GATE && (self.held_out.0 > 0.0 || self.fall.0 > 4.0 * self.fall.1) && !self.at_bound()
     }
+}
+
+/// Whether a coefficient is far beyond what such sensors have.
+pub(super) fn is_outsized(term: &Term, axis: Axis) -> bool {
+    let pairs = term.effect.parameters(axis).iter().zip(&term.values);
+    pairs
+        .filter(|(card, _)| card.role == Role::Linear && card.typical != 0.0)
+        .any(|(card, v)| v.abs() > OUTSIZED * card.typical.abs())
 }
 
 /// Chance that noise alone raises ln L as much, for any effect at any shape of the search.
