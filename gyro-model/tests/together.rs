@@ -1,4 +1,4 @@
-//! Effects that hide one another, and effects that are no larger than a log can show.
+//! Effects that hide one another.
 
 use gyro_model::{
     Axis, Model,
