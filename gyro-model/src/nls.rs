@@ -108,6 +108,27 @@ impl Normal {
         step
     }
 
+    /// The equations of some of the parameters, the others standing where they are.
+    #[must_use]
+    pub fn part(&self, which: impl IntoIterator<Item = usize>) -> Self {
+        let which: Vec<usize> = which.into_iter().collect();
+        Self {
+            cost: self.cost,
+            gradient: which.iter().map(|&k| self.gradient[k]).collect(),
+            matrix: Mat::from_fn(which.len(), which.len(), |i, j| self.matrix[(which[i], which[j])]),
+        }
+    }
+
+    /// Half of what f falls by at its optimum, which is what ln L rises by where r is white, and the step to it, along
+    /// the directions that the data determine.
+    #[must_use]
+    pub fn rise(&self, rank_tolerance: f64) -> (f64, Vec<f64>) {
+        let n = self.gradient.len();
+        let (inverse, _) = invert_observable(&self.matrix, rank_tolerance);
+        let step: Vec<f64> = (0..n).map(|i| -(0..n).map(|j| inverse[(i, j)] * self.gradient[j]).sum::<f64>()).collect();
+        (-0.5 * step.iter().zip(&self.gradient).map(|(s, g)| s * g).sum::<f64>(), step)
+    }
+
     /// The same where parameter `k` stands where it is.
     pub fn fix(&mut self, k: usize) {
         self.gradient[k] = 0.0;

@@ -7,11 +7,11 @@ use gyro_model::{
     simulate::{Hidden, Motion, Scenario, SensorSpec, simulate},
 };
 
-/// The ladder of a minute on a drive.
-fn climbed(hidden: &[&str], drive: Motion, seed: u64) -> AxisLadder {
+/// The ladder of a minute.
+fn climbed(hidden: &[&str], motion: Motion, rate_hz: f64, seed: u64) -> AxisLadder {
     let hidden = hidden.iter().map(|text| Hidden::parse(text, Axis::X).unwrap()).collect();
     let sensor = SensorSpec::on(Axis::X);
-    let scenario = Scenario { motion: drive, seconds: 60.0, sensor, hidden, seed, ..Scenario::default() };
+    let scenario = Scenario { motion, seconds: 60.0, rate_hz, sensor, hidden, seed };
     let record = simulate(&scenario).record;
     let (_, ladders) = diagnose::ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap();
     ladders.into_iter().next().unwrap()
@@ -29,7 +29,7 @@ fn a_tone_is_seen_beside_a_resonance_that_hides_it() {
     for seed in [2, 3] {
         let drive = Motion::Drive { rate: 1.2, hold: 2.0 };
         let hidden = ["mount-resonance:f=3.57,zeta=0.095", "vibration-tone:a_sin=0.07,a_cos=-0.028,f=23.585"];
-        let ladder = climbed(&hidden, drive, seed);
+        let ladder = climbed(&hidden, drive, 100.0, seed);
         assert_eq!(added(&ladder), ["mount-resonance", "vibration-tone"], "seed {seed}: {}", ladder.says);
         assert_eq!(ladder.verdict, Verdict::Adequate, "seed {seed}: {}", ladder.says);
         assert!(ladder.steps.iter().all(|step| step.aliases.is_empty()), "both are in the model: {:?}", ladder.steps);
@@ -40,9 +40,28 @@ fn a_tone_is_seen_beside_a_resonance_that_hides_it() {
 /// another what they add to the error: it lies on its floor, and on another motion it would not.
 #[test]
 fn two_effects_are_found_that_cancel_in_the_error() {
-    let ladder = climbed(&["delay:d=1.8e-4", "encoder-backlash:b=5.77e-4"], Motion::Drive { rate: 1.7, hold: 2.5 }, 3);
+    let drive = Motion::Drive { rate: 1.7, hold: 2.5 };
+    let ladder = climbed(&["delay:d=1.8e-4", "encoder-backlash:b=5.77e-4"], drive, 100.0, 3);
     assert!(ladder.steps[0].error_over_floor.unwrap() < 1.4, "{:?}", ladder.steps[0]);
     let ids = added(&ladder);
     let is_late = |id: &&str| ["delay", "lag"].contains(id);
     assert!(ids.len() == 2 && ids.contains(&"encoder-backlash") && ids.iter().any(is_late), "{ids:?}");
+}
+
+/// What the form of a hysteresis leaves at each turn looks like a lag that a delay nearly takes back.
+#[test]
+fn the_difference_of_two_that_look_alike_is_not_added_for_what_a_form_leaves() {
+    for seed in [1, 2] {
+        let hidden = ["rate-hysteresis:h=0.0278", "delay:d=0.0043"];
+        let ladder = climbed(&hidden, Motion::Multisine { travel: 6.0 }, 100.0, seed);
+        assert_eq!(added(&ladder), ["delay", "rate-hysteresis"], "seed {seed}: {}", ladder.says);
+    }
+}
+
+/// Undoing a resonance makes the gyro's noise large from one sample to the next, and reading it between samples, as a delay of
+/// some microseconds does, makes it less.
+#[test]
+fn noise_that_a_resonance_made_large_is_not_taken_for_lateness() {
+    let ladder = climbed(&["mount-resonance:f=8.986,zeta=0.0453"], Motion::Multisine { travel: 6.0 }, 500.0, 1);
+    assert_eq!(added(&ladder), ["mount-resonance"], "{}", ladder.says);
 }

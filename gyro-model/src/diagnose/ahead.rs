@@ -11,13 +11,10 @@ use super::{
     gate::{UNEVEN, is_outsized},
     judged::Judged,
     ladder::{aliases, without},
+    pair::beside_its_like,
     refit::{Present, Refit},
 };
-use crate::{
-    effects::{Effect, are_aliases},
-    evidence::{problem::Slot, study::Study},
-};
-use faer::Mat;
+use crate::{effects::Effect, evidence::study::Study};
 
 /// Effects that are added on trial at most.
 const TRIED: usize = 3;
@@ -59,9 +56,7 @@ pub(super) fn ahead<'a>(
             let list = last.suspects(extra, progress);
             let next = list.iter().position(|r| r.passes(last)).or_else(|| likeliest(&list))?;
             let next = step(last, &list, next);
-            // The difference of two effects that look alike is a shape of its own, which is the physics of neither.
-            if way.iter().any(|before| are_aliases(before.id, next.id) && look_alike(&next.present, before.id, next.id))
-            {
+            if beside_its_like(&next.present.study, &next.present.gls, 0, next.id) {
                 break;
             }
             way.push(next);
@@ -96,30 +91,6 @@ fn two<'a>(
     // Two that cancel may grow together as far as one likes.
     (!fitted.into_iter().any(|term| is_outsized(term, axis)) && holds(&way)).then_some(way)
 }
-
-/// Whether a log tells hardly more of two effects together than of one of them: what their estimates do not share, Π(1 − ρ²)
-/// over their canonical correlations, is less than [`OWN`].
-fn look_alike(present: &Present, a: &str, b: &str) -> bool {
-    let study = &present.study;
-    let of = |id: &str| -> Vec<usize> {
-        let is_own = |slot: &Slot| {
-            let axis = study.bench.problem.series[slot.series].axis.index();
-            study.model.axes[axis].as_ref().is_some_and(|model| model.terms[slot.term].effect.card().id == id)
-        };
-        (0..study.slots.len()).filter(|&k| is_own(&study.slots[k])).collect()
-    };
-    let correlated = |rows: &[usize]| {
-        let covariance = &present.gls.covariance;
-        let of = |i: usize, j: usize| covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt();
-        Mat::from_fn(rows.len(), rows.len(), |i, j| of(rows[i], rows[j])).determinant()
-    };
-    let (a, b) = (of(a), of(b));
-    let own = correlated(&[a.as_slice(), b.as_slice()].concat()) / (correlated(&a) * correlated(&b));
-    own.is_nan() || own < OWN
-}
-
-/// What two effects that may be taken for one another have to show each of its own.
-const OWN: f64 = 0.5;
 
 /// Whether the error lies above what noise leaves: in the mean, or far at one averaging time.
 fn leaves_something(present: &Present) -> bool {

@@ -6,7 +6,7 @@
 use super::{limits, tone, verdict::is_slow};
 use crate::{
     AxisModel, Model, Term,
-    effects::{CATALOGUE, Effect, Need, ParameterCard, Role, Stage, are_aliases},
+    effects::{CATALOGUE, Effect, Need, Role, Stage},
     evidence::{
         noise::{self, Gls},
         prior,
@@ -19,7 +19,6 @@ use crate::{
     record::ReferenceKind,
 };
 use faer::Mat;
-use itertools::Itertools;
 
 /// One effect at its best grid point.
 #[derive(Clone, Debug)]
@@ -34,32 +33,6 @@ pub struct Candidate {
     pub removes: f64,
     /// Parameters that adding it frees.
     pub freedom: usize,
-}
-
-/// Rise of ln L that each of two effects has to make beside the other to be tried with it: a rise that is not found by
-/// chance among all pairs of the catalogue at all their shapes.
-const TOGETHER: f64 = 15.0;
-
-/// What two effects have to show each of its own to be tried together. On one sine, and on a drive that turns at one rate, large
-/// ones cancel but for a little: a hundredth of what each does is as much as their forms are right to.
-const APART: f64 = 0.01;
-
-impl Candidate {
-    /// The same with these coefficients, or with this share of its size; `None` where that is not physical.
-    fn moved(&self, by: &[f64]) -> Option<Self> {
-        let mut moved = self.clone();
-        let cards = self.term.effect.parameters(crate::Axis::X);
-        let is_linear = cards.first().is_some_and(|card| card.role == Role::Linear);
-        if is_linear {
-            moved.term.values[..by.len()].copy_from_slice(by);
-        } else if cards.iter().all(|card| card.neutral == 0.0) {
-            moved.term.values.iter_mut().for_each(|v| *v *= by[0]);
-        } else if by[0] <= 0.0 {
-            return None;
-        }
-        let inside = |(v, card): (&f64, &ParameterCard)| *v >= card.bounds.0 && *v <= card.bounds.1;
-        moved.term.values.iter().zip(cards).all(inside).then_some(moved)
-    }
 }
 
 /// Whether the log holds what the effect needs: an axis that rests shows what its bias goes with, and nothing else.
@@ -162,87 +135,6 @@ impl<'a> Scanner<'a> {
         Coarse { normal, residual, columns }
     }
 
-    /// Two of these candidates of one axis that hide one another: those where each raises ln L most beside the other, by at
-    /// least [`TOGETHER`], each at its share.
-    pub(super) fn pair(&self, list: &[Candidate]) -> Option<[Candidate; 2]> {
-        let mut each: Vec<&Candidate> =
-            list.iter().filter(|c| c.term.effect.stage() != Stage::Reading && c.score.is_finite()).collect();
-        each.sort_by(|a, b| b.score.total_cmp(&a.score));
-        each = each.into_iter().unique_by(|c| c.term.effect.card().id).collect();
-        let columns = parallel::map(&each, |c| self.columns_at(c));
-        let ends: Vec<usize> = columns
-            .iter()
-            .map(Vec::len)
-            .scan(0, |end, n| {
-                *end += n;
-                Some(*end)
-            })
-            .collect();
-        let all: Vec<&Vec<Vec<f64>>> = columns.iter().flatten().collect();
-        let against: Vec<Vec<f64>> = all.iter().map(|c| self.against_model(c)).collect();
-        let gradient: Vec<f64> = (0..all.len())
-            .map(|i| Self::cross(all[i], &self.residual) - self.quadratic(&against[i], &self.gradient))
-            .collect();
-        let rows: Vec<usize> = (0..all.len()).collect();
-        let own = parallel::map(&rows, |&i| -> Vec<f64> {
-            (0..=i).map(|j| Self::cross(all[i], all[j]) - self.quadratic(&against[i], &against[j])).collect()
-        });
-        let block = |which: &[usize]| -> (Vec<usize>, Mat<f64>) {
-            let pick: Vec<usize> = which.iter().flat_map(|&k| ends[k] - columns[k].len()..ends[k]).collect();
-            let matrix = Mat::from_fn(pick.len(), pick.len(), |i, j| own[pick[i].max(pick[j])][pick[i].min(pick[j])]);
-            (pick, matrix)
-        };
-        // What two do not share, Π(1 − ρ²) over their canonical correlations.
-        let apart = |a: usize, b: usize| {
-            let volume = |which: &[usize]| {
-                let (_, m) = block(which);
-                let scaled = |i: usize, j: usize| m[(i, j)] / (m[(i, i)] * m[(j, j)]).sqrt();
-                Mat::from_fn(m.nrows(), m.nrows(), scaled).determinant()
-            };
-            volume(&[a, b]) / (volume(&[a]) * volume(&[b]))
-        };
-        let rise = |which: &[usize]| -> (f64, Vec<f64>) {
-            let (pick, matrix) = block(which);
-            let (inverse, _) = nls::invert_observable(&matrix, 1e-6);
-            let step: Vec<f64> = (0..pick.len())
-                .map(|i| -(0..pick.len()).map(|j| inverse[(i, j)] * gradient[pick[j]]).sum::<f64>())
-                .collect();
-            (-0.5 * step.iter().zip(&pick).map(|(s, &k)| s * gradient[k]).sum::<f64>(), step)
-        };
-        let alone: Vec<f64> = (0..each.len()).map(|k| rise(&[k]).0).collect();
-        let gained = |a: usize, b: usize| {
-            let (together, step) = rise(&[a, b]);
-            let (of_a, of_b) = step.split_at(columns[a].len());
-            let pair = [each[a].moved(of_a)?, each[b].moved(of_b)?];
-            Some((together - alone[a].max(alone[b]), pair)).filter(|(gain, _)| *gain > TOGETHER)
-        };
-        // The difference of two effects that look alike is a shape of its own, which is the physics of neither.
-        let id = |k: usize| each[k].term.effect.card().id;
-        let pairs = (0..each.len()).tuple_combinations().filter(|&(a, b)| !are_aliases(id(a), id(b)));
-        let pairs = pairs.filter(|&(a, b)| apart(a, b) > APART).filter_map(|(a, b)| gained(a, b));
-        pairs.max_by(|x, y| x.0.total_cmp(&y.0)).map(|(_, pair)| pair)
-    }
-
-    /// The whitened columns of a candidate where it stands: of its coefficients, or of its share.
-    fn columns_at(&self, candidate: &Candidate) -> Vec<Vec<Vec<f64>>> {
-        let (term, index) = (&candidate.term, candidate.series);
-        let parameters = term.effect.parameters(self.study.bench.problem.series[index].axis);
-        let linear = parameters.iter().filter(|p| p.role == Role::Linear).count();
-        let white = |term: &Term, h: f64| self.whitener.apply_each(&self.column(index, term, h));
-        if linear == 0 {
-            return vec![white(term, 1.0)];
-        }
-        let from_nothing = |j: usize| {
-            let card = &parameters[j];
-            let h = if card.typical == 0.0 { 1e-6 * card.bounds.1 } else { 0.1 * card.typical.abs() };
-            let mut trial = term.clone();
-            trial.values[..linear].fill(0.0);
-            trial.values[j] = h;
-            white(&trial, h)
-        };
-        (0..linear).map(from_nothing).collect()
-    }
-
     /// One effect on one axis.
     pub(super) fn best(&self, effect: &'static dyn Effect, index: usize) -> Vec<Candidate> {
         let series = &self.study.bench.problem.series[index];
@@ -274,20 +166,8 @@ impl<'a> Scanner<'a> {
             let mut term = Term::neutral(effect, series.axis);
             term.values[linear..].copy_from_slice(&shape);
             let freedom = parameters.iter().filter(|p| p.role != Role::Chosen).count();
-            let columns: Vec<Vec<Vec<f64>>> = if linear == 0 {
-                vec![self.column(index, &term, 1.0)]
-            } else {
-                (0..linear)
-                    .map(|j| {
-                        let card = &parameters[j];
-                        let h = if card.typical == 0.0 { 1e-6 * card.bounds.1 } else { 0.1 * card.typical.abs() };
-                        let mut trial = term.clone();
-                        trial.values[j] += h;
-                        self.column(index, &trial, h)
-                    })
-                    .collect()
-            };
-            let white: Vec<Vec<Vec<f64>>> = columns.iter().map(|c| self.whitener.apply_each(c)).collect();
+            let columns = self.along(index, &term);
+            let white = self.whitened(&columns);
             let (score, by_likelihood) = if linear == 0 {
                 let (score, share) = self.rise_with_share(&white[0]);
                 // A width or a time is nothing at zero; a frequency is not.
@@ -326,18 +206,15 @@ impl<'a> Scanner<'a> {
 
     /// Whether the gyro's own reading holds the line that the residual has at `f`.
     fn seen_by_gyro(&self, effect: &'static dyn Effect, index: usize, series: &Series, f: f64) -> bool {
-        let columns: Vec<Vec<Vec<f64>>> = (0..2)
-            .map(|j| {
-                let mut term = Term { values: vec![0.0, 0.0, f], ..Term::neutral(effect, series.axis) };
-                term.values[j] = 0.01;
-                self.column(index, &term, 0.01).iter().map(|c| self.whitener.apply(c)).collect()
-            })
-            .collect();
+        let term = Term { values: vec![0.0, 0.0, f], ..Term::neutral(effect, series.axis) };
+        let columns = self.white_along(index, &term);
         // Beside the model as it stands: its scale factor, fitted anew where much else is missing, would share the line.
-        let matrix = Mat::from_fn(2, 2, |i, j| Self::cross(&columns[i], &columns[j]));
-        let along = [0, 1].map(|i| Self::cross(&columns[i], &self.residual));
-        let (inverse, _) = nls::invert_observable(&matrix, 1e-8);
-        let [sine, cosine] = [0, 1].map(|i| -(inverse[(i, 0)] * along[0] + inverse[(i, 1)] * along[1]));
+        let mut normal = nls::Normal::zeros(2);
+        for (channel, residual) in self.residual.iter().enumerate() {
+            normal.add(residual, &[&columns[0][channel], &columns[1][channel]]);
+        }
+        let (_, step) = normal.rise(1e-8);
+        let (sine, cosine) = (step[0], step[1]);
         tone::in_reading(series, f, sine, cosine, self.alpha(series))
     }
 
@@ -414,6 +291,33 @@ impl<'a> Scanner<'a> {
         study.bench.problem.unsure(&moved, index)
     }
 
+    /// What the residual changes by with each coefficient of a term, from none of it; or with its share, where it has none.
+    fn along(&self, index: usize, term: &Term) -> Vec<Vec<Vec<f64>>> {
+        let parameters = term.effect.parameters(self.study.bench.problem.series[index].axis);
+        let coefficients = parameters.iter().filter(|p| p.role == Role::Linear).count();
+        if coefficients == 0 {
+            return vec![self.column(index, term, 1.0)];
+        }
+        let with_one = |j: usize| {
+            let card = &parameters[j];
+            let h = if card.typical == 0.0 { 1e-6 * card.bounds.1 } else { 0.1 * card.typical.abs() };
+            let mut trial = term.clone();
+            trial.values.iter_mut().zip(&parameters[..coefficients]).for_each(|(v, card)| *v = card.neutral);
+            trial.values[j] += h;
+            self.column(index, &trial, h)
+        };
+        (0..coefficients).map(with_one).collect()
+    }
+
+    /// The same whitened.
+    pub(super) fn white_along(&self, index: usize, term: &Term) -> Vec<Vec<Vec<f64>>> {
+        self.whitened(&self.along(index, term))
+    }
+
+    fn whitened(&self, columns: &[Vec<Vec<f64>>]) -> Vec<Vec<Vec<f64>>> {
+        columns.iter().map(|column| self.whitener.apply_each(column)).collect()
+    }
+
     /// (residual with the term − residual)/h.
     fn column(&self, index: usize, term: &Term, h: f64) -> Vec<Vec<f64>> {
         let model = with_term(self.study, index, term.clone());
@@ -435,30 +339,36 @@ impl<'a> Scanner<'a> {
         (0..n).map(|i| (0..n).map(|j| a[i] * self.inverse[(i, j)] * b[j]).sum::<f64>()).sum()
     }
 
+    /// Normal equations of whitened columns, the model's own fitted anew beside them.
+    pub(super) fn beside_model(&self, columns: &[&[Vec<f64>]]) -> nls::Normal {
+        let own: Vec<Vec<f64>> = columns.iter().map(|c| self.against_model(c)).collect();
+        let mut normal = nls::Normal::zeros(columns.len());
+        for (i, column) in columns.iter().enumerate() {
+            normal.gradient[i] = Self::cross(column, &self.residual) - self.quadratic(&own[i], &self.gradient);
+            for j in 0..=i {
+                let both = Self::cross(column, columns[j]) - self.quadratic(&own[i], &own[j]);
+                (normal.matrix[(i, j)], normal.matrix[(j, i)]) = (both, both);
+            }
+        }
+        normal
+    }
+
     /// Rise of ln L where the columns join with free coefficients, and the coefficients.
     fn rise(&self, columns: &[Vec<Vec<f64>>]) -> (f64, Vec<f64>) {
-        let n = columns.len();
-        let w: Vec<Vec<f64>> = columns.iter().map(|c| self.against_model(c)).collect();
-        let matrix = Mat::from_fn(n, n, |i, j| Self::cross(&columns[i], &columns[j]) - self.quadratic(&w[i], &w[j]));
-        let gradient: Vec<f64> =
-            (0..n).map(|i| Self::cross(&columns[i], &self.residual) - self.quadratic(&w[i], &self.gradient)).collect();
-        let full: Vec<f64> = columns.iter().map(|c| Self::cross(c, c)).collect();
+        let normal = self.beside_model(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>());
         // A column that the model's own nearly spans says nothing of its own.
-        if (0..n).all(|i| matrix[(i, i)] < 1e-6 * full[i]) {
-            return (0.0, vec![0.0; n]);
+        let says_nothing = |(i, c): (usize, &Vec<Vec<f64>>)| normal.matrix[(i, i)] < 1e-6 * Self::cross(c, c);
+        if columns.iter().enumerate().all(says_nothing) {
+            return (0.0, vec![0.0; columns.len()]);
         }
-        let (inverse, _) = nls::invert_observable(&matrix, 1e-8);
-        let p: Vec<f64> = (0..n).map(|i| -(0..n).map(|j| inverse[(i, j)] * gradient[j]).sum::<f64>()).collect();
-        let rise = -0.5 * p.iter().zip(&gradient).map(|(p, g)| p * g).sum::<f64>();
-        (rise, p)
+        normal.rise(1e-8)
     }
 
     /// Rise of ln L where the best share of the column joins, and that share: what lies between this shape of a grid and the
     /// next smaller one is, to first order, a part of it.
     fn rise_with_share(&self, column: &[Vec<f64>]) -> (f64, f64) {
-        let w = self.against_model(column);
-        let cc = Self::cross(column, column) - self.quadratic(&w, &w);
-        let cr = Self::cross(column, &self.residual) - self.quadratic(&w, &self.gradient);
+        let normal = self.beside_model(&[column]);
+        let (cc, cr) = (normal.matrix[(0, 0)], normal.gradient[0]);
         let share = (-cr / cc).clamp(SMALLER, 1.0);
         (-share * (cr + 0.5 * share * cc), share)
     }

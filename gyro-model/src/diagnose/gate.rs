@@ -2,6 +2,7 @@
 
 use super::{
     candidates::Candidate,
+    pair::beside_its_like,
     rank::ROUGH,
     refit::{Present, Refit},
     tone, verdict,
@@ -9,7 +10,11 @@ use super::{
 use crate::{
     Axis, Term,
     effects::{Memory, Role, Stage},
-    evidence::{noise, study::Study},
+    evidence::{
+        noise::{self, Gls},
+        series::Series,
+        study::Study,
+    },
 };
 use itertools::Itertools;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -29,7 +34,7 @@ impl Present<'_> {
         let rise = gls(with) - gls(self);
         let candidate = Candidate { series, term: term.clone(), score: rise, removes: 0.0, freedom: term.values.len() };
         let (before, after) = (self.excess(series), with.excess(series));
-        let scatters = before < UNEVEN && noise::sober(&with.study, &with.gls.noise).is_none();
+        let scatters = before < UNEVEN && is_noise(&with.study, &with.gls);
         let most = if scatters { (1.0 + SCATTERS) * before } else { before };
         after < most && (chance(rise, &candidate, &with.study) < GATE || after < (1.0 - SHARE) * before)
     }
@@ -83,6 +88,11 @@ impl Refit<'_> {
         if self.excess > ROUGH && (self.is_outsized() || tone && self.share(present).is_none_or(|s| s < DOMINATES)) {
             return false;
         }
+        // What remains near the floor may be what the form of an effect that was added leaves.
+        let id = self.candidate.term.effect.card().id;
+        if before < ROUGH && beside_its_like(&self.study, &self.gls, self.candidate.series, id) {
+            return false;
+        }
         // What shows at one instant (a step) cannot be held out block by block in likelihood, but in the error it can.
         // What shows at a few instants (a play, where a shaft turns back) does so unevenly; but what one block alone shows is
         // not there for those who have not seen it.
@@ -113,7 +123,7 @@ impl Refit<'_> {
 
     /// Whether what it leaves is noise that sensors have.
     fn leaves_noise(&self) -> bool {
-        noise::sober(&self.study, &self.gls.noise).is_none()
+        is_noise(&self.study, &self.gls)
     }
 
     /// Whether a coefficient is far beyond what such sensors have: where much is left unexplained, the fit bends whatever
@@ -133,21 +143,7 @@ impl Refit<'_> {
 
     /// Whether a parameter ran to the end of what is physical: the fit looks for something else.
     pub(super) fn at_bound(&self) -> bool {
-        let series = &self.study.bench.problem.series[self.candidate.series];
-        let span = series.span();
-        let nyquist = 0.5 / span.dt;
-        // A step has to be seen from both sides.
-        let (first, last) = (series.t[0] + ENDS * span.duration, series.t[0] + (1.0 - ENDS) * span.duration);
-        let term = &self.candidate.term;
-        let fitted =
-            term.effect.parameters(series.axis).iter().zip(&term.values).filter(|(c, _)| c.role != Role::Chosen);
-        fitted.into_iter().any(|(card, &v)| {
-            if card.name == "t0" && !(first..last).contains(&v) {
-                return true;
-            }
-            let near = |bound: f64| bound.is_finite() && (v - bound).abs() <= 1e-6 * bound.abs().max(1e-12);
-            near(card.bounds.0) || near(card.bounds.1) || (card.unit == "Hz" && v > nyquist)
-        })
+        is_at_bound(&self.candidate.term, &self.study.bench.problem.series[self.candidate.series])
     }
 
     /// Whether noise alone would hardly do as well, and it lowers the error.
@@ -155,6 +151,28 @@ impl Refit<'_> {
     pub fn significant(&self) -> bool {
         self.p_value < GATE && (self.held_out.0 > 0.0 || self.fall.0 > 4.0 * self.fall.1) && !self.at_bound()
     }
+}
+
+/// Whether a fitted parameter of a term stands at the end of what is physical.
+pub(super) fn is_at_bound(term: &Term, series: &Series) -> bool {
+    let span = series.span();
+    let nyquist = 0.5 / span.dt;
+    // A step has to be seen from both sides.
+    let (first, last) = (series.t[0] + ENDS * span.duration, series.t[0] + (1.0 - ENDS) * span.duration);
+    let mut fitted =
+        term.effect.parameters(series.axis).iter().zip(&term.values).filter(|(c, _)| c.role != Role::Chosen);
+    fitted.any(|(card, &v)| {
+        if card.name == "t0" && !(first..last).contains(&v) {
+            return true;
+        }
+        let near = |bound: f64| bound.is_finite() && (v - bound).abs() <= 1e-6 * bound.abs().max(1e-12);
+        near(card.bounds.0) || near(card.bounds.1) || (card.unit == "Hz" && v > nyquist)
+    })
+}
+
+/// Whether what a model leaves is noise that sensors have.
+fn is_noise(study: &Study, gls: &Gls) -> bool {
+    noise::sober(study, &gls.noise).is_none()
 }
 
 /// Whether a coefficient is far beyond what such sensors have.

@@ -4,6 +4,7 @@ use super::{
     Options,
     ahead::ahead,
     candidates::{Candidate, can_show, of_whole_sensor, with_term},
+    gate::is_at_bound,
     judged::{self, Judged},
     rank::ROUGH,
     refit::{Present, Refit},
@@ -360,11 +361,18 @@ fn swap<'a>(present: Present<'a>, start: &Model, options: &Options) -> (Present<
                 let kept = (0..rivals.len()).filter(|&r| keep(&rivals[r]));
                 kept.max_by(|&a, &b| rivals[a].worth().total_cmp(&rivals[b].worth()))
             };
-            if let Some(better) = best(&|refit| !is_own(refit) && refit.replaces(&present)) {
-                let refit = &rivals[better];
-                swapped.push(Swapped { series: k, old: id, new: refit.candidate.term.effect.card().id });
-                let model = refit.study.model.clone();
-                present = Present::new(Study::fit(present.study.bench, &model, Some(&present.study.warm)));
+            // What does as well beside the others may come to nothing once they move too.
+            let better = best(&|refit| !is_own(refit) && refit.replaces(&present)).and_then(|better| {
+                let Refit { candidate, study, .. } = &rivals[better];
+                let new = candidate.term.effect.card().id;
+                let study = Study::fit(study.bench, &study.model, Some(&present.study.warm));
+                let own = judged::axis_model(&fit::settle(study.clone()).model, *axis);
+                let stays = !is_at_bound(own.term(new)?, &study.bench.problem.series[k]);
+                stays.then_some((new, study))
+            });
+            if let Some((new, study)) = better {
+                swapped.push(Swapped { series: k, old: id, new });
+                present = Present::new(study);
             } else if let Some(own) = best(&is_own) {
                 let mut others = aliases(&rivals, own, true);
                 others.retain(|other| other != id);

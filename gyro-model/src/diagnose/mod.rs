@@ -14,6 +14,7 @@ pub mod judged;
 pub mod ladder;
 pub mod limits;
 pub mod long;
+mod pair;
 mod rank;
 pub mod refit;
 pub mod tone;

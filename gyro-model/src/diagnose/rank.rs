@@ -5,6 +5,7 @@ use super::{
     refit::{Present, Refit, mean, total},
 };
 use crate::{Axis, effects::are_aliases, evidence::noise::BLOCKS};
+use std::{f64::consts::SQRT_2, ops::Range};
 
 /// By the held-out error where that tells them apart, else by the held-out likelihood, which tells more finely.
 pub(super) fn rank(refits: &mut Vec<Refit>) {
@@ -23,7 +24,7 @@ pub(super) fn rank(refits: &mut Vec<Refit>) {
     }
 }
 
-/// Drops a resonance where a tone of its frequency does as well: what the motion sets ringing does not ring in one phase
+/// Drops a resonance where a tone that it takes out does as well: what the motion sets ringing does not ring in one phase
 /// throughout the log, while the inverse of a resonance is a notch, which takes out any line.
 pub(super) fn drop_driven(refits: &mut Vec<Refit>) {
     let is = |r: &Refit, id: &str| r.candidate.term.effect.card().id == id;
@@ -36,7 +37,7 @@ pub(super) fn drop_driven(refits: &mut Vec<Refit>) {
     let drives = |tone: &Refit, r: &Refit| {
         is(tone, "vibration-tone")
             && tone.candidate.series == r.candidate.series
-            && (frequency(r) / frequency(tone) - 1.0).abs() < NEAR_A_TONE
+            && TAKEN_OUT.contains(&(frequency(tone) / frequency(r)))
             && (tone.equals(r) || tone.does_nearly_as_well(r))
     };
     resonances.retain(|r| !others.iter().any(|tone| drives(tone, r)));
@@ -44,8 +45,9 @@ pub(super) fn drop_driven(refits: &mut Vec<Refit>) {
     refits.append(&mut resonances);
 }
 
-/// How near to a tone's the frequency of a resonance is that was fitted to it.
-const NEAR_A_TONE: f64 = 0.1;
+/// Frequencies, over its own, of lines that the inverse of a resonance makes much smaller or turns over: it multiplies them by
+/// 1 − (f/f₀)², but for the damping.
+const TAKEN_OUT: Range<f64> = 0.5..SQRT_2;
 
 /// Puts before the best what cannot be told from it and is plainer: fewer parameters, or a measured channel instead of
 /// a free shape, for one more at most.
@@ -72,14 +74,21 @@ impl Refit<'_> {
     /// likelihood by, it makes two of them differ by too.
     #[must_use]
     pub fn alike(&self, other: &Refit) -> bool {
+        self.leaves_as_much_as(other) && self.is_as_likely_as(other) && self.errs_as_much_as(other)
+    }
+
+    fn is_as_likely_as(&self, other: &Refit) -> bool {
         let gains: Vec<f64> = self.gains.iter().zip(&other.gains).map(|(a, b)| a - b).collect();
         let (difference, error) = total(&gains);
-        let (mean, spread) = self.against(other);
         let inflation = self.inflation.max(other.inflation);
         let ids = [self, other].map(|refit| refit.candidate.term.effect.card().id);
         let least = if are_aliases(ids[0], ids[1]) { WITHIN_FORM } else { FOUND_TO.0 };
-        let likely = difference.abs() < inflation * least.max(2.0 * error);
-        self.leaves_as_much_as(other) && likely && gains.len() == BLOCKS && mean.abs() < FOUND_TO.1.max(2.0 * spread)
+        gains.len() == BLOCKS && difference.abs() < inflation * least.max(2.0 * error)
+    }
+
+    fn errs_as_much_as(&self, other: &Refit) -> bool {
+        let (mean, spread) = self.against(other);
+        mean.abs() < FOUND_TO.1.max(2.0 * spread)
     }
 
     /// Whether two of which only one leaves samples out leave about the same error on those that they keep: a gain on fewer
@@ -89,9 +98,11 @@ impl Refit<'_> {
         self.study.leaves_out() == other.study.leaves_out() || more < ROUGH || more < ROUGH * less
     }
 
-    /// Whether it does as well as `other`: better, or alike.
+    /// Whether it does as well as `other`, better or alike, by either measure.
     fn equals(&self, other: &Refit) -> bool {
-        self.alike(other) || (self.excess <= other.excess && self.held_out.0 >= other.held_out.0)
+        self.leaves_as_much_as(other)
+            && (self.excess <= other.excess || self.errs_as_much_as(other))
+            && (self.held_out.0 >= other.held_out.0 || self.is_as_likely_as(other))
     }
 
     /// Whether what `other` gains beyond it is a small share of what both gain.

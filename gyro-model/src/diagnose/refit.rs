@@ -3,6 +3,7 @@
 use super::{
     candidates::{Candidate, Scanner, of_whole_sensor, scan, with_term_throughout},
     gate::chance,
+    pair::pair,
     rank::{drop_driven, prefer_plainer, rank},
 };
 use crate::{
@@ -176,15 +177,19 @@ impl<'a> Present<'a> {
     }
 
     /// What undoing a sensor's response gains in ln L on noise alone: an inverse shapes the reading's noise as well as
-    /// its motion, and a notch takes some of it out.
+    /// its motion, and a notch takes some of it out; and of noise that an inverse made large from one sample to the next,
+    /// reading between samples takes some out too.
     fn shaped(&self, study: &Study, gls: &Gls, candidate: &Candidate) -> f64 {
-        let term = &candidate.term;
-        if term.effect.stage() != Stage::Response {
-            return 0.0;
+        let (bench, series) = (study.bench, candidate.series);
+        let axis = bench.problem.series[series].axis.index();
+        let [before, after] =
+            [&self.study, study].map(|study| study.model.axes[axis].as_ref().map_or(&[][..], |model| &model.terms));
+        let shapes = before.iter().any(|term| term.effect.stage() == Stage::Response);
+        match candidate.term.effect.stage() {
+            Stage::Response => {}
+            Stage::Timing if shapes => {}
+            _ => return 0.0,
         }
-        let bench = study.bench;
-        let series = &bench.problem.series[candidate.series];
-        let undo = |noise: &[f64]| term.effect.undo_response_whole(&term.values, &series.t, noise);
         // Each by the likelier of the two noises: what differs is what the response did to the noise, not what the noise
         // found without the suspect was made to hold of it.
         let whiteners = [noise::whitener(study, &gls.noise), noise::whitener(&self.study, &self.gls.noise)];
@@ -196,8 +201,7 @@ impl<'a> Present<'a> {
             costs.fold(f64::INFINITY, f64::min)
         };
         let gains = (0..SHAPED).map(|seed| {
-            let [plain, undone] =
-                floor::draw_through(bench, candidate.series, &study.warm[candidate.series], &undo, seed);
+            let [plain, undone] = floor::draw_through(bench, series, &study.warm[series], [before, after], seed);
             likeliest(&plain) - likeliest(&undone)
         });
         (gains.sum::<f64>() / SHAPED as f64 * bench.problem.channels() as f64).max(0.0)
@@ -238,15 +242,17 @@ impl<'a> Present<'a> {
         refits
     }
 
-    /// What may be missing, at the shapes to start from.
+    /// What may be missing, at the shapes to start from: of the catalogue and of the `extra` effects, which are the same
+    /// throughout a search.
     fn scanned(&self, extra: &[&'static dyn Effect]) -> &[Candidate] {
         self.scanned.get_or_init(|| scan(&self.study, &self.gls, &self.draws, extra))
     }
 
-    /// Two suspects of one axis that hide one another; see [`Scanner::pair`].
+    /// Two suspects of one axis that hide one another.
     pub(super) fn pair(&self, series: usize, extra: &[&'static dyn Effect]) -> Option<[Candidate; 2]> {
         let own: Vec<Candidate> = self.scanned(extra).iter().filter(|c| c.series == series).cloned().collect();
-        Scanner::new(&self.study, &self.gls, &self.draws).pair(&own)
+        let axis = self.study.bench.problem.series[series].axis;
+        pair(&Scanner::new(&self.study, &self.gls, &self.draws), axis, &own)
     }
 
     /// Those suspects of one axis that `wanted` names, refitted.

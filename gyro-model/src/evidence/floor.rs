@@ -7,12 +7,12 @@
 
 use super::{
     increments::Grams,
-    integrate::integral,
     prior::Prior,
     problem::Warm,
     series::Series,
     study::{Bench, Study},
 };
+use crate::Term;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -101,16 +101,10 @@ fn draw_with(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seen: See
         .collect()
 }
 
-/// One draw of noise alone from the samples on, as a residual at the reference rows: as it is, and with `undo` applied to
-/// the gyro's part of it.
+/// One draw of noise alone from the samples on, as residuals at the reference rows: what is left of it where each of two models
+/// undoes what its `terms` do to readings and to their times.
 #[must_use]
-pub fn draw_through(
-    bench: &Bench,
-    series: usize,
-    warm: &Warm,
-    undo: &dyn Fn(&[f64]) -> Vec<f64>,
-    seed: u64,
-) -> [Vec<f64>; 2] {
+pub fn draw_through(bench: &Bench, series: usize, warm: &Warm, terms: [&[Term]; 2], seed: u64) -> [Vec<f64>; 2] {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (s, prior) = (&bench.problem.series[series], &bench.prior[series]);
     let sigma = prior.angle_random_walk / s.span().dt.sqrt();
@@ -120,8 +114,8 @@ pub fn draw_through(
     let reading: Vec<f64> = (0..s.reference_rows.len())
         .map(|i| encoder_error(s, prior, along, offset, i, &mut rng) + s.encoder.noise * draw_normal(&mut rng))
         .collect();
-    [noise.clone(), undo(&noise)].map(|rate| {
-        let angle = integral(&s.t, &rate);
+    terms.map(|terms| {
+        let angle = bench.problem.undone(series, terms, &noise);
         s.reference_rows.iter().zip(&reading).map(|(&row, e)| angle[row] - e).collect()
     })
 }

@@ -276,6 +276,17 @@ impl Problem {
         }
     }
 
+    /// The angle of a rate with what these terms do to it and to its times undone, at the samples, rad.
+    #[must_use]
+    pub fn undone(&self, series: usize, terms: &[Term], rate: &[f64]) -> Vec<f64> {
+        let s = &self.series[series];
+        let of = |stage: Stage| terms.iter().filter(move |t| t.effect.stage() == stage);
+        let undo = |rate: Vec<f64>, t: &Term| t.effect.undo_response_whole(&t.values, &s.t, &rate);
+        let rate = of(Stage::Response).fold(rate.to_vec(), undo);
+        let timing: Vec<&Term> = of(Stage::Timing).collect();
+        if timing.is_empty() { integral(&s.t, &rate) } else { restamped(s, 0.0, &rate, &timing) }
+    }
+
     /// One axis: compensated rate, its angle at the reference rows, the reference less its own errors.
     fn track(&self, s: &Series, terms: &[Term], index: usize, warm: &[Warm]) -> Track {
         let of = |stage: Stage| terms.iter().filter(move |t| t.effect.stage() == stage);
