@@ -2,7 +2,6 @@
 
 use super::{
     candidates::Candidate,
-    pair::beside_its_like,
     rank::ROUGH,
     refit::{Present, Refit},
     tone, verdict,
@@ -86,11 +85,6 @@ impl Refit<'_> {
             return false;
         }
         if self.excess > ROUGH && (self.is_outsized() || tone && self.share(present).is_none_or(|s| s < DOMINATES)) {
-            return false;
-        }
-        // What remains near the floor may be what the form of an effect that was added leaves.
-        let id = self.candidate.term.effect.card().id;
-        if before < ROUGH && beside_its_like(&self.study, &self.gls, self.candidate.series, id) {
             return false;
         }
         // What shows at one instant (a step) cannot be held out block by block in likelihood, but in the error it can.

@@ -4,7 +4,7 @@ use super::{
     Options,
     ahead::ahead,
     candidates::{Candidate, can_show, of_whole_sensor, with_term},
-    gate::is_at_bound,
+    gate::{SHARE, is_at_bound},
     judged::{self, Judged},
     rank::ROUGH,
     refit::{Present, Refit},
@@ -111,7 +111,23 @@ pub(super) fn search<'a>(
     let mut last: Vec<Refit> = Vec::new();
     for _ in 0..STEPS * axes.len() {
         let suspects = present.suspects(options.own_effects, options.progress);
-        let Some(chosen) = next(&present, &suspects) else {
+        let chosen = next(&present, &suspects);
+        // What came first was told from its aliases while much else was missing.
+        let exchanged = match chosen.map(|k| &suspects[k]) {
+            Some(Refit { candidate, .. }) if candidate.term.effect.stage() == Stage::Reading => None,
+            Some(Refit { candidate, excess, .. }) => exchange(&present, start, candidate.series, *excess, options),
+            None => {
+                (0..axes.len()).find_map(|k| exchange(&present, start, k, (1.0 - SHARE) * present.excess(k), options))
+            }
+        };
+        if let Some((swapped, study)) = exchanged {
+            present = Present::new(Study::fit(bench, &study.model, Some(&present.study.warm)));
+            for Swapped { series, old, new } in swapped {
+                took(&present.study, Change::of(series, Some(new), Some(old)));
+            }
+            continue;
+        }
+        let Some(chosen) = chosen else {
             let Some(way) = ahead(&present, &suspects, options.own_effects, options.progress) else {
                 last = suspects;
                 break;
@@ -123,13 +139,6 @@ pub(super) fn search<'a>(
             }
             continue;
         };
-        if let Some((swapped, study)) = exchange(&present, start, &suspects[chosen], options) {
-            present = Present::new(Study::fit(bench, &study.model, Some(&present.study.warm)));
-            for Swapped { series, old, new } in swapped {
-                took(&present.study, Change::of(series, Some(new), Some(old)));
-            }
-            continue;
-        }
         let Candidate { series, ref term, .. } = suspects[chosen].candidate;
         let id = term.effect.card().id;
         let with = with_term(&present.study, series, term.clone());
@@ -168,16 +177,15 @@ fn next(present: &Present, suspects: &[Refit]) -> Option<usize> {
 }
 
 /// An effect of the model that gives way to one it may be taken for, on every axis that has it of the whole sensor, where
-/// that leaves less error than `chosen` would beside it: what came first was told from its aliases while much else was
-/// missing.
+/// that leaves less than `most` of an error that noise does not make.
 fn exchange<'a>(
     present: &Present<'a>,
     start: &Model,
-    chosen: &Refit,
+    series: usize,
+    most: f64,
     options: &Options,
 ) -> Option<(Vec<Swapped>, Study<'a>)> {
-    let series = chosen.candidate.series;
-    if chosen.candidate.term.effect.stage() == Stage::Reading || chosen.before(present) < ROUGH {
+    if present.excess(series) < ROUGH {
         return None;
     }
     let bench = present.study.bench;
@@ -205,7 +213,7 @@ fn exchange<'a>(
             Some((held.excess(&weights), swapped, study))
         });
         let best = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        (best.0 < chosen.excess).then_some((best.1, best.2))
+        (best.0 < most).then_some((best.1, best.2))
     })
 }
 
@@ -357,27 +365,33 @@ fn swap<'a>(present: Present<'a>, start: &Model, options: &Options) -> (Present<
         for id in added {
             let rivals = in_the_place_of(id, &present, k, options);
             let is_own = |refit: &Refit| refit.candidate.term.effect.card().id == id;
+            let others = |refit: usize| {
+                let mut others = aliases(&rivals, refit, true);
+                let own = rivals[refit].candidate.term.effect.card().id;
+                others.retain(|other| other != own);
+                others.dedup();
+                others
+            };
             let best = |keep: &dyn Fn(&Refit) -> bool| {
                 let kept = (0..rivals.len()).filter(|&r| keep(&rivals[r]));
                 kept.max_by(|&a, &b| rivals[a].worth().total_cmp(&rivals[b].worth()))
             };
             // What does as well beside the others may come to nothing once they move too.
-            let better = best(&|refit| !is_own(refit) && refit.replaces(&present)).and_then(|better| {
+            let freedom = rivals.iter().find(|r| is_own(r)).map_or(1, |own| own.candidate.freedom);
+            let better = best(&|refit| !is_own(refit) && refit.replaces(&present, freedom)).and_then(|better| {
                 let Refit { candidate, study, .. } = &rivals[better];
                 let new = candidate.term.effect.card().id;
                 let study = Study::fit(study.bench, &study.model, Some(&present.study.warm));
                 let own = judged::axis_model(&fit::settle(study.clone()).model, *axis);
                 let stays = !is_at_bound(own.term(new)?, &study.bench.problem.series[k]);
-                stays.then_some((new, study))
+                stays.then_some((better, new, study))
             });
-            if let Some((new, study)) = better {
+            if let Some((better, new, study)) = better {
+                alike.push(Alike { series: k, effect: new, others: others(better) });
                 swapped.push(Swapped { series: k, old: id, new });
                 present = Present::new(study);
             } else if let Some(own) = best(&is_own) {
-                let mut others = aliases(&rivals, own, true);
-                others.retain(|other| other != id);
-                others.dedup();
-                alike.push(Alike { series: k, effect: id, others });
+                alike.push(Alike { series: k, effect: id, others: others(own) });
             }
         }
     }

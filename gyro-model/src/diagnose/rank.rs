@@ -110,17 +110,18 @@ impl Refit<'_> {
         self.excess < (1.0 + CLOSE) * other.excess && self.held_out.0 > (1.0 - CLOSE) * other.held_out.0
     }
 
-    /// Whether it belongs in the place of the effect that `present` has and it has not: by likelihood where both are
-    /// nearly right, and never with more error.
+    /// Whether it belongs in the place of the effect, of this many parameters, that `present` has and it has not: by
+    /// likelihood where both are nearly right, and never with more error.
     #[must_use]
-    pub fn replaces(&self, present: &Present) -> bool {
+    pub fn replaces(&self, present: &Present, freedom: usize) -> bool {
         let before = self.before(present);
         let nearly = self.excess.max(before) < ROUGH;
+        let more = self.candidate.freedom.saturating_sub(freedom) as f64;
         let present = present.beside(self.candidate.term.effect, self.candidate.series);
         nearly
             && !self.at_bound()
             && self.excess <= (1.0 + CLOSE) * before
-            && self.gls.log_likelihood > present.gls.log_likelihood + PARAMETER
+            && self.gls.log_likelihood > present.gls.log_likelihood + PARAMETER * (1.0 + more)
     }
 
     /// Rise of ln L less what its parameters are worth, to choose among some that are all good enough.
