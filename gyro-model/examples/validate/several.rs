@@ -10,8 +10,10 @@ use crate::{
     table::{Table, share},
 };
 use gyro_model::{
-    Model,
-    simulate::{Motion, Scenario, simulate},
+    Axis, Model,
+    diagnose::verdict::SILENT,
+    evidence::study::{Bench, Study},
+    simulate::{Motion, Scenario, Simulated, simulate},
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -69,6 +71,15 @@ fn is_right_or_ambiguous(scenario: &Scenario, outcome: &Outcome) -> bool {
     outcome.added.len() == scenario.hidden.len() && scenario.hidden.iter().all(|h| found(h.effect.card().id))
 }
 
+/// Whether the very model that was simulated leaves enough of the log for a verdict: inside a play or a dead zone, or beyond the
+/// range, a reading does not tell the rate.
+fn tells_the_rate(simulated: &Simulated, axis: Axis) -> bool {
+    Bench::new(&simulated.record, &[axis], &simulated.truth).is_some_and(|bench| {
+        let lost = Study::held(&bench, &simulated.truth).evaluation.lost;
+        lost.iter().filter(|lost| **lost).count() as f64 <= SILENT * lost.len() as f64
+    })
+}
+
 /// Runs it and prints shares and failures.
 pub fn study(arguments: &Arguments, run: &Run) -> Result<(), Box<dyn Error>> {
     let mut trials = Vec::new();
@@ -86,17 +97,22 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), Box<dyn Error>> {
         // A bias is that at the voltage which counts as usual: the same one in the truth and here.
         let start = Model { origin: simulated.truth.origin, ..Model::base_for(&simulated.record) };
         let outcome = Outcome::climb(&simulated.record, &start, axis, detail)?;
-        Ok(Some((scenario, simulated.truth, outcome)))
+        let tells = tells_the_rate(&simulated, axis);
+        Ok(Some((scenario, simulated.truth, outcome, tells)))
     })?;
-    let (mut right, mut ambiguous) = (0, 0);
+    let (mut right, mut ambiguous, mut told) = (0, 0, (0, 0));
     let mut within: BTreeMap<String, (usize, usize)> = BTreeMap::new();
     let (mut failures, mut far) = (Vec::new(), Vec::new());
     for (trial, result) in &results {
-        let Some((scenario, truth, outcome)) = result else {
+        let Some((scenario, truth, outcome, tells)) = result else {
             return Err("detection.csv does not have every effect".into());
         };
         let axis = scenario.sensor.axis;
-        ambiguous += usize::from(is_right_or_ambiguous(scenario, outcome));
+        let named = is_right_or_ambiguous(scenario, outcome);
+        ambiguous += usize::from(named);
+        if *tells {
+            told = (told.0 + usize::from(named), told.1 + 1);
+        }
         if !is_right(scenario, outcome) {
             let hidden: Vec<&str> = scenario.hidden.iter().map(|h| h.effect.card().id).collect();
             failures.push(format!(
@@ -127,6 +143,7 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), Box<dyn Error>> {
     }
     println!("All found by their own names and none invented: {}.", share(right, results.len()));
     println!("Or ambiguous with the right name, where a pair of aliases applies: {}.", share(ambiguous, results.len()));
+    println!("Of the logs that tell the rate for long enough, the hidden effects known: {}.", share(told.0, told.1));
     let sum = within.values().fold((0, 0), |sum, entry| (sum.0 + entry.0, sum.1 + entry.1));
     println!("Parameters within {SIGMA} standard errors: {}.\n", share(sum.0, sum.1));
     let mut table = Table::new(&["parameter", "within 3 standard errors"]);

@@ -11,7 +11,7 @@ use super::{
     gate::{UNEVEN, is_outsized},
     judged::Judged,
     ladder::{aliases, without},
-    pair::beside_its_like,
+    pair::{beside_its_like, stands_apart},
     refit::{Present, Refit},
 };
 use crate::{effects::Effect, evidence::study::Study};
@@ -85,11 +85,7 @@ fn two<'a>(
         let with = Present::new(Study::fit(present.study.bench, &model, Some(&last.study.warm)));
         way.push(Step { present: with, id, aliases: Vec::new() });
     }
-    let last = &way.last()?.present.study;
-    let axis = last.bench.problem.series[0].axis;
-    let fitted = last.model.axes[axis.index()].as_ref()?.terms.iter().rev().take(way.len());
-    // Two that cancel may grow together as far as one likes.
-    (!fitted.into_iter().any(|term| is_outsized(term, axis)) && holds(&way)).then_some(way)
+    holds(&way).then_some(way)
 }
 
 /// Whether the error lies above what noise leaves: in the mean, or far at one averaging time.
@@ -117,7 +113,8 @@ fn step<'a>(present: &Present<'a>, suspects: &[Refit<'a>], chosen: usize) -> Ste
     }
 }
 
-/// Whether the last model leaves no more than noise and needs every effect of the way.
+/// Whether the last model leaves no more than noise and needs every effect of the way. Those that cancel may grow together as far
+/// as one likes: none may be beyond what sensors have, and none what the others nearly make too.
 fn holds(way: &[Step]) -> bool {
     let Some(last) = way.last().map(|step| &step.present) else { return false };
     let axis = last.study.bench.problem.series[0].axis;
@@ -126,8 +123,9 @@ fn holds(way: &[Step]) -> bool {
         && way.iter().all(|step| {
             without(last, axis, step.id).is_some_and(|(rest, term)| {
                 let freedom = term.values.len();
-                let again = rest.refit(Candidate { series: 0, term, score: 0.0, removes: 0.0, freedom });
-                again.passes(&rest)
+                !is_outsized(&term, axis)
+                    && stands_apart(&last.study, &last.gls, 0, step.id)
+                    && rest.refit(Candidate { series: 0, term, score: 0.0, removes: 0.0, freedom }).passes(&rest)
             })
         })
 }

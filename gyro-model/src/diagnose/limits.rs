@@ -50,12 +50,13 @@ fn rail(readings: &[f64]) -> Option<f64> {
     if at < FEWEST_HELD {
         return None;
     }
-    first_sorted(&mut size, at + at.max(30).max(LOOKED_AT), |a, b| b.total_cmp(a));
+    first_sorted(&mut size, at + at.max(30), |a, b| b.total_cmp(a));
     let below = &size[at..];
     // As many readings again, but at least thirty: how thinly are the values below spread?
     let next = &below[..below.len().min(at.max(30))];
     let spread = top - next.last()?;
-    let step = smallest_gap(&below[..below.len().min(LOOKED_AT)], near);
+    let step =
+        step(readings.iter().copied().filter(|g| g.abs() <= top - near), |a, b| b.abs().total_cmp(&a.abs()), near);
     let levels = (spread / step).max(1.0);
     // What is read more often than it is measured stands there several times.
     let repeats = repeats(readings, top - near);
@@ -129,11 +130,10 @@ fn hole(readings: &[f64]) -> Option<f64> {
     if zeros < PASSAGES {
         return None;
     }
-    let mut size: Vec<f64> = readings.iter().map(|g| g.abs()).filter(|&g| g > 0.0).collect();
-    let edge = size.iter().copied().reduce(f64::min)?;
-    let beyond = size.iter().filter(|&&g| g < 2.0 * edge).count();
-    first_sorted(&mut size, LOOKED_AT, f64::total_cmp);
-    let step = smallest_gap(&size, 1e-9 * edge);
+    let others = || readings.iter().copied().filter(|&g| g != 0.0);
+    let edge = others().map(f64::abs).reduce(f64::min)?;
+    let beyond = others().filter(|g| g.abs() < 2.0 * edge).count();
+    let step = step(others(), |a, b| a.abs().total_cmp(&b.abs()), 1e-9 * edge);
     let often = zeros >= 20 && zeros > beyond / 3;
     (beyond >= BESIDE && edge > 3.5 * step && (often || passed_through(readings) >= PASSAGES)).then_some(edge)
 }
@@ -158,6 +158,15 @@ const PASSAGES: usize = 8;
 
 /// Values beside a limit that its step is read from.
 const LOOKED_AT: usize = 2000;
+
+/// The step between the values that come first in this order. A positive and a negative one of about the same size may be off
+/// by less, where a scale goes with the sign.
+fn step(values: impl Iterator<Item = f64>, order: impl Fn(&f64, &f64) -> std::cmp::Ordering, rounding: f64) -> f64 {
+    let mut first: Vec<f64> = values.collect();
+    first_sorted(&mut first, LOOKED_AT, order);
+    first.sort_by(f64::total_cmp);
+    smallest_gap(&first, rounding)
+}
 
 /// Keeps the first `count` values in this order, sorted.
 fn first_sorted(values: &mut Vec<f64>, count: usize, order: impl Fn(&f64, &f64) -> std::cmp::Ordering) {
@@ -227,6 +236,15 @@ mod tests {
         assert!((hole(&dead).expect("a hole") - 0.05).abs() < 2e-3);
         let rest: Vec<f64> = (0..5000).map(|k| f64::from(k % 3 - 1) * 1e-3).collect();
         assert_eq!(hole(&rest), None);
+    }
+
+    #[test]
+    fn steps_of_another_size_below_zero_than_above_show_neither_limit() {
+        let uneven: Vec<f64> = quantised_sine().iter().map(|g| g * (1.0 + 2e-3 * g.signum())).collect();
+        assert_eq!((rail(&uneven), hole(&uneven)), (None, None));
+        let rest: Vec<f64> = (0..5000).map(|k| f64::from(k % 7 - 3) * 1e-3).collect();
+        let uneven: Vec<f64> = rest.iter().map(|g| g * (1.0 + 2e-3 * g.signum())).collect();
+        assert_eq!((rail(&uneven), hole(&uneven)), (None, None));
     }
 
     #[test]

@@ -19,7 +19,7 @@ const UNEXCITED: f64 = 0.03;
 /// Fall of ln L that says that the noise is not one that sensors have.
 const UNUSUAL: f64 = 4.0;
 /// Share of a log that may be lost before the rest of it is not enough for a verdict.
-const SILENT: f64 = 0.6;
+pub const SILENT: f64 = 0.6;
 
 /// Share of a log that may be lost before that is worth a sentence.
 const MENTIONED: f64 = 0.02;
