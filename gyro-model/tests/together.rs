@@ -57,6 +57,14 @@ fn what_was_added_first_gives_way_to_its_alias_where_nothing_else_helps() {
     assert_eq!(added(&ladder), ["lag", "quadratic-nonlinearity"], "{}", ladder.says);
 }
 
+/// A light damping is hardly told by such a log, and less beside a drift: its fit ends at the least that there is.
+#[test]
+fn a_resonance_is_found_whose_damping_the_log_does_not_tell() {
+    let hidden = ["mount-resonance:f=27.557,zeta=0.0497", "temperature-bias:c1=-0.00021"];
+    let ladder = climbed(&hidden, Motion::Multisine { travel: 7.4 }, 100.0, 2);
+    assert_eq!(added(&ladder), ["mount-resonance", "temperature-bias"], "{}", ladder.says);
+}
+
 /// What a hysteresis leaves at each turn, if its form is not right to a millisecond, looks like a lag that a delay nearly takes
 /// back.
 #[test]

@@ -8,9 +8,10 @@ use super::{
 };
 use crate::{
     Axis, Term,
-    effects::{Memory, Role, Stage},
+    effects::{Memory, ParameterCard, Role, Stage},
     evidence::{
         noise::{self, Gls},
+        problem::Slot,
         series::Series,
         study::Study,
     },
@@ -137,7 +138,25 @@ impl Refit<'_> {
 
     /// Whether a parameter ran to the end of what is physical: the fit looks for something else.
     pub(super) fn at_bound(&self) -> bool {
-        is_at_bound(&self.candidate.term, &self.study.bench.problem.series[self.candidate.series])
+        let series = &self.study.bench.problem.series[self.candidate.series];
+        ends(&self.candidate.term, series).into_iter().any(|parameter| self.goes_beyond(parameter))
+    }
+
+    /// Whether the likelihood asks for more than an end that a parameter stands at. A shape which the log hardly tells, a damping
+    /// say, may stand there.
+    fn goes_beyond(&self, parameter: usize) -> bool {
+        let Candidate { series, ref term, .. } = self.candidate;
+        let card = &term.effect.parameters(self.study.bench.problem.series[series].axis)[parameter];
+        let ((low, high), value) = (card.bounds, term.values[parameter]);
+        let of_suspect = |slot: &Slot| slot.series == series && slot.parameter == parameter;
+        let row = self.study.slots.iter().rposition(of_suspect);
+        let beyond = |row: usize| {
+            let step = if value <= low { -self.gls.step[row] } else { self.gls.step[row] };
+            step > BEYOND * self.gls.std_error(row)
+        };
+        // What is nothing at that end is not there; and some ends lie within the bounds.
+        let is_shape = card.role == Role::Shape && low < card.neutral && card.neutral < high;
+        !is_shape || (low < value && value < high) || row.is_none_or(beyond)
     }
 
     /// Whether noise alone would hardly do as well, and it lowers the error.
@@ -147,21 +166,26 @@ impl Refit<'_> {
     }
 }
 
-/// Whether a fitted parameter of a term stands at the end of what is physical.
+/// Whether a parameter stands at the end of what is physical.
 pub(super) fn is_at_bound(term: &Term, series: &Series) -> bool {
+    !ends(term, series).is_empty()
+}
+
+/// The fitted parameters that stand at the end of what is physical.
+fn ends(term: &Term, series: &Series) -> Vec<usize> {
     let span = series.span();
     let nyquist = 0.5 / span.dt;
     // A step has to be seen from both sides.
     let (first, last) = (series.t[0] + ENDS * span.duration, series.t[0] + (1.0 - ENDS) * span.duration);
-    let mut fitted =
-        term.effect.parameters(series.axis).iter().zip(&term.values).filter(|(c, _)| c.role != Role::Chosen);
-    fitted.any(|(card, &v)| {
+    let is_at_end = |card: &ParameterCard, v: f64| {
         if card.name == "t0" && !(first..last).contains(&v) {
             return true;
         }
         let near = |bound: f64| bound.is_finite() && (v - bound).abs() <= 1e-6 * bound.abs().max(1e-12);
         near(card.bounds.0) || near(card.bounds.1) || (card.unit == "Hz" && v > nyquist)
-    })
+    };
+    let cards = term.effect.parameters(series.axis);
+    (0..cards.len()).filter(|&k| cards[k].role != Role::Chosen && is_at_end(&cards[k], term.values[k])).collect()
 }
 
 /// Whether what a model leaves is noise that sensors have.
@@ -247,6 +271,8 @@ const RELEVANT: f64 = 4e-3;
 const OUTSIZED: f64 = 20.0;
 /// Share of the log at its ends where no step is looked for.
 const ENDS: f64 = 0.05;
+/// Standard errors beyond such an end that are no chance.
+const BEYOND: f64 = 3.0;
 /// Share of the held-out excess that makes up for a likelihood that drowns it.
 const DOMINATES: f64 = 0.4;
 
