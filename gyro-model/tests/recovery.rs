@@ -4,6 +4,7 @@
 use gyro_model::{
     Axis, AxisModel, Model, Record,
     effects::{CATALOGUE, Effect, Role, Span, Stage},
+    evidence::study::{Bench, Study},
     fit::fit,
     simulate::{Hidden, Motion, Scenario, SensorSpec, simulate},
 };
@@ -133,4 +134,16 @@ fn a_fit_ends_at_one_place_wherever_it_starts() {
             }
         }
     }
+}
+
+/// Its inverse is found by substitution, which comes nearer by a third of the way left each time.
+#[test]
+fn a_nonlinearity_that_bends_the_fastest_turns_by_a_tenth_is_fitted_to_the_end() {
+    let hidden = Hidden::parse("cubic-nonlinearity:k3=-0.0016", Axis::X).unwrap();
+    let simulated = simulate(&scenario(vec![hidden], 5));
+    let start = start(simulated.truth.axes[0].as_ref().unwrap(), &span(&simulated.record));
+    let fitted = fit(&simulated.record, &start, &[Axis::X]).unwrap();
+    let bench = Bench::new(&simulated.record, &[Axis::X], &fitted).unwrap();
+    let over_floor = Study::held(&bench, &fitted).over_floor_as_is();
+    assert!(over_floor < 1.5, "{over_floor}");
 }

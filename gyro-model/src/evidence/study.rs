@@ -103,7 +103,7 @@ impl<'a> Study<'a> {
             }
             grams(bench, &at, &[], None).normal(&bench.windows.tau, &bench.weights).cost
         };
-        for _ in 0..6 {
+        for round in 1.. {
             let before = values(problem, &mut model, &slots);
             // A tone hardly moves the increments: what the likelihood says of it stands.
             let free = |s: &Slot, at: f64| {
@@ -136,11 +136,13 @@ impl<'a> Study<'a> {
             assign(problem, &mut model, &slots, &solution.values);
             unobservable = solution.unobservable;
             let evaluation = problem.evaluate(&model, &warm);
-            warm = problem.warm(&evaluation, &warm);
+            let next = problem.warm(&evaluation, &warm);
+            let moved = moved(&warm, &next);
+            warm = next;
             // The regressors have moved since: only where nothing more falls is it settled.
             let still = (last - solution.cost).abs() <= SETTLED * solution.cost;
             last = solution.cost;
-            if settled && still {
+            if settled && still || round >= if moved > MOVES { MOST_ROUNDS } else { ROUNDS } {
                 break;
             }
             settled = still;
@@ -152,8 +154,13 @@ impl<'a> Study<'a> {
     #[must_use]
     pub fn held(bench: &'a Bench, model: &Model) -> Self {
         let mut warm = bench.problem.cold();
-        for _ in 0..2 {
-            warm = bench.problem.warm(&bench.problem.evaluate(model, &warm), &warm);
+        for round in 1..=MOST_ROUNDS {
+            let next = bench.problem.warm(&bench.problem.evaluate(model, &warm), &warm);
+            let moved = moved(&warm, &next);
+            warm = next;
+            if round >= 2 && moved <= MOVES {
+                break;
+            }
         }
         let slots = bench.problem.slots(model);
         Self::hold(bench, model, &slots, warm, Vec::new())
@@ -355,6 +362,16 @@ impl<'a> Study<'a> {
     }
 }
 
+/// How far the rates have moved that the regressors are evaluated at, over their size: the largest of the axes.
+fn moved(from: &[Warm], to: &[Warm]) -> f64 {
+    let share = |(from, to): (&Warm, &Warm)| {
+        let pairs = from.rate.iter().zip(&to.rate);
+        let (moved, size) = pairs.fold((0.0, 0.0), |(moved, size), (a, b)| (moved + (a - b).powi(2), size + b * b));
+        if size > 0.0 { (moved / size).sqrt() } else { 0.0 }
+    };
+    from.iter().zip(to).map(share).fold(0.0, f64::max)
+}
+
 fn is_tone(problem: &Problem, model: &Model, slot: Slot) -> bool {
     let terms = model.axes[problem.series[slot.series].axis.index()].as_ref().map_or(&[][..], |m| &m.terms);
     terms[slot.term].effect.card().id == "vibration-tone"
@@ -379,6 +396,11 @@ const HELD: f64 = 5e-3;
 
 /// Share by which the error may still change from one refreshing of the regressors to the next.
 const SETTLED: f64 = 1e-4;
+/// Rounds of a fit; and of one whose regressors still move by more than this share of the rate: the inverse of a strong
+/// nonlinearity, found by substitution, comes nearer by a third of the way left only.
+const ROUNDS: usize = 6;
+const MOST_ROUNDS: usize = 20;
+const MOVES: f64 = 1e-6;
 
 fn scale(typical: f64, value: f64) -> f64 {
     let typical = if typical.is_finite() { typical.abs() } else { 0.0 };
