@@ -72,13 +72,6 @@ fn noise_that_grows_with_rate_raises_no_alarm() {
     no_alarm(Kind::RateNoise);
 }
 
-/// An eccentricity of 7°, a subdivision and a nonlinearity leave here what noise does: each makes nearly what the others make.
-#[test]
-fn three_effects_that_cancel_on_one_sine_are_no_finding() {
-    let outcome = climbed(&Kind::RateNoise.scenario(choice::seed_of(27, 156), 156, 60.0, 100.0));
-    assert!(!outcome.is_alarm(), "{}", outcome.says());
-}
-
 #[test]
 fn a_coarse_encoder_at_slow_turn_raises_no_alarm() {
     no_alarm(Kind::Quantised);

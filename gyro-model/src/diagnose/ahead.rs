@@ -11,7 +11,7 @@ use super::{
     gate::{UNEVEN, is_outsized},
     judged::Judged,
     ladder::{aliases, without},
-    pair::{beside_its_like, stands_apart},
+    pair::beside_its_like,
     refit::{Present, Refit},
 };
 use crate::{effects::Effect, evidence::study::Study};
@@ -113,8 +113,8 @@ fn step<'a>(present: &Present<'a>, suspects: &[Refit<'a>], chosen: usize) -> Ste
     }
 }
 
-/// Whether the last model leaves no more than noise and needs every effect of the way. Those that cancel may grow together as far
-/// as one likes: none may be beyond what sensors have, and none what the others nearly make too.
+/// Whether the last model leaves no more than noise and needs every effect of the way, none of them beyond what sensors have:
+/// those that cancel may grow together as far as one likes.
 fn holds(way: &[Step]) -> bool {
     let Some(last) = way.last().map(|step| &step.present) else { return false };
     let axis = last.study.bench.problem.series[0].axis;
@@ -124,7 +124,6 @@ fn holds(way: &[Step]) -> bool {
             without(last, axis, step.id).is_some_and(|(rest, term)| {
                 let freedom = term.values.len();
                 !is_outsized(&term, axis)
-                    && stands_apart(&last.study, &last.gls, 0, step.id)
                     && rest.refit(Candidate { series: 0, term, score: 0.0, removes: 0.0, freedom }).passes(&rest)
             })
         })

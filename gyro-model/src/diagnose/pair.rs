@@ -2,7 +2,7 @@
 
 use super::candidates::{Candidate, Scanner};
 use crate::{
-    Axis, Term,
+    Axis,
     effects::{ParameterCard, Role, Stage, are_aliases},
     evidence::{noise::Gls, problem::Slot, study::Study},
     parallel,
@@ -72,36 +72,21 @@ pub(super) fn unshared(matrix: &Mat<f64>, split: usize) -> f64 {
 /// Whether a fitted model has, of one axis, an effect beside one that it may be taken for, and the log tells hardly more of the
 /// two together than of one of them. Their difference is a shape of its own, which is the physics of neither.
 pub(super) fn beside_its_like(study: &Study, gls: &Gls, series: usize, id: &str) -> bool {
-    let terms = terms(study, series);
-    let of = |id: &str| rows(study, |slot| slot.series == series && terms[slot.term].effect.card().id == id);
+    let axis = study.bench.problem.series[series].axis;
+    let terms = study.model.axes[axis.index()].as_ref().map_or(&[][..], |model| &model.terms);
+    let own = |id: &str| -> Vec<usize> {
+        let is_own = |slot: &Slot| slot.series == series && terms[slot.term].effect.card().id == id;
+        (0..study.slots.len()).filter(|&k| is_own(&study.slots[k])).collect()
+    };
+    let looks_like = |other: &str| {
+        let (a, b) = (own(id), own(other));
+        let rows = [a.as_slice(), b.as_slice()].concat();
+        let own = unshared(&Mat::from_fn(rows.len(), rows.len(), |i, j| gls.covariance[(rows[i], rows[j])]), a.len());
+        own.is_nan() || own < OWN
+    };
     // Scale factor and bias stand in every model.
     let others = terms.iter().filter(|term| term.effect.stage() != Stage::Calibration);
-    others
-        .map(|term| term.effect.card().id)
-        .any(|other| are_aliases(id, other) && !is_apart(gls, &of(id), &of(other), OWN))
-}
-
-/// Whether a fitted model has, of one axis, an effect that all its others together do not cancel but for a little.
-pub(super) fn stands_apart(study: &Study, gls: &Gls, series: usize, id: &str) -> bool {
-    let terms = terms(study, series);
-    let is_own = |slot: &Slot| slot.series == series && terms[slot.term].effect.card().id == id;
-    is_apart(gls, &rows(study, is_own), &rows(study, |slot| !is_own(slot)), APART)
-}
-
-fn terms<'a>(study: &'a Study, series: usize) -> &'a [Term] {
-    let axis = study.bench.problem.series[series].axis;
-    study.model.axes[axis.index()].as_ref().map_or(&[][..], |model| &model.terms)
-}
-
-/// Which of the free parameters these are.
-fn rows(study: &Study, which: impl Fn(&Slot) -> bool) -> Vec<usize> {
-    (0..study.slots.len()).filter(|&k| which(&study.slots[k])).collect()
-}
-
-/// Whether the estimates of two sets of parameters do not share at least this much.
-fn is_apart(gls: &Gls, a: &[usize], b: &[usize], least: f64) -> bool {
-    let rows = [a, b].concat();
-    unshared(&Mat::from_fn(rows.len(), rows.len(), |i, j| gls.covariance[(rows[i], rows[j])]), a.len()) >= least
+    others.map(|term| term.effect.card().id).any(|other| are_aliases(id, other) && looks_like(other))
 }
 
 /// What two effects that may be taken for one another have to show each of its own.
