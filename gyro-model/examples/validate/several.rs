@@ -74,10 +74,8 @@ fn is_right_or_ambiguous(scenario: &Scenario, outcome: &Outcome) -> bool {
 /// Whether the very model that was simulated leaves enough of the log for a verdict: inside a play or a dead zone, or beyond the
 /// range, a reading does not tell the rate.
 fn tells_the_rate(simulated: &Simulated, axis: Axis) -> bool {
-    Bench::new(&simulated.record, &[axis], &simulated.truth).is_some_and(|bench| {
-        let lost = Study::held(&bench, &simulated.truth).evaluation.lost;
-        lost.iter().filter(|lost| **lost).count() as f64 <= SILENT * lost.len() as f64
-    })
+    let bench = Bench::new(&simulated.record, &[axis], &simulated.truth);
+    bench.is_some_and(|bench| Study::held(&bench, &simulated.truth).evaluation.silent() <= SILENT)
 }
 
 /// Runs it and prints shares and failures.

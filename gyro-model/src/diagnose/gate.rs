@@ -205,8 +205,7 @@ pub(super) fn is_outsized(term: &Term, axis: Axis) -> bool {
 pub(super) fn chance(rise: f64, candidate: &Candidate, study: &Study) -> f64 {
     let effect = candidate.term.effect;
     let series = &study.bench.problem.series[candidate.series];
-    let lost = &study.evaluation.lost;
-    let is_whole = lost.iter().filter(|lost| **lost).count() * 100 < lost.len();
+    let is_whole = study.evaluation.silent() < 0.01;
     let is_chosen = effect.parameters(series.axis).iter().any(|card| card.role == Role::Chosen);
     let grid = effect.grid(&series.span()).len().max(1) as f64;
     let (shapes, freedom) = if effect.card().id != "vibration-tone" {

@@ -138,8 +138,7 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
     let wander = (noise.bias_random_walk * span.sqrt()).max(noise.correlated);
     let is_wander = wander * span.sqrt() > noise.angle_random_walk;
     if judged.within() {
-        let lost = &present.study.evaluation.lost;
-        let silent = lost.iter().filter(|lost| **lost).count() as f64 / lost.len() as f64;
+        let silent = present.study.evaluation.silent();
         if silent > SILENT {
             return (
                 Verdict::CannotTell,

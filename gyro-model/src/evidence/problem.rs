@@ -77,6 +77,14 @@ pub struct Evaluation {
     pub tracks: Vec<Track>,
 }
 
+impl Evaluation {
+    /// Share of the steps that say nothing.
+    #[must_use]
+    pub fn silent(&self) -> f64 {
+        self.lost.iter().filter(|lost| **lost).count() as f64 / self.lost.len() as f64
+    }
+}
+
 /// Where one parameter stands in a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Slot {
