@@ -83,3 +83,18 @@ fn noise_that_a_resonance_made_large_is_not_taken_for_lateness() {
     let ladder = climbed(&["mount-resonance:f=8.986,zeta=0.0453"], Motion::Multisine { travel: 6.0 }, 500.0, 1);
     assert_eq!(added(&ladder), ["mount-resonance"], "{}", ladder.says);
 }
+
+/// On a rate table most readings are taken while the rate is held. It is held where it came to, at the end of the play, and only
+/// where that is known do they tell of anything else.
+#[test]
+fn a_play_does_not_hide_what_readings_at_held_rates_tell() {
+    let table = Motion::RateTable { rate: 2.0, hold: 3.0 };
+    for (other, both) in [
+        ("scale-asymmetry:a=-0.0007", ["rate-hysteresis", "scale-asymmetry"]),
+        ("cubic-nonlinearity:k3=0.0001", ["cubic-nonlinearity", "rate-hysteresis"]),
+    ] {
+        let ladder = climbed(&["rate-hysteresis:h=0.003", other], table, 200.0, 1);
+        assert_eq!(added(&ladder), both, "{}", ladder.says);
+        assert_ne!(ladder.verdict, Verdict::CannotTell, "{}", ladder.says);
+    }
+}

@@ -32,8 +32,9 @@ pub struct Args {
     /// Hide this effect, at its typical size or with these values; may be given several times
     #[arg(long, value_name = "ID[:NAME=VALUE,…]", num_args = 1..)]
     pub hide: Vec<String>,
-    /// How the shaft moves: `sine` (one frequency, as in the paper), `multisine` (several), `drive` (a vehicle's turns)
-    #[arg(long, value_name = "sine|multisine|drive", default_value = "multisine")]
+    /// How the shaft moves: `sine` (one frequency, as in the paper), `multisine` (several), `drive` (a vehicle's turns),
+    /// `rate-table` (one rate after another, held)
+    #[arg(long, value_name = "sine|multisine|drive|rate-table", default_value = "multisine")]
     pub motion: Motion,
     /// How long, s
     #[arg(long, value_name = "S", default_value = "120", value_parser = positive)]

@@ -285,7 +285,9 @@ impl<'a> Scanner<'a> {
 
     /// The steps that the model with the term is unsure of.
     fn unsure(&self, index: usize, term: &Term) -> Option<Vec<bool>> {
-        term.effect.error_whole(&term.values, &[], &[])?;
+        if !term.effect.is_play() {
+            return None;
+        }
         let (study, model) = (self.study, with_term(self.study, index, term.clone()));
         let moved = study.bench.problem.evaluate_one(&model, &study.warm, &study.evaluation, index);
         study.bench.problem.unsure(&moved, index)

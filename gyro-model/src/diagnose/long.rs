@@ -43,7 +43,9 @@ impl Parts {
         let axes = axes(bench);
         let mut stretch = Bench::new(&busiest(record, &axes), &axes, model)?;
         stretch.know(&bench.prior);
-        Some(Self { thin: thin(record, &axes, model)?, stretch })
+        let mut thin = thin(record, &axes, model)?;
+        (thin.problem.held, stretch.problem.held) = (bench.problem.held, bench.problem.held);
+        Some(Self { thin, stretch })
     }
 
     /// Both.
@@ -145,5 +147,11 @@ pub(crate) fn brief(record: &Record, axes: &[Axis], model: &Model) -> Option<Ben
 #[must_use]
 pub(crate) fn begun(record: &Record, bench: &Bench, model: &Model) -> Model {
     let thin = (record.len() > LONG).then(|| thin(record, &axes(bench), model)).flatten();
-    thin.map_or_else(|| model.clone(), |thin| Study::fit(&thin, model, None).model)
+    thin.map_or_else(
+        || model.clone(),
+        |mut thin| {
+            thin.problem.held = bench.problem.held;
+            Study::fit(&thin, model, None).model
+        },
+    )
 }

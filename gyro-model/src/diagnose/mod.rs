@@ -22,9 +22,12 @@ pub mod verdict;
 
 use crate::{
     Axis, AxisModel, Model, Record,
-    diagnosis::{AxisDiagnosis, AxisLadder, DataFault, Suspect, Verdict},
-    effects::Effect,
-    evidence::study::{Bench, Study},
+    diagnosis::{AxisDiagnosis, AxisLadder, DataFault, ErrorPoint, Suspect, Verdict},
+    effects::{Effect, find},
+    evidence::{
+        problem::Held,
+        study::{Bench, Study},
+    },
     faults::stuck::MARKED_UP_TO,
     fit::{FitError, calibrated, groups},
     parallel,
@@ -52,12 +55,58 @@ impl Default for Options<'_> {
     }
 }
 
+/// How much is said of what an error is made of, the most first.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Says {
+    All,
+    CannotTell,
+    Unexplained,
+}
+
+/// What became of a group of axes.
+struct Standing {
+    says: Says,
+    /// Whether its error is no more than what noise may leave.
+    within: bool,
+    /// Its largest error over the floor.
+    over_floor: f64,
+    /// Whether it has a play, whatever may stand anywhere in which being left out.
+    has_play: bool,
+}
+
+impl Standing {
+    /// Of axes with these verdicts, effects and errors.
+    fn of<'a>(axes: impl Iterator<Item = (Verdict, &'a [String], &'a [ErrorPoint])>) -> Self {
+        let nothing = Self { says: Says::All, within: true, over_floor: 0.0, has_play: false };
+        axes.fold(nothing, |all, (verdict, effects, curve)| {
+            let over = |to: fn(&ErrorPoint) -> Option<f64>| {
+                let ratios = curve.iter().filter_map(|point| Some(point.error? / to(point)?));
+                ratios.fold(0.0, f64::max)
+            };
+            Self {
+                says: all.says.max(match verdict {
+                    Verdict::Unexplained => Says::Unexplained,
+                    Verdict::CannotTell => Says::CannotTell,
+                    _ => Says::All,
+                }),
+                within: all.within && over(|point| point.floor_99) <= 1.0,
+                over_floor: all.over_floor.max(over(|point| point.floor)),
+                has_play: all.has_play || effects.iter().filter_map(|id| find(id)).any(Effect::is_play),
+            }
+        })
+    }
+}
+
 /// Lays out each group of axes and hands it to `work` with the model, completed by base models where an axis has none.
+///
+/// Nobody knows where in a play a rate stands that is held, unless the log comes down to its noise where it is taken to stand
+/// at the end that it came to: that is tried where the first gives no answer.
 fn each_group<T: Send>(
     record: &Record,
     model: &Model,
     axes: &[Axis],
     work: impl Fn(&Bench, &Model) -> T + Sync,
+    standing: impl Fn(&T) -> Standing + Sync,
 ) -> Result<Vec<T>, FitError> {
     if axes.is_empty() {
         return Err(FitError::NoReference);
@@ -74,8 +123,17 @@ fn each_group<T: Send>(
     }
     let beside = calibrated(record, &model);
     let one = |group: &Vec<Axis>| {
-        let bench = Bench::new(record, group, &beside).ok_or(FitError::TooShort(group[0]))?;
-        Ok(work(&bench, &model))
+        let mut bench = Bench::new(record, group, &beside).ok_or(FitError::TooShort(group[0]))?;
+        let anywhere = work(&bench, &model);
+        let first = standing(&anywhere);
+        if first.says == Says::All {
+            return Ok(anywhere);
+        }
+        bench.problem.held = Held::AtTheEnd;
+        let at_the_end = work(&bench, &model);
+        let second = standing(&at_the_end);
+        let lowers = !first.has_play && second.says < Says::Unexplained && second.over_floor < first.over_floor;
+        Ok(if second.says == Says::All && second.within || lowers { at_the_end } else { anywhere })
     };
     parallel::map(&groups(record, axes), one).into_iter().collect()
 }
@@ -90,7 +148,7 @@ pub fn compare(
     axes: &[Axis],
     options: &Options,
 ) -> Result<Vec<AxisDiagnosis>, FitError> {
-    let all = each_group(record, model, axes, |bench, model| {
+    let work = |bench: &Bench, model: &Model| {
         let study = Study::held(bench, model);
         let gls = study.identify(&[]);
         let present = Present::with(study, gls);
@@ -111,7 +169,12 @@ pub fn compare(
                 axis_diagnosis(record, &present.study, k, &judged, (verdict, says), Vec::new(), options)
             })
             .collect::<Vec<_>>()
-    })?;
+    };
+    let standing = |found: &Vec<AxisDiagnosis>| {
+        let standing = Standing::of(found.iter().map(|d| (d.verdict, &d.effects[..], &d.error_curve[..])));
+        Standing { says: if standing.has_play { standing.says } else { Says::All }, ..standing }
+    };
+    let all = each_group(record, model, axes, work, standing)?;
     Ok(sorted(all.into_iter().flatten().collect(), |d| d.axis))
 }
 
@@ -125,7 +188,7 @@ pub fn diagnose(
     axes: &[Axis],
     options: &Options,
 ) -> Result<Vec<AxisDiagnosis>, FitError> {
-    let all = each_group(record, model, axes, |bench, model| {
+    let work = |bench: &Bench, model: &Model| {
         let parts = Parts::new(record, bench, model);
         let mut present = Present::new(match &parts {
             Some(parts) => parts.fit(bench, model),
@@ -163,7 +226,13 @@ pub fn diagnose(
                 AxisDiagnosis { searched: true, ..found }
             })
             .collect::<Vec<_>>()
-    })?;
+    };
+    // What is missing may still be added: the error as it is counts for nothing yet.
+    let standing = |found: &Vec<AxisDiagnosis>| {
+        let standing = Standing::of(found.iter().map(|d| (d.verdict, &d.effects[..], &d.error_curve[..])));
+        Standing { within: true, ..standing }
+    };
+    let all = each_group(record, model, axes, work, standing)?;
     Ok(sorted(all.into_iter().flatten().collect(), |d| d.axis))
 }
 
@@ -177,7 +246,7 @@ pub fn ladder(
     axes: &[Axis],
     options: &Options,
 ) -> Result<(Model, Vec<AxisLadder>), FitError> {
-    let all = each_group(record, model, axes, |bench, model| {
+    let work = |bench: &Bench, model: &Model| {
         let (fitted, mut ladders) = match Parts::new(record, bench, model) {
             Some(parts) => parts.climb(record, bench, model, options),
             None => ladder::climb(record, bench, model, options),
@@ -186,7 +255,13 @@ pub fn ladder(
             bad_data(record, options.faults, bench, &mut l.verdict, &mut l.says);
         }
         (fitted, ladders)
-    })?;
+    };
+    let standing = |(_, ladders): &(Model, Vec<AxisLadder>)| {
+        let end = |l: &AxisLadder| l.steps.last().map_or_else(Vec::new, |step| step.error_curve.clone());
+        let curves: Vec<Vec<ErrorPoint>> = ladders.iter().map(end).collect();
+        Standing::of(ladders.iter().zip(&curves).map(|(l, curve)| (l.verdict, &l.effects[..], &curve[..])))
+    };
+    let all = each_group(record, model, axes, work, standing)?;
     let mut result = model.clone();
     for (fitted, ladders) in &all {
         for l in ladders {

@@ -124,6 +124,9 @@ pub struct ErrorWhole {
     pub error: Vec<f64>,
     /// Where the reading does not determine it, and `error` is a guess.
     pub unsure: Vec<bool>,
+    /// Where a rate that is held stands in a play: at the end that it came to, where `error` has it, or as far back from there as
+    /// nobody sees.
+    pub held: Vec<bool>,
 }
 
 /// One parameter of an effect.
@@ -319,10 +322,15 @@ pub trait Effect: Send + Sync {
         self.error(p, signals, memory)
     }
 
-    /// `Felt`: the same over a whole log, where looking ahead tells more: `felt` rates at times `t` (s), other errors
-    /// already subtracted. `None`: sample by sample as above.
-    fn error_whole(&self, _p: &[f64], _t: &[f64], _felt: &[f64]) -> Option<ErrorWhole> {
-        None
+    /// `Felt`: whether the reading is held while the rate moves, so that only looking ahead tells the rate
+    /// ([`Effect::error_whole`]).
+    fn is_play(&self) -> bool {
+        false
+    }
+
+    /// `Felt`, of a play: the same over a whole log: `felt` rates at times `t` (s), other errors already subtracted.
+    fn error_whole(&self, _p: &[f64], _t: &[f64], _felt: &[f64]) -> ErrorWhole {
+        ErrorWhole::default()
     }
 
     /// `Timing`: the time whose true rate is read at `t`, s.

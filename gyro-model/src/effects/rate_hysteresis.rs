@@ -40,9 +40,10 @@ static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
 /// held, and wanders within the play, shows nothing of it: while the reading stands still, and before it first turns, the
 /// error is unsure.
 fn passages(h: f64, t: &[f64], felt: &[f64]) -> ErrorWhole {
-    let (mut error, mut unsure) = (vec![0.0; t.len()], vec![false; t.len()]);
+    let [mut unsure, mut held] = [(); 2].map(|()| vec![false; t.len()]);
+    let mut error = vec![0.0; t.len()];
     if h <= 0.0 || t.len() < 3 {
-        return ErrorWhole { error, unsure };
+        return ErrorWhole { error, unsure, held };
     }
     let reading = Reading::through(h, t, felt);
     let first = reading.first_way();
@@ -51,20 +52,20 @@ fn passages(h: f64, t: &[f64], felt: &[f64]) -> ErrorWhole {
         for k in way.since + 1..t.len() {
             let level = -0.5 * h * way.sign;
             error[k] = level;
-            if way.goes_on(reading.steady[k], k) || !reading.has_turned(&way, k) {
+            if way.goes_on(reading.level[k], k) || !reading.has_turned(&way, k) {
                 continue;
             }
             let turn = Turn::of(&reading, &way, k);
             for i in (way.since + 1..=k).rev().take_while(|&i| t[i] > turn.from) {
                 error[i] = level * (1.0 - 2.0 * turn.share(t[i]));
             }
-            way = Way { sign: -way.sign, since: k, extreme: reading.steady[k], at: k };
+            way = Way { sign: -way.sign, since: k, extreme: reading.level[k], at: k };
         }
     }
     for still in reading.stands() {
-        unsure[still].fill(true);
+        held[still].fill(true);
     }
-    ErrorWhole { error, unsure }
+    ErrorWhole { error, unsure, held }
 }
 
 impl Effect for RateHysteresis {
@@ -91,8 +92,12 @@ impl Effect for RateHysteresis {
         if turn > 0.0 { (play(turn, s.rate(), memory) - s.rate()) / TURN } else { 0.0 }
     }
 
-    fn error_whole(&self, p: &[f64], t: &[f64], felt: &[f64]) -> Option<ErrorWhole> {
-        Some(passages(p[0], t, felt))
+    fn is_play(&self) -> bool {
+        true
+    }
+
+    fn error_whole(&self, p: &[f64], t: &[f64], felt: &[f64]) -> ErrorWhole {
+        passages(p[0], t, felt)
     }
 
     fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
@@ -132,10 +137,16 @@ mod tests {
 
     /// What a drive's angle is off by at most where the error counts as known, over what white noise alone walks.
     fn off(h: f64, density: f64) -> f64 {
+        off_while(Motion::Drive { rate: 1.2, hold: 2.0 }, h, density, |whole, k| !whole.held[k])
+    }
+
+    /// The same of any motion where `counts`.
+    fn off_while(motion: Motion, h: f64, density: f64, counts: impl Fn(&ErrorWhole, usize) -> bool) -> f64 {
         let (rate, seconds) = (100.0, 60.0);
-        let (t, felt, truth) = readings(Motion::Drive { rate: 1.2, hold: 2.0 }, rate, seconds, h, density);
+        let (t, felt, truth) = readings(motion, rate, seconds, h, density);
         let whole = passages(h, &t, &felt);
-        let steps = (0..t.len()).filter(|&k| !whole.unsure[k]).map(|k| (whole.error[k] - truth[k]) / rate);
+        let known = (0..t.len()).filter(|&k| !whole.unsure[k] && counts(&whole, k));
+        let steps = known.map(|k| (whole.error[k] - truth[k]) / rate);
         let walk = steps.scan(0.0, |sum, step| {
             *sum += step;
             Some(f64::abs(*sum))
@@ -166,6 +177,15 @@ mod tests {
     #[test]
     fn a_rate_that_creeps_before_it_turns_is_not_taken_for_a_long_passage() {
         assert!(off(6e-3, 1e-5) < 2.0 && off(0.02, 1e-5) < 2.0, "{} {}", off(6e-3, 1e-5), off(0.02, 1e-5));
+    }
+
+    #[test]
+    fn the_noise_of_a_reading_that_stands_does_not_turn_the_rate() {
+        let table = Motion::RateTable { rate: 2.0, hold: 4.0 };
+        for (h, density) in [(3e-3, 1e-4), (5e-3, 2e-4), (0.02, 2e-4)] {
+            let off = off_while(table, h, density, |_, _| true);
+            assert!(off < 1.5, "{off}: {h} rad/s, {density} rad/√s");
+        }
     }
 
     #[test]

@@ -26,6 +26,18 @@ pub struct Problem {
     attitude: Option<Attitude>,
     /// Steps over a hole of an orientation: turns about three axes in so long a time do not add up.
     broken: Vec<bool>,
+    /// What is known of a rate that is held inside a play.
+    pub held: Held,
+}
+
+/// Where in a play of the sensor a rate stands that is held.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Held {
+    /// Anywhere: a shaft that settles, or trembles, goes back as far as nobody sees. Such readings say nothing.
+    #[default]
+    Anywhere,
+    /// At the end that it came to: nothing moves it back.
+    AtTheEnd,
 }
 
 /// What the regressors of one axis are evaluated at; refreshed after each fit.
@@ -108,7 +120,7 @@ impl Problem {
         let apart: Vec<f64> = first.reference_t.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let longest = if attitude.is_some() { HOLE * usual(apart.clone()) } else { f64::INFINITY };
         let broken = std::iter::once(false).chain(apart.into_iter().map(|apart| apart > longest)).collect();
-        Some(Self { series, attitude, broken })
+        Some(Self { series, attitude, broken, held: Held::default() })
     }
 
     /// Times of the reference rows, s.
@@ -355,8 +367,7 @@ impl Problem {
     /// ω̂ = u − Σ error(ω̂), the errors at the warm rate: the fixed point is in the refreshing of it. Gives the samples
     /// at which an error is a guess.
     fn subtract_felt(&self, s: &Series, felt: &[&Term], index: usize, warm: &[Warm], rate: &mut [f64]) -> Vec<bool> {
-        let (ahead, felt): (Vec<&Term>, Vec<&Term>) =
-            felt.iter().partition(|t| t.effect.error_whole(&t.values, &[], &[]).is_some());
+        let (ahead, felt): (Vec<&Term>, Vec<&Term>) = felt.iter().partition(|t| t.effect.is_play());
         let mut memories = vec![Memory::default(); felt.len()];
         for (k, rate) in rate.iter_mut().enumerate() {
             let mut signals = s.signals[k];
@@ -373,7 +384,10 @@ impl Problem {
         }
         let mut unsure = Vec::new();
         for term in ahead {
-            let whole = term.effect.error_whole(&term.values, &s.t, rate).unwrap_or_default();
+            let mut whole = term.effect.error_whole(&term.values, &s.t, rate);
+            if self.held == Held::Anywhere {
+                merge(&mut whole.unsure, &whole.held);
+            }
             rate.iter_mut().zip(whole.error).for_each(|(rate, error)| *rate -= error);
             unsure = whole.unsure;
         }

@@ -27,6 +27,13 @@ pub enum Motion {
         /// Mean time that a turn is held, s.
         hold: f64,
     },
+    /// A rate table: random rates, each held for a while, some of them stops, and reached along a ramp that never overshoots.
+    RateTable {
+        /// RMS of the rate while turning, rad/s.
+        rate: f64,
+        /// Mean time from one rate to the next, s.
+        hold: f64,
+    },
 }
 
 impl Default for Motion {
@@ -43,7 +50,8 @@ impl FromStr for Motion {
             "sine" => Ok(Self::default()),
             "multisine" => Ok(Self::Multisine { travel: 5.0 }),
             "drive" => Ok(Self::Drive { rate: 1.2, hold: 2.0 }),
-            _ => Err(format!("'{text}' is not a motion: use sine, multisine or drive")),
+            "rate-table" => Ok(Self::RateTable { rate: 1.2, hold: 4.0 }),
+            _ => Err(format!("'{text}' is not a motion: use sine, multisine, drive or rate-table")),
         }
     }
 }
@@ -101,7 +109,10 @@ impl Shaft {
                 });
                 Self::travelling(lines.collect(), travel)
             }
-            Motion::Drive { rate, hold } => Self::Drive(Box::new(Drive::new(rate, hold, random))),
+            Motion::Drive { rate, hold } => Self::Drive(Box::new(Drive::new(rate, hold, Reached::BySettling, random))),
+            Motion::RateTable { rate, hold } => {
+                Self::Drive(Box::new(Drive::new(rate, hold, Reached::AlongARamp, random)))
+            }
         }
     }
 
@@ -137,14 +148,24 @@ impl Shaft {
     }
 }
 
-/// Random turns: a target rate that jumps, through ω'' = Ω² (target − ω) − 2ZΩ ω', solved in closed form.
+/// Random turns: a target rate that jumps, and how it is reached.
 #[derive(Clone, Debug)]
 pub struct Drive {
     random: ChaCha8Rng,
     rate: f64,
     hold: f64,
+    reached: Reached,
     /// Holds of the last minutes, in time.
     holds: VecDeque<Hold>,
+}
+
+/// How a shaft comes to the rate that it is to turn at.
+#[derive(Clone, Copy, Debug)]
+enum Reached {
+    /// ω'' = Ω² (target − ω) − 2ZΩ ω', solved in closed form.
+    BySettling,
+    /// ω = from + (target − from)(3x² − 2x³), x the share of the ramp's time; then it stays.
+    AlongARamp,
 }
 
 /// From `start` on towards `target`.
@@ -160,6 +181,8 @@ struct Hold {
 const DRIVE_FREQUENCY: f64 = TAU * 2.5;
 /// Z.
 const DRIVE_DAMPING: f64 = 0.7;
+/// How long a rate table takes from one rate to the next, s.
+const RAMP: f64 = 0.3;
 /// Share of holds that are stops.
 const STOPS: f64 = 0.25;
 /// How long it stands before the log and at its beginning, s.
@@ -168,9 +191,9 @@ const STAND: (f64, f64) = (-120.0, 1.5);
 const KEPT: f64 = 120.0;
 
 impl Drive {
-    fn new(rate: f64, hold: f64, random: ChaCha8Rng) -> Self {
+    fn new(rate: f64, hold: f64, reached: Reached, random: ChaCha8Rng) -> Self {
         let first = Hold { start: STAND.0, end: STAND.1, target: 0.0, from: Instant::default() };
-        Self { random, rate, hold, holds: VecDeque::from([first]) }
+        Self { random, rate, hold, reached, holds: VecDeque::from([first]) }
     }
 
     fn at(&mut self, t: f64) -> Instant {
@@ -178,7 +201,7 @@ impl Drive {
             self.turn();
         }
         let hold = self.holds.iter().rev().find(|hold| hold.start <= t).or(self.holds.front());
-        hold.map_or(Instant::default(), |hold| hold.at(t.max(hold.start)))
+        hold.map_or(Instant::default(), |hold| hold.at(t.max(hold.start), self.reached))
     }
 
     /// Appends the next turn.
@@ -191,7 +214,7 @@ impl Drive {
             start: last.end,
             end: last.end + length,
             target: if stops { 0.0 } else { self.rate * normal.clamp(-2.5, 2.5) },
-            from: last.at(last.end),
+            from: last.at(last.end, self.reached),
         });
         while self.holds.len() > 1 && self.holds[1].start < last.end - KEPT {
             self.holds.pop_front();
@@ -200,9 +223,27 @@ impl Drive {
 }
 
 impl Hold {
+    fn at(&self, t: f64, reached: Reached) -> Instant {
+        match reached {
+            Reached::BySettling => self.settling(t - self.start),
+            Reached::AlongARamp => self.along_a_ramp(t - self.start),
+        }
+    }
+
+    fn along_a_ramp(&self, s: f64) -> Instant {
+        let x = (s / RAMP).min(1.0);
+        let rise = self.target - self.from.rate;
+        Instant {
+            angle: self.from.angle
+                + self.from.rate * s
+                + rise * (RAMP * x.powi(3) * (1.0 - 0.5 * x) + (s - RAMP).max(0.0)),
+            rate: self.from.rate + rise * x * x * (3.0 - 2.0 * x),
+            rate_dot: rise * 6.0 * x * (1.0 - x) / RAMP,
+        }
+    }
+
     /// With x = ω − target: x = e^{−ZΩs}(A cos Ds + B sin Ds), D = Ω√(1 − Z²).
-    fn at(&self, t: f64) -> Instant {
-        let s = t - self.start;
+    fn settling(&self, s: f64) -> Instant {
         let decay = DRIVE_DAMPING * DRIVE_FREQUENCY;
         let damped = DRIVE_FREQUENCY * (1.0 - DRIVE_DAMPING * DRIVE_DAMPING).sqrt();
         let a = self.from.rate - self.target;
@@ -232,8 +273,8 @@ pub(super) fn normal(random: &mut ChaCha8Rng, std: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn motions() -> [Motion; 3] {
-        ["sine", "multisine", "drive"].map(|name| name.parse().unwrap())
+    fn motions() -> [Motion; 4] {
+        ["sine", "multisine", "drive", "rate-table"].map(|name| name.parse().unwrap())
     }
 
     #[test]
@@ -256,7 +297,8 @@ mod tests {
 
     #[test]
     fn the_same_seed_moves_the_same_way_and_another_does_not() {
-        for motion in [motions()[1], motions()[2]] {
+        for motion in &motions()[1..] {
+            let motion = *motion;
             let rates = |seed| {
                 let mut shaft = Shaft::new(motion, seed);
                 (0..500).map(|k| shaft.at(f64::from(k) * 0.1).rate).collect::<Vec<_>>()

@@ -219,7 +219,7 @@ fn timing_effects_read_the_rate_of_another_time() {
         ("clock-skew:s=0.002", |t| t * 1.002),
         ("clock-skew:s=-0.002", |t| t * 0.998),
     ] {
-        for motion in ["multisine", "drive"] {
+        for motion in ["multisine", "drive", "rate-table"] {
             let motion: Motion = motion.parse().unwrap();
             let hidden = vec![Hidden::parse(text, Axis::X).unwrap()];
             let simulated = simulate(&Scenario { motion, hidden, ..scenario(silent()) });

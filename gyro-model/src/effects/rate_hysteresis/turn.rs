@@ -10,7 +10,11 @@ pub(super) struct Reading<'a> {
     t: &'a [f64],
     felt: &'a [f64],
     /// Without its noise, as far as the motion allows.
-    pub(super) steady: Vec<f64>,
+    steady: Vec<f64>,
+    /// The same, its mean where a rate is held: the range of what noise is left grows with time, until it would turn the rate.
+    pub(super) level: Vec<f64>,
+    /// Where that mean is all there is, a peak not being as flat.
+    is_flat: Vec<bool>,
     /// Standard deviation of the noise of `felt`, and of what is left of it in `steady`.
     white: f64,
     noise: f64,
@@ -44,12 +48,39 @@ impl Way {
 impl<'a> Reading<'a> {
     pub(super) fn through(h: f64, t: &'a [f64], felt: &'a [f64]) -> Self {
         let (steady, noise) = quieted(t, felt);
-        Self { h, t, felt, steady, white: white_noise(felt), noise, back: (TURN * h).max(SURE * noise) }
+        let (level, is_flat, back) = (steady.clone(), vec![false; t.len()], (TURN * h).max(SURE * noise));
+        let mut reading = Self { h, t, felt, steady, level, is_flat, white: white_noise(felt), noise, back };
+        for hold in reading.stays(SURE * noise, HOLD) {
+            reading.settle(&hold);
+        }
+        reading
+    }
+
+    /// Levels a hold, and what a parabola through the corners overshoots where a ramp meets it.
+    fn settle(&mut self, hold: &Range<usize>) {
+        let part = &self.level[hold.clone()];
+        let mean = part.iter().sum::<f64>() / part.len() as f64;
+        let spread = part.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / part.len() as f64;
+        let before = self.overshot(mean, (0..hold.start).rev());
+        let after = self.overshot(mean, hold.end..self.t.len());
+        let hold = hold.start - before..hold.end + after;
+        self.level[hold.clone()].fill(mean);
+        self.is_flat[hold].fill(spread < FLAT * self.noise.powi(2));
+    }
+
+    /// How many of the samples beside a hold lie beyond it although the readings themselves do not.
+    fn overshot(&self, mean: f64, beside: impl Iterator<Item = usize> + Clone) -> usize {
+        let Some(next) = beside.clone().next() else { return 0 };
+        let side = (self.steady[next] - mean).signum();
+        let is_beyond = |&k: &usize| side * (self.steady[k] - mean) > 0.0 && (self.t[k] - self.t[next]).abs() < HOLD;
+        let beyond = beside.take_while(is_beyond);
+        let (n, sum) = beyond.fold((0_u32, 0.0), |(n, sum), k| (n + 1, sum + side * (self.felt[k] - mean)));
+        if sum < SHOWS * self.white * f64::from(n).sqrt() { n as usize } else { 0 }
     }
 
     /// Which way it goes first; `None` where it never goes any.
     pub(super) fn first_way(&self) -> Option<Way> {
-        let s = &self.steady;
+        let s = &self.level;
         let (mut low, mut high) = (s[0], s[0]);
         (1..s.len()).find_map(|k| {
             (low, high) = (low.min(s[k]), high.max(s[k]));
@@ -64,7 +95,7 @@ impl<'a> Reading<'a> {
     }
 
     pub(super) fn has_turned(&self, way: &Way, k: usize) -> bool {
-        self.depth(way, k) > self.back
+        way.sign * (way.extreme - self.level[k]) > self.back
     }
 
     /// When it was last, going back from `k`, on the other side of that depth.
@@ -89,17 +120,23 @@ impl<'a> Reading<'a> {
 
     /// Where it stays about one value: the rate may be anywhere within the play.
     pub(super) fn stands(&self) -> Vec<Range<usize>> {
-        let near = (NEAR * self.h).max(SURE * self.noise);
-        let (mut stands, mut from) = (Vec::new(), 0);
-        for k in 1..=self.t.len() {
-            if k == self.t.len() || (self.steady[k] - self.steady[from]).abs() > near {
-                if self.t[k - 1] - self.t[from] > DWELL {
-                    stands.push(from..k);
+        self.stays((NEAR * self.h).max(SURE * self.noise), DWELL)
+    }
+
+    /// Where it stays as `near` to its mean for longer than `dwell`, s.
+    fn stays(&self, near: f64, dwell: f64) -> Vec<Range<usize>> {
+        let (mut stays, mut from, mut sum) = (Vec::new(), 0, 0.0);
+        for k in 0..=self.t.len() {
+            let mean = sum / (k - from) as f64;
+            if k == self.t.len() || k > from && (self.steady[k] - mean).abs() > near {
+                if self.t[k - 1] - self.t[from] > dwell {
+                    stays.push(from..k);
                 }
-                from = k;
+                (from, sum) = (k, 0.0);
             }
+            sum += self.steady.get(k).unwrap_or(&0.0);
         }
-        stands
+        stays
     }
 }
 
@@ -147,7 +184,7 @@ impl Turn {
     fn over_a_peak(reading: &Reading, way: &Way, k: usize) -> Option<Self> {
         let Reading { h, t, felt, white, .. } = *reading;
         let about = reading.about(way, k);
-        if about.len() < FEWEST {
+        if about.len() < FEWEST || reading.is_flat[way.at] {
             return None;
         }
         let (start, end) = (about.start, about.end - 1);
@@ -234,6 +271,11 @@ const MISSES: f64 = 1.5;
 /// Share of h within which the reading counts as standing still, and for how long, s.
 const NEAR: f64 = 0.3;
 const DWELL: f64 = 0.05;
+/// How long a rate is held for at least, s, the times the noise's variance that it varies by at most, and the standard deviations
+/// by which readings show that it overshot.
+const HOLD: f64 = 0.25;
+const FLAT: f64 = 2.0;
+const SHOWS: f64 = 4.0;
 
 /// Share of h by which the rate has to come back before it counts as turned.
 pub(super) const TURN: f64 = 0.5;
