@@ -3,6 +3,8 @@
 
 use gyro_model::{
     Axis, AxisModel, Model, Record,
+    diagnose::{Options, compare},
+    diagnosis::Verdict,
     effects::{CATALOGUE, Effect, Role, Span, Stage},
     evidence::study::{Bench, Study},
     fit::fit,
@@ -146,4 +148,18 @@ fn a_nonlinearity_that_bends_the_fastest_turns_by_a_tenth_is_fitted_to_the_end()
     let bench = Bench::new(&simulated.record, &[Axis::X], &fitted).unwrap();
     let over_floor = Study::held(&bench, &fitted).over_floor_as_is();
     assert!(over_floor < 1.5, "{over_floor}");
+}
+
+/// Most of what a rate table shows is held rates. Each stands where it came to, at the end of the play, and is not left out.
+#[test]
+fn a_play_is_fitted_and_compared_on_held_rates() {
+    let hidden = vec![Hidden::parse("rate-hysteresis:h=0.004", Axis::X).unwrap()];
+    let simulated = simulate(&Scenario { motion: Motion::RateTable { rate: 2.0, hold: 4.0 }, ..scenario(hidden, 3) });
+    let start = start(simulated.truth.axes[0].as_ref().unwrap(), &span(&simulated.record));
+    let fitted = fit(&simulated.record, &start, &[Axis::X]).unwrap();
+    let (_, h, std_error) = fitted.axes[0].as_ref().unwrap().terms[2].parameters(Axis::X).next().unwrap();
+    assert!((h - 0.004).abs() < 3.0 * std_error && std_error < 2e-4, "{h} ± {std_error}");
+    let found = compare(&simulated.record, &fitted, &[Axis::X], &Options::default()).unwrap();
+    assert_eq!(found[0].verdict, Verdict::Adequate, "{}", found[0].says);
+    assert!(!found[0].says.contains("not known"), "{}", found[0].says);
 }

@@ -144,8 +144,8 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
                 Verdict::CannotTell,
                 format!(
                     "the error is what noise alone leaves where this log says anything, but in {:.0} % of it the rate is not \
-                     known: readings are missing, inside a play or a dead zone, or beyond the range. Record a motion that \
-                     stays out of them.",
+                     known: readings are missing, inside a play or a dead zone, or beyond the range. Record a rate that goes \
+                     on changing, which passes a play and a dead zone quickly, and stays within the range.",
                     100.0 * silent
                 ),
             );

@@ -21,7 +21,7 @@ static CARD: Card = Card {
     typical: "0.01–0.5 °/s",
     source: "IEEE Std 1431, hysteresis error; play operator",
     needs: &[],
-    excited_by: "reversals of the acceleration, several amplitudes",
+    excited_by: "reversals of the acceleration, several amplitudes, a rate that goes on changing",
     mended_by: "well, where noise is smaller than h",
     aliases: &[],
 };
@@ -36,9 +36,9 @@ static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
     bounds: (0.0, 0.5),
 }];
 
-/// −h/2 while the rate goes up, +h/2 while it goes down, and between them the passage through the play ([`Turn`]). A rate that is
-/// held, and wanders within the play, shows nothing of it: while the reading stands still, and before it first turns, the
-/// error is unsure.
+/// −h/2 while the rate goes up, +h/2 while it goes down, and between them the passage through the play ([`Turn`]). Before it first
+/// turns the error is unsure. While the reading stands still the rate is held, where it came to or, wandering within the play,
+/// somewhere else.
 fn passages(h: f64, t: &[f64], felt: &[f64]) -> ErrorWhole {
     let [mut unsure, mut held] = [(); 2].map(|()| vec![false; t.len()]);
     let mut error = vec![0.0; t.len()];
