@@ -9,11 +9,16 @@ use gyro_model::{
 
 /// The ladder of a minute.
 fn climbed(hidden: &[&str], motion: Motion, rate_hz: f64, seed: u64) -> AxisLadder {
-    let hidden = hidden.iter().map(|text| Hidden::parse(text, Axis::X).unwrap()).collect();
-    let sensor = SensorSpec::on(Axis::X);
+    climbed_with(SensorSpec::on(Axis::X), hidden, motion, rate_hz, seed)
+}
+
+/// The same of another sensor on another rig.
+fn climbed_with(sensor: SensorSpec, hidden: &[&str], motion: Motion, rate_hz: f64, seed: u64) -> AxisLadder {
+    let axis = sensor.axis;
+    let hidden = hidden.iter().map(|text| Hidden::parse(text, axis).unwrap()).collect();
     let scenario = Scenario { motion, seconds: 60.0, rate_hz, sensor, hidden, seed };
     let record = simulate(&scenario).record;
-    let (_, ladders) = diagnose::ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap();
+    let (_, ladders) = diagnose::ladder(&record, &Model::base_for(&record), &[axis], &Options::default()).unwrap();
     ladders.into_iter().next().unwrap()
 }
 
@@ -63,6 +68,20 @@ fn a_resonance_is_found_whose_damping_the_log_does_not_tell() {
     let hidden = ["mount-resonance:f=27.557,zeta=0.0497", "temperature-bias:c1=-0.00021"];
     let ladder = climbed(&hidden, Motion::Multisine { travel: 7.4 }, 100.0, 2);
     assert_eq!(added(&ladder), ["mount-resonance", "temperature-bias"], "{}", ladder.says);
+}
+
+/// Gravity that is taken for rotation goes with the motion as a damping does, and presses it to the least that there is.
+#[test]
+fn a_resonance_is_found_whose_damping_other_missing_physics_presses_to_its_end() {
+    let seed = 3_300_205;
+    let hidden = [
+        "mount-resonance:f=29.2222008,zeta=0.0466505589",
+        "g-sensitivity:g_y=-0.00053150596",
+        "temperature-bias:c1=-0.00045454262,c2=0",
+    ];
+    let multisine = Motion::Multisine { travel: 7.002_640_622_767_472 };
+    let ladder = climbed_with(SensorSpec::random(seed), &hidden, multisine, 100.0, seed);
+    assert_eq!(added(&ladder), ["g-sensitivity", "mount-resonance", "temperature-bias"], "{}", ladder.says);
 }
 
 /// What a hysteresis leaves at each turn, if its form is not right to a millisecond, looks like a lag that a delay nearly takes

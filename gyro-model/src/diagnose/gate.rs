@@ -75,7 +75,7 @@ impl Refit<'_> {
             (false, false, false) => RELEVANT,
         };
         let before = self.before(present);
-        if self.at_bound() || self.excess >= before * (1.0 - relevant) {
+        if self.is_stuck(present) || self.excess >= before * (1.0 - relevant) {
             return false;
         }
         if self.p_value >= GATE && !self.dominates(present) {
@@ -138,25 +138,47 @@ impl Refit<'_> {
 
     /// Whether a parameter ran to the end of what is physical: the fit looks for something else.
     pub(super) fn at_bound(&self) -> bool {
-        let series = &self.study.bench.problem.series[self.candidate.series];
-        ends(&self.candidate.term, series).into_iter().any(|parameter| self.goes_beyond(parameter))
+        self.ends().into_iter().any(|parameter| self.goes_beyond(parameter))
+    }
+
+    /// The same, but for a shape of what is plain in the error: other missing physics may press it there.
+    fn is_stuck(&self, present: &Present) -> bool {
+        let may_stand = |parameter| self.is_extreme_shape(parameter) && self.dominates(present);
+        self.ends().into_iter().any(|parameter| self.goes_beyond(parameter) && !may_stand(parameter))
+    }
+
+    fn card(&self, parameter: usize) -> &'static ParameterCard {
+        let axis = self.study.bench.problem.series[self.candidate.series].axis;
+        &self.candidate.term.effect.parameters(axis)[parameter]
+    }
+
+    fn ends(&self) -> Vec<usize> {
+        ends(&self.candidate.term, &self.study.bench.problem.series[self.candidate.series])
     }
 
     /// Whether the likelihood asks for more than an end that a parameter stands at. A shape which the log hardly tells, a damping
     /// say, may stand there.
     fn goes_beyond(&self, parameter: usize) -> bool {
         let Candidate { series, ref term, .. } = self.candidate;
-        let card = &term.effect.parameters(self.study.bench.problem.series[series].axis)[parameter];
-        let ((low, high), value) = (card.bounds, term.values[parameter]);
         let of_suspect = |slot: &Slot| slot.series == series && slot.parameter == parameter;
         let row = self.study.slots.iter().rposition(of_suspect);
         let beyond = |row: usize| {
-            let step = if value <= low { -self.gls.step[row] } else { self.gls.step[row] };
+            let step = if term.values[parameter] <= self.card(parameter).bounds.0 {
+                -self.gls.step[row]
+            } else {
+                self.gls.step[row]
+            };
             step > BEYOND * self.gls.std_error(row)
         };
-        // What is nothing at that end is not there; and some ends lie within the bounds.
-        let is_shape = card.role == Role::Shape && low < card.neutral && card.neutral < high;
-        !is_shape || (low < value && value < high) || row.is_none_or(beyond)
+        !self.is_extreme_shape(parameter) || row.is_none_or(beyond)
+    }
+
+    /// Whether a parameter that stands at an end is a shape there: what is nothing at that end is not there, and some ends lie
+    /// within the bounds.
+    fn is_extreme_shape(&self, parameter: usize) -> bool {
+        let card = self.card(parameter);
+        let (value, (low, high)) = (self.candidate.term.values[parameter], card.bounds);
+        card.role == Role::Shape && low < card.neutral && card.neutral < high && !(low < value && value < high)
     }
 
     /// Whether noise alone would hardly do as well, and it lowers the error.
