@@ -10,7 +10,7 @@ use crate::{
     diagnose::{begin, judged::Judged, long, verdict::SILENT},
     effects::Need,
     evidence::{
-        problem::Held,
+        problem::HeldRate,
         study::{Bench, Study},
     },
     order::median,
@@ -82,7 +82,7 @@ pub fn fit(record: &Record, start: &Model, axes: &[Axis]) -> Result<Model, FitEr
             let mut bench = Bench::new(record, &group, &beside).ok_or(FitError::TooShort(group[0]))?;
             let anywhere = fitted(record, &bench, &model);
             let (silent, anywhere) = (anywhere.evaluation.silent(), anywhere.model);
-            bench.problem.held = Held::AtTheEnd;
+            bench.problem.held_rate = HeldRate::AtTheEnd;
             let is_within = |study: &Study| (0..group.len()).all(|k| Judged::new(study, k, false).within());
             let at_the_end = (silent > SILENT).then(|| fitted(record, &bench, &model)).filter(is_within);
             model = at_the_end.map_or(anywhere, |study| study.model);

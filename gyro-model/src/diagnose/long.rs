@@ -44,7 +44,7 @@ impl Parts {
         let mut stretch = Bench::new(&busiest(record, &axes), &axes, model)?;
         stretch.know(&bench.prior);
         let mut thin = thin(record, &axes, model)?;
-        (thin.problem.held, stretch.problem.held) = (bench.problem.held, bench.problem.held);
+        (thin.problem.held_rate, stretch.problem.held_rate) = (bench.problem.held_rate, bench.problem.held_rate);
         Some(Self { thin, stretch })
     }
 
@@ -150,7 +150,7 @@ pub(crate) fn begun(record: &Record, bench: &Bench, model: &Model) -> Model {
     thin.map_or_else(
         || model.clone(),
         |mut thin| {
-            thin.problem.held = bench.problem.held;
+            thin.problem.held_rate = bench.problem.held_rate;
             Study::fit(&thin, model, None).model
         },
     )

@@ -25,7 +25,7 @@ use crate::{
     diagnosis::{AxisDiagnosis, AxisLadder, DataFault, ErrorPoint, Suspect, Verdict},
     effects::{Effect, find},
     evidence::{
-        problem::Held,
+        problem::HeldRate,
         study::{Bench, Study},
     },
     faults::stuck::MARKED_UP_TO,
@@ -129,7 +129,7 @@ fn each_group<T: Send>(
         if first.says == Says::All {
             return Ok(anywhere);
         }
-        bench.problem.held = Held::AtTheEnd;
+        bench.problem.held_rate = HeldRate::AtTheEnd;
         let at_the_end = work(&bench, &model);
         let second = standing(&at_the_end);
         let lowers = !first.has_play && second.says < Says::Unexplained && second.over_floor < first.over_floor;

@@ -27,12 +27,12 @@ pub struct Problem {
     /// Steps over a hole of an orientation: turns about three axes in so long a time do not add up.
     broken: Vec<bool>,
     /// What is known of a rate that is held inside a play.
-    pub held: Held,
+    pub held_rate: HeldRate,
 }
 
 /// Where in a play of the sensor a rate stands that is held.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Held {
+pub enum HeldRate {
     /// Anywhere: a shaft that settles, or trembles, goes back as far as nobody sees. Such readings say nothing.
     #[default]
     Anywhere,
@@ -120,7 +120,7 @@ impl Problem {
         let apart: Vec<f64> = first.reference_t.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let longest = if attitude.is_some() { HOLE * usual(apart.clone()) } else { f64::INFINITY };
         let broken = std::iter::once(false).chain(apart.into_iter().map(|apart| apart > longest)).collect();
-        Some(Self { series, attitude, broken, held: Held::default() })
+        Some(Self { series, attitude, broken, held_rate: HeldRate::default() })
     }
 
     /// Times of the reference rows, s.
@@ -385,7 +385,7 @@ impl Problem {
         let mut unsure = Vec::new();
         for term in ahead {
             let mut whole = term.effect.error_whole(&term.values, &s.t, rate);
-            if self.held == Held::Anywhere {
+            if self.held_rate == HeldRate::Anywhere {
                 merge(&mut whole.unsure, &whole.held);
             }
             rate.iter_mut().zip(whole.error).for_each(|(rate, error)| *rate -= error);

@@ -297,8 +297,7 @@ mod tests {
 
     #[test]
     fn the_same_seed_moves_the_same_way_and_another_does_not() {
-        for motion in &motions()[1..] {
-            let motion = *motion;
+        for &motion in &motions()[1..] {
             let rates = |seed| {
                 let mut shaft = Shaft::new(motion, seed);
                 (0..500).map(|k| shaft.at(f64::from(k) * 0.1).rate).collect::<Vec<_>>()
