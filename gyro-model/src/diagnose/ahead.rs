@@ -118,8 +118,9 @@ fn step<'a>(present: &Present<'a>, suspects: &[Refit<'a>], chosen: usize) -> Ste
 fn holds(way: &[Step]) -> bool {
     let Some(last) = way.last().map(|step| &step.present) else { return false };
     let axis = last.study.bench.problem.series[0].axis;
-    // Where little is left to fit to, estimating costs more than the weights know of.
-    Judged::new(&last.study, 0, false).excess() < UNEVEN
+    // Where little is left to fit to, estimating costs more than the weights know of; and so does what is bridged.
+    let judged = Judged::new(&last.study, 0, false);
+    (judged.excess() < UNEVEN || judged.within())
         && way.iter().all(|step| {
             without(last, axis, step.id).is_some_and(|(rest, term)| {
                 let freedom = term.values.len();
