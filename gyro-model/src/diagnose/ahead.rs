@@ -118,7 +118,8 @@ fn step<'a>(present: &Present<'a>, suspects: &[Refit<'a>], chosen: usize) -> Ste
 fn holds(way: &[Step]) -> bool {
     let Some(last) = way.last().map(|step| &step.present) else { return false };
     let axis = last.study.bench.problem.series[0].axis;
-    // Where little is left to fit to, estimating costs more than the weights know of; and so does what is bridged.
+    // The floor's draws know what estimating costs where little is left to fit to, and what bridging does: beneath its band
+    // throughout, an error is noise, whatever its mean.
     let judged = Judged::new(&last.study, 0, false);
     (judged.excess() < UNEVEN || judged.within())
         && way.iter().all(|step| {
