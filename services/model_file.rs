@@ -9,12 +9,14 @@ mod tests;
 mod write;
 
 use crate::{
-    commands::effects::meant,
     log, output,
     toml_error::{TomlError, quoted},
 };
 use anyhow::{Context, Result, bail};
-use gyro_model::{Model, effects::Effect};
+use gyro_model::{
+    Model,
+    effects::{Effect, meant},
+};
 use jiff::Timestamp;
 use std::{fs, path::Path};
 

@@ -5,7 +5,7 @@ use anyhow::{Result, bail};
 use comfy_table::{ContentArrangement, Table, presets};
 use gyro_model::{
     Axis,
-    effects::{CATALOGUE, Effect, Need, Role, Stage},
+    effects::{CATALOGUE, Effect, Need, Role, Stage, meant},
 };
 use std::{collections::BTreeSet, fmt::Write, process::ExitCode};
 
@@ -49,33 +49,6 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         },
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// ` (did you mean 'X'?)` for the nearest id of the catalogue, or nothing where none is near.
-#[must_use]
-pub fn meant(id: &str) -> String {
-    CATALOGUE
-        .iter()
-        .map(|e| e.card().id)
-        .map(|known| (distance(id, known), known))
-        .min()
-        .filter(|&(d, known)| d <= 3 || known.contains(id))
-        .map_or_else(String::new, |(_, known)| format!(" (did you mean '{known}'?)"))
-}
-
-/// Levenshtein's distance, by characters.
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().take(64).collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().take(64).enumerate() {
-        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
-        for (j, &y) in b.iter().enumerate() {
-            let replaced = diagonal + usize::from(x != y);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
 }
 
 fn list() -> String {
@@ -166,11 +139,5 @@ mod tests {
                 assert!(card.contains(parameter.unit) && card.contains(parameter.name));
             }
         }
-    }
-
-    #[test]
-    fn a_slip_of_the_pen_is_guessed() {
-        assert_eq!(meant("scale-facter"), " (did you mean 'scale-factor'?)");
-        assert_eq!(meant("something else entirely"), "");
     }
 }

@@ -13,7 +13,7 @@ use crate::{
     run_folder::SourceFacts,
 };
 use anyhow::{Context, anyhow, bail, ensure};
-use gyro_model::{Axis, AxisModel, Model, Term};
+use gyro_model::{Axis, AxisModel, Model, Term, effects};
 use ipc_types::{Command, Reply, Text, command::Kind, diagnosis::TrialState};
 use jiff::Timestamp;
 use std::{collections::VecDeque, fs, os::unix::fs::FileTypeExt, path::Path, sync::Arc};
@@ -90,8 +90,9 @@ fn with_effect(command: &Command, current: &mut Current, facts: &SourceFacts) ->
         let file = model_file::parse(Path::new("the effect's file"), own, &facts.free_names)?;
         file.own_effects.into_iter().for_each(|effect| current.know(effect));
     }
-    let effect =
-        current.effect(id).with_context(|| format!("there is no effect '{id}': `truerate effects` lists them"))?;
+    let effect = current
+        .effect(id)
+        .with_context(|| format!("no effect '{id}'{}; `truerate effects` lists them all", effects::meant(id)))?;
     let mut model = current.start().clone();
     let mut added = false;
     for axis in axes(command, &model)? {

@@ -1,14 +1,11 @@
 //! Understanding a model file, strictly.
 
 use super::{ModelFile, Provenance, SCHEMA};
-use crate::{
-    commands::effects::meant,
-    toml_error::{TomlError, quoted},
-};
+use crate::toml_error::{TomlError, quoted};
 use gyro_model::{
     Axis, AxisModel, Model, Noise, Term,
     effects::{
-        self, Effect,
+        self, Effect, meant,
         user::{self, Definition, DefinitionError, ParameterDefinition},
     },
 };

@@ -98,7 +98,7 @@ fn an_effect_is_added_undone_and_saved_while_the_vehicle_drives() {
     let unknown = control(&place, &["add", "nonsense", "--axis", letter]);
     assert_eq!(unknown.status.code(), Some(1));
     let error = String::from_utf8(unknown.stderr).unwrap();
-    assert!(error.contains("there is no effect 'nonsense'"), "{error}");
+    assert!(error.contains("no effect 'nonsense'"), "{error}");
     assert_eq!(control(&place, &["undo"]).status.code(), Some(1), "nothing was changed");
 
     let added = control(&place, &["add", "delay", "--axis", letter]);

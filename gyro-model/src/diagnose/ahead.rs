@@ -125,8 +125,8 @@ fn holds(way: &[Step]) -> bool {
         && way.iter().all(|step| {
             without(last, axis, step.id).is_some_and(|(rest, term)| {
                 let freedom = term.values.len();
-                !is_outsized(&term, axis)
-                    && rest.refit(Candidate { series: 0, term, score: 0.0, removes: 0.0, freedom }).passes(&rest)
+                let candidate = Candidate { series: 0, term, score: 0.0, removes: 0.0, freedom };
+                !is_outsized(&candidate.term, axis) && rest.refit_beside(candidate, &last.study.model).passes(&rest)
             })
         })
 }

@@ -8,6 +8,7 @@ use crate::{
     AxisModel, Model, Term,
     effects::{CATALOGUE, Effect, Need, Role, Stage},
     evidence::{
+        line::Line,
         noise::{self, Gls},
         prior,
         series::{Rest, Series},
@@ -200,13 +201,14 @@ impl<'a> Scanner<'a> {
     fn tone(&self, effect: &'static dyn Effect, index: usize, series: &Series) -> Option<f64> {
         let t = self.study.bench.problem.times();
         let lines = tone::peaks(&self.residual, t, series);
-        let seen = lines.into_iter().find(|&f| self.seen_by_gyro(effect, index, series, f));
+        let seen = lines.into_iter().find(|&f| self.is_felt(effect, index, f));
         seen.or_else(|| tone::beyond_noise(&self.residual, self.draws, t, series))
     }
 
-    /// Whether the gyro's own reading holds the line that the residual has at `f`.
-    fn seen_by_gyro(&self, effect: &'static dyn Effect, index: usize, series: &Series, f: f64) -> bool {
-        let term = Term { values: vec![0.0, 0.0, f], ..Term::neutral(effect, series.axis) };
+    /// Whether the gyro itself felt the line that the residual has at `f`.
+    fn is_felt(&self, effect: &'static dyn Effect, index: usize, f: f64) -> bool {
+        let axis = self.study.bench.problem.series[index].axis;
+        let term = Term { values: vec![0.0, 0.0, f], ..Term::neutral(effect, axis) };
         let columns = self.white_along(index, &term);
         // Beside the model as it stands: its scale factor, fitted anew where much else is missing, would share the line.
         let mut normal = nls::Normal::zeros(2);
@@ -214,12 +216,7 @@ impl<'a> Scanner<'a> {
             normal.add(residual, &[&columns[0][channel], &columns[1][channel]]);
         }
         let (_, step) = normal.rise(1e-8);
-        let (sine, cosine) = (step[0], step[1]);
-        tone::in_reading(series, f, sine, cosine, self.alpha(series))
-    }
-
-    fn alpha(&self, series: &Series) -> f64 {
-        self.study.model.axes[series.axis.index()].as_ref().map_or(1.0, AxisModel::alpha)
+        tone::is_felt(self.study, index, Line { frequency: f, sine: step[0], cosine: step[1] })
     }
 
     /// Share of J that is removed where the columns join, everything refitted linearly, and their coefficients; `fixed`

@@ -17,6 +17,7 @@ use crate::{
     evidence::study::{Bench, Study},
     fit,
 };
+use itertools::Itertools;
 
 /// Steps at most: a log that wants more is wrong in another way.
 const STEPS: usize = 8;
@@ -32,11 +33,26 @@ pub fn climb(record: &Record, bench: &Bench, start: &Model, options: &Options) -
     conclude(record, &top.present, &top.last, &steps, options)
 }
 
-/// What a model at the top of its ladder cannot be told from, one of its effects being another one.
+/// What a model at the top of its ladder can and cannot be told from, one of its effects being another one.
 pub(super) struct Alike {
     series: usize,
     effect: &'static str,
     others: Vec<String>,
+    told_apart: Vec<&'static str>,
+}
+
+impl Alike {
+    /// Of `rivals`, all in the place of one effect, beside this one.
+    fn of(rivals: &[Refit], own: usize) -> Self {
+        let id = |refit: &Refit| refit.candidate.term.effect.card().id;
+        let effect = id(&rivals[own]);
+        let mut others = aliases(rivals, own, true);
+        others.retain(|other| other != effect);
+        others.dedup();
+        let stays = |other: &&str| *other != effect && !rivals.iter().any(|r| id(r) == *other && rivals[own].alike(r));
+        let told_apart = rivals.iter().map(id).filter(stays).unique().collect();
+        Self { series: rivals[own].candidate.series, effect, others, told_apart }
+    }
 }
 
 /// One effect in the place of another.
@@ -46,11 +62,13 @@ struct Swapped {
     new: &'static str,
 }
 
-/// Adds to the steps what is alike at the top: while another effect was missing it may have looked otherwise.
+/// Adds to the steps what is alike at the top, and takes from them what is told apart there: while another effect was missing
+/// it may have looked otherwise.
 pub(super) fn note(steps: &mut [Vec<LadderStep>], alike: &[Alike]) {
     for found in alike {
         let added = |step: &&mut LadderStep| step.added.as_deref() == Some(found.effect);
         if let Some(step) = steps[found.series].iter_mut().rev().find(added) {
+            step.aliases.retain(|id| !found.told_apart.contains(&id.as_str()));
             let new: Vec<String> = found.others.iter().filter(|id| !step.aliases.contains(id)).cloned().collect();
             step.aliases.extend(new);
             step.aliases.truncate(ALIASES);
@@ -225,7 +243,8 @@ fn in_the_place_of<'a>(id: &str, present: &Present<'a>, series: usize, options: 
         return Vec::new();
     };
     (options.progress)(id);
-    without.rivals(series, options.own_effects, |rival| rival == id || aliases.iter().any(|a| a.id == rival))
+    let wanted = |rival: &str| rival == id || aliases.iter().any(|a| a.id == rival);
+    without.rivals(series, &present.study.model, options.own_effects, wanted)
 }
 
 /// The model with the effect that one axis has just got on another one too, where it passes there, or where it is one that
@@ -365,20 +384,16 @@ fn swap<'a>(present: Present<'a>, start: &Model, options: &Options) -> (Present<
         for id in added {
             let rivals = in_the_place_of(id, &present, k, options);
             let is_own = |refit: &Refit| refit.candidate.term.effect.card().id == id;
-            let others = |refit: usize| {
-                let mut others = aliases(&rivals, refit, true);
-                let own = rivals[refit].candidate.term.effect.card().id;
-                others.retain(|other| other != own);
-                others.dedup();
-                others
-            };
             let best = |keep: &dyn Fn(&Refit) -> bool| {
                 let kept = (0..rivals.len()).filter(|&r| keep(&rivals[r]));
                 kept.max_by(|&a, &b| rivals[a].worth().total_cmp(&rivals[b].worth()))
             };
             // What does as well beside the others may come to nothing once they move too.
-            let freedom = rivals.iter().find(|r| is_own(r)).map_or(1, |own| own.candidate.freedom);
-            let better = best(&|refit| !is_own(refit) && refit.replaces(&present, freedom)).and_then(|better| {
+            let own = best(&is_own);
+            let freedom = own.map_or(1, |own| rivals[own].candidate.freedom);
+            let is_plainer = |refit: &Refit| own.is_some_and(|own| rivals[own].is_said_plainer_by(refit));
+            let may_replace = |refit: &Refit| refit.replaces(&present, freedom) || is_plainer(refit);
+            let better = best(&|refit| !is_own(refit) && may_replace(refit)).and_then(|better| {
                 let Refit { candidate, study, .. } = &rivals[better];
                 let new = candidate.term.effect.card().id;
                 let study = Study::fit(study.bench, &study.model, Some(&present.study.warm));
@@ -387,11 +402,11 @@ fn swap<'a>(present: Present<'a>, start: &Model, options: &Options) -> (Present<
                 stays.then_some((better, new, study))
             });
             if let Some((better, new, study)) = better {
-                alike.push(Alike { series: k, effect: new, others: others(better) });
+                alike.push(Alike::of(&rivals, better));
                 swapped.push(Swapped { series: k, old: id, new });
                 present = Present::new(study);
-            } else if let Some(own) = best(&is_own) {
-                alike.push(Alike { series: k, effect: id, others: others(own) });
+            } else if let Some(own) = own {
+                alike.push(Alike::of(&rivals, own));
             }
         }
     }

@@ -53,11 +53,11 @@ const TAKEN_OUT: Range<f64> = 0.5..SQRT_2;
 /// a free shape, for one more at most.
 pub(super) fn prefer_plainer(refits: &mut [Refit], present: &Present) {
     let Some(best) = refits.first() else { return };
-    let measured = |r: &Refit| !r.candidate.term.effect.card().needs.is_empty();
     let plainer = (1..refits.len()).find(|&k| {
         let r = &refits[k];
         let (own, other) = (r.candidate.freedom, best.candidate.freedom);
-        let simpler = own < other || measured(r) && !measured(best) && own <= other + 1;
+        let simpler =
+            own < other || r.goes_with_what_is_measured() && !best.goes_with_what_is_measured() && own <= other + 1;
         r.candidate.series == best.candidate.series
             && simpler
             && (r.significant() || r.passes(present))
@@ -122,6 +122,20 @@ impl Refit<'_> {
             && !self.at_bound()
             && self.excess <= (1.0 + CLOSE) * before
             && self.gls.log_likelihood > present.gls.log_likelihood + PARAMETER * (1.0 + more)
+    }
+
+    /// Whether `other`, which may stand in its place, says as much with fewer parameters, and needs no free shape for a
+    /// measured channel.
+    #[must_use]
+    pub fn is_said_plainer_by(&self, other: &Refit) -> bool {
+        other.candidate.freedom < self.candidate.freedom
+            && (other.goes_with_what_is_measured() || !self.goes_with_what_is_measured())
+            && other.significant()
+            && (self.alike(other) || self.hardly_beats(other))
+    }
+
+    fn goes_with_what_is_measured(&self) -> bool {
+        !self.candidate.term.effect.card().needs.is_empty()
     }
 
     /// Rise of ln L less what its parameters are worth, to choose among some that are all good enough.

@@ -7,6 +7,7 @@ use super::{
     rank::{drop_driven, prefer_plainer, rank},
 };
 use crate::{
+    Model,
     effects::{Effect, Stage},
     evidence::{
         floor,
@@ -255,11 +256,12 @@ impl<'a> Present<'a> {
         pair(&Scanner::new(&self.study, &self.gls, &self.draws), axis, &own)
     }
 
-    /// Those suspects of one axis that `wanted` names, refitted.
+    /// Those suspects of one axis that `wanted` names, refitted beside the others as they stand in `joint`.
     #[must_use]
     pub fn rivals(
         &self,
         series: usize,
+        joint: &Model,
         extra: &[&'static dyn Effect],
         wanted: impl Fn(&str) -> bool,
     ) -> Vec<Refit<'a>> {
@@ -267,17 +269,24 @@ impl<'a> Present<'a> {
         list.retain(|c| {
             c.series == series && c.term.effect.stage() != Stage::Reading && wanted(c.term.effect.card().id)
         });
-        parallel::map(&list, |candidate| self.refit(candidate.clone()))
+        parallel::map(&list, |candidate| self.refit_beside(candidate.clone(), joint))
     }
 
     /// A suspect at its exact optimum, held against this model.
     pub(super) fn refit(&self, candidate: Candidate) -> Refit<'a> {
-        self.beside(candidate.term.effect, candidate.series).refit_there(candidate)
+        self.refit_beside(candidate, &self.study.model)
     }
 
-    fn refit_there(&self, mut candidate: Candidate) -> Refit<'a> {
+    /// The same, the other effects setting out from where they stand in `joint`, a model that has the suspect or its like:
+    /// without it they have moved to take its place, and may not find back.
+    pub(super) fn refit_beside(&self, candidate: Candidate, joint: &Model) -> Refit<'a> {
+        self.beside(candidate.term.effect, candidate.series).refit_there(candidate, joint)
+    }
+
+    fn refit_there(&self, mut candidate: Candidate, joint: &Model) -> Refit<'a> {
         let series = candidate.series;
-        let model = with_term_throughout(&self.study, series, &candidate.term);
+        let mut model = with_term_throughout(&self.study, series, &candidate.term);
+        stand_as_in(&mut model, joint, candidate.term.effect);
         let every = self.study.every;
         let study = Study::fit(self.study.bench, &model, Some(&self.study.frozen())).reading(every);
         let has_more = |(k, s): (usize, &Series)| {
@@ -324,6 +333,18 @@ impl<'a> Present<'a> {
         let excess = own.excess * self.excess(series) / base.excess;
         let kept = own.excess;
         Refit { candidate, study, gls, excess, kept, rise, inflation, held_out, p_value, fall, gains, falls }
+    }
+}
+
+/// Puts the terms of a model, but those of one effect, where they stand in another one.
+fn stand_as_in(model: &mut Model, joint: &Model, but: &dyn Effect) {
+    for (own, joint) in model.axes.iter_mut().zip(&joint.axes) {
+        let (Some(own), Some(joint)) = (own, joint) else { continue };
+        for term in own.terms.iter_mut().filter(|term| term.effect.card().id != but.card().id) {
+            if let Some(there) = joint.term(term.effect.card().id) {
+                term.values.clone_from(&there.values);
+            }
+        }
     }
 }
 

@@ -5,7 +5,7 @@
 //! physics stands there with the amplitude that the residual gives it.
 
 use crate::{
-    AxisModel, Term,
+    Term,
     evidence::{
         line::{Line, crest, hann},
         prior::Rough,
@@ -15,6 +15,7 @@ use crate::{
     order::median,
 };
 use realfft::RealFftPlanner;
+use std::ops::RangeInclusive;
 
 /// How many separate lines a log has room for.
 #[must_use]
@@ -27,6 +28,7 @@ pub fn frequencies(t: &[f64]) -> f64 {
 #[must_use]
 pub fn peaks(white: &[Vec<f64>], t: &[f64], series: &Series) -> Vec<f64> {
     let (Some(spectrum), Some(reading)) = (Spectrum::new(white, t), Prominence::new(series)) else { return Vec::new() };
+    // Bins of the residual's lines, and the frequencies at which the reading may have them.
     let mut chosen: Vec<(usize, f64)> = Vec::new();
     for k in spectrum.standing_out() {
         // The side lobes of a line are not lines.
@@ -40,7 +42,16 @@ pub fn peaks(white: &[Vec<f64>], t: &[f64], series: &Series) -> Vec<f64> {
         }
     }
     let rough = Rough::of(&series.t, &series.gyro);
-    chosen.iter().map(|&(_, f)| rough.line(reading.spectrum.line(reading.next_to(f))).frequency).collect()
+    let frequency = |&(k, f): &(usize, f64)| {
+        // Motion hides slow lines in the reading, and the residual has none of it.
+        let is_image = f != k as f64 * spectrum.bin;
+        if !is_image && spectrum.power[k] > reading.at(f) * spectrum.around(k) {
+            spectrum.likeliest(k, white, t)
+        } else {
+            rough.line(reading.spectrum.line(reading.next_to(f))).frequency
+        }
+    };
+    chosen.iter().map(frequency).collect()
 }
 
 /// What looks like a frequency when seen only at `seldom`, up to what rows at `often` can hold: |f ± k/Δt|, Hz.
@@ -55,28 +66,26 @@ fn images(frequency: f64, seldom: &[f64], often: &[f64]) -> Vec<f64> {
 /// Share of the Nyquist frequency up to which lines are looked for.
 const HIGHEST: f64 = 0.98;
 
-/// The strongest frequency, Hz, where it stands out of what noise alone (`draws`, whitened) shows anywhere, and where the
-/// reading's own line would drown in the motion about it.
+/// The strongest frequency, Hz, that stands out of what noise alone (`draws`, whitened) shows anywhere near it, and where the
+/// reading's own line would drown in the motion about it. An encoder's steps draw lines where a rate is held, which hide none
+/// elsewhere.
 #[must_use]
 pub fn beyond_noise(white: &[Vec<f64>], draws: &[Vec<Vec<f64>>], t: &[f64], series: &Series) -> Option<f64> {
-    let spectrum = Spectrum::new(white, t)?;
-    let top = *spectrum.tops().first()?;
-    let highest = |draw: &Vec<Vec<f64>>| {
-        let noise = Spectrum::new(draw, t)?;
-        noise.tops().first().map(|&k| noise.power[k])
-    };
-    let usual = draws.iter().filter_map(highest).fold(0.0, f64::max);
-    let reading = Prominence::new(series)?;
-    let drowned = reading.around(top as f64 * spectrum.bin) > DROWNED * reading.quiet();
-    let line = |channel: &Vec<f64>| Line::top(spectrum.line(top), spectrum.bin, t, channel);
-    let highest = || white.iter().map(line).max_by(|a, b| a.size().total_cmp(&b.size()));
-    (drowned && spectrum.power[top] > BEYOND * usual).then(highest).flatten().map(|line| line.frequency)
+    let (spectrum, reading) = (Spectrum::new(white, t)?, Prominence::new(series)?);
+    let noise: Vec<Spectrum> = draws.iter().filter_map(|draw| Spectrum::new(draw, t)).collect();
+    let highest = |k: usize| noise.iter().flat_map(|noise| &noise.power[noise.near(k)]).copied().fold(0.0, f64::max);
+    let is_drowned = |k: usize| reading.around(k as f64 * spectrum.bin) > DROWNED * reading.quiet();
+    let mut tops = spectrum.tops().into_iter().take(TOPS);
+    tops.find(|&k| spectrum.power[k] > BEYOND * highest(k) && is_drowned(k)).map(|k| spectrum.likeliest(k, white, t))
 }
+
+/// Tops of a spectrum that are looked at, highest first.
+const TOPS: usize = 100;
 
 /// Times the reading's quietest part of the spectrum at which motion hides a line.
 const DROWNED: f64 = 100.0;
 
-/// Times the highest line of all draws of noise alone.
+/// Times the highest line near it of all draws of noise alone.
 const BEYOND: f64 = 2.0;
 
 /// Power of the reading about a frequency over the median of its neighbourhood.
@@ -177,8 +186,17 @@ impl Spectrum {
 
     /// Median power about a bin.
     fn around(&self, k: usize) -> f64 {
-        let near = k.saturating_sub(AROUND)..=(k + AROUND).min(self.power.len() - 1);
-        median(self.power[near].to_vec()).unwrap_or(0.0)
+        median(self.power[self.near(k)].to_vec()).unwrap_or(0.0)
+    }
+
+    fn near(&self, k: usize) -> RangeInclusive<usize> {
+        k.saturating_sub(AROUND)..=(k + AROUND).min(self.power.len() - 1)
+    }
+
+    /// The likeliest frequency about bin `k`, Hz, by that of the channels which has most of it.
+    fn likeliest(&self, k: usize, channels: &[Vec<f64>], t: &[f64]) -> f64 {
+        let lines = channels.iter().map(|channel| Line::likeliest(self.line(k), self.bin, t, channel));
+        lines.max_by(|a, b| a.size().total_cmp(&b.size())).map_or_else(|| self.line(k), |line| line.frequency)
     }
 
     /// The frequency of the line about bin `k`, Hz.
@@ -190,17 +208,16 @@ impl Spectrum {
 /// Whether the gyro's own spectrum holds the line of a fitted tone.
 #[must_use]
 pub fn is_read(study: &Study, series: usize, term: &Term) -> bool {
-    let series = &study.bench.problem.series[series];
     let [sine, cosine, frequency] = term.values[..] else { return false };
-    let alpha = study.model.axes[series.axis.index()].as_ref().map_or(1.0, AxisModel::alpha);
-    in_reading(series, frequency, sine, cosine, alpha)
+    is_felt(study, series, Line { frequency, sine, cosine })
 }
 
-/// Whether the reading holds `sine` sin 2πft + `cosine` cos 2πft, rad/s, to half its size.
+/// Whether the sensor, as a model has it, felt this line to half its size, rad/s.
 #[must_use]
-pub fn in_reading(series: &Series, frequency: f64, sine: f64, cosine: f64, alpha: f64) -> bool {
-    let read = Line::at(frequency, &series.t, &series.gyro);
-    (alpha * read.sine - sine).hypot(alpha * read.cosine - cosine) < 0.5 * sine.hypot(cosine)
+pub fn is_felt(study: &Study, series: usize, line: Line) -> bool {
+    let problem = &study.bench.problem;
+    let felt = Line::at(line.frequency, &problem.series[series].t, &problem.felt(&study.model, series));
+    (felt.sine - line.sine).hypot(felt.cosine - line.cosine) < 0.5 * line.size()
 }
 
 #[cfg(test)]

@@ -21,6 +21,9 @@ const UNUSUAL: f64 = 4.0;
 /// Share of a log that may be lost before the rest of it is not enough for a verdict.
 pub const SILENT: f64 = 0.6;
 
+/// Readings within which a rate error is forgotten that is no wandering bias.
+const FORGOTTEN: f64 = 10.0;
+
 /// Share of a log that may be lost before that is worth a sentence.
 const MENTIONED: f64 = 0.02;
 
@@ -135,8 +138,15 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
     let noise = &present.gls.noise;
     let prior = &present.study.bench.prior[series];
     let span = present.study.bench.windows.tau.last().map_or(1.0, |t| 10.0 * t);
-    let wander = (noise.bias_random_walk * span.sqrt()).max(noise.correlated);
-    let is_wander = wander * span.sqrt() > noise.angle_random_walk;
+    // What is forgotten within some readings is white to whoever looks for longer.
+    let (lasting, white) = if noise.correlation_time < FORGOTTEN * present.study.bench.problem.series[series].span().dt
+    {
+        (0.0, noise.angle_random_walk.hypot(noise.walk_of_correlated()))
+    } else {
+        (noise.correlated, noise.angle_random_walk)
+    };
+    let walked = noise.bias_random_walk * span.sqrt();
+    let is_wander = walked.max(lasting) * span.sqrt() > white;
     if judged.within() {
         let silent = present.study.evaluation.silent();
         if silent > SILENT {
@@ -163,13 +173,12 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
     let largest = noise::of_sensors(prior);
     // Many noises may explain what is left: physics is missing where none of those that sensors have does.
     let noise_alone = noise::cost_of_limits(&present.study, &present.gls, &largest) < UNUSUAL;
-    let slow = suspects.iter().find(|r| r.rise > 5.0 && is_slow(r.candidate.term.effect.card().id));
+    let slow = suspects.iter().find(|r| is_wander && r.rise > 5.0 && is_slow(r.candidate.term.effect.card().id));
     let likely = suspects.iter().find(|r| r.significant());
-    let walked = noise.bias_random_walk * span.sqrt();
-    let wanders = if walked >= noise.correlated {
+    let wanders = if walked >= lasting {
         format!("{} °/s over this log", degrees(walked))
     } else {
-        format!("{} °/s over some {}", degrees(noise.correlated), duration(noise.correlation_time))
+        format!("{} °/s over some {}", degrees(lasting), duration(noise.correlation_time))
     };
     match (noise_alone, slow, likely) {
         (true, Some(r), _) => (
@@ -201,7 +210,7 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
             Verdict::Adequate,
             format!(
                 "what is left is noise, of the gyro {} °/√s and of the reference {} °: no parameter can take it out.",
-                degrees(noise.angle_random_walk),
+                degrees(white),
                 degrees(noise.encoder)
             ),
         ),

@@ -78,6 +78,19 @@ pub fn find(id: &str) -> Option<&'static dyn Effect> {
     CATALOGUE.iter().copied().find(|e| e.card().id == id)
 }
 
+/// ` (did you mean 'X'?)` for the nearest id of the catalogue, or nothing where none is near.
+#[must_use]
+pub fn meant(id: &str) -> String {
+    let known = CATALOGUE.iter().map(|e| e.card().id).map(|known| (strsim::levenshtein(id, known), known));
+    known
+        .min()
+        .filter(|&(changes, known)| changes <= SLIPS || known.contains(id))
+        .map_or_else(String::new, |(_, known)| format!(" (did you mean '{known}'?)"))
+}
+
+/// Letters that differ in a name that is still guessed.
+const SLIPS: usize = 3;
+
 /// Whether the catalogue says of one of two effects that it may be taken for the other.
 #[must_use]
 pub fn are_aliases(a: &str, b: &str) -> bool {

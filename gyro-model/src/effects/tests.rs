@@ -10,6 +10,13 @@ fn aliases_are_so_both_ways() {
     assert!(!are_aliases("delay", "bias-step"));
 }
 
+#[test]
+fn a_slip_of_the_pen_is_guessed() {
+    assert_eq!(meant("scale-facter"), " (did you mean 'scale-factor'?)");
+    assert_eq!(meant("eccentricity"), " (did you mean 'encoder-eccentricity'?)");
+    assert_eq!(meant("something else entirely"), "");
+}
+
 const IDS: [&str; 26] = [
     "scale-factor",
     "bias",

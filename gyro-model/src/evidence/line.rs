@@ -20,9 +20,13 @@ impl Line {
     #[must_use]
     pub fn at(frequency: f64, t: &[f64], values: &[f64]) -> Self {
         let (t0, span) = (t[0], t[t.len() - 1] - t[0]);
+        Self::weighted(frequency, t, values, |t| 0.5 - 0.5 * (TAU * (t - t0) / span).cos())
+    }
+
+    fn weighted(frequency: f64, t: &[f64], values: &[f64], weight: impl Fn(f64) -> f64) -> Self {
         let (mut s, mut c, mut sum) = (0.0, 0.0, 0.0);
-        for (t, value) in t.iter().zip(values).filter(|(_, value)| value.is_finite()) {
-            let w = 0.5 - 0.5 * (TAU * (t - t0) / span).cos();
+        for (&t, value) in t.iter().zip(values).filter(|(_, value)| value.is_finite()) {
+            let w = weight(t);
             let (sin, cos) = (TAU * frequency * t).sin_cos();
             s += w * value * sin;
             c += w * value * cos;
@@ -34,9 +38,19 @@ impl Line {
     /// The largest line about a frequency that is known to `near`, Hz.
     #[must_use]
     pub fn top(frequency: f64, near: f64, t: &[f64], values: &[f64]) -> Self {
-        let (mut best, mut step) = (Self::at(frequency, t, values), near);
+        Self::largest(frequency, near, |f| Self::at(f, t, values))
+    }
+
+    /// The same by equal weights: beside white noise, and nothing else, the likeliest.
+    #[must_use]
+    pub fn likeliest(frequency: f64, near: f64, t: &[f64], values: &[f64]) -> Self {
+        Self::largest(frequency, near, |f| Self::weighted(f, t, values, |_| 1.0))
+    }
+
+    fn largest(frequency: f64, near: f64, at: impl Fn(f64) -> Self) -> Self {
+        let (mut best, mut step) = (at(frequency), near);
         for _ in 0..HALVINGS {
-            let beside = [best.frequency - step, best.frequency + step].map(|f| Self::at(f, t, values));
+            let beside = [best.frequency - step, best.frequency + step].map(&at);
             best = beside.into_iter().fold(best, |best, own| if own.size() > best.size() { own } else { best });
             step *= 0.5;
         }
@@ -87,5 +101,8 @@ mod tests {
         let found = Line::top(83.2, 0.03, &t, &values);
         assert!((found.frequency - 83.21).abs() < 1e-3, "{found:?}");
         assert!((found.size() - 0.02).abs() < 1e-3, "{found:?}");
+        let alone: Vec<f64> = t.iter().map(|t| 0.02 * (TAU * 83.21 * t + 0.4).cos()).collect();
+        let likeliest = Line::likeliest(83.2, 0.03, &t, &alone);
+        assert!((likeliest.frequency - 83.21).abs() < 3e-4 && (likeliest.size() - 0.02).abs() < 1e-4, "{likeliest:?}");
     }
 }

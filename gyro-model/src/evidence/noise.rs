@@ -72,12 +72,17 @@ impl NoiseModel {
         self.correlated > 0.0 && self.correlation_time > LASTS * span
     }
 
+    /// N of its correlated rate to a filter that looks for longer than it lasts, rad/√s: N² = 2 s² T.
+    pub(crate) fn walk_of_correlated(&self) -> f64 {
+        self.correlated * (2.0 * self.correlation_time).sqrt()
+    }
+
     /// As the model file has it, for a log of this mean square rate. A rate error s that is correlated over a time T is white
     /// to a filter that looks for longer, of N² = 2 s² T, as far as the sensors' own signals say that there is so much: beneath
     /// an encoder's noise the one looks like the other.
     #[must_use]
     pub fn summary(&self, rate_square: f64, prior: &Prior) -> Noise {
-        let short = self.correlated * (2.0 * self.correlation_time).sqrt();
+        let short = self.walk_of_correlated();
         let known = if prior.assumed { 0.0 } else { prior.angle_random_walk };
         let white = self.angle_random_walk.hypot(short).min(self.angle_random_walk.max(known));
         Noise {

@@ -443,9 +443,12 @@ pub fn encoder_noise(encoder: &Encoder, shaft: (&[f64], &[f64]), gyro: (&[f64], 
         return 0.0;
     }
     let of = |spread: Spread| if spread.uneven() { spread.quiet } else { spread.mean };
-    let own = Spread::of(moving().map(|(seen, _)| *seen).collect());
+    let mut seen: Vec<f64> = moving().map(|(seen, _)| *seen).collect();
+    seen.sort_by(f64::total_cmp);
+    let quiet = seen[seen.len() / 10] / TENTH;
+    let own = Spread::of(seen);
     // What is here and not there is no noise: jerks that gyro and encoder see each in its own way.
-    if own.mean > EVEN * own.quiet {
+    if own.mean > EVEN * quiet {
         return 0.0;
     }
     let made = moving().map(|(_, made)| made).sum::<f64>() / count as f64;
@@ -463,6 +466,8 @@ pub fn encoder_noise(encoder: &Encoder, shaft: (&[f64], &[f64]), gyro: (&[f64], 
 
 /// Share of the variance that an encoder's steps make that is moved through.
 const MOVES: f64 = 0.5;
+/// What share of their mean the variances of the quietest tenth of such stretches lie at, for white noise.
+const TENTH: f64 = 0.386;
 /// Times what the quietest stretches say that noise which is everywhere the same may be in the mean.
 const EVEN: f64 = 1.5;
 /// Stretches of the log that the noise of an encoder is told from, and the share of what its steps make it err by that it has to be.

@@ -307,45 +307,33 @@ impl Problem {
         if timing.is_empty() { integral(&s.t, &rate) } else { restamped(s, 0.0, &rate, &timing) }
     }
 
+    /// The rate that a sensor felt, its readings' scale, bias and response undone, its errors still in it, rad/s.
+    #[must_use]
+    pub fn felt(&self, model: &Model, series: usize) -> Vec<f64> {
+        let s = &self.series[series];
+        let terms = &self.axis(model, s).terms;
+        felt(s, terms, &lost(s, terms))
+    }
+
     /// One axis: compensated rate, its angle at the reference rows, the reference less its own errors.
     fn track(&self, s: &Series, terms: &[Term], index: usize, warm: &[Warm]) -> Track {
         let of = |stage: Stage| terms.iter().filter(move |t| t.effect.stage() == stage);
-        let (mut alpha, mut delta) = (1.0, 0.0);
-        for term in of(Stage::Calibration) {
-            match term.effect.card().id {
-                "scale-factor" => alpha = term.values[0],
-                _ => delta = term.values[0],
-            }
-        }
-        let mut lost = s.missing.clone();
-        for term in of(Stage::Reading) {
-            // A reading that stays short of the limit by less than its noise is one that the noise kept there.
-            for (l, &g) in lost.iter_mut().zip(&s.gyro) {
-                *l |= [-s.margin, 0.0, s.margin].iter().any(|m| term.effect.lost(&term.values, g + m));
-            }
-        }
+        let mut lost = lost(s, terms);
         let response: Vec<&Term> = of(Stage::Response).collect();
         let timing: Vec<&Term> = of(Stage::Timing).collect();
         let mut unsure = displaced(&s.t, &lost, &response, &timing);
-        let mut rate: Vec<f64> = s.gyro.iter().map(|g| alpha * g + delta).collect();
-        if !response.is_empty() {
-            smooth_over(&s.t, &lost, &mut rate);
-        }
+        let mut rate = felt(s, terms, &lost);
         for without in [&warm[index].unsure, &warm[index].left_out] {
             merge(&mut lost, without);
         }
-        let (mount, sensor): (Vec<&Term>, Vec<&Term>) =
-            response.iter().partition(|t| t.effect.card().id == "mount-resonance");
-        for term in sensor {
+        let errors: Vec<&Term> = of(Stage::Felt).collect();
+        if !errors.is_empty() {
+            merge(&mut unsure, &self.subtract_errors(s, &errors, index, warm, &mut rate));
+        }
+        for term in response.into_iter().filter(|term| is_of_mount(term)) {
             rate = term.effect.undo_response_whole(&term.values, &s.t, &rate);
         }
-        let felt: Vec<&Term> = of(Stage::Felt).collect();
-        if !felt.is_empty() {
-            merge(&mut unsure, &self.subtract_felt(s, &felt, index, warm, &mut rate));
-        }
-        for term in mount {
-            rate = term.effect.undo_response_whole(&term.values, &s.t, &rate);
-        }
+        let alpha = calibration(terms).0;
         let whole =
             if timing.is_empty() { angle_of(s, alpha, &rate, &s.t) } else { restamped(s, alpha, &rate, &timing) };
         let angle = s.reference_rows.iter().map(|&k| whole[k]).collect();
@@ -366,9 +354,16 @@ impl Problem {
 
     /// ω̂ = u − Σ error(ω̂), the errors at the warm rate: the fixed point is in the refreshing of it. Gives the samples
     /// at which an error is a guess.
-    fn subtract_felt(&self, s: &Series, felt: &[&Term], index: usize, warm: &[Warm], rate: &mut [f64]) -> Vec<bool> {
-        let (ahead, felt): (Vec<&Term>, Vec<&Term>) = felt.iter().partition(|t| t.effect.is_play());
-        let mut memories = vec![Memory::default(); felt.len()];
+    fn subtract_errors(
+        &self,
+        s: &Series,
+        errors: &[&Term],
+        index: usize,
+        warm: &[Warm],
+        rate: &mut [f64],
+    ) -> Vec<bool> {
+        let (ahead, errors): (Vec<&Term>, Vec<&Term>) = errors.iter().partition(|t| t.effect.is_play());
+        let mut memories = vec![Memory::default(); errors.len()];
         for (k, rate) in rate.iter_mut().enumerate() {
             let mut signals = s.signals[k];
             for (other, w) in self.series.iter().zip(warm) {
@@ -377,7 +372,7 @@ impl Problem {
             signals.rate_dot = warm[index].rate_dot[k];
             signals.angle = warm[index].angle[k];
             let mut sum = 0.0;
-            for (term, memory) in felt.iter().zip(&mut memories) {
+            for (term, memory) in errors.iter().zip(&mut memories) {
                 sum += term.effect.error_seen(&term.values, &signals, memory);
             }
             *rate -= sum;
@@ -393,6 +388,49 @@ impl Problem {
         }
         unsure
     }
+}
+
+/// α and δ of the calibration ω̂ = α ω_g + δ.
+fn calibration(terms: &[Term]) -> (f64, f64) {
+    let (mut alpha, mut delta) = (1.0, 0.0);
+    for term in terms.iter().filter(|term| term.effect.stage() == Stage::Calibration) {
+        match term.effect.card().id {
+            "scale-factor" => alpha = term.values[0],
+            _ => delta = term.values[0],
+        }
+    }
+    (alpha, delta)
+}
+
+/// Readings that say nothing: those that are missing, and those that a limit cut off.
+fn lost(s: &Series, terms: &[Term]) -> Vec<bool> {
+    let mut lost = s.missing.clone();
+    for term in terms.iter().filter(|term| term.effect.stage() == Stage::Reading) {
+        // A reading that stays short of the limit by less than its noise is one that the noise kept there.
+        for (l, &g) in lost.iter_mut().zip(&s.gyro) {
+            *l |= [-s.margin, 0.0, s.margin].iter().any(|m| term.effect.lost(&term.values, g + m));
+        }
+    }
+    lost
+}
+
+/// What a sensor felt: its readings calibrated, and its own response undone.
+fn felt(s: &Series, terms: &[Term], lost: &[bool]) -> Vec<f64> {
+    let (alpha, delta) = calibration(terms);
+    let mut rate: Vec<f64> = s.gyro.iter().map(|g| alpha * g + delta).collect();
+    let mut response = terms.iter().filter(|term| term.effect.stage() == Stage::Response).peekable();
+    if response.peek().is_some() {
+        smooth_over(&s.t, lost, &mut rate);
+    }
+    for term in response.filter(|term| !is_of_mount(term)) {
+        rate = term.effect.undo_response_whole(&term.values, &s.t, &rate);
+    }
+    rate
+}
+
+/// Whether a response is that of what carries the sensor: what it adds is felt.
+fn is_of_mount(term: &Term) -> bool {
+    term.effect.card().id == "mount-resonance"
 }
 
 /// Standard deviations of the reference's noise that an axis has to turn by, in the root mean square.

@@ -19,7 +19,7 @@ pub struct Hidden {
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum HiddenError {
     /// No such effect.
-    #[error("there is no effect '{id}': `truerate effects` lists them")]
+    #[error("no effect '{id}'{}; `truerate effects` lists them all", effects::meant(.id))]
     NoSuchEffect {
         /// As written.
         id: String,
