@@ -152,6 +152,8 @@ impl Normal {
 pub struct Options {
     /// At most so many accepted or refused steps.
     pub max_iterations: usize,
+    /// At most so many accepted ones.
+    pub max_accepted: usize,
     /// Converged when a step changes the cost by less than this share.
     pub tolerance: f64,
     /// Or by less than this.
@@ -168,6 +170,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             max_iterations: 50,
+            max_accepted: usize::MAX,
             tolerance: 1e-12,
             absolute: 0.0,
             damping: 1e-6,
@@ -229,8 +232,8 @@ pub fn minimise(
             normal = evaluate(&values, true);
             iterations.push(Iteration { values: values.clone(), cost: normal.cost });
             lambda = (lambda * 0.1).max(1e-12);
-            if fall <= enough(normal.cost) {
-                converged = true;
+            converged = fall <= enough(normal.cost);
+            if converged || iterations.len() > options.max_accepted {
                 break;
             }
         } else {

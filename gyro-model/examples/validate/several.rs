@@ -11,8 +11,9 @@ use crate::{
 };
 use gyro_model::{
     Axis, Model,
-    diagnose::verdict::SILENT,
+    effects::Stage,
     evidence::study::{Bench, Study},
+    fit::FitError,
     simulate::{Motion, Scenario, Simulated, simulate},
 };
 use rand::{RngExt, SeedableRng};
@@ -71,12 +72,26 @@ fn is_right_or_ambiguous(scenario: &Scenario, outcome: &Outcome) -> bool {
     outcome.added.len() == scenario.hidden.len() && scenario.hidden.iter().all(|h| found(h.effect.card().id))
 }
 
-/// Whether the very model that was simulated leaves enough of the log for a verdict: inside a play or a dead zone, or beyond the
-/// range, a reading does not tell the rate.
-fn tells_the_rate(simulated: &Simulated, axis: Axis) -> bool {
-    let bench = Bench::new(&simulated.record, &[axis], &simulated.truth);
-    bench.is_some_and(|bench| Study::held(&bench, &simulated.truth).evaluation.silent() <= SILENT)
+/// Standard errors by which the least of the hidden effects stands out of a log, the simulated model fitted with it and without:
+/// √(2 Δ ln L). What a limit hides is read off.
+fn stands_out(simulated: &Simulated, axis: Axis) -> Option<f64> {
+    let bench = Bench::new(&simulated.record, &[axis], &simulated.truth)?;
+    let with = Study::fit(&bench, &simulated.truth, None);
+    let all = with.identify(&[]);
+    let terms = &simulated.truth.axes[axis.index()].as_ref()?.terms;
+    let is_hidden = |k: &usize| !matches!(terms[*k].effect.stage(), Stage::Calibration | Stage::Reading);
+    let rise = |k: usize| {
+        let mut model = with.model.clone();
+        model.axes[axis.index()].as_mut()?.terms.remove(k);
+        let without = Study::fit(&bench, &model, Some(&with.frozen())).identify(&[all.noise]);
+        Some(all.log_likelihood - without.log_likelihood)
+    };
+    let rises: Option<Vec<f64>> = (0..terms.len()).filter(is_hidden).map(rise).collect();
+    Some((2.0 * rises?.into_iter().fold(f64::INFINITY, f64::min)).max(0.0).sqrt())
 }
+
+/// Where the table of what stands out is divided, in standard errors: what is named half of the time has about 4.5.
+const DIVIDED: [f64; 4] = [3.0, 4.5, 9.0, 18.0];
 
 /// Runs it and prints shares and failures.
 pub fn study(arguments: &Arguments, run: &Run) -> Result<(), Box<dyn Error>> {
@@ -95,26 +110,28 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), Box<dyn Error>> {
         // A bias is that at the voltage which counts as usual: the same one in the truth and here.
         let start = Model { origin: simulated.truth.origin, ..Model::base_for(&simulated.record) };
         let outcome = Outcome::climb(&simulated.record, &start, axis, detail)?;
-        let tells = tells_the_rate(&simulated, axis);
-        Ok(Some((scenario, simulated.truth, outcome, tells)))
+        let by = stands_out(&simulated, axis).ok_or(FitError::TooShort(axis))?;
+        if detail {
+            eprintln!("The least hidden effect stands out by {by:.1} standard errors.");
+        }
+        Ok(Some((scenario, simulated.truth, outcome, by)))
     })?;
-    let (mut right, mut ambiguous, mut told) = (0, 0, (0, 0));
+    let (mut right, mut ambiguous, mut standing) = (0, 0, [(0, 0); DIVIDED.len() + 1]);
     let mut within: BTreeMap<String, (usize, usize)> = BTreeMap::new();
     let (mut failures, mut far) = (Vec::new(), Vec::new());
     for (trial, result) in &results {
-        let Some((scenario, truth, outcome, tells)) = result else {
+        let Some((scenario, truth, outcome, by)) = result else {
             return Err("detection.csv does not have every effect".into());
         };
         let axis = scenario.sensor.axis;
         let named = is_right_or_ambiguous(scenario, outcome);
         ambiguous += usize::from(named);
-        if *tells {
-            told = (told.0 + usize::from(named), told.1 + 1);
-        }
+        let part = &mut standing[DIVIDED.partition_point(|from| from <= by)];
+        *part = (part.0 + usize::from(named), part.1 + 1);
         if !is_right(scenario, outcome) {
             let hidden: Vec<&str> = scenario.hidden.iter().map(|h| h.effect.card().id).collect();
             failures.push(format!(
-                "- `--only {}`, {:?}: hidden {}, found {}",
+                "- `--only {}`, {:?}: hidden {}, the least {by:.1} σ, found {}",
                 trial.name,
                 scenario.motion,
                 hidden.join(" + "),
@@ -141,9 +158,15 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), Box<dyn Error>> {
     }
     println!("All found by their own names and none invented: {}.", share(right, results.len()));
     println!("Or ambiguous with the right name, where a pair of aliases applies: {}.", share(ambiguous, results.len()));
-    println!("Of the logs that tell the rate for long enough, the hidden effects known: {}.", share(told.0, told.1));
     let sum = within.values().fold((0, 0), |sum, entry| (sum.0 + entry.0, sum.1 + entry.1));
     println!("Parameters within {SIGMA} standard errors: {}.\n", share(sum.0, sum.1));
+    let mut table = Table::new(&["the least effect stands out by", "right or ambiguous"]);
+    for (k, (right, all)) in standing.into_iter().enumerate() {
+        let from = k.checked_sub(1).map_or(0.0, |k| DIVIDED[k]);
+        let to = DIVIDED.get(k).map_or_else(|| "more".to_owned(), |to| format!("{to} σ"));
+        table.row([format!("{from} to {to}"), share(right, all)]);
+    }
+    table.print();
     let mut table = Table::new(&["parameter", "within 3 standard errors"]);
     for (name, (near, all)) in within {
         table.row([name, share(near, all)]);

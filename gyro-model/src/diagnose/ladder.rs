@@ -13,7 +13,7 @@ use super::{
 use crate::{
     Axis, AxisModel, Model, Record, Term,
     diagnosis::{AxisLadder, LadderStep, Verdict},
-    effects::Stage,
+    effects::{CATALOGUE, Stage, are_aliases, find},
     evidence::study::{Bench, Study},
     fit,
 };
@@ -47,7 +47,7 @@ impl Alike {
         let id = |refit: &Refit| refit.candidate.term.effect.card().id;
         let effect = id(&rivals[own]);
         let mut others = aliases(rivals, own, true);
-        others.retain(|other| other != effect);
+        others.retain(|other| are_aliases(effect, other));
         others.dedup();
         let stays = |other: &&str| *other != effect && !rivals.iter().any(|r| id(r) == *other && rivals[own].alike(r));
         let told_apart = rivals.iter().map(id).filter(stays).unique().collect();
@@ -209,10 +209,10 @@ fn exchange<'a>(
     let bench = present.study.bench;
     let axes: Vec<Axis> = bench.problem.series.iter().map(|s| s.axis).collect();
     added(present, start, axes[series]).into_iter().find_map(|old| {
-        let whole = crate::effects::find(old).is_some_and(of_whole_sensor);
+        let whole = find(old).is_some_and(of_whole_sensor);
         let has = |k: &usize| *k == series || whole && added(present, start, axes[*k]).contains(&old);
         let own: Vec<usize> = (0..axes.len()).filter(has).collect();
-        let tried = in_the_place_of(old, present, series, options).into_iter().filter_map(|rival| {
+        let tried = in_the_place_of(old, present, series, options, are_aliases).into_iter().filter_map(|rival| {
             let term = &rival.candidate.term;
             let new = term.effect.card().id;
             if new == old || rival.at_bound() {
@@ -235,16 +235,29 @@ fn exchange<'a>(
     })
 }
 
-/// An effect of the model and those of the catalogue that it may be taken for, each refitted in its place.
-fn in_the_place_of<'a>(id: &str, present: &Present<'a>, series: usize, options: &Options) -> Vec<Refit<'a>> {
-    let aliases = crate::effects::find(id).map_or(&[][..], |effect| effect.card().aliases);
+/// An effect of the model and those that are its `like`, each refitted in its place.
+fn in_the_place_of<'a>(
+    id: &'static str,
+    present: &Present<'a>,
+    series: usize,
+    options: &Options,
+    like: impl Fn(&str, &str) -> bool,
+) -> Vec<Refit<'a>> {
     let axis = present.study.bench.problem.series[series].axis;
-    let Some((without, _)) = (!aliases.is_empty()).then(|| without(present, axis, id)).flatten() else {
+    if !CATALOGUE.iter().any(|other| like(id, other.card().id)) {
         return Vec::new();
-    };
+    }
+    let Some((without, _)) = without(present, axis, id) else { return Vec::new() };
     (options.progress)(id);
-    let wanted = |rival: &str| rival == id || aliases.iter().any(|a| a.id == rival);
+    let wanted = |rival: &str| rival == id || like(id, rival);
     without.rivals(series, &present.study.model, options.own_effects, wanted)
+}
+
+/// Whether one of these may stand where the other does: what the catalogue says may be taken for one another, and all that makes
+/// a whole sensor late or slow, which one frequency does not tell apart.
+fn may_stand_for(a: &str, b: &str) -> bool {
+    let is_of_whole = |id: &str| find(id).is_some_and(of_whole_sensor);
+    are_aliases(a, b) || a != b && is_of_whole(a) && is_of_whole(b)
 }
 
 /// The model with the effect that one axis has just got on another one too, where it passes there, or where it is one that
@@ -382,7 +395,7 @@ fn swap<'a>(present: Present<'a>, start: &Model, options: &Options) -> (Present<
             continue;
         }
         for id in added {
-            let rivals = in_the_place_of(id, &present, k, options);
+            let rivals = in_the_place_of(id, &present, k, options, may_stand_for);
             let is_own = |refit: &Refit| refit.candidate.term.effect.card().id == id;
             let best = |keep: &dyn Fn(&Refit) -> bool| {
                 let kept = (0..rivals.len()).filter(|&r| keep(&rivals[r]));
@@ -392,7 +405,8 @@ fn swap<'a>(present: Present<'a>, start: &Model, options: &Options) -> (Present<
             let own = best(&is_own);
             let freedom = own.map_or(1, |own| rivals[own].candidate.freedom);
             let is_plainer = |refit: &Refit| own.is_some_and(|own| rivals[own].is_said_plainer_by(refit));
-            let may_replace = |refit: &Refit| refit.replaces(&present, freedom) || is_plainer(refit);
+            let is_alias = |refit: &Refit| are_aliases(id, refit.candidate.term.effect.card().id);
+            let may_replace = |refit: &Refit| is_alias(refit) && refit.replaces(&present, freedom) || is_plainer(refit);
             let better = best(&|refit| !is_own(refit) && may_replace(refit)).and_then(|better| {
                 let Refit { candidate, study, .. } = &rivals[better];
                 let new = candidate.term.effect.card().id;

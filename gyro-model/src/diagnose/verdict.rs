@@ -19,7 +19,7 @@ const UNEXCITED: f64 = 0.03;
 /// Fall of ln L that says that the noise is not one that sensors have.
 const UNUSUAL: f64 = 4.0;
 /// Share of a log that may be lost before the rest of it is not enough for a verdict.
-pub const SILENT: f64 = 0.6;
+pub(crate) const SILENT: f64 = 0.6;
 
 /// Readings within which a rate error is forgotten that is no wandering bias.
 const FORGOTTEN: f64 = 10.0;

@@ -131,7 +131,8 @@ impl<'a> Study<'a> {
                     }
                     normal
                 },
-                &nls::Options { max_iterations: 2, tolerance: 1e-6, ..nls::Options::default() },
+                // However far a step has to be shortened before it is taken: a shape's first one may lead anywhere.
+                &nls::Options { max_accepted: 2, tolerance: 1e-6, ..nls::Options::default() },
             );
             assign(problem, &mut model, &slots, &solution.values);
             unobservable = solution.unobservable;
