@@ -85,7 +85,8 @@ impl Refit<'_> {
         if little && !self.leaves_it_out(present) && !self.is_plain(present) {
             return false;
         }
-        if self.excess > ROUGH && (self.is_outsized() || tone && self.share(present).is_none_or(|s| s < DOMINATES)) {
+        let hides = tone && !self.is_plain_line() && self.share(present).is_none_or(|s| s < DOMINATES);
+        if self.excess > ROUGH && (self.is_outsized() || hides) {
             return false;
         }
         // What shows at one instant (a step) cannot be held out block by block in likelihood, but in the error it can.
@@ -95,7 +96,16 @@ impl Refit<'_> {
         let throughout = self.held_out.0 > THROUGHOUT * self.held_out.1 || self.fall.0 > 2.0 * self.fall.1 || at_times;
         let holds = self.held_out.0 > 0.25 * self.rise.min(40.0) && throughout;
         (holds || self.fall.0 > 4.0 * self.fall.1)
-            && (!one_shot(self) || self.p_value < ONE_SHOT || self.dominates(present))
+            && (!one_shot(self)
+                || self.p_value < ONE_SHOT
+                || self.p_value < SMOOTH && self.leaves_nothing(present)
+                || self.dominates(present))
+    }
+
+    /// Whether it takes all of an error that is no noise, throughout the log: what wanders leaves something beside a shape so
+    /// simple.
+    fn leaves_nothing(&self, present: &Present) -> bool {
+        self.before(present) > ROUGH && self.excess < UNEVEN && self.fall.0 > 4.0 * self.fall.1
     }
 
     /// Whether it is plain on the samples that it keeps, and the excess stands in those that it has to leave out: where it
@@ -113,7 +123,16 @@ impl Refit<'_> {
     /// Whether it is plain beside a bias that wanders, of which the excess is, no more than such wander makes: whatever the
     /// share of that it removes.
     fn is_plain(&self, present: &Present) -> bool {
-        self.before(present) < ROUGH && self.p_value < ONE_SHOT && self.leaves_noise()
+        self.before(present) < ROUGH && self.p_value < ONE_SHOT && self.leaves_noise() || self.is_plain_line()
+    }
+
+    /// Whether it is a tone that the sensor felt, plain beside a bias that wanders, however much: no wander draws a line.
+    fn is_plain_line(&self) -> bool {
+        let Candidate { series, ref term, .. } = self.candidate;
+        term.effect.card().id == "vibration-tone"
+            && self.p_value < ONE_SHOT
+            && self.leaves_noise()
+            && tone::is_read(&self.study, series, term)
     }
 
     /// Whether what it leaves is noise that sensors have.
@@ -274,6 +293,8 @@ const GATE: f64 = 2e-3;
 /// Significance that an effect needs which shows once in a log (a warming, a drift, a step): the bias of such sensors
 /// wanders, and a wander is easily taken for it.
 const ONE_SHOT: f64 = 1e-4;
+/// The same where it takes all of an error that is no noise.
+const SMOOTH: f64 = 5e-4;
 /// Standard errors over the blocks that the rise of the held-out ln L has to have: what a single block gains has one.
 const THROUGHOUT: f64 = 1.2;
 /// Share of the rise of ln L that has to hold on data that were not fitted, where it does so unevenly.

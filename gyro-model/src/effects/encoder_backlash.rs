@@ -46,8 +46,21 @@ impl Effect for EncoderBacklash {
         &PARAMETERS
     }
 
+    /// Memory, besides that of the play: [1], [2] where the encoder may stand, since nobody knows where in the clearance a log
+    /// begins.
     fn error(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
+        let half = 0.5 * p[0];
+        if memory[6] == 0.0 {
+            [memory[1], memory[2]] = [s.angle - half, s.angle + half];
+        }
+        for end in 1..=2 {
+            memory[end] = memory[end].clamp(s.angle - half, s.angle + half);
+        }
         play(p[0], s.angle, memory) - s.angle
+    }
+
+    fn is_guess(&self, p: &[f64], memory: &Memory) -> bool {
+        memory[2] - memory[1] > 1e-6 * p[0]
     }
 
     /// Between the stops the shaft turns and the encoder stands.

@@ -5,7 +5,8 @@
 //! (simulator, compensation, fit, diagnosis, reports, `truerate effects`) walks [`CATALOGUE`].
 
 pub(crate) use operators::{
-    SIXTH, STEADY, derivative, low_pass, play, quieted, second_derivative, sixth_differences, steadied, white_noise,
+    SIXTH, STEADY, derivative, low_pass, play, quieted, second_derivative, sixth_differences, slowed, steadied,
+    white_noise,
 };
 
 use crate::{
@@ -383,6 +384,11 @@ pub trait Effect: Send + Sync {
 
     /// `Reference`: whether a reference that errs by this, rad, says nothing of the angle.
     fn silent(&self, _p: &[f64], _error: f64) -> bool {
+        false
+    }
+
+    /// `Reference`: whether the error that left this in memory is a guess yet: where it starts from nobody knows.
+    fn is_guess(&self, _p: &[f64], _memory: &Memory) -> bool {
         false
     }
 

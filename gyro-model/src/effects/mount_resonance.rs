@@ -1,6 +1,6 @@
 //! `mount-resonance`: a springy plate between shaft and gyro, a second-order response.
 
-use super::{Card, Effect, Memory, ParameterCard, Role, Span, Stage, low_pass, second_derivative};
+use super::{Card, Effect, Memory, ParameterCard, Role, Span, Stage, low_pass, second_derivative, slowed};
 use crate::Axis;
 
 /// The effect.
@@ -91,9 +91,11 @@ impl Effect for MountResonance {
         felt + difference
     }
 
+    /// The same. What is much faster than the mount swings it does not pass on, and the noise there would be made so large that a
+    /// fit would look for the damping which makes least of it.
     fn undo_response_whole(&self, p: &[f64], t: &[f64], felt: &[f64]) -> Vec<f64> {
         let omega = std::f64::consts::TAU * p[0];
-        let curvature = second_derivative(t, felt);
+        let curvature = second_derivative(t, &slowed(t, felt, 1.0 / omega));
         let (mut difference, mut before) = (0.0, 0.0);
         (0..felt.len())
             .map(|k| {

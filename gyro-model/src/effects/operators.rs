@@ -72,6 +72,23 @@ pub(crate) fn steadied(t: &[f64], rate: &[f64]) -> Vec<f64> {
 /// Half width of that window, s.
 pub(crate) const STEADY: f64 = 0.012;
 
+/// The rate without what is faster than three times 1/(2π·`half`), as far as its rows tell that from noise: twice a parabola
+/// through the samples within ±`half` seconds, between the two whole numbers of samples that this lies between. What is as slow as
+/// 1/(2π·`half`) stays to 0.7 %, and half as fast to 0.05 %.
+pub(crate) fn slowed(t: &[f64], rate: &[f64], half: f64) -> Vec<f64> {
+    let n = rate.len();
+    let rows = half * (n - 1) as f64 / (t[n - 1] - t[0]);
+    let (few, more) = (rows as usize, rows.fract());
+    if few < 1 || 4 * few > n {
+        return rate.to_vec();
+    }
+    let twice = |half: usize| {
+        let parabola = Parabola::new(half);
+        parabola.through_all(&parabola.through_all(rate))
+    };
+    twice(few).iter().zip(twice(few + 1)).map(|(a, b)| a + more * (b - a)).collect()
+}
+
 /// The rate without its noise as far as the motion allows: a parabola through as many samples as still leave no more than
 /// noise between the two, and the standard deviation of what is left of the noise.
 pub(crate) fn quieted(t: &[f64], rate: &[f64]) -> (Vec<f64>, f64) {

@@ -341,11 +341,19 @@ impl Problem {
         let mut silent = vec![false; reference.len()];
         for term in of(Stage::Reference) {
             let mut memory = Memory::default();
+            let mut known = 0;
             for ((r, silent), &k) in reference.iter_mut().zip(&mut silent).zip(&s.reference_rows) {
                 let signals = Signals { angle: warm[index].angle[k], ..s.signals[k] };
                 let error = term.effect.error(&term.values, &signals, &mut memory);
                 *silent |= term.effect.silent(&term.values, error);
                 *r -= error;
+                if term.effect.is_guess(&term.values, &memory) {
+                    known = k + 1;
+                }
+            }
+            if known > 0 {
+                unsure.resize(s.t.len(), false);
+                unsure[..known].fill(true);
             }
         }
         let any_lost = lost.iter().any(|&l| l);
