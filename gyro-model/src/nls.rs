@@ -332,6 +332,15 @@ mod tests {
     }
 
     #[test]
+    fn a_first_step_that_leads_too_far_is_shortened_until_it_is_taken() {
+        // From here the first steps end where the curve has long decayed.
+        let start = [3.0, 8.0];
+        let options = Options { max_accepted: 1, ..Options::default() };
+        let s = minimise(&start, &[(-10.0, 10.0), (0.0, 1e6)], |p, _| exponential(p), &options);
+        assert!(s.iterations.len() == 2 && s.cost < exponential(&start).cost, "{:?}", s.iterations);
+    }
+
+    #[test]
     fn bounds_hold() {
         let s = minimise(&[1.0, 3.0], &[(-10.0, 2.0), (0.0, 10.0)], |p, _| exponential(p), &Options::default());
         assert!(s.values[0] <= 2.0);

@@ -163,3 +163,17 @@ fn a_play_is_fitted_and_compared_on_held_rates() {
     assert_eq!(found[0].verdict, Verdict::Adequate, "{}", found[0].says);
     assert!(!found[0].says.contains("not known"), "{}", found[0].says);
 }
+
+/// A light damping makes more of the noise far above the resonance than a heavy one: that is no reason to find it heavier.
+#[test]
+fn a_damping_is_not_what_makes_least_of_the_noise() {
+    for seed in [1, 2, 3] {
+        let hidden = vec![Hidden::parse("mount-resonance:f=8.986,zeta=0.0453", Axis::X).unwrap()];
+        let scenario = Scenario { rate_hz: 400.0, ..scenario(hidden, seed) };
+        let simulated = simulate(&scenario);
+        let fitted = fit(&simulated.record, &simulated.truth, &[Axis::X]).unwrap();
+        let term = fitted.axes[0].as_ref().unwrap().term("mount-resonance").unwrap();
+        let off = (term.values[1] - 0.0453) / term.std_errors[1];
+        assert!(off.abs() < 4.0, "seed {seed}: damping {} ± {}, {off:.1} σ off", term.values[1], term.std_errors[1]);
+    }
+}

@@ -1,7 +1,7 @@
 //! Effects that hide one another.
 
 use gyro_model::{
-    Axis, Model,
+    Axis, Model, Record,
     diagnose::{self, Options},
     diagnosis::{AxisLadder, Verdict},
     simulate::{Hidden, Motion, Scenario, SensorSpec, simulate},
@@ -17,8 +17,11 @@ fn climbed_with(sensor: SensorSpec, hidden: &[&str], motion: Motion, rate_hz: f6
     let axis = sensor.axis;
     let hidden = hidden.iter().map(|text| Hidden::parse(text, axis).unwrap()).collect();
     let scenario = Scenario { motion, seconds: 60.0, rate_hz, sensor, hidden, seed };
-    let record = simulate(&scenario).record;
-    let (_, ladders) = diagnose::ladder(&record, &Model::base_for(&record), &[axis], &Options::default()).unwrap();
+    ladder_of(&simulate(&scenario).record, axis)
+}
+
+fn ladder_of(record: &Record, axis: Axis) -> AxisLadder {
+    let (_, ladders) = diagnose::ladder(record, &Model::base_for(record), &[axis], &Options::default()).unwrap();
     ladders.into_iter().next().unwrap()
 }
 
@@ -115,5 +118,50 @@ fn a_play_does_not_hide_what_readings_at_held_rates_tell() {
         let ladder = climbed(&["rate-hysteresis:h=0.003", other], table, 200.0, 1);
         assert_eq!(added(&ladder), both, "{}", ladder.says);
         assert_ne!(ladder.verdict, Verdict::CannotTell, "{}", ladder.says);
+    }
+}
+
+/// A slow sensor shows a tone at half its size or less, and not when it was: what it felt is what a model's tone is.
+#[test]
+fn a_tone_is_found_that_a_slow_sensor_reads() {
+    for motion in [Motion::Multisine { travel: 6.0 }, Motion::Drive { rate: 1.2, hold: 2.0 }] {
+        let ladder = climbed(&["lag:tau=0.02", "vibration-tone:a_sin=0.03,a_cos=0.01,f=17.3"], motion, 100.0, 1);
+        assert_eq!(added(&ladder), ["lag", "vibration-tone"], "{motion:?}: {}", ladder.says);
+    }
+}
+
+/// The steps of an encoder draw lines where a rate is held, higher than a slow tone, which drowns in the motion of the reading.
+#[test]
+fn a_slow_tone_is_found_below_the_lines_of_an_encoder_at_held_rates() {
+    for seed in [1, 2, 3] {
+        let table = Motion::RateTable { rate: 0.5, hold: 3.0 };
+        let ladder = climbed(&["vibration-tone:a_sin=0.0015,a_cos=0.0008,f=1.7"], table, 200.0, seed);
+        assert_eq!(added(&ladder), ["vibration-tone"], "seed {seed}: {}", ladder.says);
+    }
+}
+
+/// One frequency does not tell how late a sensor is from how it swings: beside gravity, which goes with the same sine, a
+/// resonance leaves as little, and says it with more.
+#[test]
+fn what_is_late_on_one_sine_is_said_by_the_plainest() {
+    let sine = Motion::Sine { amplitude: 1.4652, frequency: 0.46817 };
+    for seed in [19_400_008, 3] {
+        let sensor = SensorSpec { axis: Axis::X, horizontal: true, ..SensorSpec::random(seed) };
+        let hidden = ["delay:d=0.0134", "g-sensitivity:g_x=0,g_y=0,g_z=-0.00104"];
+        let ladder = climbed_with(sensor, &hidden, sine, 100.0, seed);
+        let ids = added(&ladder);
+        let is_late = |id: &&str| ["delay", "lag"].contains(id);
+        assert!(ids.iter().any(is_late) && !ids.contains(&"mount-resonance"), "seed {seed}: {ids:?}, {}", ladder.says);
+    }
+}
+
+/// A bias that drifts makes more error than a tone ever does, and hides it from the error, but not from the spectrum.
+#[test]
+fn a_felt_tone_is_found_beside_any_wander() {
+    for seed in [1, 2, 3] {
+        let sensor = SensorSpec { noise_density: 3.3e-4, ..SensorSpec::on(Axis::X) };
+        let hidden = ["warm-up:a=-0.00186,tau=41", "vibration-tone:a_sin=0.0019,a_cos=0.0025,f=8.24"];
+        let ladder = climbed_with(sensor, &hidden, Motion::Multisine { travel: 6.0 }, 100.0, seed);
+        assert!(added(&ladder).contains(&"vibration-tone"), "seed {seed}: {:?}, {}", ladder.effects, ladder.says);
     }
 }

@@ -72,3 +72,20 @@ impl Effect for EncoderBacklash {
         [3e-5, 1e-4, 3e-4, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035].iter().map(|&b| vec![b]).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn where_a_gear_stands_is_known_once_its_clearance_is_passed() {
+        let (p, mut memory) = ([0.01], Memory::default());
+        let mut is_guess_at = |angle: f64| {
+            let signals = Signals { angle, ..Signals::default() };
+            ENCODER_BACKLASH.error(&p, &signals, &mut memory);
+            ENCODER_BACKLASH.is_guess(&p, &memory)
+        };
+        assert!([0.0, 0.004, 0.002, -0.005].into_iter().all(&mut is_guess_at), "it went through 0.009 of 0.01");
+        assert!(!is_guess_at(-0.0061) && !is_guess_at(0.0), "and then through more");
+    }
+}
