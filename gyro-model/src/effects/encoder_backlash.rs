@@ -53,8 +53,8 @@ impl Effect for EncoderBacklash {
         if memory[6] == 0.0 {
             [memory[1], memory[2]] = [s.angle - half, s.angle + half];
         }
-        for end in 1..=2 {
-            memory[end] = memory[end].clamp(s.angle - half, s.angle + half);
+        for end in &mut memory[1..=2] {
+            *end = end.clamp(s.angle - half, s.angle + half);
         }
         play(p[0], s.angle, memory) - s.angle
     }
