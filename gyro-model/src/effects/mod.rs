@@ -79,14 +79,15 @@ pub fn find(id: &str) -> Option<&'static dyn Effect> {
     CATALOGUE.iter().copied().find(|e| e.card().id == id)
 }
 
-/// ` (did you mean 'X'?)` for the nearest id of the catalogue, or nothing where none is near.
+/// ` (did you mean 'X'?)` for the id of the catalogue that is nearest of those a slip away or that have the name in them, or
+/// nothing where none is.
 #[must_use]
 pub fn meant(id: &str) -> String {
-    let known = CATALOGUE.iter().map(|e| e.card().id).map(|known| (strsim::levenshtein(id, known), known));
-    known
-        .min()
-        .filter(|&(changes, known)| changes <= SLIPS || known.contains(id))
-        .map_or_else(String::new, |(_, known)| format!(" (did you mean '{known}'?)"))
+    let near = CATALOGUE.iter().map(|e| e.card().id).filter_map(|known| {
+        let changes = strsim::levenshtein(id, known);
+        (changes <= SLIPS.min(known.len() - 1) || !id.is_empty() && known.contains(id)).then_some((changes, known))
+    });
+    near.min().map_or_else(String::new, |(_, known)| format!(" (did you mean '{known}'?)"))
 }
 
 /// Letters that differ in a name that is still guessed.

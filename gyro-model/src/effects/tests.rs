@@ -15,6 +15,7 @@ fn a_slip_of_the_pen_is_guessed() {
     assert_eq!(meant("scale-facter"), " (did you mean 'scale-factor'?)");
     assert_eq!(meant("eccentricity"), " (did you mean 'encoder-eccentricity'?)");
     assert_eq!(meant("something else entirely"), "");
+    assert_eq!(meant(""), "");
 }
 
 const IDS: [&str; 26] = [
