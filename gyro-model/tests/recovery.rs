@@ -177,3 +177,21 @@ fn a_damping_is_not_what_makes_least_of_the_noise() {
         assert!(off.abs() < 4.0, "seed {seed}: damping {} ± {}, {off:.1} σ off", term.values[1], term.std_errors[1]);
     }
 }
+
+/// Where the motion is as quick as the mount swings, its inverse has to be right to a part in a thousand.
+#[test]
+fn a_mount_that_swings_amid_the_motion_is_found_where_it_does() {
+    for (f, zeta) in [(3.02, 0.2), (5.38, 0.055)] {
+        let off: Vec<f64> = (1..=4)
+            .map(|seed| {
+                let hidden = vec![Hidden::parse(&format!("mount-resonance:f={f},zeta={zeta}"), Axis::X).unwrap()];
+                let simulated = simulate(&scenario(hidden, seed));
+                let fitted = fit(&simulated.record, &simulated.truth, &[Axis::X]).unwrap();
+                let term = fitted.axes[0].as_ref().unwrap().term("mount-resonance").unwrap();
+                (term.values[0] - f) / term.std_errors[0]
+            })
+            .collect();
+        let mean = off.iter().sum::<f64>() / off.len() as f64;
+        assert!(mean.abs() < 2.0, "{f} Hz: {off:.1?} σ off");
+    }
+}

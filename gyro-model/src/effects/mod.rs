@@ -5,8 +5,8 @@
 //! (simulator, compensation, fit, diagnosis, reports, `truerate effects`) walks [`CATALOGUE`].
 
 pub(crate) use operators::{
-    SIXTH, STEADY, derivative, low_pass, play, quieted, second_derivative, sixth_differences, slowed, steadied,
-    white_noise,
+    SIXTH, STEADY, derivative, low_pass, low_passed, play, quieted, second_derivative, sixth_differences, slowed,
+    steadied, white_noise,
 };
 
 use crate::{
