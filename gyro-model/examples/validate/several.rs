@@ -29,13 +29,18 @@ pub struct Arguments {
     /// Times the size that is named half of the time.
     #[arg(long, default_value_t = 5.0)]
     times: f64,
+    /// Hides a rate hysteresis on drives too, whose held rates then stand anywhere in so small a play.
+    #[arg(long)]
+    held: bool,
 }
 
 /// Standard errors within which a parameter should lie.
 const SIGMA: f64 = 3.0;
 
-/// A log that hides two or three effects which can be told apart, on a motion of many amplitudes and frequencies.
-pub fn draw(seed: u64, times: f64) -> Option<Scenario> {
+/// A log that hides two or three effects which can be told apart, on a motion of many amplitudes and frequencies. A hysteresis of
+/// such a size is excited by a rate that goes on changing: a drive holds its rates after a last swing that is as small, so that
+/// each stands anywhere in the play, and says nothing of what is hidden besides. Only where `held`, it is hidden there too.
+pub fn draw(seed: u64, times: f64, held: bool) -> Option<Scenario> {
     let random = &mut ChaCha8Rng::seed_from_u64(seed);
     let motion = if random.random_bool(0.5) {
         Motion::Multisine { travel: random.random_range(4.5..9.0) }
@@ -47,6 +52,9 @@ pub fn draw(seed: u64, times: f64) -> Option<Scenario> {
     while several.hidden.len() < count {
         let id = EFFECTS[random.random_range(0..EFFECTS.len())];
         if several.hidden.iter().any(|hidden| alike(id, hidden.effect.card().id)) || !is_excited(id, &several) {
+            continue;
+        }
+        if id == "rate-hysteresis" && matches!(motion, Motion::Drive { .. }) && !held {
             continue;
         }
         let probe = Probe::new(id, Scenario { hidden: Vec::new(), ..several.clone() });
@@ -99,9 +107,9 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), Box<dyn Error>> {
     for k in 0..arguments.draws {
         trials.push(Trial { name: k.to_string(), what: run.seed_of(k) });
     }
-    let times = arguments.times;
+    let Arguments { times, held, .. } = *arguments;
     let results = run.each(trials, |trial, detail| {
-        let Some(scenario) = draw(trial.what, times) else { return Ok(None) };
+        let Some(scenario) = draw(trial.what, times, held) else { return Ok(None) };
         if detail {
             eprintln!("{:?} on {:?}", scenario.hidden, scenario.motion);
         }
@@ -117,6 +125,7 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), Box<dyn Error>> {
         Ok(Some((scenario, simulated.truth, outcome, by)))
     })?;
     let (mut right, mut ambiguous, mut standing) = (0, 0, [(0, 0); DIVIDED.len() + 1]);
+    let mut by_motion = [("multisine", (0, 0)), ("drive", (0, 0))];
     let mut within: BTreeMap<String, (usize, usize)> = BTreeMap::new();
     let (mut failures, mut far) = (Vec::new(), Vec::new());
     for (trial, result) in &results {
@@ -128,6 +137,8 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), Box<dyn Error>> {
         ambiguous += usize::from(named);
         let part = &mut standing[DIVIDED.partition_point(|from| from <= by)];
         *part = (part.0 + usize::from(named), part.1 + 1);
+        let (_, on_motion) = &mut by_motion[usize::from(matches!(scenario.motion, Motion::Drive { .. }))];
+        *on_motion = (on_motion.0 + usize::from(named), on_motion.1 + 1);
         if !is_right(scenario, outcome) {
             let hidden: Vec<&str> = scenario.hidden.iter().map(|h| h.effect.card().id).collect();
             failures.push(format!(
@@ -158,6 +169,9 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), Box<dyn Error>> {
     }
     println!("All found by their own names and none invented: {}.", share(right, results.len()));
     println!("Or ambiguous with the right name, where a pair of aliases applies: {}.", share(ambiguous, results.len()));
+    for (motion, (right, all)) in by_motion {
+        println!("Of those on a {motion}: {}.", share(right, all));
+    }
     let sum = within.values().fold((0, 0), |sum, entry| (sum.0 + entry.0, sum.1 + entry.1));
     println!("Parameters within {SIGMA} standard errors: {}.\n", share(sum.0, sum.1));
     let mut table = Table::new(&["the least effect stands out by", "right or ambiguous"]);

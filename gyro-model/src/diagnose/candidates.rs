@@ -6,7 +6,7 @@
 use super::{limits, tone, verdict::is_slow};
 use crate::{
     AxisModel, Model, Term,
-    effects::{CATALOGUE, Effect, Need, Role, Stage},
+    effects::{CATALOGUE, Effect, Need, ParameterCard, Role, Stage},
     evidence::{
         line::Line,
         noise::{self, Gls},
@@ -154,7 +154,8 @@ impl<'a> Scanner<'a> {
                 .collect();
         }
         let span = series.span();
-        let shapes: Vec<Vec<f64>> = if effect.card().id == "vibration-tone" {
+        let is_tone = effect.card().id == "vibration-tone";
+        let shapes: Vec<Vec<f64>> = if is_tone {
             self.tone(effect, index, series).map(|f| vec![f]).into_iter().collect()
         } else if linear == parameters.len() {
             vec![Vec::new()]
@@ -166,7 +167,9 @@ impl<'a> Scanner<'a> {
         for (number, shape) in shapes.into_iter().enumerate() {
             let mut term = Term::neutral(effect, series.axis);
             term.values[linear..].copy_from_slice(&shape);
-            let freedom = parameters.iter().filter(|p| p.role != Role::Chosen).count();
+            // The lines that a log has room for are counted, and not the frequency besides.
+            let is_free = |p: &&ParameterCard| if is_tone { p.role == Role::Linear } else { p.role != Role::Chosen };
+            let freedom = parameters.iter().filter(is_free).count();
             let columns = self.along(index, &term);
             let white = self.whitened(&columns);
             let (score, by_likelihood) = if linear == 0 {

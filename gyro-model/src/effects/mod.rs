@@ -127,8 +127,7 @@ pub enum Role {
     Linear,
     /// A shape (time constant, width, frequency): it means nothing while the effect is absent and has to be scanned.
     Shape,
-    /// Known by the scan better than any fit of the residual would know it (a whole number, the frequency of a line of
-    /// the reading): left where it is.
+    /// A whole number, which the scan chooses: left where it is.
     Chosen,
 }
 

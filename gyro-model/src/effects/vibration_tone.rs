@@ -46,7 +46,7 @@ static PARAMETERS: [ParameterCard; 3] = [
         name: "f",
         unit: "Hz",
         says: "frequency",
-        role: Role::Chosen,
+        role: Role::Shape,
         neutral: 11.0,
         typical: 11.0,
         bounds: (1.0, 10_000.0),

@@ -441,7 +441,15 @@ pub(crate) fn columns(
         .map(|slot| {
             let card = card(problem, model, *slot);
             let Some(place) = value(problem, &mut trial, *slot).map(|v| *v) else { return Vec::new() };
-            let mut h = scale(card.typical, place) * if card.role == Role::Linear { 1e-2 } else { 1e-3 };
+            let mut h = if card.role == Role::Linear {
+                1e-2 * scale(card.typical, place)
+            } else if is_tone(problem, model, *slot) {
+                // Its phase goes through the log.
+                let t = &problem.series[slot.series].t;
+                1e-3 / (t[t.len() - 1] - t[0])
+            } else {
+                1e-3 * scale(card.typical, place)
+            };
             if place + h > card.bounds.1 {
                 h = -h;
             }
