@@ -44,7 +44,8 @@ pub fn can_show(effect: &dyn Effect, series: &Series) -> bool {
         Rest::OfReference => false,
         Rest::Whole => is_slow(effect.card().id),
     };
-    if !shows {
+    // On one line a mount is a gain and a lateness, which scale factor and delay are already.
+    if !shows || series.one_line && effect.card().id == "mount-resonance" {
         return false;
     }
     let varies = |pick: &dyn Fn(usize) -> f64, least: f64| {

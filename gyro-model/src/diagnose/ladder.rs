@@ -177,6 +177,7 @@ pub(super) fn search<'a>(
     for Swapped { series, old, new } in swapped {
         took(&present.study, Change::of(series, Some(new), Some(old)));
     }
+    let present = told(present, start, took);
     Top { present, last, alike }
 }
 
@@ -464,16 +465,43 @@ fn back<'a>(
             progress(id);
             let Some((without, term)) = without(&present, *axis, id) else { continue };
             if !without.needs(&present, k, &term) {
-                // What the effect made unsure counts again.
-                present = if present.study.leaves_out() {
-                    let model = &without.study.model;
-                    Present::new(Study::fit(present.study.bench, model, Some(&present.study.warm)))
-                } else {
-                    without
-                };
+                present = counting_again(without, &present);
                 took(&present.study, Change::of(k, None, Some(id)));
             }
         }
     }
     present
 }
+
+/// A model without an effect of `present`, on the samples too that the effect made unsure.
+fn counting_again<'a>(without: Present<'a>, present: &Present<'a>) -> Present<'a> {
+    if present.study.leaves_out() {
+        Present::new(Study::fit(present.study.bench, &without.study.model, Some(&present.study.warm)))
+    } else {
+        without
+    }
+}
+
+/// Whatever was added goes that the model at the top, with all that it knows of its parameters, does not tell from nothing; the
+/// least first.
+fn told<'a>(present: Present<'a>, start: &Model, took: &mut dyn FnMut(&Study, Change)) -> Present<'a> {
+    let mut present = present;
+    loop {
+        let settled = fit::settle(present.study.clone());
+        let axes = settled.bench.problem.series.iter().map(|s| s.axis).enumerate();
+        let sizes = axes.flat_map(|(k, axis)| {
+            let own = judged::axis_model(&settled.model, axis);
+            let size = |id| Some((k, axis, id, own.term(id)?.size_in_errors(axis)?));
+            added(&present, start, axis).into_iter().filter_map(size).collect::<Vec<_>>()
+        });
+        let least = sizes.min_by(|a, b| a.3.total_cmp(&b.3)).filter(|least| least.3 < TOLD);
+        let Some((k, axis, id, _)) = least else { break };
+        let Some((without, _)) = without(&present, axis, id) else { break };
+        present = counting_again(without, &present);
+        took(&present.study, Change::of(k, None, Some(id)));
+    }
+    present
+}
+
+/// Standard errors that an effect has to differ from nothing by in the end.
+const TOLD: f64 = 2.0;

@@ -1,6 +1,7 @@
 //! One line of a signal's spectrum, by the times of its samples: by their numbers alone, what comes unevenly or is missing puts
 //! a line somewhere beside.
 
+use itertools::Itertools;
 use std::f64::consts::TAU;
 
 /// A line's frequency and size.
@@ -71,6 +72,37 @@ impl Line {
     }
 }
 
+/// Whether a signal is one line about its mean, but for a hundredth of it.
+#[must_use]
+pub fn is_one(t: &[f64], values: &[f64]) -> bool {
+    if values.len() < FEWEST {
+        return false;
+    }
+    let span = t[t.len() - 1] - t[0];
+    let weights = (0..values.len()).map(|k| hann(k, values.len()));
+    let mean =
+        values.iter().zip(weights).map(|(value, weight)| value * weight).sum::<f64>() / (0.5 * values.len() as f64);
+    let about: Vec<f64> = values.iter().map(|value| value - mean).collect();
+    let size = |values: &[f64]| (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt();
+    // Half of its size counts as another side: beside it, noise crosses the mean more than once.
+    let half = 0.5 * size(&about);
+    let sides = t.iter().zip(&about).filter(|(_, value)| value.abs() > half);
+    let turns: Vec<f64> =
+        sides.tuple_windows().filter(|(a, b)| (*a.1 > 0.0) != (*b.1 > 0.0)).map(|(_, b)| *b.0).collect();
+    if turns.len() < FEWEST {
+        return false;
+    }
+    let frequency = 0.5 * (turns.len() - 1) as f64 / (turns[turns.len() - 1] - turns[0]);
+    let line = Line::top(frequency, 0.5 / span, t, &about);
+    let rest: Vec<f64> = t.iter().zip(&about).map(|(&t, value)| value - line.value(t)).collect();
+    size(&rest) < PURE * size(&about)
+}
+
+/// Half turns that show a frequency.
+const FEWEST: usize = 8;
+/// Share of a line that may be beside it.
+const PURE: f64 = 0.01;
+
 /// Hann's weight of value `k` of `n`.
 #[must_use]
 pub fn hann(k: usize, n: usize) -> f64 {
@@ -104,5 +136,18 @@ mod tests {
         let alone: Vec<f64> = t.iter().map(|t| 0.02 * (TAU * 83.21 * t + 0.4).cos()).collect();
         let likeliest = Line::likeliest(83.2, 0.03, &t, &alone);
         assert!((likeliest.frequency - 83.21).abs() < 3e-4 && (likeliest.size() - 0.02).abs() < 1e-4, "{likeliest:?}");
+    }
+
+    #[test]
+    fn a_sine_is_one_line_and_a_sine_with_a_harmonic_or_a_drive_is_not() {
+        let t: Vec<f64> = (0..6000).map(|k| 0.01 * f64::from(k)).collect();
+        let step = 1.5e-3;
+        let of = |f: &dyn Fn(f64) -> f64| -> Vec<f64> { t.iter().map(|&t| (f(t) / step).round() * step).collect() };
+        assert!(is_one(&t, &of(&|t| 0.4 + 2.6 * (TAU * 0.2713 * t + 0.3).sin())));
+        assert!(is_one(&t, &of(&|t| 0.2 * (TAU * 3.1 * t).cos())));
+        assert!(!is_one(&t, &of(&|t| 2.6 * (TAU * 0.25 * t).sin() + 0.05 * (TAU * 0.75 * t).sin())));
+        assert!(!is_one(&t, &of(&|t| (TAU * 0.1 * t).sin() + (TAU * 0.7 * t).sin())));
+        assert!(!is_one(&t, &of(&|t| (0.3 * t).floor())));
+        assert!(!is_one(&t, &vec![0.0; t.len()]));
     }
 }

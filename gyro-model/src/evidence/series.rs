@@ -1,6 +1,6 @@
 //! One axis of a log, laid out for evaluation: filled columns, reference rows, time.
 
-use super::{encoder::Encoder, integrate::hermite};
+use super::{encoder::Encoder, integrate::hermite, line};
 use crate::{
     Axis, Model, Record,
     effects::{Signals, Span},
@@ -44,6 +44,8 @@ pub struct Series {
     pub margin: f64,
     /// Whether it turns at all: else nothing is known of the scale.
     pub rest: Rest,
+    /// Whether its shaft goes to and fro on one line.
+    pub one_line: bool,
     /// The reference readings that say something of their own.
     pub readings: Vec<Reading>,
 }
@@ -365,6 +367,7 @@ impl Series {
             }
             ReferenceKind::Quaternion => (Vec::new(), Encoder::NONE, each(reference_rows.len())),
         };
+        let one_line = line::is_one(&reference_t, &reference_angle);
         (reference_rows.len() >= 20).then_some(Self {
             axis,
             kind,
@@ -382,6 +385,7 @@ impl Series {
             walk: record.means.walk[i],
             margin: 0.0,
             rest: Rest::None,
+            one_line,
             readings,
         })
     }
