@@ -105,7 +105,7 @@ fn several_effects_at_once_are_all_found_and_none_is_invented() {
 }
 
 fn all_found(seed: u64, times: f64) {
-    let scenario = several::draw(seed, times).unwrap();
+    let scenario = several::draw(seed, times, true).unwrap();
     let outcome = climbed(&scenario);
     assert!(several::is_right(&scenario, &outcome), "{:?}, found {}", scenario.hidden, outcome.says());
 }
