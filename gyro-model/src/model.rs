@@ -2,7 +2,7 @@
 
 use crate::{
     Axis,
-    effects::{Effect, ParameterCard, Role},
+    effects::{Effect, ParameterCard},
 };
 
 /// A model of up to three axes.
@@ -66,17 +66,6 @@ impl Term {
     /// Each parameter with its card: (card, value, standard error).
     pub fn parameters(&self, axis: Axis) -> impl Iterator<Item = (&'static ParameterCard, f64, f64)> + '_ {
         self.effect.parameters(axis).iter().zip(&self.values).zip(&self.std_errors).map(|((c, &v), &s)| (c, v, s))
-    }
-
-    /// By how many of its standard errors the farthest of its sizes is from nothing: its coefficients or, where it has none, a width
-    /// or a time. `None` where that is not known, or nothing lies elsewhere, as with a frequency.
-    #[must_use]
-    pub fn size_in_errors(&self, axis: Axis) -> Option<f64> {
-        let of = |role: Role| {
-            let own = self.parameters(axis).filter(move |(card, ..)| card.role == role && card.neutral == 0.0);
-            own.map(|(_, value, error)| (value / error).abs()).filter(|size| !size.is_nan()).reduce(f64::max)
-        };
-        of(Role::Linear).or_else(|| of(Role::Shape))
     }
 }
 

@@ -488,10 +488,10 @@ fn told<'a>(present: Present<'a>, start: &Model, took: &mut dyn FnMut(&Study, Ch
     let mut present = present;
     loop {
         let settled = fit::settle(present.study.clone());
+        let gls = settled.identify(&[present.gls.noise]);
         let axes = settled.bench.problem.series.iter().map(|s| s.axis).enumerate();
         let sizes = axes.flat_map(|(k, axis)| {
-            let own = judged::axis_model(&settled.model, axis);
-            let size = |id| Some((k, axis, id, own.term(id)?.size_in_errors(axis)?));
+            let size = |id| Some((k, axis, id, settled.size_in_errors(&gls, k, id)?));
             added(&present, start, axis).into_iter().filter_map(size).collect::<Vec<_>>()
         });
         let least = sizes.min_by(|a, b| a.3.total_cmp(&b.3)).filter(|least| least.3 < TOLD);

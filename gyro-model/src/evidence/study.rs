@@ -10,6 +10,7 @@ use super::{
     whiten::NoiseModel,
 };
 use crate::{Axis, Model, Record, effects::Role, nls};
+use faer::Mat;
 
 /// A log ready to be fitted: everything that does not depend on the model.
 #[derive(Clone, Debug)]
@@ -329,6 +330,37 @@ impl<'a> Study<'a> {
         let each: Vec<Vec<f64>> = (0..self.bench.problem.series.len()).map(|k| self.weights(k)).collect();
         let floor = |k: usize| (each.iter().map(|w| w[k] * w[k]).sum::<f64>() / each.len() as f64).sqrt();
         errors.curve().iter().enumerate().map(|(k, error)| error / floor(k)).fold(0.0, f64::max)
+    }
+
+    /// By how many standard errors an effect of a stamped model differs from nothing, √(vᵀ C⁻¹ v − (n − 1)): v its n coefficients or,
+    /// where it has none, its widths and times, C their covariance, the correlations those of `gls`. `None` where nothing lies
+    /// elsewhere, as with a frequency, or an error is not known.
+    #[must_use]
+    pub fn size_in_errors(&self, gls: &Gls, series: usize, id: &str) -> Option<f64> {
+        let axis = self.bench.problem.series[series].axis;
+        let terms = &self.model.axes[axis.index()].as_ref()?.terms;
+        let place = terms.iter().position(|term| term.effect.card().id == id)?;
+        let cards = terms[place].effect.parameters(axis);
+        let sizes = |role: Role| -> Vec<usize> {
+            let is_size = |slot: &Slot| {
+                let is_own = slot.series == series && slot.term == place;
+                is_own && cards[slot.parameter].role == role && cards[slot.parameter].neutral == 0.0
+            };
+            (0..self.slots.len()).filter(|&k| is_size(&self.slots[k])).collect()
+        };
+        let rows = [Role::Linear, Role::Shape].map(sizes).into_iter().find(|rows| !rows.is_empty())?;
+        let own = |k: usize| self.slots[rows[k]].parameter;
+        let (value, error) = (|k| terms[place].values[own(k)], |k| terms[place].std_errors[own(k)]);
+        let n = rows.len();
+        let correlation = Mat::from_fn(n, n, |i, j| {
+            gls.covariance[(rows[i], rows[j])] / (gls.std_error(rows[i]) * gls.std_error(rows[j]))
+        });
+        if !(0..n).all(|i| error(i).is_finite() && (0..n).all(|j| correlation[(i, j)].is_finite())) {
+            return None;
+        }
+        let (inverse, _) = nls::invert_observable(&correlation, 1e-9);
+        let form = |i: usize| (0..n).map(|j| value(i) / error(i) * inverse[(i, j)] * value(j) / error(j)).sum::<f64>();
+        Some(((0..n).map(form).sum::<f64>() - (n - 1) as f64).max(0.0).sqrt())
     }
 
     /// Writes standard errors and noise into the model. Where generalised least squares would end elsewhere than these
