@@ -87,7 +87,7 @@ pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
             vec![line.of("add", &[effect], context.model.as_deref(), &rest, why), line.ladder()]
         }
         // What was added and not kept is not there to be looked at.
-        (Command::Ladder, Verdict::Unexplained) if made.is_none() => vec![line.ladder()],
+        (Command::Ladder, Verdict::Unexplained) if made.is_none() => vec![Line { why: AGAIN, ..line }.ladder()],
         (Command::Diagnose | Command::Ladder, Verdict::Unexplained) => vec![line.of(
             "compare",
             &[],
@@ -101,11 +101,11 @@ pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
         }
         (Command::Add | Command::Remove, _) => match made {
             Some(model) => vec![line.of("diagnose", &[], Some(model), &[], "looks for what is still missing")],
-            None => vec![line.ladder()],
+            None => vec![Line { why: "finds what is missing by itself, and keeps the model", ..line }.ladder()],
         },
         (Command::Ladder, _) => match made {
             Some(model) => vec![line.apply(model)],
-            None => vec![line.ladder()],
+            None => vec![Line { why: AGAIN, ..line }.ladder()],
         },
     }
 }
@@ -118,6 +118,8 @@ struct Line<'a> {
     why: &'a str,
 }
 
+/// What is said of a ladder that was climbed and not kept.
+const AGAIN: &str = "comes to this model again and keeps it in a file, for `compare`, `apply` and `run`";
 /// What is said of a log that is still to be recorded.
 const ANOTHER: &str = "once NEW.csv is recorded with the motion that is asked for above";
 

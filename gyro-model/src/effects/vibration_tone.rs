@@ -47,9 +47,9 @@ static PARAMETERS: [ParameterCard; 3] = [
         unit: "Hz",
         says: "frequency",
         role: Role::Shape,
-        neutral: 11.0,
+        neutral: f64::INFINITY,
         typical: 11.0,
-        bounds: (1.0, 10_000.0),
+        bounds: (1.0, f64::INFINITY),
     },
 ];
 
@@ -67,6 +67,9 @@ impl Effect for VibrationTone {
     }
 
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
+        if !p[2].is_finite() {
+            return 0.0;
+        }
         let (sin, cos) = (std::f64::consts::TAU * p[2] * s.t).sin_cos();
         p[0] * sin + p[1] * cos
     }

@@ -7,7 +7,7 @@ use axis::{curve, falling, tone, words};
 use gyro_model::{
     Axis,
     detail::{AxisDetail, fails_where},
-    diagnosis::{AxisDiagnosis, AxisLadder, Diagnosis, Ladder, Verdict},
+    diagnosis::{AxisDiagnosis, AxisLadder, Diagnosis, ErrorPoint, Ladder, Verdict},
 };
 use serde::Serialize;
 
@@ -308,6 +308,8 @@ impl AxisView {
             _ => (None, &[][..]),
         };
         let last = axis.steps.last();
+        let is_within = |p: &ErrorPoint| p.error.zip(p.floor_99).is_none_or(|(error, top)| error <= top);
+        let within_floor = last.map(|step| step.error_curve.iter().all(is_within));
         Self {
             axis: axis.axis.letter(),
             verdict: axis.verdict,
@@ -320,12 +322,13 @@ impl AxisView {
             judged: curves.len().saturating_sub(1),
             curves,
             error_over_floor: last.and_then(|s| s.error_over_floor).filter(|r| r.is_finite()),
-            within_floor: last
-                .map(|s| s.error_curve.iter().all(|p| p.error.zip(p.floor_99).is_none_or(|(error, top)| error <= top))),
+            within_floor,
             floor_source: String::new(),
-            fails_where: match (&axis.detail, axis.verdict) {
-                (None, _) | (_, Verdict::Adequate) => Vec::new(),
-                (Some(detail), _) => fails_where(detail).into_iter().map(|f| f.says).collect(),
+            fails_where: match &axis.detail {
+                Some(detail) if axis.verdict != Verdict::Adequate && within_floor != Some(true) => {
+                    fails_where(detail).into_iter().map(|f| f.says).collect()
+                }
+                _ => Vec::new(),
             },
             suspects: Vec::new(),
             steps,
