@@ -472,7 +472,7 @@ const TENTH: f64 = 0.386;
 const EVEN: f64 = 1.5;
 /// Stretches of the log that the noise of an encoder is told from, and the share of what its steps make it err by that it has to be.
 const ENOUGH: usize = 40;
-const TELLING: f64 = 0.2;
+const TELLING: f64 = 0.15;
 
 /// Variance of what the encoder's steps make it err by, its zero anywhere, along the motion as it shows it, and of its noise,
 /// rad².
