@@ -144,38 +144,69 @@ pub(crate) fn sixth_differences(values: &[f64]) -> Vec<f64> {
 /// Variance of the sixth differences of white noise over its own: the sum of the squared binomial coefficients.
 pub(crate) const SIXTH: f64 = 924.0;
 
-/// Least squares' parabola through 2m + 1 even samples, at the middle one (Savitzky and Golay 1964).
-struct Parabola(Vec<f64>);
+/// Least squares' parabola through 2m + 1 even samples, at the middle one (Savitzky and Golay 1964): a sample k from there weighs
+/// `level` − `bend` k².
+struct Parabola {
+    half: usize,
+    level: f64,
+    bend: f64,
+}
 
 impl Parabola {
     fn new(half: usize) -> Self {
         let m = half as f64;
-        let weight = |k: f64| 3.0 * m * m + 3.0 * m - 1.0 - 5.0 * k * k;
         let norm = (2.0 * m + 3.0) * (2.0 * m + 1.0) * (2.0 * m - 1.0) / 3.0;
-        Self((0..=2 * half).map(|k| weight(k as f64 - m) / norm).collect())
+        Self { half, level: (3.0 * m * m + 3.0 * m - 1.0) / norm, bend: 5.0 / norm }
     }
 
     fn half(&self) -> usize {
-        self.0.len() / 2
+        self.half
     }
 
     /// Share of white noise's variance that it leaves, which is its middle weight.
     fn gain(&self) -> f64 {
-        self.0[self.half()]
+        self.level
     }
 
     /// At sample `k`, which has to stand that far from the ends.
     fn through(&self, y: &[f64], k: usize) -> f64 {
-        let half = self.half();
-        y[k - half..=k + half].iter().zip(&self.0).map(|(y, w)| y * w).sum()
+        self.value(&self.moments(y, k))
     }
 
-    /// At every sample; those near the ends stay as they are.
+    fn value(&self, moments: &[f64; 3]) -> f64 {
+        self.level * moments[0] - self.bend * moments[2]
+    }
+
+    /// Σ y, Σ j y and Σ j² y over the samples j from `k`.
+    fn moments(&self, y: &[f64], k: usize) -> [f64; 3] {
+        let m = self.half as f64;
+        y[k - self.half..=k + self.half].iter().enumerate().fold([0.0; 3], |[zeroth, first, second], (i, y)| {
+            let j = i as f64 - m;
+            [zeroth + y, first + j * y, second + j * j * y]
+        })
+    }
+
+    /// At every sample; those near the ends stay as they are. The moments are carried from each to the next, and made anew before
+    /// rounding adds up.
     fn through_all(&self, y: &[f64]) -> Vec<f64> {
-        let (half, n) = (self.half(), y.len());
-        (0..n).map(|k| if k < half || k + half >= n { y[k] } else { self.through(y, k) }).collect()
+        let (half, m, mut out) = (self.half, self.half as f64, y.to_vec());
+        let mut moments = [0.0; 3];
+        for k in half..y.len().saturating_sub(half) {
+            if (k - half).is_multiple_of(CARRIED) {
+                moments = self.moments(y, k);
+            } else {
+                let (gone, new) = (y[k - half - 1], y[k + half]);
+                let [zeroth, first, second] = [moments[0] - gone, moments[1] + m * gone, moments[2] - m * m * gone];
+                moments = [zeroth + new, first - zeroth + m * new, second - 2.0 * first + zeroth + m * m * new];
+            }
+            out[k] = self.value(&moments);
+        }
+        out
     }
 }
+
+/// Samples over which moments are carried.
+const CARRIED: usize = 64;
 
 /// One step of the first-order low-pass T y' + y = u, exact for an input that goes linearly from `u0` to `u1`.
 pub(crate) fn low_pass(y: f64, u0: f64, u1: f64, dt: f64, time_constant: f64) -> f64 {
@@ -217,6 +248,20 @@ pub(crate) fn low_passed(t: &[f64], u: &[f64], time_constant: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn moments_that_are_carried_are_those_that_are_made_anew() {
+        let y: Vec<f64> = (0..3000).map(|k| (0.01 * f64::from(k)).sin() + 1e3 + f64::from(k * 7919 % 13)).collect();
+        for half in [1, 2, 7, 75] {
+            let parabola = Parabola::new(half);
+            let all = parabola.through_all(&y);
+            for k in half..3000 - half {
+                assert!((all[k] - parabola.through(&y, k)).abs() < 1e-8, "{half}, {k}");
+            }
+        }
+        let curve: Vec<f64> = (0..100).map(|k| 2.0 - 0.3 * f64::from(k) + 0.01 * f64::from(k * k)).collect();
+        assert!(Parabola::new(9).through_all(&curve).iter().zip(&curve).all(|(a, b)| (a - b).abs() < 1e-9));
+    }
 
     #[test]
     fn what_is_slow_stays() {
