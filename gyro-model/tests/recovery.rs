@@ -2,8 +2,8 @@
 //! hidden parameters back, within its own standard errors.
 
 use gyro_model::{
-    Axis, AxisModel, Model, Record,
-    diagnose::{Options, compare},
+    Axis, AxisModel, Model, Record, Term,
+    diagnose::{Options, compare, ladder},
     diagnosis::Verdict,
     effects::{CATALOGUE, Effect, Role, Span, Stage},
     evidence::study::{Bench, Study},
@@ -193,5 +193,45 @@ fn a_mount_that_swings_amid_the_motion_is_found_where_it_does() {
             .collect();
         let mean = off.iter().sum::<f64>() / off.len() as f64;
         assert!(mean.abs() < 2.0, "{f} Hz: {off:.1?} σ off");
+    }
+}
+
+/// A thousandth of a hertz turns a tone's phase by ten degrees in a minute: its frequency is fitted with its amplitudes.
+#[test]
+fn a_tone_comes_back_with_its_frequency_and_all_standard_errors() {
+    for seed in 1..=6 {
+        let hidden = vec![Hidden::parse("vibration-tone:a_sin=-0.002,a_cos=0.006,f=5.39", Axis::X).unwrap()];
+        let simulated = simulate(&scenario(hidden, seed));
+        let truth = simulated.truth.axes[0].as_ref().unwrap().term("vibration-tone").unwrap();
+        let (fitted, _) =
+            ladder(&simulated.record, &Model::base_for(&simulated.record), &[Axis::X], &Options::default()).unwrap();
+        let found = fitted.axes[0].as_ref().unwrap().term("vibration-tone").expect("the tone is found");
+        for ((card, value, error), hidden) in found.parameters(Axis::X).zip(&truth.values) {
+            let off = (value - hidden) / error;
+            assert!(off.abs() < 4.0, "seed {seed}: {} {value} ± {error} for {hidden}", card.name);
+        }
+    }
+}
+
+/// What comes in for a noise that is not known yet goes again by this measure.
+#[test]
+fn what_is_hidden_is_told_from_nothing_and_what_is_not_is_not() {
+    let size = |hidden: &[&str], fitted: &str, seed| {
+        let hidden = hidden.iter().map(|text| Hidden::parse(text, Axis::X).unwrap()).collect();
+        let simulated = simulate(&scenario(hidden, seed));
+        let mut model = Model { axes: [Some(AxisModel::base(Axis::X)), None, None], ..Model::default() };
+        let effect = *CATALOGUE.iter().find(|effect| effect.card().id == fitted).unwrap();
+        model.axes[0].as_mut().unwrap().terms.push(Term::neutral(effect, Axis::X));
+        let bench = Bench::new(&simulated.record, &[Axis::X], &model).unwrap();
+        let (mut study, gls) = Study::fit(&bench, &model, None).refine(&[]);
+        study.stamp(&gls);
+        study.size_in_errors(&gls, 0, fitted).unwrap()
+    };
+    let hidden = ["delay:d=0.0002", "g-sensitivity:g_x=0,g_y=0.0001,g_z=0"];
+    for (text, id) in hidden.into_iter().zip(["delay", "g-sensitivity"]) {
+        let sizes: Vec<f64> = (1..=5).map(|seed| size(&[text], id, seed)).collect();
+        assert!(sizes.iter().all(|size| *size > 5.0), "{id}: {sizes:?}");
+        let sizes: Vec<f64> = (1..=5).map(|seed| size(&[], id, seed)).collect();
+        assert!(sizes.iter().sum::<f64>() < 2.0 * sizes.len() as f64, "no {id}: {sizes:?}");
     }
 }

@@ -365,7 +365,7 @@ impl<'a> Study<'a> {
 
     /// Writes standard errors and noise into the model. Where generalised least squares would end elsewhere than these
     /// parameters stand, nobody knows which of the two is right: the way between them is part of the error. A bias may have
-    /// walked unseen: the larger of the two counts. Where the residual is no noise that sensors have, the
+    /// walked unseen, or not: the variance is the mean of the two. Where the residual is no noise that sensors have, the
     /// parameters' scatter from block to block says how well they are known.
     pub fn stamp(&mut self, gls: &Gls) {
         let sober = noise::sober(self, &gls.noise);
@@ -375,7 +375,8 @@ impl<'a> Study<'a> {
         for (k, slot) in self.slots.iter().enumerate() {
             let axis = self.bench.problem.series[slot.series].axis.index();
             if let Some(model) = &mut self.model.axes[axis] {
-                let sigma = (beyond[k] * gls.std_error(k)).max(walking.std_error(k));
+                let sigmas = [beyond[k] * gls.std_error(k), walking.std_error(k)];
+                let sigma = sigmas[0].max(sigmas[0].hypot(sigmas[1]) / 2_f64.sqrt());
                 model.terms[slot.term].std_errors[slot.parameter] = match &scatter {
                     Some(scatter) if sigma.is_finite() => scatter[k],
                     _ => gls.step[k].hypot(sigma),
