@@ -113,5 +113,5 @@ impl Effect for MountResonance {
 }
 
 /// Of a swing's 1/(2πf), half the width of the window that what it passes on is told from noise by: what is twice as fast stays
-/// to 2e-3, what is six times as fast goes.
+/// to 2e-3, what is seven times as fast goes.
 const SWIFT: f64 = 0.7;
