@@ -50,20 +50,23 @@ fn rail(readings: &[f64]) -> Option<f64> {
     if at < FEWEST_HELD {
         return None;
     }
-    first_sorted(&mut size, at + at.max(30), |a, b| b.total_cmp(a));
-    let below = &size[at..];
-    // As many readings again, but at least thirty: how thinly are the values below spread?
-    let next = &below[..below.len().min(at.max(30))];
-    let spread = top - next.last()?;
+    first_sorted(&mut size, 2 * at, |a, b| b.total_cmp(a));
+    // As many readings again: over how many steps are they spread?
+    let spread = top - size.last()?;
     let step =
         step(readings.iter().copied().filter(|g| g.abs() <= top - near), |a, b| b.abs().total_cmp(&a.abs()), near);
-    let levels = (spread / step).max(1.0);
+    let levels = 1.0 + spread / step;
     // What is read more often than it is measured stands there several times.
     let repeats = repeats(readings, top - near);
-    let (at, usual) = (at / repeats, next.len() as f64 / levels / repeats as f64);
-    let often = at >= 8 && at as f64 > 6.0 * usual.max(1.0);
+    let often = at >= 8 * repeats && at as f64 > RATIO * size.len() as f64 / levels.sqrt();
     (often || is_flat_topped(readings, top - near, step)).then_some(top)
 }
+
+/// How many times as many readings stand at a rail as would within one step of a smooth peak.
+///
+/// A peak falls with the square of the time: of n readings within L steps of it, n/√L lie within the first, be it one peak or many of the same
+/// height. Noise leaves fewer there.
+const RATIO: f64 = 3.0;
 
 /// The largest |reading|, or the lesser of the largest on either side where these are one step apart: two's complement
 /// reaches one step farther below zero than above.
@@ -202,6 +205,18 @@ mod tests {
         assert_eq!(rail(&whole), None);
         let clipped: Vec<f64> = whole.iter().map(|g| g.clamp(-3.0, 3.0)).collect();
         assert_eq!(rail(&clipped), Some(3.0));
+    }
+
+    #[test]
+    fn one_smooth_peak_of_many_readings_shows_no_rail() {
+        let noise = |k: i32| 5e-4 * f64::from(k * 7919 % 5 - 2);
+        let peak = |k: i32, swing: f64| 3.645 * (swing * f64::from(k - 600)).cos() + noise(k);
+        for swing in [1e-3, 2e-3, 2.4e-3, 3e-3, 3.5e-3] {
+            let smooth: Vec<f64> = (0..1200).map(|k| (peak(k, swing) / 1e-3).round() * 1e-3).collect();
+            assert_eq!(rail(&smooth), None, "{swing}");
+            let clipped: Vec<f64> = smooth.iter().map(|g| g.min(3.4)).collect();
+            assert_eq!(rail(&clipped), Some(3.4), "{swing}");
+        }
     }
 
     #[test]
