@@ -235,3 +235,23 @@ fn what_is_hidden_is_told_from_nothing_and_what_is_not_is_not() {
         assert!(sizes.iter().sum::<f64>() < 2.0 * sizes.len() as f64, "no {id}: {sizes:?}");
     }
 }
+
+/// A sensor whose noise is smaller than half a step of its converter reads a rate that is held off by the same at every sample,
+/// another at each rate: that is rounding, no physics of the sensor.
+#[test]
+fn what_rounding_leaves_of_held_rates_is_no_physics_and_hides_none() {
+    let found = |hidden: &[&str], seed| {
+        let hidden = hidden.iter().map(|text| Hidden::parse(text, Axis::X).unwrap()).collect();
+        let mut scenario =
+            Scenario { motion: Motion::RateTable { rate: 2.0, hold: 4.0 }, seconds: 100.0, ..scenario(hidden, seed) };
+        scenario.sensor.noise_density = 0.15 * scenario.sensor.quantum / f64::sqrt(0.5 * scenario.rate_hz);
+        let record = simulate(&scenario).record;
+        let (_, ladders) = ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap();
+        let ids = ladders[0].effects.iter().map(ToString::to_string);
+        ids.filter(|id| id != "scale-factor" && id != "bias").collect::<Vec<_>>()
+    };
+    for seed in 1..=4 {
+        assert_eq!(found(&[], seed), Vec::<String>::new(), "seed {seed}");
+        assert_eq!(found(&["scale-asymmetry:a=0.004"], seed), ["scale-asymmetry"], "seed {seed}");
+    }
+}

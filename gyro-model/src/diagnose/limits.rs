@@ -4,14 +4,17 @@
 //! zero that the readings jump over. The residual could not tell: where the information is gone it can be bridged, and
 //! bridging removes every error.
 
-use crate::{effects::Effect, evidence::series::Series};
+use crate::{
+    effects::{Effect, white_noise},
+    evidence::series::Series,
+};
 
 /// The limit that the readings show, if they do.
 #[must_use]
 pub fn read_off(effect: &dyn Effect, series: &Series) -> Option<f64> {
     let readings: Vec<f64> = series.gyro.iter().zip(&series.read).filter(|(_, read)| **read).map(|(g, _)| *g).collect();
     match effect.card().id {
-        "saturation" => rail(&readings),
+        "saturation" => rail(&readings).filter(|&rail| !is_held(series, rail)),
         "dead-zone" => hole(&readings),
         _ => None,
     }
@@ -86,6 +89,45 @@ fn ceiling(readings: &[f64]) -> Option<f64> {
 
 /// Share by which the limits of a coarse sensor differ at most, its ends being one step apart.
 const UNEQUAL: f64 = 0.01;
+
+/// Whether the reference shows that the rate itself stands wherever the reading stands at this rail, as on a rate table: what is
+/// cut off a motion is arched, faster in the middle of its time than near its ends.
+fn is_held(series: &Series, rail: f64) -> bool {
+    let (t, angle) = (&series.reference_t, &series.reference_angle);
+    if angle.is_empty() {
+        return false;
+    }
+    let edge = rail - series.margin.max(1e-6 * rail);
+    let is_at = |step: &[usize]| series.gyro[step[0]..=step[1]].iter().all(|g| g.abs() > edge);
+    let at: Vec<bool> = series.reference_rows.windows(2).map(is_at).collect();
+    // What the shaft turns in the middle half of each such time and in the rest of it, and how long these are.
+    let (mut middle, mut rest, mut count, mut first) = ((0.0, 0.0), (0.0, 0.0), 0.0, 0);
+    for run in at.chunk_by(|a, b| a == b) {
+        let (a, d) = (first, first + run.len());
+        first = d;
+        if run[0] && run.len() >= 4 {
+            let (b, c) = (a + run.len() / 4, d - run.len() / 4);
+            let turned =
+                |from: usize, to: usize| (angle[to] - angle[from]) * series.gyro[series.reference_rows[a]].signum();
+            middle = (middle.0 + turned(b, c), middle.1 + t[c] - t[b]);
+            rest = (rest.0 + turned(a, b) + turned(c, d), rest.1 + t[b] - t[a] + t[d] - t[c]);
+            count += 1.0;
+        }
+    }
+    if count == 0.0 {
+        return false;
+    }
+    let arch = middle.0 / middle.1 - rest.0 / rest.1;
+    // Two rows bound the middle, four the rest.
+    let noise = white_noise(angle) * f64::sqrt(count) * (2_f64.sqrt() / middle.1 + 2.0 / rest.1);
+    let beyond = (middle.0 + rest.0) / (middle.1 + rest.1) / rail - 1.0;
+    arch.abs() + 3.0 * noise < ARCHED * rail && beyond.abs() < SCALES
+}
+
+/// Share of a rail by which the middle of a motion that is cut off is faster.
+const ARCHED: f64 = 2e-3;
+/// Share by which a reading of a rate that is held may be off.
+const SCALES: f64 = 0.1;
 
 /// How often a reading below `edge` stands there one time after the other: the median.
 fn repeats(readings: &[f64], edge: f64) -> usize {

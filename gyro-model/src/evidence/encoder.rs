@@ -26,9 +26,8 @@ impl Encoder {
     pub fn of(record: &Record, axis: Axis, angle: &[f64]) -> Self {
         let readings = record.means.readings;
         let found = || {
-            let some: Vec<f64> = angle.iter().copied().step_by(angle.len().div_ceil(ENOUGH).max(1)).collect();
             // The mean of n counts is a multiple of the n-th part of a step.
-            quantum(&some) * readings as f64
+            quantum(angle.iter().copied()) * readings as f64
         };
         Self { step: record.means.steps.map_or_else(found, |steps| steps[axis.index()]), readings, noise: 0.0 }
     }
@@ -83,8 +82,9 @@ const APART: usize = 32;
 
 /// The step of a quantised signal: the value of which nearly all gaps between its sorted values are multiples; 0 where
 /// there is none.
-fn quantum(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
+pub(super) fn quantum(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let every = values.len().div_ceil(ENOUGH).max(1);
+    let mut sorted: Vec<f64> = values.step_by(every).collect();
     sorted.sort_by(f64::total_cmp);
     let mut gaps: Vec<f64> = sorted.windows(2).map(|w| w[1] - w[0]).filter(|&d| d > 0.0).collect();
     if gaps.len() < 20 {
@@ -143,10 +143,10 @@ mod tests {
     #[test]
     fn an_encoder_step_is_found_and_a_smooth_angle_has_none() {
         let angle: Vec<f64> = (0..4000).map(|k| 2.0 * (f64::from(k) * 0.01).sin()).collect();
-        assert_eq!(quantum(&angle), 0.0);
+        assert_eq!(quantum(angle.iter().copied()), 0.0);
         let q = 0.00153;
         let counts: Vec<f64> = angle.iter().map(|a| ((a / q).round() * q * 1e6).round() / 1e6).collect();
-        assert!((quantum(&counts) - q).abs() < 1e-3 * q, "{}", quantum(&counts));
+        assert!((quantum(counts.iter().copied()) - q).abs() < 1e-3 * q, "{}", quantum(counts.iter().copied()));
     }
 
     #[test]
@@ -154,7 +154,7 @@ mod tests {
         let q = std::f64::consts::TAU / 4096.0;
         let angle = |k: i32| 150_f64.to_radians() * (std::f64::consts::TAU * 0.25 * 0.01 * f64::from(k)).sin();
         let counts: Vec<f64> = (0..6000).map(|k| ((angle(k) / q).round() * q * 1e9).round() / 1e9).collect();
-        assert!((quantum(&counts) - q).abs() < 1e-3 * q, "{}", quantum(&counts));
+        assert!((quantum(counts.iter().copied()) - q).abs() < 1e-3 * q, "{}", quantum(counts.iter().copied()));
     }
 
     #[test]
@@ -165,12 +165,20 @@ mod tests {
             let q = std::f64::consts::TAU / counts_a_turn;
             let angle = |k: i32| 150_f64.to_radians() * (std::f64::consts::TAU * 0.25 * every * f64::from(k)).sin();
             let counts: Vec<f64> = (0..1500).map(|k| ((angle(k) / q).round() * q * 1e9).round() / 1e9).collect();
-            assert!((quantum(&counts) - q).abs() < 1e-3 * q, "{counts_a_turn}: {}", quantum(&counts));
+            assert!(
+                (quantum(counts.iter().copied()) - q).abs() < 1e-3 * q,
+                "{counts_a_turn}: {}",
+                quantum(counts.iter().copied())
+            );
             // Some copies of a count differ by more than a rounding: a step is never larger than nearly all gaps.
             let drifting: Vec<f64> = counts.iter().enumerate().map(|(k, c)| c + 1e-3 * q * (k % 3) as f64).collect();
-            assert!(quantum(&drifting) < 2.0 * q, "{counts_a_turn}: {}", quantum(&drifting));
+            assert!(
+                quantum(drifting.iter().copied()) < 2.0 * q,
+                "{counts_a_turn}: {}",
+                quantum(drifting.iter().copied())
+            );
             let smooth: Vec<f64> = (0..1500).map(|k| (angle(k) * 1e9).round() / 1e9).collect();
-            assert_eq!(quantum(&smooth), 0.0);
+            assert_eq!(quantum(smooth.iter().copied()), 0.0);
         }
     }
 
@@ -181,10 +189,14 @@ mod tests {
             let q = std::f64::consts::TAU / counts_a_turn;
             let angle: Vec<f64> = (0..6000).map(|k| drive.at(f64::from(k) * 0.01).angle).collect();
             let counts: Vec<f64> = angle.iter().map(|a| ((a / q).round() * q * digits).round() / digits).collect();
-            assert!((quantum(&counts) - q).abs() < 1e-3 * q, "{counts_a_turn}: {}", quantum(&counts));
-            assert_eq!(quantum(&angle), 0.0);
+            assert!(
+                (quantum(counts.iter().copied()) - q).abs() < 1e-3 * q,
+                "{counts_a_turn}: {}",
+                quantum(counts.iter().copied())
+            );
+            assert_eq!(quantum(angle.iter().copied()), 0.0);
             let smooth: Vec<f64> = angle.iter().map(|a| (a * 1e9).round() / 1e9).collect();
-            assert_eq!(quantum(&smooth), 0.0);
+            assert_eq!(quantum(smooth.iter().copied()), 0.0);
         }
     }
 

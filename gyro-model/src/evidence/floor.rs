@@ -7,8 +7,10 @@
 
 use super::{
     increments::Grams,
+    integrate::integral,
     prior::Prior,
     problem::Warm,
+    rounding::Rounding,
     series::Series,
     study::{Bench, Study},
 };
@@ -64,6 +66,8 @@ fn draw_with(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seen: See
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (s, prior) = (&bench.problem.series[series], &bench.prior[series]);
     let along = warm.drawn_along();
+    let rounded = rounded(s, prior, seed);
+    let white = white_share(s, prior).sqrt() * prior.angle_random_walk;
     let mut share = vec![1.0; s.reference_rows.len()];
     if seen == Seen::ByFilter {
         for reading in &s.readings {
@@ -80,7 +84,7 @@ fn draw_with(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seen: See
                 .map(|(i, _)| {
                     let normal = draw_normal(&mut rng);
                     if i > 0 {
-                        walk += prior.angle_random_walk * (s.reference_t[i] - s.reference_t[i - 1]).sqrt() * normal;
+                        walk += white * (s.reference_t[i] - s.reference_t[i - 1]).sqrt() * normal;
                     }
                     if lost[i] && s.encoder.step > 0.0 && seen == Seen::Plain {
                         // How far the shaft turned there is known to whole counts only.
@@ -88,7 +92,7 @@ fn draw_with(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seen: See
                     }
                     let reading = share[i] * encoder_error(s, prior, along, offset, i, &mut rng)
                         + s.encoder.noise * draw_normal(&mut rng);
-                    let whole = walk - reading;
+                    let whole = walk + rounded.get(s.reference_rows[i]).unwrap_or(&0.0) - reading;
                     // A step that says nothing is bridged, as in the residual: what it held, encoder noise too, is gone.
                     if lost[i] {
                         skipped += whole - before;
@@ -107,8 +111,11 @@ fn draw_with(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seen: See
 pub fn draw_through(bench: &Bench, series: usize, warm: &Warm, terms: [&[Term]; 2], seed: u64) -> [Vec<f64>; 2] {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (s, prior) = (&bench.problem.series[series], &bench.prior[series]);
-    let sigma = prior.angle_random_walk / s.span().dt.sqrt();
-    let noise: Vec<f64> = (0..s.t.len()).map(|_| sigma * draw_normal(&mut rng)).collect();
+    let sigma = white_share(s, prior).sqrt() * prior.angle_random_walk / s.span().dt.sqrt();
+    let mut noise: Vec<f64> = (0..s.t.len()).map(|_| sigma * draw_normal(&mut rng)).collect();
+    if let Some(rounding) = &prior.rounding {
+        noise.iter_mut().zip(rounding.draw(seed)).for_each(|(noise, off)| *noise += off);
+    }
     let offset = rng.random::<f64>() * s.encoder.step;
     let along = warm.drawn_along();
     let reading: Vec<f64> = (0..s.reference_rows.len())
@@ -118,6 +125,17 @@ pub fn draw_through(bench: &Bench, series: usize, warm: &Warm, terms: [&[Term]; 
         let angle = bench.problem.undone(series, terms, &noise);
         s.reference_rows.iter().zip(&reading).map(|(&row, e)| angle[row] - e).collect()
     })
+}
+
+/// The angle, at the samples, of what rounding leaves of the rates that are held, rad; empty where noise evens it out.
+fn rounded(s: &Series, prior: &Prior, seed: u64) -> Vec<f64> {
+    prior.rounding.as_ref().map_or_else(Vec::new, |rounding| integral(&s.t, &rounding.draw(seed)))
+}
+
+/// Share of the reading's noise that is white beside that.
+fn white_share(s: &Series, prior: &Prior) -> f64 {
+    let of = |rounding: &Rounding| rounding.variance() * s.span().dt / prior.reading.powi(2);
+    prior.rounding.as_ref().map_or(1.0, |rounding| (1.0 - of(rounding)).max(0.0))
 }
 
 fn draw_normal(rng: &mut ChaCha8Rng) -> f64 {

@@ -16,6 +16,7 @@
 //! | [`whiten`] | the noise as a state-space model: likelihood, generalised least squares |
 //! | [`likelihood`] | the likeliest noise |
 //! | `growth` | the part of it that grows with the rate |
+//! | [`rounding`] | what a coarse reading's rounding leaves of rates that are held |
 //! | [`floor`] | what the error curve would be with no physics missing |
 
 pub mod attitude;
@@ -29,6 +30,7 @@ pub mod line;
 pub mod noise;
 pub mod prior;
 pub mod problem;
+pub mod rounding;
 pub mod series;
 pub mod study;
 pub mod whiten;

@@ -8,10 +8,11 @@
 //! angle are taken, which are the smaller.
 
 use super::{
-    encoder::Encoder,
+    encoder::{Encoder, quantum},
     integrate::integral,
     line::{Line, crest, hann},
     problem::Problem,
+    rounding::Rounding,
     series::{Series, usual},
 };
 use crate::{
@@ -28,6 +29,8 @@ use std::f64::consts::TAU;
 pub struct Prior {
     /// N of the gyro's reading, rad/√s.
     pub reading: f64,
+    /// The reading's rounding, where its noise does not even it out.
+    pub rounding: Option<Rounding>,
     /// Whether that is a data sheet's, the motion hiding the sensor's own.
     pub assumed: bool,
     /// N of the compensated rate less the reference's, rad/√s: α times the reading's, and what the noise of a reference
@@ -275,7 +278,7 @@ fn prior(series: &Series, reference: &[f64]) -> Prior {
     let gyro = evenly(&at, &known, dt);
     let quiet = evenly(&at, &without_tones(&at, &known), dt);
     let flat = |k: usize| k > 1 && gyro[k] == gyro[k - 1] && gyro[k] == gyro[k - 2];
-    let lsb = smallest_step(&gyro);
+    let lsb = quantum(own.iter().map(|&k| series.gyro[k]));
     let mut differences = sixth_differences(&quiet);
     let share = Lines::of(&differences).map_or(0.0, |lines| lines.share());
     blank(&mut differences, flat);
@@ -298,6 +301,10 @@ fn prior(series: &Series, reference: &[f64]) -> Prior {
         (gyro.mean, "sixth differences of the reading")
     };
     let variance = variance.max(lsb * lsb / 12.0);
+    let rounding = Rounding::of(series, lsb);
+    let rounded = rounding.as_ref().map_or_else(String::new, |rounding| {
+        format!(", which does not even out the reading's steps of {:.3} °/s", rounding.step.to_degrees())
+    });
     let (encoder, from) = if step > 0.0 {
         let more = if series.encoder.noise > 0.0 { " and what it varies by beyond that" } else { "" };
         (step.sqrt(), format!("its step of {:.3} °{more}", series.encoder.step.to_degrees()))
@@ -311,11 +318,12 @@ fn prior(series: &Series, reference: &[f64]) -> Prior {
     let walk = (variance * dt).sqrt().max(1e-9);
     Prior {
         reading: walk,
+        rounding,
         assumed,
         angle_random_walk: (gain(&series.reference_t, &read_angle(series), reference) * walk)
             .hypot(reference_walk(series)),
         encoder,
-        source: format!("gyro noise from {gyro_says}; reference noise from {from}"),
+        source: format!("gyro noise from {gyro_says}{rounded}; reference noise from {from}"),
     }
 }
 
@@ -490,20 +498,6 @@ fn counts(series: &Series) -> f64 {
 
 /// Places of an encoder's zero that its errors are the mean of.
 const ZEROS: u32 = 4;
-
-/// Least significant bit of a quantised reading; 0 where there is none.
-fn smallest_step(values: &[f64]) -> f64 {
-    let mut steps: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|&d| d > 0.0).collect();
-    steps.sort_by(f64::total_cmp);
-    let Some(&guess) = steps.get(steps.len() / 100) else { return 0.0 };
-    let on = steps
-        .iter()
-        .take_while(|&&d| d < 8.5 * guess)
-        .filter(|&&d| (d / guess - (d / guess).round()).abs() < 0.1)
-        .count();
-    let all = steps.iter().take_while(|&&d| d < 8.5 * guess).count();
-    if all > 20 && on * 20 >= all * 19 { guess } else { 0.0 }
-}
 
 /// F(τ) of white gyro noise and reference noise alone, rad/s: F² = N²/τ + 2σ²/τ².
 #[must_use]
