@@ -8,6 +8,7 @@ use crate::{
     effects::{Effect, white_noise},
     evidence::series::Series,
 };
+use statrs::distribution::{Binomial, DiscreteCDF};
 
 /// The limit that the readings show, if they do.
 #[must_use]
@@ -61,15 +62,25 @@ fn rail(readings: &[f64]) -> Option<f64> {
     let levels = 1.0 + spread / step;
     // What is read more often than it is measured stands there several times.
     let repeats = repeats(readings, top - near);
-    let often = at >= 8 * repeats && at as f64 > RATIO * size.len() as f64 / levels.sqrt();
+    let often = is_more_than_peaks(at / repeats, size.len() / repeats, levels);
     (often || is_flat_topped(readings, top - near, step)).then_some(top)
 }
 
-/// How many times as many readings stand at a rail as would within one step of a smooth peak.
+/// Whether more of the `n` readings that are nearest to the top stand there than smooth peaks bring, these readings being spread over
+/// so many steps.
 ///
-/// A peak falls with the square of the time: of n readings within L steps of it, n/√L lie within the first, be it one peak or many of the same
-/// height. Noise leaves fewer there.
+/// A peak falls with the square of the time: of n readings within L steps of it, n/√L lie within the first, be it one peak or many
+/// of the same height. Noise leaves fewer there.
+fn is_more_than_peaks(at: usize, n: usize, levels: f64) -> bool {
+    let share = 1.0 / levels.sqrt();
+    // One is at the top because the top is where it is.
+    let Ok(law) = Binomial::new(share, n as u64 - 1) else { return false };
+    at >= FEWEST_HELD && at as f64 > RATIO * share * n as f64 && law.sf(at as u64 - 2) < CHANCE
+}
+
+/// How many times as many readings stand at a rail as smooth peaks bring, and the chance that these bring them.
 const RATIO: f64 = 3.0;
+const CHANCE: f64 = 1e-3;
 
 /// The largest |reading|, or the lesser of the largest on either side where these are one step apart: two's complement
 /// reaches one step farther below zero than above.
