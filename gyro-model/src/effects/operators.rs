@@ -110,12 +110,9 @@ pub(crate) fn quieted(t: &[f64], rate: &[f64]) -> (Vec<f64>, f64) {
         let mean = off.iter().sum::<f64>() / off.len().max(1) as f64;
         mean <= FITS * noise * noise * (1.0 - parabola.gain())
     };
-    // The wider, the more of the motion it misses.
-    match halves.partition_point(|&half| fits(&Parabola::new(half))).checked_sub(1) {
-        Some(widest) => {
-            let parabola = Parabola::new(halves[widest]);
-            (parabola.through_all(rate), noise * parabola.gain().sqrt())
-        }
+    let found = halves.into_iter().map(Parabola::new).take_while(fits).last();
+    match found {
+        Some(parabola) => (parabola.through_all(rate), noise * parabola.gain().sqrt()),
         None => (rate.to_vec(), noise),
     }
 }
