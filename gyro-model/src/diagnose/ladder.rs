@@ -504,4 +504,4 @@ fn told<'a>(present: Present<'a>, start: &Model, took: &mut dyn FnMut(&Study, Ch
 }
 
 /// Standard errors that an effect has to differ from nothing by in the end.
-const TOLD: f64 = 2.0;
+pub(super) const TOLD: f64 = 2.0;

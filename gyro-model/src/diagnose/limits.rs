@@ -6,7 +6,10 @@
 
 use crate::{
     effects::{Effect, white_noise},
-    evidence::series::Series,
+    evidence::{
+        prior::{gain, read_angle},
+        series::Series,
+    },
 };
 use statrs::distribution::{Binomial, DiscreteCDF};
 
@@ -79,7 +82,7 @@ fn is_more_than_peaks(at: usize, n: usize, levels: f64) -> bool {
 }
 
 /// How many times as many readings stand at a rail as smooth peaks bring, and the chance that these bring them.
-const RATIO: f64 = 3.0;
+const RATIO: f64 = 1.5;
 const CHANCE: f64 = 1e-3;
 
 /// The largest |reading|, or the lesser of the largest on either side where these are one step apart: two's complement
@@ -101,8 +104,9 @@ fn ceiling(readings: &[f64]) -> Option<f64> {
 /// Share by which the limits of a coarse sensor differ at most, its ends being one step apart.
 const UNEQUAL: f64 = 0.01;
 
-/// Whether the reference shows that the rate itself stands wherever the reading stands at this rail, as on a rate table: what is
-/// cut off a motion is arched, faster in the middle of its time than near its ends.
+/// Whether the reference shows that the rate itself stands wherever the reading stands at this rail, as on a rate table: it turns as
+/// far as readings do elsewhere, and evenly. What is cut off a motion is beyond the rail, or arched, faster in the middle of its time
+/// than near its ends.
 fn is_held(series: &Series, rail: f64) -> bool {
     let (t, angle) = (&series.reference_t, &series.reference_angle);
     if angle.is_empty() {
@@ -111,17 +115,19 @@ fn is_held(series: &Series, rail: f64) -> bool {
     let edge = rail - series.margin.max(1e-6 * rail);
     let is_at = |step: &[usize]| series.gyro[step[0]..=step[1]].iter().all(|g| g.abs() > edge);
     let at: Vec<bool> = series.reference_rows.windows(2).map(is_at).collect();
-    // What the shaft turns in the middle half of each such time and in the rest of it, and how long these are.
+    let read = read_angle(series);
+    let (alpha, delta) = calibration_off(&at, t, &read, angle);
+    // What the shaft turns beyond that in the middle half of each such time and in the rest of it, and how long these are.
     let (mut middle, mut rest, mut count, mut first) = ((0.0, 0.0), (0.0, 0.0), 0.0, 0);
     for run in at.chunk_by(|a, b| a == b) {
         let (a, d) = (first, first + run.len());
         first = d;
         if run[0] && run.len() >= 4 {
             let (b, c) = (a + run.len() / 4, d - run.len() / 4);
-            let turned =
-                |from: usize, to: usize| (angle[to] - angle[from]) * series.gyro[series.reference_rows[a]].signum();
-            middle = (middle.0 + turned(b, c), middle.1 + t[c] - t[b]);
-            rest = (rest.0 + turned(a, b) + turned(c, d), rest.1 + t[b] - t[a] + t[d] - t[c]);
+            let side = series.gyro[series.reference_rows[a]].signum();
+            let beyond = |i: usize| side * (angle[i] - alpha * read[i] - delta * t[i]);
+            middle = (middle.0 + beyond(c) - beyond(b), middle.1 + t[c] - t[b]);
+            rest = (rest.0 + beyond(b) - beyond(a) + beyond(d) - beyond(c), rest.1 + t[b] - t[a] + t[d] - t[c]);
             count += 1.0;
         }
     }
@@ -131,14 +137,30 @@ fn is_held(series: &Series, rail: f64) -> bool {
     let arch = middle.0 / middle.1 - rest.0 / rest.1;
     // Two rows bound the middle, four the rest.
     let noise = white_noise(angle) * f64::sqrt(count) * (2_f64.sqrt() / middle.1 + 2.0 / rest.1);
-    let beyond = (middle.0 + rest.0) / (middle.1 + rest.1) / rail - 1.0;
-    arch.abs() + 3.0 * noise < ARCHED * rail && beyond.abs() < SCALES
+    let beyond = (middle.0 + rest.0) / (middle.1 + rest.1);
+    arch.abs() + 3.0 * noise < ARCHED * rail && beyond < BEYOND * rail
 }
 
-/// Share of a rail by which the middle of a motion that is cut off is faster.
+/// Scale factor and bias of the steps that are not marked, about: the reference's angle is α times the readings' and δ times t.
+fn calibration_off(marked: &[bool], t: &[f64], read: &[f64], reference: &[f64]) -> (f64, f64) {
+    let without = |values: &[f64]| -> Vec<f64> {
+        let steps = values.windows(2).zip(marked).filter(|(_, marked)| !**marked).map(|(pair, _)| pair[1] - pair[0]);
+        let sums = steps.scan(0.0, |sum, step| {
+            *sum += step;
+            Some(*sum)
+        });
+        std::iter::once(0.0).chain(sums).collect()
+    };
+    let [t, read, reference] = [t, read, reference].map(without);
+    let last = t.len() - 1;
+    let alpha = gain(&t, &read, &reference);
+    (alpha, (reference[last] - alpha * read[last]) / t[last])
+}
+
+/// Share of a rail by which the middle of a motion that is cut off is faster, and by which all of it is; a rate that reads too small
+/// by as little is taken for one that is held.
 const ARCHED: f64 = 2e-3;
-/// Share by which a reading of a rate that is held may be off.
-const SCALES: f64 = 0.1;
+const BEYOND: f64 = 5e-3;
 
 /// How often a reading below `edge` stands there one time after the other: the median.
 fn repeats(readings: &[f64], edge: f64) -> usize {

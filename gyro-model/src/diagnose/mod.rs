@@ -23,7 +23,7 @@ pub mod verdict;
 use crate::{
     Axis, AxisModel, Model, Record,
     diagnosis::{AxisDiagnosis, AxisLadder, DataFault, ErrorPoint, Suspect, Verdict},
-    effects::{Effect, find},
+    effects::{Effect, Stage, find},
     evidence::{
         problem::HeldRate,
         study::{Bench, Study},
@@ -165,6 +165,9 @@ pub fn compare(
                         judged.over_floor()
                     );
                 }
+                if options.own_log {
+                    says.push_str(&untold(&present, k));
+                }
                 bad_data(record, options.faults, bench, &mut verdict, &mut says);
                 axis_diagnosis(record, &present.study, k, &judged, (verdict, says), Vec::new(), options)
             })
@@ -176,6 +179,25 @@ pub fn compare(
     };
     let all = each_group(record, model, axes, work, standing)?;
     Ok(sorted(all.into_iter().flatten().collect(), |d| d.axis))
+}
+
+/// What a model that was fitted to this log has and the log does not tell from nothing; empty where there is no such effect.
+fn untold(present: &Present, series: usize) -> String {
+    let axis = present.study.bench.problem.series[series].axis;
+    let own = judged::axis_model(&present.study.model, axis);
+    let size = |id: &&str| present.study.size_in_errors(&present.gls, series, id);
+    let added = own.terms.iter().filter(|term| term.effect.stage() != Stage::Calibration);
+    let untold: Vec<&str> =
+        added.map(|term| term.effect.card().id).filter(|id| size(id).is_some_and(|size| size < ladder::TOLD)).collect();
+    if untold.is_empty() {
+        return String::new();
+    }
+    let them = if untold.len() == 1 { "it" } else { "them" };
+    format!(
+        " This log does not tell {} from nothing (less than {} standard errors): `truerate remove` takes {them} out again.",
+        untold.join(" and "),
+        ladder::TOLD
+    )
 }
 
 /// Refits a model and says which physical effect is missing.

@@ -372,14 +372,14 @@ const MANY: usize = 64;
 const AT_LEAST: f64 = 0.1;
 
 /// The angle that the readings add up to, at the reference's rows.
-fn read_angle(series: &Series) -> Vec<f64> {
+pub(crate) fn read_angle(series: &Series) -> Vec<f64> {
     let own = if series.turned.is_empty() { integral(&series.t, &series.gyro) } else { series.turned.clone() };
     series.reference_rows.iter().map(|&k| own[k]).collect()
 }
 
 /// |α|, about: the angle that the reference turns over the one that the readings do, both less their mean rates; 1 where
 /// they do not go together.
-fn gain(t: &[f64], read: &[f64], reference: &[f64]) -> f64 {
+pub(crate) fn gain(t: &[f64], read: &[f64], reference: &[f64]) -> f64 {
     let (x, y) = (untrended(t, read), untrended(t, reference));
     let [xx, xy, yy] = [(&x, &x), (&x, &y), (&y, &y)].map(|(a, b)| dot(a, b));
     let found = xy.abs() / xx;
