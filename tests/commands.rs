@@ -70,6 +70,9 @@ fn a_missing_delay_is_named_added_and_taken_out_again() {
     bench.ok(&["add", "log.csv.gz", "delay", "--axis", "x", "-o", "m.toml"]);
     let model = bench.text("m.toml");
     assert!(model.contains("effects = [\"scale-factor\", \"bias\", \"delay\"]"), "{model}");
+    let needless = bench.ok(&["add", "log.csv.gz", "clock-skew", "--axis", "x", "--model", "m.toml"]);
+    assert!(needless.contains("does not tell clock-skew from nothing"), "{needless}");
+    assert!(!needless.contains("delay and"), "{needless}");
     let again = bench.refused(&["add", "log.csv.gz", "delay", "--axis", "x", "--model", "m.toml"]);
     assert!(again.contains("has 'delay' already"), "{again}");
     bench.ok(&["remove", "log.csv.gz", "delay", "--axis", "x", "--model", "m.toml", "-o", "without.toml"]);

@@ -255,3 +255,16 @@ fn what_rounding_leaves_of_held_rates_is_no_physics_and_hides_none() {
         assert_eq!(found(&["scale-asymmetry:a=0.004"], seed), ["scale-asymmetry"], "seed {seed}");
     }
 }
+
+/// A sine whose peaks are cut off has lines at all its multiples, and the encoder's steps repeat with it: no tone, and no shape of
+/// the rate.
+#[test]
+fn nothing_is_found_beside_a_saturation_of_one_sine() {
+    for (seed, limit) in (1..).zip([3.9, 3.95, 4.0, 4.03, 4.06, 4.08]) {
+        let hidden = vec![Hidden::parse(&format!("saturation:l={limit}"), Axis::X).unwrap()];
+        let motion = Motion::Sine { amplitude: 2.618, frequency: 0.25 };
+        let record = simulate(&Scenario { motion, ..scenario(hidden, seed) }).record;
+        let (_, ladders) = ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap();
+        assert_eq!(ladders[0].effects, ["scale-factor", "bias", "saturation"], "{limit} rad/s, seed {seed}");
+    }
+}

@@ -3,7 +3,7 @@
 //! The scan is a score test in the whitened domain: with the noise identified for the present model, how much would
 //! ln L rise if this column joined, everything else re-fitted linearly. It only chooses who is refitted exactly.
 
-use super::{limits, tone, verdict::is_slow};
+use super::{gate::is_whole, limits, tone, verdict::is_slow};
 use crate::{
     AxisModel, Model, Term,
     effects::{CATALOGUE, Effect, Need, ParameterCard, Role, Stage},
@@ -20,6 +20,9 @@ use crate::{
     record::ReferenceKind,
 };
 use faer::Mat;
+
+/// Bins of a spectrum on either side that belong to a line.
+const BESIDE: f64 = 2.0;
 
 /// One effect at its best grid point.
 #[derive(Clone, Debug)]
@@ -45,7 +48,7 @@ pub fn can_show(effect: &dyn Effect, series: &Series) -> bool {
         Rest::Whole => is_slow(effect.card().id),
     };
     // On one line a mount is a gain and a lateness, which scale factor and delay are already.
-    if !shows || series.one_line && effect.card().id == "mount-resonance" {
+    if !shows || series.one_line.is_some() && effect.card().id == "mount-resonance" {
         return false;
     }
     let varies = |pick: &dyn Fn(usize) -> f64, least: f64| {
@@ -204,9 +207,15 @@ impl<'a> Scanner<'a> {
     /// Where a tone may be, Hz: at a line of the reading, else at one that no noise draws.
     fn tone(&self, effect: &'static dyn Effect, index: usize, series: &Series) -> Option<f64> {
         let t = self.study.bench.problem.times();
-        let lines = tone::peaks(&self.residual, t, series);
-        let seen = lines.into_iter().find(|&f| self.is_felt(effect, index, f));
-        seen.or_else(|| tone::beyond_noise(&self.residual, self.draws, t, series))
+        // A sine whose peaks are cut off has lines at all its multiples, in the reading too.
+        let cut_off = series.one_line.filter(|_| !is_whole(self.study));
+        let is_of_motion = |f: f64| {
+            let off = |own: f64| (f - own * (f / own).round()).abs();
+            cut_off.is_some_and(|own| off(own) * series.span().duration < BESIDE)
+        };
+        let lines = tone::peaks(&self.residual, t, series).into_iter().filter(|&f| !is_of_motion(f));
+        let seen = { lines }.find(|&f| self.is_felt(effect, index, f));
+        seen.or_else(|| tone::beyond_noise(&self.residual, self.draws, t, series).filter(|&f| !is_of_motion(f)))
     }
 
     /// Whether the gyro itself felt the line that the residual has at `f`.

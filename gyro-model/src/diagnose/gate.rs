@@ -242,17 +242,21 @@ pub(super) fn is_outsized(term: &Term, axis: Axis) -> bool {
         .any(|(card, v)| v.abs() > OUTSIZED * card.typical.abs())
 }
 
+/// Whether hardly any of a log is cut off or left out.
+pub(super) fn is_whole(study: &Study) -> bool {
+    study.evaluation.silent() < 0.01
+}
+
 /// Chance that noise alone raises ln L as much, for any effect at any shape of the search.
 pub(super) fn chance(rise: f64, candidate: &Candidate, study: &Study) -> f64 {
     let effect = candidate.term.effect;
     let series = &study.bench.problem.series[candidate.series];
-    let is_whole = study.evaluation.silent() < 0.01;
     let is_chosen = effect.parameters(series.axis).iter().any(|card| card.role == Role::Chosen);
     let grid = effect.grid(&series.span()).len().max(1) as f64;
     let (shapes, freedom) = if effect.card().id != "vibration-tone" {
         // Neighbouring shapes of a grid are not independent, one harmonic and the next are.
         (if is_chosen { grid } else { grid.sqrt() }, candidate.freedom)
-    } else if is_whole && tone::is_read(study, candidate.series, &candidate.term) {
+    } else if is_whole(study) && tone::is_read(study, candidate.series, &candidate.term) {
         // Where the reading has the line, it gives amplitude and phase too: only whether the shaft shares it is open. (One
         // that is cut off has lines that nobody turned.)
         (tone::LINES as f64, 1)

@@ -181,6 +181,9 @@ pub fn compare(
     Ok(sorted(all.into_iter().flatten().collect(), |d| d.axis))
 }
 
+/// Standard errors that one effect which was asked for has to differ from nothing by.
+const TOLD: f64 = 2.0;
+
 /// What a model that was fitted to this log has and the log does not tell from nothing; empty where there is no such effect.
 fn untold(present: &Present, series: usize) -> String {
     let axis = present.study.bench.problem.series[series].axis;
@@ -188,7 +191,7 @@ fn untold(present: &Present, series: usize) -> String {
     let size = |id: &&str| present.study.size_in_errors(&present.gls, series, id);
     let added = own.terms.iter().filter(|term| term.effect.stage() != Stage::Calibration);
     let untold: Vec<&str> =
-        added.map(|term| term.effect.card().id).filter(|id| size(id).is_some_and(|size| size < ladder::TOLD)).collect();
+        added.map(|term| term.effect.card().id).filter(|id| size(id).is_some_and(|size| size < TOLD)).collect();
     if untold.is_empty() {
         return String::new();
     }
@@ -196,7 +199,7 @@ fn untold(present: &Present, series: usize) -> String {
     format!(
         " This log does not tell {} from nothing (less than {} standard errors): `truerate remove` takes {them} out again.",
         untold.join(" and "),
-        ladder::TOLD
+        TOLD
     )
 }
 

@@ -72,11 +72,11 @@ impl Line {
     }
 }
 
-/// Whether a signal is one line about its mean, but for a hundredth of it.
+/// The frequency of a signal that is one line about its mean, but for a hundredth of it, Hz.
 #[must_use]
-pub fn is_one(t: &[f64], values: &[f64]) -> bool {
+pub fn only(t: &[f64], values: &[f64]) -> Option<f64> {
     if values.len() < FEWEST {
-        return false;
+        return None;
     }
     let span = t[t.len() - 1] - t[0];
     let weights = (0..values.len()).map(|k| hann(k, values.len()));
@@ -90,12 +90,12 @@ pub fn is_one(t: &[f64], values: &[f64]) -> bool {
     let turns: Vec<f64> =
         sides.tuple_windows().filter(|(a, b)| (*a.1 > 0.0) != (*b.1 > 0.0)).map(|(_, b)| *b.0).collect();
     if turns.len() < FEWEST {
-        return false;
+        return None;
     }
     let frequency = 0.5 * (turns.len() - 1) as f64 / (turns[turns.len() - 1] - turns[0]);
     let line = Line::top(frequency, 0.5 / span, t, &about);
     let rest: Vec<f64> = t.iter().zip(&about).map(|(&t, value)| value - line.value(t)).collect();
-    size(&rest) < PURE * size(&about)
+    (size(&rest) < PURE * size(&about)).then_some(line.frequency)
 }
 
 /// Half turns that show a frequency.
@@ -143,11 +143,12 @@ mod tests {
         let t: Vec<f64> = (0..6000).map(|k| 0.01 * f64::from(k)).collect();
         let step = 1.5e-3;
         let of = |f: &dyn Fn(f64) -> f64| -> Vec<f64> { t.iter().map(|&t| (f(t) / step).round() * step).collect() };
-        assert!(is_one(&t, &of(&|t| 0.4 + 2.6 * (TAU * 0.2713 * t + 0.3).sin())));
-        assert!(is_one(&t, &of(&|t| 0.2 * (TAU * 3.1 * t).cos())));
-        assert!(!is_one(&t, &of(&|t| 2.6 * (TAU * 0.25 * t).sin() + 0.05 * (TAU * 0.75 * t).sin())));
-        assert!(!is_one(&t, &of(&|t| (TAU * 0.1 * t).sin() + (TAU * 0.7 * t).sin())));
-        assert!(!is_one(&t, &of(&|t| (0.3 * t).floor())));
-        assert!(!is_one(&t, &vec![0.0; t.len()]));
+        let found = only(&t, &of(&|t| 0.4 + 2.6 * (TAU * 0.2713 * t + 0.3).sin())).expect("one line");
+        assert!((found - 0.2713).abs() < 1e-4, "{found}");
+        assert!(only(&t, &of(&|t| 0.2 * (TAU * 3.1 * t).cos())).is_some());
+        assert!(only(&t, &of(&|t| 2.6 * (TAU * 0.25 * t).sin() + 0.05 * (TAU * 0.75 * t).sin())).is_none());
+        assert!(only(&t, &of(&|t| (TAU * 0.1 * t).sin() + (TAU * 0.7 * t).sin())).is_none());
+        assert!(only(&t, &of(&|t| (0.3 * t).floor())).is_none());
+        assert!(only(&t, &vec![0.0; t.len()]).is_none());
     }
 }

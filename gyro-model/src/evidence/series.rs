@@ -44,8 +44,8 @@ pub struct Series {
     pub margin: f64,
     /// Whether it turns at all: else nothing is known of the scale.
     pub rest: Rest,
-    /// Whether its shaft goes to and fro on one line.
-    pub one_line: bool,
+    /// The frequency at which its shaft goes to and fro, where that is all it does, Hz.
+    pub one_line: Option<f64>,
     /// The reference readings that say something of their own.
     pub readings: Vec<Reading>,
 }
@@ -367,7 +367,7 @@ impl Series {
             }
             ReferenceKind::Quaternion => (Vec::new(), Encoder::NONE, each(reference_rows.len())),
         };
-        let one_line = line::is_one(&reference_t, &reference_angle);
+        let one_line = line::only(&reference_t, &reference_angle);
         (reference_rows.len() >= 20).then_some(Self {
             axis,
             kind,
