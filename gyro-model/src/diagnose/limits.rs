@@ -75,10 +75,13 @@ fn rail(readings: &[f64]) -> Option<f64> {
 /// A peak falls with the square of the time: of n readings within L steps of it, n/√L lie within the first, be it one peak or many
 /// of the same height. Noise leaves fewer there.
 fn is_more_than_peaks(at: usize, n: usize, levels: f64) -> bool {
+    if at < FEWEST_HELD {
+        return false;
+    }
     let share = 1.0 / levels.sqrt();
     // One is at the top because the top is where it is.
-    let Ok(law) = Binomial::new(share, n as u64 - 1) else { return false };
-    at >= FEWEST_HELD && at as f64 > RATIO * share * n as f64 && law.sf(at as u64 - 2) < CHANCE
+    let law = Binomial::new(share, n as u64 - 1);
+    at as f64 > RATIO * share * n as f64 && law.is_ok_and(|law| law.sf(at as u64 - 2) < CHANCE)
 }
 
 /// How many times as many readings stand at a rail as smooth peaks bring, and the chance that these bring them.

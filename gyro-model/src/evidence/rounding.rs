@@ -38,17 +38,15 @@ impl Rounding {
         if step <= 0.0 || !series.turned.is_empty() {
             return None;
         }
-        let mut at = f64::INFINITY;
-        let (steady, _) = quieted(&series.t, &series.gyro);
-        let nearest = |rate: f64| {
-            if (rate / step - at).abs() > LEAVES {
-                at = (rate / step).round();
-            }
-            at as i64
-        };
-        let level: Vec<i64> = steady.into_iter().map(nearest).collect();
+        let level = levels(series, step);
         let noise = noise_of(variance_held(series, step, &level)?);
         (noise < EVENED_OUT).then_some(Self { step, noise, level })
+    }
+
+    /// The same of other readings of this gyro.
+    #[must_use]
+    pub fn on(&self, series: &Series) -> Self {
+        Self { level: levels(series, self.step), ..*self }
     }
 
     /// Variance of what rounding makes a reading err by in the mean, (rad/s)².
@@ -70,6 +68,18 @@ impl Rounding {
     fn mean_off(&self, u: f64) -> f64 {
         HARMONICS.map(|k| size(self.noise, k) * (2.0 * PI * f64::from(k) * u).sin()).sum()
     }
+}
+
+/// The step about which the rate is, sample by sample.
+fn levels(series: &Series, step: f64) -> Vec<i64> {
+    let mut at = f64::INFINITY;
+    let nearest = |rate: f64| {
+        if (rate / step - at).abs() > LEAVES {
+            at = (rate / step).round();
+        }
+        at as i64
+    };
+    quieted(&series.t, &series.gyro).0.into_iter().map(nearest).collect()
 }
 
 /// Of harmonic `k` of m(u), steps.
@@ -128,6 +138,11 @@ const LEVELS: usize = 4;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{
+        Axis, Model, Record,
+        evidence::study::Bench,
+        simulate::{Motion, Scenario, simulate},
+    };
     use rand_distr::{Distribution, StandardNormal};
 
     #[test]
@@ -149,6 +164,23 @@ mod tests {
             let scatters = noise * noise + 1.0 / 12.0 - square;
             assert!((noise_of(scatters) - noise).abs() < 0.02, "σ {noise}: {}", noise_of(scatters));
         }
+    }
+
+    #[test]
+    fn what_is_known_of_a_whole_log_is_drawn_on_a_part_of_it() {
+        let mut scenario =
+            Scenario { motion: Motion::RateTable { rate: 2.0, hold: 3.0 }, seconds: 60.0, ..Scenario::default() };
+        scenario.sensor.noise_density = 0.1 * scenario.sensor.quantum / f64::sqrt(0.5 * scenario.rate_hz);
+        let record = simulate(&scenario).record;
+        let bench = |record: &Record| Bench::new(record, &[Axis::X], &Model::base_for(record)).expect("a bench");
+        let whole = bench(&record);
+        let mut part = record.clone();
+        part.rows.truncate(record.len() / 2);
+        let mut part = bench(&part);
+        part.know(&whole.prior);
+        let rounding = part.prior[0].rounding.as_ref().expect("coarse readings");
+        assert_eq!(rounding.draw(1).len(), part.problem.series[0].t.len());
+        assert_eq!(rounding.draw(1)[..1000], whole.prior[0].rounding.as_ref().expect("as there").draw(1)[..1000]);
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::{
     noise::{self, Gls},
     prior::{self, Prior},
     problem::{Evaluation, Problem, Slot, Warm, is_scale, value},
-    series::Rest,
+    series::{Rest, Series},
     whiten::NoiseModel,
 };
 use crate::{Axis, Model, Record, effects::Role, nls};
@@ -55,7 +55,9 @@ impl Bench {
         self.weights = (0..self.windows.tau.len())
             .map(|k| (each.iter().map(|w| w[k] * w[k]).sum::<f64>() / each.len() as f64).sqrt())
             .collect();
-        self.prior = prior.to_vec();
+        let rounding = |s: &Series, p: &Prior| p.rounding.as_ref().map(|rounding| rounding.on(s));
+        let own = self.problem.series.iter().zip(prior).map(|(s, p)| Prior { rounding: rounding(s, p), ..p.clone() });
+        self.prior = own.collect();
     }
 }
 
