@@ -4,7 +4,7 @@ use super::{
     Options,
     ahead::ahead,
     candidates::{Candidate, can_show, of_whole_sensor, with_term},
-    gate::{SHARE, is_at_bound},
+    gate::{SHARE, UNEVEN, is_at_bound},
     judged::{self, Judged},
     rank::ROUGH,
     refit::{Present, Refit},
@@ -486,6 +486,7 @@ fn counting_again<'a>(without: Present<'a>, present: &Present<'a>) -> Present<'a
 /// least first.
 fn told<'a>(present: Present<'a>, start: &Model, took: &mut dyn FnMut(&Study, Change)) -> Present<'a> {
     let mut present = present;
+    let mut kept = Vec::new();
     loop {
         let settled = fit::settle(present.study.clone());
         let gls = settled.identify(&[present.gls.noise]);
@@ -494,9 +495,14 @@ fn told<'a>(present: Present<'a>, start: &Model, took: &mut dyn FnMut(&Study, Ch
             let size = |id| Some((k, axis, id, settled.size_in_errors(&gls, k, id)?));
             added(&present, start, axis).into_iter().filter_map(size).collect::<Vec<_>>()
         });
-        let least = sizes.min_by(|a, b| a.3.total_cmp(&b.3)).filter(|least| least.3 < TOLD);
-        let Some((k, axis, id, _)) = least else { break };
+        let open = sizes.filter(|(k, _, id, size)| *size < TOLD && !kept.contains(&(*k, *id)));
+        let Some((k, axis, id, size)) = open.min_by(|a, b| a.3.total_cmp(&b.3)) else { break };
         let Some((without, _)) = without(&present, axis, id) else { break };
+        // How large a warming is hangs on how long it takes: that it is there does not.
+        if size > SHOWS && without.excess(k) > UNEVEN {
+            kept.push((k, id));
+            continue;
+        }
         present = counting_again(without, &present);
         took(&present.study, Change::of(k, None, Some(id)));
     }
@@ -506,3 +512,5 @@ fn told<'a>(present: Present<'a>, start: &Model, took: &mut dyn FnMut(&Study, Ch
 /// Standard errors that an effect has to differ from nothing by in the end: of so many that were looked for, noise brings one beyond
 /// two in every other log.
 const TOLD: f64 = 3.0;
+/// The same where an error is left without it that noise does not make.
+const SHOWS: f64 = 2.0;
