@@ -78,42 +78,6 @@ pub fn smooth(t: &[f64], y: &[f64], half: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Slope of what lies within ±`half` seconds, by times; near the ends of what there is of it. Lines through all of it and through
-/// its inner half give the slope of a cubic (Richardson's extrapolation): of a sine, x = ω·half/2, 1 − x⁴/70 is left.
-#[must_use]
-pub fn slope(t: &[f64], y: &[f64], half: f64) -> Vec<f64> {
-    let (near, far) = (slope_of_line(t, y, 0.5 * half), slope_of_line(t, y, half));
-    near.iter().zip(far).map(|(near, far)| (4.0 * near - far) / 3.0).collect()
-}
-
-/// Slope of the line through what lies within ±`half` seconds.
-fn slope_of_line(t: &[f64], y: &[f64], half: f64) -> Vec<f64> {
-    // Sums of 1, t, y, tt and ty up to each sample, about the middle of the log for the sake of rounding.
-    let middle = t.get(t.len() / 2).copied().unwrap_or(0.0);
-    let level = y.get(y.len() / 2).copied().unwrap_or(0.0);
-    let mut sums = vec![[0.0; 5]; t.len() + 1];
-    for k in 0..t.len() {
-        let (t, y) = (t[k] - middle, y[k] - level);
-        for (i, value) in [1.0, t, y, t * t, t * y].into_iter().enumerate() {
-            sums[k + 1][i] = sums[k][i] + value;
-        }
-    }
-    let (mut from, mut to) = (0, 0);
-    (0..t.len())
-        .map(|k| {
-            while t[from] < t[k] - half - 1e-12 {
-                from += 1;
-            }
-            while to < t.len() && t[to] <= t[k] + half + 1e-12 {
-                to += 1;
-            }
-            let [n, t, y, tt, ty]: [f64; 5] = std::array::from_fn(|i| sums[to][i] - sums[from][i]);
-            let spread = tt - t * t / n;
-            if spread > 0.0 { (ty - t * y / n) / spread } else { 0.0 }
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -144,19 +108,5 @@ mod tests {
         let t: Vec<f64> = (0..100).map(|k| f64::from(k) * 0.1).collect();
         let y: Vec<f64> = t.iter().map(|t| 2.0 + 3.0 * t).collect();
         assert!(smooth(&t, &y, 2.0).iter().zip(&y).all(|(a, b)| (a - b).abs() < 1e-9));
-    }
-
-    #[test]
-    fn the_slope_of_a_noisy_line_is_the_lines_and_that_of_a_sine_of_ten_seconds_its_own() {
-        let t: Vec<f64> = (0..3000).map(|k| f64::from(k) * 0.01).collect();
-        let line: Vec<f64> = (0..3000).map(|k| 5.0 - 0.3 * t[k as usize] + 0.02 * f64::from(k % 7 - 3)).collect();
-        // Within a second of an end half of the inner line is missing, and noise shows.
-        assert!(slope(&t, &line, 2.0)[100..2900].iter().all(|s| (s + 0.3).abs() < 5e-3));
-        for omega in [0.12_f64, 0.6] {
-            let sine: Vec<f64> = t.iter().map(|t| (omega * t).sin()).collect();
-            let slopes = slope(&t, &sine, 2.0);
-            let off = |k: usize| (slopes[k] / omega - (omega * t[k]).cos()).abs();
-            assert!((300..2700).all(|k| off(k) < 3e-3), "{omega} rad/s");
-        }
     }
 }

@@ -7,7 +7,8 @@
 //! | [`problem`] | the residual of a model and its derivatives |
 //! | [`increments`] | increments over averaging times: the error curve's Gram matrices, held out block by block |
 //! | [`attitude`] | an orientation as reference |
-//! | [`integrate`] | integrals, slopes and smoothing of sampled rates |
+//! | [`integrate`] | integrals and smoothing of sampled rates |
+//! | `heating` | how fast the temperature rises |
 //! | [`study`] | a model fitted to a log |
 //! | [`line`] | one line of a signal's spectrum |
 //! | [`prior`] | the noise that the sensors' own signals show |
@@ -23,6 +24,7 @@ pub mod attitude;
 pub mod encoder;
 pub mod floor;
 mod growth;
+mod heating;
 pub mod increments;
 pub mod integrate;
 pub mod likelihood;

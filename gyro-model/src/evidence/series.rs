@@ -113,7 +113,7 @@ pub(crate) fn curve(t: &[f64], values: &[f64]) -> Option<Vec<f64>> {
 }
 
 /// Slope at each point of the parabola through it and its neighbours; of the straight line at the ends.
-fn three_point_slopes(t: &[f64], y: &[f64]) -> Vec<f64> {
+pub(super) fn three_point_slopes(t: &[f64], y: &[f64]) -> Vec<f64> {
     let line = |k: usize| (y[k + 1] - y[k]) / (t[k + 1] - t[k]);
     let last = t.len() - 1;
     let inner = |k: usize| {
@@ -309,8 +309,7 @@ impl Series {
         });
         let accel: [Vec<f64>; 3] = std::array::from_fn(|a| filled(&|k| rows[k].accel[a]));
         let temperature = fill(&t, &column(&|k| rows[k].temperature)).unwrap_or_else(|| vec![25.0; t.len()]);
-        // The whole log is here, so the slope of the temperature can look ahead.
-        let heating = super::integrate::slope(&t, &temperature, 2.0);
+        let heating = super::heating::heating(&t, &temperature);
         let supply = filled(&|k| rows[k].supply);
         let free: Vec<Vec<f64>> =
             (0..record.free_names.len().min(FREE_CHANNELS)).map(|c| filled(&|k| rows[k].free[c])).collect();
