@@ -3,6 +3,7 @@
 use super::{
     gate::SHARE,
     refit::{Present, Refit, mean, total},
+    verdict::is_slow,
 };
 use crate::{Axis, effects::are_aliases, evidence::noise::BLOCKS};
 use std::{f64::consts::SQRT_2, ops::Range};
@@ -83,6 +84,11 @@ impl Refit<'_> {
         let inflation = self.inflation.max(other.inflation);
         let ids = [self, other].map(|refit| refit.candidate.term.effect.card().id);
         let least = if are_aliases(ids[0], ids[1]) { WITHIN_FORM } else { FOUND_TO.0 };
+        // Twenty blocks tell that error roughly. Of two models that are nearly right it is known: what two differ by that lie d
+        // standard deviations of the noise apart, ½d², varies by d. (What shows once, a wander may make in one block.)
+        let nearly = self.excess.max(other.excess) < ROUGH && !ids.into_iter().any(is_slow);
+        let of_noise = (2.0 * (self.rise - other.rise).abs() / inflation).sqrt();
+        let error = if nearly { error.min(of_noise) } else { error };
         gains.len() == BLOCKS && difference.abs() < inflation * least.max(2.0 * error)
     }
 

@@ -66,7 +66,7 @@ fn slopes(t: &[f64], y: &[f64], half: f64) -> (Vec<f64>, f64) {
             let around = from.min(k.saturating_sub(1))..to.max((k + 2).min(t.len()));
             let order = CUBIC.min(around.len() - 1).max(2);
             let x = |row: usize| (t[around.start + row] - t[k]) / half;
-            let powers = DMatrix::from_fn(around.len(), order, |row, power| x(row).powi(power as i32));
+            let powers = DMatrix::from_fn(around.len(), order, |row, power| x(row).powf(power as f64));
             let squares = powers.tr_mul(&powers);
             let right = powers.tr_mul(&DVector::from_fn(around.len(), |row, _| y[around.start + row] - y[k]));
             let Some(inverse) = squares.try_inverse() else { return 0.0 };

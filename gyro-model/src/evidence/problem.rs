@@ -14,9 +14,10 @@ use super::{
 use crate::{
     Axis, AxisModel, Model, Record, Term,
     effects::{Memory, Role, Signals, Stage, derivative, steadied, white_noise},
+    nls,
     record::ReferenceKind,
 };
-use std::sync::Arc;
+use std::{ops::Range, sync::Arc};
 
 /// One log, laid out for evaluating models of the axes that share a reference.
 #[derive(Clone, Debug)]
@@ -467,20 +468,16 @@ fn counted_angle(s: &Series, track: &Track, half: f64) -> Vec<f64> {
     angle
 }
 
-/// An integrated angle held to the level of the reference over ±`half` s, and to its steps where the gyro's say nothing;
-/// where the reference is `silent` (empty: nowhere), to what it said before and after.
+/// An integrated angle held to the level of the reference over ±`half` s, on each stretch between what is lost to its own; where the
+/// reference is `silent` (empty: nowhere), to what it said before and after.
 fn best_angle(s: &Series, reference: &[f64], silent: &[bool], angle: &[f64], lost: &[bool], half: f64) -> Vec<f64> {
     if reference.is_empty() {
         return angle.to_vec();
     }
-    let mut jumped = vec![0.0; s.reference_rows.len()];
-    for i in 1..jumped.len() {
-        let (a, b) = (s.reference_rows[i - 1], s.reference_rows[i]);
-        let step = (angle[b] - angle[a]) - (reference[i] - reference[i - 1]);
-        jumped[i] = jumped[i - 1] + if lost[a..=b].contains(&true) { step } else { 0.0 };
-    }
-    let rows = s.reference_rows.iter().zip(reference).zip(&jumped);
-    let mut error: Vec<f64> = rows.map(|((&k, r), j)| angle[k] - r - j).collect();
+    let rows = s.reference_rows.iter().zip(reference);
+    let mut error: Vec<f64> = rows.map(|(&k, r)| angle[k] - r).collect();
+    let levels = stretch_levels(s, angle, lost, &error);
+    error.iter_mut().zip(&levels).for_each(|(error, level)| *error -= level);
     if silent.contains(&true) {
         let (t, said): (Vec<f64>, Vec<f64>) =
             (0..error.len()).filter(|&i| !silent[i]).map(|i| (s.reference_t[i], error[i])).unzip();
@@ -490,11 +487,46 @@ fn best_angle(s: &Series, reference: &[f64], silent: &[bool], angle: &[f64], los
         }
     }
     let mut level = smooth(&s.reference_t, &error, half);
-    for (level, jump) in level.iter_mut().zip(&jumped) {
-        *level += jump;
-    }
+    level.iter_mut().zip(&levels).for_each(|(level, own)| *level += own);
     let mut hint = 0;
     angle.iter().zip(&s.t).map(|(a, &t)| a - linear(&s.reference_t, &level, t, &mut hint)).collect()
+}
+
+/// What an angle's `error` at the reference's rows has of a level for each stretch between what is lost, and of a scale and a bias
+/// for all: e = c_stretch + a θ + b t, by least squares. How far the shaft turned in between, one reading on either side would
+/// tell no better than to a step. Nothing where nothing is lost.
+fn stretch_levels(s: &Series, angle: &[f64], lost: &[bool], error: &[f64]) -> Vec<f64> {
+    let mut levels = vec![0.0; error.len()];
+    let is_cut = |i: usize| lost[s.reference_rows[i - 1]..=s.reference_rows[i]].contains(&true);
+    let mut edges: Vec<usize> = (1..error.len()).filter(|&i| is_cut(i)).collect();
+    if edges.is_empty() {
+        return levels;
+    }
+    edges.insert(0, 0);
+    edges.push(error.len());
+    let stretches: Vec<Range<usize>> = edges.windows(2).map(|edge| edge[0]..edge[1]).collect();
+    let columns: [Vec<f64>; 2] =
+        [s.reference_rows.iter().map(|&k| angle[k]).collect(), s.reference_t.iter().map(|t| t - s.t[0]).collect()];
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let about_its_mean = |values: &[f64]| -> Vec<f64> {
+        let each = |stretch: &Range<usize>| {
+            let mean = mean(&values[stretch.clone()]);
+            values[stretch.clone()].iter().map(move |v| v - mean).collect::<Vec<_>>()
+        };
+        stretches.iter().flat_map(each).collect()
+    };
+    let [turned, passed] = [0, 1].map(|k| about_its_mean(&columns[k]));
+    let mut normal = nls::Normal::zeros(2);
+    normal.add(&about_its_mean(error), &[&turned, &passed]);
+    let (_, step) = normal.rise(1e-8);
+    for stretch in stretches {
+        for i in stretch.clone() {
+            levels[i] = -(step[0] * columns[0][i] + step[1] * columns[1][i]);
+        }
+        let own = mean(&error[stretch.clone()]) - mean(&levels[stretch.clone()]);
+        levels[stretch].iter_mut().for_each(|level| *level += own);
+    }
+    levels
 }
 
 /// Lets an angle stand where the sensor rests: what it wanders there is the gyro's noise, which no play takes up and no tooth

@@ -59,6 +59,8 @@ impl Rounding {
     #[must_use]
     pub fn draw(&self, seed: u64) -> Vec<f64> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        // A stream of its own: what else is drawn by this seed is independent of it.
+        rng.set_stream(1);
         let mut off = HashMap::new();
         let mut beyond = || self.step * self.mean_off(rng.random::<f64>());
         self.level.iter().map(|level| *off.entry(level).or_insert_with(&mut beyond)).collect()
