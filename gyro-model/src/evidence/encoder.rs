@@ -10,7 +10,7 @@ pub struct Encoder {
     pub step: f64,
     /// Readings that one row of the log is the mean of.
     pub readings: usize,
-    /// Standard deviation of a row beyond what the steps make it err by, rad.
+    /// Standard deviation of the angle that it counts about the shaft's, rad.
     pub noise: f64,
 }
 
@@ -72,6 +72,15 @@ impl Encoder {
             off(here + part * if part < 0.0 { -back } else { on })
         };
         self.step * (0..count).map(reading).sum::<f64>() / count as f64
+    }
+
+    /// The same where the angle that it counts is off by `noise`, rad: steps of a single reading are taken with it, and are evened
+    /// out by it where the shaft is slow.
+    pub fn noisy_error(&self, along: &impl Fn(usize) -> f64, rows: usize, i: usize, noise: f64) -> f64 {
+        if self.readings == 1 {
+            return self.error(&|i| along(i) + noise, rows, i) + noise;
+        }
+        self.error(along, rows, i) + noise
     }
 }
 

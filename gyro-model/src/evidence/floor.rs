@@ -90,8 +90,9 @@ fn draw_with(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seen: See
                         // How far the shaft turned there is known to whole counts only.
                         offset = rng.random::<f64>() * s.encoder.step;
                     }
-                    let reading = share[i] * encoder_error(s, prior, along, offset, i, &mut rng)
-                        + s.encoder.noise * draw_normal(&mut rng);
+                    let noise = s.encoder.noise * draw_normal(&mut rng);
+                    let reading =
+                        share[i] * (encoder_error(s, prior, along, offset, i, noise, &mut rng) - noise) + noise;
                     let whole = walk + rounded.get(s.reference_rows[i]).unwrap_or(&0.0) - reading;
                     // A step that says nothing is bridged, as in the residual: what it held, encoder noise too, is gone.
                     if lost[i] {
@@ -119,7 +120,10 @@ pub fn draw_through(bench: &Bench, series: usize, warm: &Warm, terms: [&[Term]; 
     let offset = rng.random::<f64>() * s.encoder.step;
     let along = warm.drawn_along();
     let reading: Vec<f64> = (0..s.reference_rows.len())
-        .map(|i| encoder_error(s, prior, along, offset, i, &mut rng) + s.encoder.noise * draw_normal(&mut rng))
+        .map(|i| {
+            let noise = s.encoder.noise * draw_normal(&mut rng);
+            encoder_error(s, prior, along, offset, i, noise, &mut rng)
+        })
         .collect();
     terms.map(|terms| {
         let angle = bench.problem.undone(series, terms, &noise);
@@ -142,10 +146,19 @@ fn draw_normal(rng: &mut ChaCha8Rng) -> f64 {
     StandardNormal.sample(rng)
 }
 
-/// What the encoder's steps make it read too much at one of its rows; white where it has none.
-fn encoder_error(s: &Series, prior: &Prior, along: &[f64], offset: f64, i: usize, rng: &mut ChaCha8Rng) -> f64 {
+/// What the encoder's steps and the `noise` of the angle that it counts make it read too much at one of its rows; white where it has
+/// none.
+fn encoder_error(
+    s: &Series,
+    prior: &Prior,
+    along: &[f64],
+    offset: f64,
+    i: usize,
+    noise: f64,
+    rng: &mut ChaCha8Rng,
+) -> f64 {
     if s.encoder.step > 0.0 {
-        s.encoder.error(&|i| along[s.reference_rows[i]] + offset, s.reference_rows.len(), i)
+        s.encoder.noisy_error(&|i| along[s.reference_rows[i]] + offset, s.reference_rows.len(), i, noise)
     } else {
         prior.encoder * draw_normal(rng)
     }

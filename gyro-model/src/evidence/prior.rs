@@ -21,6 +21,9 @@ use crate::{
     order::median,
     record::Walk,
 };
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
 use realfft::RealFftPlanner;
 use std::f64::consts::TAU;
 
@@ -420,10 +423,10 @@ pub fn walks(problem: &Problem) -> Vec<Walk> {
         .collect()
 }
 
-/// What a row of an encoder varies by beyond what its steps make it err by, rad, where the shaft turns by a count a row or more:
-/// the sixth differences of its angle less the one that the gyro has turned by, vibrations taken out, and of the errors that
-/// the steps and the noise of the readings make on that way. 0 where it is too little to tell. `shaft` and `gyro` are times and
-/// values, `rows` where in these the former stand.
+/// Standard deviation of the angle that an encoder counts about the shaft's, rad, where the shaft turns by a count a row or more:
+/// such that the sixth differences of its angle less the one that the gyro has turned by, vibrations taken out, are those of the
+/// errors that its steps make of so noisy an angle, and of the noise of the readings. 0 where it is too little to tell. `shaft`
+/// and `gyro` are times and values, `rows` where in these the former stand.
 #[must_use]
 pub fn encoder_noise(encoder: &Encoder, shaft: (&[f64], &[f64]), gyro: (&[f64], &[f64]), rows: &[usize]) -> f64 {
     let ((t, angle), step) = (shaft, encoder.step);
@@ -436,40 +439,63 @@ pub fn encoder_noise(encoder: &Encoder, shaft: (&[f64], &[f64]), gyro: (&[f64], 
     let alpha = gain(t, &turned, angle);
     let less: Vec<f64> = angle.iter().zip(&turned).map(|(r, own)| r - alpha * own).collect();
     let seen: Vec<f64> = windows(&sixth_differences(&untrended(t, &less))).collect();
-    let mut made_in = vec![0.0; seen.len()];
-    for zero in 0..ZEROS {
-        let along = |i: usize| alpha * turned[i] + step * f64::from(zero) / f64::from(ZEROS);
-        let errors: Vec<f64> = (0..turned.len()).map(|i| encoder.error(&along, turned.len(), i)).collect();
-        for (sum, of) in made_in.iter_mut().zip(windows(&sixth_differences(&errors))) {
-            *sum += of / f64::from(ZEROS);
+    let mut random = ChaCha8Rng::seed_from_u64(0);
+    let normal: Vec<f64> = turned.iter().map(|_| StandardNormal.sample(&mut random)).collect();
+    let made_of = |noise: f64| {
+        let mut made = vec![0.0; seen.len()];
+        for zero in 0..ZEROS {
+            let from = step * f64::from(zero) / f64::from(ZEROS);
+            let along = |i: usize| alpha * turned[i] + from;
+            let errors: Vec<f64> =
+                (0..turned.len()).map(|i| encoder.noisy_error(&along, turned.len(), i, noise * normal[i])).collect();
+            for (sum, of) in made.iter_mut().zip(windows(&sixth_differences(&errors))) {
+                *sum += of / f64::from(ZEROS);
+            }
         }
-    }
+        made
+    };
+    let exact = made_of(0.0);
     let usual = encoder.step.powi(2) / 12.0 / encoder.readings as f64;
-    let moving = || seen.iter().zip(&made_in).filter(|(_, made)| **made > MOVES * usual);
-    let count = moving().count();
-    if count < ENOUGH {
+    let moving = |of: &[f64]| -> Vec<f64> {
+        of.iter().zip(&exact).filter(|(_, made)| **made > MOVES * usual).map(|(of, _)| *of).collect()
+    };
+    let mut seen = moving(&seen);
+    if seen.len() < ENOUGH {
         return 0.0;
     }
-    let of = |spread: Spread| if spread.uneven() { spread.quiet } else { spread.mean };
-    let mut seen: Vec<f64> = moving().map(|(seen, _)| *seen).collect();
     seen.sort_by(f64::total_cmp);
     let quiet = seen[seen.len() / 10] / TENTH;
+    let count = seen.len() as f64;
+    let mean = seen.iter().sum::<f64>() / count;
+    let error = (seen.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count / count).sqrt();
     let own = Spread::of(seen);
     // What is here and not there is no noise: jerks that gyro and encoder see each in its own way.
     if own.mean > EVEN * quiet {
         return 0.0;
     }
-    let made = moving().map(|(_, made)| made).sum::<f64>() / count as f64;
     let apart = median_apart(gyro.0);
     let read = Spread::of(stretches(&evenly(gyro.0, &readings, apart)));
     // Where the motion never rests the two see it at other times, and no noise of either is known.
     if read.quiet > POOR.powi(2) / apart {
         return 0.0;
     }
-    let read = of(read);
-    let walk = (alpha * apart).powi(2) * read * walked(median_apart(t) / apart);
-    let beyond = own.mean - made - walk;
-    if beyond > TELLING * made { beyond.sqrt() } else { 0.0 }
+    let read = if read.uneven() { read.quiet } else { read.mean };
+    let wanted = own.mean - (alpha * apart).powi(2) * read * walked(median_apart(t) / apart);
+    let mean_made = |made: &[f64]| Spread::of(moving(made)).mean;
+    let mut before = (0.0, mean_made(&exact));
+    if wanted < before.1 + TELLING * error {
+        return 0.0;
+    }
+    for noise in TRIED.map(|counts| counts * step) {
+        let next = (noise, mean_made(&made_of(noise)));
+        if next.1 > wanted {
+            // Between two of them the variance goes about evenly with that of the angle.
+            let share = ((wanted - before.1) / (next.1 - before.1)).clamp(0.0, 1.0);
+            return (before.0 * before.0 + share * (noise * noise - before.0 * before.0)).sqrt();
+        }
+        before = next;
+    }
+    (before.0 * before.0 + wanted - before.1).max(0.0).sqrt()
 }
 
 /// Share of the variance that an encoder's steps make that is moved through.
@@ -478,9 +504,11 @@ const MOVES: f64 = 0.5;
 const TENTH: f64 = 0.386;
 /// Times what the quietest stretches say that noise which is everywhere the same may be in the mean.
 const EVEN: f64 = 1.5;
-/// Stretches of the log that the noise of an encoder is told from, and the share of what its steps make it err by that it has to be.
+/// Stretches of the log that the noise of an encoder is told from, and the standard errors of their mean that it has to show by.
 const ENOUGH: usize = 40;
-const TELLING: f64 = 0.15;
+const TELLING: f64 = 4.0;
+/// Noises that are tried, counts; of more, steps only add their own.
+const TRIED: [f64; 5] = [0.1, 0.2, 0.3, 0.5, 1.0];
 
 /// Variance of what the encoder's steps make it err by, its zero anywhere, along the motion as it shows it, and of its noise,
 /// rad².
