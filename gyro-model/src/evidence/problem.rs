@@ -342,9 +342,18 @@ impl Problem {
         let mut silent = vec![false; reference.len()];
         for term in of(Stage::Reference) {
             let mut memory = Memory::default();
-            let mut known = 0;
+            let (mut known, mut passed) = (0, s.reference_rows.first().copied().unwrap_or(0));
             for ((r, silent), &k) in reference.iter_mut().zip(&mut silent).zip(&s.reference_rows) {
-                let signals = Signals { angle: warm[index].angle[k], ..s.signals[k] };
+                let at = |row: usize, angle: f64| Signals { angle, ..s.signals[row] };
+                // A play goes by where the shaft has been, between the readings too.
+                for row in passed..k {
+                    let been = [Some(warm[index].angle[row]), turning_point(&warm[index].angle, row)];
+                    for angle in been.into_iter().flatten() {
+                        term.effect.error(&term.values, &at(row, angle), &mut memory);
+                    }
+                }
+                passed = k;
+                let signals = at(k, warm[index].angle[k]);
                 let error = term.effect.error(&term.values, &signals, &mut memory);
                 *silent |= term.effect.silent(&term.values, error);
                 *r -= error;
@@ -397,6 +406,13 @@ impl Problem {
         }
         unsure
     }
+}
+
+/// Where a shaft turned round about a sample, to the parabola through it and its neighbours.
+fn turning_point(angle: &[f64], k: usize) -> Option<f64> {
+    let [before, here, after] = [angle.get(k.checked_sub(1)?)?, &angle[k], angle.get(k + 1)?];
+    let turns = (here - before) * (after - here) < 0.0;
+    turns.then(|| here - (after - before).powi(2) / (8.0 * (after - 2.0 * here + before)))
 }
 
 /// α and δ of the calibration ω̂ = α ω_g + δ.
