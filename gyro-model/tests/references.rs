@@ -217,6 +217,53 @@ fn an_encoder_that_varies_by_more_than_its_step_hides_nothing() {
     }
 }
 
+/// An encoder that trembles by a fifth of its count: the floor knows, and what is weak beside it is found.
+#[test]
+fn an_encoder_that_varies_by_less_than_its_step_hides_nothing() {
+    for (seed, motion) in [(4, "multisine"), (6, "drive"), (7, "sine")] {
+        let sensor = SensorSpec {
+            reference: Reference::Encoder(2048),
+            reference_noise: 0.2 * TAU / 2048.0,
+            axis: Axis::X,
+            ..SensorSpec::random(seed)
+        };
+        let hidden = vec![Hidden::parse("cubic-nonlinearity:k3=0.0002", Axis::X).unwrap()];
+        let motion = motion.parse().unwrap();
+        let scenario = Scenario { motion, sensor, seed, rate_hz: 250.0, seconds: 100.0, hidden };
+        let record = simulate(&scenario).record;
+        let (_, ladders) =
+            diagnose::ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap();
+        assert_eq!(ladders[0].effects, ["scale-factor", "bias", "cubic-nonlinearity"], "{}", ladders[0].says);
+        let short = ladders[0].steps.last().unwrap().error_curve.iter().take(8);
+        let over = short.map(|p| p.error.unwrap() / p.floor.unwrap()).sum::<f64>() / 8.0;
+        assert!((0.95..1.05).contains(&over), "seed {seed}: {over} times the floor");
+    }
+}
+
+/// A gear turns round between the readings, which are a tenth of a radian per second apart there.
+#[test]
+fn a_gears_play_is_as_wide_as_where_the_shaft_turned_round() {
+    let seeds = 1..=4;
+    let count = seeds.clone().count() as f64;
+    let off = |seed: u64| {
+        let hidden = vec![Hidden::parse("encoder-backlash:b=0.0105", Axis::X).unwrap()];
+        let sensor = SensorSpec { axis: Axis::X, reference: Reference::Encoder(8192), ..SensorSpec::random(seed) };
+        let motion = Motion::Multisine { travel: 8.6 };
+        let record = simulate(&Scenario { motion, sensor, seed, seconds: 96.0, hidden, ..Scenario::default() }).record;
+        let (_, ladders) =
+            diagnose::ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap();
+        assert_eq!(
+            ladders[0].effects,
+            ["scale-factor", "bias", "encoder-backlash"],
+            "seed {seed}: {}",
+            ladders[0].says
+        );
+        ladders[0].parameters.iter().find(|p| p.name == "b").and_then(|p| p.value).unwrap() - 0.0105
+    };
+    let mean = seeds.map(off).sum::<f64>() / count;
+    assert!(mean.abs() < 1.5e-5, "{mean} rad off");
+}
+
 /// While a shaft rests its gyro's noise walks, and no play takes that up.
 #[test]
 fn a_shaft_that_stops_between_turns_has_no_play() {

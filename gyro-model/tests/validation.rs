@@ -110,6 +110,23 @@ fn all_found(seed: u64, times: f64) {
     assert!(several::is_right(&scenario, &outcome), "{:?}, found {}", scenario.hidden, outcome.says());
 }
 
+/// Under one exact sine whose peaks are cut off an encoder's errors come again and again.
+#[test]
+fn an_encoder_is_not_blamed_for_steps_that_repeat_beside_a_saturation() {
+    for k in [2, 6, 7] {
+        let scenario = hidden_log("saturation", MOTIONS[2].1, choice::seed_of(79, k), TIMES).unwrap();
+        let outcome = climbed(&scenario);
+        assert_eq!(outcome.says(), "saturation", "{k}");
+    }
+}
+
+/// What a temperature's own noise makes of its slope is an angle that the encoder does not see, and looks like a wander.
+#[test]
+fn a_heating_rate_is_told_from_a_wander_though_the_temperature_is_noisy() {
+    let outcome = climbed(&choice::Case::random(choice::seed_of(211, 29)).scenario);
+    assert_eq!(outcome.says(), "temperature-rate");
+}
+
 /// A clock's skew drowns a warm-up in what it leaves, and the readings that a dead zone takes out are bridged at a cost.
 #[test]
 fn two_that_hide_one_another_are_found_beside_a_dead_zone() {
