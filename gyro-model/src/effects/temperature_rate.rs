@@ -14,8 +14,8 @@ static CARD: Card = Card {
     title: "bias against heating rate",
     physics: "While it heats or cools the package is not at one temperature: its gradients bend the structure, and \
               the error goes when the temperature stands still.",
-    equation: "ω_f = ω + c dT/dt, dT/dt from a causal fading-memory parabola (time constant 0.7 s) through the \
-               measured temperature",
+    equation: "ω_f = ω + c dT/dt, dT/dt of the measured temperature: on a log from cubics as wide as its readings ask \
+               for, live from a causal fading-memory parabola (time constant 0.7 s)",
     typical: "hardly ever printed; 0.5–5 °/s per K/s seen on plastic packages",
     source: "IEEE Std 1431, bias temperature gradient sensitivity; fading-memory polynomial filter after N. Morrison",
     needs: &[Need::Temperature],
