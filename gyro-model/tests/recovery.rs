@@ -256,6 +256,20 @@ fn what_rounding_leaves_of_held_rates_is_no_physics_and_hides_none() {
     }
 }
 
+/// A gyro's errors go with the rate that it felt, the ringing of its mount in it.
+#[test]
+fn an_error_of_the_rate_is_that_of_the_rate_that_was_felt_on_a_mount() {
+    let hidden = ["mount-resonance:f=9.4,zeta=0.08", "quadratic-nonlinearity:k2=-0.0035"];
+    let hidden = hidden.iter().map(|text| Hidden::parse(text, Axis::X).unwrap()).collect();
+    let record = simulate(&Scenario { rate_hz: 200.0, ..scenario(hidden, 3) }).record;
+    let (_, ladders) = ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap();
+    let added = ["scale-factor", "bias", "quadratic-nonlinearity", "mount-resonance"];
+    assert_eq!(ladders[0].effects, added, "{}", ladders[0].says);
+    let found = ladders[0].parameters.iter().find(|p| p.name == "k2").unwrap();
+    let (value, std_error) = (found.value.unwrap(), found.std_error.unwrap());
+    assert!((value + 0.0035).abs() < 4.0 * std_error, "{value} ± {std_error}");
+}
+
 /// A sine whose peaks are cut off has lines at all its multiples, and the encoder's steps repeat with it: no tone, and no shape of
 /// the rate.
 #[test]

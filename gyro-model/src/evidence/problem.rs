@@ -47,6 +47,8 @@ pub struct Warm {
     /// Compensated rate at the samples, rad/s.
     pub rate: Vec<f64>,
     rate_dot: Vec<f64>,
+    /// What the sensor felt of it, the ringing of its mount still in it, rad/s; empty where that is the same.
+    felt: Vec<f64>,
     /// Best known angle at the samples: the gyro's shape on the reference's level, rad.
     pub angle: Vec<f64>,
     /// The same on the reference's level over so short a time that it is as near to the true angle as can be, with the
@@ -197,6 +199,7 @@ impl Problem {
                     close: Vec::new(),
                     rate_dot: derivative(&s.t, &rate),
                     rate,
+                    felt: Vec::new(),
                     unsure: Vec::new(),
                     left_out: Vec::new(),
                 }
@@ -220,6 +223,7 @@ impl Problem {
                     close: nearness(s).map_or_else(Vec::new, |half| counted_angle(s, track, half)),
                     rate_dot: derivative(&s.t, &rate),
                     rate,
+                    felt: track.felt.as_ref().map_or_else(Vec::new, |felt| steadied(&s.t, felt)),
                     unsure: if before.left_out.is_empty() { track.unsure.clone() } else { Vec::new() },
                     left_out: before.left_out.clone(),
                 }
@@ -331,9 +335,12 @@ impl Problem {
         if !errors.is_empty() {
             merge(&mut unsure, &self.subtract_errors(s, &errors, index, warm, &mut rate));
         }
+        let mut felt = None;
         for term in response.into_iter().filter(|term| is_of_mount(term)) {
-            rate = term.effect.undo_response_whole(&term.values, &s.t, &rate);
+            let undone = term.effect.undo_response_whole(&term.values, &s.t, &rate);
+            felt.get_or_insert(std::mem::replace(&mut rate, undone));
         }
+        let felt = felt.map(Arc::new);
         let alpha = calibration(terms).0;
         let whole =
             if timing.is_empty() { angle_of(s, alpha, &rate, &s.t) } else { restamped(s, alpha, &rate, &timing) };
@@ -367,11 +374,11 @@ impl Problem {
             }
         }
         let any_lost = lost.iter().any(|&l| l);
-        Track { rate: Arc::new(rate), whole: Arc::new(whole), angle, reference, silent, lost, any_lost, unsure }
+        Track { rate: Arc::new(rate), felt, whole: Arc::new(whole), angle, reference, silent, lost, any_lost, unsure }
     }
 
-    /// ω̂ = u − Σ error(ω̂), the errors at the warm rate: the fixed point is in the refreshing of it. Gives the samples
-    /// at which an error is a guess.
+    /// ω̂ = u − Σ error(ω̂), the errors at the warm rate that the sensor felt: the fixed point is in the refreshing of it.
+    /// Gives the samples at which an error is a guess.
     fn subtract_errors(
         &self,
         s: &Series,
@@ -386,6 +393,9 @@ impl Problem {
             let mut signals = s.signals[k];
             for (other, w) in self.series.iter().zip(warm) {
                 signals.rates[other.axis.index()] = w.rate[k];
+            }
+            if let Some(felt) = warm[index].felt.get(k) {
+                signals.rates[s.axis.index()] = *felt;
             }
             signals.rate_dot = warm[index].rate_dot[k];
             signals.angle = warm[index].angle[k];
@@ -668,6 +678,8 @@ fn restamped(s: &Series, alpha: f64, rate: &[f64], timing: &[&Term]) -> Vec<f64>
 pub struct Track {
     /// Compensated rate at the samples, rad/s.
     pub rate: Arc<Vec<f64>>,
+    /// The same before what the mount adds was undone, where it adds something.
+    felt: Option<Arc<Vec<f64>>>,
     /// Its integral at the samples' times, re-stamped, rad.
     whole: Arc<Vec<f64>>,
     angle: Vec<f64>,
