@@ -406,8 +406,7 @@ fn swap<'a>(present: Present<'a>, start: &Model, options: &Options) -> (Present<
             let own = best(&is_own);
             let freedom = own.map_or(1, |own| rivals[own].candidate.freedom);
             let is_plainer = |refit: &Refit| own.is_some_and(|own| rivals[own].is_said_plainer_by(refit));
-            let is_alias = |refit: &Refit| are_aliases(id, refit.candidate.term.effect.card().id);
-            let may_replace = |refit: &Refit| is_alias(refit) && refit.replaces(&present, freedom) || is_plainer(refit);
+            let may_replace = |refit: &Refit| refit.replaces(&present, freedom) || is_plainer(refit);
             let better = best(&|refit| !is_own(refit) && may_replace(refit)).and_then(|better| {
                 let Refit { candidate, study, .. } = &rivals[better];
                 let new = candidate.term.effect.card().id;
