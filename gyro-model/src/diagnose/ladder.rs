@@ -384,7 +384,7 @@ pub fn aliases(suspects: &[Refit], k: usize, significant: bool) -> Vec<String> {
 /// Aliases that are told of one effect.
 const ALIASES: usize = 3;
 
-/// What was added while something else was missing may be the wrong one of a pair: each is held against its aliases
+/// What was added while something else was missing may be the wrong one of a pair: each is held against what may stand for it
 /// once more; those that do as well are told.
 fn swap<'a>(present: Present<'a>, start: &Model, options: &Options) -> (Present<'a>, Vec<Swapped>, Vec<Alike>) {
     let mut present = present;
