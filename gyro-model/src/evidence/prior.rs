@@ -9,7 +9,7 @@
 
 use super::{
     encoder::{Encoder, quantum},
-    integrate::integral,
+    integrate::{integral, smooth},
     line::{Line, crest, hann},
     problem::Problem,
     rounding::Rounding,
@@ -430,7 +430,7 @@ pub fn walks(problem: &Problem) -> Vec<Walk> {
 #[must_use]
 pub fn encoder_noise(encoder: &Encoder, shaft: (&[f64], &[f64]), gyro: (&[f64], &[f64]), rows: &[usize]) -> f64 {
     let ((t, angle), step) = (shaft, encoder.step);
-    if step <= 0.0 {
+    if step <= 0.0 || returns(angle, step) {
         return 0.0;
     }
     let readings = without_tones(gyro.0, gyro.1);
@@ -438,10 +438,10 @@ pub fn encoder_noise(encoder: &Encoder, shaft: (&[f64], &[f64]), gyro: (&[f64], 
     let turned: Vec<f64> = rows.iter().map(|&k| turned[k]).collect();
     let alpha = gain(t, &turned, angle);
     let less: Vec<f64> = angle.iter().zip(&turned).map(|(r, own)| r - alpha * own).collect();
-    let beside = untrended(t, &less);
-    let seen: Vec<f64> = windows(&sixth_differences(&beside)).collect();
-    // Where the shaft was, about: under a motion that repeats itself it matters where an encoder counts from.
-    let shaft: Vec<f64> = angle.iter().zip(&beside).map(|(read, off)| read - off).collect();
+    let seen: Vec<f64> = windows(&sixth_differences(&untrended(t, &less))).collect();
+    // Where the shaft was: under a motion that repeats itself it matters where an encoder counts from.
+    let shaft: Vec<f64> =
+        turned.iter().zip(smooth(t, &less, LEVEL)).map(|(turned, level)| alpha * turned + level).collect();
     let mut random = ChaCha8Rng::seed_from_u64(0);
     let normal: Vec<f64> = turned.iter().map(|_| StandardNormal.sample(&mut random)).collect();
     let made_from = |zero: u32, noise: f64| -> Vec<f64> {
@@ -499,6 +499,21 @@ pub fn encoder_noise(encoder: &Encoder, shaft: (&[f64], &[f64]), gyro: (&[f64], 
     (before.0 * before.0 + wanted - before.1).max(0.0).sqrt()
 }
 
+/// Whether a shaft comes back to the same few counts, of all that it passes, as often as a motion does that repeats itself exactly.
+/// What they make it err by has no law then, and noise would have brought it to others.
+fn returns(angle: &[f64], step: f64) -> bool {
+    let mut counts: Vec<i64> = angle.iter().map(|angle| (angle / step).round() as i64).collect();
+    counts.sort_unstable();
+    let passed = counts.last().zip(counts.first()).map_or(0, |(last, first)| (last - first) as usize);
+    let rows = counts.len();
+    counts.dedup();
+    FEW * counts.len() < passed.min(rows)
+}
+
+/// Times fewer counts than it passes, and than it is read, that such a shaft is seen at.
+const FEW: usize = 4;
+/// Half width of the window over which the gyro's angle is held to the encoder's, s: it walks by less than a count meanwhile.
+const LEVEL: f64 = 2.0;
 /// Share of the variance that an encoder's steps make that is moved through.
 const MOVES: f64 = 0.5;
 /// What share of their mean the variances of the quietest tenth of such stretches lie at, for white noise.
