@@ -511,7 +511,7 @@ fn returns(angle: &[f64], step: f64) -> bool {
 }
 
 /// Times fewer counts than it passes, and than it is read, that such a shaft is seen at.
-const FEW: usize = 4;
+const FEW: usize = 6;
 /// Half width of the window over which the gyro's angle is held to the encoder's, s: it walks by less than a count meanwhile.
 const LEVEL: f64 = 2.0;
 /// Share of the variance that an encoder's steps make that is moved through.
