@@ -5,6 +5,7 @@
 //! | [`series`] | one axis of a log, laid out for evaluation |
 //! | [`encoder`] | the steps of a shaft encoder, and what they make it err by |
 //! | [`problem`] | the residual of a model and its derivatives |
+//! | `shaft` | where the shaft was |
 //! | [`increments`] | increments over averaging times: the error curve's Gram matrices, held out block by block |
 //! | [`attitude`] | an orientation as reference |
 //! | [`integrate`] | integrals and smoothing of sampled rates |
@@ -34,6 +35,7 @@ pub mod prior;
 pub mod problem;
 pub mod rounding;
 pub mod series;
+mod shaft;
 pub mod study;
 pub mod whiten;
 pub mod whittle;
