@@ -2,7 +2,8 @@
 //!
 //! Noise alone, of the size known beforehand ([`super::prior`]), is put through the very computation that makes the
 //! error curve: white gyro noise integrated along the log, and the encoder's own quantisation along the motion as it
-//! was, its zero at a random place. The mean square over the draws is F(τ)², the cost of estimating the parameters
+//! was, its zero at a random place, or where the residual says that it is if the motion repeats itself exactly. The mean
+//! square over the draws is F(τ)², the cost of estimating the parameters
 //! included; their spread gives the band.
 
 use super::{
@@ -17,7 +18,7 @@ use super::{
 use crate::Term;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
+use rand_distr::{Distribution, StandardNormal, weighted::WeightedIndex};
 
 /// F(τ) and the upper end of its band.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,14 +44,14 @@ const ZEROED: u64 = 0;
 /// One draw of noise alone, a residual at the reference rows (each channel its own).
 #[must_use]
 pub fn draw(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seed: u64) -> Vec<Vec<f64>> {
-    draw_with(bench, series, warm, lost, Seen::Plain, seed)
+    draw_with(bench, series, warm, lost, Seen::Plain, None, seed)
 }
 
 /// The same where the filter reads it: at the middle of a count the encoder errs as little as there, wherever its zero is
 /// drawn.
 #[must_use]
 pub fn draw_read(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seed: u64) -> Vec<Vec<f64>> {
-    draw_with(bench, series, warm, lost, Seen::ByFilter, seed)
+    draw_with(bench, series, warm, lost, Seen::ByFilter, None, seed)
 }
 
 /// How the reference's rows are looked at.
@@ -62,7 +63,15 @@ enum Seen {
     ByFilter,
 }
 
-fn draw_with(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seen: Seen, seed: u64) -> Vec<Vec<f64>> {
+fn draw_with(
+    bench: &Bench,
+    series: usize,
+    warm: &Warm,
+    lost: &[bool],
+    seen: Seen,
+    zero: Option<f64>,
+    seed: u64,
+) -> Vec<Vec<f64>> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (s, prior) = (&bench.problem.series[series], &bench.prior[series]);
     let along = warm.drawn_along();
@@ -76,7 +85,11 @@ fn draw_with(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seen: See
     }
     (0..bench.problem.channels())
         .map(|_| {
-            let mut offset = if seed == ZEROED { 0.0 } else { rng.random::<f64>() * s.encoder.step };
+            let mut offset = match zero {
+                Some(zero) => zero,
+                None if seed == ZEROED => 0.0,
+                None => rng.random::<f64>() * s.encoder.step,
+            };
             let (mut walk, mut skipped, mut before) = (0.0, 0.0, 0.0);
             s.reference_rows
                 .iter()
@@ -86,7 +99,7 @@ fn draw_with(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seen: See
                     if i > 0 {
                         walk += white * (s.reference_t[i] - s.reference_t[i - 1]).sqrt() * normal;
                     }
-                    if lost[i] && s.encoder.step > 0.0 && seen == Seen::Plain {
+                    if lost[i] && s.encoder.step > 0.0 && seen == Seen::Plain && zero.is_none() {
                         // How far the shaft turned there is known to whole counts only.
                         offset = rng.random::<f64>() * s.encoder.step;
                     }
@@ -164,18 +177,46 @@ fn encoder_error(
     }
 }
 
+/// Places of an encoder's zero that are told from one another.
+const ZEROS: u32 = 32;
+
+/// Zeros of the encoder, one for each draw, where the motion comes back to the same few counts: what its steps make it err by
+/// depends on where it counts from, and shows in the residual. As likely as the residual's differences say.
+fn zeros(study: &Study, series: usize) -> Option<Vec<f64>> {
+    let (s, warm) = (&study.bench.problem.series[series], &study.warm[series]);
+    let counts = s.encoder.few_counts(&s.reference_angle)?;
+    let (along, rows) = (warm.drawn_along(), s.reference_rows.len());
+    let [residual] = study.evaluation.residual.as_slice() else { return None };
+    let zero = |k: u32| s.encoder.step * f64::from(k) / f64::from(ZEROS);
+    let square = |k: u32| -> f64 {
+        let error = |i: usize| s.encoder.error(&|i| along[s.reference_rows[i]] + zero(k), rows, i);
+        let left: Vec<f64> = (0..rows).map(|i| residual[i] + error(i)).collect();
+        (1..rows).filter(|&i| !study.evaluation.lost[i]).map(|i| (left[i] - left[i - 1]).powi(2)).sum()
+    };
+    let squares: Vec<f64> = (0..ZEROS).map(square).collect();
+    let least = squares.iter().copied().fold(f64::INFINITY, f64::min);
+    let likely: Vec<f64> = squares.iter().map(|square| (-0.5 * (square / least - 1.0) * counts as f64).exp()).collect();
+    let odds = WeightedIndex::new(likely).ok()?;
+    let mut rng = ChaCha8Rng::seed_from_u64(0);
+    Some((0..DRAWS).map(|_| zero(odds.sample(&mut rng) as u32) + (rng.random::<f64>() - 0.5) * zero(1)).collect())
+}
+
 /// The floor of one axis of a study; `component` picks its body axis where a quaternion serves three.
 #[must_use]
 pub fn floor(study: &Study, series: usize, component: Option<usize>) -> Floor {
     let bench = study.bench;
     let windows = &bench.windows;
+    let zeros = zeros(study, series);
     let columns: Vec<&[Vec<f64>]> = study.columns.iter().map(Vec::as_slice).collect();
     let grams = |noise: &[&[Vec<f64>]], component| windows.grams(&bench.problem, noise, &columns, component);
     let curves: Vec<Vec<f64>> = (0..DRAWS)
         .step_by(TOGETHER)
         .flat_map(|seed| {
             let draws: Vec<_> = (seed..DRAWS.min(seed + TOGETHER as u64))
-                .map(|seed| draw(bench, series, &study.warm[series], &study.evaluation.lost, seed))
+                .map(|seed| {
+                    let zero = zeros.as_ref().map(|zeros| zeros[seed as usize]);
+                    draw_with(bench, series, &study.warm[series], &study.evaluation.lost, Seen::Plain, zero, seed)
+                })
                 .collect();
             let noise: Vec<&[Vec<f64>]> = draws.iter().map(Vec::as_slice).collect();
             let all = grams(&noise, None);

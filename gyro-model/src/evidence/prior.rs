@@ -430,7 +430,7 @@ pub fn walks(problem: &Problem) -> Vec<Walk> {
 #[must_use]
 pub fn encoder_noise(encoder: &Encoder, shaft: (&[f64], &[f64]), gyro: (&[f64], &[f64]), rows: &[usize]) -> f64 {
     let ((t, angle), step) = (shaft, encoder.step);
-    if step <= 0.0 || returns(angle, step) {
+    if step <= 0.0 || encoder.few_counts(angle).is_some() {
         return 0.0;
     }
     let readings = without_tones(gyro.0, gyro.1);
@@ -499,19 +499,6 @@ pub fn encoder_noise(encoder: &Encoder, shaft: (&[f64], &[f64]), gyro: (&[f64], 
     (before.0 * before.0 + wanted - before.1).max(0.0).sqrt()
 }
 
-/// Whether a shaft comes back to the same few counts, of all that it passes, as often as a motion does that repeats itself exactly.
-/// What they make it err by has no law then, and noise would have brought it to others.
-fn returns(angle: &[f64], step: f64) -> bool {
-    let mut counts: Vec<i64> = angle.iter().map(|angle| (angle / step).round() as i64).collect();
-    counts.sort_unstable();
-    let passed = counts.last().zip(counts.first()).map_or(0, |(last, first)| (last - first) as usize);
-    let rows = counts.len();
-    counts.dedup();
-    FEW * counts.len() < passed.min(rows)
-}
-
-/// Times fewer counts than it passes, and than it is read, that such a shaft is seen at.
-const FEW: usize = 6;
 /// Half width of the window over which the gyro's angle is held to the encoder's, s: it walks by less than a count meanwhile.
 const LEVEL: f64 = 2.0;
 /// Share of the variance that an encoder's steps make that is moved through.
