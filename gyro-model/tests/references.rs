@@ -132,6 +132,30 @@ fn the_floor_has_what_each_passage_of_a_dead_zone_costs() {
     }
 }
 
+/// What an encoder's steps make of a motion that repeats itself exactly depends on where it counts from.
+#[test]
+fn the_floor_of_a_motion_that_repeats_itself_is_that_of_where_the_encoder_counts_from() {
+    let step = TAU / 1024.0;
+    for (seed, zero) in [(1, 0.0), (2, 0.2), (3, 0.35), (4, 0.5)] {
+        let motion = Motion::Sine { amplitude: 1.1, frequency: 0.5 };
+        let sensor = SensorSpec { reference: Reference::Encoder(1024), reference_noise: 0.0, ..SensorSpec::default() };
+        let mut simulated = simulate(&Scenario { motion, seed, sensor, ..Scenario::default() });
+        for (row, angle) in simulated.record.rows.iter_mut().zip(&simulated.true_angle) {
+            row.ref_angle[0] = (angle[0] / step + zero).round() * step;
+        }
+        let record = simulated.record;
+        let (_, ladders) =
+            diagnose::ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap();
+        assert_eq!(ladders[0].effects, ["scale-factor", "bias"], "zero at {zero}");
+        let curve = &ladders[0].steps.last().unwrap().error_curve;
+        for point in curve {
+            let times = |least: Option<f64>| point.error.unwrap() / least.unwrap();
+            let (over, of_band) = (times(point.floor), times(point.floor_99));
+            assert!(over < 1.25 && of_band < 1.0, "zero at {zero}: {over} at {} s, {of_band} of the band", point.tau_s);
+        }
+    }
+}
+
 /// An encoder, or a gyro, whose last reading a recorder writes again until the next one comes.
 #[test]
 fn readings_that_stand_in_several_rows_are_no_physics() {

@@ -129,7 +129,8 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), Box<dyn Error>> {
     for (trial, (outcome, removable)) in &results {
         let hidden = &trial.what.2;
         let next = outcome.added.first();
-        let named = next.is_some_and(|added| added.id == hidden.effect.card().id);
+        let id = hidden.effect.card().id;
+        let named = next.is_some_and(|added| added.id == id || added.aliases.iter().any(|alias| alias == id));
         right += usize::from(named);
         if removable.is_none_or(|share| share > MATTERS) {
             matters = (matters.0 + usize::from(named), matters.1 + 1);
@@ -140,7 +141,7 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), Box<dyn Error>> {
         table.row([trial.name.clone(), size.join(", "), removes, format!("{}{mark}", outcome.says())]);
     }
     table.print();
-    println!("The next step names what was added: {}.", share(right, results.len()));
+    println!("The next step names what was added, or it and what may as well be: {}.", share(right, results.len()));
     println!(
         "Of those that make up more than {:.0} % of the excess, and the limits: {}.\n",
         100.0 * MATTERS,

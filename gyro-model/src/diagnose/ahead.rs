@@ -109,7 +109,7 @@ fn step<'a>(present: &Present<'a>, suspects: &[Refit<'a>], chosen: usize) -> Ste
     Step {
         present: Present::new(Study::fit(present.study.bench, &study.model, Some(&present.study.warm))),
         id: suspects[chosen].candidate.term.effect.card().id,
-        aliases: aliases(suspects, chosen, true),
+        aliases: aliases(suspects, chosen, Some(present)),
     }
 }
 

@@ -91,8 +91,8 @@ impl Refit<'_> {
         }
         // What shows at one instant (a step) cannot be held out block by block in likelihood, but in the error it can.
         // What shows at a few instants (a play, where a shaft turns back) does so unevenly; but what one block alone shows is
-        // not there for those who have not seen it.
-        let at_times = self.p_value < ONE_SHOT && self.held_out.0 > HOLDS * self.rise;
+        // not there for those who have not seen it, and where much else is left a likelihood alone says little.
+        let at_times = self.excess < ROUGH && self.p_value < ONE_SHOT && self.held_out.0 > HOLDS * self.rise;
         let throughout = self.held_out.0 > THROUGHOUT * self.held_out.1 || self.fall.0 > 2.0 * self.fall.1 || at_times;
         let holds = self.held_out.0 > 0.25 * self.rise.min(40.0) && throughout;
         (holds || self.fall.0 > 4.0 * self.fall.1)

@@ -46,7 +46,7 @@ impl Alike {
     fn of(rivals: &[Refit], own: usize) -> Self {
         let id = |refit: &Refit| refit.candidate.term.effect.card().id;
         let effect = id(&rivals[own]);
-        let mut others = aliases(rivals, own, true);
+        let mut others = aliases(rivals, own, None);
         others.retain(|other| are_aliases(effect, other));
         others.dedup();
         let stays = |other: &&str| *other != effect && !rivals.iter().any(|r| id(r) == *other && rivals[own].alike(r));
@@ -159,12 +159,10 @@ pub(super) fn search<'a>(
         };
         let Candidate { series, ref term, .. } = suspects[chosen].candidate;
         let id = term.effect.card().id;
+        let aliases = aliases(&suspects, chosen, Some(&present));
         let with = with_term(&present.study, series, term.clone());
         present = Present::new(Study::fit(bench, &with, Some(&present.study.warm)));
-        took(
-            &present.study,
-            Change { aliases: aliases(&suspects, chosen, true), ..Change::of(series, Some(id), None) },
-        );
+        took(&present.study, Change { aliases, ..Change::of(series, Some(id), None) });
         for other in (0..axes.len()).filter(|&other| other != series) {
             if let Some(with) = companion(&present, term, other) {
                 present = Present::new(Study::fit(bench, &with, Some(&present.study.warm)));
@@ -364,17 +362,19 @@ fn unsplit(steps: &[LadderStep], stayed: &[&str]) -> Vec<String> {
     steps.iter().filter_map(says).collect()
 }
 
-/// Suspects that this log cannot tell from `suspects[k]`: at most three, best first.
+/// Suspects that this log cannot tell from `suspects[k]`, and that noise alone does not explain or `present` would let in: at most
+/// three, best first.
 #[must_use]
-pub fn aliases(suspects: &[Refit], k: usize, significant: bool) -> Vec<String> {
+pub fn aliases(suspects: &[Refit], k: usize, present: Option<&Present>) -> Vec<String> {
     let own = &suspects[k];
     if own.candidate.term.effect.stage() == Stage::Reading {
         return Vec::new();
     }
+    let is_real = |r: &Refit| r.significant() || present.is_some_and(|present| r.passes(present));
     suspects
         .iter()
         .enumerate()
-        .filter(|(i, r)| *i != k && r.candidate.series == own.candidate.series && (!significant || r.significant()))
+        .filter(|(i, r)| *i != k && r.candidate.series == own.candidate.series && is_real(r))
         .filter(|(_, r)| own.alike(r))
         .map(|(_, r)| r.candidate.term.effect.card().id.to_owned())
         .take(ALIASES)

@@ -237,7 +237,7 @@ pub fn diagnose(
                 if let Some(first) = own.iter().position(|&i| suspects[i].passes(seen)) {
                     own[..=first].rotate_right(1);
                 }
-                let aliases: Vec<Vec<String>> = own.iter().map(|&i| ladder::aliases(suspects, i, true)).collect();
+                let aliases: Vec<Vec<String>> = own.iter().map(|&i| ladder::aliases(suspects, i, Some(seen))).collect();
                 let own: Vec<&Refit> = own.iter().map(|&i| &suspects[i]).collect();
                 let (mut verdict, mut says) = verdict::verdict(&present, seen, &own, &aliases, &judged, k);
                 bad_data(record, options.faults, bench, &mut verdict, &mut says);

@@ -49,20 +49,17 @@ impl Encoder {
         self.step > 0.0 && self.readings == 1 && self.noise < DITHERS * self.step
     }
 
-    /// How many counts these angles are, where the shaft comes back to the same few, of all that it passes, as often as a motion
-    /// does that repeats itself exactly. What they make it err by has no law then: it depends on where the encoder counts
-    /// from, and noise would have brought it to others. `None` elsewhere.
+    /// How many counts these angles are, and how many times more a motion would have come to that does not repeat itself. One that
+    /// does so exactly comes back to the same few of those that it passes, and what they make it err by has no law: it depends
+    /// on where the encoder counts from.
     #[must_use]
-    pub fn few_counts(&self, angle: &[f64]) -> Option<usize> {
-        if self.step <= 0.0 {
-            return None;
-        }
+    pub fn distinct(&self, angle: &[f64]) -> (usize, f64) {
         let mut counts: Vec<i64> = angle.iter().map(|angle| (angle / self.step).round() as i64).collect();
         counts.sort_unstable();
         let passed = counts.last().zip(counts.first()).map_or(0, |(last, first)| (last - first) as usize);
         let rows = counts.len();
         counts.dedup();
-        (RETURNS * counts.len() < passed.min(rows)).then_some(counts.len())
+        (counts.len(), passed.min(rows) as f64 / counts.len() as f64)
     }
 
     /// Variance of a row over that of one taken while the shaft turns fast, where its steps make only a share `spread` of
@@ -102,8 +99,6 @@ impl Encoder {
 
 /// Noise, in steps, from which on a shaft at rest is read anew at every row.
 const DITHERS: f64 = 0.3;
-/// Times fewer counts than it passes, and than it is read, that a shaft which repeats itself exactly is seen at.
-const RETURNS: usize = 6;
 /// Readings of one mean that are looked at singly at most.
 const APART: usize = 32;
 

@@ -2,9 +2,8 @@
 //!
 //! Noise alone, of the size known beforehand ([`super::prior`]), is put through the very computation that makes the
 //! error curve: white gyro noise integrated along the log, and the encoder's own quantisation along the motion as it
-//! was, its zero at a random place, or where the residual says that it is if the motion repeats itself exactly. The mean
-//! square over the draws is F(τ)², the cost of estimating the parameters
-//! included; their spread gives the band.
+//! was, its zero at a random place; where the motion repeats itself exactly, at the place that the residual shows. The
+//! mean square over the draws is F(τ)², the cost of estimating the parameters included; their spread gives the band.
 
 use super::{
     increments::Grams,
@@ -177,14 +176,17 @@ fn encoder_error(
     }
 }
 
+/// Times more counts than it is seen at that a motion would have come to which did not repeat itself exactly.
+const RETURNS: f64 = 2.0;
 /// Places of an encoder's zero that are told from one another.
 const ZEROS: u32 = 32;
 
-/// Zeros of the encoder, one for each draw, where the motion comes back to the same few counts: what its steps make it err by
-/// depends on where it counts from, and shows in the residual. As likely as the residual's differences say.
+/// Zeros of the encoder, one for each draw, where the motion repeats itself exactly: what its steps make it err by depends on where
+/// it counts from, and shows in the residual. As likely as the residual's differences say.
 fn zeros(study: &Study, series: usize) -> Option<Vec<f64>> {
     let (s, warm) = (&study.bench.problem.series[series], &study.warm[series]);
-    let counts = s.encoder.few_counts(&s.reference_angle)?;
+    let steps = (s.encoder.step > 0.0).then(|| s.encoder.distinct(&s.reference_angle));
+    let (counts, _) = steps.filter(|(_, times)| *times > RETURNS)?;
     let (along, rows) = (warm.drawn_along(), s.reference_rows.len());
     let [residual] = study.evaluation.residual.as_slice() else { return None };
     let zero = |k: u32| s.encoder.step * f64::from(k) / f64::from(ZEROS);

@@ -430,7 +430,7 @@ pub fn walks(problem: &Problem) -> Vec<Walk> {
 #[must_use]
 pub fn encoder_noise(encoder: &Encoder, shaft: (&[f64], &[f64]), gyro: (&[f64], &[f64]), rows: &[usize]) -> f64 {
     let ((t, angle), step) = (shaft, encoder.step);
-    if step <= 0.0 || encoder.few_counts(angle).is_some() {
+    if step <= 0.0 || encoder.distinct(angle).1 > RETURNS {
         return 0.0;
     }
     let readings = without_tones(gyro.0, gyro.1);
@@ -499,6 +499,9 @@ pub fn encoder_noise(encoder: &Encoder, shaft: (&[f64], &[f64]), gyro: (&[f64], 
     (before.0 * before.0 + wanted - before.1).max(0.0).sqrt()
 }
 
+/// Times more counts than it is seen at that a motion would have come to which did not repeat itself exactly: noise would have
+/// brought this one to others.
+const RETURNS: f64 = 6.0;
 /// Half width of the window over which the gyro's angle is held to the encoder's, s: it walks by less than a count meanwhile.
 const LEVEL: f64 = 2.0;
 /// Share of the variance that an encoder's steps make that is moved through.
