@@ -42,7 +42,7 @@ pub(super) fn ahead<'a>(
     if let Some(way) = two(present, extra, progress) {
         return Some(way);
     }
-    if !leaves_something(present) {
+    if !leaves_something(present) && !suspects.iter().any(Refit::is_no_chance) {
         return None;
     }
     let lowest = |list: &[Refit]| best(list, |r| -r.excess);

@@ -78,7 +78,7 @@ impl Refit<'_> {
         if self.is_stuck(present) || self.excess >= before * (1.0 - relevant) {
             return false;
         }
-        if self.p_value >= GATE && !self.dominates(present) {
+        if !self.is_no_chance() && !self.dominates(present) {
             return false;
         }
         let little = before > UNEVEN && self.share(present).is_none_or(|s| s < SHARE);
@@ -200,10 +200,16 @@ impl Refit<'_> {
         card.role == Role::Shape && low < card.neutral && card.neutral < high && !(low < value && value < high)
     }
 
-    /// Whether noise alone would hardly do as well, and it lowers the error.
+    /// Whether noise alone would hardly do as well.
+    #[must_use]
+    pub fn is_no_chance(&self) -> bool {
+        self.p_value < GATE
+    }
+
+    /// The same, and whether it lowers the error.
     #[must_use]
     pub fn significant(&self) -> bool {
-        self.p_value < GATE && (self.held_out.0 > 0.0 || self.fall.0 > 4.0 * self.fall.1) && !self.at_bound()
+        self.is_no_chance() && (self.held_out.0 > 0.0 || self.fall.0 > 4.0 * self.fall.1) && !self.at_bound()
     }
 }
 

@@ -255,5 +255,9 @@ pub fn split_by(id: &str, aliases: &[String]) -> String {
     };
     let known: Vec<&str> =
         effect.card().aliases.iter().filter(|a| aliases.iter().any(|b| b == a.id)).map(|a| a.split_by).collect();
-    if known.is_empty() { format!("record what excites {id} alone ({})", effect.card().excited_by) } else { known.join("; ") }
+    if known.is_empty() {
+        format!("record what excites {id} alone ({})", effect.card().excited_by)
+    } else {
+        known.join("; ")
+    }
 }
