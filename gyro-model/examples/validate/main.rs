@@ -12,6 +12,7 @@
 //! | `several` | are two or three effects at once all found, and are their standard errors right? |
 //! | `semi-real` | is an effect found that was added to a recorded log? |
 //! | `floor` | does the error end on its floor? |
+//! | `standard-errors` | are scale factor and bias as well known as is said? |
 //!
 //! Each prints Markdown to standard output, its last line the command that made it; progress goes to standard error.
 //! `--only NAME` runs one log again and tells every step of its ladder.
@@ -32,6 +33,7 @@ mod probe;
 mod run;
 mod semi_real;
 mod several;
+mod standard_errors;
 mod table;
 
 use clap::{Parser, Subcommand};
@@ -60,6 +62,8 @@ enum Study {
     SemiReal(semi_real::Arguments),
     /// Error over floor after the ladder.
     Floor(floor::Arguments),
+    /// Scale factor and bias of clean logs, in their standard errors.
+    StandardErrors(standard_errors::Arguments),
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -71,6 +75,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         Study::Several(arguments) => several::study(arguments, &cli.run)?,
         Study::SemiReal(arguments) => semi_real::study(arguments, &cli.run)?,
         Study::Floor(arguments) => floor::study(arguments, &cli.run)?,
+        Study::StandardErrors(arguments) => standard_errors::study(arguments, &cli.run)?,
     }
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     println!("\n```console\n$ cargo run -p gyro-model --example validate -- {}\n```", arguments.join(" "));

@@ -10,7 +10,7 @@ use crate::{
     Model,
     effects::{Effect, Stage},
     evidence::{
-        floor,
+        floor::{self, Draws},
         increments::BLOCKS as BLOCKS_OF_INCREMENTS,
         noise::{self, Gls},
         problem::Warm,
@@ -110,11 +110,8 @@ impl<'a> Present<'a> {
     #[must_use]
     pub fn with(study: Study<'a>, gls: Gls) -> Self {
         let whitener = noise::whitener(&study, &gls.noise);
-        let draws = (0..DRAWS)
-            .map(|seed| {
-                whitener.apply_each(&floor::draw_read(study.bench, 0, &study.warm[0], &study.evaluation.lost, seed))
-            })
-            .collect();
+        let noise_alone = Draws::anywhere(&study, 0);
+        let draws = (0..DRAWS).map(|seed| whitener.apply_each(&noise_alone.read(seed))).collect();
         let measures = (0..study.bench.problem.series.len()).map(|k| Measure::of(&study, &gls, k)).collect();
         Self { study, draws, gls, measures, seldom: OnceLock::new(), scanned: OnceLock::new() }
     }

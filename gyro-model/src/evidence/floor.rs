@@ -14,10 +14,12 @@ use super::{
     series::Series,
     study::{Bench, Study},
 };
-use crate::Term;
+use crate::{Term, parallel};
+use itertools::Itertools;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal, weighted::WeightedIndex};
+use std::borrow::Cow;
 
 /// F(τ) and the upper end of its band.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,17 +42,12 @@ const PRIOR_UNCERTAINTY: f64 = 0.04;
 /// itself there as nowhere else.
 const ZEROED: u64 = 0;
 
-/// One draw of noise alone, a residual at the reference rows (each channel its own).
-#[must_use]
-pub fn draw(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seed: u64) -> Vec<Vec<f64>> {
-    draw_with(bench, series, warm, lost, Seen::Plain, None, seed)
-}
-
-/// The same where the filter reads it: at the middle of a count the encoder errs as little as there, wherever its zero is
-/// drawn.
-#[must_use]
-pub fn draw_read(bench: &Bench, series: usize, warm: &Warm, lost: &[bool], seed: u64) -> Vec<Vec<f64>> {
-    draw_with(bench, series, warm, lost, Seen::ByFilter, None, seed)
+/// Draws of noise alone on the motion of one axis of a study: residuals at its reference rows, each channel its own.
+pub struct Draws<'a> {
+    study: &'a Study<'a>,
+    series: usize,
+    /// Where the shaft stood in the encoder's counts, draw by draw; anywhere without them.
+    places: Option<Vec<Place>>,
 }
 
 /// How the reference's rows are looked at.
@@ -62,60 +59,84 @@ enum Seen {
     ByFilter,
 }
 
-fn draw_with(
-    bench: &Bench,
-    series: usize,
-    warm: &Warm,
-    lost: &[bool],
-    seen: Seen,
-    zero: Option<f64>,
-    seed: u64,
-) -> Vec<Vec<f64>> {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let (s, prior) = (&bench.problem.series[series], &bench.prior[series]);
-    let along = warm.drawn_along();
-    let rounded = rounded(s, prior, seed);
-    let white = white_share(s, prior).sqrt() * prior.angle_random_walk;
-    let mut share = vec![1.0; s.reference_rows.len()];
-    if seen == Seen::ByFilter {
-        for reading in &s.readings {
-            share[reading.row] = reading.steps.sqrt();
-        }
+impl<'a> Draws<'a> {
+    /// With an encoder that counts from anywhere.
+    #[must_use]
+    pub fn anywhere(study: &'a Study<'a>, series: usize) -> Self {
+        Self { study, series, places: None }
     }
-    (0..bench.problem.channels())
-        .map(|_| {
-            let mut offset = match zero {
-                Some(zero) => zero,
-                None if seed == ZEROED => 0.0,
-                None => rng.random::<f64>() * s.encoder.step,
-            };
-            let (mut walk, mut skipped, mut before) = (0.0, 0.0, 0.0);
-            s.reference_rows
-                .iter()
-                .enumerate()
-                .map(|(i, _)| {
-                    let normal = draw_normal(&mut rng);
-                    if i > 0 {
-                        walk += white * (s.reference_t[i] - s.reference_t[i - 1]).sqrt() * normal;
-                    }
-                    if lost[i] && s.encoder.step > 0.0 && seen == Seen::Plain && zero.is_none() {
-                        // How far the shaft turned there is known to whole counts only.
-                        offset = rng.random::<f64>() * s.encoder.step;
-                    }
-                    let noise = s.encoder.noise * draw_normal(&mut rng);
-                    let reading =
-                        share[i] * (encoder_error(s, prior, along, offset, i, noise, &mut rng) - noise) + noise;
-                    let whole = walk + rounded.get(s.reference_rows[i]).unwrap_or(&0.0) - reading;
-                    // A step that says nothing is bridged, as in the residual: what it held, encoder noise too, is gone.
-                    if lost[i] {
-                        skipped += whole - before;
-                    }
-                    before = whole;
-                    whole - skipped
-                })
-                .collect()
-        })
-        .collect()
+
+    /// With one that counts from where the residual says, if the motion repeats itself exactly; `None` where it does not.
+    #[must_use]
+    pub fn where_seen(study: &'a Study<'a>, series: usize) -> Option<Self> {
+        Some(Self { places: Some(places(study, series)?), ..Self::anywhere(study, series) })
+    }
+
+    /// One draw as the error curve sees it.
+    #[must_use]
+    pub fn plain(&self, seed: u64) -> Vec<Vec<f64>> {
+        self.draw(Seen::Plain, seed)
+    }
+
+    /// One draw as the filter reads it: at the middle of a count the encoder errs as little as there, wherever its zero is.
+    #[must_use]
+    pub fn read(&self, seed: u64) -> Vec<Vec<f64>> {
+        self.draw(Seen::ByFilter, seed)
+    }
+
+    fn draw(&self, seen: Seen, seed: u64) -> Vec<Vec<f64>> {
+        let (bench, lost) = (self.study.bench, &self.study.evaluation.lost);
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let (s, prior) = (&bench.problem.series[self.series], &bench.prior[self.series]);
+        let mut along = Cow::from(self.study.warm[self.series].drawn_along());
+        let place = self.places.as_ref().map(|places| places[seed as usize % places.len()]);
+        if let Some(place) = place {
+            let mean = mean(&s.reference_rows.iter().map(|&k| along[k]).collect::<Vec<_>>());
+            along.to_mut().iter_mut().for_each(|angle| *angle = place.of(*angle, mean));
+        }
+        let rounded = rounded(s, prior, seed);
+        let white = white_share(s, prior).sqrt() * prior.angle_random_walk;
+        let mut share = vec![1.0; s.reference_rows.len()];
+        if seen == Seen::ByFilter {
+            for reading in &s.readings {
+                share[reading.row] = reading.steps.sqrt();
+            }
+        }
+        (0..bench.problem.channels())
+            .map(|_| {
+                let mut offset = match place {
+                    Some(_) => 0.0,
+                    None if seed == ZEROED => 0.0,
+                    None => rng.random::<f64>() * s.encoder.step,
+                };
+                let (mut walk, mut skipped, mut before) = (0.0, 0.0, 0.0);
+                s.reference_rows
+                    .iter()
+                    .enumerate()
+                    .map(|(i, _)| {
+                        let normal = draw_normal(&mut rng);
+                        if i > 0 {
+                            walk += white * (s.reference_t[i] - s.reference_t[i - 1]).sqrt() * normal;
+                        }
+                        if lost[i] && s.encoder.step > 0.0 && seen == Seen::Plain {
+                            // How far the shaft turned there is known to whole counts only.
+                            offset = rng.random::<f64>() * s.encoder.step;
+                        }
+                        let noise = s.encoder.noise * draw_normal(&mut rng);
+                        let reading =
+                            share[i] * (encoder_error(s, prior, &along, offset, i, noise, &mut rng) - noise) + noise;
+                        let whole = walk + rounded.get(s.reference_rows[i]).unwrap_or(&0.0) - reading;
+                        // A step that says nothing is bridged, as in the residual: what it held, encoder noise too, is gone.
+                        if lost[i] {
+                            skipped += whole - before;
+                        }
+                        before = whole;
+                        whole - skipped
+                    })
+                    .collect()
+            })
+            .collect()
+    }
 }
 
 /// One draw of noise alone from the samples on, as residuals at the reference rows: what is left of it where each of two models
@@ -178,29 +199,68 @@ fn encoder_error(
 
 /// Times more counts than it is seen at that a motion would have come to which did not repeat itself exactly.
 const RETURNS: f64 = 2.0;
-/// Places of an encoder's zero that are told from one another.
-const ZEROS: u32 = 32;
+/// Rows from which it is told where such a shaft stood.
+const ENOUGH: usize = 6_000;
 
-/// Zeros of the encoder, one for each draw, where the motion repeats itself exactly: what its steps make it err by depends on where
-/// it counts from, and shows in the residual. As likely as the residual's differences say.
-fn zeros(study: &Study, series: usize) -> Option<Vec<f64>> {
+/// Where a shaft stood that repeats its motion exactly, as its encoder counts it.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    /// From the middle of a count to where the encoder counts from, rad.
+    zero: f64,
+    /// How much farther it turned from its mean than the model says, as a share: a fit follows the counts where it turns round.
+    farther: f64,
+}
+
+impl Place {
+    /// An angle in the place of one that the model says.
+    fn of(self, angle: f64, mean: f64) -> f64 {
+        mean + (angle - mean) * (1.0 + self.farther) + self.zero
+    }
+}
+
+/// One for each draw, where the motion repeats itself exactly: what the encoder's steps make it err by then depends on where it
+/// counts from, and shows in the residual. As likely as the residual's differences say.
+fn places(study: &Study, series: usize) -> Option<Vec<Place>> {
     let (s, warm) = (&study.bench.problem.series[series], &study.warm[series]);
     let steps = (s.encoder.step > 0.0).then(|| s.encoder.distinct(&s.reference_angle));
     let (counts, _) = steps.filter(|(_, times)| *times > RETURNS)?;
-    let (along, rows) = (warm.drawn_along(), s.reference_rows.len());
     let [residual] = study.evaluation.residual.as_slice() else { return None };
-    let zero = |k: u32| s.encoder.step * f64::from(k) / f64::from(ZEROS);
-    let square = |k: u32| -> f64 {
-        let error = |i: usize| s.encoder.error(&|i| along[s.reference_rows[i]] + zero(k), rows, i);
-        let left: Vec<f64> = (0..rows).map(|i| residual[i] + error(i)).collect();
-        (1..rows).filter(|&i| !study.evaluation.lost[i]).map(|i| (left[i] - left[i - 1]).powi(2)).sum()
+    // Beyond what is lost the angle has a level of its own, which is not known so well.
+    if study.evaluation.lost.contains(&true) {
+        return None;
+    }
+    let angle: Vec<f64> = s.reference_rows.iter().map(|&k| warm.drawn_along()[k]).collect();
+    let mean = mean(&angle);
+    let reach = angle.iter().map(|angle| (angle - mean).abs()).fold(0.0, f64::max);
+    let (step, rows) = (s.encoder.step, angle.len().min(ENOUGH));
+    let square = |place: &Place| -> f64 {
+        let along = |i: usize| place.of(angle[i], mean);
+        let left = |i: usize| residual[i] + place.farther * (angle[i] - mean) + s.encoder.error(&along, rows, i);
+        let left: Vec<f64> = (0..rows).map(left).collect();
+        left.windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum()
     };
-    let squares: Vec<f64> = (0..ZEROS).map(square).collect();
-    let least = squares.iter().copied().fold(f64::INFINITY, f64::min);
-    let likely: Vec<f64> = squares.iter().map(|square| (-0.5 * (square / least - 1.0) * counts as f64).exp()).collect();
+    // In counts: first everywhere, then about the likeliest.
+    let about = |at: Place, zeros: i32, farther: i32, apart: f64| -> Vec<(Place, f64)> {
+        let place = |(zero, more)| Place {
+            zero: at.zero + apart * step * f64::from(zero),
+            farther: at.farther + apart * step / reach * f64::from(more),
+        };
+        let tried: Vec<Place> = (-zeros..=zeros).cartesian_product(-farther..=farther).map(place).collect();
+        let squares = parallel::map(&tried, square);
+        tried.into_iter().zip(squares).collect()
+    };
+    let likeliest = |tried: &[(Place, f64)]| tried.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1));
+    let (at, _) = likeliest(&about(Place { zero: 0.0, farther: 0.0 }, 10, 16, 0.05))?;
+    let tried = about(at, 6, 6, 0.01);
+    let (_, least) = likeliest(&tried)?;
+    let likely = tried.iter().map(|(_, square)| (-0.5 * (square / least - 1.0) * counts as f64).exp());
     let odds = WeightedIndex::new(likely).ok()?;
     let mut rng = ChaCha8Rng::seed_from_u64(0);
-    Some((0..DRAWS).map(|_| zero(odds.sample(&mut rng) as u32) + (rng.random::<f64>() - 0.5) * zero(1)).collect())
+    Some((0..DRAWS).map(|_| tried[odds.sample(&mut rng)].0).collect())
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// The floor of one axis of a study; `component` picks its body axis where a quaternion serves three.
@@ -208,18 +268,13 @@ fn zeros(study: &Study, series: usize) -> Option<Vec<f64>> {
 pub fn floor(study: &Study, series: usize, component: Option<usize>) -> Floor {
     let bench = study.bench;
     let windows = &bench.windows;
-    let zeros = zeros(study, series);
+    let noise_alone = Draws::where_seen(study, series).unwrap_or_else(|| Draws::anywhere(study, series));
     let columns: Vec<&[Vec<f64>]> = study.columns.iter().map(Vec::as_slice).collect();
     let grams = |noise: &[&[Vec<f64>]], component| windows.grams(&bench.problem, noise, &columns, component);
     let curves: Vec<Vec<f64>> = (0..DRAWS)
         .step_by(TOGETHER)
         .flat_map(|seed| {
-            let draws: Vec<_> = (seed..DRAWS.min(seed + TOGETHER as u64))
-                .map(|seed| {
-                    let zero = zeros.as_ref().map(|zeros| zeros[seed as usize]);
-                    draw_with(bench, series, &study.warm[series], &study.evaluation.lost, Seen::Plain, zero, seed)
-                })
-                .collect();
+            let draws: Vec<_> = (seed..DRAWS.min(seed + TOGETHER as u64)).map(|seed| noise_alone.plain(seed)).collect();
             let noise: Vec<&[Vec<f64>]> = draws.iter().map(Vec::as_slice).collect();
             let all = grams(&noise, None);
             let judged = component.map(|_| grams(&noise, component));

@@ -5,7 +5,8 @@
 //! block judged with the parameters of the others: the currency in which models are compared.
 
 use super::{
-    floor, growth,
+    floor::Draws,
+    growth,
     likelihood::{self, Limits},
     prior::Prior,
     study::Study,
@@ -181,16 +182,22 @@ pub(crate) fn beyond_white(study: &Study, gls: &Gls) -> Vec<f64> {
     let (inverse, _) = nls::invert_observable(&normal.matrix, 1e-10);
     let columns: Vec<Vec<Vec<f64>>> = study.columns.iter().map(|c| whitener.apply_each(c)).collect();
     let n = columns.len();
-    let mut squares = vec![0.0; n];
-    for seed in 0..SCATTER {
-        let draw = floor::draw_read(study.bench, 0, &study.warm[0], &study.evaluation.lost, seed);
-        let white = whitener.apply_each(&draw);
-        let dot = |c: &Vec<Vec<f64>>| -> f64 { c.iter().zip(&white).map(|(a, b)| nls::dot(a, b)).sum() };
-        let along: Vec<f64> = columns.iter().map(dot).collect();
-        for (i, sum) in squares.iter_mut().enumerate() {
-            *sum += (0..n).map(|j| inverse[(i, j)] * along[j]).sum::<f64>().powi(2);
+    let scattered = |noise_alone: Draws| {
+        let mut squares = vec![0.0; n];
+        for seed in 0..SCATTER {
+            let white = whitener.apply_each(&noise_alone.read(seed));
+            let dot = |c: &Vec<Vec<f64>>| -> f64 { c.iter().zip(&white).map(|(a, b)| nls::dot(a, b)).sum() };
+            let along: Vec<f64> = columns.iter().map(dot).collect();
+            for (i, sum) in squares.iter_mut().enumerate() {
+                *sum += (0..n).map(|j| inverse[(i, j)] * along[j]).sum::<f64>().powi(2);
+            }
         }
-    }
+        squares
+    };
+    // Where the encoder is seen to count from tells what its steps did here, but for counts that readings lie at the edge of.
+    let anywhere = scattered(Draws::anywhere(study, 0));
+    let here = Draws::where_seen(study, 0).map_or_else(|| anywhere.clone(), scattered);
+    let squares: Vec<f64> = anywhere.into_iter().zip(here).map(|(a, b)| a.max(b)).collect();
     let uneven = unevenness(&columns, &whitener.apply_each(&study.as_read()), &inverse);
     let factor = |i: usize| (squares[i] / SCATTER as f64 / inverse[(i, i)]).max(uneven[i]).sqrt();
     (0..n).map(|i| if inverse[(i, i)] > 0.0 { factor(i).max(1.0) } else { 1.0 }).collect()
@@ -451,8 +458,7 @@ pub(crate) fn with_unseen_walk(study: &Study, gls: &Gls) -> Gls {
     if low > gls.noise.bias_random_walk { at_noise(study, &walking(low)) } else { gls.clone() }
 }
 
-/// Fall of ln L up to which a walk may well be there. Of 1200 clean logs of sensors whose bias walks by 3e-7 to 1e-5 rad/s/√s, 17 had
-/// their bias beyond three of its standard errors with half of it, 7 with this, 3 with twice as much.
+/// Fall of ln L up to which a walk may well be there.
 const MAY_WALK: f64 = 1.0;
 /// Halvings of the range of such a walk, by its logarithm: it is found to a fifth.
 const HALVINGS: usize = 6;
