@@ -459,7 +459,7 @@ pub(crate) fn with_unseen_walk(study: &Study, gls: &Gls) -> Gls {
 }
 
 /// Fall of ln L up to which a walk may well be there.
-const MAY_WALK: f64 = 1.0;
+const MAY_WALK: f64 = 0.75;
 /// Halvings of the range of such a walk, by its logarithm: it is found to a fifth.
 const HALVINGS: usize = 6;
 
