@@ -2,7 +2,7 @@
 
 use super::{budget::Budget, store::View};
 use gyro_model::{
-    Axis, AxisModel, Model, Record,
+    Axis, AxisModel, Model, Record, Term,
     diagnose::{self, compare},
     diagnosis::AxisDiagnosis,
     effects::{ParameterCard, Role},
@@ -19,8 +19,11 @@ pub const ROWS: (usize, usize) = (1_500, 30_000);
 const TRIAL_ROWS: usize = 12_000;
 /// Every so many solutions the recent window is held against the whole run.
 const CHECK_EVERY: u32 = 4;
-/// A trial is won where the mean of (E/F)² over the averaging times falls by this share at least.
+/// A trial is won where the mean of (E/F)² over the averaging times falls by this share at least, …
 const WON: f64 = 0.01;
+/// … and what is on trial differs from nothing by so many standard errors: it is looked at again and again while data come,
+/// and the error of noise alone falls every other time.
+const TOLD: f64 = 4.0;
 
 /// What to solve.
 #[derive(Clone, Debug)]
@@ -70,6 +73,8 @@ pub struct Solution {
     pub rows: usize,
     /// How a trial went.
     pub trial: Option<Trial>,
+    /// By how many of its standard errors what is on trial differs from nothing; `None` where that says nothing.
+    pub told: Option<f64>,
     /// The errors of the run's first model and of this one, axis by axis.
     pub errors: Vec<(Axis, f64, f64, f64)>,
     /// How long it took.
@@ -80,16 +85,14 @@ pub struct Solution {
 
 impl Solution {
     fn plain(model: Result<Model, FitError>, rows: usize) -> Self {
-        Self { model, rows, trial: None, errors: Vec::new(), took: Duration::ZERO, number: 0 }
+        Self { model, rows, trial: None, told: None, errors: Vec::new(), took: Duration::ZERO, number: 0 }
     }
 
-    /// Whether the other model of a trial is better on data that neither learned from.
+    /// Whether the other model of a trial is better on data that neither learned from, and by no chance.
     #[must_use]
     pub fn is_won(&self) -> bool {
-        self.trial
-            .as_ref()
-            .map(Trial::excess)
-            .is_some_and(|(before, after)| after < before - WON * (before - 1.0).max(0.0) && after < before)
+        let falls = |(before, after): (f64, f64)| after < before - WON * (before - 1.0).max(0.0) && after < before;
+        self.trial.as_ref().map(Trial::excess).is_some_and(falls) && self.told.is_none_or(|told| told > TOLD)
     }
 }
 
@@ -177,9 +180,35 @@ fn attempt(view: &View, present: &Model, other: &Model) -> Solution {
     let mut solution = Solution::plain(after, record.len());
     if let (Ok(before), Ok(after)) = (&before, &solution.model) {
         let trial = Trial { present: judged(&record, before, true), other: judged(&record, after, true) };
+        solution.told = told(before, after);
         solution.trial = Some(trial);
     }
     solution
+}
+
+/// By how many of its standard errors what one model has and another one has not differs from nothing, on the axis that
+/// tells it best.
+fn told(without: &Model, with: &Model) -> Option<f64> {
+    let sizes = Axis::ALL.into_iter().flat_map(|axis| {
+        let [before, after] = [without, with].map(|model| model.axes[axis.index()].as_ref());
+        let is_new = move |term: &&Term| before.is_none_or(|before| before.term(term.effect.card().id).is_none());
+        let added = after.map_or(&[][..], |after| &after.terms).iter().filter(is_new);
+        added.filter_map(move |term| size(term, axis))
+    });
+    sizes.max_by(f64::total_cmp)
+}
+
+/// By how many standard errors an effect differs from nothing: the largest of its coefficients or, where it has none, of
+/// the shapes that are zero without it.
+fn size(term: &Term, axis: Axis) -> Option<f64> {
+    let of = |role: Role| {
+        let sized = term.parameters(axis).filter(|(card, ..)| card.role == role && card.neutral == 0.0);
+        sized
+            .map(|(_, value, std_error)| value.abs() / std_error)
+            .filter(|size| size.is_finite())
+            .max_by(f64::total_cmp)
+    };
+    of(Role::Linear).or_else(|| of(Role::Shape))
 }
 
 fn judged(record: &Record, model: &Model, own_log: bool) -> Vec<AxisDiagnosis> {
@@ -259,8 +288,30 @@ pub fn not_excited(model: &Model) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Axis, Model, not_excited};
+    use super::{Axis, Model, not_excited, told};
     use gyro_model::{AxisModel, Term, effects::find};
+
+    #[test]
+    fn what_was_added_is_told_by_its_coefficients_or_else_its_shapes() {
+        let model = |terms: &[(&str, &[f64], &[f64])]| {
+            let mut axis = AxisModel::base(Axis::Z);
+            for &(id, values, std_errors) in terms {
+                let effect = find(id).unwrap();
+                axis.terms.push(Term { effect, values: values.to_vec(), std_errors: std_errors.to_vec() });
+            }
+            Model { axes: [None, None, Some(axis)], ..Model::default() }
+        };
+        let base = model(&[]);
+        let late = ("delay", &[0.02][..], &[0.001][..]);
+        assert_eq!(told(&base, &model(&[late])), Some(20.0));
+        // What both have is not on trial.
+        let supply = ("supply-voltage", &[3e-4][..], &[2e-4][..]);
+        let told_beside = told(&model(&[late]), &model(&[late, supply])).unwrap();
+        assert!((told_beside - 1.5).abs() < 1e-12, "{told_beside}");
+        // Of a zone without motion, its width; nothing is known of it yet.
+        assert_eq!(told(&base, &model(&[("dead-zone", &[0.1], &[f64::NAN])])), None);
+        assert_eq!(told(&base, &base), None);
+    }
 
     #[test]
     fn a_coefficient_that_is_typically_zero_is_not_waited_for() {

@@ -433,8 +433,9 @@ impl Compensator<'_> {
         let (id, axis, effect) = (challenger.command.id, challenger.command.axis, challenger.command.effect);
         let won = solution.is_won();
         let trial = solution.trial;
+        let size = solution.told.map_or_else(String::new, |told| format!(", {told:.1} standard errors from nothing"));
         let figures = trial.as_ref().map(learner::Trial::excess).map_or_else(String::new, |(before, after)| {
-            format!(" (held-out error over floor {:.2} -> {:.2})", before.sqrt(), after.sqrt())
+            format!(" (held-out error over floor {:.2} -> {:.2}{size})", before.sqrt(), after.sqrt())
         });
         let mut state = TrialState::GivenUp;
         let mut proposed = None;
