@@ -10,7 +10,7 @@ use crate::{
     Model,
     effects::{Effect, Stage},
     evidence::{
-        floor::{self, Draws},
+        draws::{Draws, draw_through},
         increments::BLOCKS as BLOCKS_OF_INCREMENTS,
         noise::{self, Gls},
         problem::Warm,
@@ -199,7 +199,7 @@ impl<'a> Present<'a> {
             costs.fold(f64::INFINITY, f64::min)
         };
         let gains = (0..SHAPED).map(|seed| {
-            let [plain, undone] = floor::draw_through(bench, series, &study.warm[series], [before, after], seed);
+            let [plain, undone] = draw_through(bench, series, &study.warm[series], [before, after], seed);
             likeliest(&plain) - likeliest(&undone)
         });
         (gains.sum::<f64>() / SHAPED as f64 * bench.problem.channels() as f64).max(0.0)

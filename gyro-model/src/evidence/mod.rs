@@ -19,9 +19,11 @@
 //! | [`likelihood`] | the likeliest noise |
 //! | `growth` | the part of it that grows with the rate |
 //! | [`rounding`] | what a coarse reading's rounding leaves of rates that are held |
+//! | [`draws`] | draws of noise alone on the log's own motion |
 //! | [`floor`] | what the error curve would be with no physics missing |
 
 pub mod attitude;
+pub mod draws;
 pub mod encoder;
 pub mod floor;
 mod growth;

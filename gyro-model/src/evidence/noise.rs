@@ -5,7 +5,7 @@
 //! block judged with the parameters of the others: the currency in which models are compared.
 
 use super::{
-    floor::Draws,
+    draws::Draws,
     growth,
     likelihood::{self, Limits},
     prior::Prior,
