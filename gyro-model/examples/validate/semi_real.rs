@@ -2,8 +2,8 @@
 //!
 //! First the ladder gives the recording the model that it needs by itself. Then each effect that the recording can show,
 //! and that is not alike to one it has, is added to the recorded rows, and the ladder goes on from that model. How much
-//! there is to find, where the recording has errors of its own that nothing explains, is said by the fit of the very
-//! effect: the share of the held-out excess J − 1 that goes with it.
+//! there is to find, where the recording has errors of its own that nothing explains, is said by the held-out excess J − 1
+//! under that model: the share of it that came with the effect.
 
 use crate::{
     choice::{EFFECTS, alike},
@@ -13,9 +13,9 @@ use crate::{
     table::{Table, number, share},
 };
 use gyro_model::{
-    Axis, Model, Record, Term,
+    Axis, Model, Record,
     diagnose::{Options, ladder},
-    effects::{Role, Stage, find},
+    effects::{Role, find},
     evidence::study::{Bench, Study},
     simulate::{Hidden, Injection},
 };
@@ -68,18 +68,16 @@ impl Recording {
         Some(hidden)
     }
 
-    /// Share of the held-out excess of the spoilt record that the effect itself removes, refitted; `None` for limits of
-    /// the reading, which remove samples, and where nothing is in excess.
-    fn removable(&self, spoilt: &Record, hidden: &Hidden, axis: Axis) -> Option<f64> {
-        if hidden.effect.stage() == Stage::Reading {
-            return None;
-        }
-        let mut with = self.own.clone();
-        let term = Term { values: hidden.values.clone(), ..Term::neutral(hidden.effect, axis) };
-        with.axes[axis.index()].as_mut()?.terms.push(term);
-        let bench = Bench::new(spoilt, &[axis], &self.own)?;
-        let [before, after] = [&self.own, &with].map(|m| Study::fit(&bench, m, None).held_out().excess(&bench.weights));
-        (before > 1.0).then(|| (before - after) / (before - 1.0))
+    /// J of one axis of a record under the model that the recording needs by itself.
+    fn excess(&self, record: &Record, axis: Axis) -> Option<f64> {
+        let bench = Bench::new(record, &[axis], &self.own)?;
+        Some(Study::fit(&bench, &self.own, None).held_out().excess(&bench.weights))
+    }
+
+    /// Share of the held-out excess of the spoilt record that the recording had not.
+    fn added(&self, spoilt: &Record, axis: Axis) -> Option<f64> {
+        let (before, after) = (self.excess(&self.record, axis)?, self.excess(spoilt, axis)?);
+        (after > 1.0).then(|| (after - before) / (after - 1.0))
     }
 
     fn spoilt(&self, hidden: &Hidden, axis: Axis) -> Record {
@@ -121,29 +119,29 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), Box<dyn Error>> {
     let results = run.each(trials, |trial, detail| {
         let (recording, axis, hidden) = &trial.what;
         let spoilt = recording.spoilt(hidden, *axis);
-        let removable = recording.removable(&spoilt, hidden, *axis);
-        Ok((Outcome::climb(&spoilt, &recording.own, *axis, detail)?, removable))
+        let made = recording.added(&spoilt, *axis);
+        Ok((Outcome::climb(&spoilt, &recording.own, *axis, detail)?, made))
     })?;
     let mut table = Table::new(&["recording, axis, effect", "size", "share of the excess", "named"]);
     let (mut right, mut matters) = (0, (0, 0));
-    for (trial, (outcome, removable)) in &results {
+    for (trial, (outcome, made)) in &results {
         let hidden = &trial.what.2;
         let next = outcome.added.first();
         let id = hidden.effect.card().id;
         let named = next.is_some_and(|added| added.id == id || added.aliases.iter().any(|alias| alias == id));
         right += usize::from(named);
-        if removable.is_none_or(|share| share > MATTERS) {
+        if made.is_some_and(|share| share > MATTERS) {
             matters = (matters.0 + usize::from(named), matters.1 + 1);
         }
         let mark = if named { "" } else { " ✗" };
         let size: Vec<String> = hidden.values.iter().map(|v| number(Some(*v))).collect();
-        let removes = removable.map_or_else(|| "–".to_owned(), |share| format!("{:.1} %", 100.0 * share));
-        table.row([trial.name.clone(), size.join(", "), removes, format!("{}{mark}", outcome.says())]);
+        let part = made.map_or_else(|| "–".to_owned(), |share| format!("{:.1} %", 100.0 * share));
+        table.row([trial.name.clone(), size.join(", "), part, format!("{}{mark}", outcome.says())]);
     }
     table.print();
     println!("The next step names what was added, or it and what may as well be: {}.", share(right, results.len()));
     println!(
-        "Of those that make up more than {:.0} % of the excess, and the limits: {}.\n",
+        "Of those that make up more than {:.0} % of the excess: {}.\n",
         100.0 * MATTERS,
         share(matters.0, matters.1)
     );

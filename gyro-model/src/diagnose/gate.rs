@@ -149,10 +149,12 @@ impl Refit<'_> {
     /// Whether it removes much of an error that is far beyond what a gyro's own wander makes, throughout the log. Other
     /// missing physics inflates the identified noise until a slow effect drowns in it; the error itself does not lie.
     fn dominates(&self, present: &Present) -> bool {
+        // What is slow differs from its mean in some blocks more than in others.
+        let least = if verdict::is_slow(self.candidate.term.effect.card().id) { SLOWLY } else { 4.0 };
         self.before(present) > ROUGH
             && present.gls.noise.beyond_wander()
             && self.share(present).is_some_and(|s| s > DOMINATES)
-            && self.fall.0 > 4.0 * self.fall.1
+            && self.fall.0 > least * self.fall.1
     }
 
     /// Whether a parameter ran to the end of what is physical: the fit looks for something else.
@@ -325,6 +327,8 @@ const OUTSIZED: f64 = 20.0;
 const ENDS: f64 = 0.05;
 /// Standard errors beyond such an end that are no chance.
 const BEYOND: f64 = 3.0;
+/// Standard errors over the blocks that the error has to fall by for a slow effect to do so throughout the log.
+const SLOWLY: f64 = 3.0;
 /// Share of the held-out excess that makes up for a likelihood that drowns it.
 const DOMINATES: f64 = 0.4;
 
