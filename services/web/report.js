@@ -113,9 +113,9 @@
     if (!spectrum?.frequency.length) return null;
     const [s, a, c] = [h(''), h(''), h('')];
     later.push(() => Charts.make(s, { name: 'Spectrum of error and motion', x: { label: 'frequency', short: 'f', unit: 'Hz', log: true }, y: { label: 'density', unit: '°/s/√Hz', log: true }, height: 280, series: [{ label: 'motion', ink: 'measured', width: 1, unit: '°/s/√Hz' }, { label: 'error', ink: 'residual', width: 1.5, unit: '°/s/√Hz' }, { label: 'floor', ink: 'floor', width: 2, dash: [7, 4], unit: '°/s/√Hz' }], data: [spectrum.frequency, ...['motion', 'error', 'floor'].map(k => Charts.positive(degrees(spectrum[k])))] }));
-    const test = (place, name, xs, ys) => later.push(() => Charts.make(place, { name, x: { label: 'lag', unit: 's' }, y: { label: 'correlation', unit: '' }, height: 190, series: [{ label: 'correlation', ink: 'residual', width: 1.2, points: 4 }, { label: '99 % band', ink: 'floor', width: 1, dash: [5, 4] }, { label: '', ink: 'floor', width: 1, dash: [5, 4] }], data: [xs, ys, xs.map(() => whiteness.band_99), xs.map(() => -whiteness.band_99)] }));
-    test(a, 'Autocorrelation of the residual', whiteness.lag_s, whiteness.autocorrelation);
-    test(c, 'Correlation of the residual with the motion', whiteness.cross_lag_s, whiteness.motion_correlation);
+    const test = (place, name, xs, ys, band) => later.push(() => Charts.make(place, { name, x: { label: 'lag', unit: 's' }, y: { label: 'correlation', unit: '' }, height: 190, series: [{ label: 'correlation', ink: 'residual', width: 1.2, points: 4 }, { label: '99 % band', ink: 'floor', width: 1, dash: [5, 4] }, { label: '', ink: 'floor', width: 1, dash: [5, 4] }], data: [xs, ys, xs.map(() => band), xs.map(() => -band)] }));
+    test(a, 'Autocorrelation of the residual', whiteness.lag_s, whiteness.autocorrelation, whiteness.band_99);
+    test(c, 'Correlation of the residual with the motion', whiteness.cross_lag_s, whiteness.motion_correlation, whiteness.motion_band_99);
     return h('.grid', panel('half', 'Spectrum', s), heat_maps.length ? panel('half', 'Error / floor by regime and frequency', heat(heat_maps)) : null, panel('half', 'Is the residual white? Its autocorrelation', a), panel('half', 'Does it follow the motion? Correlation with it', c));
   }
 

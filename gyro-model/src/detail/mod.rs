@@ -123,6 +123,8 @@ pub struct Whiteness {
     pub motion_correlation: Vec<f64>,
     /// Half width in which 99 % of the lags of a white residual lie.
     pub band_99: f64,
+    /// The same for the correlation with a motion that the residual does not follow, white or not.
+    pub motion_band_99: f64,
 }
 
 /// RMS error by regime (rows) and frequency (columns).

@@ -77,9 +77,13 @@ fn a_white_residual_stays_in_its_band_and_a_slow_error_is_hidden_by_a_bias_state
     let clean = pictures(&t, &rate, &error);
     let outside = clean.whiteness.autocorrelation.iter().filter(|c| c.abs() > clean.whiteness.band_99).count();
     assert!(outside <= 4, "{outside} of 40 lags");
+    let wider = |whiteness: &Whiteness| whiteness.motion_band_99 / whiteness.band_99;
+    assert!((1.0..1.15).contains(&wider(&clean.whiteness)), "{}", wider(&clean.whiteness));
     let (t, rate, error) = log(|t, _| 0.02 * (0.05 * t).sin());
     let slow = pictures(&t, &rate, &error);
     assert!(slow.hidden_by_bias.unwrap() > 0.5);
+    // No white residual, and a motion that remembers as well.
+    assert!(wider(&slow.whiteness) > 1.3, "{}", wider(&slow.whiteness));
     assert!(clean.hidden_by_bias.unwrap() < 0.2);
 }
 

@@ -8,7 +8,9 @@ const LAGS: usize = 40;
 /// Autocorrelation of the whitened one-step residual and its correlation with the motion through the same filter.
 ///
 /// The angle error carries gyro noise (a random walk) and encoder noise (white). The scalar Kalman filter of that pair,
-/// ê ← ê + K (e − ê), whitens it: v = e − ê. K is the one of the smallest Σv², the maximum-likelihood choice.
+/// ê ← ê + K (e − ê), whitens it: v = e − ê. K is the one of the smallest Σv², the maximum-likelihood choice. What is left of
+/// physics or of a bias that wanders stays in v, which is then not white: the band of its correlation with the motion is
+/// that of two signals with the autocorrelations that they have (Bartlett 1955).
 pub(super) fn whiteness(input: &Input, referenced: &Referenced) -> Whiteness {
     let drift = referenced.rate_error((0, referenced.t.len() - 1));
     let error: Vec<f64> =
@@ -36,12 +38,18 @@ pub(super) fn whiteness(input: &Input, referenced: &Referenced) -> Whiteness {
     let motion = normalised(innovations(&turned, gain));
     let n = residual.len() as f64;
     let lags: Vec<isize> = (-LAGS.cast_signed()..=LAGS.cast_signed()).collect();
+    let of_itself = |v: &[f64]| -> Vec<f64> { (1..=LAGS).map(|k| correlation(v, v, k.cast_signed())).collect() };
+    let (own, of_motion) = (of_itself(&residual), of_itself(&motion));
+    // Two independent signals that both remember correlate by more than white ones: the variance is Σ ρ(k) ρ'(k) / n.
+    let remembered = 1.0 + 2.0 * own.iter().zip(&of_motion).map(|(a, b)| a * b).sum::<f64>();
+    let band = 2.576 / n.sqrt();
     Whiteness {
         lag_s: (1..=LAGS).map(|k| short(k as f64 * referenced.dt)).collect(),
-        autocorrelation: (1..=LAGS).map(|k| short(correlation(&residual, &residual, k.cast_signed()))).collect(),
+        autocorrelation: own.into_iter().map(short).collect(),
         cross_lag_s: lags.iter().map(|&k| short(k as f64 * referenced.dt)).collect(),
         motion_correlation: lags.iter().map(|&k| short(correlation(&residual, &motion, k))).collect(),
-        band_99: short(2.576 / n.sqrt()),
+        band_99: short(band),
+        motion_band_99: short(band * remembered.max(1.0).sqrt()),
     }
 }
 
