@@ -37,6 +37,10 @@ pub struct Args {
 #[derive(Subcommand, Debug, Clone)]
 pub enum Request {
     /// Add an effect to the model of one axis
+    ///
+    /// Both models learn from the same samples. The new one takes over when it errs less on data that it did not see, by no
+    /// chance: its effect differs from nothing by four standard errors, or the error falls plainly. After two minutes without
+    /// that it is given up. `undo` ends the trial, or takes the effect out again.
     Add {
         /// Effect id
         effect: String,

@@ -22,8 +22,10 @@ const CHECK_EVERY: u32 = 4;
 /// A trial is won where the mean of (E/F)² over the averaging times falls by this share at least, …
 const WON: f64 = 0.01;
 /// … and what is on trial differs from nothing by so many standard errors: it is looked at again and again while data come,
-/// and the error of noise alone falls every other time.
+/// and the error of noise alone falls every other time. …
 const TOLD: f64 = 4.0;
+/// … Unless that mean falls by such a share of itself: where much else is missing nothing is known well.
+const PLAIN: f64 = 0.1;
 
 /// What to solve.
 #[derive(Clone, Debug)]
@@ -91,8 +93,9 @@ impl Solution {
     /// Whether the other model of a trial is better on data that neither learned from, and by no chance.
     #[must_use]
     pub fn is_won(&self) -> bool {
-        let falls = |(before, after): (f64, f64)| after < before - WON * (before - 1.0).max(0.0) && after < before;
-        self.trial.as_ref().map(Trial::excess).is_some_and(falls) && self.told.is_none_or(|told| told > TOLD)
+        let Some((before, after)) = self.trial.as_ref().map(Trial::excess) else { return false };
+        let falls = after < before && after < before - WON * (before - 1.0).max(0.0);
+        falls && (self.told.is_none_or(|told| told > TOLD) || after < (1.0 - PLAIN) * before)
     }
 }
 
