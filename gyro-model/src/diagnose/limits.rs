@@ -18,7 +18,10 @@ use statrs::distribution::{Binomial, DiscreteCDF};
 pub fn read_off(effect: &dyn Effect, series: &Series) -> Option<f64> {
     let readings: Vec<f64> = series.gyro.iter().zip(&series.read).filter(|(_, read)| **read).map(|(g, _)| *g).collect();
     match effect.card().id {
-        "saturation" => rail(&readings).filter(|&rail| !is_held(series, rail)),
+        "saturation" => {
+            let most = |rail| if stands_alone(&readings, rail) { BEYOND_ALONE } else { BEYOND };
+            rail(&readings).filter(|&rail| !is_held(series, rail, most(rail)))
+        }
         "dead-zone" => hole(&readings),
         _ => None,
     }
@@ -107,10 +110,25 @@ fn ceiling(readings: &[f64]) -> Option<f64> {
 /// Share by which the limits of a coarse sensor differ at most, its ends being one step apart.
 const UNEQUAL: f64 = 0.01;
 
-/// Whether the reference shows that the rate itself stands wherever the reading stands at this rail, as on a rate table: it turns as
-/// far as readings do elsewhere, and evenly. What is cut off a motion is beyond the rail, or arched, faster in the middle of its time
-/// than near its ends.
-fn is_held(series: &Series, rail: f64) -> bool {
+/// Whether readings stand still at this rail as nowhere else, at rest included: elsewhere noise moves them, whatever rate is held.
+fn stands_alone(readings: &[f64], rail: f64) -> bool {
+    let edge = rail * (1.0 - 1e-6);
+    let (mut here, mut elsewhere) = (0, 0);
+    for run in readings.chunk_by(|a, b| a == b) {
+        let longest = if run[0].abs() > edge { &mut here } else { &mut elsewhere };
+        *longest = run.len().max(*longest);
+    }
+    elsewhere <= MOVED && here >= ALONE * elsewhere
+}
+
+/// Readings after which noise has moved one, and times as many that stand still at the rail.
+const MOVED: usize = 10;
+const ALONE: usize = 4;
+
+/// Whether the reference shows that the rate itself stands wherever the reading stands at this rail, as on a rate table: it turns
+/// evenly, and as far as readings do elsewhere, or farther by less than `most` of the rail. What is cut off a motion is beyond the
+/// rail, or arched, faster in the middle of its time than near its ends.
+fn is_held(series: &Series, rail: f64, most: f64) -> bool {
     let (t, angle) = (&series.reference_t, &series.reference_angle);
     if angle.is_empty() {
         return false;
@@ -141,7 +159,7 @@ fn is_held(series: &Series, rail: f64) -> bool {
     // Two rows bound the middle, four the rest.
     let noise = white_noise(angle) * f64::sqrt(count) * (2_f64.sqrt() / middle.1 + 2.0 / rest.1);
     let beyond = (middle.0 + rest.0) / (middle.1 + rest.1);
-    arch.abs() + 3.0 * noise < ARCHED * rail && beyond < BEYOND * rail
+    arch.abs() + 3.0 * noise < ARCHED * rail && beyond < most * rail
 }
 
 /// Scale factor and bias of the steps that are not marked, about: the reference's angle is α times the readings' and δ times t.
@@ -161,9 +179,10 @@ fn calibration_off(marked: &[bool], t: &[f64], read: &[f64], reference: &[f64]) 
 }
 
 /// Share of a rail by which the middle of a motion that is cut off is faster, and by which all of it is; a rate that reads too small
-/// by as little is taken for one that is held.
+/// by as little is taken for one that is held. Less where readings stand still there alone.
 const ARCHED: f64 = 2e-3;
 const BEYOND: f64 = 5e-3;
+const BEYOND_ALONE: f64 = 5e-4;
 
 /// How often a reading below `edge` stands there one time after the other: the median.
 fn repeats(readings: &[f64], edge: f64) -> usize {
@@ -295,6 +314,18 @@ mod tests {
             let clipped: Vec<f64> = smooth.iter().map(|g| g.min(3.4)).collect();
             assert_eq!(rail(&clipped), Some(3.4), "{swing}");
         }
+    }
+
+    #[test]
+    fn readings_stand_alone_at_a_rail_where_noise_moves_them_elsewhere_and_not_where_steps_are_coarse() {
+        // A rate table that is held at some rates, the highest of which is cut off.
+        let held = |k: i32| [0.0, 1.0, -0.5, 2.0][(k / 500 % 4) as usize] + 1e-3 * f64::from(k * 7919 % 11 - 5);
+        let read =
+            |step: f64| (0..8000).map(move |k| ((held(k) / step).round() * step).min(1.98)).collect::<Vec<f64>>();
+        let (fine, coarse) = (read(1e-3), read(0.02));
+        assert_eq!(rail(&fine), Some(1.98));
+        assert!(stands_alone(&fine, 1.98));
+        assert!(!stands_alone(&coarse, 1.98));
     }
 
     #[test]
