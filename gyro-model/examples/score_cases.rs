@@ -11,6 +11,7 @@
 mod choice;
 
 use choice::Case;
+use clap::Parser;
 use gyro_model::{
     Axis, Model, Record,
     diagnose::{Options, diagnose, ladder},
@@ -19,13 +20,22 @@ use gyro_model::{
 };
 use std::{error::Error, time::Instant};
 
+#[derive(Parser)]
+#[command(about = "Scores the ladder on the cases that make_cases writes")]
+struct Arguments {
+    /// Cases.
+    #[arg(long, default_value_t = 36)]
+    count: u64,
+    /// Of everything random.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Only this case, told in detail.
+    #[arg(long)]
+    only: Option<u64>,
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let option = |name: &str| -> Result<Option<u64>, Box<dyn Error>> {
-        let Some(k) = arguments.iter().position(|a| a == name) else { return Ok(None) };
-        Ok(Some(arguments.get(k + 1).ok_or(format!("{name} wants a number"))?.parse()?))
-    };
-    let (count, seed, only) = (option("--count")?.unwrap_or(36), option("--seed")?.unwrap_or(1), option("--only")?);
+    let Arguments { count, seed, only } = Arguments::parse();
     let (mut wanted, mut named, mut halves, mut invented, mut clean) = (0, 0, 0, 0, (0, 0));
     for k in (0..count).filter(|k| only.is_none_or(|only| only == *k)) {
         let case = Case::random(choice::seed_of(seed, k));

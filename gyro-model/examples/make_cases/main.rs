@@ -10,6 +10,7 @@
 mod choice;
 
 use choice::Case;
+use clap::Parser;
 use flate2::{Compression, write::GzEncoder};
 use gyro_model::{
     Axis,
@@ -19,21 +20,25 @@ use std::{
     error::Error,
     fs::{self, File},
     io::{BufWriter, Write},
-    path::Path,
+    path::{Path, PathBuf},
 };
 
+#[derive(Parser)]
+#[command(about = "Writes logs with a known hidden effect, or none")]
+struct Arguments {
+    /// Where the logs and truth.json go.
+    folder: PathBuf,
+    /// Logs.
+    #[arg(long, default_value_t = 36)]
+    count: u64,
+    /// Of everything random.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let option = |name: &str, default: u64| match arguments.iter().position(|a| a == name) {
-        Some(k) => {
-            arguments.get(k + 1).ok_or(format!("{name} wants a number"))?.parse().map_err(|e| format!("{name}: {e}"))
-        }
-        None => Ok(default),
-    };
-    let (count, seed) = (option("--count", 36)?, option("--seed", 1)?);
-    let folder = arguments.first().filter(|a| !a.starts_with('-')).ok_or("give the folder to write to")?;
-    let folder = Path::new(folder);
-    fs::create_dir_all(folder)?;
+    let Arguments { folder, count, seed } = Arguments::parse();
+    fs::create_dir_all(&folder)?;
     let mut truth = serde_json::Map::new();
     for k in 0..count {
         let case = Case::random(choice::seed_of(seed, k));
