@@ -2,7 +2,7 @@
 
 use crate::{
     Axis,
-    effects::{Effect, ParameterCard},
+    effects::{Effect, ParameterCard, Role},
 };
 
 /// A model of up to three axes.
@@ -66,6 +66,17 @@ impl Term {
     /// Each parameter with its card: (card, value, standard error).
     pub fn parameters(&self, axis: Axis) -> impl Iterator<Item = (&'static ParameterCard, f64, f64)> + '_ {
         self.effect.parameters(axis).iter().zip(&self.values).zip(&self.std_errors).map(|((c, &v), &s)| (c, v, s))
+    }
+
+    /// By how many of its standard errors it differs from nothing: the most of its coefficients or, where it has none, of the
+    /// shapes that are zero without it. `None` where none of them has a standard error.
+    #[must_use]
+    pub fn size_in_errors(&self, axis: Axis) -> Option<f64> {
+        let of = |role: Role| {
+            let sized = self.parameters(axis).filter(|(card, ..)| card.role == role && card.neutral == 0.0);
+            sized.map(|(_, value, error)| value.abs() / error).filter(|size| size.is_finite()).max_by(f64::total_cmp)
+        };
+        of(Role::Linear).or_else(|| of(Role::Shape))
     }
 }
 

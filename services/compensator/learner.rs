@@ -196,22 +196,9 @@ fn told(without: &Model, with: &Model) -> Option<f64> {
         let [before, after] = [without, with].map(|model| model.axes[axis.index()].as_ref());
         let is_new = move |term: &&Term| before.is_none_or(|before| before.term(term.effect.card().id).is_none());
         let added = after.map_or(&[][..], |after| &after.terms).iter().filter(is_new);
-        added.filter_map(move |term| size(term, axis))
+        added.filter_map(move |term| term.size_in_errors(axis))
     });
     sizes.max_by(f64::total_cmp)
-}
-
-/// By how many standard errors an effect differs from nothing: the largest of its coefficients or, where it has none, of
-/// the shapes that are zero without it.
-fn size(term: &Term, axis: Axis) -> Option<f64> {
-    let of = |role: Role| {
-        let sized = term.parameters(axis).filter(|(card, ..)| card.role == role && card.neutral == 0.0);
-        sized
-            .map(|(_, value, std_error)| value.abs() / std_error)
-            .filter(|size| size.is_finite())
-            .max_by(f64::total_cmp)
-    };
-    of(Role::Linear).or_else(|| of(Role::Shape))
 }
 
 fn judged(record: &Record, model: &Model, own_log: bool) -> Vec<AxisDiagnosis> {
