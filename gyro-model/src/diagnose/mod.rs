@@ -23,7 +23,7 @@ pub mod verdict;
 use crate::{
     Axis, AxisModel, Model, Record,
     diagnosis::{AxisDiagnosis, AxisLadder, DataFault, ErrorPoint, Suspect, Verdict},
-    effects::{Effect, Stage, find},
+    effects::{CATALOGUE, Effect, Stage, find},
     evidence::{
         problem::HeldRate,
         study::{Bench, Study},
@@ -98,16 +98,17 @@ impl Standing {
 }
 
 /// Lays out each group of axes and hands it to `work` with the model, completed by base models where an axis has none.
+/// It gives the model that it ends with, and what it found.
 ///
 /// Nobody knows where in a play a rate stands that is held, unless the log comes down to its noise where it is taken to stand
-/// at the end that it came to: that is tried where the first gives no answer.
+/// at the end that it came to: that is tried where the first gives no answer and a play may be missing.
 fn each_group<T: Send>(
     record: &Record,
     model: &Model,
     axes: &[Axis],
-    work: impl Fn(&Bench, &Model) -> T + Sync,
+    work: impl Fn(&Bench, &Model) -> (Model, T) + Sync,
     standing: impl Fn(&T) -> Standing + Sync,
-) -> Result<Vec<T>, FitError> {
+) -> Result<Vec<(Model, T)>, FitError> {
     if axes.is_empty() {
         return Err(FitError::NoReference);
     }
@@ -125,17 +126,29 @@ fn each_group<T: Send>(
     let one = |group: &Vec<Axis>| {
         let mut bench = Bench::new(record, group, &beside).ok_or(FitError::TooShort(group[0]))?;
         let anywhere = work(&bench, &model);
-        let first = standing(&anywhere);
+        let first = standing(&anywhere.1);
         if first.says == Says::All {
             return Ok(anywhere);
         }
         bench.problem.held_rate = HeldRate::AtTheEnd;
+        if !first.has_play && !may_lack_play(record, &bench, &anywhere.0) {
+            return Ok(anywhere);
+        }
         let at_the_end = work(&bench, &model);
-        let second = standing(&at_the_end);
+        let second = standing(&at_the_end.1);
         let lowers = !first.has_play && second.says < Says::Unexplained && second.over_floor < first.over_floor;
         Ok(if second.says == Says::All && second.within || lowers { at_the_end } else { anywhere })
     };
     parallel::map(&groups(record, axes), one).into_iter().collect()
+}
+
+/// Whether a play may be what is left of the error, however long the log.
+fn may_lack_play(record: &Record, bench: &Bench, model: &Model) -> bool {
+    let shows = |bench: &Bench| {
+        let present = Present::new(Study::fit(bench, model, None));
+        CATALOGUE.iter().filter(|effect| effect.is_play()).any(|effect| present.may_lack(*effect))
+    };
+    Parts::new(record, bench, model).map_or_else(|| shows(bench), |parts| parts.each().into_iter().any(shows))
 }
 
 /// Holds a model against a log.
@@ -152,7 +165,7 @@ pub fn compare(
         let study = Study::held(bench, model);
         let gls = study.identify(&[]);
         let present = Present::with(study, gls);
-        (0..bench.problem.series.len())
+        let found = (0..bench.problem.series.len())
             .map(|k| {
                 let judged = Judged::new(&present.study, k, !options.own_log);
                 let (mut verdict, mut says) = match verdict::unexcited(&present.study, &present.gls, k) {
@@ -171,14 +184,15 @@ pub fn compare(
                 bad_data(record, options.faults, bench, &mut verdict, &mut says);
                 axis_diagnosis(record, &present.study, k, &judged, (verdict, says), Vec::new(), options)
             })
-            .collect::<Vec<_>>()
+            .collect::<Vec<_>>();
+        (model.clone(), found)
     };
     let standing = |found: &Vec<AxisDiagnosis>| {
         let standing = Standing::of(found.iter().map(|d| (d.verdict, &d.effects[..], &d.error_curve[..])));
         Standing { says: if standing.has_play { standing.says } else { Says::All }, ..standing }
     };
     let all = each_group(record, model, axes, work, standing)?;
-    Ok(sorted(all.into_iter().flatten().collect(), |d| d.axis))
+    Ok(sorted(all.into_iter().flat_map(|(_, found)| found).collect(), |d| d.axis))
 }
 
 /// Standard errors that one effect which was asked for has to differ from nothing by.
@@ -225,7 +239,7 @@ pub fn diagnose(
         };
         let gls = present.gls.clone();
         present.study.stamp(&gls);
-        (0..bench.problem.series.len())
+        let found = (0..bench.problem.series.len())
             .map(|k| {
                 let judged = Judged::new(&present.study, k, false);
                 let shows = |(present, suspects): &&(Present, Vec<Refit>)| {
@@ -250,7 +264,8 @@ pub fn diagnose(
                 let found = axis_diagnosis(record, &present.study, k, &judged, (verdict, says), listed, options);
                 AxisDiagnosis { searched: true, ..found }
             })
-            .collect::<Vec<_>>()
+            .collect::<Vec<_>>();
+        (present.study.model.clone(), found)
     };
     // What is missing may still be added: the error as it is counts for nothing yet.
     let standing = |found: &Vec<AxisDiagnosis>| {
@@ -258,7 +273,7 @@ pub fn diagnose(
         Standing { within: true, ..standing }
     };
     let all = each_group(record, model, axes, work, standing)?;
-    Ok(sorted(all.into_iter().flatten().collect(), |d| d.axis))
+    Ok(sorted(all.into_iter().flat_map(|(_, found)| found).collect(), |d| d.axis))
 }
 
 /// Diagnoses and adds until nothing is missing; the final model and the steps.
@@ -281,7 +296,7 @@ pub fn ladder(
         }
         (fitted, ladders)
     };
-    let standing = |(_, ladders): &(Model, Vec<AxisLadder>)| {
+    let standing = |ladders: &Vec<AxisLadder>| {
         let end = |l: &AxisLadder| l.steps.last().map_or_else(Vec::new, |step| step.error_curve.clone());
         let curves: Vec<Vec<ErrorPoint>> = ladders.iter().map(end).collect();
         Standing::of(ladders.iter().zip(&curves).map(|(l, curve)| (l.verdict, &l.effects[..], &curve[..])))

@@ -1,7 +1,7 @@
 //! A suspect refitted exactly, and what that is worth.
 
 use super::{
-    candidates::{Candidate, Scanner, of_whole_sensor, scan, with_term_throughout},
+    candidates::{Candidate, Scanner, can_show, of_whole_sensor, scan, with_term_throughout},
     gate::chance,
     pair::pair,
     rank::{drop_driven, prefer_plainer, rank},
@@ -246,6 +246,14 @@ impl<'a> Present<'a> {
         self.scanned.get_or_init(|| scan(&self.study, &self.gls, &self.draws, extra))
     }
 
+    /// Whether an effect that the model does not have is worth an exact refit on any of its axes.
+    pub(super) fn may_lack(&self, effect: &'static dyn Effect) -> bool {
+        let series = &self.study.bench.problem.series;
+        let scanner = Scanner::new(&self.study, &self.gls, &self.draws);
+        let own = (0..series.len()).filter(|&k| can_show(effect, &series[k]));
+        own.flat_map(|k| scanner.best(effect, k)).any(|candidate| lowers(&candidate) || shows(&candidate))
+    }
+
     /// Two suspects of one axis that hide one another.
     pub(super) fn pair(&self, series: usize, extra: &[&'static dyn Effect]) -> Option<[Candidate; 2]> {
         let own: Vec<Candidate> = self.scanned(extra).iter().filter(|c| c.series == series).cloned().collect();
@@ -345,12 +353,22 @@ fn stand_as_in(model: &mut Model, joint: &Model, but: &dyn Effect) {
     }
 }
 
+/// Whether the scan promises that an effect lowers the error.
+fn lowers(candidate: &Candidate) -> bool {
+    candidate.removes > LOWERS
+}
+
+/// Whether the likelihood notices an effect.
+fn shows(candidate: &Candidate) -> bool {
+    candidate.score - candidate.freedom as f64 > NOTICEABLE - 1.0
+}
+
 /// The suspects that are worth an exact refit: first by the error that they remove, and by likelihood.
 fn leaders(mut list: Vec<Candidate>, most: usize) -> Vec<Candidate> {
     list.sort_by(|a, b| b.removes.total_cmp(&a.removes));
-    let mut chosen: Vec<Candidate> = list.extract_if(.., |c| c.removes > LOWERS).collect();
+    let mut chosen: Vec<Candidate> = list.extract_if(.., |c| lowers(c)).collect();
     list.extend(chosen.drain(most.min(chosen.len())..));
-    list.retain(|c| c.score - c.freedom as f64 > NOTICEABLE - 1.0);
+    list.retain(shows);
     list.sort_by(|a, b| b.score.total_cmp(&a.score));
     list.truncate(most);
     chosen.extend(list);

@@ -5,6 +5,7 @@
 //! included; their spread gives the band.
 
 use super::{draws::Draws, increments::Grams, study::Study};
+use crate::parallel;
 
 /// F(τ) and the upper end of its band.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +18,7 @@ pub struct Floor {
 
 const DRAWS: u64 = 40;
 /// Draws that share one accumulation of the columns; the memory is theirs.
-const TOGETHER: usize = 8;
+const TOGETHER: u64 = 8;
 /// Standard deviations that the largest of some dozen correlated points stays within, in 99 of 100 logs.
 const BAND: f64 = 3.1;
 /// How well the prior noise is known: a share of F.
@@ -31,19 +32,17 @@ pub fn floor(study: &Study, series: usize, component: Option<usize>) -> Floor {
     let noise_alone = Draws::where_seen(study, series).unwrap_or_else(|| Draws::anywhere(study, series));
     let columns: Vec<&[Vec<f64>]> = study.columns.iter().map(Vec::as_slice).collect();
     let grams = |noise: &[&[Vec<f64>]], component| windows.grams(&bench.problem, noise, &columns, component);
-    let curves: Vec<Vec<f64>> = (0..DRAWS)
-        .step_by(TOGETHER)
-        .flat_map(|seed| {
-            let draws: Vec<_> = (seed..DRAWS.min(seed + TOGETHER as u64)).map(|seed| noise_alone.plain(seed)).collect();
-            let noise: Vec<&[Vec<f64>]> = draws.iter().map(Vec::as_slice).collect();
-            let all = grams(&noise, None);
-            let judged = component.map(|_| grams(&noise, component));
-            let curve = |(all, judged): (&Grams, &Grams)| {
-                all.held_out_on(judged, &windows.tau, &bench.weights, &study.hold).curve()
-            };
-            all.iter().zip(judged.as_ref().unwrap_or(&all)).map(curve).collect::<Vec<_>>()
-        })
-        .collect();
+    let some = |&first: &u64| -> Vec<Vec<f64>> {
+        let draws: Vec<_> = (first..DRAWS.min(first + TOGETHER)).map(|seed| noise_alone.plain(seed)).collect();
+        let noise: Vec<&[Vec<f64>]> = draws.iter().map(Vec::as_slice).collect();
+        let all = grams(&noise, None);
+        let judged = component.map(|_| grams(&noise, component));
+        let curve = |(all, judged): (&Grams, &Grams)| {
+            all.held_out_on(judged, &windows.tau, &bench.weights, &study.hold).curve()
+        };
+        all.iter().zip(judged.as_ref().unwrap_or(&all)).map(curve).collect()
+    };
+    let curves = parallel::map(&(0..DRAWS).step_by(TOGETHER as usize).collect::<Vec<_>>(), some).concat();
     let n = DRAWS as f64;
     let (mut floor, mut upper) = (Vec::new(), Vec::new());
     for k in 0..windows.tau.len() {
