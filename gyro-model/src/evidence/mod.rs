@@ -12,6 +12,7 @@
 //! | `heating` | how fast the temperature rises |
 //! | [`study`] | a model fitted to a log |
 //! | [`line`] | one line of a signal's spectrum |
+//! | `incoherent` | what of a reference the gyro knows nothing of, whatever its errors |
 //! | [`prior`] | the noise that the sensors' own signals show |
 //! | [`noise`] | the noise of a model's residual, identified |
 //! | [`whittle`] | where to look for it: the periodogram |
@@ -28,6 +29,7 @@ pub mod encoder;
 pub mod floor;
 mod growth;
 mod heating;
+mod incoherent;
 pub mod increments;
 pub mod integrate;
 pub mod likelihood;

@@ -4,11 +4,11 @@
 //! residual of a model. The sixth difference of the reading removes smooth motion; its variance over white noise's (the
 //! sum of the squared binomials, 924) is the noise of one sample. Where motion is so jerky that it reaches even there, the
 //! quietest stretches of the log speak alone. What stands in single lines of the differences' spectrum is a vibration, not
-//! noise. A reference that comes seldom holds motion in its own differences; there those of the reference less the gyro's
-//! angle are taken, which are the smaller.
+//! noise. A reference that comes seldom holds motion in its own differences; there what the gyro knows of it is taken out.
 
 use super::{
     encoder::{Encoder, quantum},
+    incoherent::incoherent,
     integrate::{integral, smooth},
     line::{Line, crest, hann},
     problem::Problem,
@@ -25,7 +25,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use realfft::RealFftPlanner;
-use std::f64::consts::TAU;
+use std::{borrow::Cow, f64::consts::TAU};
 
 /// What the sensors' own signals say about their noise.
 #[derive(Clone, Debug, PartialEq)]
@@ -330,19 +330,16 @@ fn prior(series: &Series, reference: &[f64]) -> Prior {
     }
 }
 
-/// What the sixth differences of the reference's angle less the gyro's say: where a reference comes so seldom that they
-/// hold its motion, the gyro knows of most of that. The gyro's walk of N² = `walk` is in them too.
+/// What the sixth differences of the reference's angle less what the gyro's make say: where a reference comes so seldom that they
+/// hold its motion, the gyro knows of that ([`incoherent`]). The gyro's walk of N² = `walk` is in them too.
 fn beside_gyro(series: &Series, reference: &[f64], walk: f64) -> Spread {
-    let read = read_angle(series);
-    let alpha = gain(&series.reference_t, &read, reference);
-    let less: Vec<f64> = reference.iter().zip(read).map(|(r, own)| r - alpha * own).collect();
-    // Where samples come unevenly a bias looks like noise.
-    let less = untrended(&series.reference_t, &less);
+    let alpha = gain(&series.reference_t, &read_angle(series), reference);
+    let less = incoherent((&series.t, &series.gyro), &turned(series), &series.reference_rows, reference);
     let (step, apart) = (median_apart(&series.t), median_apart(&series.reference_t));
     // What means have turned by is the sum of all readings.
     let step = if series.turned.is_empty() { step } else { apart / MANY as f64 };
     let walked = alpha * alpha * walk * step * walked(apart / step);
-    let variances = stretches(&less);
+    let variances = stretches_of(&less);
     Spread::of(variances.into_iter().map(|v| (v - walked).max(AT_LEAST * v)).collect())
 }
 
@@ -374,9 +371,14 @@ const MANY: usize = 64;
 /// Share of a variance that is left of it at least where another is taken off.
 const AT_LEAST: f64 = 0.1;
 
-/// The angle that the readings add up to, at the reference's rows.
+/// The angle that the readings add up to.
+fn turned(series: &Series) -> Cow<'_, [f64]> {
+    if series.turned.is_empty() { integral(&series.t, &series.gyro).into() } else { (&series.turned).into() }
+}
+
+/// The same at the reference's rows.
 pub(crate) fn read_angle(series: &Series) -> Vec<f64> {
-    let own = if series.turned.is_empty() { integral(&series.t, &series.gyro) } else { series.turned.clone() };
+    let own = turned(series);
     series.reference_rows.iter().map(|&k| own[k]).collect()
 }
 
@@ -424,7 +426,7 @@ pub fn walks(problem: &Problem) -> Vec<Walk> {
 }
 
 /// Standard deviation of the angle that an encoder counts about the shaft's, rad, where the shaft turns by a count a row or more:
-/// such that the sixth differences of its angle less the one that the gyro has turned by, vibrations taken out, are those of the
+/// such that the sixth differences of what the gyro, vibrations taken out, does not know of its angle are those of the
 /// errors that its steps make of so noisy an angle, and of the noise of the readings. 0 where it is too little to tell. `shaft`
 /// and `gyro` are times and values, `rows` where in these the former stand.
 #[must_use]
@@ -434,11 +436,11 @@ pub fn encoder_noise(encoder: &Encoder, shaft: (&[f64], &[f64]), gyro: (&[f64], 
         return 0.0;
     }
     let readings = without_tones(gyro.0, gyro.1);
-    let turned = integral(gyro.0, &readings);
-    let turned: Vec<f64> = rows.iter().map(|&k| turned[k]).collect();
+    let whole = integral(gyro.0, &readings);
+    let turned: Vec<f64> = rows.iter().map(|&k| whole[k]).collect();
     let alpha = gain(t, &turned, angle);
     let less: Vec<f64> = angle.iter().zip(&turned).map(|(r, own)| r - alpha * own).collect();
-    let seen: Vec<f64> = windows(&sixth_differences(&untrended(t, &less))).collect();
+    let seen: Vec<f64> = windows(&incoherent((gyro.0, &readings), &whole, rows, angle)).collect();
     // Where the shaft was: under a motion that repeats itself it matters where an encoder counts from.
     let shaft: Vec<f64> =
         turned.iter().zip(smooth(t, &less, LEVEL)).map(|(turned, level)| alpha * turned + level).collect();
@@ -563,6 +565,22 @@ mod tests {
             assert!((quiet - 1.0).abs() < 0.15, "{quiet} on {motion:?}");
             let shaken = noise_found(motion, &["vibration-tone:a_sin=0.06,a_cos=0.02,f=31.7"]);
             assert!((shaken / quiet - 1.0).abs() < 0.1, "{shaken} with a tone, {quiet} without on {motion:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_missing_is_no_noise_of_an_encoder_that_is_read_seldom() {
+        let motions = [Motion::Multisine { travel: 6.0 }, Motion::Drive { rate: 1.2, hold: 2.0 }];
+        let effects = ["delay:d=0.03", "encoder-backlash", "scale-asymmetry:a=0.02", "lag:tau=0.02"];
+        for (motion, hidden, every) in itertools::iproduct!(motions, effects, [2, 5, 10]) {
+            let step = TAU / 4096.0;
+            let reference = crate::simulate::Reference::Encoder(4096);
+            let sensor = SensorSpec { reference, reference_every: every, ..SensorSpec::default() };
+            let hidden = vec![Hidden::parse(hidden, Axis::X).expect("an effect")];
+            let record = simulate(&Scenario { motion, seed: 3, hidden, sensor, ..Scenario::default() }).record;
+            let series = Series::new(&record, Axis::X, &Model::base_for(&record)).expect("a series");
+            let found = prior(&series, &series.reference_angle).encoder * 12_f64.sqrt() / step;
+            assert!((found - 1.0).abs() < 0.15, "{found} on {motion:?} every {every}");
         }
     }
 
