@@ -14,8 +14,8 @@ use crate::{
 };
 use anyhow::{Context, Result, bail};
 use gyro_model::{
-    Model,
-    effects::{Effect, meant},
+    Axis, Model, Record,
+    effects::{Effect, Need, meant},
 };
 use jiff::Timestamp;
 use std::{fs, path::Path};
@@ -43,6 +43,28 @@ impl ModelFile {
         let own = self.own_effects.iter().copied().find(|e| e.card().id == id);
         own.or_else(|| gyro_model::effects::find(id))
             .with_context(|| format!("no effect {}{}; `truerate effects` lists them all", quoted(id), meant(id)))
+    }
+
+    /// Checks that a log has what the effects on these axes go by: without it they would stand still, unsaid. What the reference
+    /// does to an angle counts only where there is one.
+    ///
+    /// # Errors
+    /// A channel that is not there.
+    pub fn check_channels(&self, record: &Record, axes: &[Axis]) -> Result<()> {
+        for &axis in axes {
+            for term in self.model.axes[axis.index()].iter().flat_map(|own| &own.terms) {
+                let card = term.effect.card();
+                let missing = |need: &&Need| **need != Need::AngleReference && !need.is_in(record, axis);
+                if let Some(need) = card.needs.iter().find(missing) {
+                    bail!(
+                        "the model's '{id}' of axis {axis} needs {need}, which the log does not have: record it, or take the \
+                         effect out with `truerate remove LOG {id} --model M -o NEW`",
+                        id = card.id,
+                    );
+                }
+            }
+        }
+        Ok(())
     }
 }
 

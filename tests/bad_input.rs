@@ -352,6 +352,20 @@ fn what_a_model_or_a_log_cannot_do_without_is_said() {
     assert!(bench.refused(&["remove", "log.csv", "scale-factor", "bias"]).contains("belongs to the base model"));
     let line = bench.refused(&["add", "log.csv", "temperature-bias"]);
     assert!(line.contains("'temperature-bias' needs a temperature that changes"), "{line}");
+    // A model that goes by what a log has not got would stand still, unsaid.
+    let warms =
+        |(k, line): (usize, &str)| if k == 0 { format!("{line},temp\n") } else { format!("{line},{}\n", 20 + k % 150) };
+    bench.file("warms.csv", log(300).lines().enumerate().map(warms).collect::<String>());
+    bench.ok(&["add", "warms.csv", "temperature-bias", "-o", "warm.toml"]);
+    for command in ["apply", "compare", "diagnose", "fit", "ladder"] {
+        let line = bench.refused(&[command, "log.csv", "--model", "warm.toml"]);
+        assert!(line.contains("'temperature-bias' of axis z needs a temperature that changes"), "{line}");
+    }
+    bench.ok(&["remove", "log.csv", "temperature-bias", "--model", "warm.toml"]);
+    let hotter = |(k, line): (usize, &str)| if k == 0 { format!("{line},temp\n") } else { format!("{line},400\n") };
+    bench.file("hotter.csv", log(300).lines().enumerate().map(hotter).collect::<String>());
+    let said = bench.ok(&["apply", "hotter.csv", "--model", "warm.toml", "-o", "out.csv"]);
+    assert!(said.contains("fitted at 20.0 to 169.0 °C; here it is 400.0 to 400.0 °C"), "{said}");
 }
 
 #[test]

@@ -8,8 +8,8 @@ use crate::{
     model_file,
     progress::Progress,
 };
-use anyhow::{Result, bail};
-use gyro_model::{Axis, Record, diagnosis::DataFault, estimator, estimator::Estimator};
+use anyhow::{Context, Result, bail};
+use gyro_model::{Axis, Model, Record, diagnosis::DataFault, effects::Need, estimator, estimator::Estimator};
 use std::{
     fmt::Write,
     path::{Path, PathBuf},
@@ -53,7 +53,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     writable(&args.output, &[&args.log.log, &args.model])?;
     let options = Options { columns: args.log.columns.clone(), as_streamed: true, ..Options::default() };
     let (record, faults, provenance) = log::read(&args.log.log, &options)?;
-    let model = model_file::load(&args.model, &record.free_names)?.model;
+    let file = model_file::load(&args.model, &record.free_names)?;
+    let model = &file.model;
     let both: Vec<Axis> =
         Axis::ALL.into_iter().filter(|&a| record.has_gyro(a) && model.axes[a.index()].is_some()).collect();
     let axes: Vec<Axis> = picked(args.axis, &both);
@@ -62,12 +63,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             "{} with model {}: {}: fit the model on a log of this sensor",
             args.log.log.display(),
             args.model.display(),
-            none_in_common(&record, &model, args.axis)
+            none_in_common(&record, model, args.axis)
         );
     }
+    file.check_channels(&record, &axes).with_context(|| args.log.log.display().to_string())?;
     let mut writer = EstimateWriter::create(&args.output, &axes, provenance.start_ns)?;
     let mut estimator = Estimator::new(estimator::Options::default());
-    estimator.set_model(&model);
+    estimator.set_model(model);
     let progress = Progress::of(record.len() as u64, "compensating");
     for (k, row) in record.rows.iter().enumerate() {
         let estimate = estimator.step(row);
@@ -79,12 +81,28 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     drop(progress);
     writer.finish()?;
     if args.output != Path::new("-") {
-        print(&summary(args, &record, &axes, &faults))?;
+        let range = file.provenance.as_ref().and_then(|p| p.temperature).zip(provenance.temperature);
+        let warning = range.map_or_else(String::new, |(fitted, here)| beyond(model, fitted, here));
+        print(&(summary(args, &record, &axes, &faults) + &warning))?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn none_in_common(record: &Record, model: &gyro_model::Model, axis: Option<Axis>) -> String {
+/// A warning where a model that goes by the temperature is used far outside of that of the log which it was fitted on.
+fn beyond(model: &Model, fitted: (f64, f64), here: (f64, f64)) -> String {
+    let mut terms = model.axes.iter().flatten().flat_map(|own| &own.terms);
+    let far = (fitted.0 - here.0).max(here.1 - fitted.1) > fitted.1 - fitted.0;
+    if !far || !terms.any(|term| term.effect.card().needs.contains(&Need::Temperature)) {
+        return String::new();
+    }
+    format!(
+        "warning: the model goes by the temperature and was fitted at {:.1} to {:.1} °C; here it is {:.1} to {:.1} °C: fit it on a \
+         log of these temperatures, and check that both are in °C\n",
+        fitted.0, fitted.1, here.0, here.1
+    )
+}
+
+fn none_in_common(record: &Record, model: &Model, axis: Option<Axis>) -> String {
     let list = |has: &dyn Fn(Axis) -> bool| {
         let letters: Vec<&str> = Axis::ALL.into_iter().filter(|&a| has(a)).map(Axis::letter).collect();
         if letters.is_empty() { "no axis".to_owned() } else { letters.join(", ") }

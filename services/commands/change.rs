@@ -6,7 +6,7 @@ use crate::{
     model_file,
     report::{self, Change, Command},
 };
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use gyro_model::{Axis, AxisModel, Model, Term, effects::Stage};
 use std::{
     path::{Path, PathBuf},
@@ -54,7 +54,10 @@ pub fn run(args: &ChangeArgs, direction: Direction) -> Result<ExitCode> {
         writable(path, &keep[..1])?;
     }
     let subject = Subject::read(&args.log, args.axis)?;
-    let start = subject.start(args.model.as_deref())?;
+    let start = subject.load(args.model.as_deref())?;
+    if direction == Direction::Add {
+        start.file.check_channels(&subject.record, &subject.axes).with_context(|| subject.name.clone())?;
+    }
     // Both are refitted to this log, so that before and after differ by the effects alone.
     let before = if args.model.is_some() { subject.fit(&start.file.model)? } else { start.file.model.clone() };
     let mut changed = before.clone();
@@ -69,7 +72,7 @@ pub fn run(args: &ChangeArgs, direction: Direction) -> Result<ExitCode> {
             if direction == Direction::Add
                 && let Some(need) = effect.card().needs.iter().find(|need| !need.is_in(&subject.record, axis))
             {
-                bail!("{}: '{id}' needs {}, which the log does not have", subject.name, super::effects::needs(*need));
+                bail!("{}: '{id}' needs {need}, which the log does not have", subject.name);
             }
             let model = changed.axes[axis.index()].get_or_insert_with(|| AxisModel::base(axis));
             let has = model.term(id).is_some();

@@ -72,7 +72,7 @@ fn card(effect: &dyn Effect) -> String {
     line("equation", card.equation);
     line("acts on", acts_on(effect.stage()));
     line("typical", card.typical);
-    line("needs", &card.needs.iter().map(|&need| needs(need)).collect::<Vec<_>>().join(", "));
+    line("needs", &card.needs.iter().map(Need::to_string).collect::<Vec<_>>().join(", "));
     line("shows in", card.excited_by);
     line("mended by", card.mended_by);
     line("source", card.source);
@@ -110,18 +110,6 @@ fn acts_on(stage: Stage) -> &'static str {
         Stage::Response => "the way from the true rate to the felt one, as a filter",
         Stage::Reading => "the reading itself",
         Stage::Reference => "the reference angle",
-    }
-}
-
-/// What that is, in words.
-pub(super) fn needs(need: Need) -> &'static str {
-    match need {
-        Need::OtherGyros => "a gyro of another axis",
-        Need::Gyro(axis) => ["the gyro of axis x", "the gyro of axis y", "the gyro of axis z"][axis.index()],
-        Need::Accelerometer => "an accelerometer",
-        Need::Temperature => "a temperature that changes",
-        Need::Supply => "a supply voltage that changes",
-        Need::AngleReference => "a reference that is an angle",
     }
 }
 

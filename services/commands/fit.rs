@@ -6,7 +6,7 @@ use crate::{
     model_file,
     report::{self, Command},
 };
-use anyhow::Result;
+use anyhow::{Context, Result};
 use gyro_model::Axis;
 use std::{
     path::{Path, PathBuf},
@@ -53,6 +53,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let (start, own_effects) = match &args.model {
         Some(path) => {
             let file = model_file::load(path, &subject.record.free_names)?;
+            file.check_channels(&subject.record, &subject.axes).with_context(|| subject.name.clone())?;
             (file.model, file.own_effects)
         }
         None => (subject.base(), Vec::new()),

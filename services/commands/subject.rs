@@ -62,11 +62,21 @@ impl Subject {
         Ok(Self { record, faults, provenance, axes, name })
     }
 
-    /// The model of this file, or the base model fitted to this log.
+    /// The model of this file, or the base model fitted to this log, which has what the model goes by.
+    ///
+    /// # Errors
+    /// As [`Subject::load`], and a channel that the log lacks.
+    pub fn start(&self, model: Option<&Path>) -> Result<Start> {
+        let start = self.load(model)?;
+        start.file.check_channels(&self.record, &self.axes).with_context(|| self.name.clone())?;
+        Ok(start)
+    }
+
+    /// The model of this file, whatever it goes by, or the base model fitted to this log.
     ///
     /// # Errors
     /// A model that cannot be read, or a log that cannot be fitted.
-    pub fn start(&self, model: Option<&Path>) -> Result<Start> {
+    pub fn load(&self, model: Option<&Path>) -> Result<Start> {
         if let Some(path) = model {
             let file = model_file::load(path, &self.record.free_names)?;
             let own_log = file.provenance.as_ref().is_some_and(|p| p.names(&self.provenance));

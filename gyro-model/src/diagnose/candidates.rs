@@ -23,6 +23,8 @@ use faer::Mat;
 
 /// Bins of a spectrum on either side that belong to a line.
 const BESIDE: f64 = 2.0;
+/// Multiples of a sine's frequency at which a nonlinearity leaves lines.
+const MULTIPLES: f64 = 9.0;
 
 /// One effect at its best grid point.
 #[derive(Clone, Debug)]
@@ -207,11 +209,13 @@ impl<'a> Scanner<'a> {
     /// Where a tone may be, Hz: at a line of the reading, else at one that no noise draws.
     fn tone(&self, effect: &'static dyn Effect, index: usize, series: &Series) -> Option<f64> {
         let t = self.study.bench.problem.times();
-        // A sine whose peaks are cut off has lines at all its multiples, in the reading too.
-        let cut_off = series.one_line.filter(|_| !is_whole(self.study));
+        // What is nonlinear makes of a sine lines at its first multiples, in the reading too; one whose peaks are cut off has all.
+        let most = if is_whole(self.study) { MULTIPLES } else { f64::INFINITY };
         let is_of_motion = |f: f64| {
-            let off = |own: f64| (f - own * (f / own).round()).abs();
-            cut_off.is_some_and(|own| off(own) * series.span().duration < BESIDE)
+            series.one_line.is_some_and(|own| {
+                let multiple = (f / own).round();
+                multiple <= most && (f - own * multiple).abs() * series.span().duration < BESIDE
+            })
         };
         let lines = tone::peaks(&self.residual, t, series).into_iter().filter(|&f| !is_of_motion(f));
         let seen = { lines }.find(|&f| self.is_felt(effect, index, f));

@@ -13,6 +13,7 @@ use crate::{
     Axis, Record, Row,
     record::{FREE_CHANNELS, ReferenceKind},
 };
+use std::fmt;
 
 pub mod bias;
 pub mod bias_drift;
@@ -192,6 +193,19 @@ impl Need {
             Self::Supply => any(&|row| row.supply),
             Self::AngleReference => record.reference(axis) == Some(ReferenceKind::Angle),
         }
+    }
+}
+
+impl fmt::Display for Need {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            Self::OtherGyros => "a gyro of another axis",
+            Self::Gyro(axis) => return write!(f, "the gyro of axis {axis}"),
+            Self::Accelerometer => "an accelerometer",
+            Self::Temperature => "a temperature that changes",
+            Self::Supply => "a supply voltage that changes",
+            Self::AngleReference => "a reference that is an angle",
+        })
     }
 }
 
@@ -399,8 +413,8 @@ pub trait Effect: Send + Sync {
     }
 }
 
-impl std::fmt::Debug for dyn Effect {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl fmt::Debug for dyn Effect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.card().id)
     }
 }
