@@ -46,7 +46,7 @@ const REACH_MEMORY: f64 = 60.0;
 const ACCELERATION_UNKNOWN: f64 = 300.0;
 
 /// Standard deviation of a rate after a gap in the readings, rad/s.
-const RATE_UNKNOWN: f64 = 10.0;
+pub(crate) const RATE_UNKNOWN: f64 = 10.0;
 
 /// A step without readings from which nothing of the motion is carried over, s.
 const GAP: f64 = 0.5;

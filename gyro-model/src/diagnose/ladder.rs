@@ -19,9 +19,6 @@ use crate::{
 };
 use itertools::Itertools;
 
-/// Steps at most: a log that wants more is wrong in another way.
-const STEPS: usize = 8;
-
 /// The ladder of axes that share a reference.
 #[must_use]
 pub fn climb(record: &Record, bench: &Bench, start: &Model, options: &Options) -> (Model, Vec<AxisLadder>) {
@@ -127,7 +124,7 @@ pub(super) fn search<'a>(
     let mut present = Present::new(Study::fit(bench, start, None));
     (0..axes.len()).for_each(|k| took(&present.study, Change::of(k, None, None)));
     let mut last: Vec<Refit> = Vec::new();
-    for _ in 0..STEPS * axes.len() {
+    for _ in 0..options.steps * axes.len() {
         let suspects = present.suspects(options.own_effects, options.progress);
         let chosen = next(&present, &suspects);
         // What came first was told from its aliases while much else was missing.

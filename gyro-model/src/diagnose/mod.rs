@@ -47,11 +47,13 @@ pub struct Options<'a> {
     pub own_log: bool,
     /// The user's own effects, suspects like those of the catalogue.
     pub own_effects: &'a [&'static dyn Effect],
+    /// Effects that are added to an axis at most: a log that wants more is wrong in another way.
+    pub steps: usize,
 }
 
 impl Default for Options<'_> {
     fn default() -> Self {
-        Self { progress: &|_| (), faults: &[], own_log: false, own_effects: &[] }
+        Self { progress: &|_| (), faults: &[], own_log: false, own_effects: &[], steps: 8 }
     }
 }
 
@@ -101,12 +103,14 @@ impl Standing {
 /// It gives the model that it ends with, and what it found.
 ///
 /// Nobody knows where in a play a rate stands that is held, unless the log comes down to its noise where it is taken to stand
-/// at the end that it came to: that is tried where the first gives no answer and a play may be missing.
+/// at the end that it came to: that is tried where the first gives no answer and a play may be missing, with not many more
+/// effects than the first found.
 fn each_group<T: Send>(
     record: &Record,
     model: &Model,
     axes: &[Axis],
-    work: impl Fn(&Bench, &Model) -> (Model, T) + Sync,
+    options: &Options,
+    work: impl Fn(&Bench, &Model, &Options) -> (Model, T) + Sync,
     standing: impl Fn(&T) -> Standing + Sync,
 ) -> Result<Vec<(Model, T)>, FitError> {
     if axes.is_empty() {
@@ -125,7 +129,7 @@ fn each_group<T: Send>(
     let beside = calibrated(record, &model);
     let one = |group: &Vec<Axis>| {
         let mut bench = Bench::new(record, group, &beside).ok_or(FitError::TooShort(group[0]))?;
-        let anywhere = work(&bench, &model);
+        let anywhere = work(&bench, &model, options);
         let first = standing(&anywhere.1);
         if first.says == Says::All {
             return Ok(anywhere);
@@ -134,12 +138,23 @@ fn each_group<T: Send>(
         if !first.has_play && !may_lack_play(record, &bench, &anywhere.0) {
             return Ok(anywhere);
         }
-        let at_the_end = work(&bench, &model);
+        let steps = options.steps.min(added(&model, &anywhere.0) + MORE);
+        let at_the_end = work(&bench, &model, &Options { steps, ..*options });
         let second = standing(&at_the_end.1);
         let lowers = !first.has_play && second.says < Says::Unexplained && second.over_floor < first.over_floor;
         Ok(if second.says == Says::All && second.within || lowers { at_the_end } else { anywhere })
     };
     parallel::map(&groups(record, axes), one).into_iter().collect()
+}
+
+/// Effects that a log may show besides, once the rates that are held inside a play count.
+const MORE: usize = 2;
+
+/// How many effects an axis has more than before, the most of any.
+fn added(before: &Model, after: &Model) -> usize {
+    let count = |axis: &Option<AxisModel>| axis.as_ref().map_or(0, |own| own.terms.len());
+    let more = before.axes.iter().zip(&after.axes).map(|(a, b)| count(b).saturating_sub(count(a)));
+    more.max().unwrap_or(0)
 }
 
 /// Whether a play may be what is left of the error, however long the log.
@@ -161,7 +176,7 @@ pub fn compare(
     axes: &[Axis],
     options: &Options,
 ) -> Result<Vec<AxisDiagnosis>, FitError> {
-    let work = |bench: &Bench, model: &Model| {
+    let work = |bench: &Bench, model: &Model, options: &Options| {
         let study = Study::held(bench, model);
         let gls = study.identify(&[]);
         let present = Present::with(study, gls);
@@ -191,7 +206,7 @@ pub fn compare(
         let standing = Standing::of(found.iter().map(|d| (d.verdict, &d.effects[..], &d.error_curve[..])));
         Standing { says: if standing.has_play { standing.says } else { Says::All }, ..standing }
     };
-    let all = each_group(record, model, axes, work, standing)?;
+    let all = each_group(record, model, axes, options, work, standing)?;
     Ok(sorted(all.into_iter().flat_map(|(_, found)| found).collect(), |d| d.axis))
 }
 
@@ -227,7 +242,7 @@ pub fn diagnose(
     axes: &[Axis],
     options: &Options,
 ) -> Result<Vec<AxisDiagnosis>, FitError> {
-    let work = |bench: &Bench, model: &Model| {
+    let work = |bench: &Bench, model: &Model, options: &Options| {
         let parts = Parts::new(record, bench, model);
         let mut present = Present::new(match &parts {
             Some(parts) => parts.fit(bench, model),
@@ -272,7 +287,7 @@ pub fn diagnose(
         let standing = Standing::of(found.iter().map(|d| (d.verdict, &d.effects[..], &d.error_curve[..])));
         Standing { within: true, ..standing }
     };
-    let all = each_group(record, model, axes, work, standing)?;
+    let all = each_group(record, model, axes, options, work, standing)?;
     Ok(sorted(all.into_iter().flat_map(|(_, found)| found).collect(), |d| d.axis))
 }
 
@@ -286,7 +301,7 @@ pub fn ladder(
     axes: &[Axis],
     options: &Options,
 ) -> Result<(Model, Vec<AxisLadder>), FitError> {
-    let work = |bench: &Bench, model: &Model| {
+    let work = |bench: &Bench, model: &Model, options: &Options| {
         let (fitted, mut ladders) = match Parts::new(record, bench, model) {
             Some(parts) => parts.climb(record, bench, model, options),
             None => ladder::climb(record, bench, model, options),
@@ -301,7 +316,7 @@ pub fn ladder(
         let curves: Vec<Vec<ErrorPoint>> = ladders.iter().map(end).collect();
         Standing::of(ladders.iter().zip(&curves).map(|(l, curve)| (l.verdict, &l.effects[..], &curve[..])))
     };
-    let all = each_group(record, model, axes, work, standing)?;
+    let all = each_group(record, model, axes, options, work, standing)?;
     let mut result = model.clone();
     for (fitted, ladders) in &all {
         for l in ladders {

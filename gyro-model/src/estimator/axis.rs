@@ -4,7 +4,7 @@ use super::{AxisEstimate, Jerk, Options, flags};
 use crate::{
     compensation::{Compensation, Identified},
     history::seconds,
-    kalman::{Drive, Fate, Filter, Innovation, Measured},
+    kalman::{Drive, Fate, Filter, Innovation, Measured, RATE_UNKNOWN},
     observer::Observer,
     process_noise::ProcessNoise,
 };
@@ -15,6 +15,9 @@ const ENCODER_UNKNOWN: f64 = 1e-3;
 
 /// Smallest variance of a rate reading, (rad/s)²: no filter believes more than a nanoradian a second.
 const RATE_VARIANCE_MIN: f64 = 1e-18;
+
+/// Time between readings while there has been one only, s: rather more noise than there is than less.
+const FIRST: f64 = 1e-3;
 
 /// No angle or rate of a reference beyond this is believed, rad or rad/s.
 const ANGLE_MAX: f64 = 1e9;
@@ -235,6 +238,8 @@ impl AxisEstimator {
         if !state.started {
             if read {
                 state.started = true;
+                // Inside a dead zone or beyond the range a first reading says nothing of the rate.
+                let r = if lost { RATE_UNKNOWN.powi(2) } else { r };
                 state.filter = Filter::new(rate, r, self.identified.bias_std);
                 state.process_noise.step(rate, r, 0.0, 1.0);
             }
@@ -431,8 +436,9 @@ impl AxisEstimator {
     /// differences where the model has no N.
     fn rate_variance(&mut self, compensation: &Compensation) -> f64 {
         let state = &mut self.state;
-        let interval = state.spread.interval;
         let n = self.identified.noise.angle_random_walk;
+        // How far apart readings are is not known at the first.
+        let interval = if state.started { state.spread.interval } else { FIRST };
         if !(n > 0.0 && interval > 0.0) {
             return state.spread.variance.max(RATE_VARIANCE_MIN);
         }

@@ -516,6 +516,22 @@ fn a_restored_estimator_goes_on_where_the_saved_one_was() {
 }
 
 #[test]
+fn the_first_estimate_knows_no_more_than_its_reading_says() {
+    let model = model(0.98, 0.02);
+    let rows = rows(multisine, 100, 2, (0.98, 0.02, 0.0), 3);
+    let first = run(Options::default(), &model, &rows)[0].axes[2];
+    assert!(first.rate_std >= N / f64::sqrt(0.01), "{}", first.rate_std);
+    // At rest in a dead zone a reading of zero says nothing.
+    let mut dead = model.clone();
+    let zone = find("dead-zone").unwrap();
+    let term = Term { effect: zone, values: vec![0.03], std_errors: vec![0.0] };
+    dead.axes[2].as_mut().unwrap().terms.push(term);
+    let rest: Vec<Row> = rows.iter().map(|row| Row { gyro: [f64::NAN, f64::NAN, 0.0], ..*row }).collect();
+    let estimates = run(Options::default(), &dead, &rest);
+    assert!(estimates.iter().all(|e| e.axes[2].rate_std > 0.03), "{:?}", estimates[0].axes[2]);
+}
+
+#[test]
 fn without_new_readings_the_uncertainty_grows() {
     let rows = rows(sine, 200, 5, (1.0, 0.0, 0.0), 6);
     let mut estimator = Estimator::new(Options::default());
