@@ -103,6 +103,13 @@ impl Change {
     }
 }
 
+/// What an effect could not be told from when it came in.
+struct Doubt {
+    series: usize,
+    id: &'static str,
+    aliases: Vec<String>,
+}
+
 /// Where a search ended.
 pub(super) struct Top<'a> {
     /// The model there.
@@ -124,6 +131,7 @@ pub(super) fn search<'a>(
     let mut present = Present::new(Study::fit(bench, start, None));
     (0..axes.len()).for_each(|k| took(&present.study, Change::of(k, None, None)));
     let mut last: Vec<Refit> = Vec::new();
+    let mut doubts: Vec<Doubt> = Vec::new();
     for _ in 0..options.steps * axes.len() {
         let suspects = present.suspects(options.own_effects, options.progress);
         let chosen = next(&present, &suspects);
@@ -148,6 +156,7 @@ pub(super) fn search<'a>(
                 break;
             };
             for step in way {
+                doubts.push(Doubt { series: 0, id: step.id, aliases: step.aliases.clone() });
                 let change = Change { aliases: step.aliases, ..Change::of(0, Some(step.id), None) };
                 took(&step.present.study, change);
                 present = step.present;
@@ -157,6 +166,7 @@ pub(super) fn search<'a>(
         let Candidate { series, ref term, .. } = suspects[chosen].candidate;
         let id = term.effect.card().id;
         let aliases = aliases(&suspects, chosen, Some(&present));
+        doubts.push(Doubt { series, id, aliases: aliases.clone() });
         let with = with_term(&present.study, series, term.clone());
         present = Present::new(Study::fit(bench, &with, Some(&present.study.warm)));
         took(&present.study, Change { aliases, ..Change::of(series, Some(id), None) });
@@ -168,7 +178,7 @@ pub(super) fn search<'a>(
         }
     }
     let present = back(present, start, took, options.progress);
-    let (present, swapped, alike) = swap(present, start, options);
+    let (present, swapped, alike) = swap(present, start, &doubts, options);
     for Swapped { series, old, new } in swapped {
         took(&present.study, Change::of(series, Some(new), Some(old)));
     }
@@ -381,9 +391,14 @@ pub fn aliases(suspects: &[Refit], k: usize, present: Option<&Present>) -> Vec<S
 /// Aliases that are told of one effect.
 const ALIASES: usize = 3;
 
-/// What was added while something else was missing may be the wrong one of a pair: each is held against what may stand for it
-/// once more; those that do as well are told.
-fn swap<'a>(present: Present<'a>, start: &Model, options: &Options) -> (Present<'a>, Vec<Swapped>, Vec<Alike>) {
+/// What was added while something else was missing may be the wrong one of a pair: each is held once more against what may stand
+/// for it and what it could not be told from then; those that do as well are told.
+fn swap<'a>(
+    present: Present<'a>,
+    start: &Model,
+    doubts: &[Doubt],
+    options: &Options,
+) -> (Present<'a>, Vec<Swapped>, Vec<Alike>) {
     let mut present = present;
     let (mut swapped, mut alike) = (Vec::new(), Vec::new());
     let axes: Vec<Axis> = present.study.bench.problem.series.iter().map(|s| s.axis).collect();
@@ -393,7 +408,13 @@ fn swap<'a>(present: Present<'a>, start: &Model, options: &Options) -> (Present<
             continue;
         }
         for id in added {
-            let rivals = in_the_place_of(id, &present, k, options, may_stand_for);
+            let doubted = |own: &str, other: &str| {
+                let is =
+                    |doubt: &Doubt| doubt.series == k && doubt.id == own && doubt.aliases.iter().any(|id| id == other);
+                doubts.iter().any(is)
+            };
+            let like = |own: &str, other: &str| may_stand_for(own, other) || doubted(own, other);
+            let rivals = in_the_place_of(id, &present, k, options, like);
             let is_own = |refit: &Refit| refit.candidate.term.effect.card().id == id;
             let best = |keep: &dyn Fn(&Refit) -> bool| {
                 let kept = (0..rivals.len()).filter(|&r| keep(&rivals[r]));
