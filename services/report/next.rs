@@ -69,7 +69,7 @@ pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
                 &[],
                 made.or(context.model.as_deref()),
                 &[],
-                "names the physical effect that is missing",
+                "looks for the physical effect that is missing",
             )]
         }
         (Command::Diagnose, Verdict::MissingEffect | Verdict::Ambiguous) => {

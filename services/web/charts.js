@@ -21,6 +21,8 @@ const Charts = (() => {
   // Below this nothing is measured by anything; uPlot looks for ever for the steps of a logarithmic grid near 1e-22.
   const LEAST = 1e-15;
   const decent = (u, min, max) => (min == null ? [null, null] : uPlot.rangeLog(Math.max(min, LEAST), Math.max(max, 10 * LEAST), 10, false));
+  // As far as there is something, with room for its points.
+  const beside = (u, min, max) => (min == null ? [null, null] : [Math.max(min, LEAST) / 1.15, Math.max(max, 10 * LEAST) * 1.15]);
   const scale = axis => (axis.log ? { distr: 3, range: axis.range || decent } : { time: false, range: axis.range });
 
   // Over many decades only the decades get a grid line.
@@ -89,6 +91,7 @@ const Charts = (() => {
     observer.observe(place);
     chart.destroy = () => { observer.disconnect(); all.delete(chart); plot.destroy(); place.replaceChildren(); };
     all.add(chart);
+    legend(chart);
     return chart;
   }
 
@@ -147,7 +150,9 @@ const Charts = (() => {
   function legend(chart) {
     chart.place.querySelectorAll('.u-legend .u-series').forEach((row, i) => {
       const marker = row.querySelector('.u-marker');
-      if (i > 0 && marker) marker.style.background = chart.u.series[i].stroke(chart.u, i);
+      if (i === 0 || !marker) return;
+      const { dash } = chart.u.series[i], shade = chart.u.series[i].stroke(chart.u, i);
+      marker.style.background = dash ? `repeating-linear-gradient(90deg, ${shade} 0 4px, transparent 4px 6px)` : shade;
     });
   }
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', themed);
@@ -193,7 +198,7 @@ const Charts = (() => {
     ];
     return {
       name: 'Held-out error against averaging time, with the floor',
-      x: { label: 'averaging time τ', short: 'τ', unit: 's', log: true },
+      x: { label: 'averaging time τ', short: 'τ', unit: 's', log: true, range: beside },
       y: { label: 'rate error', unit: '°/s', log: true },
       series, bands: [[1, 2]],
       data: [axis, on(floor, floor.floor_99), on(floor, floor.floor), ...curves.map(c => on(c, c.error))],

@@ -15,6 +15,9 @@ const Parts = (() => {
     return node;
   }
 
+  // A sentence in which `commands` stand.
+  const prose = text => text.split('`').map((part, k) => (k % 2 ? h('code', part) : part));
+
   const panel = (size, heading, ...content) => h('section.panel' + (size ? '.' + size : ''), heading ? h('h3', heading) : null, ...content);
 
   function copyButton(text) {
@@ -29,7 +32,7 @@ const Parts = (() => {
     return button;
   }
 
-  const command = next => h('', h('.command', h('code', next.command), copyButton(next.command)), h('p.soft.small', next.says));
+  const command = next => h('', h('.command', h('code', next.command), copyButton(next.command)), h('p.soft.small', prose(next.says)));
 
   function card(c) {
     const rows = [['physics', c.physics], ['equation', c.equation], ['typical size', c.typical], ['shown by', c.excited_by], ['mended by', c.mended_by], ['source', c.source]];
@@ -68,5 +71,5 @@ const Parts = (() => {
 
   const list = items => h('ul.plain', items.map(i => h('li', i)));
 
-  return { h, panel, command, card, parameters, suspect, steps, list, copyButton };
+  return { h, panel, prose, command, card, parameters, suspect, steps, list, copyButton };
 })();

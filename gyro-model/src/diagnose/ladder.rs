@@ -361,10 +361,7 @@ fn unsplit(steps: &[LadderStep], stayed: &[&str]) -> Vec<String> {
     let says = |step: &LadderStep| {
         let id = step.added.as_deref().filter(|id| stayed.contains(id) && !step.aliases.is_empty())?;
         let split = verdict::split_by(id, &step.aliases);
-        Some(format!(
-            "{id} or {}, which this log cannot tell apart. To tell them apart: {split}",
-            step.aliases.join(" or ")
-        ))
+        Some(format!("this log cannot tell {id} from {}. To tell them apart: {split}", step.aliases.join(" or from ")))
     };
     steps.iter().filter_map(says).collect()
 }

@@ -189,7 +189,7 @@ pub fn compare(
                 };
                 if verdict == Verdict::Unexplained {
                     says = format!(
-                        "the error is up to {:.1} times what noise leaves: `truerate diagnose` names what is missing.",
+                        "the error is up to {:.1} times what noise leaves: `truerate diagnose` looks for what is missing.",
                         judged.over_floor()
                     );
                 }
