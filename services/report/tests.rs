@@ -199,16 +199,21 @@ fn what_is_not_known_is_not_shown_as_if_it_were() {
         let unseen =
             ParameterValue { typical: Some(1e-4), ..parameter("g-sensitivity", "g_x", 1e-5, 0.5, "rad/s per m/s²") };
         diagnosis.axes[0].parameters.push(unseen);
+        diagnosis.axes[0].parameters.push(parameter("mount-resonance", "zeta", 0.005, 0.09, "1"));
         diagnosis.axes[0].noise.bias_random_walk = Some(1e-24);
         render(&diagnosis, Format::Text, &context(Command::Compare))
     };
     let (adequate, unexplained) = (text(Verdict::Adequate), text(Verdict::Unexplained));
     assert!(adequate.contains("g_x") && adequate.contains("? not seen on this log"), "{adequate}");
+    assert!(adequate.contains("zeta") && adequate.contains("%, at its limit"), "{adequate}");
     assert!(
         adequate.contains("Noise: angle random walk") && !adequate.contains("random walk of the bias"),
         "{adequate}"
     );
-    assert!(unexplained.contains("Noise, what is missing counted in: angle random walk"), "{unexplained}");
+    assert!(
+        unexplained.contains("Noise, what is missing counted in as far as it might be noise: angle random walk"),
+        "{unexplained}"
+    );
     assert!(unexplained.contains("where it fails") && !adequate.contains("where it fails"), "{adequate}");
 }
 

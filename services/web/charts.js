@@ -18,6 +18,9 @@ const Charts = (() => {
   }
   const tick = v => (v === 0 ? '0' : Math.abs(v) < 1e-3 || Math.abs(v) >= 1e5 ? v.toExponential(0) : String(+v.toPrecision(6))).replace('-', '−');
 
+  // A logarithmic scale that begins between two marks has one at its edge.
+  const isRound = v => Math.abs(+v.toPrecision(1) / v - 1) < 1e-6;
+
   // Below this nothing is measured by anything; uPlot looks for ever for the steps of a logarithmic grid near 1e-22.
   const LEAST = 1e-15;
   const decent = (u, min, max) => (min == null ? [null, null] : uPlot.rangeLog(Math.max(min, LEAST), Math.max(max, 10 * LEAST), 10, false));
@@ -35,7 +38,7 @@ const Charts = (() => {
       side, label: a.label + (a.unit ? ` (${a.unit})` : ''), labelSize: 20, labelGap: 0, labelFont: '12px system-ui, sans-serif',
       font: '12px system-ui, sans-serif', size: side === 3 ? 56 : 34, stroke: () => ink('soft'),
       grid: { stroke: () => ink('grid'), width: 1, ...(a.log ? { filter: decades } : {}) }, ticks: { stroke: () => ink('grid'), width: 1, size: 5 },
-      values: a.values || ((u, splits) => splits.map(v => (v == null ? '' : tick(v)))),
+      values: a.values || ((u, splits) => splits.map(v => (v == null || (a.log && !isRound(v)) ? '' : tick(v)))),
     };
   }
 

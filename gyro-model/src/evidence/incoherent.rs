@@ -12,34 +12,33 @@ use crate::{
 };
 
 /// Sixth differences of the reference at `rows` of the gyro's samples less the nearest combination of those that the readings
-/// make, over the freedom that is left to them; the reference as it is where there are too few to tell. `turned` is the angle
-/// that the readings add up to.
+/// make, over the freedom that is left to them. `turned` is the angle that the readings add up to.
 pub(super) fn incoherent(gyro: (&[f64], &[f64]), turned: &[f64], rows: &[usize], reference: &[f64]) -> Vec<f64> {
-    let differences = |values: &[f64]| sixth_differences(values);
-    let columns: Vec<Vec<f64>> =
-        made(gyro, turned).iter().map(|made| differences(&rows.iter().map(|&k| made[k]).collect::<Vec<_>>())).collect();
-    let mut left = differences(reference);
-    let whole: Vec<bool> =
-        (0..left.len()).map(|i| left[i].is_finite() && columns.iter().all(|column| column[i].is_finite())).collect();
-    let known =
-        |values: &[f64]| -> Vec<f64> { { values.iter().zip(&whole) }.filter(|(_, w)| **w).map(|(v, _)| *v).collect() };
-    let of_columns: Vec<Vec<f64>> = columns.iter().map(|column| known(column)).collect();
-    let count = of_columns[0].len();
-    if count < ENOUGH * columns.len() {
+    let mut left = sixth_differences(reference);
+    let count = left.len();
+    let at_rows = |made: Vec<f64>| sixth_differences(&rows.iter().map(|&k| made[k]).collect::<Vec<_>>());
+    let made = made(gyro, turned).into_iter().take((count / ENOUGH).max(1));
+    let columns: Vec<Vec<f64>> = made.map(at_rows).collect();
+    let known: Vec<usize> =
+        (0..count).filter(|&i| left[i].is_finite() && columns.iter().all(|column| column[i].is_finite())).collect();
+    if known.len() <= columns.len() {
         return left;
     }
+    let pick = |values: &[f64]| -> Vec<f64> { known.iter().map(|&i| values[i]).collect() };
+    let picked: Vec<Vec<f64>> = columns.iter().map(|column| pick(column)).collect();
     let mut normal = Normal::zeros(columns.len());
-    normal.add(&known(&left), &of_columns.iter().map(Vec::as_slice).collect::<Vec<_>>());
+    normal.add(&pick(&left), &picked.iter().map(Vec::as_slice).collect::<Vec<_>>());
     let step = normal.step_from(&normal, 1e-10);
-    let freedom = (count as f64 / (count - columns.len()) as f64).sqrt();
+    let freedom = (known.len() as f64 / (known.len() - columns.len()) as f64).sqrt();
     for (i, left) in left.iter_mut().enumerate() {
         *left = freedom * (*left + columns.iter().zip(&step).map(|(column, step)| step * column[i]).sum::<f64>());
     }
     left
 }
 
-/// What the readings make of an angle, at their times: scale, bias (where references come unevenly), asymmetry, quadratic and cubic nonlinearity, a scale that changes
-/// with time and a hysteresis; what a gyro's lateness makes, and one that grows; what its lag makes beyond that; plays.
+/// What the readings make of an angle, at their times, the largest first: a scale, and a bias where references come unevenly; a
+/// gyro's lateness and what a lag makes beyond that; plays; asymmetry, quadratic and cubic nonlinearity; a scale and a
+/// lateness that change with time; a hysteresis.
 fn made((t, rate): (&[f64], &[f64]), turned: &[f64]) -> Vec<Vec<f64>> {
     let slow = steadied(t, rate);
     let mean = slow.iter().sum::<f64>() / slow.len() as f64;
@@ -56,20 +55,16 @@ fn made((t, rate): (&[f64], &[f64]), turned: &[f64]) -> Vec<Vec<f64>> {
         };
         angle.iter().scan(angle[0], follow).collect()
     };
-    let mut all = vec![
-        turned.to_vec(),
+    let mut all = vec![turned.to_vec(), of(&|k| t[k] - t[0]), slow.clone(), change.clone(), of(&|k| slow[k].signum())];
+    all.extend(PLAYS.map(play));
+    all.extend([
         integral(t, &of(&|k| slow[k].abs())),
         integral(t, &of(&|k| slow[k].powi(2))),
         integral(t, &of(&|k| slow[k].powi(3))),
         integral(t, &of(&|k| ago(k) * slow[k])),
-        integral(t, &of(&|k| change[k].signum())),
         of(&|k| ago(k) * slow[k]),
-        of(&|k| slow[k].signum()),
-        of(&|k| t[k] - t[0]),
-        slow.clone(),
-        change,
-    ];
-    all.extend(PLAYS.map(play));
+        integral(t, &of(&|k| change[k].signum())),
+    ]);
     all
 }
 

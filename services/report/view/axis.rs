@@ -100,9 +100,7 @@ pub(super) fn parameters(axis: Axis, values: &[ParameterValue], rest: bool) -> V
 }
 
 fn parameter(axis: Axis, p: &ParameterValue) -> ParameterView {
-    let says = effects::find(&p.effect)
-        .and_then(|e| e.parameters(axis).iter().find(|c| c.name == p.name))
-        .map_or("", |c| c.says);
+    let card = effects::find(&p.effect).and_then(|e| e.parameters(axis).iter().find(|c| c.name == p.name));
     let unit = if p.name == "alpha" || p.name == "n" {
         Shown { factor: 1.0, unit: String::new() }
     } else {
@@ -111,8 +109,15 @@ fn parameter(axis: Axis, p: &ParameterValue) -> ParameterView {
     ParameterView {
         effect: p.effect.clone(),
         name: p.name.clone(),
-        says: says.into(),
-        shown: if is_unseen(p) { UNSEEN.into() } else { units::uncertain(p.value, p.std_error, &unit) },
+        says: card.map_or("", |card| card.says).into(),
+        shown: if is_unseen(p) {
+            UNSEEN.into()
+        } else if card.is_some_and(|card| is_at_limit(p, card.bounds)) {
+            // How far beyond it the fit would have gone no standard error says.
+            format!("{}, {AT_LIMIT}", units::uncertain(p.value, None, &unit))
+        } else {
+            units::uncertain(p.value, p.std_error, &unit)
+        },
         typical: p
             .typical
             .filter(|t| t.is_finite() && *t != 0.0 && p.name != "n")
@@ -126,10 +131,18 @@ fn is_unseen(p: &ParameterValue) -> bool {
     typical != 0.0 && error > BEYOND_TYPICAL * typical.abs() && value.abs() < 2.0 * error
 }
 
+/// Whether a parameter stands at the end of what is physical.
+fn is_at_limit(p: &ParameterValue, bounds: (f64, f64)) -> bool {
+    let near = |bound: f64| p.value.is_some_and(|v| bound != 0.0 && (v - bound).abs() <= 1e-6 * bound.abs());
+    p.std_error.is_some() && (near(bounds.0) || near(bounds.1))
+}
+
 /// Times its typical size.
 const BEYOND_TYPICAL: f64 = 3.0;
 /// What is said of such a parameter instead of its value.
 const UNSEEN: &str = "? not seen on this log";
+/// What is said of one that a fit presses against its bound.
+const AT_LIMIT: &str = "at its limit";
 
 /// Noise in data-sheet units, what is too little for any gyro left out. Where more than noise is left, that stands in it.
 pub(super) fn noise(noise: &NoiseValue, verdict: Verdict) -> String {
@@ -144,7 +157,9 @@ pub(super) fn noise(noise: &NoiseValue, verdict: Verdict) -> String {
     ];
     let parts: Vec<String> = parts.into_iter().flatten().collect();
     let more = match verdict {
-        Verdict::MissingEffect | Verdict::Ambiguous | Verdict::Unexplained => ", what is missing counted in",
+        Verdict::MissingEffect | Verdict::Ambiguous | Verdict::Unexplained => {
+            ", what is missing counted in as far as it might be noise"
+        }
         _ => "",
     };
     if parts.is_empty() { String::new() } else { format!("Noise{more}: {}", parts.join(", ")) }
