@@ -199,7 +199,7 @@ fn what_is_not_known_is_not_shown_as_if_it_were() {
         let unseen =
             ParameterValue { typical: Some(1e-4), ..parameter("g-sensitivity", "g_x", 1e-5, 0.5, "rad/s per m/s²") };
         diagnosis.axes[0].parameters.push(unseen);
-        diagnosis.axes[0].parameters.push(parameter("mount-resonance", "zeta", 0.005, 0.09, "1"));
+        diagnosis.axes[0].parameters.push(parameter("mount-resonance", "zeta", 0.005, 0.004, "1"));
         diagnosis.axes[0].noise.bias_random_walk = Some(1e-24);
         render(&diagnosis, Format::Text, &context(Command::Compare))
     };
