@@ -165,3 +165,18 @@ fn a_felt_tone_is_found_beside_any_wander() {
         assert!(added(&ladder).contains(&"vibration-tone"), "seed {seed}: {:?}, {}", ladder.effects, ladder.says);
     }
 }
+
+/// While a warm-up is missing a mounting askew does not show, nor the other way round: `diagnose` names both, as the ladder adds them.
+#[test]
+fn what_the_ladder_finds_by_looking_ahead_is_said_to_be_missing() {
+    let axis = Axis::X;
+    let hidden = ["cross-axis", "warm-up:a=0.02,tau=20"].map(|text| Hidden::parse(text, axis).unwrap()).to_vec();
+    let motion = Motion::Multisine { travel: 5.0 };
+    let scenario = Scenario { motion, seconds: 60.0, rate_hz: 100.0, sensor: SensorSpec::on(axis), hidden, seed: 3 };
+    let record = simulate(&scenario).record;
+    assert_eq!(added(&ladder_of(&record, axis)), ["cross-axis", "warm-up"]);
+    let axes = diagnose::diagnose(&record, &Model::base_for(&record), &[axis], &Options::default()).unwrap();
+    let (found, mut named) = (&axes[0], axes[0].suspects.iter().map(|s| s.effect.as_str()).collect::<Vec<_>>());
+    named.sort_unstable();
+    assert_eq!((found.verdict, named), (Verdict::MissingEffect, vec!["cross-axis", "warm-up"]), "{}", found.says);
+}

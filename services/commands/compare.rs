@@ -57,7 +57,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let judge = |start: &Start, is_given: bool| -> Result<Diagnosis> {
         let mut diagnosis = subject.compare(&start.file.model, start.own_log)?;
         for axis in diagnosis.axes.iter_mut().filter(|_| is_given && start.own_log) {
-            axis.says = format!("{} {OWN_LOG}", axis.says);
+            axis.says = format!("{}. {OWN_LOG}", axis.says.trim_end_matches('.'));
         }
         Ok(diagnosis)
     };

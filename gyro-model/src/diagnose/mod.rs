@@ -32,6 +32,8 @@ use crate::{
     fit::{FitError, calibrated, groups},
     parallel,
 };
+use ahead::ahead;
+use candidates::Candidate;
 use judged::{Judged, finite};
 use long::Parts;
 use refit::{Present, Refit};
@@ -269,12 +271,21 @@ pub fn diagnose(
                 let aliases: Vec<Vec<String>> = own.iter().map(|&i| ladder::aliases(suspects, i, Some(seen))).collect();
                 let own: Vec<&Refit> = own.iter().map(|&i| &suspects[i]).collect();
                 let (mut verdict, mut says) = verdict::verdict(&present, seen, &own, &aliases, &judged, k);
+                // What hides one another the ladder finds by looking ahead.
+                let hidden =
+                    (verdict == Verdict::Unexplained && parts.is_none()).then(|| hidden(seen, suspects, options));
+                let hidden = hidden.flatten().unwrap_or_default();
+                if !hidden.is_empty() {
+                    (verdict, says) = (Verdict::MissingEffect, verdict::together(&hidden));
+                }
                 bad_data(record, options.faults, bench, &mut verdict, &mut says);
                 let removes = |r: &Refit| r.share(seen).is_none_or(|share| share > 0.0);
                 let is_listed = |r: &Refit| r.passes(seen) || r.significant() && removes(r);
                 let list = own.iter().zip(&aliases).filter(|(r, _)| is_listed(r)).take(5);
                 let before = if parts.is_some() { Judged::new(&seen.study, k, false) } else { judged.clone() };
                 let is_bad = verdict == Verdict::BadData;
+                let list = list.map(|(r, aliases)| (*r, &aliases[..])).filter(|_| hidden.is_empty());
+                let list = hidden.iter().map(|r| (r, &[][..])).chain(list);
                 let listed = list.filter(|_| !is_bad).map(|(r, a)| suspect(r, a, &before, k)).collect();
                 let found = axis_diagnosis(record, &present.study, k, &judged, (verdict, says), listed, options);
                 AxisDiagnosis { searched: true, ..found }
@@ -289,6 +300,19 @@ pub fn diagnose(
     };
     let all = each_group(record, model, axes, options, work, standing)?;
     Ok(sorted(all.into_iter().flat_map(|(_, found)| found).collect(), |d| d.axis))
+}
+
+/// Effects that only together bring the error down to what noise leaves, each refitted by itself; `None` where there are none.
+fn hidden<'a>(present: &Present<'a>, suspects: &[Refit<'a>], options: &Options) -> Option<Vec<Refit<'a>>> {
+    let way = ahead(present, suspects, options.own_effects, options.progress)?;
+    let top = &way.last()?.present.study;
+    let model = top.model.axes[top.bench.problem.series[0].axis.index()].as_ref()?;
+    let refit = |id: &str| {
+        let term = model.term(id)?.clone();
+        let freedom = term.values.len();
+        Some(present.refit(Candidate { series: 0, term, score: 0.0, removes: 0.0, freedom }))
+    };
+    way.iter().map(|step| refit(step.id)).collect()
 }
 
 /// Diagnoses and adds until nothing is missing; the final model and the steps.

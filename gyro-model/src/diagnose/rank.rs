@@ -5,7 +5,12 @@ use super::{
     refit::{Present, Refit, mean, total},
     verdict::is_slow,
 };
-use crate::{Axis, effects::are_aliases, evidence::noise::BLOCKS};
+use crate::{
+    Axis,
+    effects::are_aliases,
+    evidence::{noise::BLOCKS, prior::untrended},
+    nls::dot,
+};
 use std::{f64::consts::SQRT_2, ops::Range};
 
 /// By the held-out error where that tells them apart, else by the held-out likelihood, which tells more finely.
@@ -76,6 +81,20 @@ impl Refit<'_> {
     #[must_use]
     pub fn alike(&self, other: &Refit) -> bool {
         self.leaves_as_much_as(other) && self.is_as_likely_as(other) && self.errs_as_much_as(other)
+    }
+
+    /// Whether it takes out of the residual of `present` some of what `other` does, beside a bias: two that take out what is
+    /// different may be as good as one another, but may both be there.
+    #[must_use]
+    pub fn explains_what(&self, other: &Refit, present: &Present) -> bool {
+        let out = |refit: &Refit| -> Vec<Vec<f64>> {
+            let pairs = present.study.evaluation.residual.iter().zip(&refit.study.evaluation.residual);
+            let t = present.study.bench.problem.times();
+            pairs.map(|(a, b)| untrended(t, &a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<_>>())).collect()
+        };
+        let (own, other) = (out(self), out(other));
+        let cross = |a: &[Vec<f64>], b: &[Vec<f64>]| a.iter().zip(b).map(|(a, b)| dot(a, b)).sum::<f64>();
+        cross(&own, &other).powi(2) > SHARED * cross(&own, &own) * cross(&other, &other)
     }
 
     fn is_as_likely_as(&self, other: &Refit) -> bool {
@@ -166,6 +185,8 @@ impl Refit<'_> {
     }
 }
 
+/// Least squared correlation of what two effects take out that may be one another.
+const SHARED: f64 = 0.1;
 /// What an optimum's ln L and ln J are found to: two shapes of one motion may differ by less, and always to the same side.
 const FOUND_TO: (f64, f64) = (0.25, 1e-3);
 /// What ln L of two effects that may be taken for one another may differ by and say nothing: how either is undone between two

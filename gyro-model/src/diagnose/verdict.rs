@@ -105,6 +105,17 @@ pub fn verdict(
     last_word(present, suspects, judged, series)
 }
 
+/// What is said of effects that hide one another.
+#[must_use]
+pub fn together(hidden: &[Refit]) -> String {
+    let ids: Vec<&str> = hidden.iter().map(|refit| refit.candidate.term.effect.card().id).collect();
+    let all = if ids.len() == 2 { "both" } else { "all" };
+    format!(
+        "{} are missing: while one is, no other shows, and with {all} the error is what noise leaves. `truerate ladder` adds {all}.",
+        ids.join(" and ")
+    )
+}
+
 /// What an effect is, where its name does not say so.
 fn title(card: &Card) -> String {
     let named = card.id.replace('-', " ");

@@ -395,7 +395,7 @@ pub(crate) fn gain(t: &[f64], read: &[f64], reference: &[f64]) -> f64 {
 const TOGETHER: f64 = 0.9;
 
 /// The values less the straight line through them.
-fn untrended(t: &[f64], values: &[f64]) -> Vec<f64> {
+pub(crate) fn untrended(t: &[f64], values: &[f64]) -> Vec<f64> {
     let n = t.len() as f64;
     let (at, level) = (t.iter().sum::<f64>() / n, values.iter().sum::<f64>() / n);
     let along = |of: &dyn Fn(usize) -> f64| -> f64 { (0..t.len()).map(|k| (t[k] - at) * of(k)).sum() };

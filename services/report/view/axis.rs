@@ -28,10 +28,12 @@ pub(super) fn words(verdict: Verdict, suspect: Option<&str>, aliases: &[String])
 /// What is said of an excess where nobody looked for its cause.
 pub(super) const NOT_SEARCHED: &str = "the model leaves more than noise";
 
-/// With a capital letter in front, but for a column's name.
+/// With a full stop behind and a capital letter in front, but for a column's name.
 pub(super) fn sentence(text: &str) -> String {
+    let stop = if text.is_empty() || text.ends_with(['.', '?', '!']) { "" } else { "." };
+    let text = format!("{text}{stop}");
     if text.split(' ').next().is_some_and(|word| word == "t" || word.contains('_')) {
-        return text.to_owned();
+        return text;
     }
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
