@@ -379,7 +379,7 @@ pub fn aliases(suspects: &[Refit], k: usize, present: Option<&Present>) -> Vec<S
         .iter()
         .enumerate()
         .filter(|(i, r)| *i != k && r.candidate.series == own.candidate.series && is_real(r))
-        .filter(|(_, r)| own.alike(r) && present.is_none_or(|present| own.explains_what(r, present)))
+        .filter(|(_, r)| own.alike(r) && present.is_none_or(|present| own.may_be(r, present)))
         .map(|(_, r)| r.candidate.term.effect.card().id.to_owned())
         .take(ALIASES)
         .collect()

@@ -83,10 +83,14 @@ impl Refit<'_> {
         self.leaves_as_much_as(other) && self.is_as_likely_as(other) && self.errs_as_much_as(other)
     }
 
-    /// Whether it takes out of the residual of `present` some of what `other` does, beside a bias: two that take out what is
-    /// different may be as good as one another, but may both be there.
-    #[must_use]
-    pub fn explains_what(&self, other: &Refit, present: &Present) -> bool {
+    /// Whether it may be `other`: one that the catalogue says it can be taken for, or one that takes some of the same out of the
+    /// residual of `present`, beside a bias. Two that take out what is different may be as good as one another, but may both be
+    /// there.
+    pub(super) fn may_be(&self, other: &Refit, present: &Present) -> bool {
+        let ids = [self, other].map(|refit| refit.candidate.term.effect.card().id);
+        if are_aliases(ids[0], ids[1]) {
+            return true;
+        }
         let out = |refit: &Refit| -> Vec<Vec<f64>> {
             let pairs = present.study.evaluation.residual.iter().zip(&refit.study.evaluation.residual);
             let t = present.study.bench.problem.times();
