@@ -190,6 +190,16 @@ fn a_users_own_effect_is_added_like_any_other() {
     assert!((k - 0.05).abs() < 0.005, "{k}");
     let diagnosis = json(&bench.ok(&["diagnose", "log.csv", "--model", "own.toml", "--format", "json"]));
     assert_eq!(diagnosis["axes"][0]["suspects"][0]["effect"], "load-bias", "{diagnosis}");
+    for (regressor, says) in [("k / (0 * load)", "no finite value"), ("k * 1", "goes with what the model has already")]
+    {
+        bench.file(
+            "vain.toml",
+            bench.text("new.toml") + &own.replace("k * load", regressor).replace("load-bias", "vain"),
+        );
+        let diagnosis = json(&bench.ok(&["diagnose", "log.csv", "--model", "vain.toml", "--format", "json"]));
+        let told = diagnosis["axes"][0]["says"].as_str().unwrap();
+        assert!(told.contains("Your `vain`") && told.contains(says), "{told}");
+    }
     let outcome = bench.run(&["apply", "log.csv", "--model", "new.toml", "-o", "out.csv"]);
     assert_eq!(outcome.code, 0, "{outcome:?}");
     bench.file("no-load.csv", log(300));

@@ -2,12 +2,15 @@
 
 use crate::{Axis, Record, effects::derivative};
 
+/// Unit of a free column: its file does not say.
+pub(super) const FREE: &str = "";
+
 /// One column, of the length of the log.
 #[derive(Clone, Debug)]
 pub struct Channel {
-    /// Name as in `fails_where`.
+    /// Name as in `fails_where`; of a free column, its own.
     pub regressor: String,
-    /// SI unit.
+    /// SI unit; empty for a free column.
     pub unit: &'static str,
     /// Values; `NaN` where there is none.
     pub values: Vec<f64>,
@@ -40,8 +43,26 @@ pub fn channels(record: &Record, axis: Axis, rates: [&[f64]; 3], angle: &[f64]) 
             values: rows.iter().map(|r| r.accel[i]).collect(),
         });
     }
+    for (k, name) in record.free_names.iter().enumerate() {
+        let values = held(rows.iter().map(|r| r.free[k]));
+        // What only rises or falls, as a counter does, says no more than the time.
+        let is_clock =
+            |after: fn(&f64, &f64) -> bool| values.iter().filter(|v| v.is_finite()).is_sorted_by(|a, b| after(b, a));
+        if !is_clock(f64::ge) && !is_clock(f64::le) {
+            all.push(Channel { regressor: name.clone(), unit: FREE, values });
+        }
+    }
     all.retain(|c| c.values.len() == rows.len() && changes(&c.values));
     all
+}
+
+/// Between its values, the last one.
+fn held(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let keep = |last: &mut f64, value: f64| {
+        *last = if value.is_finite() { value } else { *last };
+        Some(*last)
+    };
+    values.scan(f64::NAN, keep).collect()
 }
 
 /// +1, −1, or 0 where the rate is below 3 % of its RMS.

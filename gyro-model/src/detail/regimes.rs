@@ -72,11 +72,12 @@ fn regime(channel: &Channel, windows: &[(usize, usize)], referenced: &Referenced
 /// The mean over a window; for a direction the middle value, for an angle within a turn too (its mean means nothing
 /// across the wrap).
 fn typical(channel: &Channel, values: &[f64]) -> f64 {
-    if matches!(channel.regressor.as_str(), "direction" | "angle") { values[values.len() / 2] } else { mean(values) }
+    let is_point = matches!((channel.regressor.as_str(), channel.unit), ("direction", "1") | ("angle", "rad"));
+    if is_point { values[values.len() / 2] } else { mean(values) }
 }
 
 fn edges(channel: &Channel, pieces: &[Piece]) -> Option<Vec<f64>> {
-    if channel.regressor == "direction" {
+    if (channel.regressor.as_str(), channel.unit) == ("direction", "1") {
         return Some(vec![-1.5, -0.5, 0.5, 1.5]);
     }
     let mut sorted: Vec<f64> = pieces.iter().map(|p| p.value).collect();

@@ -1,6 +1,6 @@
 //! The worst regimes in words: "above 31 °C the rate reads 0.70 ± 0.02 °/s high; elsewhere it is within its noise".
 
-use super::{AxisDetail, Regime, RegimeBin, Spectrum};
+use super::{AxisDetail, Regime, RegimeBin, Spectrum, channels::FREE};
 use crate::diagnosis::FailsWhere;
 
 /// A bin counts as off when its mean is so many standard errors from zero: 16 bins × 10 regressors are looked at.
@@ -102,7 +102,8 @@ fn reads(stretch: &Stretch) -> String {
 fn place(regime: &Regime, stretch: &Stretch) -> String {
     let bins = &regime.bins;
     let (from, to) = (bins[stretch.first].from, bins[stretch.last].to);
-    if regime.regressor == "direction" {
+    let is = |name: &str| regime.regressor == name && regime.unit != FREE;
+    if is("direction") {
         return match (from > 0.0, to < 0.0) {
             (true, _) => "while turning in the positive direction".into(),
             (_, true) => "while turning in the negative direction".into(),
@@ -111,6 +112,7 @@ fn place(regime: &Regime, stretch: &Stretch) -> String {
         };
     }
     let (what, unit, factor) = match (regime.regressor.as_str(), regime.unit.as_str()) {
+        (name, FREE) => (format!("where {name} is "), "", 1.0),
         ("time", _) => (String::new(), " s", 1.0),
         ("temperature", _) => (String::new(), " °C", 1.0),
         ("angle", _) => ("at shaft angles ".into(), "°", 1f64.to_degrees()),
@@ -122,16 +124,17 @@ fn place(regime: &Regime, stretch: &Stretch) -> String {
         (name, _) => (format!("where {name} is "), "", 1.0),
     };
     let [a, b] = ends(from * factor, to * factor);
-    if regime.regressor == "rate-change"
+    if is("rate-change")
         && let Some(words) = faster(from * factor, to * factor, stretch.first == 0, stretch.last + 1 == bins.len())
     {
         return words;
     }
-    let by = if regime.regressor == "rate-change" { "by " } else { "" };
+    let by = if is("rate-change") { "by " } else { "" };
     match (stretch.first == 0, stretch.last + 1 == bins.len()) {
+        (true, true) if regime.unit == FREE => format!("over the whole range of {}", regime.regressor),
         (true, true) => "over the whole range of ".to_string() + &regime.regressor.replace('-', " "),
-        (false, true) if regime.regressor == "time" => format!("from {a} s on"),
-        (true, false) if regime.regressor == "time" => format!("until {b} s"),
+        (false, true) if is("time") => format!("from {a} s on"),
+        (true, false) if is("time") => format!("until {b} s"),
         (false, true) => format!("{what}{by}above {a}{unit}"),
         (true, false) => format!("{what}{by}below {b}{unit}"),
         (false, false) => format!("{what}{by}between {a} and {b}{unit}"),

@@ -42,6 +42,26 @@ fn an_error_that_grows_with_rate_is_placed_there_and_said_in_words() {
 }
 
 #[test]
+fn a_free_column_is_a_regime_unless_it_only_counts() {
+    let (t, rate, error) = log(|t, _| if (0.9 * t).sin() > 0.3 { 0.02 } else { 0.0 });
+    let mut rows = vec![crate::Row::EMPTY; t.len()];
+    for (k, row) in rows.iter_mut().enumerate() {
+        row.t_ns = (t[k] * 1e9) as i64;
+        // Every tenth row alone has the current.
+        let current = if k % 10 == 0 { 5.0 + (0.9 * t[k]).sin() } else { f64::NAN };
+        (row.free[0], row.free[1]) = (k as f64, current);
+    }
+    let record = crate::Record { rows, free_names: vec!["counter".into(), "current".into()], ..Default::default() };
+    let list = channels(&record, crate::Axis::X, [&rate, &[], &[]], &[]);
+    let names: Vec<&str> = list.iter().map(|c| c.regressor.as_str()).collect();
+    assert_eq!(names, ["time", "rate", "direction", "rate-change", "current"]);
+    let noise = Noise { angle_random_walk: 1e-4, bias_random_walk: 0.0, encoder: 2e-4 };
+    let found = fails_where(&detail(&Input { t: &t, rate: &rate, error_angle: &error, channels: &list, noise }));
+    assert_eq!(found[0].regressor, "current", "{found:?}");
+    assert!(found[0].says.starts_with("where current is above 5."), "{}", found[0].says);
+}
+
+#[test]
 fn noise_alone_fails_nowhere() {
     let (t, rate, error) = log(|_, _| 0.0);
     let found = fails_where(&pictures(&t, &rate, &error));

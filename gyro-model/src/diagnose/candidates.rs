@@ -372,12 +372,22 @@ impl<'a> Scanner<'a> {
     /// Rise of ln L where the columns join with free coefficients, and the coefficients.
     fn rise(&self, columns: &[Vec<Vec<f64>>]) -> (f64, Vec<f64>) {
         let normal = self.beside_model(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>());
-        // A column that the model's own nearly spans says nothing of its own.
-        let says_nothing = |(i, c): (usize, &Vec<Vec<f64>>)| normal.matrix[(i, i)] < 1e-6 * Self::cross(c, c);
-        if columns.iter().enumerate().all(says_nothing) {
+        if Self::spanned(&normal, columns) {
             return (0.0, vec![0.0; columns.len()]);
         }
         normal.rise(1e-8)
+    }
+
+    /// Whether the model's own columns nearly span these, so that they say nothing of their own.
+    fn spanned(normal: &nls::Normal, columns: &[Vec<Vec<f64>>]) -> bool {
+        let says_nothing = |(i, c): (usize, &Vec<Vec<f64>>)| normal.matrix[(i, i)] <= 1e-6 * Self::cross(c, c);
+        columns.iter().enumerate().all(says_nothing)
+    }
+
+    /// The same of a term's coefficients at its shapes.
+    pub(super) fn spans(&self, index: usize, term: &Term) -> bool {
+        let columns = self.white_along(index, term);
+        Self::spanned(&self.beside_model(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>()), &columns)
     }
 
     /// Rise of ln L where the best share of the column joins, and that share: what lies between this shape of a grid and the

@@ -6,6 +6,7 @@ use super::{
     candidates::{Candidate, can_show, of_whole_sensor, with_term},
     gate::{SHARE, UNEVEN, is_at_bound},
     judged::{self, Judged},
+    own,
     rank::ROUGH,
     refit::{Present, Refit},
     verdict,
@@ -169,13 +170,15 @@ pub(super) fn search<'a>(
         doubts.push(Doubt { series, id, aliases: aliases.clone() });
         let with = with_term(&present.study, series, term.clone());
         present = Present::new(Study::fit(bench, &with, Some(&present.study.warm)));
-        took(&present.study, Change { aliases, ..Change::of(series, Some(id), None) });
+        let mut changes = vec![Change { aliases, ..Change::of(series, Some(id), None) }];
         for other in (0..axes.len()).filter(|&other| other != series) {
             if let Some(with) = companion(&present, term, other) {
                 present = Present::new(Study::fit(bench, &with, Some(&present.study.warm)));
-                took(&present.study, Change::of(other, Some(id), None));
+                changes.push(Change::of(other, Some(id), None));
             }
         }
+        // Axes of one orientation carry their errors into one another's: what all have is judged once all have it.
+        changes.into_iter().for_each(|change| took(&present.study, change));
     }
     let present = back(present, start, took, options.progress);
     let (present, swapped, alike) = swap(present, start, &doubts, options);
@@ -316,6 +319,7 @@ pub(super) fn conclude(
             if !split.is_empty() && matches!(verdict, Verdict::Adequate) {
                 (verdict, says) = (Verdict::Ambiguous, split.join("; "));
             }
+            says.push_str(&own::became(present, &list, options.own_effects, k));
             let (detail, _) = judged::pictures(record, &study, k);
             AxisLadder {
                 axis,

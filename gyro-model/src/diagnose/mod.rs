@@ -14,6 +14,7 @@ pub mod judged;
 pub mod ladder;
 pub mod limits;
 pub mod long;
+mod own;
 mod pair;
 mod rank;
 pub mod refit;
@@ -278,6 +279,7 @@ pub fn diagnose(
                 if !hidden.is_empty() {
                     (verdict, says) = (Verdict::MissingEffect, verdict::together(&hidden));
                 }
+                says.push_str(&own::became(seen, &own, options.own_effects, k));
                 bad_data(record, options.faults, bench, &mut verdict, &mut says);
                 let removes = |r: &Refit| r.share(seen).is_none_or(|share| share > 0.0);
                 let is_listed = |r: &Refit| r.passes(seen) || r.significant() && removes(r);

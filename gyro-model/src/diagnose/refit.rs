@@ -7,7 +7,7 @@ use super::{
     rank::{drop_driven, prefer_plainer, rank},
 };
 use crate::{
-    Model,
+    Model, Term,
     effects::{Effect, Stage},
     evidence::{
         draws::{Draws, draw_through},
@@ -252,6 +252,11 @@ impl<'a> Present<'a> {
         let scanner = Scanner::new(&self.study, &self.gls, &self.draws);
         let own = (0..series.len()).filter(|&k| can_show(effect, &series[k]));
         own.flat_map(|k| scanner.best(effect, k)).any(|candidate| lowers(&candidate) || shows(&candidate))
+    }
+
+    /// Whether what the model has already makes all that a term could.
+    pub(super) fn spans(&self, term: &Term, series: usize) -> bool {
+        Scanner::new(&self.study, &self.gls, &self.draws).spans(series, term)
     }
 
     /// Two suspects of one axis that hide one another.

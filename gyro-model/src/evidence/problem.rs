@@ -46,7 +46,7 @@ pub enum HeldRate {
 pub struct Warm {
     /// Compensated rate at the samples, rad/s.
     pub rate: Vec<f64>,
-    rate_dot: Vec<f64>,
+    pub(crate) rate_dot: Vec<f64>,
     /// What the sensor felt of it, the ringing of its mount still in it, rad/s; empty where that is the same.
     felt: Vec<f64>,
     /// Best known angle at the samples: the gyro's shape on the reference's level, rad.

@@ -100,6 +100,21 @@ pub fn definition(effect: &'static dyn Effect) -> Option<Definition> {
     defined.iter().rev().find(|user| std::ptr::eq(user.card(), effect.card())).map(|user| user.definition.clone())
 }
 
+/// Share of some rows in which a user's effect of typical size has no finite value; 0 for an effect of the catalogue.
+pub fn undefined(effect: &'static dyn Effect, rows: impl Iterator<Item = Signals>) -> f64 {
+    let defined = DEFINED.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(&user) = defined.iter().find(|user| std::ptr::eq(user.card(), effect.card())) else { return 0.0 };
+    drop(defined);
+    let typical: Vec<f64> = user.parameters.iter().map(|card| card.typical).collect();
+    let mut memory = Memory::default();
+    let (mut without, mut all) = (0.0, 0.0);
+    for row in rows {
+        without += f64::from(!user.value(&typical, &row, &mut memory).is_finite());
+        all += 1.0;
+    }
+    without / f64::max(all, 1.0)
+}
+
 impl UserEffect {
     fn new(definition: &Definition, free_names: &[String]) -> Result<Self, DefinitionError> {
         definition.check()?;
@@ -160,22 +175,10 @@ impl Variable {
     }
 }
 
-impl Effect for UserEffect {
-    fn card(&self) -> &'static Card {
-        self.card
-    }
-
-    fn stage(&self) -> Stage {
-        Stage::Felt
-    }
-
-    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
-        self.parameters
-    }
-
-    /// Memory: the last value of each free channel.
-    fn error(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
-        let value = self.expression.evaluate(|variable| match variable {
+impl UserEffect {
+    /// What the expression comes to, finite or not.
+    fn value(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
+        self.expression.evaluate(|variable| match variable {
             Variable::Parameter(k) => p[k],
             Variable::Rate => s.rate(),
             Variable::RateDot => s.rate_dot,
@@ -191,7 +194,26 @@ impl Effect for UserEffect {
                 }
                 memory[place]
             }
-        });
+        })
+    }
+}
+
+impl Effect for UserEffect {
+    fn card(&self) -> &'static Card {
+        self.card
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Felt
+    }
+
+    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
+        self.parameters
+    }
+
+    /// Memory: the last value of each free channel.
+    fn error(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
+        let value = self.value(p, s, memory);
         if value.is_finite() { value } else { 0.0 }
     }
 
