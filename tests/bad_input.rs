@@ -76,7 +76,12 @@ fn refused() -> Vec<(&'static str, Vec<u8>, Vec<&'static str>)> {
         ("not-gzip.csv.gz", no_magic, vec!["named .gz but is not gzip"]),
         ("trailing.csv.gz", trailing, vec!["truncated or corrupt gzip"]),
         ("faulty.csv", text(bad_rows), vec!["37 of 300 rows are faulty", "more than 10 %", "gyro_z"]),
-        ("far.csv", text(with_field(&whole, 40, 1, "1e25")), vec!["line 40", "292 years"]),
+        (
+            "again.csv",
+            text(whole.clone() + &log(299).lines().skip(1).collect::<Vec<_>>().join("\n")),
+            vec!["starts again at line 302", "two recordings"],
+        ),
+        ("far.csv", text(with_field(&whole, 40, 1, "1e25")), vec!["line 40", "292 years", "t_ns"]),
         ("wide.csv", text(format!("{wide}t\n")), vec!["gyro_x, gyro_y or gyro_z", "100001 columns"]),
         ("long-line.csv", text(with_field(&whole, 30, 2, &"1".repeat(10_000_000))), vec!["line 30", "longer than"]),
         ("long-header.csv", text("x".repeat(10_000_000)), vec!["line 1", "longer than"]),
@@ -199,6 +204,8 @@ fn faulty() -> Vec<(&'static str, String, &'static str, u64, &'static str)> {
             "ref_angle_z",
         ),
         ("degrees.csv", map(&|v| [v[0], v[1].to_degrees(), v[2]]), "wrong-unit", 3000, "gyro_z_dps"),
+        ("ms.csv", map(&|v| [1e3 * v[0], v[1], v[2]]), "wrong-unit", 3000, "name it t_ms"),
+        ("us.csv", map(&|v| [1e6 * v[0], v[1], v[2]]), "wrong-unit", 3000, "name it t_us"),
         ("sign.csv", map(&|v| [v[0], -v[1], v[2]]), "wrong-sign", 3000, "negate"),
         ("still.csv", map(&|v| [v[0], 0.01 + 1e-3 * (v[1] * 1e4).fract(), 0.3]), "not-excited", 3000, "turn it"),
     ]

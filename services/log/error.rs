@@ -99,7 +99,10 @@ pub enum Problem {
     #[error("longer than {0} bytes: this is not a row of a log (a missing line break or quotation mark?)")]
     LongLine(usize),
     /// A time that nanoseconds cannot hold.
-    #[error("time {} lies more than 292 years from the first row: mend it, or check its unit", quoted(.0))]
+    #[error(
+        "time {} lies more than 292 years from the first row: mend it, or name its unit (`t_ms`, `t_us` or `t_ns`)",
+        quoted(.0)
+    )]
     TimeRange(String),
     /// Too few rows.
     #[error("only {found} usable rows, at least {wanted} are needed: record a longer log{why}")]
@@ -120,6 +123,15 @@ pub enum Problem {
         rows: u64,
         /// The most frequent fault.
         worst: String,
+    },
+    /// Two recordings in one.
+    #[error(
+        "the time starts again at line {line}: these are two recordings, put each into a file of its own, or let the time of the \
+         second go on where the first ends"
+    )]
+    StartsAgain {
+        /// Where the second begins.
+        line: u64,
     },
     /// The column map cannot be read.
     #[error("column map {file} cannot be read ({cause}): check the path")]

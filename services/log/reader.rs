@@ -36,6 +36,8 @@ pub struct Reader {
     ended: bool,
     /// Rows left out in a row because the time had not caught up.
     behind: u64,
+    /// The line of the first of them.
+    behind_since: u64,
     /// Rows to come that keep apart what is no neighbour.
     apart: u64,
 }
@@ -106,6 +108,7 @@ impl Reader {
             read_ns: 0,
             ended: false,
             behind: 0,
+            behind_since: 0,
             apart: 0,
         })
     }
@@ -126,6 +129,12 @@ impl Reader {
     #[must_use]
     pub fn rows_read(&self) -> u64 {
         self.rows
+    }
+
+    /// The line from which on the time went back and never caught up, of a log that has been read to its end.
+    #[must_use]
+    pub fn starts_again(&self) -> Option<u64> {
+        (self.behind >= SET_BACK).then_some(self.behind_since)
     }
 
     /// Rows so far that were left out, or of which a value was.
@@ -212,7 +221,10 @@ impl Reader {
                 if held_is_ahead { (next, held, RowFault::TimeAhead) } else { (held, next, RowFault::TimeGoingBack) };
             self.tally.add(fault, 0, dropped.line, self.seconds(dropped.time));
             self.faulty += u64::from(!dropped.marked);
-            self.behind += u64::from(fault == RowFault::TimeGoingBack);
+            if fault == RowFault::TimeGoingBack {
+                self.behind_since = if self.behind == 0 { dropped.line } else { self.behind_since };
+                self.behind += 1;
+            }
             self.pending = Some(kept);
         }
     }

@@ -41,6 +41,9 @@ pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, P
         |f: &&DataFault| ["non-finite", "time-going-back", "outliers", "repeated-samples"].contains(&f.fault.as_str());
     let worst = || found.iter().filter(costs_rows).max_by_key(|f| f.count).map_or_else(String::new, |f| f.says.clone());
     if faulty as f64 > FAULTY_SHARE * reader.rows_read() as f64 {
+        if let Some(line) = reader.starts_again() {
+            return Err(refuse(Problem::StartsAgain { line }));
+        }
         return Err(refuse(Problem::TooFaulty { faulty, rows: reader.rows_read(), worst: worst() }));
     }
     let gyros = reader.layout().gyros();

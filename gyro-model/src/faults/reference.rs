@@ -264,6 +264,8 @@ fn factor(ratio: f64, axis: Axis, column: &str) -> Option<String> {
         (1.0 / DEGREES, unit, format!("{gyro} looks like °/s: name it {gyro}_dps")),
         (DEGREES, unit, format!("{column} looks like degrees: add _deg (an angle) or _dps (a rate) to its name")),
         (1e-3, unit, format!("t looks like milliseconds (name it t_ms), or {gyro} like mrad/s")),
+        (1e-6, unit, "t looks like microseconds: name it t_us".to_owned()),
+        (1e-9, unit, "t looks like nanoseconds: name it t_ns".to_owned()),
         (1e-3 / DEGREES, unit, format!("{gyro} looks like m°/s: divide it by 1000 and name it {gyro}_dps")),
         (1e3, unit, format!("{gyro} is a thousand times too small: check its unit and that of t")),
         (2.0, setting, format!("{gyro} is half of what {column} shows: check the sensor's full-scale setting")),
@@ -282,14 +284,22 @@ fn factor(ratio: f64, axis: Axis, column: &str) -> Option<String> {
     let off = |of: f64| (ratio / of).ln().abs();
     let nearest = known.iter().filter(|k| off(k.0) < k.1).min_by(|a, b| off(a.0).total_cmp(&off(b.0)));
     if let Some((_, _, says)) = nearest {
-        return Some(format!("{says} (a factor of {ratio:.4})"));
+        return Some(format!("{says} (a factor of {})", number(ratio)));
     }
     (!(1.0 / 3.0..=3.0).contains(&ratio))
-        .then(|| format!("{column} is {ratio:.4} times what {gyro} shows: check both units"))
+        .then(|| format!("{column} is {} times what {gyro} shows: check both units", number(ratio)))
+}
+
+/// As many digits as say something.
+fn number(ratio: f64) -> String {
+    if ratio < 1e-3 { format!("{ratio:.2e}") } else { format!("{ratio:.4}") }
 }
 
 /// What no such gyro reads, rad/s: 4000 °/s.
 const FASTEST: f64 = 70.0;
+
+/// From one row of a gyro's log to the next at most, s.
+const SLOWEST: f64 = 1.5;
 
 /// Units that show without a reference.
 fn other_units(record: &Record, report: &mut Report) {
@@ -304,6 +314,20 @@ fn other_units(record: &Record, report: &mut Report) {
             );
             report.add_on(axis, "wrong-unit", rows, Some(0.0), says);
         }
+    }
+    let steps = record.rows.windows(2).map(|pair| (pair[1].t_ns - pair[0].t_ns) as f64 * 1e-9).collect();
+    if let Some(step) = quantile(steps, 0.5).filter(|step| *step > SLOWEST) {
+        let unit = if step < 1e3 {
+            "ms"
+        } else if step < 1e6 {
+            "us"
+        } else {
+            "ns"
+        };
+        let says = format!(
+            "a row every {step:.0} s, by its times, is none of a gyro's logs: if t is in {unit}, name it t_{unit}"
+        );
+        report.add("wrong-unit", rows, Some(0.0), says);
     }
     let middle = |of: fn(&crate::Row) -> f64| {
         quantile(record.rows.iter().map(of).filter(|x| x.is_finite()).collect(), 0.5).unwrap_or(f64::NAN)
