@@ -468,6 +468,7 @@ fn a_refused_model_file_is_shown_with_line_and_caret() {
         ("noise =", "noises =", 0, "noises"),
         ("value =", "valeu =", 0, "valeu"),
         ("epoch = 1", "epoch = one", 2, ""),
+        ("alpha = { value = ", "alpha = { value = -", 0, "alpha of scale-factor lies between 0.01 and 100"),
     ] {
         assert!(model.contains(from), "{from}: {model}");
         bench.file("bad.toml", model.replacen(from, to, 1));

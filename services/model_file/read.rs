@@ -249,6 +249,17 @@ impl Reader<'_> {
             if !entry.value.get_ref().is_finite() {
                 return Err(self.error(entry.value.span(), "a finite number is wanted"));
             }
+            let (low, high) = cards[i].bounds;
+            if !(low..=high).contains(entry.value.get_ref()) {
+                let (name, id, unit) = (cards[i].name, term.effect.card().id, cards[i].unit);
+                let range =
+                    if high.is_finite() { format!("between {low} and {high}") } else { format!("at or above {low}") };
+                let says = format!(
+                    "{name} of {id} lies {range}{}",
+                    if unit == "1" { String::new() } else { format!(" {unit}") }
+                );
+                return Err(self.error(entry.value.span(), says));
+            }
             term.values[i] = *entry.value.get_ref();
             term.std_errors[i] = entry.std_error.filter(|s| s.is_finite()).unwrap_or(f64::NAN);
         }
