@@ -282,3 +282,19 @@ fn nothing_is_found_beside_a_saturation_of_one_sine() {
         assert_eq!(ladders[0].effects, ["scale-factor", "bias", "saturation"], "{limit} rad/s, seed {seed}");
     }
 }
+
+/// Where the encoder stands inside the play its count is no turning point of the shaft.
+#[test]
+fn an_encoders_play_is_as_wide_in_the_mean_as_it_was_hidden() {
+    let effect = *CATALOGUE.iter().find(|effect| effect.card().id == "encoder-backlash").unwrap();
+    let width = Hidden::typical(effect, Axis::X).values[0];
+    let off = |seed: u64| {
+        let scenario = Scenario { seconds: 60.0, ..scenario(vec![Hidden::typical(effect, Axis::X)], seed) };
+        let simulated = simulate(&scenario);
+        let fitted = fit(&simulated.record, &simulated.truth, &[Axis::X]).unwrap();
+        let term = fitted.axes[0].as_ref().unwrap().term("encoder-backlash").unwrap();
+        (term.values[0] - width) / term.std_errors[0]
+    };
+    let mean = (0..8).map(off).sum::<f64>() / 8.0;
+    assert!(mean.abs() < 1.0, "{mean} standard errors");
+}

@@ -3,7 +3,8 @@
 //! First the ladder gives the recording the model that it needs by itself. Then each effect that the recording can show,
 //! and that is not alike to one it has, is added to the recorded rows, and the ladder goes on from that model. How much
 //! there is to find, where the recording has errors of its own that nothing explains, is said by the held-out excess J − 1
-//! under that model: the share of it that came with the effect.
+//! under that model: the share of it that came with the effect. With `--share` each effect is doubled until it makes up
+//! that much, which leaves out those that cannot, whatever their physical size.
 
 use crate::{
     choice::{EFFECTS, alike},
@@ -28,8 +29,11 @@ pub struct Arguments {
     #[arg(long = "log", required = true, num_args = 1..)]
     logs: Vec<PathBuf>,
     /// Times the typical size.
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, conflicts_with = "share")]
     times: f64,
+    /// Doubles the typical size until the effect makes up this share of the excess.
+    #[arg(long)]
+    share: Option<f64>,
 }
 
 /// A recording and what it needs by itself.
@@ -48,7 +52,7 @@ impl Recording {
     }
 
     /// The effect at its typical size times `times`. A step comes in the middle, a rail at 70 % of the largest reading.
-    fn hidden(&self, id: &str, axis: Axis, times: f64) -> Option<Hidden> {
+    fn sized(&self, id: &str, axis: Axis, times: f64) -> Option<Hidden> {
         let mut hidden = Hidden::typical(find(id)?, axis);
         let cards = hidden.effect.parameters(axis);
         match id {
@@ -56,16 +60,27 @@ impl Recording {
                 let largest = self.record.rows.iter().map(|row| row.gyro[axis.index()].abs()).fold(0.0, f64::max);
                 hidden.values[0] = 0.7 * largest;
             }
-            "mount-resonance" => hidden.values[0] /= times.sqrt(),
+            "mount-resonance" => hidden.values[0] = (hidden.values[0] / times.sqrt()).max(cards[0].bounds.0),
             _ => {
                 let linear = cards.iter().take_while(|card| card.role == Role::Linear).count().max(1);
-                hidden.values[..linear].iter_mut().for_each(|value| *value *= times);
+                for (value, card) in hidden.values[..linear].iter_mut().zip(cards) {
+                    *value = (*value * times).clamp(card.bounds.0, card.bounds.1);
+                }
             }
         }
         if id == "bias-step" {
             hidden.values[1] = 0.5 * self.record.duration();
         }
         Some(hidden)
+    }
+
+    /// What is added: the effect at so many times its typical size, or at twice, four times … so much that it makes up this
+    /// share of the excess; `None` where no size does.
+    fn hidden(&self, id: &str, axis: Axis, arguments: &Arguments) -> Option<Hidden> {
+        let Some(share) = arguments.share else { return self.sized(id, axis, arguments.times) };
+        let sizes = (0..DOUBLINGS).map(|k| 2_f64.powi(k)).filter_map(|times| self.sized(id, axis, times));
+        let enough = |hidden: &Hidden| self.added(&self.spoilt(hidden, axis), axis).is_some_and(|own| own >= share);
+        { sizes }.find(enough)
     }
 
     /// J of one axis of a record under the model that the recording needs by itself.
@@ -88,6 +103,9 @@ impl Recording {
     }
 }
 
+/// How often a typical size is doubled at most.
+const DOUBLINGS: i32 = 12;
+
 /// Share of the excess that an effect has to make up before the ladder is asked to name it.
 const MATTERS: f64 = 0.1;
 
@@ -107,7 +125,7 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), Box<dyn Error>> {
     for recording in &recordings {
         for axis in recording.record.fitted_axes() {
             for id in EFFECTS.into_iter().filter(|id| recording.suits(id, axis)) {
-                if let Some(hidden) = recording.hidden(id, axis, arguments.times) {
+                if let Some(hidden) = recording.hidden(id, axis, arguments) {
                     trials.push(Trial {
                         name: format!("{}/{axis}/{id}", recording.name),
                         what: (recording, axis, hidden),

@@ -202,7 +202,8 @@ impl<'a> Study<'a> {
         self.warm.iter().map(Warm::frozen).collect()
     }
 
-    /// The residual as the filter reads it: at each reading less what that is off by.
+    /// The residual as the filter reads it: at each reading less what that is off by, but where an encoder stands because its
+    /// shaft is inside a play, and not because it turns round within a count.
     #[must_use]
     pub fn as_read(&self) -> Vec<Vec<f64>> {
         (0..self.evaluation.residual.len()).map(|channel| self.channel_as_read(channel)).collect()
@@ -212,7 +213,8 @@ impl<'a> Study<'a> {
     #[must_use]
     pub fn channel_as_read(&self, channel: usize) -> Vec<f64> {
         let mut residual = self.evaluation.residual[channel].clone();
-        for reading in &self.bench.problem.series[0].readings {
+        let silent = &self.evaluation.tracks[0].silent;
+        for reading in self.bench.problem.series[0].readings.iter().filter(|reading| !silent[reading.row]) {
             residual[reading.row] -= reading.off;
         }
         residual
