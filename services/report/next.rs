@@ -41,7 +41,9 @@ pub(super) struct Finding<'a> {
 
 /// What to run next, best first.
 pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
-    let line = Line { context, log: &context.log, why: "adds what is missing until nothing is, and keeps the model" };
+    // What came by a pipe is not there to be read again.
+    let log = if context.log == "-" { "LOG.csv" } else { &context.log };
+    let line = Line { context, log, why: "adds what is missing until nothing is, and keeps the model" };
     let made = context.output.as_deref();
     match (context.command, finding.verdict) {
         (_, Verdict::BadData) => vec![line.of(

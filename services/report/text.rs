@@ -28,6 +28,9 @@ pub(super) fn render(page: &Page, terminal: Terminal) -> String {
     screen.text
 }
 
+/// Columns of a terminal from which on the upper end of the floor's band has one.
+const BANDED: usize = 90;
+
 struct Screen {
     terminal: Terminal,
     text: String,
@@ -127,15 +130,21 @@ impl Screen {
         }
         let pair = rows.iter().any(|r| r.before.is_some());
         self.heading("held-out error, open loop, °/s");
-        let columns = if pair { 47 } else { 37 };
+        let band = self.terminal.width >= BANDED;
+        let columns = 37 + if pair { 10 } else { 0 } + if band { 9 } else { 0 };
         let width = self.terminal.width.saturating_sub(columns).clamp(8, 48);
         let scale = Scale::around(rows.iter().flat_map(|r| [r.before, r.error, r.floor, r.floor_99]).flatten(), width);
         let other = axis.curves.first().map_or("", |curve| curve.label.as_str());
         let other = if other.chars().count() < 10 { other } else { "other" };
         let before = if pair { format!("{other:>10}") } else { String::new() };
-        let legend = if width >= 32 { "█ noise alone  ▒ more than noise" } else { "▒ not noise" };
+        let legend = match width {
+            42.. => "█ noise alone  ▒ more than noise (log scale)",
+            32.. => "█ noise alone  ▒ more than noise",
+            _ => "▒ not noise",
+        };
         let legend = self.terminal.paint(Ink::Quiet, if width >= 12 { legend } else { "" });
-        self.line(&format!("  {:>8}{before}{:>9}{:>9}{:>7}  {legend}", "τ", "error", "floor", "×"));
+        let upper = if band { format!("{:>9}", "99 %") } else { String::new() };
+        self.line(&format!("  {:>8}{before}{:>9}{:>9}{upper}{:>7}  {legend}", "τ", "error", "floor", "×"));
         for row in &rows {
             let (within, above, before_cells) = bars::parts(row, &scale);
             let above_ink = if above > 0 { Ink::Warn } else { Ink::Plain };
@@ -149,8 +158,9 @@ impl Screen {
             let before = if pair { format!("{:>10}", show(row.before)) } else { String::new() };
             let ratio =
                 row.error.zip(row.floor).filter(|r| r.1 > 0.0).map_or_else(|| "–".into(), |(e, f)| units::ratio(e / f));
+            let upper = if band { format!("{:>9}", show(row.floor_99)) } else { String::new() };
             self.line(&format!(
-                "  {:>8}{before}{:>9}{:>9}{ratio:>7}  {bar}",
+                "  {:>8}{before}{:>9}{:>9}{upper}{ratio:>7}  {bar}",
                 time(row.tau),
                 show(row.error),
                 show(row.floor)

@@ -103,8 +103,8 @@ impl Recording {
     }
 }
 
-/// How often a typical size is doubled at most.
-const DOUBLINGS: i32 = 12;
+/// Doublings of a typical size, itself among them: beyond sixteen times no low-cost sensor has it.
+const DOUBLINGS: i32 = 5;
 
 /// Share of the excess that an effect has to make up before the ladder is asked to name it.
 const MATTERS: f64 = 0.1;

@@ -143,7 +143,10 @@ impl Refit<'_> {
     /// Whether a coefficient is far beyond what such sensors have: where much is left unexplained, the fit bends whatever
     /// can be bent.
     fn is_outsized(&self) -> bool {
-        is_outsized(&self.candidate.term, self.study.bench.problem.series[self.candidate.series].axis)
+        let Candidate { series, ref term, .. } = self.candidate;
+        // How much a vehicle shakes is no matter of the sensor, and the reading shows it.
+        let is_shaken = term.effect.card().id == "vibration-tone" && tone::is_read(&self.study, series, term);
+        !is_shaken && is_outsized(term, self.study.bench.problem.series[series].axis)
     }
 
     /// Whether it removes much of an error that is far beyond what a gyro's own wander makes, throughout the log. Other

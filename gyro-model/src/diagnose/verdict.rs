@@ -24,6 +24,9 @@ pub(crate) const SILENT: f64 = 0.6;
 /// Readings within which a rate error is forgotten that is no wandering bias.
 const FORGOTTEN: f64 = 10.0;
 
+/// A log that lasts no longer shows little, s.
+const BRIEF: f64 = 10.0;
+
 /// Share of a log that may be lost before that is worth a sentence.
 const MENTIONED: f64 = 0.02;
 
@@ -159,6 +162,17 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
     let walked = noise.bias_random_walk * span.sqrt();
     let is_wander = walked.max(lasting) * span.sqrt() > white;
     if judged.within() {
+        let lasts = present.study.bench.problem.series[series].span().duration;
+        if lasts < BRIEF {
+            return (
+                Verdict::CannotTell,
+                format!(
+                    "the error is what noise alone leaves, but {} are too short to show what adds up slowly: record a minute \
+                     or more, turning to and fro at several speeds",
+                    duration(lasts)
+                ),
+            );
+        }
         let silent = present.study.evaluation.silent();
         if silent > SILENT {
             return (

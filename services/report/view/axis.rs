@@ -74,7 +74,7 @@ pub(super) fn falling(label: String, points: &[ErrorPoint], ratio: Option<f64>, 
 
 /// Parameters with their typical sizes; with `rest`, the reading at rest is added behind the bias.
 pub(super) fn parameters(axis: Axis, values: &[ParameterValue], rest: bool) -> Vec<ParameterView> {
-    let mut views: Vec<ParameterView> = values.iter().map(|p| parameter(axis, p)).collect();
+    let mut views: Vec<ParameterView> = values.iter().map(|p| parameter(axis, p, values)).collect();
     let find = |effect: &str| values.iter().find(|p| p.effect == effect).and_then(|p| p.value);
     if let (true, Some(delta)) = (rest, find("bias")) {
         let alpha = find("scale-factor").unwrap_or(1.0);
@@ -101,12 +101,15 @@ pub(super) fn parameters(axis: Axis, values: &[ParameterValue], rest: bool) -> V
     views
 }
 
-fn parameter(axis: Axis, p: &ParameterValue) -> ParameterView {
+/// One of `all`: those of one effect and one unit are shown alike.
+fn parameter(axis: Axis, p: &ParameterValue, all: &[ParameterValue]) -> ParameterView {
     let card = effects::find(&p.effect).and_then(|e| e.parameters(axis).iter().find(|c| c.name == p.name));
     let unit = if p.name == "alpha" || p.name == "n" {
         Shown { factor: 1.0, unit: String::new() }
     } else {
-        units::shown(&p.unit, &[p.value, p.std_error])
+        let like = all.iter().filter(|other| other.effect == p.effect && other.unit == p.unit);
+        let sizes: Vec<Option<f64>> = like.flat_map(|other| [other.value, other.std_error]).collect();
+        units::shown(&p.unit, &sizes)
     };
     ParameterView {
         effect: p.effect.clone(),
@@ -122,7 +125,7 @@ fn parameter(axis: Axis, p: &ParameterValue) -> ParameterView {
         },
         typical: p
             .typical
-            .filter(|t| t.is_finite() && *t != 0.0 && p.name != "n")
+            .filter(|t| t.is_finite() && *t != 0.0 && p.name != "n" && p.name != "alpha")
             .map_or_else(String::new, |t| format!("{}{}", units::round(t * unit.factor), unit.unit)),
     }
 }
@@ -135,7 +138,7 @@ fn is_unseen(p: &ParameterValue) -> bool {
 
 /// Whether a parameter stands at the end of what is physical.
 fn is_at_limit(p: &ParameterValue, bounds: (f64, f64)) -> bool {
-    let near = |bound: f64| p.value.is_some_and(|v| bound != 0.0 && (v - bound).abs() <= 1e-6 * bound.abs());
+    let near = |bound: f64| p.value.is_some_and(|v| bound != 0.0 && bound.is_finite() && (v - bound).abs() <= 1e-6 * bound.abs());
     p.std_error.is_some() && (near(bounds.0) || near(bounds.1))
 }
 
