@@ -6,7 +6,7 @@ use super::{
     noise::{self, Gls},
     prior::{self, Prior},
     problem::{Evaluation, Problem, Slot, Warm, is_scale, value},
-    series::{Rest, Series},
+    series::{Reading, Rest, Series},
     whiten::NoiseModel,
 };
 use crate::{Axis, Model, Record, effects::Role, nls};
@@ -213,8 +213,10 @@ impl<'a> Study<'a> {
     #[must_use]
     pub fn channel_as_read(&self, channel: usize) -> Vec<f64> {
         let mut residual = self.evaluation.residual[channel].clone();
+        // Empty where the reference is no shaft's angle.
         let silent = &self.evaluation.tracks[0].silent;
-        for reading in self.bench.problem.series[0].readings.iter().filter(|reading| !silent[reading.row]) {
+        let moves = |reading: &&Reading| silent.get(reading.row) != Some(&true);
+        for reading in self.bench.problem.series[0].readings.iter().filter(moves) {
             residual[reading.row] -= reading.off;
         }
         residual
