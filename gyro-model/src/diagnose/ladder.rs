@@ -370,21 +370,23 @@ fn unsplit(steps: &[LadderStep], stayed: &[&str]) -> Vec<String> {
     steps.iter().filter_map(says).collect()
 }
 
-/// Suspects that this log cannot tell from `suspects[k]`, and that noise alone does not explain or `present` would let in: at most
-/// three, best first.
+/// Suspects that this log cannot tell from `suspects[k]`, and that noise alone does not explain, `present` would let in, or the
+/// catalogue has for aliases and which leave no more error: at most three, best first.
 #[must_use]
 pub fn aliases(suspects: &[Refit], k: usize, present: Option<&Present>) -> Vec<String> {
     let own = &suspects[k];
     if own.candidate.term.effect.stage() == Stage::Reading {
         return Vec::new();
     }
-    let is_real = |r: &Refit| r.significant() || present.is_some_and(|present| r.passes(present));
+    let id = |refit: &Refit| refit.candidate.term.effect.card().id;
+    let is_as_good = |r: &Refit| are_aliases(id(own), id(r)) && r.excess <= own.excess && !r.at_bound();
+    let is_real = |r: &Refit| r.significant() || is_as_good(r) || present.is_some_and(|present| r.passes(present));
     suspects
         .iter()
         .enumerate()
         .filter(|(i, r)| *i != k && r.candidate.series == own.candidate.series && is_real(r))
         .filter(|(_, r)| own.alike(r) && present.is_none_or(|present| own.may_be(r, present)))
-        .map(|(_, r)| r.candidate.term.effect.card().id.to_owned())
+        .map(|(_, r)| id(r).to_owned())
         .take(ALIASES)
         .collect()
 }
