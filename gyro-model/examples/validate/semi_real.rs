@@ -14,10 +14,13 @@ use crate::{
     table::{Table, number, share},
 };
 use gyro_model::{
-    Axis, Model, Record,
+    Axis, Model, Record, Row,
     diagnose::{Options, ladder},
     effects::{Role, find},
-    evidence::study::{Bench, Study},
+    evidence::{
+        encoder::Encoder,
+        study::{Bench, Study},
+    },
     simulate::{Hidden, Injection},
 };
 use std::{error::Error, path::PathBuf};
@@ -83,22 +86,30 @@ impl Recording {
         { sizes }.find(enough)
     }
 
-    /// J of one axis of a record under the model that the recording needs by itself.
-    fn excess(&self, record: &Record, axis: Axis) -> Option<f64> {
-        let bench = Bench::new(record, &[axis], &self.own)?;
-        Some(Study::fit(&bench, &self.own, None).held_out().excess(&bench.weights))
-    }
-
-    /// Share of the held-out excess of the spoilt record that the recording had not.
+    /// Share of the held-out excess of the spoilt record that the recording had not: J − 1 of both under the model that the
+    /// recording needs by itself, and over the recording's own floor.
     fn added(&self, spoilt: &Record, axis: Axis) -> Option<f64> {
-        let (before, after) = (self.excess(&self.record, axis)?, self.excess(spoilt, axis)?);
+        let bench = Bench::new(&self.record, &[axis], &self.own)?;
+        let excess = |bench: &Bench, floor: &[f64]| Study::fit(bench, &self.own, None).held_out().excess(floor);
+        let before = excess(&bench, &bench.weights);
+        let after = excess(&Bench::new(spoilt, &[axis], &self.own)?, &bench.weights);
         (after > 1.0).then(|| (after - before) / (after - 1.0))
     }
 
     fn spoilt(&self, hidden: &Hidden, axis: Axis) -> Record {
         let mut injection = Injection::new(axis);
         injection.add(hidden.clone());
-        let rows = self.record.rows.iter().map(|row| injection.spoil(*row)).collect();
+        // An encoder counts what its shaft does behind a play, too.
+        let step = Encoder::steps(&self.record)[axis.index()];
+        let counted = |angle: f64| if step > 0.0 { (angle / step).round() * step } else { angle };
+        let spoilt = |row: &Row| {
+            let mut spoilt = injection.spoil(*row);
+            if spoilt.ref_angle[axis.index()] != row.ref_angle[axis.index()] {
+                spoilt.ref_angle[axis.index()] = counted(spoilt.ref_angle[axis.index()]);
+            }
+            spoilt
+        };
+        let rows = self.record.rows.iter().map(spoilt).collect();
         Record { rows, ..self.record.clone() }
     }
 }
