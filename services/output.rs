@@ -114,7 +114,9 @@ fn open(path: &Path, for_whom: For) -> io::Result<To> {
     let mut builder = tempfile::Builder::new();
     // The umask narrows it, as for any new file.
     builder.permissions(Permissions::from_mode(if for_whom == For::User { 0o666 } else { 0o600 }));
-    builder.prefix(".truerate-").tempfile_in(folder).map(To::Temporary)
+    // Its error would name a file that nobody asked for.
+    let made = builder.prefix(".truerate-").tempfile_in(folder).map_err(|e| io::Error::from(e.kind()));
+    made.map(To::Temporary)
 }
 
 impl Write for To {

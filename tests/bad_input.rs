@@ -40,6 +40,7 @@ fn refused() -> Vec<(&'static str, Vec<u8>, Vec<&'static str>)> {
             header("stamp.secs,stamp.nsecs,gyro_z"),
             vec!["no column `t`", "joining \"stamp.secs\" and \"stamp.nsecs\""],
         ),
+        ("capital.csv", header("t,gyro_Z,ref_angle_Z"), vec!["\"gyro_Z\" = \"gyro_z\""]),
         ("no-gyro.csv", header("t,gyro_q,ref_angle_z"), vec!["line 1", "gyro_x, gyro_y or gyro_z", "'gyro_q'"]),
         ("no-reference.csv", header("t,gyro_z,angle"), vec!["line 1", "no axis has both", "ref_angle_z"]),
         ("other-axis.csv", header("t,gyro_z,ref_angle_x"), vec!["no axis has both"]),

@@ -97,10 +97,17 @@ impl Layout {
     /// Refuses a header without time, without gyro, or with part of a quaternion.
     fn complete(self, headers: &[String]) -> Result<Self, Refusal> {
         let missing = |wanted, likely: &[&str]| {
-            let hint = headers
-                .iter()
-                .find(|h| likely.iter().any(|l| h.to_lowercase().contains(l)))
-                .map_or_else(String::new, |h| format!(", such as {h:?} = \"{}\"", wanted_example(wanted)));
+            let lower: Vec<String> = headers.iter().map(|h| h.to_lowercase()).collect();
+            // A name of the format in other letters, or one that sounds like it.
+            let fits = |name: &str| match unit::name(name) {
+                Name::Known(Channel::Time, _) => wanted == "t",
+                Name::Known(Channel::Gyro(_), _) => wanted != "t",
+                _ => false,
+            };
+            let same = lower.iter().position(|h| fits(h)).map(|i| (&headers[i], lower[i].as_str()));
+            let sounds = |h: &String| likely.iter().any(|l| h.contains(l));
+            let like = lower.iter().position(sounds).map(|i| (&headers[i], wanted_example(wanted)));
+            let hint = same.or(like).map_or_else(String::new, |(h, name)| format!(", such as {h:?} = \"{name}\""));
             (None, Problem::Missing { wanted, has: listed(headers), hint })
         };
         if !self.has(Channel::Time) {

@@ -138,7 +138,7 @@ impl Screen {
         let other = if other.chars().count() < 10 { other } else { "other" };
         let before = if pair { format!("{other:>10}") } else { String::new() };
         let legend = match width {
-            42.. => "█ noise alone  ▒ more than noise (log scale)",
+            44.. => "█ noise alone  ▒ more than noise (log scale)",
             32.. => "█ noise alone  ▒ more than noise",
             _ => "▒ not noise",
         };

@@ -138,7 +138,9 @@ fn is_unseen(p: &ParameterValue) -> bool {
 
 /// Whether a parameter stands at the end of what is physical.
 fn is_at_limit(p: &ParameterValue, bounds: (f64, f64)) -> bool {
-    let near = |bound: f64| p.value.is_some_and(|v| bound != 0.0 && bound.is_finite() && (v - bound).abs() <= 1e-6 * bound.abs());
+    let near = |bound: f64| {
+        p.value.is_some_and(|v| bound != 0.0 && bound.is_finite() && (v - bound).abs() <= 1e-6 * bound.abs())
+    };
     p.std_error.is_some() && (near(bounds.0) || near(bounds.1))
 }
 
