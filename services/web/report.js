@@ -43,7 +43,7 @@
     const place = h('');
     later.push(() => Charts.errorCurve(place, axis.curves, axis.judged));
     const about = axis.floor_source ? `Floor: ${axis.floor_source}. The gap between curve and floor is missing physics; where it opens says fast (left) or slow (right).` : 'The gap between curve and floor is missing physics; where it opens says fast (left) or slow (right).';
-    return h('.grid', panel(axis.steps.length ? 'two-thirds' : '', 'Held-out error, open loop', place, h('p.soft.small', about)), axis.steps.length ? panel('third', 'Largest error / floor, step by step', Parts.steps(axis.steps)) : null);
+    return h('.grid', panel(axis.steps.length ? 'two-thirds' : '', 'Held-out error, open loop', place, h('p.soft.small', about)), axis.steps.length ? panel('third', 'Largest error / floor, step by step (log scale)', Parts.steps(axis.steps)) : null);
   }
 
   function overlay(axis) {
@@ -61,7 +61,7 @@
       chart = Charts.make(b, { name: 'Residual over time', x, y: { label: rate ? 'model − measured' : 'angle error', unit: rate ? '°/s' : '°' }, sync, height: 190, series: [{ label: rate ? 'model − measured' : 'angle error, open loop', ink: 'residual', width: 1.3, unit: rate ? '°/s' : '°' }], data: [trace.t, degrees(rate ? trace.residual : trace.angle_error)] });
       [...chosen.children].forEach(c => c.setAttribute('aria-pressed', c.dataset.which === which));
     };
-    for (const [which, label] of [['rate', 'Rate'], ['angle', 'Angle, drifting']]) chosen.append(h('button', { type: 'button', 'data-which': which, onclick: () => draw(which) }, label));
+    for (const [which, label] of [['rate', 'Rate'], ['angle', 'Angle, open loop']]) chosen.append(h('button', { type: 'button', 'data-which': which, onclick: () => draw(which) }, label));
     later.push(() => draw('rate'));
     return h('.grid', panel('', 'Model and measurement', a), panel('', 'Residual', chosen, b));
   }
