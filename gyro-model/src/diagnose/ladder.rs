@@ -178,7 +178,9 @@ pub(super) fn search<'a>(
             }
         }
         // Axes of one orientation carry their errors into one another's: what all have is judged once all have it.
-        changes.into_iter().for_each(|change| took(&present.study, change));
+        for change in changes {
+            took(&present.study, change);
+        }
     }
     let present = back(present, start, took, options.progress);
     let (present, swapped, alike) = swap(present, start, &doubts, options);

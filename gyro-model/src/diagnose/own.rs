@@ -20,11 +20,8 @@ pub(super) fn became(
     own_effects: &[&'static dyn Effect],
     series: usize,
 ) -> String {
-    own_effects
-        .iter()
-        .flat_map(|effect| says(present, suspects, *effect, series))
-        .map(|says| format!(" {says}"))
-        .collect()
+    let sentences = own_effects.iter().flat_map(|effect| says(present, suspects, *effect, series));
+    sentences.fold(String::new(), |all, sentence| all + " " + &sentence)
 }
 
 fn says(present: &Present, suspects: &[&Refit], effect: &'static dyn Effect, series: usize) -> Vec<String> {
