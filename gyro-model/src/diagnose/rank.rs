@@ -8,8 +8,12 @@ use super::{
 use crate::{
     Axis,
     effects::are_aliases,
-    evidence::{noise::BLOCKS, prior::untrended},
-    nls::dot,
+    evidence::{
+        draws::Draws,
+        noise::{self, BLOCKS},
+        prior::untrended,
+    },
+    nls::{self, dot},
 };
 use std::{f64::consts::SQRT_2, ops::Range};
 
@@ -80,7 +84,53 @@ impl Refit<'_> {
     /// likelihood by, it makes two of them differ by too.
     #[must_use]
     pub fn alike(&self, other: &Refit) -> bool {
-        self.leaves_as_much_as(other) && self.is_as_likely_as(other) && self.errs_as_much_as(other)
+        self.leaves_as_much_as(other)
+            && (self.is_as_likely_as(other) && self.errs_as_much_as(other)
+                || self.is_likelier_by_steps(other)
+                || self.is_at_odds_with(other))
+    }
+
+    /// Whether what one of two that are nearly right is likelier by is what an encoder's steps may make of a motion that repeats
+    /// itself: they come again in every period, as harmonics do, and are no noise that evens out.
+    fn is_likelier_by_steps(&self, other: &Refit) -> bool {
+        let (better, worse) = if self.rise > other.rise { (self, other) } else { (other, self) };
+        better.excess.max(worse.excess) < ROUGH
+            && better.raises_on_steps_beside(worse).is_some_and(|most| better.rise - worse.rise < most)
+    }
+
+    /// Whether one is likelier and the other one errs less on one exact sine, where only one leaves samples out: their likelihoods are
+    /// of different samples.
+    fn is_at_odds_with(&self, other: &Refit) -> bool {
+        let series = &self.study.bench.problem.series[self.candidate.series];
+        series.one_line.is_some()
+            && self.study.leaves_out() != other.study.leaves_out()
+            && self.excess.max(other.excess) < ROUGH
+            && (self.rise > other.rise) == (self.excess > other.excess)
+    }
+
+    /// What ln L rises by at most where this effect joins `other` on draws of noise alone; `None` where the motion does not
+    /// repeat itself.
+    fn raises_on_steps_beside(&self, other: &Refit) -> Option<f64> {
+        let series = self.candidate.series;
+        self.study.bench.problem.series[series].one_line?;
+        let noise_alone = Draws::where_seen(&other.study, series)?;
+        let whitener = noise::whitener(&other.study, &other.gls.noise);
+        let white = |column: &Vec<Vec<f64>>| whitener.apply_each(column);
+        let beside: Vec<Vec<Vec<f64>>> = other.study.columns.iter().map(white).collect();
+        let last = self.study.slots.iter().map(|slot| slot.term).max()?;
+        let own = self.study.slots.iter().zip(&self.study.columns).filter(|(slot, _)| slot.term == last);
+        let all: Vec<Vec<Vec<f64>>> = beside.iter().cloned().chain(own.map(|(_, column)| white(column))).collect();
+        let rise = |columns: &[Vec<Vec<f64>>], draw: &[Vec<f64>]| {
+            let mut normal = nls::Normal::zeros(columns.len());
+            for (channel, residual) in draw.iter().enumerate() {
+                normal.add(residual, &columns.iter().map(|c| c[channel].as_slice()).collect::<Vec<_>>());
+            }
+            normal.rise(1e-10).0
+        };
+        let gains = (0..DRAWS)
+            .map(|seed| whitener.apply_each(&noise_alone.read(seed)))
+            .map(|draw| rise(&all, &draw) - rise(&beside, &draw));
+        gains.max_by(f64::total_cmp)
     }
 
     /// Whether it may be `other`: one that the catalogue says it can be taken for, or one that takes some of the same out of the
@@ -189,6 +239,8 @@ impl Refit<'_> {
     }
 }
 
+/// Draws of noise alone.
+const DRAWS: u64 = 20;
 /// Least squared correlation of what two effects take out that may be one another.
 const SHARED: f64 = 0.1;
 /// What an optimum's ln L and ln J are found to: two shapes of one motion may differ by less, and always to the same side.
