@@ -46,7 +46,7 @@ fn the_truth_beside_a_log_holds_what_was_hidden() {
     assert!(truth.contains("effects = [\"scale-factor\", \"bias\", \"delay\", \"lag\"]"), "{truth}");
     let twice = bench.run(&["simulate", "--hide", "dely", "-o", "x.csv"]);
     assert!(twice.refusal("dely").contains("no effect 'dely'"));
-    assert!(bench.refused(&["simulate", "--hide", "delay:d=99", "-o", "x.csv"]).contains('d'));
+    assert!(bench.refused(&["simulate", "--hide", "delay:d=99", "-o", "x.csv"]).contains("d = 99 lies outside"));
 }
 
 #[test]

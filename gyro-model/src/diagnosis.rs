@@ -115,7 +115,8 @@ pub struct ErrorPoint {
 /// One regime in which the model errs.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct FailsWhere {
-    /// `time`, `rate`, `direction`, `angle`, `temperature`, `acceleration`, `frequency`.
+    /// `time`, `rate`, `direction`, `rate-change`, `angle`, `temperature`, `supply`, `rate-y`, `acceleration-x` and their like,
+    /// `frequency`, or the name of a free column.
     pub regressor: String,
     /// Lower edge, SI.
     pub from: Option<f64>,
@@ -154,7 +155,7 @@ pub struct Suspect {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DataFault {
     /// `outliers`, `dropouts`, `repeated-samples`, `held-samples`, `timestamp-jitter`, `stuck-channel`, `wrong-unit`, `wrong-sign`,
-    /// `swapped-axes`, `not-excited`, `non-finite`, `time-going-back`.
+    /// `swapped-axes`, `not-excited`, `non-finite`, `time-going-back`, `unused-columns`.
     pub fault: String,
     /// The axis whose gyro or reference it is in; `None` where it concerns the log as a whole.
     #[serde(default)]

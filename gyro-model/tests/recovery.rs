@@ -24,7 +24,6 @@ fn span(record: &Record) -> Span {
         dt: 0.01,
         reading_min: readings().filter(|&r| r > 0.0).fold(f64::INFINITY, f64::min),
         reading_max: readings().fold(0.0, f64::max),
-        rate_rms: 1.5,
         travel: 8.0,
     }
 }

@@ -84,8 +84,17 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         diagnose::diagnose(&subject.record, &start.file.model, &subject.axes, &options)
             .with_context(|| subject.name.clone())?
     };
-    let diagnosis = subject.diagnosis(axes);
-    let context = subject.context(Command::Diagnose, &args.log, args.axis, args.model.as_deref(), None);
+    let mut diagnosis = subject.diagnosis(axes);
+    let mut context = subject.context(Command::Diagnose, &args.log, args.axis, args.model.as_deref(), None);
+    for axis in diagnosis.axes.iter_mut().filter(|axis| axis.verdict == Verdict::Adequate && args.model.is_some()) {
+        if let Some((parameter, off)) = diagnose::moved(&start.file.model, axis).first() {
+            context.moved = true;
+            axis.says.push_str(&format!(
+                " But on this log `{parameter}` is not what the model file says, {off:.0} standard errors away: what is shown here is \
+                 refitted, and `truerate fit` keeps it."
+            ));
+        }
+    }
     args.report.emit(None, |format, file| {
         report::render(&diagnosis, format, &if file { context.for_file() } else { context.clone() })
     })?;

@@ -188,7 +188,8 @@ fn unsearched(axis: AxisDiagnosis) -> AxisDiagnosis {
             verdict: if over > verdict::WANDER { Verdict::Unexplained } else { Verdict::CannotTell },
             says: format!(
                 "the error is up to {over:.1} times what noise leaves: a bias that wanders would leave it, and so would a \
-                 missing effect. `truerate diagnose` tells."
+                 missing effect. `truerate diagnose` tells.{}",
+                axis.says.find(diagnose::UNTOLD).map_or("", |at| &axis.says[at..])
             ),
             ..axis
         },

@@ -54,6 +54,7 @@ fn page(scene: &Scene, folder: &RunFolder) -> Download {
         model: None,
         output: None,
         flags: Vec::new(),
+        moved: false,
         terminal: Terminal::PLAIN,
     };
     let diagnosis = Diagnosis { log: format!("{name}, live"), ..diagnosis };

@@ -74,6 +74,7 @@ pub fn page(diagnosis: &Diagnosis) -> Page {
         model: None,
         output: None,
         flags: Vec::new(),
+        moved: false,
         terminal: Terminal::PLAIN,
     };
     let mut page = Page::of_diagnosis(diagnosis, &context);

@@ -106,7 +106,9 @@ impl Layout {
             };
             let same = lower.iter().position(|h| fits(h)).map(|i| (&headers[i], lower[i].as_str()));
             let sounds = |h: &String| likely.iter().any(|l| h.contains(l));
-            let like = lower.iter().position(sounds).map(|i| (&headers[i], wanted_example(wanted)));
+            // The clock of a ROS bag's CSV counts nanoseconds.
+            let example = |name: &str| if name == "%time" { "t_ns" } else { wanted_example(wanted) };
+            let like = lower.iter().position(sounds).map(|i| (&headers[i], example(&lower[i])));
             let hint = same.or(like).map_or_else(String::new, |(h, name)| format!(", such as {h:?} = \"{name}\""));
             (None, Problem::Missing { wanted, has: listed(headers), hint })
         };

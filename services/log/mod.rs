@@ -35,8 +35,8 @@ pub struct Options {
     pub columns: Option<PathBuf>,
     /// Whether a log without an axis that has both a gyro and a reference is refused.
     pub needs_reference: bool,
-    /// Whether [`read`] keeps the readings exactly as [`Reader`] gives them, reporting whole-log faults but not taking them
-    /// out: for what must come out the same live and from the file.
+    /// Whether [`read`] keeps the readings as acquisition gives them, repeats of held ones taken out and other whole-log faults
+    /// only reported: for what must come out the same live and from the file.
     pub as_streamed: bool,
 }
 

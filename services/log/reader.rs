@@ -52,6 +52,8 @@ struct Pending {
 
 /// A row counts as jumping ahead where it lies this many times further on than the row after it.
 const AHEAD: i128 = 10;
+/// The first row counts as jumping ahead where it lies so much further on than the second, ns.
+const FIRST_AHEAD: i128 = 1_000_000_000;
 /// So many rows left out at once are a clock that was set back, not rows in the wrong order.
 const SET_BACK: u64 = 10;
 /// Rows without a value that keep apart what such a clock joins: more than any hole that is bridged.
@@ -215,8 +217,9 @@ impl Reader {
                 }
                 return row;
             }
-            let held_is_ahead =
-                self.last.is_some_and(|last| next.time > last && held.time - last > AHEAD * (next.time - last));
+            let held_is_ahead = self.last.map_or(held.time - next.time > FIRST_AHEAD, |last| {
+                next.time > last && held.time - last > AHEAD * (next.time - last)
+            });
             let (kept, dropped, fault) =
                 if held_is_ahead { (next, held, RowFault::TimeAhead) } else { (held, next, RowFault::TimeGoingBack) };
             self.tally.add(fault, 0, dropped.line, self.seconds(dropped.time));

@@ -180,6 +180,7 @@ fn one_time_far_ahead_costs_one_row_and_one_behind_costs_one_row() {
     assert_eq!(rows(&["0", "0.01", "99", "0.02", "0.03"]), [0, 10, 20, 30]);
     assert_eq!(rows(&["0", "0.01", "0.005", "0.02", "0.03"]), [0, 10, 20, 30]);
     assert_eq!(rows(&["0", "0.01", "0.01", "0.02", ""]), [0, 10, 20]);
+    assert_eq!(rows(&["99", "0", "0.01", "0.02"]), [0, 10, 20], "a clock that is set behind the first row");
 }
 
 #[test]

@@ -164,6 +164,7 @@ proptest! {
         let term = &again.model.axes[2].as_ref().unwrap().terms[2];
         prop_assert_eq!(term.values[0].to_bits(), value.to_bits());
         prop_assert_eq!(term.std_errors[0].is_finite(), error.is_finite());
+        prop_assert!(!error.is_finite() || term.std_errors[0].to_bits() == error.to_bits());
     }
 
     #[test]

@@ -35,6 +35,8 @@ pub struct Context {
     pub output: Option<String>,
     /// Further flags that the next command needs again (`--columns F`, `--axis x`), each word an entry.
     pub flags: Vec<String>,
+    /// Whether the log has parameters of that model otherwise.
+    pub moved: bool,
     /// The terminal that text is for.
     pub terminal: Terminal,
 }
@@ -43,7 +45,15 @@ impl Context {
     /// For a command on this log, printed to wherever standard output goes.
     #[must_use]
     pub fn new(command: Command, log: impl Into<String>) -> Self {
-        Self { command, log: log.into(), model: None, output: None, flags: Vec::new(), terminal: Terminal::detect() }
+        Self {
+            command,
+            log: log.into(),
+            model: None,
+            output: None,
+            flags: Vec::new(),
+            moved: false,
+            terminal: Terminal::detect(),
+        }
     }
 
     /// The same with output that goes to a file: no colour, a fixed width.

@@ -53,6 +53,13 @@ pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
             &[],
             "once the faults named above are mended in the log",
         )],
+        (Command::Diagnose, Verdict::Adequate) if context.moved => vec![line.of(
+            "fit",
+            &[],
+            context.model.as_deref(),
+            &["-o", "model.toml"],
+            "keeps the parameters as this log has them",
+        )],
         (Command::Compare | Command::Fit | Command::Diagnose, Verdict::Adequate) => {
             match made.or(context.model.as_deref()) {
                 Some(model) => vec![line.apply(model)],

@@ -230,7 +230,7 @@ fn ends(term: &Term, series: &Series) -> Vec<usize> {
     // A step has to be seen from both sides.
     let (first, last) = (series.t[0] + ENDS * span.duration, series.t[0] + (1.0 - ENDS) * span.duration);
     let is_at_end = |card: &ParameterCard, v: f64| {
-        if card.name == "t0" && !(first..last).contains(&v) {
+        if term.effect.card().id == "bias-step" && card.name == "t0" && !(first..last).contains(&v) {
             return true;
         }
         let near = |bound: f64| bound.is_finite() && (v - bound).abs() <= 1e-6 * bound.abs().max(1e-12);

@@ -7,6 +7,7 @@ use crate::{
     evidence::{
         floor::{self, Floor},
         increments::HeldOut,
+        series::Rest,
         study::{Study, grams},
     },
 };
@@ -132,7 +133,11 @@ pub fn pictures(record: &Record, study: &Study, series: usize) -> (AxisDetail, V
     for (other, rate) in problem.series.iter().zip(&study.evaluation.tracks) {
         rates[other.axis.index()] = &rate.rate;
     }
-    let list = channels(record, s.axis, rates, &study.warm[series].angle);
+    let mut list = channels(record, s.axis, rates, &study.warm[series].angle);
+    if s.rest != Rest::None {
+        // What an axis at rest reads is its error: it goes with itself.
+        list.retain(|channel| !["rate", "direction", "rate-change", "angle"].contains(&channel.regressor.as_str()));
+    }
     let prior = &study.bench.prior[series];
     let detail = detail::detail(&Input {
         t: &s.t,

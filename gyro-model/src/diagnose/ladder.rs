@@ -321,7 +321,7 @@ pub(super) fn conclude(
             if !split.is_empty() && matches!(verdict, Verdict::Adequate) {
                 (verdict, says) = (Verdict::Ambiguous, split.join("; "));
             }
-            says.push_str(&own::became(present, &list, options.own_effects, k));
+            says = super::with(says, &own::became(present, &list, options.own_effects, k));
             let (detail, _) = judged::pictures(record, &study, k);
             AxisLadder {
                 axis,

@@ -35,6 +35,7 @@ use crate::{
 };
 use ahead::ahead;
 use candidates::Candidate;
+use itertools::Itertools;
 use judged::{Judged, finite};
 use long::Parts;
 use refit::{Present, Refit};
@@ -197,7 +198,7 @@ pub fn compare(
                     );
                 }
                 if options.own_log {
-                    says.push_str(&untold(&present, k));
+                    says = with(says, &untold(&present, k));
                 }
                 bad_data(record, options.faults, bench, &mut verdict, &mut says);
                 axis_diagnosis(record, &present.study, k, &judged, (verdict, says), Vec::new(), options)
@@ -213,8 +214,16 @@ pub fn compare(
     Ok(sorted(all.into_iter().flat_map(|(_, found)| found).collect(), |d| d.axis))
 }
 
+/// A verdict's words and more sentences behind them.
+fn with(says: String, more: &str) -> String {
+    if more.is_empty() { says } else { format!("{}.{more}", says.trim_end_matches('.')) }
+}
+
 /// Standard errors that one effect which was asked for has to differ from nothing by.
 const TOLD: f64 = 2.0;
+
+/// How it is said that a log does not tell effects from nothing.
+pub const UNTOLD: &str = " This log does not tell";
 
 /// What a model that was fitted to this log has and the log does not tell from nothing; empty where there is no such effect.
 fn untold(present: &Present, series: usize) -> String {
@@ -229,7 +238,7 @@ fn untold(present: &Present, series: usize) -> String {
     }
     let them = if untold.len() == 1 { "it" } else { "them" };
     format!(
-        " This log does not tell {} from nothing (less than {} standard errors): `truerate remove` takes {them} out again.",
+        "{UNTOLD} {} from nothing (less than {} standard errors): `truerate remove` takes {them} out again.",
         untold.join(" and "),
         TOLD
     )
@@ -279,7 +288,7 @@ pub fn diagnose(
                 if !hidden.is_empty() {
                     (verdict, says) = (Verdict::MissingEffect, verdict::together(&hidden));
                 }
-                says.push_str(&own::became(seen, &own, options.own_effects, k));
+                says = with(says, &own::became(seen, &own, options.own_effects, k));
                 bad_data(record, options.faults, bench, &mut verdict, &mut says);
                 let removes = |r: &Refit| r.share(seen).is_none_or(|share| share > 0.0);
                 let is_listed = |r: &Refit| r.passes(seen) || r.significant() && removes(r);
@@ -303,6 +312,27 @@ pub fn diagnose(
     let all = each_group(record, model, axes, options, work, standing)?;
     Ok(sorted(all.into_iter().flat_map(|(_, found)| found).collect(), |d| d.axis))
 }
+
+/// The parameters of a model that this log has otherwise, refitted, as `effect.name` with the standard errors between the two, the
+/// most first.
+#[must_use]
+pub fn moved(model: &Model, found: &AxisDiagnosis) -> Vec<(String, f64)> {
+    let Some(before) = &model.axes[found.axis.index()] else { return Vec::new() };
+    let known = before.terms.iter().flat_map(|term| {
+        let id = term.effect.card().id;
+        term.parameters(found.axis).map(move |(card, value, std_error)| (id, card.name, value, std_error))
+    });
+    let off = known.filter_map(|(id, name, value, std_error)| {
+        let now = found.parameters.iter().find(|p| p.effect == id && p.name == name)?;
+        let error = now.std_error?.hypot(if std_error.is_finite() { std_error } else { 0.0 });
+        let off = (now.value? - value).abs() / error;
+        (off > OTHERWISE).then(|| (format!("{id}.{name}"), off))
+    });
+    off.sorted_by(|a, b| b.1.total_cmp(&a.1)).collect()
+}
+
+/// Standard errors between a model's parameter and what a log has that are no chance.
+const OTHERWISE: f64 = 5.0;
 
 /// Effects that only together bring the error down to what noise leaves, each refitted by itself; `None` where there are none.
 fn hidden<'a>(present: &Present<'a>, suspects: &[Refit<'a>], options: &Options) -> Option<Vec<Refit<'a>>> {

@@ -14,6 +14,8 @@ use crate::{
     },
 };
 
+/// A quarter turn, rad.
+const QUARTER: f64 = std::f64::consts::FRAC_PI_2;
 /// Standard error of α, as a share, beyond which the log has not turned the sensor enough.
 const UNEXCITED: f64 = 0.03;
 /// Fall of ln L that says that the noise is not one that sensors have.
@@ -65,10 +67,18 @@ pub fn unexcited(study: &Study, gls: &Gls, series: usize) -> Option<String> {
             ));
         }
         if id == "scale-factor" && (sigma.is_nan() || sigma > UNEXCITED * value.abs()) {
-            return Some(format!(
-                "axis {axis} hardly turns in this log, so its scale factor is not known to better than {:.0} %: {turn}",
-                100.0 * (sigma / value.abs()).min(10.0)
-            ));
+            let share = 100.0 * (sigma / value.abs()).min(10.0);
+            let turns = study.bench.problem.series[series].span().travel > QUARTER;
+            return Some(if turns {
+                format!(
+                    "this log tells the scale factor of axis {axis} to no better than {share:.0} %, though it turns: at one rate alone \
+                     scale factor and bias look alike, and a gyro that does not go with its reference shows neither: {turn}"
+                )
+            } else {
+                format!(
+                    "axis {axis} hardly turns in this log, so its scale factor is not known to better than {share:.0} %: {turn}"
+                )
+            });
         }
     }
     None

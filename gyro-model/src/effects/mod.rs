@@ -304,7 +304,7 @@ impl Signals {
 }
 
 /// What an effect remembers from sample to sample (a play operator's position, a filter's state). All zero at the
-/// start of a log; `[7]` counts as free for the caller to use as a "started" flag.
+/// start of a log; in effects with a play `[6]` says that it has started, and `[7]` is the caller's.
 pub type Memory = [f64; 8];
 
 /// What a scan needs to know of a log to choose its grid of shapes.
@@ -320,8 +320,6 @@ pub struct Span {
     pub reading_min: f64,
     /// Largest |reading|, rad/s.
     pub reading_max: f64,
-    /// RMS of the rate, rad/s.
-    pub rate_rms: f64,
     /// Largest less smallest reference angle, rad.
     pub travel: f64,
 }

@@ -69,8 +69,7 @@ const PAIRS: [[&str; 2]; 18] = [
     ["saturation", "dead-zone"],
 ];
 
-const SPAN: Span =
-    Span { start: 0.0, duration: 120.0, dt: 0.01, reading_min: 0.001, reading_max: 4.0, rate_rms: 1.5, travel: 5.0 };
+const SPAN: Span = Span { start: 0.0, duration: 120.0, dt: 0.01, reading_min: 0.001, reading_max: 4.0, travel: 5.0 };
 
 /// A row of a lively log at `t`.
 fn signals(t: f64, axis: Axis) -> Signals {

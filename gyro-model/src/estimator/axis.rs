@@ -27,6 +27,8 @@ const AVERAGE: f64 = 256.0;
 
 /// Over what time the motion's own frequency is averaged, s.
 const MOTION_MEMORY: f64 = 4.0;
+/// Standard deviation of an angle by which the turn that it is in is known, rad.
+const KNOWN_TURN: f64 = 0.5 * PI;
 /// Readings beyond one turn that an encoder is believed not to wrap after.
 const BELIEVED: u32 = 3;
 
@@ -339,7 +341,8 @@ impl AxisEstimator {
         let mut reading = reading;
         if state.anchored && state.beyond_a_turn < BELIEVED {
             let ahead = expected - reading - state.turns;
-            if ahead.abs() > PI {
+            // After so long a gap that the angle may be anywhere, nothing says that the shaft went round meanwhile.
+            if ahead.abs() > PI && state.filter.angle_std() < KNOWN_TURN {
                 state.turns += (ahead / TAU).round() * TAU;
             }
             reading += state.turns;

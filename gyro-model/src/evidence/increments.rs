@@ -100,7 +100,8 @@ impl Windows {
                 i += stride;
             }
             if list.len() >= BLOCKS {
-                tau.push(length);
+                // Times hold nanoseconds, whatever their difference is rounded to.
+                tau.push((length * 1e9).round() / 1e9);
                 pairs.push(Pairs::new(list, block));
             }
         }
@@ -176,7 +177,7 @@ impl Pairs {
         let starts = std::array::from_fn(|b| before(&|p| p.0, b)..before(&|p| p.0, b + 1));
         let reaches = std::array::from_fn(|b| {
             let from = before(&|p| p.1, b);
-            from..before(&|p| p.0, b).min(before(&|p| p.1, b + 1)).max(from)
+            from..before(&|p| p.0, b).max(from)
         });
         Self { rows, starts, reaches }
     }

@@ -276,7 +276,7 @@ fn moved(study: &Study, step: &[f64]) -> Vec<Vec<f64>> {
 
 /// The readings over which noise is searched for.
 fn search_rows(study: &Study) -> Rows {
-    rows(study, (study.bench.problem.series[0].readings.len() / study.every).div_ceil(SEARCH_ROWS))
+    rows(study, (study.bench.problem.series[0].readings.len() / study.every).div_ceil(SEARCH_ROWS).max(1))
 }
 
 /// Any noise, but for how short and how long a correlated rate may last: below two rows it is white, beyond a share of the

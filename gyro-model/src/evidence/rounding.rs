@@ -1,4 +1,4 @@
-//! What rounding leaves of a rate that is held where the reading's noise is less than half a step: it does not carry the reading
+//! What rounding leaves of a rate that is held where the reading's noise is less than 0.3 of a step: it does not carry the reading
 //! from step to step, and the mean stays off.
 //!
 //! A rate of u steps beyond a whole number of them, with normal noise of σ steps, reads in the mean too much by

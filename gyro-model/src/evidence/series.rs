@@ -396,14 +396,12 @@ impl Series {
         steps.sort_by(f64::total_cmp);
         let (low, high) =
             self.reference_angle.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &x| (a.min(x), b.max(x)));
-        let mean = self.gyro.iter().sum::<f64>() / self.gyro.len() as f64;
         Span {
             start: self.t[0],
             duration: self.t[self.t.len() - 1] - self.t[0],
             dt: steps[steps.len() / 2],
             reading_min: self.gyro.iter().map(|g| g.abs()).filter(|&g| g > 0.0).fold(f64::INFINITY, f64::min),
             reading_max: self.gyro.iter().fold(0.0, |m, g| f64::max(m, g.abs())),
-            rate_rms: (self.gyro.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / self.gyro.len() as f64).sqrt(),
             travel: if high > low { high - low } else { 0.0 },
         }
     }

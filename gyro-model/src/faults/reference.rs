@@ -134,7 +134,11 @@ fn wraps_in_degrees(angle: &[f64]) -> bool {
 
 /// Reports wrong units, signs and axes, and axes that are not turned.
 pub(super) fn check(record: &Record, report: &mut Report) {
+    along_reference(record, report);
     other_units(record, report);
+}
+
+fn along_reference(record: &Record, report: &mut Report) {
     if let Some(says) = orientation::meant_otherwise(record) {
         report.add("swapped-axes", record.len() as u64, Some(0.0), says);
         return;

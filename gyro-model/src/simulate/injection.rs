@@ -18,13 +18,15 @@ pub struct Injection {
     /// Time in s, and reading.
     past: VecDeque<(f64, f64)>,
     supply: f64,
+    /// The last values of what may be read more seldom than the gyro.
+    held: Row,
 }
 
 impl Injection {
     /// Nothing is spoilt yet.
     #[must_use]
     pub fn new(axis: Axis) -> Self {
-        Self { axis, effects: Vec::new(), past: VecDeque::new(), supply: f64::NAN }
+        Self { axis, effects: Vec::new(), past: VecDeque::new(), supply: f64::NAN, held: Row::EMPTY }
     }
 
     /// Whether anything is spoilt.
@@ -63,6 +65,7 @@ impl Injection {
                 self.past.pop_front();
             }
         }
+        self.hold(&row);
         if self.supply.is_nan() {
             self.supply = row.supply;
         }
@@ -78,11 +81,11 @@ impl Injection {
             rates: row.gyro.map(known),
             rate_dot: before.map_or(0.0, |(_, r0)| if dt > 0.0 { (known(read) - r0) / dt } else { 0.0 }),
             angle: known(row.ref_angle[i]),
-            accel: row.accel.map(known),
-            delta_temperature: known(row.temperature - 25.0),
-            delta_supply: known(row.supply - self.supply),
-            supply: known(row.supply),
-            free: row.free.map(known),
+            accel: self.held.accel.map(known),
+            delta_temperature: known(self.held.temperature - 25.0),
+            delta_supply: known(self.held.supply - self.supply),
+            supply: known(self.held.supply),
+            free: self.held.free.map(known),
             ..Signals::default()
         };
         if row.ref_angle[i].is_finite() {
@@ -93,6 +96,16 @@ impl Injection {
             row.gyro[i] = self.reading(&mut signals, read);
         }
         row
+    }
+
+    /// Keeps the values of a row for those in which a channel that is read more seldom has none.
+    fn hold(&mut self, row: &Row) {
+        let keep = |held: &mut f64, value: f64| *held = if value.is_finite() { value } else { *held };
+        let held = &mut self.held;
+        held.accel.iter_mut().zip(row.accel).for_each(|(held, value)| keep(held, value));
+        held.free.iter_mut().zip(row.free).for_each(|(held, value)| keep(held, value));
+        keep(&mut held.temperature, row.temperature);
+        keep(&mut held.supply, row.supply);
     }
 
     /// The stages of the gyro, in the simulator's order.
@@ -167,6 +180,17 @@ mod tests {
             }
             let spoilt = injection.spoil(row(5)).gyro[2];
             assert!((2.0 * spoilt + 0.1 - row(5).gyro[2]).abs() < 1e-12, "{order:?}: {spoilt}");
+        }
+    }
+
+    #[test]
+    fn what_is_read_more_seldom_than_the_gyro_is_held() {
+        let mut injection = Injection::new(Axis::Z);
+        injection.hide("g-sensitivity:g_x=0.01,g_y=0,g_z=0").unwrap();
+        for k in 0..40 {
+            let accel = if k % 5 == 0 { [9.0, 0.0, 0.0] } else { [f64::NAN; 3] };
+            let added = injection.spoil(Row { accel, ..row(k) }).gyro[2] - row(k).gyro[2];
+            assert!((added - 0.09).abs() < 1e-12, "{k}: {added}");
         }
     }
 

@@ -104,7 +104,10 @@ pub(super) fn parameters(axis: Axis, values: &[ParameterValue], rest: bool) -> V
 /// One of `all`: those of one effect and one unit are shown alike.
 fn parameter(axis: Axis, p: &ParameterValue, all: &[ParameterValue]) -> ParameterView {
     let card = effects::find(&p.effect).and_then(|e| e.parameters(axis).iter().find(|c| c.name == p.name));
-    let unit = if p.name == "alpha" || p.name == "n" {
+    // Numbers that are no shares of anything.
+    let is_plain =
+        matches!((p.effect.as_str(), p.name.as_str()), ("scale-factor", "alpha") | ("encoder-subdivision", "n"));
+    let unit = if is_plain {
         Shown { factor: 1.0, unit: String::new() }
     } else {
         let like = all.iter().filter(|other| other.effect == p.effect && other.unit == p.unit);
@@ -125,7 +128,7 @@ fn parameter(axis: Axis, p: &ParameterValue, all: &[ParameterValue]) -> Paramete
         },
         typical: p
             .typical
-            .filter(|t| t.is_finite() && *t != 0.0 && p.name != "n" && p.name != "alpha")
+            .filter(|t| t.is_finite() && *t != 0.0 && !is_plain)
             .map_or_else(String::new, |t| format!("{}{}", units::round(t * unit.factor), unit.unit)),
     }
 }
@@ -241,7 +244,7 @@ pub(super) fn suspect(axis: Axis, s: &Suspect) -> SuspectView {
     }
 }
 
-/// `outliers, 12 from 3.4 s on: …`.
+/// `outliers (12 times, first at 3.40 s): …`.
 pub(super) fn fault(fault: &DataFault) -> String {
     let at = fault.first_t.filter(|t| t.is_finite()).map_or_else(String::new, |t| format!(", first at {t:.2} s"));
     let count = if fault.count > 1 {

@@ -62,8 +62,8 @@ pub enum DefinitionError {
         /// As written.
         name: String,
     },
-    /// A typical size that is no number.
-    #[error("parameter '{name}': the typical size must be a finite number")]
+    /// A typical size that is none.
+    #[error("parameter '{name}': the typical size must be a finite number other than 0")]
     BadTypical {
         /// As written.
         name: String,
@@ -110,7 +110,7 @@ impl Definition {
             if parameters[..k].iter().any(|other| other.name == name) {
                 return Err(DefinitionError::RepeatedParameter { name });
             }
-            if !parameter.typical.is_finite() {
+            if !parameter.typical.is_finite() || parameter.typical == 0.0 {
                 return Err(DefinitionError::BadTypical { name });
             }
         }
