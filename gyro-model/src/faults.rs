@@ -9,6 +9,7 @@ mod missing;
 mod orientation;
 mod reference;
 mod repeated;
+mod slips;
 mod spikes;
 pub mod stuck;
 #[cfg(test)]
@@ -37,6 +38,7 @@ pub fn check(record: &mut Record, already: &[bool]) -> Report {
     timing::check(record, &mut report);
     held::check(record, &mut report);
     spikes::check(record, &mut already, &mut report);
+    slips::check(record, &mut report);
     repeated::check(record, &mut already, &mut report);
     stuck::check(record, &mut report);
     reference::check(record, &mut report);
