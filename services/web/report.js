@@ -68,7 +68,7 @@
 
   function fails(axis) {
     const regimes = axis.detail?.regimes || [];
-    if (!axis.fails_where.length && !regimes.length) return null;
+    if (axis.verdict === 'bad-data' || !axis.fails_where.length && !regimes.length) return null;
     const words = axis.fails_where.length ? Parts.list(axis.fails_where) : h('p.soft', 'No regime stands out from the noise.');
     const first = regimes.slice(0, 6), rest = regimes.slice(6);
     const panels = list => h('.panels', list.map(r => { const place = h(''); later.push(() => regime(place, r)); return h('', h('h3', spoken(r.regressor)), place); }));

@@ -302,7 +302,7 @@ pub fn diagnose(
                 AxisDiagnosis { searched: true, ..found }
             })
             .collect::<Vec<_>>();
-        (present.study.model.clone(), found)
+        (present.study.model.clone(), of_one_orientation(found))
     };
     // What is missing may still be added: the error as it is counts for nothing yet.
     let standing = |found: &Vec<AxisDiagnosis>| {
@@ -311,6 +311,25 @@ pub fn diagnose(
     };
     let all = each_group(record, model, axes, options, work, standing)?;
     Ok(sorted(all.into_iter().flat_map(|(_, found)| found).collect(), |d| d.axis))
+}
+
+/// Axes that share an orientation carry their errors into one another's: while one lacks an effect, what is left on the others may
+/// be its.
+fn of_one_orientation(mut found: Vec<AxisDiagnosis>) -> Vec<AxisDiagnosis> {
+    let lacks = |d: &AxisDiagnosis| matches!(d.verdict, Verdict::MissingEffect | Verdict::Ambiguous);
+    let Some((axis, effect)) =
+        found.iter().filter(|d| lacks(d)).find_map(|d| Some((d.axis, d.suspects.first()?.effect.clone())))
+    else {
+        return found;
+    };
+    for other in found.iter_mut().filter(|d| d.verdict == Verdict::Unexplained) {
+        let Some(over) = other.error_over_floor else { continue };
+        other.says = format!(
+            "the error is up to {over:.1} times what noise leaves, and may be that of axis {axis}: axes of one orientation carry their \
+             errors into one another's. Add {effect} there first, and look again."
+        );
+    }
+    found
 }
 
 /// The parameters of a model that this log has otherwise, refitted, as `effect.name` with the standard errors between the two, the
