@@ -171,6 +171,25 @@ fn foreign_headers_and_units_are_renamed_by_a_column_map() {
 }
 
 #[test]
+fn an_adequate_model_whose_bias_has_moved_is_not_applied_as_it_was() {
+    let bench = Bench::new();
+    bench.ok(&["simulate", "--seconds", "60", "--seed", "5", "-o", "log.csv"]);
+    bench.ok(&["fit", "log.csv", "--axis", "x", "-o", "m.toml"]);
+    let shifted = |line: &str| {
+        let (t, rest) = line.split_once(',').unwrap();
+        let (gyro, rest) = rest.split_once(',').unwrap();
+        gyro.parse::<f64>().map_or_else(|_| format!("{line}\n"), |gyro| format!("{t},{},{rest}\n", gyro + 0.02))
+    };
+    let moved: String = bench.text("log.csv").lines().map(shifted).collect();
+    bench.file("moved.csv", moved);
+    let says = bench.ok(&["diagnose", "moved.csv", "--axis", "x", "--model", "m.toml"]);
+    assert!(says.contains("`bias.delta` is not what the model file says"), "{says}");
+    assert!(says.contains("next  truerate fit moved.csv --model m.toml --axis x -o model.toml"), "{says}");
+    let same = bench.ok(&["diagnose", "log.csv", "--axis", "x", "--model", "m.toml"]);
+    assert!(!same.contains("is not what the model file says"), "{same}");
+}
+
+#[test]
 fn a_users_own_effect_is_added_like_any_other() {
     let bench = Bench::new();
     let mut text = String::from("t,gyro_z,ref_angle_z,load\n");
