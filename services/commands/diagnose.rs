@@ -89,9 +89,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     for axis in diagnosis.axes.iter_mut().filter(|axis| axis.verdict == Verdict::Adequate && args.model.is_some()) {
         if let Some((parameter, off)) = diagnose::moved(&start.file.model, axis).first() {
             context.moved = true;
-            axis.says += &format!(
-                " But on this log `{parameter}` is not what the model file says, {off:.0} standard errors away: what is shown here is \
-                 refitted, and `truerate fit` keeps it."
+            axis.says = format!(
+                "{} But on this log `{parameter}` is not what the model file says, {off:.0} standard errors away: what is shown here \
+                 is refitted, and `truerate fit` keeps it.",
+                axis.says
             );
         }
     }

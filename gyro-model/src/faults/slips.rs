@@ -71,11 +71,11 @@ mod tests {
     use super::*;
     use crate::{Row, faults::check};
 
-    fn swinging(spoil: impl Fn(usize, &mut Row)) -> Record {
-        let row = |k: usize| {
-            let t = k as f64 * 0.01;
-            let mut row = Row { t_ns: k as i64 * 10_000_000, ..Row::EMPTY };
-            row.gyro[2] = 2.6 * (1.3 * t).cos() + 1e-3 * (k as f64 * 1.7).sin();
+    fn swinging(spoil: impl Fn(u16, &mut Row)) -> Record {
+        let row = |k: u16| {
+            let t = f64::from(k) * 0.01;
+            let mut row = Row { t_ns: i64::from(k) * 10_000_000, ..Row::EMPTY };
+            row.gyro[2] = 2.6 * (1.3 * t).cos() + 1e-3 * (f64::from(k) * 1.7).sin();
             row.ref_angle[2] = ((2.0 * (1.3 * t).sin()) / 0.0015).round() * 0.0015;
             spoil(k, &mut row);
             row
