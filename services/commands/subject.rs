@@ -11,9 +11,8 @@ use crate::{
 };
 use anyhow::{Context, Result, bail};
 use gyro_model::{
-    Axis, Model, Record,
-    diagnose::{self, verdict},
-    diagnosis::{AxisDiagnosis, DataFault, Diagnosis, Verdict},
+    Axis, Model, Record, diagnose,
+    diagnosis::{AxisDiagnosis, DataFault, Diagnosis},
     effects::Effect,
     fit,
 };
@@ -132,7 +131,7 @@ impl Subject {
         let progress = |what: &str| spinner.says(what);
         let options = diagnose::Options { own_log, ..self.options(&progress) };
         let axes = diagnose::compare(&self.record, model, &self.axes, &options).with_context(|| self.name.clone())?;
-        Ok(self.diagnosis(axes.into_iter().map(unsearched).collect()))
+        Ok(self.diagnosis(axes))
     }
 
     /// How a diagnosis of this log is run.
@@ -177,23 +176,6 @@ impl Subject {
     #[must_use]
     pub fn fitted(&self, model: Model, own_effects: Vec<&'static dyn Effect>) -> ModelFile {
         ModelFile { model, provenance: Some(Provenance::now(&self.provenance)), own_effects }
-    }
-}
-
-/// What noise could explain, an effect that nobody has looked for may explain as well.
-fn unsearched(axis: AxisDiagnosis) -> AxisDiagnosis {
-    let over = axis.error_over_floor.filter(|_| axis.within_floor == Some(false));
-    match over {
-        Some(over) if axis.verdict == Verdict::Adequate => AxisDiagnosis {
-            verdict: if over > verdict::WANDER { Verdict::Unexplained } else { Verdict::CannotTell },
-            says: format!(
-                "the error is up to {over:.1} times what noise leaves: a bias that wanders would leave it, and so would a \
-                 missing effect. `truerate diagnose` tells.{}",
-                axis.says.find(diagnose::UNTOLD).map_or("", |at| &axis.says[at..])
-            ),
-            ..axis
-        },
-        _ => axis,
     }
 }
 

@@ -197,21 +197,39 @@ pub fn compare(
                         judged.over_floor()
                     );
                 }
-                if options.own_log {
-                    says = with(says, &untold(&present, k));
-                }
                 bad_data(record, options.faults, bench, &mut verdict, &mut says);
-                axis_diagnosis(record, &present.study, k, &judged, (verdict, says), Vec::new(), options)
+                let more = if options.own_log && verdict != Verdict::BadData { untold(&present, k) } else { String::new() };
+                (axis_diagnosis(record, &present.study, k, &judged, (verdict, says), Vec::new(), options), more)
             })
             .collect::<Vec<_>>();
         (model.clone(), found)
     };
-    let standing = |found: &Vec<AxisDiagnosis>| {
-        let standing = Standing::of(found.iter().map(|d| (d.verdict, &d.effects[..], &d.error_curve[..])));
+    let standing = |found: &Vec<(AxisDiagnosis, String)>| {
+        let standing = Standing::of(found.iter().map(|(d, _)| (d.verdict, &d.effects[..], &d.error_curve[..])));
         Standing { says: if standing.has_play { standing.says } else { Says::All }, ..standing }
     };
     let all = each_group(record, model, axes, options, work, standing)?;
-    Ok(sorted(all.into_iter().flat_map(|(_, found)| found).collect(), |d| d.axis))
+    let told = all.into_iter().flat_map(|(_, found)| found).map(|(found, more)| {
+        let found = unsearched(found);
+        AxisDiagnosis { says: with(found.says, &more), ..found }
+    });
+    Ok(sorted(told.collect(), |d| d.axis))
+}
+
+/// What noise could explain, an effect that nobody has looked for may explain as well.
+fn unsearched(axis: AxisDiagnosis) -> AxisDiagnosis {
+    let over = axis.error_over_floor.filter(|_| axis.within_floor == Some(false));
+    match over {
+        Some(over) if axis.verdict == Verdict::Adequate => AxisDiagnosis {
+            verdict: if over > verdict::WANDER { Verdict::Unexplained } else { Verdict::CannotTell },
+            says: format!(
+                "the error is up to {over:.1} times what noise leaves: a bias that wanders would leave it, and so would a \
+                 missing effect. `truerate diagnose` tells."
+            ),
+            ..axis
+        },
+        _ => axis,
+    }
 }
 
 /// A verdict's words and more sentences behind them.
@@ -221,9 +239,6 @@ fn with(says: String, more: &str) -> String {
 
 /// Standard errors that one effect which was asked for has to differ from nothing by.
 const TOLD: f64 = 2.0;
-
-/// How it is said that a log does not tell effects from nothing.
-pub const UNTOLD: &str = " This log does not tell";
 
 /// What a model that was fitted to this log has and the log does not tell from nothing; empty where there is no such effect.
 fn untold(present: &Present, series: usize) -> String {
@@ -238,7 +253,7 @@ fn untold(present: &Present, series: usize) -> String {
     }
     let them = if untold.len() == 1 { "it" } else { "them" };
     format!(
-        "{UNTOLD} {} from nothing (less than {} standard errors): `truerate remove` takes {them} out again.",
+        " This log does not tell {} from nothing (less than {} standard errors): `truerate remove` takes {them} out again.",
         untold.join(" and "),
         TOLD
     )
@@ -322,12 +337,12 @@ fn of_one_orientation(mut found: Vec<AxisDiagnosis>) -> Vec<AxisDiagnosis> {
     else {
         return found;
     };
+    let more = format!(
+        " But axes of one orientation carry their errors into one another's, and axis {axis} lacks {effect}: add it there first, and \
+         look again."
+    );
     for other in found.iter_mut().filter(|d| d.verdict == Verdict::Unexplained) {
-        let Some(over) = other.error_over_floor else { continue };
-        other.says = format!(
-            "the error is up to {over:.1} times what noise leaves, and may be that of axis {axis}: axes of one orientation carry their \
-             errors into one another's. Add {effect} there first, and look again."
-        );
+        other.says = with(std::mem::take(&mut other.says), &more);
     }
     found
 }

@@ -2,7 +2,7 @@
 
 use super::{
     gate::SHARE,
-    refit::{Present, Refit, mean, total},
+    refit::{DRAWS, Present, Refit, mean, total},
     verdict::is_slow,
 };
 use crate::{
@@ -239,8 +239,6 @@ impl Refit<'_> {
     }
 }
 
-/// Draws of noise alone.
-const DRAWS: u64 = 20;
 /// Least squared correlation of what two effects take out that may be one another.
 const SHARED: f64 = 0.1;
 /// What an optimum's ln L and ln J are found to: two shapes of one motion may differ by less, and always to the same side.

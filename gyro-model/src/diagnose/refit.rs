@@ -417,4 +417,4 @@ const SHAPED: u64 = 4;
 /// Share of draws that white noise leaves below what the largest is compared with.
 const RARE: f64 = 0.99;
 /// Draws of noise alone.
-const DRAWS: u64 = 20;
+pub(super) const DRAWS: u64 = 20;

@@ -127,7 +127,7 @@ fn angles(record: &Record, axis: Axis) -> Vec<f64> {
 }
 
 /// Whether an angle jumps by a full turn of 360.
-fn wraps_in_degrees(angle: &[f64]) -> bool {
+pub(super) fn wraps_in_degrees(angle: &[f64]) -> bool {
     let span = angle.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
     span.1 - span.0 <= 361.0 && angle.windows(2).any(|pair| (300.0..=361.0).contains(&(pair[1] - pair[0]).abs()))
 }

@@ -1,6 +1,6 @@
 //! Where an encoder slipped: its angle jumps once, and goes on from there, while the gyro feels nothing of it.
 
-use super::{Report, counted, quantile, seconds, spikes::unwrap};
+use super::{Report, counted, quantile, reference::wraps_in_degrees, seconds, spikes::unwrap};
 use crate::{Axis, Record};
 use std::f64::consts::TAU;
 
@@ -44,7 +44,8 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
 /// The readings that an angle jumps at, and by how much, rad.
 fn slips(record: &Record, i: usize, rows: &[usize]) -> Vec<(usize, f64)> {
     let mut angle: Vec<f64> = rows.iter().map(|&row| record.rows[row].ref_angle[i]).collect();
-    unwrap(&mut angle, TAU);
+    let whole = if wraps_in_degrees(&angle) { 360.0 } else { TAU };
+    unwrap(&mut angle, whole);
     let steps: Vec<f64> = angle.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let Some(usual) = quantile(steps.iter().map(|step| step.abs()).collect(), NEARLY_ALL).filter(|usual| *usual > 0.0)
     else {
