@@ -1,6 +1,6 @@
 //! The command line: every command, the flags that several of them share, and the exit code.
 
-use crate::commands;
+use crate::{commands, log::Options};
 use anyhow::Error;
 use clap::{Parser, Subcommand, ValueEnum};
 use gyro_model::Axis;
@@ -37,7 +37,8 @@ LOG is CSV, plain or .gz, or `-` for standard input: a header row with `t` (s) a
   ref_qw ref_qx ref_qy ref_qz          reference orientation, body to world
   accel_x …, temp, supply              m/s², °C, V
 A suffix gives another unit: gyro_x_dps, ref_angle_x_deg, accel_x_g, temp_f, t_ns, supply_mv.
-An empty field or `nan` is no value. `--columns F` renames foreign headers.
+An empty field or `nan` is no value. Logs of other programs are read too: where their names are clear
+nothing is to be said, else `--map NAME=CHANNEL` names a channel; `truerate channels LOG` lists them.
 
 Exit codes: 0 done; 1 failed, one line on standard error; 2 wrong usage; 3 `diagnose --fail-on`.
 TRUERATE_LOG=info (or debug, truerate=trace, …) shows more on standard error."
@@ -66,6 +67,8 @@ pub enum Command {
     Ladder(commands::ladder::Args),
     /// Compensate a log, with the very filter that runs live
     Apply(commands::apply::Args),
+    /// Show what a file holds: its channels, and a map to the names of a log
+    Channels(commands::channels::Args),
     /// Make a log with a known truth beside it
     Simulate(commands::simulate::Args),
     /// Show the catalogue of physical effects, or one card of it
@@ -100,6 +103,7 @@ impl Command {
             Self::Remove(args) => commands::remove::run(args),
             Self::Ladder(args) => commands::ladder::run(args),
             Self::Apply(args) => commands::apply::run(args),
+            Self::Channels(args) => commands::channels::run(args),
             Self::Simulate(args) => commands::simulate::run(args),
             Self::Effects(args) => commands::effects::run(args),
             Self::Paper(args) => commands::paper::run(args),
@@ -116,12 +120,52 @@ impl Command {
 /// Which log, and how to read it.
 #[derive(clap::Args, Debug, Clone)]
 pub struct LogArgs {
-    /// The log: CSV, plain or .gz, or `-` for standard input
+    /// The log: CSV or other text, ULog, MCAP, …, plain or .gz, or `-` for standard input
     #[arg(value_name = "LOG")]
     pub log: PathBuf,
+    #[command(flatten)]
+    pub(crate) names: NameArgs,
+    /// Judge by a reference that was computed from this very gyro all the same
+    #[arg(long)]
+    pub reference_is_dependent: bool,
+}
+
+/// Which channels of a log are meant.
+#[derive(clap::Args, Debug, Clone, Default)]
+pub struct NameArgs {
     /// A TOML file that renames foreign headers: lines such as `"IMU gz (deg/s)" = "gyro_z_dps"`
     #[arg(long, value_name = "F")]
     pub columns: Option<PathBuf>,
+    /// Take this channel under this name: `gyro_z=imu.gz`, `gyro_z_dps=0.1*raw_z+2`, `ref_q=/mocap.pose.orientation`; may
+    /// be given several times (`truerate channels LOG` lists the channels)
+    #[arg(long, value_name = "NAME=CHANNEL")]
+    pub map: Vec<String>,
+    /// Take the reference from this second file, joined in time; it may have a clock of its own
+    #[arg(long, value_name = "FILE")]
+    pub reference: Option<PathBuf>,
+}
+
+impl NameArgs {
+    /// How a log is to be read.
+    #[must_use]
+    pub fn options(&self) -> Options {
+        Options {
+            columns: self.columns.clone(),
+            map: self.map.clone(),
+            reference: self.reference.clone(),
+            ..Options::default()
+        }
+    }
+
+    /// The flags as they were given.
+    #[must_use]
+    pub fn flags(&self) -> Vec<String> {
+        let path = |flag: &str, path: &PathBuf| [flag.to_owned(), path.display().to_string()];
+        let mut flags: Vec<String> = self.columns.iter().flat_map(|columns| path("--columns", columns)).collect();
+        flags.extend(self.map.iter().flat_map(|map| ["--map".to_owned(), map.clone()]));
+        flags.extend(self.reference.iter().flat_map(|file| path("--reference", file)));
+        flags
+    }
 }
 
 /// How a result is printed.

@@ -24,6 +24,10 @@ pub struct Settings {
     pub source: Source,
     /// A TOML file that renames foreign columns of a log.
     pub columns: Option<PathBuf>,
+    /// Channels of a log under the names of the format, `NAME=CHANNEL` each.
+    pub map: Vec<String>,
+    /// A second file, which the reference of a log is taken from.
+    pub reference: Option<PathBuf>,
     /// How fast.
     pub speed: Speed,
     /// The model to start from; without one α = 1, δ = 0, learned on the way.
@@ -143,6 +147,8 @@ impl Default for Settings {
         Self {
             source: Source::Simulated,
             columns: None,
+            map: Vec::new(),
+            reference: None,
             speed: Speed::Times(1.0),
             model: None,
             freeze: false,
@@ -219,7 +225,7 @@ impl Settings {
         {
             self.source = Source::at(whole(path)?);
         }
-        for path in [&mut self.columns, &mut self.model, &mut self.record].into_iter().flatten() {
+        for path in [&mut self.columns, &mut self.reference, &mut self.model, &mut self.record].into_iter().flatten() {
             *path = whole(path)?;
         }
         Ok(())

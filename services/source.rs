@@ -111,7 +111,12 @@ impl Feed {
         meanwhile: impl FnMut() -> anyhow::Result<()>,
     ) -> anyhow::Result<Option<Self>> {
         let settings = &run.settings;
-        let options = Options { columns: settings.columns.clone(), ..Options::default() };
+        let options = Options {
+            columns: settings.columns.clone(),
+            map: settings.map.clone(),
+            reference: settings.reference.clone(),
+            ..Options::default()
+        };
         let rows = match &settings.source {
             Source::Log(path) => {
                 let reader = Box::new(Reader::open(path, &options).map_err(Hopeless::from_error)?);

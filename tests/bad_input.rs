@@ -34,15 +34,33 @@ fn refused() -> Vec<(&'static str, Vec<u8>, Vec<&'static str>)> {
             text(whole.lines().skip(1).collect::<Vec<_>>().join("\n")),
             vec!["line 1", "no header", "t,gyro_z"],
         ),
-        ("no-t.csv", header("time,gyro_z,ref_angle_z"), vec!["line 1", "no column `t`", "'time'", "--columns"]),
         (
-            "ros.csv",
-            header("stamp.secs,stamp.nsecs,gyro_z"),
-            vec!["no column `t`", "joining \"stamp.secs\" and \"stamp.nsecs\""],
+            "no-t.csv",
+            header("when,gyro_z,ref_angle_z"),
+            vec!["line 1", "no column `t`", "'when'", "--map t=CHANNEL", "--columns"],
         ),
-        ("capital.csv", header("t,gyro_Z,ref_angle_Z"), vec!["\"gyro_Z\" = \"gyro_z\""]),
         ("no-gyro.csv", header("t,gyro_q,ref_angle_z"), vec!["line 1", "gyro_x, gyro_y or gyro_z", "'gyro_q'"]),
-        ("no-reference.csv", header("t,gyro_z,angle"), vec!["line 1", "no axis has both", "ref_angle_z"]),
+        (
+            "no-reference.csv",
+            header("t,gyro_z,angle"),
+            vec!["line 1", "no axis has both", "ref_angle_z", "--reference"],
+        ),
+        (
+            "slip.csv",
+            header("t,gyro_z,ref_agnle_z"),
+            vec!["no axis has both", "not understood: ref_agnle_z (ref_angle_z?)"],
+        ),
+        (
+            "likely.csv",
+            header("time,gz [deg/s],yaw [deg]"),
+            vec![
+                "no axis has both",
+                "so far: --map t=time --map 'gyro_z_dps=gz [deg/s]'",
+                "--map 'ref_angle_z_deg=yaw [deg]'",
+            ],
+        ),
+        ("decimal.csv", text(whole.replace('.', ",")), vec!["line 2", "6 fields", "decimal commas", "semicolons"]),
+        ("digits.csv", text(rough_times(&whole)), vec!["too few digits", "changes by 1 s", "%.6f"]),
         ("other-axis.csv", header("t,gyro_z,ref_angle_x"), vec!["no axis has both"]),
         ("twice.csv", header("t,gyro_z,gyro_z"), vec!["line 1", "column 3", "gyro_z", "named twice"]),
         ("twice-unit.csv", header("t,gyro_z,gyro_z_dps"), vec!["column 3", "`gyro_z`", "`gyro_z_dps`", "named twice"]),
@@ -52,7 +70,6 @@ fn refused() -> Vec<(&'static str, Vec<u8>, Vec<&'static str>)> {
             header("t,gyro_z_g,ref_angle_z"),
             vec!["column 2", "gyro_z_g", "_g is no unit of a rate", "gyro_z_dps"],
         ),
-        ("semicolons.csv", text(whole.replace(',', ";")), vec!["line 1", "semicolons"]),
         ("part-of-quaternion.csv", header("t,gyro_z,ref_qw"), vec!["ref_qx", "is missing", "all of"]),
         ("few.csv", text(log(80)), vec!["only 80 usable rows", "100"]),
         ("header-only.csv", b"t,gyro_z,ref_angle_z\n".to_vec(), vec!["only 0 usable rows"]),
@@ -70,7 +87,6 @@ fn refused() -> Vec<(&'static str, Vec<u8>, Vec<&'static str>)> {
             vec!["line 52", "1 fields where the header has 3"],
         ),
         ("long-row.csv", text(with_field(&whole, 20, 3, "1,2")), vec!["line 20", "4 fields", "3"]),
-        ("cut.csv", text(whole[..whole.len() - 12].to_owned()), vec!["line 301", "fields where the header has 3"]),
         ("truncated.csv.gz", packed[..packed.len() * 2 / 3].to_vec(), vec!["line", "truncated or corrupt gzip"]),
         ("no-trailer.csv.gz", packed[..packed.len() - 8].to_vec(), vec!["truncated or corrupt gzip"]),
         ("corrupt.csv.gz", corrupt, vec!["corrupt.csv.gz"]),
@@ -88,6 +104,15 @@ fn refused() -> Vec<(&'static str, Vec<u8>, Vec<&'static str>)> {
         ("long-header.csv", text("x".repeat(10_000_000)), vec!["line 1", "longer than"]),
         ("quote.csv", text(with_field(&whole, 30, 2, "\"0.1") + &whole.repeat(600)), vec!["line 30", "longer than"]),
     ]
+}
+
+/// The rows with times in whole seconds.
+fn rough_times(text: &str) -> String {
+    let rough = |line: &str| match line.split_once(',') {
+        Some((t, rest)) if t != "t" => format!("{:.0},{rest}\n", t.parse::<f64>().unwrap().floor()),
+        _ => format!("{line}\n"),
+    };
+    text.lines().map(rough).collect()
 }
 
 #[test]
@@ -174,6 +199,9 @@ fn faulty() -> Vec<(&'static str, String, &'static str, u64, &'static str)> {
     back.swap(700, 701);
     let mut repeated_time = lines.clone();
     repeated_time.insert(900, lines[899]);
+    let (mut again, mut stray) = (lines.clone(), lines.clone());
+    again.insert(1200, lines[0]);
+    stray.insert(800, "Logger paused");
     let map = |of: &dyn Fn(&[f64]) -> [f64; 3]| {
         let rows = lines[1..].iter().map(|l| {
             let v: Vec<f64> = l.split(',').map(|x| x.parse().unwrap()).collect();
@@ -189,6 +217,21 @@ fn faulty() -> Vec<(&'static str, String, &'static str, u64, &'static str)> {
         ("spikes.csv", spikes, "outliers", 3, "gyro_z"),
         ("gap.csv", join(gap), "dropouts", 1, "100 samples missing"),
         ("back.csv", join(back), "time-going-back", 1, "line 702"),
+        (
+            "cut.csv",
+            whole[..whole.len() - 12].to_owned(),
+            "skipped-lines",
+            1,
+            "the last row breaks off: left out (first at line 3001)",
+        ),
+        ("again.csv", join(again), "skipped-lines", 1, "the header again in 1 line: passed by"),
+        (
+            "stray.csv",
+            join(stray),
+            "skipped-lines",
+            1,
+            "text instead of a row in 1 line: passed by (first at line 801)",
+        ),
         ("repeated-time.csv", join(repeated_time), "time-going-back", 1, "line 901"),
         (
             "stuck.csv",

@@ -29,11 +29,13 @@
 //! | [`paper`] | the paper's experiment, simulated |
 //! | [`diagnosis`] | the result types, as the JSON interface has them |
 //! | [`detail`] | the pictures behind a verdict: overlay, regimes, spectrum, whiteness |
+//! | [`align`] | how far two clocks lie apart, by the motion that both saw |
 //! | [`nls`] | Levenberg–Marquardt on normal equations |
 //! | [`evidence`] | what a log says about a model: residual, error curve, floor, noise, likelihood |
 //! | [`fit`] | the model's parameters on a log |
 //! | [`diagnose`] | which effect is missing: scan, refit, gate, rank, ladder |
 
+pub mod align;
 pub mod axis;
 pub mod compensation;
 pub mod detail;

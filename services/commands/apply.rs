@@ -2,7 +2,10 @@
 
 use crate::{
     cli::{LogArgs, picked},
-    commands::{print, subject::writable},
+    commands::{
+        print,
+        subject::{say_chosen, writable},
+    },
     estimates::EstimateWriter,
     log::{self, Options},
     model_file,
@@ -51,8 +54,9 @@ pub struct Args {
 /// A refused log or model, a model without an axis of the log, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
     writable(&args.output, &[&args.log.log, &args.model])?;
-    let options = Options { columns: args.log.columns.clone(), as_streamed: true, ..Options::default() };
+    let options = Options { as_streamed: true, ..args.log.names.options() };
     let (record, faults, provenance) = log::read(&args.log.log, &options)?;
+    say_chosen(&args.log, &provenance);
     let file = model_file::load(&args.model, &record.free_names)?;
     let model = &file.model;
     let both: Vec<Axis> =

@@ -77,7 +77,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     args.report.check(&[&args.log.log])?;
     let subject = Subject::read(&args.log, args.axis)?;
     let start = subject.start(args.model.as_deref())?;
-    let axes = {
+    let axes = if subject.overruled.is_some() {
+        subject.compare(&start.file.model, start.own_log)?.axes
+    } else {
         let spinner = Progress::spinner("diagnosing");
         let progress = |what: &str| spinner.says(what);
         let options = diagnose::Options { own_effects: &start.file.own_effects, ..subject.options(&progress) };

@@ -53,13 +53,21 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     let subject = Subject::read(&args.log, args.axis)?;
     let start = subject.start(args.model.as_deref())?;
-    let (model, axes) = {
+    let (model, mut axes) = {
         let spinner = Progress::spinner("climbing");
         let progress = |what: &str| spinner.says(what);
-        let options = diagnose::Options { own_effects: &start.file.own_effects, ..subject.options(&progress) };
+        let mut options = diagnose::Options { own_effects: &start.file.own_effects, ..subject.options(&progress) };
+        if subject.overruled.is_some() {
+            options.steps = 0;
+        }
         diagnose::ladder(&subject.record, &start.file.model, &subject.axes, &options)
             .with_context(|| subject.name.clone())?
     };
+    if let Some((verdict, says)) = &subject.overruled {
+        for axis in &mut axes {
+            (axis.verdict, axis.says) = (*verdict, says.clone());
+        }
+    }
     if let Some(path) = &args.output {
         model_file::save(path, &subject.fitted(model, start.file.own_effects))?;
     }

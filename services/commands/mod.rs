@@ -10,6 +10,7 @@ use std::io::{self, Write};
 pub mod add;
 pub mod apply;
 pub mod change;
+pub mod channels;
 pub mod compare;
 pub mod control;
 pub mod demo;

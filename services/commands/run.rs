@@ -1,7 +1,7 @@
 //! `truerate run`: the processes, supervised, on a live source or a log.
 
 use super::print;
-use crate::{settings::Settings, stop::Stop, supervisor};
+use crate::{cli::NameArgs, settings::Settings, stop::Stop, supervisor};
 use anyhow::{Context, bail};
 use std::{
     path::{Path, PathBuf},
@@ -24,6 +24,8 @@ pub struct Args {
     /// Where samples come from: `sim`, a log (CSV, .gz, .mcap), or `-` for standard input [default: sim]
     #[arg(long, value_name = "sim|LOG|-")]
     pub source: Option<String>,
+    #[command(flatten)]
+    pub(crate) names: NameArgs,
     /// How fast a log is replayed: 1 is real time, 10 ten times that, `max` unpaced and without loss, which is also what
     /// gives rows that come live through `-` as soon as they have come [default: 1]
     #[arg(long, value_name = "X|max")]
@@ -68,6 +70,9 @@ fn settings(args: &Args) -> anyhow::Result<Settings> {
     if let Some(speed) = &args.speed {
         settings.speed = speed.parse().context("--speed")?;
     }
+    settings.map.extend(args.names.map.iter().cloned());
+    settings.columns = args.names.columns.clone().or(settings.columns);
+    settings.reference = args.names.reference.clone().or(settings.reference);
     if let Some(model) = &args.model {
         settings.model = Some(model.clone());
     }

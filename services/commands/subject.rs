@@ -3,7 +3,7 @@
 use crate::{
     cli::{Format, LogArgs, ReportArgs, picked},
     commands::print,
-    log::{self, Options},
+    log::{self, Options, dependent},
     model_file::{self, ModelFile, Provenance},
     output::{self, Output},
     progress::Progress,
@@ -12,10 +12,11 @@ use crate::{
 use anyhow::{Context, Result, bail};
 use gyro_model::{
     Axis, Model, Record, diagnose,
-    diagnosis::{AxisDiagnosis, DataFault, Diagnosis},
+    diagnosis::{AxisDiagnosis, DataFault, Diagnosis, Verdict},
     effects::Effect,
     fit,
 };
+use log_readers::meaning::Pick;
 use std::path::Path;
 
 /// A log that has been read, and the axes that are meant.
@@ -30,6 +31,8 @@ pub struct Subject {
     pub axes: Vec<Axis>,
     /// The log as it was named.
     pub name: String,
+    /// The verdict whatever the numbers say: the reference is none.
+    pub overruled: Option<(Verdict, String)>,
 }
 
 /// A model to start from.
@@ -46,11 +49,13 @@ impl Subject {
     /// # Errors
     /// A refused log, or an axis without gyro or reference.
     pub fn read(args: &LogArgs, axis: Option<Axis>) -> Result<Self> {
-        let options = Options { columns: args.columns.clone(), needs_reference: true, ..Options::default() };
+        let options = Options { needs_reference: true, ..args.names.options() };
         let (record, faults, provenance) = {
             let _spinner = Progress::spinner("reading the log");
             log::read(&args.log, &options)?
         };
+        say_chosen(args, &provenance);
+        let overruled = if args.reference_is_dependent { None } else { dependent::overrule(&faults) };
         let fitted = record.fitted_axes();
         let name = args.log.display().to_string();
         if let Some(axis) = axis.filter(|a| !fitted.contains(a)) {
@@ -58,7 +63,7 @@ impl Subject {
             bail!("{name}: axis {axis} has no gyro or no reference: choose from {}", has.join(", "));
         }
         let axes = picked(axis, &fitted);
-        Ok(Self { record, faults, provenance, axes, name })
+        Ok(Self { record, faults, provenance, axes, name, overruled })
     }
 
     /// The model of this file, or the base model fitted to this log, which has what the model goes by.
@@ -142,7 +147,13 @@ impl Subject {
 
     /// The result for this log.
     #[must_use]
-    pub fn diagnosis(&self, axes: Vec<AxisDiagnosis>) -> Diagnosis {
+    pub fn diagnosis(&self, mut axes: Vec<AxisDiagnosis>) -> Diagnosis {
+        if let Some((verdict, says)) = &self.overruled {
+            for axis in &mut axes {
+                (axis.verdict, axis.says) = (*verdict, says.clone());
+                axis.suspects.clear();
+            }
+        }
         Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: self.name.clone(), axes }
     }
 
@@ -158,8 +169,9 @@ impl Subject {
     ) -> report::Context {
         let shown = |path: Option<&Path>| path.map(|p| p.display().to_string());
         let mut flags = Vec::new();
-        if let Some(columns) = &args.columns {
-            flags.extend(["--columns".to_owned(), columns.display().to_string()]);
+        flags.extend(args.names.flags());
+        if args.reference_is_dependent {
+            flags.push("--reference-is-dependent".to_owned());
         }
         if let Some(axis) = axis {
             flags.extend(["--axis".to_owned(), axis.to_string()]);
@@ -176,6 +188,14 @@ impl Subject {
     #[must_use]
     pub fn fitted(&self, model: Model, own_effects: Vec<&'static dyn Effect>) -> ModelFile {
         ModelFile { model, provenance: Some(Provenance::now(&self.provenance)), own_effects }
+    }
+}
+
+/// Says on standard error which channels were taken without being named.
+pub fn say_chosen(args: &LogArgs, provenance: &log::Provenance) {
+    if !provenance.chosen.is_empty() {
+        let flags: Vec<String> = provenance.chosen.iter().map(Pick::flag).collect();
+        eprintln!("{}: read as {}", args.log.display(), flags.join(" "));
     }
 }
 

@@ -27,7 +27,7 @@ pub enum Problem {
     #[error("cannot be opened ({0}): check the path and who may read it")]
     Open(io::Error),
     /// It is a folder.
-    #[error("is a folder, not a log: name a CSV file in it")]
+    #[error("is a folder without a recording in it: name a file")]
     Folder,
     /// Reading failed half-way.
     #[error("cannot be read ({0}): check the disk, or copy the file anew")]
@@ -42,27 +42,133 @@ pub enum Problem {
     #[error("is empty: a header row and data rows are needed, such as t,gyro_z,ref_angle_z")]
     Empty,
     /// The first row holds numbers.
-    #[error("no header: the first row holds numbers; put the column names there, such as t,gyro_z,ref_angle_z")]
-    NoHeader,
-    /// Not comma-separated.
-    #[error("the header is not separated by commas but by {0}: convert the file to commas")]
-    Separator(&'static str),
+    #[error(
+        "no header: the first row holds numbers, {columns} of them ({row}); put the column names above it, such as t,gyro_z,ref_angle_z, \
+         or name the columns by their numbers, such as --map t=1 --map gyro_z=2 --map ref_angle_z=3"
+    )]
+    NoHeader {
+        /// Columns in it.
+        columns: usize,
+        /// The row.
+        row: String,
+    },
+    /// Commas between the fields and in the numbers.
+    #[error(
+        "{found} fields where the header has {wanted}: the numbers have decimal commas, and commas stand between them too; write the \
+         file with decimal points, or with semicolons between the fields"
+    )]
+    DecimalCommas {
+        /// In the first row.
+        found: usize,
+        /// In the header.
+        wanted: usize,
+    },
     /// No column of this kind.
-    #[error("no column `{wanted}`: the header has {has}; rename yours with `--columns F`{hint}")]
+    #[error(
+        "no column `{wanted}`: {}{has}; name yours with `--map {}=CHANNEL` or `--columns F`{}{}{}",
+        "the header has ",
+        wanted.split([',', ' ']).next().unwrap_or(wanted),
+        clause("so far: ", chosen),
+        clause("likely: ", likely),
+        clause("not understood: ", near)
+    )]
     Missing {
         /// What is wanted.
         wanted: &'static str,
         /// What is there.
         has: String,
-        /// What may be meant.
-        hint: String,
+        /// What was taken, as flags.
+        chosen: String,
+        /// What may be meant, as flags.
+        likely: String,
+        /// Names that are nearly ours.
+        near: String,
     },
     /// No axis can be fitted.
     #[error(
-        "no axis has both a gyro and a reference: add ref_angle_{0}, ref_rate_{0} or ref_qw … ref_qz, or rename yours with \
-         `--columns F`"
+        "no axis has both a gyro and a reference: add ref_angle_{axis}, ref_rate_{axis} or ref_qw … ref_qz, name yours with \
+         `--map ref_angle_{axis}=CHANNEL`, or take it from a second file with `--reference FILE`{}{}{}",
+        clause("so far: ", chosen),
+        clause("likely, if something else than this gyro measured it: ", likely),
+        clause("not understood: ", near)
     )]
-    NoReference(&'static str),
+    NoReference {
+        /// An axis that has a gyro.
+        axis: &'static str,
+        /// What was taken, as flags.
+        chosen: String,
+        /// What may be meant, as flags.
+        likely: String,
+        /// Names that are nearly ours.
+        near: String,
+    },
+    /// A `--map` without its two sides.
+    #[error("--map {}: is no NAME=CHANNEL, such as gyro_z_dps=imu.gz or gyro_z=0.001*raw_z", quoted(.0))]
+    MapFlag(String),
+    /// The reference's clock is another, and the motion does not tell which.
+    #[error(
+        "the clocks of log and reference are not one, and the motion of both does not tell how far apart they are (likeness {0:.2}, \
+         0.5 is wanted): record both with one clock, or begin and end with a few quick turns"
+    )]
+    NotAligned(f64),
+    /// A second file without a reference in it.
+    #[error(
+        "holds no reference that is clear: it has {has}; name it with `--map ref_q=CHANNEL` or `--map ref_angle_z=CHANNEL`{}",
+        clause("likely: ", likely)
+    )]
+    NoReferenceIn {
+        /// What is there.
+        has: String,
+        /// What may be meant, as flags.
+        likely: String,
+    },
+    /// A `--map` of the time of messages.
+    #[error("--map {}: messages have a time of their own: leave it out", quoted(.0))]
+    TimeOfMessages(String),
+    /// A format that is not read.
+    #[error("is {what}: {remedy}")]
+    Unread {
+        /// What it is.
+        what: &'static str,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// Another format, of which nothing can be read.
+    #[error("is a {format} that cannot be read ({cause})")]
+    Unreadable {
+        /// The format.
+        format: &'static str,
+        /// Why.
+        cause: log_readers::format::Unreadable,
+    },
+    /// A `--map` of a channel that the log has not got.
+    #[error(
+        "--map {}: there is no such channel{}; it has {}",
+        quoted(flag),
+        clause("likely: ", &likely.join(", ")),
+        super::column_map::listed(channels)
+    )]
+    NoChannel {
+        /// The flag.
+        flag: String,
+        /// Channels that may be meant.
+        likely: Vec<String>,
+        /// Those that there are.
+        channels: Vec<String>,
+    },
+    /// The time does not change, for want of digits.
+    #[error(
+        "the time is written with too few digits: it changes by {step} s at the least, and {rows} of {all} rows repeat the one before; \
+         write it with more decimals (`%.6f` instead of `%g`)"
+    )]
+    FewDigits {
+        /// The last digit's worth, s.
+        step: f64,
+        /// Rows that repeat the time before.
+        rows: u64,
+        /// All.
+        all: u64,
+    },
     /// One quantity, two columns.
     #[error("named twice ({first} and {second}): leave one out, or rename it with `--columns F`")]
     Twice {
@@ -144,6 +250,18 @@ pub enum Problem {
     /// The column map is wrong.
     #[error("column map {0}")]
     Map(TomlError),
+}
+
+/// A clause of a message, where there is something to say.
+fn clause(begins: &str, text: &str) -> String {
+    if text.is_empty() { String::new() } else { format!("; {begins}{text}") }
+}
+
+impl Problem {
+    /// What a failed read means.
+    pub(super) fn reading(error: io::Error, packed: bool) -> Self {
+        if packed { Self::Gzip(error) } else { Self::Read(error) }
+    }
 }
 
 impl LogError {

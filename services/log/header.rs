@@ -1,12 +1,17 @@
 //! The header: which column holds what, in which unit.
 
 use super::{
-    column_map::{ColumnMap, listed},
+    Maps,
+    column_map::listed,
     error::Problem,
-    number,
+    names::{Names, time_form},
     unit::{self, Channel, Conversion, Name},
 };
 use gyro_model::{Axis, record::FREE_CHANNELS};
+use log_readers::{
+    meaning::{Pick, Proposal},
+    text::{Form, Head},
+};
 use std::collections::HashMap;
 
 /// One column.
@@ -18,10 +23,19 @@ pub struct Column {
     pub channel: Channel,
     /// To SI.
     pub conversion: Conversion,
+    /// Of a time: how it is written.
+    pub form: Form,
+}
+
+impl Column {
+    /// Whether a map gave the time a factor or an offset.
+    pub fn is_scaled_time(&self) -> bool {
+        self.conversion.scale != 1.0 || self.conversion.offset != 0.0
+    }
 }
 
 /// What a log's columns hold.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Layout {
     /// In the order of the file.
     pub(super) columns: Vec<Column>,
@@ -29,59 +43,101 @@ pub struct Layout {
     pub free_names: Vec<String>,
     /// Free channels past those: they are not read.
     pub unused_names: Vec<String>,
+    /// Channels that were taken without being named, for their own names are clear.
+    pub chosen: Vec<Pick>,
+    /// Channels that may be what is missing.
+    pub offered: Vec<Pick>,
+    /// What computed the reference, where that is a filter of this very gyro.
+    pub dependent: Option<String>,
 }
 
 /// A refused header: the column where one is at fault.
 pub type Refusal = (Option<(usize, String)>, Problem);
 
 impl Layout {
-    /// Understands a header row.
+    /// Understands a header.
     ///
     /// # Errors
     /// A header that is none, names a quantity twice or in a unit of another, or lacks what every log needs.
-    pub fn new(fields: &[&[u8]], map: Option<&ColumnMap>) -> Result<Self, Refusal> {
-        let headers: Vec<String> =
-            fields.iter().map(|f| String::from_utf8_lossy(f.trim_ascii()).into_owned()).collect();
-        if fields.iter().all(|f| matches!(number::value(f), number::Field::Number(_) | number::Field::Nan)) {
-            return Err((None, Problem::NoHeader));
+    pub(super) fn new(head: &Head, maps: &Maps) -> Result<Self, Refusal> {
+        let headers = &head.names;
+        if head.line.is_none() && maps.is_empty() {
+            return Err((None, Problem::NoHeader { columns: headers.len(), row: shown_row(head) }));
         }
-        let renamed = match map {
-            Some(map) => map.rename(&headers).map_err(|p| (None, p))?,
-            None => headers.clone(),
-        };
-        if let ([only], None) = (headers.as_slice(), map) {
-            for (separator, word) in [(';', "semicolons"), ('\t', "tabs"), ('|', "bars"), (' ', "blanks")] {
-                if only.contains(separator) {
-                    return Err((None, Problem::Separator(word)));
-                }
-            }
-        }
-        let mut layout = Self { columns: Vec::with_capacity(fields.len()), free_names: vec![], unused_names: vec![] };
+        let mut names = Names::of(headers, maps).map_err(|problem| (None, problem))?;
+        let proposal = names.propose(head);
+        let mut layout = Self { offered: proposal.offered.clone(), chosen: names.chosen.clone(), ..Self::default() };
         let mut seen: HashMap<Key, usize> = HashMap::new();
-        for (i, name) in renamed.into_iter().enumerate() {
-            let name = if name.is_empty() { format!("column_{}", i + 1) } else { name };
+        for (i, name) in names.renamed.iter().enumerate() {
+            let name = if name.is_empty() { format!("column_{}", i + 1) } else { name.clone() };
             let (channel, conversion) = match unit::name(&name) {
+                _ if names.displaced[i] => (Channel::Unused, Conversion::NONE),
                 Name::Known(channel, conversion) => (channel, conversion),
                 Name::WrongUnit { suffix, quantity, fitting } => {
                     return Err((Some((i + 1, name)), Problem::Unit { suffix, quantity, fitting }));
                 }
                 Name::Free => (layout.free(&name), Conversion::NONE),
             };
+            let conversion = names.conversion(i, channel, conversion, head);
             let key = if matches!(channel, Channel::Free(_) | Channel::Unused) {
                 Key::Free(name.clone())
             } else {
                 Key::Known(format!("{channel:?}"))
             };
-            if let Some(first) = seen.insert(key, i) {
+            if let Some(first) = seen.insert(key, i)
+                && !names.displaced[i]
+            {
                 let problem = Problem::Twice {
                     first: format!("column {} `{}`", first + 1, layout.columns[first].name),
                     second: format!("column {} `{name}`", i + 1),
                 };
                 return Err((Some((i + 1, name)), problem));
             }
-            layout.columns.push(Column { name, channel, conversion });
+            if let Some(by) = proposal.dependence(&headers[i]).filter(|_| channel.is_reference()) {
+                layout.dependent = Some(by.to_owned());
+            }
+            let form = if channel == Channel::Time { time_form(head, i, conversion) } else { Form::Number(0) };
+            layout.columns.push(Column { name, channel, conversion, form });
         }
-        layout.complete(&headers)
+        layout.hide_parts_of_time();
+        layout.complete(headers, maps)
+    }
+
+    /// The layout of messages: their own time first, then what was picked of them, in its order.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(super) fn of_picks(
+        picks: &[Pick],
+        proposal: &Proposal,
+        channels: &[String],
+        maps: &Maps,
+    ) -> Result<Self, Refusal> {
+        let mut layout = Self { offered: proposal.offered.clone(), ..Self::default() };
+        let time =
+            Column { name: "t".into(), channel: Channel::Time, conversion: Conversion::NONE, form: Form::Number(0) };
+        layout.columns.push(time);
+        for pick in picks {
+            let (channel, own) = match unit::name(&pick.name) {
+                Name::Known(Channel::Time, _) => return Err((None, Problem::TimeOfMessages(pick.to_string()))),
+                Name::Known(channel, conversion) => (channel, conversion),
+                Name::WrongUnit { suffix, quantity, fitting } => {
+                    return Err((None, Problem::Unit { suffix, quantity, fitting }));
+                }
+                Name::Free => (layout.free(&pick.name), Conversion::NONE),
+            };
+            if layout.has(channel) && channel != Channel::Unused {
+                let (first, second) = (format!("`{}`", pick.name), format!("`{pick}`"));
+                return Err((None, Problem::Twice { first, second }));
+            }
+            if let Some(by) = proposal.dependence(&pick.channel).filter(|_| channel.is_reference()) {
+                layout.dependent = Some(by.to_owned());
+            }
+            let conversion =
+                Conversion { scale: own.scale * pick.factor, offset: own.offset + own.scale * pick.offset, ..own };
+            layout.columns.push(Column { name: pick.name.clone(), channel, conversion, form: Form::Number(0) });
+        }
+        layout.complete(channels, maps)
     }
 
     fn free(&mut self, name: &str) -> Channel {
@@ -94,40 +150,39 @@ impl Layout {
         }
     }
 
+    /// The second column of a time that stands in two is no free channel.
+    fn hide_parts_of_time(&mut self) {
+        let part = self.columns.iter().find_map(|column| match column.form {
+            Form::Parts(other) | Form::DateAndClock(other) if column.channel == Channel::Time => Some(other),
+            _ => None,
+        });
+        let Some(column) = part.and_then(|part| self.columns.get_mut(part)) else { return };
+        if let Channel::Free(place) = column.channel {
+            column.channel = Channel::Unused;
+            self.free_names.remove(place);
+            for column in &mut self.columns {
+                if let Channel::Free(other) = &mut column.channel
+                    && *other > place
+                {
+                    *other -= 1;
+                }
+            }
+        }
+    }
+
     /// Refuses a header without time, without gyro, or with part of a quaternion.
-    fn complete(self, headers: &[String]) -> Result<Self, Refusal> {
-        let missing = |wanted, likely: &[&str]| {
-            let lower: Vec<String> = headers.iter().map(|h| h.to_lowercase()).collect();
-            // A name of the format in other letters, or one that sounds like it.
-            let fits = |name: &str| match unit::name(name) {
-                Name::Known(Channel::Time, _) => wanted == "t",
-                Name::Known(Channel::Gyro(_), _) => wanted != "t",
-                _ => false,
-            };
-            let same = lower.iter().position(|h| fits(h)).map(|i| (&headers[i], lower[i].as_str()));
-            let sounds = |h: &String| likely.iter().any(|l| h.contains(l));
-            // The clock of a ROS bag's CSV counts nanoseconds.
-            let example = |name: &str| if name == "%time" { "t_ns" } else { wanted_example(wanted) };
-            let like = lower.iter().position(sounds).map(|i| (&headers[i], example(&lower[i])));
-            let hint = same.or(like).map_or_else(String::new, |(h, name)| format!(", such as {h:?} = \"{name}\""));
-            (None, Problem::Missing { wanted, has: listed(headers), hint })
+    fn complete(self, headers: &[String], maps: &Maps) -> Result<Self, Refusal> {
+        let missing = |wanted| {
+            let (chosen, likely) = (flags(&self.chosen), flags(&self.offered));
+            let sure = maps.reference || !headers.iter().any(|name| unit::near(name).is_some());
+            let near = if sure { String::new() } else { near_names(headers) };
+            (None, Problem::Missing { wanted, has: listed(headers), chosen, likely, near })
         };
         if !self.has(Channel::Time) {
-            let ends = |endings: &[&str]| {
-                headers.iter().find(|h| endings.iter().any(|ending| h.to_lowercase().ends_with(ending)))
-            };
-            if let (Some(fine), Some(coarse)) = (
-                ends(&["nsec", "nsecs", "nanosec", "nanosecs"]),
-                ends(&[".sec", ".secs", "_sec", "_secs", "/sec", "/secs"]),
-            ) {
-                let hint =
-                    format!(" after joining {coarse:?} and {fine:?} into one, seconds and 1e-9 times nanoseconds");
-                return Err((None, Problem::Missing { wanted: "t", has: listed(headers), hint }));
-            }
-            return Err(missing("t", &["time", "stamp", "sec"]));
+            return Err(missing("t"));
         }
-        if self.gyros().is_empty() {
-            return Err(missing("gyro_x, gyro_y or gyro_z", &["gyr", "omega", "angvel", "angular", "gx", "gy", "gz"]));
+        if self.gyros().is_empty() && !maps.reference {
+            return Err(missing("gyro_x, gyro_y or gyro_z"));
         }
         let parts: Vec<usize> = (0..4).filter(|&i| self.has(Channel::Quaternion(i))).collect();
         if !parts.is_empty() && parts.len() < 4 {
@@ -138,7 +193,7 @@ impl Layout {
         Ok(self)
     }
 
-    fn has(&self, channel: Channel) -> bool {
+    pub(super) fn has(&self, channel: Channel) -> bool {
         self.columns.iter().any(|c| c.channel == channel)
     }
 
@@ -168,6 +223,21 @@ enum Key {
     Free(String),
 }
 
-fn wanted_example(wanted: &str) -> &str {
-    if wanted == "t" { "t" } else { "gyro_z_dps" }
+/// Picks as flags.
+fn flags(picks: &[Pick]) -> String {
+    picks.iter().map(Pick::flag).collect::<Vec<_>>().join(" ")
+}
+
+/// Headers that sound like a name of the format.
+pub(super) fn near_names(headers: &[String]) -> String {
+    let near = headers.iter().filter_map(|name| unit::near(name).map(|ours| format!("{name} ({ours}?)")));
+    near.take(3).collect::<Vec<_>>().join(", ")
+}
+
+/// The first row, for a message.
+fn shown_row(head: &Head) -> String {
+    let row = head.samples.first().map_or(&[][..], Vec::as_slice);
+    let shown: Vec<_> =
+        row.iter().take(12).map(|field| String::from_utf8_lossy(&field[..field.len().min(24)])).collect();
+    shown.join(", ") + if row.len() > 12 { ", …" } else { "" }
 }

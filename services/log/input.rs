@@ -1,8 +1,12 @@
-//! The bytes of a log: from a file or standard input, unpacked, hashed on the way, and never more than a line at once.
+//! The bytes of a log: from a file or standard input, unpacked, hashed on the way.
 
 use super::error::Problem;
-use crate::recording::{AsCsv, MAGIC};
+use crate::recording::{AsCsv, is_own};
 use flate2::read::MultiGzDecoder;
+use log_readers::{
+    format::{Format, START},
+    formats::{Unread, recognise, unread},
+};
 use sha2::{Digest, Sha256};
 use std::{
     fmt::Write,
@@ -12,22 +16,16 @@ use std::{
     sync::{Arc, Mutex},
 };
 
-/// Longest line that is read, bytes: 10⁵ columns of 40 characters.
-pub const LONGEST_LINE: usize = 4 << 20;
-
 /// The name under which `-` appears in messages and provenance.
 pub const STANDARD_INPUT: &str = "standard input";
-
-/// What some programs put before UTF-8 text.
-const BYTE_ORDER_MARK: [u8; 3] = [0xef, 0xbb, 0xbf];
 
 /// An opened log.
 pub struct Input {
     bytes: Box<dyn Read + Send>,
     hash: Arc<Mutex<Sha256>>,
     packed: bool,
-    /// What may still be read before the current line counts as endless.
-    left: usize,
+    format: &'static dyn Format,
+    unread: Option<Unread>,
 }
 
 /// The bytes as stored, hashed while they pass.
@@ -47,9 +45,8 @@ impl<R: Read> Read for Hashing<R> {
 }
 
 impl Input {
-    /// Opens a file, or standard input for `-`; unpacks what begins like gzip, and takes the samples out of an MCAP recording.
+    /// Opens a file, or standard input for `-`; unpacks what begins like gzip, and takes the samples out of a recording of ours.
     pub fn open(path: &Path) -> Result<Self, Problem> {
-        let hash = Arc::new(Mutex::new(Sha256::new()));
         let source: Box<dyn Read + Send> = if path == Path::new("-") {
             Box::new(io::stdin())
         } else {
@@ -59,43 +56,51 @@ impl Input {
             }
             Box::new(file)
         };
-        let mut source = BufReader::with_capacity(1 << 16, Hashing { inner: source, hash: hash.clone() });
-        let mut start = Vec::with_capacity(MAGIC.len());
-        source.by_ref().take(MAGIC.len() as u64).read_to_end(&mut start).map_err(Problem::Read)?;
+        let is_gz = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"));
+        Self::of(source, is_gz)
+    }
+
+    /// The bytes of a source; `is_gz` where its name says that they are packed.
+    pub fn of(source: Box<dyn Read + Send>, is_gz: bool) -> Result<Self, Problem> {
+        let hash = Arc::new(Mutex::new(Sha256::new()));
+        let mut source = BufReader::with_capacity(1 << 18, Hashing { inner: source, hash: hash.clone() });
+        let start = start(&mut source, 2).map_err(Problem::Read)?;
         let packed = start.starts_with(&[0x1f, 0x8b]);
-        let recording = start == MAGIC;
         if start.is_empty() {
             return Err(Problem::Empty);
         }
-        if !packed && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz")) {
+        if !packed && is_gz {
             return Err(Problem::NotGzip);
         }
-        if start.starts_with(&BYTE_ORDER_MARK) {
-            start.drain(..BYTE_ORDER_MARK.len());
-        }
         let whole = Cursor::new(start).chain(source);
-        let bytes: Box<dyn Read + Send> = match (packed, recording) {
-            (true, _) => Box::new(MultiGzDecoder::new(whole)),
-            (_, true) => Box::new(AsCsv::new(whole)),
-            _ => Box::new(whole),
-        };
-        Ok(Self { bytes, hash, packed, left: LONGEST_LINE })
+        let mut bytes: Box<dyn Read + Send> =
+            if packed { Box::new(MultiGzDecoder::new(whole)) } else { Box::new(whole) };
+        let start = self::start(&mut bytes, START).map_err(|error| Problem::reading(error, packed))?;
+        let (own, format) = (is_own(&start), recognise(if is_own(&start) { b"t" } else { &start }));
+        let unread = if own || !is_text(format) { None } else { unread(&start) };
+        let whole = Cursor::new(start).chain(bytes);
+        let bytes: Box<dyn Read + Send> = if own { Box::new(AsCsv::new(whole)) } else { Box::new(whole) };
+        Ok(Self { bytes, hash, packed, format, unread })
     }
 
-    /// A new line begins.
-    pub fn next_line(&mut self) {
-        self.left = LONGEST_LINE;
+    /// Whether it is read row by row, as text is.
+    pub fn is_text(&self) -> bool {
+        is_text(self.format)
     }
 
-    /// What a failed read means.
-    pub fn problem(&self, error: io::Error) -> Problem {
-        if error.kind() == io::ErrorKind::FileTooLarge {
-            Problem::LongLine(LONGEST_LINE)
-        } else if self.packed {
-            Problem::Gzip(error)
-        } else {
-            Problem::Read(error)
-        }
+    /// What it is where it is of no format that is read.
+    pub fn unread(&self) -> Option<Unread> {
+        self.unread
+    }
+
+    /// The format of its bytes.
+    pub fn format(&self) -> &'static dyn Format {
+        self.format
+    }
+
+    /// Whether it is unpacked on the way.
+    pub fn is_packed(&self) -> bool {
+        self.packed
     }
 
     /// SHA-256 of what was read so far, in hexadecimal.
@@ -110,11 +115,24 @@ impl Input {
 
 impl Read for Input {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let n = self.bytes.read(buffer)?;
-        match self.left.checked_sub(n) {
-            Some(left) => self.left = left,
-            None => return Err(io::ErrorKind::FileTooLarge.into()),
-        }
-        Ok(n)
+        self.bytes.read(buffer)
     }
+}
+
+fn is_text(format: &dyn Format) -> bool {
+    format.name() == recognise(b"t").name()
+}
+
+/// The first bytes of a source: those of its first line, where that comes alone.
+fn start(source: &mut impl Read, count: usize) -> io::Result<Vec<u8>> {
+    let (mut start, mut buffer) = (Vec::with_capacity(count), [0; START]);
+    while start.len() < count && !start.contains(&b'\n') {
+        match source.read(&mut buffer[..count - start.len()]) {
+            Ok(0) => break,
+            Ok(n) => start.extend_from_slice(&buffer[..n]),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(start)
 }

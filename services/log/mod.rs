@@ -6,13 +6,21 @@
 //! [`DataFault`](gyro_model::diagnosis::DataFault).
 
 mod column_map;
+pub mod dependent;
 mod error;
+mod folder;
 mod header;
 mod input;
+mod join;
 mod jump;
-mod number;
+mod look;
+mod map;
+mod messages;
+mod names;
 mod reader;
 mod row;
+mod rows;
+mod skipped;
 mod tally;
 #[cfg(test)]
 mod tests;
@@ -22,22 +30,72 @@ mod writer;
 
 pub use error::{LogError, Problem, Refused};
 pub use header::Layout;
+pub use look::{Look, look};
 pub use reader::Reader;
 pub use whole::read;
 pub use writer::{RecordWriter, Time, create, write_record};
 
+use column_map::ColumnMap;
+use log_readers::meaning::Pick;
+use map::MapFlag;
 use std::path::PathBuf;
+use unit::Channel;
 
 /// How a log is to be read.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// A column map: a TOML file that renames foreign headers.
     pub columns: Option<PathBuf>,
+    /// Channels under the names of the format, `NAME=CHANNEL` each.
+    pub map: Vec<String>,
+    /// A second file, which the reference is taken from.
+    pub reference: Option<PathBuf>,
     /// Whether a log without an axis that has both a gyro and a reference is refused.
     pub needs_reference: bool,
     /// Whether [`read`] keeps the readings as acquisition gives them, repeats of held ones taken out and other whole-log faults
     /// only reported: for what must come out the same live and from the file.
     pub as_streamed: bool,
+}
+
+/// The names that channels are given.
+#[derive(Default)]
+struct Maps {
+    columns: Option<ColumnMap>,
+    flags: Vec<MapFlag>,
+    /// Whether it is a file of a reference alone, which needs no gyro.
+    reference: bool,
+}
+
+impl Maps {
+    fn load(options: &Options) -> Result<Self, Problem> {
+        let columns = options.columns.as_deref().map(ColumnMap::load).transpose()?;
+        let flags = options.map.iter().map(|text| MapFlag::parse(text)).collect::<Result<Vec<_>, _>>()?;
+        // With a second file the names of a reference mean its channels.
+        let flags = flags.into_iter().filter(|flag| options.reference.is_none() || !flag.is_of_reference());
+        Ok(Self { columns, flags: flags.collect(), reference: false })
+    }
+
+    /// Those of the second file, which the reference is taken from.
+    fn of_reference(options: &Options) -> Result<Self, Problem> {
+        let flags = options.map.iter().map(|text| MapFlag::parse(text)).collect::<Result<Vec<_>, _>>()?;
+        let flags = flags.into_iter().filter(MapFlag::is_of_reference);
+        Ok(Self { columns: None, flags: flags.collect(), reference: true })
+    }
+
+    /// Whether these names need no further look: those of the format, or those that the maps name.
+    fn know(&self, names: &[String]) -> bool {
+        let has = |is: fn(&Channel) -> bool| {
+            names.iter().any(|name| matches!(unit::name(name), unit::Name::Known(channel, _) if is(&channel)))
+        };
+        let own = has(|c| *c == Channel::Time) && has(|c| matches!(c, Channel::Gyro(_)) || c.is_reference());
+        let flagged = !self.flags.is_empty() && self.flags.iter().all(|flag| flag.picks(names).is_ok());
+        let renamed = self.columns.as_ref().is_some_and(|map| map.rename(names).is_ok());
+        own || names.len() > 1 && (flagged && self.flags.iter().all(MapFlag::is_named) || renamed)
+    }
+
+    fn is_empty(&self) -> bool {
+        self.columns.is_none() && self.flags.is_empty()
+    }
 }
 
 /// Where a model's numbers come from: the log, and what it held.
@@ -55,6 +113,8 @@ pub struct Provenance {
     pub supply: Option<f64>,
     /// The first row's own time, ns: what all other times count from.
     pub start_ns: i128,
+    /// Channels that were taken without being named, for their own names are clear.
+    pub chosen: Vec<Pick>,
 }
 
 /// Fewer usable rows than this are refused: nothing that is fitted to them could be trusted.

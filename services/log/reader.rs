@@ -1,17 +1,19 @@
 //! A log row by row: the same rows, checks and units for acquisition and for the offline commands.
 
 use super::{
-    LogError, Options,
-    column_map::ColumnMap,
+    LogError, Maps, Options,
     error::Problem,
-    header::{Layout, Refusal},
-    input::{Input, STANDARD_INPUT},
-    row::RowParser,
+    header::{Layout, near_names},
+    input::STANDARD_INPUT,
+    join,
+    row::Parsed,
+    rows::{Pending, Rows, begin, line_problem},
+    skipped::{self, Times},
     tally::{RowFault, Tally},
 };
 use crate::clock::now_ns;
-use csv::ByteRecord;
 use gyro_model::{Row, diagnosis::DataFault};
+use log_readers::meaning::Pick;
 use std::path::Path;
 
 /// Reads rows in order. Times repeated or going back are left out, infinite values are taken as no value, both counted.
@@ -19,16 +21,14 @@ use std::path::Path;
 /// It reads one row ahead, so that a single time far ahead of its neighbours costs that row and not all after it.
 pub struct Reader {
     log: String,
-    csv: csv::Reader<Input>,
+    rows_from: Rows,
     layout: Layout,
-    record: ByteRecord,
     /// Own time of the first row, ns.
     start: Option<i128>,
     /// Own time of the last row given, ns.
     last: Option<i128>,
     pending: Option<Pending>,
     tally: Tally,
-    parser: RowParser,
     rows: u64,
     faulty: u64,
     marked: bool,
@@ -38,17 +38,15 @@ pub struct Reader {
     behind: u64,
     /// The line of the first of them.
     behind_since: u64,
+    /// Rows of the very time of the row before.
+    repeats: u64,
+    skip_times: Times,
     /// Rows to come that keep apart what is no neighbour.
     apart: u64,
 }
 
-struct Pending {
-    row: Row,
-    time: i128,
-    line: u64,
-    marked: bool,
-    read_ns: u64,
-}
+/// A parsed row, or the column where it could not be.
+type Parsing = Result<Parsed, (Option<usize>, Problem)>;
 
 /// A row counts as jumping ahead where it lies this many times further on than the row after it.
 const AHEAD: i128 = 10;
@@ -67,43 +65,38 @@ impl Reader {
     pub fn open(path: &Path, options: &Options) -> Result<Self, LogError> {
         let log = if path == Path::new("-") { STANDARD_INPUT.to_owned() } else { path.display().to_string() };
         let refuse = |line, column, problem| LogError::new(&log, line, column, problem);
-        let map = options.columns.as_deref().map(ColumnMap::load).transpose().map_err(|p| refuse(None, None, p))?;
-        let input = Input::open(path).map_err(|p| refuse(None, None, p))?;
-        let mut csv = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(input);
-        let mut record = ByteRecord::new();
-        // The first line that could have been the header and is none.
-        let mut remark = None;
-        let (line, layout) = loop {
-            let found = csv.read_byte_record(&mut record).map_err(|e| refuse(Some(1), None, read_problem(&csv, e)))?;
-            if !found {
-                return Err(refuse(None, None, Problem::Empty));
-            }
-            let line = record.position().map(csv::Position::line);
-            match header(&record, map.as_ref()) {
-                Ok(layout) => break (line, layout),
-                Err(refusal) if stands_above(&record) => _ = remark.get_or_insert((line, refusal)),
-                Err(refusal) => {
-                    let headless = matches!(refusal.1, Problem::NoHeader);
-                    let (line, (column, problem)) = remark.filter(|_| headless).unwrap_or((line, refusal));
-                    return Err(refuse(line, column, problem));
-                }
-            }
-        };
-        if options.needs_reference && !layout.has_reference() {
-            let axis = layout.gyros().first().map_or("z", |a| a.letter());
-            return Err(refuse(line, None, Problem::NoReference(axis)));
+        let maps = Maps::load(options).map_err(|p| refuse(None, None, p))?;
+        let (layout, rows_from, tally, line) =
+            begin(path, &maps).map_err(|(line, column, problem)| refuse(line, column, problem))?;
+        if options.needs_reference && options.reference.is_none() && !layout.has_reference() {
+            return Err(refuse(line, None, no_reference(&layout)));
         }
-        let parser = RowParser::new(&layout);
-        Ok(Self {
+        let reader = Self::of(log, layout, rows_from, tally);
+        match &options.reference {
+            Some(second) => join::with_reference(reader, second, options),
+            None => Ok(reader),
+        }
+    }
+
+    /// Opens a file for its reference alone.
+    pub(super) fn of_reference(path: &Path, options: &Options) -> Result<Self, LogError> {
+        let log = path.display().to_string();
+        let refuse = |line, column, problem| LogError::new(&log, line, column, problem);
+        let maps = Maps::of_reference(options).map_err(|p| refuse(None, None, p))?;
+        let (layout, rows_from, tally, _) =
+            begin(path, &maps).map_err(|(line, column, problem)| refuse(line, column, problem))?;
+        Ok(Self::of(log.clone(), layout, rows_from, tally))
+    }
+
+    fn of(log: String, layout: Layout, rows_from: Rows, tally: Tally) -> Self {
+        Self {
             log,
-            csv,
+            rows_from,
             layout,
-            record,
             start: None,
             last: None,
             pending: None,
-            tally: Tally::default(),
-            parser,
+            tally,
             rows: 0,
             faulty: 0,
             marked: false,
@@ -111,8 +104,10 @@ impl Reader {
             ended: false,
             behind: 0,
             behind_since: 0,
+            repeats: 0,
+            skip_times: Times::default(),
             apart: 0,
-        })
+        }
     }
 
     /// What the columns hold.
@@ -139,6 +134,21 @@ impl Reader {
         (self.behind >= SET_BACK).then_some(self.behind_since)
     }
 
+    /// Where most times repeat the one before for want of digits: that, as a refusal.
+    pub(super) fn few_digits(&self) -> Option<Problem> {
+        let rows = self.tally.rows(RowFault::TimeGoingBack);
+        let step = match &self.rows_from {
+            Rows::Text { parser, .. } => parser.finest_time(),
+            Rows::Ready { .. } => return None,
+        };
+        let share = rows as f64 / self.rows.max(1) as f64;
+        (share > 0.1 && self.repeats > rows / 2 && (1e-3..1e9).contains(&step)).then_some(Problem::FewDigits {
+            step,
+            rows: self.repeats,
+            all: self.rows,
+        })
+    }
+
     /// Rows so far that were left out, or of which a value was.
     #[must_use]
     pub fn rows_faulty(&self) -> u64 {
@@ -151,6 +161,12 @@ impl Reader {
         self.marked
     }
 
+    /// Whether the row given last holds no gyro because the message that it was did not.
+    #[must_use]
+    pub fn row_is_of_reference(&self, row: &Row) -> bool {
+        matches!(self.rows_from, Rows::Ready { .. }) && row.gyro.iter().all(|x| x.is_nan())
+    }
+
     /// When the row given last was read, ns: the row after it had to come before it was given.
     #[must_use]
     pub fn row_read_ns(&self) -> u64 {
@@ -160,7 +176,10 @@ impl Reader {
     /// SHA-256 of the bytes read so far; of the whole log once the rows have ended.
     #[must_use]
     pub fn sha256(&self) -> String {
-        self.csv.get_ref().sha256()
+        match &self.rows_from {
+            Rows::Text { table, .. } => table.source().sha256(),
+            Rows::Ready { sha256, .. } => sha256.clone(),
+        }
     }
 
     /// The log's path, or `standard input`.
@@ -176,6 +195,10 @@ impl Reader {
             let column = &self.layout.columns[column];
             (column.name.clone(), column.channel.axis())
         });
+        match &self.rows_from {
+            Rows::Text { table, .. } => faults.extend(skipped::faults(table.skipped(), &self.skip_times)),
+            Rows::Ready { notes, .. } => faults.extend(notes.iter().cloned()),
+        }
         if let Some(first) = self.layout.unused_names.first() {
             faults.push(DataFault {
                 fault: "unused-columns".to_owned(),
@@ -220,8 +243,10 @@ impl Reader {
             let held_is_ahead = self.last.map_or(held.time - next.time > FIRST_AHEAD, |last| {
                 next.time > last && held.time - last > AHEAD * (next.time - last)
             });
+            let repeats = next.time == held.time;
             let (kept, dropped, fault) =
                 if held_is_ahead { (next, held, RowFault::TimeAhead) } else { (held, next, RowFault::TimeGoingBack) };
+            self.repeats += u64::from(repeats);
             self.tally.add(fault, 0, dropped.line, self.seconds(dropped.time));
             self.faulty += u64::from(!dropped.marked);
             if fault == RowFault::TimeGoingBack {
@@ -230,6 +255,27 @@ impl Reader {
             }
             self.pending = Some(kept);
         }
+    }
+
+    /// All rows that have a time, as they stand in the file.
+    pub(super) fn drain(&mut self) -> Result<Vec<Pending>, LogError> {
+        let mut rows = Vec::new();
+        while let Some(row) = self.parse_row()? {
+            rows.push(row);
+        }
+        Ok(rows)
+    }
+
+    /// Goes on with these rows and these faults in place of what was drained.
+    pub(super) fn go_on(&mut self, rows: Vec<Pending>, layout: Layout, more: Vec<DataFault>) {
+        let mut notes: Vec<DataFault> = self.faults();
+        notes.extend(more);
+        let sha256 = self.sha256();
+        self.rows_from = Rows::Ready { rows: rows.into_iter(), sha256, notes };
+        self.tally = Tally::of_messages();
+        (self.layout, self.rows, self.faulty, self.ended) = (layout, 0, 0, false);
+        // They are among the notes.
+        self.layout.unused_names.clear();
     }
 
     fn seconds(&self, time: i128) -> Option<f64> {
@@ -265,33 +311,43 @@ impl Reader {
             if self.ended {
                 return Ok(None);
             }
-            self.csv.get_mut().next_line();
-            let before = self.csv.position().line();
-            let found = self.csv.read_byte_record(&mut self.record).map_err(|e| {
-                let problem = read_problem(&self.csv, e);
-                self.error(before, None, problem)
-            })?;
-            if !found {
-                self.ended = true;
-                return Ok(None);
-            }
-            self.rows += 1;
-            let record = std::mem::take(&mut self.record);
-            let row = self.parse(&record);
-            self.record = record;
-            if let Some(row) = row? {
+            let before = self.pending.as_ref().map(|row| row.time).or(self.last);
+            let last = before.and_then(|time| self.seconds(time)).unwrap_or(0.0);
+            let parsed = match &mut self.rows_from {
+                Rows::Ready { rows, .. } => {
+                    let next = rows.next();
+                    self.ended = next.is_none();
+                    self.rows += u64::from(next.is_some());
+                    self.faulty += u64::from(next.as_ref().is_some_and(|row| row.marked));
+                    return Ok(next);
+                }
+                Rows::Text { table, parser } => {
+                    let line = table.line() + 1;
+                    self.skip_times.look(table.skipped(), last);
+                    let packed = table.source().is_packed();
+                    match table.next_row() {
+                        Ok(Some(row)) => {
+                            self.rows += 1;
+                            (row.line, parser.parse(row, &self.layout))
+                        }
+                        Ok(None) => {
+                            self.ended = true;
+                            self.skip_times.look(table.skipped(), last);
+                            return Ok(None);
+                        }
+                        Err(error) => return Err(self.error(line, None, line_problem(error, packed))),
+                    }
+                }
+            };
+            if let Some(row) = self.timed(parsed)? {
                 return Ok(Some(row));
             }
         }
     }
 
     /// A row with its time, its faults counted; `None` where it has no time.
-    fn parse(&mut self, record: &ByteRecord) -> Result<Option<Pending>, LogError> {
-        let line = record.position().map_or(0, csv::Position::line);
-        let parsed = match self.parser.parse(record, &self.layout) {
-            Ok(parsed) => parsed,
-            Err((column, problem)) => return Err(self.error(line, column, problem)),
-        };
+    fn timed(&mut self, (line, parsed): (u64, Parsing)) -> Result<Option<Pending>, LogError> {
+        let parsed = parsed.map_err(|(column, problem)| self.error(line, column, problem))?;
         let t = parsed.time.map_or_else(
             || self.last.and_then(|last| self.seconds(last)),
             |time| Some(self.seconds(time).unwrap_or(0.0)),
@@ -306,22 +362,6 @@ impl Reader {
     }
 }
 
-/// What a line says of the columns. NumPy puts `#` before a header.
-fn header(record: &ByteRecord, map: Option<&ColumnMap>) -> Result<Layout, Refusal> {
-    let mut fields: Vec<&[u8]> = record.iter().collect();
-    Layout::new(&fields, map).or_else(|refusal| {
-        let Some(bare) = record[0].trim_ascii().strip_prefix(b"#") else { return Err(refusal) };
-        fields[0] = bare;
-        Layout::new(&fields, map).map_err(|_| refusal)
-    })
-}
-
-/// Whether a line is a remark, or a spreadsheet's `sep=,`, as they stand above a header.
-fn stands_above(record: &ByteRecord) -> bool {
-    let first = record[0].trim_ascii();
-    first.starts_with(b"#") || first.get(..4).is_some_and(|first| first.eq_ignore_ascii_case(b"sep="))
-}
-
 impl Iterator for Reader {
     type Item = Result<Row, LogError>;
 
@@ -330,10 +370,10 @@ impl Iterator for Reader {
     }
 }
 
-fn read_problem(csv: &csv::Reader<Input>, error: csv::Error) -> Problem {
-    let error = match error.into_kind() {
-        csv::ErrorKind::Io(error) => error,
-        other => std::io::Error::other(format!("{other:?}")),
-    };
-    csv.get_ref().problem(error)
+/// The refusal of a log whose layout has no reference.
+pub(super) fn no_reference(layout: &Layout) -> Problem {
+    let axis = layout.gyros().first().map_or("z", |a| a.letter());
+    let flags = |picks: &[Pick]| picks.iter().map(Pick::flag).collect::<Vec<_>>().join(" ");
+    let near = near_names(&layout.free_names);
+    Problem::NoReference { axis, chosen: flags(&layout.chosen), likely: flags(&layout.offered), near }
 }

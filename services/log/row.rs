@@ -2,23 +2,33 @@
 
 use super::{
     error::Problem,
-    header::Layout,
-    number::{self, Field, TimeField},
+    header::{Column, Layout},
     tally::RowFault,
     unit::Channel,
 };
-use csv::ByteRecord;
 use gyro_model::Row;
+use log_readers::text::{self, Dialect, Field, Form, TextRow, TimeField};
 
 /// Readings beyond this are no sensor's: rad/s, rad, m/s², °C, V alike.
-const IMPOSSIBLE: f64 = 1e9;
+pub(super) const IMPOSSIBLE: f64 = 1e9;
 
 /// Bytes of a field that are shown in a message.
 const SHOWN: usize = 400;
 
-/// Turns fields into rows. It remembers which free channels hold numbers and which hold text.
+/// A day, ns.
+const DAY: i128 = 86_400_000_000_000;
+
+/// Turns fields into rows. It remembers which free channels hold numbers and which hold text, and what day it is.
 pub struct RowParser {
     free: Vec<FreeKind>,
+    dialect: Dialect,
+    /// The last time of day, and the midnights passed since the first, ns.
+    clock: Option<i128>,
+    midnights: i128,
+    /// The finest power of ten of a second that a time was written to.
+    finest: i32,
+    /// Whether a row was read.
+    begun: bool,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -40,23 +50,34 @@ pub struct Parsed {
 
 impl RowParser {
     /// For rows of this layout.
-    pub fn new(layout: &Layout) -> Self {
-        Self { free: vec![FreeKind::Unknown; layout.columns.len()] }
+    pub fn new(layout: &Layout, dialect: Dialect) -> Self {
+        let free = vec![FreeKind::Unknown; layout.columns.len()];
+        Self { free, dialect, clock: None, midnights: 0, finest: i32::MAX, begun: false }
+    }
+
+    /// What the last digit of a time is worth, the finest of all so far, s.
+    pub fn finest_time(&self) -> f64 {
+        10_f64.powi(self.finest)
     }
 
     /// Reads one row.
     ///
     /// # Errors
     /// Text where a number should be, a time out of range, a row of another length; with the column's place.
-    pub fn parse(&mut self, record: &ByteRecord, layout: &Layout) -> Result<Parsed, (Option<usize>, Problem)> {
-        if record.len() != layout.columns.len() {
-            return Err((None, Problem::Length { found: record.len(), wanted: layout.columns.len() }));
+    pub fn parse(&mut self, fields: TextRow, layout: &Layout) -> Result<Parsed, (Option<usize>, Problem)> {
+        let (found, wanted) = (fields.fields().len(), layout.columns.len());
+        let first = !std::mem::replace(&mut self.begun, true);
+        if found != wanted {
+            let twice = first && found > wanted && found <= 2 * wanted && self.dialect == text::CSV;
+            let problem =
+                if twice { Problem::DecimalCommas { found, wanted } } else { Problem::Length { found, wanted } };
+            return Err((None, problem));
         }
         let (mut row, mut time, mut faults) = (Row::EMPTY, None, Vec::new());
-        for (i, (field, column)) in record.iter().zip(&layout.columns).enumerate() {
+        for (i, (field, column)) in fields.fields().zip(&layout.columns).enumerate() {
             match column.channel {
                 Channel::Unused => {}
-                Channel::Time => match number::time(field, column.conversion.exponent) {
+                Channel::Time => match self.time(field, column, fields) {
                     TimeField::Nanoseconds(ns) => time = Some(ns),
                     TimeField::NoTime => faults.push((RowFault::NoTime, i)),
                     TimeField::OutOfRange => return Err((Some(i), Problem::TimeRange(shown(field)))),
@@ -77,6 +98,50 @@ impl RowParser {
         Ok(Parsed { row, time, faults })
     }
 
+    /// A row's time, however it is written.
+    fn time(&mut self, field: &[u8], column: &Column, fields: TextRow) -> TimeField {
+        let point = self.dialect.point;
+        let other = |place: usize| fields.field(place).unwrap_or_default();
+        let whole = |read: Option<i128>, field: &[u8]| match read {
+            Some(ns) => TimeField::Nanoseconds(ns),
+            None if field.trim_ascii().is_empty() => TimeField::NoTime,
+            None => TimeField::Text,
+        };
+        match column.form {
+            Form::Number(exponent) => {
+                if let Some(last) = text::last_digit(field, point) {
+                    self.finest = self.finest.min(last + exponent - 9);
+                }
+                let scaled = |ns: i128| (ns as f64 * column.conversion.scale + column.conversion.offset * 1e9) as i128;
+                match text::time(field, point, exponent) {
+                    TimeField::Nanoseconds(ns) if column.is_scaled_time() => TimeField::Nanoseconds(scaled(ns)),
+                    time => time,
+                }
+            }
+            Form::DateTime | Form::DayFirst => whole(text::date_time(field), field),
+            Form::Clock => whole(text::clock(field).map(|clock| self.with_midnights(clock)), field),
+            Form::Parts(place) => match (text::time(field, point, 9), text::time(other(place), point, 0)) {
+                (TimeField::Nanoseconds(seconds), TimeField::Nanoseconds(ns)) => TimeField::Nanoseconds(seconds + ns),
+                (TimeField::Nanoseconds(_), bad) | (bad, _) => bad,
+            },
+            Form::DateAndClock(place) => {
+                let (date, clock) =
+                    if text::date(field).is_some() { (field, other(place)) } else { (other(place), field) };
+                let sum = text::date(date).zip(text::clock(clock)).map(|((day, _), clock)| day * DAY + clock);
+                whole(sum, field)
+            }
+        }
+    }
+
+    /// A time of day goes on past midnight.
+    fn with_midnights(&mut self, clock: i128) -> i128 {
+        if self.clock.is_some_and(|before| before - clock > DAY / 2) {
+            self.midnights += DAY;
+        }
+        self.clock = Some(clock);
+        clock + self.midnights
+    }
+
     /// The number in a field, as written; `None` where there is none or it cannot be used.
     fn value(
         &mut self,
@@ -86,7 +151,7 @@ impl RowParser {
         faults: &mut Vec<(RowFault, usize)>,
     ) -> Result<Option<f64>, (Option<usize>, Problem)> {
         let free = matches!(channel, Channel::Free(_));
-        match number::value(field) {
+        match self.dialect.value(field) {
             Field::Number(x) if x.abs() > IMPOSSIBLE && !free => faults.push((RowFault::Impossible, i)),
             Field::Number(x) => {
                 if self.free[i] == FreeKind::Unknown {
@@ -112,7 +177,7 @@ fn shown(field: &[u8]) -> String {
 }
 
 /// Where a channel's value goes.
-fn place(row: &mut Row, channel: Channel) -> Option<&mut f64> {
+pub(super) fn place(row: &mut Row, channel: Channel) -> Option<&mut f64> {
     Some(match channel {
         Channel::Gyro(axis) => &mut row.gyro[axis.index()],
         Channel::RefAngle(axis) => &mut row.ref_angle[axis.index()],
@@ -127,7 +192,7 @@ fn place(row: &mut Row, channel: Channel) -> Option<&mut f64> {
 }
 
 /// Scales a quaternion to length 1; one that is far from it, or has only a part, is no value.
-fn check_quaternion(q: &mut [f64; 4]) -> Option<RowFault> {
+pub(super) fn check_quaternion(q: &mut [f64; 4]) -> Option<RowFault> {
     let present = q.iter().filter(|x| x.is_finite()).count();
     let length = q.iter().map(|x| x * x).sum::<f64>().sqrt();
     if (0.9..=1.1).contains(&length) {

@@ -33,17 +33,32 @@ struct Count {
 
 /// The counts so far, by fault and column.
 #[derive(Clone, Debug, Default)]
-pub struct Tally(BTreeMap<(RowFault, usize), Count>);
+pub struct Tally {
+    counts: BTreeMap<(RowFault, usize), Count>,
+    /// Whether places are messages, not lines.
+    of_messages: bool,
+}
 
 impl Tally {
+    /// Of messages, which have no lines.
+    pub fn of_messages() -> Self {
+        Self { of_messages: true, ..Self::default() }
+    }
+
     /// One more; `t` in seconds from the first row, where it is known.
     pub fn add(&mut self, fault: RowFault, column: usize, line: u64, t: Option<f64>) {
-        self.0.entry((fault, column)).or_insert(Count { rows: 0, first_line: line, first_t: t }).rows += 1;
+        self.counts.entry((fault, column)).or_insert(Count { rows: 0, first_line: line, first_t: t }).rows += 1;
+    }
+
+    /// Rows of this fault so far.
+    pub fn rows(&self, fault: RowFault) -> u64 {
+        self.counts.iter().filter(|((found, _), _)| *found == fault).map(|(_, count)| count.rows).sum()
     }
 
     /// As reported, `of` giving a column's name and the axis that it is of.
     pub fn report(&self, of: impl Fn(usize) -> (String, Option<Axis>)) -> Vec<DataFault> {
-        self.0
+        let place = if self.of_messages { "message" } else { "line" };
+        self.counts
             .iter()
             .map(|(&(found, column), count)| {
                 let (n, line, (name, axis)) = (count.rows, count.first_line, of(column));
@@ -76,7 +91,7 @@ impl Tally {
                     axis: axis.filter(|_| of_column),
                     count: n,
                     first_t: count.first_t,
-                    says: format!("{what} (first at line {line})"),
+                    says: format!("{what} (first at {place} {line})"),
                 }
             })
             .collect()

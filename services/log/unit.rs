@@ -1,6 +1,7 @@
 //! Column names of the log format, and the units that a suffix on them means.
 
 use gyro_model::Axis;
+use log_readers::unit::Unit;
 
 /// What a column holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +29,12 @@ pub enum Channel {
 }
 
 impl Channel {
+    /// Whether it is what a gyro is held against.
+    #[must_use]
+    pub fn is_reference(&self) -> bool {
+        matches!(self, Self::RefAngle(_) | Self::RefRate(_) | Self::Quaternion(_))
+    }
+
     /// The axis whose gyro or reference it is.
     #[must_use]
     pub fn axis(self) -> Option<Axis> {
@@ -125,6 +132,45 @@ fn quantity(channel: Channel) -> &'static str {
     }
 }
 
+/// A unit as written, for a channel of the format.
+pub fn converted(channel: Channel, unit: Unit) -> Option<Conversion> {
+    let suffix = unit.suffix.trim_start_matches('_');
+    let own = match units(channel).iter().find(|(known, _)| *known == suffix) {
+        Some(&(_, conversion)) => conversion,
+        None if suffix.is_empty() => Conversion::NONE,
+        None => return None,
+    };
+    Some(Conversion { scale: own.scale * unit.factor, ..own })
+}
+
+/// The name of the format that a free channel's name may be a slip of.
+pub fn near(written: &str) -> Option<String> {
+    const BASES: [&str; 12] = [
+        "gyro_x",
+        "gyro_y",
+        "gyro_z",
+        "ref_angle_x",
+        "ref_angle_y",
+        "ref_angle_z",
+        "ref_rate_x",
+        "ref_rate_y",
+        "ref_rate_z",
+        "ref_qw",
+        "ref_qx",
+        "ref_qy",
+    ];
+    if !matches!(name(written), Name::Free) || written.len() < 5 {
+        return None;
+    }
+    let lower = written.to_lowercase();
+    let (_, suffix) = SUFFIXES.iter().filter_map(|s| lower.rsplit_once('_').filter(|(_, end)| end == s)).next().unzip();
+    let ending = suffix.map_or(String::new(), |suffix| format!("_{suffix}"));
+    let bare = lower.strip_suffix(&ending).unwrap_or(&lower);
+    let near = BASES.iter().filter(|base| bare.chars().last() == base.chars().last());
+    let near = near.map(|base| (strsim::damerau_levenshtein(bare, base), base)).filter(|(distance, _)| *distance <= 2);
+    near.min().map(|(_, base)| format!("{base}{ending}"))
+}
+
 /// What a header's name means.
 #[derive(Debug, PartialEq)]
 pub enum Name {
@@ -184,6 +230,15 @@ mod tests {
         assert!((si("temp_k", 273.15)).abs() < 1e-12);
         assert!((si("supply_mv", 3300.0) - 3.3).abs() < 1e-15);
         assert_eq!(known("t_us").1.exponent, 3);
+    }
+
+    #[test]
+    fn a_slip_of_the_pen_is_named() {
+        assert_eq!(near("ref_agnle_z").as_deref(), Some("ref_angle_z"));
+        assert_eq!(near("gyr_x_dps").as_deref(), Some("gyro_x_dps"));
+        for text in ["gyro_x", "motor_x", "angle", "ref_qw", "load", "gyro_q"] {
+            assert_eq!(near(text), None, "{text}");
+        }
     }
 
     #[test]

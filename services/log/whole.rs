@@ -1,8 +1,11 @@
 //! A whole log in memory, with what is checked over all of it.
 
-use super::{FAULTY_SHARE, FEWEST_ROWS, LogError, Options, Provenance, Reader, error::Problem, jump};
+use super::{
+    FAULTY_SHARE, FEWEST_ROWS, LogError, Options, Provenance, Reader, dependent, error::Problem, jump,
+    reader::no_reference,
+};
 use gyro_model::{
-    Axis, Record, Row,
+    Record, Row,
     diagnosis::DataFault,
     faults::{
         self,
@@ -21,7 +24,8 @@ pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, P
     let mut marked = Vec::new();
     while let Some(row) = reader.next_row()? {
         record.rows.push(row);
-        marked.push(reader.row_was_marked());
+        // A message without a gyro's reading has lost none.
+        marked.push(reader.row_was_marked() || reader.row_is_of_reference(&row));
     }
     let refuse = |problem| LogError::new(reader.log(), None, None, problem);
     let mut found = reader.faults();
@@ -36,11 +40,17 @@ pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, P
         record = checked;
     }
     found.extend(report.faults);
+    if let Some(by) = &reader.layout().dependent {
+        found.push(dependent::fault(by, record.len() as u64));
+    }
     let faulty = reader.rows_faulty() + left_out + report.rows_marked;
     let costs_rows =
         |f: &&DataFault| ["non-finite", "time-going-back", "outliers", "repeated-samples"].contains(&f.fault.as_str());
     let worst = || found.iter().filter(costs_rows).max_by_key(|f| f.count).map_or_else(String::new, |f| f.says.clone());
     if faulty as f64 > FAULTY_SHARE * reader.rows_read() as f64 {
+        if let Some(problem) = reader.few_digits() {
+            return Err(refuse(problem));
+        }
         if let Some(line) = reader.starts_again() {
             return Err(refuse(Problem::StartsAgain { line }));
         }
@@ -58,7 +68,7 @@ pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, P
         return Err(refuse(Problem::TooFew { found: usable, wanted: FEWEST_ROWS, why }));
     }
     if options.needs_reference && record.fitted_axes().is_empty() {
-        return Err(refuse(Problem::NoReference(gyros.first().map_or("z", |a: &Axis| a.letter()))));
+        return Err(refuse(no_reference(reader.layout())));
     }
     let mut provenance = provenance(path, &reader, &record);
     provenance.start_ns += i128::from(origin);
@@ -79,5 +89,6 @@ fn provenance(path: &Path, reader: &Reader, record: &Record) -> Provenance {
         temperature,
         supply,
         start_ns: reader.start_ns().unwrap_or_default(),
+        chosen: reader.layout().chosen.clone(),
     }
 }

@@ -13,7 +13,7 @@ mod read;
 mod schema;
 mod write;
 
-pub use read::{AsCsv, MAGIC};
+pub use read::{AsCsv, is_own};
 pub use write::RecordingWriter;
 
 use gyro_model::Axis;

@@ -8,7 +8,16 @@ use mcap::io::MessageReader;
 use std::io::{self, Read, Write as _};
 
 /// The first bytes of an MCAP file.
-pub const MAGIC: [u8; 8] = [0x89, b'M', b'C', b'A', b'P', 0x30, b'\r', b'\n'];
+pub(super) const MAGIC: [u8; 8] = [0x89, b'M', b'C', b'A', b'P', 0x30, b'\r', b'\n'];
+
+/// Whether a file that begins like this, its header in it, is a recording of ours.
+#[must_use]
+pub fn is_own(start: &[u8]) -> bool {
+    start.starts_with(&MAGIC) && start.windows(LIBRARY.len()).any(|part| part == LIBRARY)
+}
+
+/// How the name of what wrote a recording of ours begins.
+const LIBRARY: &[u8] = b"truerate ";
 
 /// Turns the bytes of a recording into those of a log, a message a line.
 pub struct AsCsv<R: Read> {

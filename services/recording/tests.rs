@@ -60,7 +60,8 @@ fn both_channels_say_what_they_hold_in_a_protobuf_schema() {
     let path = folder.path().join("r.mcap");
     recorded(&path, 0);
     let bytes = std::fs::read(&path).unwrap();
-    assert_eq!(bytes[..8], MAGIC);
+    assert_eq!(bytes[..8], read::MAGIC);
+    assert!(is_own(&bytes[..64]));
     let mut counts = [0, 0];
     for message in mcap::MessageStream::new(&bytes).unwrap() {
         let message = message.unwrap();

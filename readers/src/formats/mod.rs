@@ -1,0 +1,40 @@
+//! One format a file.
+
+mod ardupilot;
+mod bag;
+mod delimited;
+mod mcap;
+mod primitive;
+mod ros;
+mod ulog;
+mod unread;
+
+pub use unread::{Unread, unread};
+
+use crate::format::{Format, START};
+
+/// The formats, the surest sign first. Text is what is none of the others.
+pub static FORMATS: [&dyn Format; 5] = [&ulog::Ulog, &mcap::Mcap, &bag::Bag, &ardupilot::ArduPilot, &delimited::Text];
+
+/// The format of a file that begins like this, at most [`START`] bytes of it.
+#[must_use]
+pub fn recognise(start: &[u8]) -> &'static dyn Format {
+    let start = &start[..start.len().min(START)];
+    FORMATS.iter().copied().find(|format| format.recognises(start)).unwrap_or(&delimited::Text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_read_is_named_with_a_way_out_and_text_is_not_taken_for_it() {
+        assert!(unread(b"SQLite format 3\0....").is_some_and(|unread| unread.remedy.contains("ros2 bag convert")));
+        assert!(unread(&[0, 1, 2, 3, 4, 200, 201]).is_some());
+        for text in
+            [&b"t,gyro_x\r\n0,1\r\n"[..], b"", b"\xef\xbb\xbft,gyro", "Zeit;Drehrate (°/s)\n".as_bytes(), b"0,\xff\xfe"]
+        {
+            assert_eq!(unread(text), None, "{text:?}");
+        }
+    }
+}

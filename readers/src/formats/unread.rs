@@ -1,0 +1,44 @@
+//! Files that are not read, known by their beginning, and what makes one that is.
+
+/// What a file is, and what to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unread {
+    /// What it is.
+    pub what: &'static str,
+    /// What to do.
+    pub remedy: &'static str,
+}
+
+const KNOWN: &[(&[u8], &str, &str)] = &[
+    (b"SQLite format 3", "an SQLite database (a ROS 2 .db3?)", "make an MCAP of it: `ros2 bag convert`"),
+    (b"PAR1", "a Parquet file", "write it as CSV: pandas.read_parquet(F).to_csv(G, index=False)"),
+    (b"PK\x03\x04", "a zip archive (an .xlsx, or a phone's export)", "unpack it, or save the sheet as CSV"),
+    (b"\xd0\xcf\x11\xe0", "an old Excel sheet", "save it as CSV"),
+    (b"H Product:Blackbox", "a raw Betaflight log", "decode it: `blackbox_decode LOG.BBL`"),
+    (b"\x89HDF", "an HDF5 file (a new .mat?)", "write it as CSV: in MATLAB, writetimetable(T, \"log.csv\")"),
+    (b"MATLAB 5.0", "a .mat file", "write it as CSV: writetimetable(T, \"log.csv\")"),
+    (b"\x28\xb5\x2f\xfd", "packed with zstd", "unpack it: `zstd -d`"),
+    (b"BZh", "packed with bzip2", "unpack it: `bunzip2`"),
+    (b"\xfd7zXZ", "packed with xz", "unpack it: `unxz`"),
+    (b"7z\xbc\xaf", "a 7z archive", "unpack it"),
+    (b"\xff\xfe", "text in UTF-16", "save it as UTF-8: `iconv -f UTF-16 -t UTF-8`"),
+    (b"\xfe\xff", "text in UTF-16", "save it as UTF-8: `iconv -f UTF-16 -t UTF-8`"),
+    (b"\x93NUMPY", "a NumPy array", "write it as text: numpy.savetxt with a header"),
+    (b"\xa3\x95", "an ArduPilot log without its beginning", "copy it anew"),
+    (b"<?xml", "XML", "export it as CSV"),
+    (b"{", "JSON", "write it as CSV: pandas.read_json(F).to_csv(G, index=False)"),
+];
+
+/// What a file that begins like this is, where it is none that is read.
+#[must_use]
+pub fn unread(start: &[u8]) -> Option<Unread> {
+    let known = KNOWN.iter().find(|(magic, ..)| start.starts_with(magic));
+    if let Some(&(_, what, remedy)) = known {
+        return Some(Unread { what, remedy });
+    }
+    let binary = start.iter().filter(|&&b| b < b' ' && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0c)).count();
+    (8 * binary > start.len()).then_some(Unread {
+        what: "no text, and of no format that is read",
+        remedy: "export it as CSV from the program that wrote it",
+    })
+}

@@ -1,0 +1,20 @@
+//! Logs of gyros in the formats that people have: bytes in, typed channels of timed values out. No file, clock or process:
+//! whoever has bytes can read them, a browser too.
+//!
+//! | module | noun |
+//! | --- | --- |
+//! | [`format`] | what all formats have in common: topics, messages, notes |
+//! | [`formats`] | one format a file, one static list |
+//! | [`bytes`] | bytes taken in order, lengths never trusted |
+//! | [`survey`] | what a file holds, channel by channel |
+//! | [`meaning`] | what names and units say, and a map to the names of our logs |
+//! | [`text`] | delimited text, row by row |
+//! | [`unit`] | units as people write them |
+
+pub mod bytes;
+pub mod format;
+pub mod formats;
+pub mod meaning;
+pub mod survey;
+pub mod text;
+pub mod unit;

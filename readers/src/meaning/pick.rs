@@ -1,0 +1,80 @@
+//! One channel taken under a name of our logs.
+
+use crate::unit::Unit;
+use std::fmt;
+
+/// `NAME=FACTOR*CHANNEL+OFFSET`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pick {
+    /// The name of our logs, its unit as a suffix.
+    pub name: String,
+    /// The channel as its file names it.
+    pub channel: String,
+    /// Times this.
+    pub factor: f64,
+    /// Plus this.
+    pub offset: f64,
+}
+
+impl Pick {
+    /// A channel under a name without suffix, in this unit.
+    #[must_use]
+    pub fn new(name: &str, channel: &str, unit: Option<Unit>) -> Self {
+        let (suffix, factor) = unit.map_or(("", 1.0), |unit| (unit.suffix, unit.factor));
+        Self { name: format!("{name}{suffix}"), channel: channel.to_owned(), factor, offset: 0.0 }
+    }
+
+    /// As `--map` takes it, quoted for a shell where that is needed.
+    #[must_use]
+    pub fn flag(&self) -> String {
+        let text = self.to_string();
+        let plain = |c: char| c.is_ascii_alphanumeric() || "_-./=:,+@%".contains(c);
+        if text.chars().all(plain) {
+            format!("--map {text}")
+        } else {
+            format!("--map '{}'", text.replace('\'', "'\\''"))
+        }
+    }
+}
+
+impl fmt::Display for Pick {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}=", self.name)?;
+        if self.factor != 1.0 {
+            write!(f, "{}*", self.factor)?;
+        }
+        f.write_str(&self.channel)?;
+        if self.offset != 0.0 {
+            write!(f, "+{}", self.offset)?;
+        }
+        Ok(())
+    }
+}
+
+/// A channel that was computed from the gyro of its own file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Dependent {
+    /// The channel, or what its name begins with.
+    pub channel: String,
+    /// What computed it.
+    pub by: &'static str,
+}
+
+/// What a file's names say of its channels.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Proposal {
+    /// Clear: taken without asking.
+    pub chosen: Vec<Pick>,
+    /// Likely: for the user to choose.
+    pub offered: Vec<Pick>,
+    /// No reference for this gyro.
+    pub dependent: Vec<Dependent>,
+}
+
+impl Proposal {
+    /// Why this channel is no reference for the gyro of its file.
+    #[must_use]
+    pub fn dependence(&self, channel: &str) -> Option<&'static str> {
+        self.dependent.iter().find(|d| channel.starts_with(&d.channel)).map(|d| d.by)
+    }
+}

@@ -1,0 +1,216 @@
+//! A map for a table of text.
+
+use super::{AXES, Dependent, Meaning, PARTS, Pick, Proposal, What, Who, understand};
+use crate::{
+    text::{self, Head, TimeField},
+    unit::{self, Unit},
+};
+
+/// What the names of a text say. `taken` tells the names of our logs that it has already: they need no map.
+#[must_use]
+pub fn of_text(head: &Head, taken: &dyn Fn(&str) -> bool) -> Proposal {
+    let meanings: Vec<(usize, Meaning)> = (head.names.iter().zip(&head.units).enumerate())
+        .filter_map(|(i, (name, unit))| understand(name, *unit).map(|meaning| (i, meaning)))
+        .collect();
+    let mut of = Of { head, meanings, taken, found: Proposal::default() };
+    of.found.dependent = dependent(&head.names);
+    of.time();
+    let has_gyro = of.gyro() || AXES.iter().any(|axis| taken(&format!("gyro_{axis}")));
+    of.one_sensor("accel", |what| if let What::Acceleration(axis) = what { Some(axis) } else { None });
+    of.single("temp", What::Temperature);
+    of.single("supply", What::Supply);
+    of.orientation(has_gyro);
+    of.angles();
+    of.found
+}
+
+struct Of<'a> {
+    head: &'a Head,
+    meanings: Vec<(usize, Meaning)>,
+    taken: &'a dyn Fn(&str) -> bool,
+    found: Proposal,
+}
+
+impl Of<'_> {
+    fn pick(&self, name: &str, column: usize, unit: Option<Unit>) -> Pick {
+        Pick::new(name, &self.head.names[column], unit)
+    }
+
+    fn has(&self, name: &str) -> bool {
+        let named = |pick: &Pick| pick.name == name || pick.name.starts_with(&format!("{name}_"));
+        (self.taken)(name) || self.found.chosen.iter().any(named)
+    }
+
+    fn time(&mut self) {
+        if (self.taken)("t") {
+            return;
+        }
+        let times = self.meanings.iter().filter(|(_, meaning)| meaning.what == What::Time);
+        let Some(&(column, ref meaning)) = times.min_by_key(|(column, meaning)| (meaning.rank, *column)) else {
+            return;
+        };
+        let unit = meaning.unit.or_else(|| time_unit(self.head, column));
+        // The Xsens clock ticks ten thousand times a second.
+        let ticks = self.head.names[column].trim() == "SampleTimeFine";
+        let unit = if ticks { Some(Unit { factor: 100.0, ..unit::MICROSECONDS }) } else { unit };
+        self.found.chosen.push(self.pick("t", column, unit));
+    }
+
+    /// Whether there is a gyro to choose. A second one is offered as a reference.
+    fn gyro(&mut self) -> bool {
+        let degrees = self.head.names.iter().any(|name| name.trim() == "loopIteration");
+        let unsaid = if degrees { Some(unit::DEGREES_PER_SECOND) } else { None };
+        let rates: Vec<(usize, usize, Meaning)> = (self.meanings.iter())
+            .filter_map(|(i, m)| if let What::Rate(axis) = m.what { Some((*i, axis, m.clone())) } else { None })
+            .collect();
+        let mut sensors: Vec<&str> = Vec::new();
+        for (column, axis, meaning) in &rates {
+            let unit = meaning.unit.or(unsaid);
+            if meaning.who == Who::Reference {
+                let name = format!("ref_rate_{}", AXES[*axis]);
+                if !self.has(&name) {
+                    self.found.chosen.push(self.pick(&name, *column, unit));
+                }
+                continue;
+            }
+            if !sensors.contains(&meaning.sensor.as_str()) {
+                sensors.push(&meaning.sensor);
+            }
+            let first = sensors[0] == meaning.sensor;
+            let name = format!("{}_{}", if first { "gyro" } else { "ref_rate" }, AXES[*axis]);
+            if self.has(&name) {
+                continue;
+            }
+            let pick = self.pick(&name, *column, unit);
+            if first { &mut self.found.chosen } else { &mut self.found.offered }.push(pick);
+        }
+        !sensors.is_empty()
+    }
+
+    /// The axes of the first sensor that has them.
+    fn one_sensor(&mut self, base: &str, axis: impl Fn(What) -> Option<usize>) {
+        let of: Vec<(usize, usize, Meaning)> =
+            self.meanings.iter().filter_map(|(i, m)| axis(m.what).map(|axis| (*i, axis, m.clone()))).collect();
+        let Some(first) = of.iter().min_by_key(|(i, _, m)| (m.rank, *i)).map(|(_, _, m)| m.sensor.clone()) else {
+            return;
+        };
+        for (column, axis, meaning) in of.iter().filter(|(_, _, meaning)| meaning.sensor == first) {
+            let name = format!("{base}_{}", AXES[*axis]);
+            if !self.has(&name) {
+                self.found.chosen.push(self.pick(&name, *column, meaning.unit));
+            }
+        }
+    }
+
+    fn single(&mut self, name: &str, what: What) {
+        let of = self.meanings.iter().filter(|(_, meaning)| meaning.what == what);
+        if let Some((column, unit)) = of.min_by_key(|(i, m)| (m.rank, *i)).map(|(i, m)| (*i, m.unit))
+            && !self.has(name)
+        {
+            self.found.chosen.push(self.pick(name, column, unit));
+        }
+    }
+
+    /// A whole orientation: a reference where the name says so, or where the file has no gyro that it might come from.
+    fn orientation(&mut self, has_gyro: bool) {
+        let parts: Vec<(usize, usize, Meaning)> = (self.meanings.iter())
+            .filter_map(|(i, m)| if let What::Quaternion(part) = m.what { Some((*i, part, m.clone())) } else { None })
+            .collect();
+        let mut sensors: Vec<(&str, Who)> = parts.iter().map(|(_, _, m)| (m.sensor.as_str(), m.who)).collect();
+        sensors.dedup();
+        let whole = |sensor: &str| {
+            let column = |part| parts.iter().find(|(_, p, m)| *p == part && m.sensor == sensor).map(|(i, ..)| *i);
+            Some([column(0)?, column(1)?, column(2)?, column(3)?])
+        };
+        let named = sensors.iter().find(|(s, who)| *who == Who::Reference && whole(s).is_some());
+        let Some(&(sensor, who)) = named.or_else(|| sensors.iter().find(|(s, _)| whole(s).is_some())) else { return };
+        if self.has("ref_qw") {
+            return;
+        }
+        let picks = whole(sensor)
+            .into_iter()
+            .flatten()
+            .zip(PARTS)
+            .map(|(column, part)| self.pick(&format!("ref_q{part}"), column, None));
+        let picks: Vec<Pick> = picks.collect();
+        let clear = who == Who::Reference || !has_gyro;
+        if clear { &mut self.found.chosen } else { &mut self.found.offered }.extend(picks);
+    }
+
+    /// Angles: chosen where the name says that they are a reference, and whose.
+    fn angles(&mut self) {
+        let angles: Vec<(usize, Option<usize>, Meaning)> = (self.meanings.iter())
+            .filter_map(|(i, m)| if let What::Angle(axis) = m.what { Some((*i, axis, m.clone())) } else { None })
+            .collect();
+        let gyros: Vec<usize> = (0..3).filter(|axis| self.has(&format!("gyro_{}", AXES[*axis]))).collect();
+        let only = if gyros.len() == 1 { gyros.first().copied() } else { None };
+        for (column, axis, meaning) in angles {
+            let axis_or_only = axis.or(only);
+            let name = format!("ref_angle_{}", AXES[axis_or_only.unwrap_or(2)]);
+            if self.has(&name) {
+                continue;
+            }
+            let clear = meaning.who == Who::Reference && axis_or_only.is_some();
+            let pick = self.pick(&name, column, meaning.unit);
+            if clear { &mut self.found.chosen } else { &mut self.found.offered }.push(pick);
+        }
+    }
+}
+
+/// The unit of a time that the name does not say: an epoch's by its size, any other by the time from row to row, which lies
+/// between 0.1 ms and 0.1 s in every log of a gyro.
+#[must_use]
+pub fn time_unit(head: &Head, column: usize) -> Option<Unit> {
+    let point = head.dialect.point;
+    let times: Vec<f64> = (head.samples.iter())
+        .filter_map(|row| match text::time(row.get(column)?, point, 3) {
+            TimeField::Nanoseconds(thousandths) => Some(thousandths as f64 / 1e3),
+            _ => None,
+        })
+        .collect();
+    let first = *times.first()?;
+    if let Some(unit) = epoch_unit(first) {
+        return Some(unit);
+    }
+    let step = times.windows(2).map(|pair| pair[1] - pair[0]).find(|step| *step > 0.0)?;
+    Some(match step {
+        ..0.1 => unit::SECONDS,
+        0.1..100.0 => unit::MILLISECONDS,
+        100.0..1e5 => unit::MICROSECONDS,
+        _ => unit::NANOSECONDS,
+    })
+}
+
+/// The unit of a time since 1970, by its size, where it is later than 1973.
+#[must_use]
+pub fn epoch_unit(time: f64) -> Option<Unit> {
+    match time {
+        1e17..1e19 => Some(unit::NANOSECONDS),
+        1e14..1e17 => Some(unit::MICROSECONDS),
+        1e11..1e14 => Some(unit::MILLISECONDS),
+        1e8..1e11 => Some(unit::SECONDS),
+        _ => None,
+    }
+}
+
+/// Orientations that the tool which wrote these names computes from the gyro beside them.
+fn dependent(names: &[String]) -> Vec<Dependent> {
+    let has = |name: &str| names.iter().any(|n| unit::split(n).0.eq_ignore_ascii_case(name));
+    let by = |prefix: &str, by| vec![Dependent { channel: prefix.to_owned(), by }];
+    if has("PacketCounter") && has("Quat_q0") {
+        return by("Quat_q", "the filter of the Xsens sensor");
+    }
+    if names.iter().any(|name| name.starts_with("b_w_RS")) {
+        return by("q_RS", "an estimator that used this gyro (its bias stands beside it)");
+    }
+    if has("seconds_elapsed") && has("qw") && has("roll") && has("yaw") {
+        return by("q", "the phone's own filter");
+    }
+    if has("Quaternion W") && has("Gyroscope X") {
+        return by("Quaternion", "the sensor's own filter");
+    }
+    if has("Quat W") || has("QuatW") || has("Quat.w") {
+        return by("Quat", "the sensor's own filter");
+    }
+    vec![]
+}

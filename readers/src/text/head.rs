@@ -1,0 +1,300 @@
+//! Where a text's table begins: separator, decimal sign, names, units, and what stands above them.
+
+use super::{
+    fields::{self, CSV, Dialect, Separator},
+    lines::{LineError, Lines},
+    moment,
+    number::{Field, Point},
+    skipped::{Skip, Skipped},
+};
+use crate::unit::{self, Unit};
+use std::io::Read;
+
+/// Bytes and lines that may stand above a table.
+const LOOK_BYTES: usize = 1 << 17;
+const LOOK_LINES: usize = 2000;
+/// Data rows that are looked at before the first is given.
+const SAMPLES: usize = 3;
+
+/// What was found.
+#[derive(Clone, Debug)]
+pub struct Head {
+    /// The columns' names; `column_1` … where there is no header.
+    pub names: Vec<String>,
+    /// The units that stand in a row of their own, column by column.
+    pub units: Vec<Option<Unit>>,
+    /// The header's line; `None` where there is none.
+    pub line: Option<u64>,
+    /// How the rows are written.
+    pub dialect: Dialect,
+    /// The first few rows.
+    pub samples: Vec<Vec<Vec<u8>>>,
+    /// The header as it stands there.
+    pub(super) raw: Vec<u8>,
+}
+
+/// Why there is no table.
+#[derive(Debug, thiserror::Error)]
+pub enum HeadError {
+    /// The lines cannot be read.
+    #[error("{0}")]
+    Line(#[from] LineError),
+    /// No line that is more than blank or a remark.
+    #[error("is empty")]
+    Empty,
+    /// Commas separate the fields and the decimals too.
+    #[error("line {line}: {found} fields under {names} names: decimal commas in a text that commas separate")]
+    DecimalCommas {
+        /// The first row.
+        line: u64,
+        /// Its fields.
+        found: usize,
+        /// The names.
+        names: usize,
+    },
+}
+
+struct Looked {
+    bytes: Vec<u8>,
+    number: u64,
+}
+
+impl Looked {
+    fn is_blank(&self) -> bool {
+        self.bytes.trim_ascii().is_empty()
+    }
+
+    /// Without the sign of a remark, and whether it had one.
+    fn bare(&self) -> (&[u8], bool) {
+        let text = self.bytes.trim_ascii();
+        remark(text).map_or((text, false), |rest| (rest, true))
+    }
+
+    fn names(&self, dialect: Dialect) -> Vec<String> {
+        dialect.fields(self.bare().0).into_iter().map(fields::name).collect()
+    }
+}
+
+/// What follows the sign of a remark.
+pub(super) fn remark(text: &[u8]) -> Option<&[u8]> {
+    text.strip_prefix(b"#").or_else(|| text.strip_prefix(b"%")).or_else(|| text.strip_prefix(b"//"))
+}
+
+/// A spreadsheet's `sep=,`.
+fn is_separator_line(text: &[u8]) -> bool {
+    text.len() <= 6 && text.get(..4).is_some_and(|first| first.eq_ignore_ascii_case(b"sep="))
+}
+
+/// Finds the table and passes by what stands above its first row. `knows` says of names that no further look is needed.
+pub(super) fn find<R: Read>(
+    lines: &mut Lines<R>,
+    knows: &dyn Fn(&[String]) -> bool,
+    skipped: &mut Skipped,
+) -> Result<Head, HeadError> {
+    let mut looked: Vec<Looked> = Vec::new();
+    let (mut bytes_seen, mut known, mut data) = (0, None, None);
+    let mut wanted_after = SAMPLES;
+    lines.look(|bytes, number| {
+        bytes_seen += bytes.len();
+        looked.push(Looked { bytes: bytes.to_vec(), number });
+        let line = &looked[looked.len() - 1];
+        if line.is_blank() {
+            return true;
+        }
+        if known.is_none() && data.is_none() && knows(&line.names(CSV)) {
+            known = Some(looked.len() - 1);
+            // The next line may hold units.
+            return true;
+        }
+        if known.is_some() {
+            return false;
+        }
+        if data.is_some() {
+            wanted_after -= 1;
+            return wanted_after > 1;
+        }
+        data = first_row(&looked);
+        data.is_none() && bytes_seen < LOOK_BYTES && looked.len() < LOOK_LINES
+    })?;
+    if let Some(header) = known {
+        return Ok(begin(lines, &looked, header, CSV, skipped)?);
+    }
+    let Some((first, dialect)) = data.or_else(|| only_row(&looked)) else {
+        let header = looked
+            .iter()
+            .position(|line| !line.is_blank() && !line.bare().1 && !is_separator_line(line.bytes.trim_ascii()));
+        let header = header.ok_or(HeadError::Empty)?;
+        let dialect = Dialect { separator: most_fields(&looked[header].bytes), point: Point::Dot };
+        return Ok(begin(lines, &looked, header, dialect, skipped)?);
+    };
+    let found = dialect.fields(&looked[first].bytes).len();
+    match header_above(&looked, first, dialect, found) {
+        Above::Header(header) => Ok(begin(lines, &looked, header, dialect, skipped)?),
+        Above::DecimalCommas(names) => Err(HeadError::DecimalCommas { line: looked[first].number, found, names }),
+        Above::Nothing => {
+            note_above(&looked[..first], skipped);
+            let samples = samples(&looked[first..], dialect);
+            lines.skip(first)?;
+            let names = (1..=found).map(|i| format!("column_{i}")).collect();
+            Ok(Head { names, units: vec![None; found], line: None, dialect, samples, raw: Vec::new() })
+        }
+    }
+}
+
+/// Takes this line for the header, and one of units below it.
+fn begin<R: Read>(
+    lines: &mut Lines<R>,
+    looked: &[Looked],
+    header: usize,
+    dialect: Dialect,
+    skipped: &mut Skipped,
+) -> Result<Head, LineError> {
+    note_above(&looked[..header], skipped);
+    let mut names = looked[header].names(dialect);
+    let mut after = header + 1;
+    let below = looked[after..].iter().position(|line| !line.is_blank()).map(|i| i + after);
+    let mut units = vec![None; names.len()];
+    if let Some(place) = below
+        && let Some(row) = units_row(&dialect.fields(looked[place].bare().0))
+    {
+        skipped.add(Skip::Units, looked[place].number);
+        units = row;
+        after = place + 1;
+    }
+    let samples = samples(&looked[after..], dialect);
+    // A separator at the end of the header, and none at the end of the rows.
+    if names.last().is_some_and(String::is_empty) && samples.first().is_some_and(|row| row.len() + 1 == names.len()) {
+        names.pop();
+    }
+    units.resize(names.len(), None);
+    lines.skip(after)?;
+    let line = Some(looked[header].number);
+    Ok(Head { names, units, line, dialect, samples, raw: looked[header].bytes.clone() })
+}
+
+fn samples(looked: &[Looked], dialect: Dialect) -> Vec<Vec<Vec<u8>>> {
+    let rows = looked.iter().filter(|line| !line.is_blank() && !line.bare().1);
+    rows.take(SAMPLES).map(|line| dialect.fields(&line.bytes).into_iter().map(<[u8]>::to_vec).collect()).collect()
+}
+
+/// Counts the lines of text above a header; remarks are no fault there.
+fn note_above(above: &[Looked], skipped: &mut Skipped) {
+    for line in above {
+        if !line.is_blank() && !line.bare().1 && !is_separator_line(line.bytes.trim_ascii()) {
+            skipped.add(Skip::Above, line.number);
+        }
+    }
+}
+
+/// The last line but one, where it and the last are rows of one length: a single line of numbers may be a remark.
+fn first_row(looked: &[Looked]) -> Option<(usize, Dialect)> {
+    let mut rows = looked.iter().enumerate().rev().filter(|(_, line)| !line.is_blank());
+    let ((_, last), (place, before)) = (rows.next()?, rows.next()?);
+    let found = row_of(&before.bytes)?;
+    let same = row_of(&last.bytes).is_some_and(|other| other.separator == found.separator);
+    let length = |line: &Looked| found.fields(&line.bytes).len();
+    // One row may hold a decimal comma where the other has a whole number.
+    let comma = |line: &Looked| row_of(&line.bytes).is_some_and(|dialect| dialect.point == Point::Comma);
+    let point = if comma(before) || comma(last) { Point::Comma } else { Point::Dot };
+    (same && (length(before) == length(last) || found.separator == Separator::Byte(b',')))
+        .then_some((place, Dialect { point, ..found }))
+}
+
+/// The only row of a text that has no second.
+fn only_row(looked: &[Looked]) -> Option<(usize, Dialect)> {
+    let (place, last) = looked.iter().enumerate().rev().find(|(_, line)| !line.is_blank())?;
+    row_of(&last.bytes).map(|dialect| (place, dialect))
+}
+
+/// How a line is written that holds numbers for the most part.
+fn row_of(line: &[u8]) -> Option<Dialect> {
+    if remark(line.trim_ascii()).is_some() {
+        return None;
+    }
+    [Separator::Byte(b';'), Separator::Byte(b'\t'), Separator::Byte(b','), Separator::Byte(b'|'), Separator::Blanks]
+        .into_iter()
+        .find_map(|separator| {
+            let points: &[Point] =
+                if separator == Separator::Byte(b',') { &[Point::Dot] } else { &[Point::Dot, Point::Comma] };
+            let counts = points.iter().map(|&point| {
+                let dialect = Dialect { separator, point };
+                (dialect, counted(dialect, line))
+            });
+            let (dialect, (numbers, filled, fields)) = counts.reduce(|a, b| if b.1.0 > a.1.0 { b } else { a })?;
+            (fields >= 2 && numbers >= 2 && 2 * numbers >= filled).then_some(dialect)
+        })
+}
+
+/// Fields of a line that are numbers or times, that are not empty, and all.
+fn counted(dialect: Dialect, line: &[u8]) -> (usize, usize, usize) {
+    let fields = dialect.fields(line);
+    let numbers = fields.iter().filter(|field| is_number(dialect, field)).count();
+    (numbers, fields.iter().filter(|field| !field.is_empty()).count(), fields.len())
+}
+
+/// Whether a field is a number or a time.
+pub(super) fn is_number(dialect: Dialect, field: &[u8]) -> bool {
+    match dialect.value(field) {
+        Field::Number(_) | Field::Nan | Field::Infinite => true,
+        Field::Empty => false,
+        Field::Text => moment::form(field).is_some() || moment::date(field).is_some(),
+    }
+}
+
+/// The units of a row that holds nothing else.
+pub(super) fn units_row(fields: &[&[u8]]) -> Option<Vec<Option<Unit>>> {
+    let mut row = Vec::with_capacity(fields.len());
+    for field in fields {
+        let text = String::from_utf8_lossy(field);
+        let text = text.trim().trim_matches(|c| "[](){}".contains(c));
+        let unit = unit::parse(text);
+        if unit.is_none() && !text.is_empty() {
+            return None;
+        }
+        row.push(unit);
+    }
+    row.iter().any(Option::is_some).then_some(row)
+}
+
+enum Above {
+    Header(usize),
+    DecimalCommas(usize),
+    Nothing,
+}
+
+/// The header that stands over the first row.
+fn header_above(looked: &[Looked], first: usize, dialect: Dialect, found: usize) -> Above {
+    let mut nearest = true;
+    for (i, line) in looked[..first].iter().enumerate().rev().filter(|(_, line)| !line.is_blank()) {
+        let fields = dialect.fields(line.bare().0);
+        let names = fields.iter().filter(|field| !field.is_empty() && !is_number(dialect, field)).count();
+        let is_names = 2 * names > fields.len() && names >= 2;
+        let trailing = fields.len() == found + 1 && fields.last().is_some_and(|field| field.is_empty());
+        let row_trails = fields.len() + 1 == found
+            && dialect.fields(&looked[first].bytes).last().is_some_and(|field| field.is_empty());
+        if is_names && (fields.len() == found || trailing || row_trails) {
+            if units_row(&fields).is_none() {
+                return Above::Header(i);
+            }
+        } else if nearest && is_names && dialect.separator == Separator::Byte(b',') {
+            let twice = fields.len() < found && found <= 2 * fields.len();
+            return if twice { Above::DecimalCommas(fields.len()) } else { Above::Header(i) };
+        }
+        nearest = false;
+    }
+    Above::Nothing
+}
+
+/// The separator that cuts a header into the most fields.
+fn most_fields(line: &[u8]) -> Separator {
+    let candidates = [
+        Separator::Byte(b','),
+        Separator::Byte(b';'),
+        Separator::Byte(b'\t'),
+        Separator::Byte(b'|'),
+        Separator::Blanks,
+    ];
+    let count = |separator| Dialect { separator, point: Point::Dot }.fields(line).len();
+    let sure = candidates[..4].iter().copied().max_by_key(|&s| count(s)).filter(|&s| count(s) > 1);
+    sure.unwrap_or(if count(Separator::Blanks) > 2 { Separator::Blanks } else { Separator::Byte(b',') })
+}

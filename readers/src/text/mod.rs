@@ -1,0 +1,19 @@
+//! Delimited text: whatever separates its fields, and whatever stands above them.
+
+mod fields;
+mod head;
+mod lines;
+mod moment;
+mod number;
+mod skipped;
+mod table;
+#[cfg(test)]
+mod tests;
+
+pub use fields::{CSV, Dialect, Separator};
+pub use head::{Head, HeadError};
+pub use lines::{LONGEST_LINE, LineError};
+pub use moment::{Form, clock, date, date_time, form};
+pub use number::{Field, Point, TimeField, last_digit, time, value};
+pub use skipped::{Skip, Skipped};
+pub use table::{Table, TextRow};

@@ -1,0 +1,189 @@
+//! Dates and times of day as text, to nanoseconds.
+
+const SECOND: i128 = 1_000_000_000;
+const DAY: i128 = 86_400 * SECOND;
+
+/// How the time of a text is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// As a number, whose unit this power of ten makes nanoseconds.
+    Number(i32),
+    /// Date and time of day, `2016-05-23 21:46:21.5`, with a zone or without.
+    DateTime,
+    /// The day stands before the month: `23.05.2016 21:46:21`.
+    DayFirst,
+    /// Time of day or duration, `21:46:21.5`; midnight is passed.
+    Clock,
+    /// Whole seconds in this column, nanoseconds in that of this number.
+    Parts(usize),
+    /// The date in this column, the time of day in that of this number.
+    DateAndClock(usize),
+}
+
+/// The form that a field has, where it is no number.
+#[must_use]
+pub fn form(field: &[u8]) -> Option<Form> {
+    if clock(field).is_some() {
+        return Some(Form::Clock);
+    }
+    let (_, day_first) = date(field)?;
+    (date_time(field).is_some()).then_some(if day_first { Form::DayFirst } else { Form::DateTime })
+}
+
+/// `h:m:s`, `m:s` with a broken part, as nanoseconds.
+#[must_use]
+pub fn clock(field: &[u8]) -> Option<i128> {
+    let text = field.trim_ascii();
+    let (text, afternoon) = match text {
+        [rest @ .., b' ', b'P' | b'p', b'M' | b'm'] => (rest, Some(true)),
+        [rest @ .., b' ', b'A' | b'a', b'M' | b'm'] => (rest, Some(false)),
+        _ => (text, None),
+    };
+    let mut parts = text.split(|&b| b == b':');
+    let (first, second, third) = (parts.next()?, parts.next()?, parts.next());
+    if parts.next().is_some() {
+        return None;
+    }
+    let (hours, minutes, seconds) = match third {
+        Some(third) => (whole(first, 6)?, whole(second, 2)?, third),
+        None => (0, whole(first, 4)?, second),
+    };
+    let seconds = broken(seconds)?;
+    if seconds >= 61 * SECOND || third.is_some() && minutes > 59 {
+        return None;
+    }
+    let hours = match afternoon {
+        Some(after) => hours % 12 + if after { 12 } else { 0 },
+        None => hours,
+    };
+    Some((hours * 3600 + minutes * 60) * SECOND + seconds)
+}
+
+/// Date and time of day, as nanoseconds from 1970; the zone is taken off.
+#[must_use]
+pub fn date_time(field: &[u8]) -> Option<i128> {
+    let text = field.trim_ascii();
+    let (day, _) = date(text)?;
+    let at = text.iter().position(|&b| matches!(b, b'T' | b't' | b' ' | b'_'))?;
+    let rest = text[at + 1..].trim_ascii();
+    let (rest, zone) = zone(rest)?;
+    Some(day * DAY + clock(rest)? - zone)
+}
+
+/// The day from 1970 that a text begins with, and whether the day stands before the month.
+#[must_use]
+pub fn date(field: &[u8]) -> Option<(i128, bool)> {
+    let text = field.trim_ascii();
+    let text = &text[..text.iter().position(|&b| matches!(b, b'T' | b't' | b' ' | b'_')).unwrap_or(text.len())];
+    let mut parts = text.split(|b| matches!(b, b'-' | b'/' | b'.'));
+    let (a, b, c) = (parts.next()?, parts.next()?, parts.next()?);
+    if parts.next().is_some() {
+        return None;
+    }
+    let (year, month, day, day_first) = if let Some(month) = named_month(b) {
+        (whole(c, 4)?, month, whole(a, 2)?, true)
+    } else if a.len() == 4 {
+        (whole(a, 4)?, whole(b, 2)?, whole(c, 2)?, false)
+    } else if c.len() == 4 && text.contains(&b'.') {
+        (whole(c, 4)?, whole(b, 2)?, whole(a, 2)?, true)
+    } else if c.len() == 4 {
+        // 05/23/2016 and 23/05/2016: within one log the day hardly changes, and what is no month is the day.
+        let (a, b) = (whole(a, 2)?, whole(b, 2)?);
+        if a > 12 { (whole(c, 4)?, b, a, true) } else { (whole(c, 4)?, a, b, false) }
+    } else {
+        return None;
+    };
+    if !(1..=12).contains(&month) || !(1..=31).contains(&day) {
+        return None;
+    }
+    Some((days(year, month, day), day_first))
+}
+
+/// `Mar`, as in `12-Mar-2020`.
+fn named_month(text: &[u8]) -> Option<i128> {
+    const MONTHS: &[u8; 36] = b"janfebmaraprmayjunjulaugsepoctnovdec";
+    let text = text.to_ascii_lowercase();
+    let place = MONTHS.chunks(3).position(|month| month == text)?;
+    Some(place as i128 + 1)
+}
+
+/// Days from 1970-01-01 in the Gregorian calendar, years counted from March.
+fn days(year: i128, month: i128, day: i128) -> i128 {
+    let (year, month) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
+    let leap = year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400);
+    365 * year + leap + (153 * month + 2) / 5 + day - 1 - 719_468
+}
+
+/// A time of day without its zone, and how far the zone is ahead.
+fn zone(text: &[u8]) -> Option<(&[u8], i128)> {
+    if let [rest @ .., b'Z' | b'z'] = text {
+        return Some((rest.trim_ascii(), 0));
+    }
+    let Some(at) = text.iter().rposition(|&b| matches!(b, b'+' | b'-')) else { return Some((text, 0)) };
+    let sign = if text[at] == b'-' { -1 } else { 1 };
+    let digits: Vec<u8> = text[at + 1..].iter().copied().filter(|&b| b != b':').collect();
+    let (hours, minutes) = match digits.len() {
+        2 => (whole(&digits, 2)?, 0),
+        4 => (whole(&digits[..2], 2)?, whole(&digits[2..], 2)?),
+        _ => return None,
+    };
+    Some((text[..at].trim_ascii(), sign * (hours * 3600 + minutes * 60) * SECOND))
+}
+
+/// A whole number of at most so many digits.
+fn whole(digits: &[u8], most: usize) -> Option<i128> {
+    let digits = digits.trim_ascii();
+    (!digits.is_empty() && digits.len() <= most && digits.iter().all(u8::is_ascii_digit))
+        .then(|| digits.iter().fold(0, |sum, digit| sum * 10 + i128::from(digit - b'0')))
+}
+
+/// Seconds with a broken part after a point or a comma, as nanoseconds, the nearest.
+fn broken(text: &[u8]) -> Option<i128> {
+    let at = text.iter().position(|b| matches!(b, b'.' | b',')).unwrap_or(text.len());
+    let seconds = whole(&text[..at], 2)?;
+    let digits = text.get(at + 1..).unwrap_or_default();
+    if !digits.iter().all(u8::is_ascii_digit) {
+        return None;
+    }
+    let digit = |i: usize| digits.get(i).map_or(0, |d| i128::from(d - b'0'));
+    let ns = (0..9).fold(0, |sum, i| sum * 10 + digit(i)) + i128::from(digit(9) >= 5);
+    Some(seconds * SECOND + ns)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_moment_in_many_spellings() {
+        let wanted = 1_464_039_981_250_000_000;
+        for text in [
+            "2016-05-23 21:46:21.25",
+            "2016-05-23T21:46:21.250Z",
+            "2016/05/23 21:46:21,25",
+            "23.05.2016 21:46:21.25",
+            "05/23/2016 09:46:21.25 PM",
+            "23/05/2016 21:46:21.25",
+            "23-May-2016 21:46:21.250",
+            "2016-05-23T23:46:21.250+02:00",
+            "2016-05-23T14:46:21.250-0700",
+        ] {
+            assert_eq!(date_time(text.as_bytes()), Some(wanted), "{text}");
+        }
+        assert_eq!(date_time(b"1970-01-01 00:00:00"), Some(0));
+        assert_eq!(date_time(b"2000-02-29 12:00:00"), Some(951_825_600 * SECOND));
+    }
+
+    #[test]
+    fn times_of_day_and_durations() {
+        assert_eq!(clock(b"01:02:03.000000001"), Some(3_723_000_000_001));
+        assert_eq!(clock(b"1:02.5"), Some(62_500_000_000));
+        assert_eq!(form(b"21:46:21"), Some(Form::Clock));
+        assert_eq!(form(b"2016-05-23 21:46:21"), Some(Form::DateTime));
+        for text in
+            ["", ":", "1:2:3:4", "12:61:00", "2016-05-23", "-1:2", "12:30:99", "a:b:c", "1.5", "2016-13-01 00:00:00"]
+        {
+            assert_eq!(form(text.as_bytes()), None, "{text}");
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! A table of text, row by row.
+
+use super::{
+    fields::Dialect,
+    head::{self, Head, HeadError, is_number},
+    lines::{Line, LineError, Lines},
+    skipped::{Skip, Skipped},
+};
+use std::{io::Read, ops::Range};
+
+/// The rows of a text, and what is known of its columns.
+pub struct Table<R> {
+    lines: Lines<R>,
+    head: Head,
+    fields: Vec<Range<usize>>,
+    skipped: Skipped,
+}
+
+/// One row.
+#[derive(Clone, Copy, Debug)]
+pub struct TextRow<'a> {
+    bytes: &'a [u8],
+    fields: &'a [Range<usize>],
+    /// Its line, from 1.
+    pub line: u64,
+}
+
+impl<'a> TextRow<'a> {
+    /// Its fields, in order.
+    pub fn fields(self) -> impl ExactSizeIterator<Item = &'a [u8]> {
+        self.fields.iter().map(move |place| &self.bytes[place.clone()])
+    }
+
+    /// The field of a column.
+    #[must_use]
+    pub fn field(self, column: usize) -> Option<&'a [u8]> {
+        self.fields.get(column).map(|place| &self.bytes[place.clone()])
+    }
+}
+
+impl<R: Read> Table<R> {
+    /// Finds the table in a text. `knows` says of names whether they need no further look: then a text is given row by row
+    /// as it comes.
+    ///
+    /// # Errors
+    /// There is none, or the source fails.
+    pub fn open(source: R, knows: &dyn Fn(&[String]) -> bool) -> Result<Self, HeadError> {
+        let (mut lines, mut skipped) = (Lines::new(source), Skipped::default());
+        let head = head::find(&mut lines, knows, &mut skipped)?;
+        Ok(Self { lines, head, fields: Vec::new(), skipped })
+    }
+
+    /// What is known of the columns.
+    pub fn head(&self) -> &Head {
+        &self.head
+    }
+
+    /// How the rows are written.
+    pub fn dialect(&self) -> Dialect {
+        self.head.dialect
+    }
+
+    /// The lines so far that are no rows.
+    pub fn skipped(&self) -> &Skipped {
+        &self.skipped
+    }
+
+    /// The source.
+    pub fn source(&self) -> &R {
+        self.lines.source()
+    }
+
+    /// Lines passed so far.
+    pub fn line(&self) -> u64 {
+        self.lines.passed()
+    }
+
+    /// The next row, whatever the number of its fields; `None` at the end.
+    ///
+    /// # Errors
+    /// The source fails, or a line has no end.
+    pub fn next_row(&mut self) -> Result<Option<TextRow<'_>>, LineError> {
+        loop {
+            let Some(line) = self.lines.next()? else { return Ok(None) };
+            let bytes = self.lines.bytes(&line);
+            self.head.dialect.split(bytes, &mut self.fields);
+            let trails = self.fields.len() == self.head.names.len() + 1;
+            if trails && self.fields.last().is_some_and(Range::is_empty) {
+                self.fields.pop();
+            }
+            let kind = match bytes.first() {
+                None => continue,
+                // Almost every row of almost every text.
+                Some(b'0'..=b'9' | b'-' | b'.') if line.ended => None,
+                Some(_) if bytes.trim_ascii().is_empty() => continue,
+                Some(_) => self.no_row(&line),
+            };
+            if let Some(kind) = kind {
+                self.skipped.add(kind, line.number);
+                continue;
+            }
+            return Ok(Some(TextRow { bytes: self.lines.bytes(&line), fields: &self.fields, line: line.number }));
+        }
+    }
+
+    /// What a line is where it is no row.
+    fn no_row(&self, line: &Line) -> Option<Skip> {
+        let bytes = self.lines.bytes(line);
+        if bytes == self.head.raw {
+            return Some(Skip::HeaderAgain);
+        }
+        if head::remark(bytes.trim_ascii()).is_some() {
+            return Some(Skip::Remark);
+        }
+        if !line.ended && (self.fields.len() < self.head.names.len() || bytes.contains(&0)) {
+            return Some(Skip::Torn);
+        }
+        let mut fields =
+            self.fields.iter().map(|place| &bytes[place.clone()]).filter(|field| !field.is_empty()).peekable();
+        let text = fields.peek().is_some() && fields.all(|field| !is_number(self.head.dialect, field));
+        // A column of text may be the only one that has a value.
+        (text && (self.fields.len() != self.head.names.len() || self.fields.iter().all(|place| !place.is_empty())))
+            .then_some(Skip::Text)
+    }
+}

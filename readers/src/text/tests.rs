@@ -1,0 +1,125 @@
+//! Texts as programs and people write them.
+
+use super::*;
+
+/// Names, dialect, the rows' first and last fields with their lines, and what was skipped.
+struct Read {
+    head: Head,
+    rows: Vec<(u64, Vec<String>)>,
+    skipped: Vec<(Skip, u64, u64)>,
+}
+
+fn read(text: &str) -> Read {
+    let mut table = Table::open(text.as_bytes(), &|names| names.iter().any(|name| name == "gyro_z")).unwrap();
+    let mut rows = Vec::new();
+    while let Some(row) = table.next_row().unwrap() {
+        rows.push((row.line, row.fields().map(|f| String::from_utf8_lossy(f).into_owned()).collect()));
+    }
+    Read { head: table.head().clone(), rows, skipped: table.skipped().iter().collect() }
+}
+
+fn says(separator: char, comma: bool) -> Dialect {
+    Dialect {
+        separator: if separator == ' ' { Separator::Blanks } else { Separator::Byte(separator as u8) },
+        point: if comma { Point::Comma } else { Point::Dot },
+    }
+}
+
+#[test]
+fn every_separator_and_decimal_sign_is_recognised() {
+    for (separator, comma) in
+        [(',', false), (';', false), (';', true), ('\t', false), ('\t', true), ('|', false), (' ', false)]
+    {
+        let text: String =
+            ["time,wx,note 1".replace(' ', "_"), "0,1.5,2".into(), "0.01,2.5,3".into(), "0.02,3,4.25".into()]
+                .iter()
+                .map(|line| {
+                    let line = line.replace(',', "!");
+                    let line = if comma { line.replace('.', ",") } else { line };
+                    line.replace('!', &separator.to_string()) + "\n"
+                })
+                .collect();
+        let read = read(&text);
+        assert_eq!(read.head.dialect, says(separator, comma), "{text}");
+        assert_eq!((read.head.names.len(), read.rows.len(), read.head.line), (3, 3, Some(1)), "{text}");
+        assert!(read.skipped.is_empty());
+    }
+}
+
+#[test]
+fn what_stands_above_a_header_is_passed_by_and_counted() {
+    let rows = "0.00,1.5,2\n0.01,2.5,3\n";
+    for (above, counted) in [
+        ("Date: 01-02-2020\nParadigm: turn\n\n", 2),
+        ("# one\n% two\n// three\n", 0),
+        ("sep=,\n", 0),
+        ("Device,IMU 5\nRate (Hz),100\n\n", 2),
+    ] {
+        let read = read(&format!("{above}Time (s),Gyro Z (deg/s),Angle (deg)\n{rows}"));
+        assert_eq!(read.head.names, ["Time (s)", "Gyro Z (deg/s)", "Angle (deg)"], "{above}");
+        assert_eq!(read.rows.len(), 2, "{above}");
+        assert_eq!(read.skipped.iter().map(|s| s.1).sum::<u64>(), counted, "{above}");
+    }
+}
+
+#[test]
+fn a_header_may_be_a_remark_or_have_a_row_of_units_below() {
+    let read_names = |text: &str| read(text).head.names;
+    assert_eq!(read_names("#timestamp [ns],w_x [rad s^-1]\n1,2\n3,4\n"), ["timestamp [ns]", "w_x [rad s^-1]"]);
+    assert_eq!(read_names("# by hand\n# timestamp tx ty\n1 2 3\n4 5 6\n"), ["timestamp", "tx", "ty"]);
+    assert_eq!(read_names("%time,field.x\n1,2\n3,4\n"), ["time", "field.x"]);
+    let read = read("t;gyro x;T\n[s];[deg/s];degC\n0;1;2\n1;2;3\n");
+    assert_eq!(read.head.units.iter().map(|u| u.map_or("", |u| u.symbol)).collect::<Vec<_>>(), ["s", "deg/s", "degC"]);
+    assert_eq!((read.rows.len(), read.skipped), (2, vec![(Skip::Units, 1, 2)]));
+}
+
+#[test]
+fn a_text_without_header_numbers_its_columns() {
+    let read = read("0.0 1 2\n0.1 3 4\n");
+    assert_eq!((read.head.line, read.head.names.len(), read.rows.len()), (None, 3, 2));
+    assert_eq!(read.head.names[2], "column_3");
+}
+
+#[test]
+fn lines_among_the_rows_that_are_none_are_counted_where_they_stand() {
+    let read = read("t,gyro_z\r\n0,1\r\n# pause\r\n1,2\r\nt,gyro_z\r\n2,3\r\nLogger resumed\r\n\r\n3,4\r\n4");
+    assert_eq!(read.rows.iter().map(|r| r.0).collect::<Vec<_>>(), [2, 4, 6, 9]);
+    let wanted = vec![(Skip::HeaderAgain, 1, 5), (Skip::Remark, 1, 3), (Skip::Text, 1, 7), (Skip::Torn, 1, 10)];
+    assert_eq!(read.skipped, wanted);
+}
+
+#[test]
+fn rows_of_another_length_are_given_as_they_are() {
+    let read = read("t,gyro_z,a\n0,1,2,\n1,2\n2,oops,4\n3,4,5,6\n");
+    assert_eq!(read.rows.iter().map(|r| r.1.len()).collect::<Vec<_>>(), [3, 2, 3, 4]);
+    assert!(read.skipped.is_empty());
+}
+
+#[test]
+fn commas_for_both_are_said() {
+    let open = |text: &str| Table::open(text.as_bytes(), &|_| false).err().map(|e| e.to_string());
+    let says = open("time, wz, angle\n0,00, 0,60, 12,04\n0,01, 0,70, 12,05\n").unwrap();
+    assert!(says.contains("6 fields under 3 names"), "{says}");
+    assert_eq!(open("\n\n").unwrap(), "is empty");
+    assert_eq!(open("# only\n").unwrap(), "is empty");
+}
+
+#[test]
+fn rows_come_as_they_come() {
+    struct Slow(Vec<&'static [u8]>);
+    impl std::io::Read for Slow {
+        fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+            if self.0.is_empty() {
+                return Ok(0);
+            }
+            let piece = self.0.remove(0);
+            assert_ne!(piece, b"never", "read further than needed");
+            buffer[..piece.len()].copy_from_slice(piece);
+            Ok(piece.len())
+        }
+    }
+    let source = Slow(vec![b"t,gyro_z\n", b"0,1\n", b"1,", b"2\n", b"never"]);
+    let mut table = Table::open(source, &|names| names.len() == 2).unwrap();
+    assert_eq!(table.next_row().unwrap().unwrap().line, 2);
+    assert_eq!(table.next_row().unwrap().unwrap().line, 3);
+}

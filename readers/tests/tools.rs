@@ -1,0 +1,103 @@
+//! Headers as the tools write them that people use, and the map that comes of each.
+
+use log_readers::{
+    meaning::{Proposal, of_text},
+    text::Table,
+};
+
+fn proposal(text: &str) -> Proposal {
+    let table = Table::open(text.as_bytes(), &|_| false).unwrap();
+    of_text(table.head(), &|_| false)
+}
+
+fn chosen(text: &str) -> Vec<String> {
+    proposal(text).chosen.iter().map(ToString::to_string).collect()
+}
+
+/// The map of a header over two rows of ascending numbers.
+fn of_header(header: &str, separator: char) -> Vec<String> {
+    let count = header.split(separator).count();
+    let row =
+        |from: f64| (0..count).map(|i| (from + i as f64).to_string()).collect::<Vec<_>>().join(&separator.to_string());
+    chosen(&format!("{header}\n{}\n{}\n{}\n", row(1.0), row(1.005), row(1.01)))
+}
+
+#[test]
+fn euroc() {
+    let imu = "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]";
+    let map = of_header(imu, ',');
+    assert_eq!(map[0], "t_ns=timestamp [ns]");
+    assert_eq!(map[1], "gyro_x=w_RS_S_x [rad s^-1]");
+    assert_eq!(map[6], "accel_z=a_RS_S_z [m s^-2]");
+    let vicon = "#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],q_RS_w [],q_RS_x [],q_RS_y [],q_RS_z []";
+    assert_eq!(
+        of_header(vicon, ',')[1..],
+        ["ref_qw=q_RS_w []", "ref_qx=q_RS_x []", "ref_qy=q_RS_y []", "ref_qz=q_RS_z []"]
+    );
+    let estimate = format!("{vicon},b_w_RS_S_x [rad s^-1],b_a_RS_S_x [m s^-2]");
+    let found = proposal(&format!("{estimate}\n1,2,3,4,1,0,0,0,0,0\n2,2,3,4,1,0,0,0,0,0\n"));
+    assert!(found.dependence("q_RS_w []").is_some_and(|by| by.contains("bias")), "{found:?}");
+}
+
+#[test]
+fn tum_trajectories() {
+    let text = "# ground truth trajectory\n# timestamp tx ty tz qx qy qz qw\n1305031098.6659 1.3 0.6 1.6 0.1 0.2 0.3 0.9\n1305031098.6758 1.3 0.6 1.6 0.1 0.2 0.3 0.9\n";
+    assert_eq!(chosen(text), ["t=timestamp", "ref_qw=qw", "ref_qx=qx", "ref_qy=qy", "ref_qz=qz"]);
+}
+
+#[test]
+fn betaflight_counts_degrees() {
+    let map = of_header(
+        "loopIteration,time (us),axisP[0],gyroADC[0],gyroADC[1],gyroADC[2],accSmooth[0],vbatLatest (V),motor[0]",
+        ',',
+    );
+    assert_eq!(map[..2], ["t_us=time (us)", "gyro_x_dps=gyroADC[0]"]);
+    assert!(map.contains(&"supply=vbatLatest (V)".to_owned()), "{map:?}");
+}
+
+#[test]
+fn xsens_has_a_clock_of_its_own_and_a_filter() {
+    let text = "// Start Time: Unknown\n// Sample rate: 100.0Hz\nPacketCounter\tSampleTimeFine\tGyr_X\tGyr_Y\tGyr_Z\tQuat_q0\tQuat_q1\tQuat_q2\tQuat_q3\n\
+        1\t1000\t0.1\t0.2\t0.3\t1\t0\t0\t0\n2\t1100\t0.1\t0.2\t0.3\t1\t0\t0\t0\n";
+    assert_eq!(chosen(text)[..2], ["t_us=100*SampleTimeFine", "gyro_x=Gyr_X"]);
+    assert!(proposal(text).dependence("Quat_q2").is_some());
+}
+
+#[test]
+fn phones() {
+    let phyphox = "\"Time (s)\"\t\"Gyroscope x (rad/s)\"\t\"Gyroscope y (rad/s)\"\t\"Gyroscope z (rad/s)\"\t\"Absolute (rad/s)\"\n\
+        0,01\t0,1\t0,2\t0,3\t0,4\n0,02\t0,1\t0,2\t0,3\t0,4\n";
+    assert_eq!(chosen(phyphox)[..2], ["t=Time (s)", "gyro_x=Gyroscope x (rad/s)"]);
+    // Bare letters say nothing of what they are.
+    let logger =
+        "time,seconds_elapsed,z,y,x\n1643981665000000000,0.01,0.1,0.2,0.3\n1643981665010000000,0.02,0.1,0.2,0.3\n";
+    assert_eq!(chosen(logger), ["t=seconds_elapsed"]);
+    let own = "time,seconds_elapsed,qz,qy,qx,qw,roll,pitch,yaw\n1643981665000000000,0.01,0,0,0,1,0,0,0\n1643981665010000000,0.02,0,0,0,1,0,0,0\n";
+    assert!(proposal(own).dependence("qz").is_some_and(|by| by.contains("phone")));
+}
+
+#[test]
+fn ros_and_px4_as_csv() {
+    let ros = "%time,field.header.seq,field.header.stamp,field.angular_velocity.x,field.angular_velocity.y,field.angular_velocity.z\n\
+        1400000000000000000,1,1400000000000000000,0.1,0.2,0.3\n1400000000005000000,2,1400000000005000000,0.1,0.2,0.3\n";
+    assert_eq!(chosen(ros)[..2], ["t_ns=time", "gyro_x=field.angular_velocity.x"]);
+    let px4 = "timestamp,gyro_rad[0],gyro_rad[1],gyro_rad[2],gyro_integral_dt\n1000000,0.1,0.2,0.3,4000\n1004000,0.1,0.2,0.3,4000\n";
+    assert_eq!(chosen(px4), ["t_us=timestamp", "gyro_x=gyro_rad[0]", "gyro_y=gyro_rad[1]", "gyro_z=gyro_rad[2]"]);
+}
+
+#[test]
+fn a_second_imu_is_offered_and_an_encoder_is_taken() {
+    let text = "time,imu1_gyro_z_dps,imu2_gyro_z_dps,encoder_z [deg],yaw [deg]\n0.00,1,2,3,4\n0.01,1,2,3,4\n";
+    let found = proposal(text);
+    let flags = |picks: &[log_readers::meaning::Pick]| picks.iter().map(ToString::to_string).collect::<Vec<_>>();
+    assert_eq!(flags(&found.chosen), ["t=time", "gyro_z_dps=imu1_gyro_z_dps", "ref_angle_z_deg=encoder_z [deg]"]);
+    assert_eq!(flags(&found.offered), ["ref_rate_z_dps=imu2_gyro_z_dps"]);
+}
+
+#[test]
+fn what_is_commanded_is_no_measurement() {
+    assert_eq!(
+        chosen("t,gyro_z,angle_setpoint_z [deg],cmd_z [deg]\n0.00,1,2,3\n0.01,1,2,3\n"),
+        ["t=t", "gyro_z=gyro_z"]
+    );
+}

@@ -1,0 +1,39 @@
+//! The guard against a reference that was computed from the very gyro it is held against: an autopilot's or a phone's attitude
+//! follows that gyro's errors, so that holding the gyro against it shows nothing.
+
+use gyro_model::{
+    Axis,
+    diagnosis::{DataFault, Verdict},
+};
+
+/// The name of the fault.
+pub const FAULT: &str = "dependent-reference";
+
+/// The fault of a log whose reference `by` computed.
+#[must_use]
+pub fn fault(by: &str, rows: u64) -> DataFault {
+    DataFault {
+        fault: FAULT.to_owned(),
+        axis: None,
+        count: rows,
+        first_t: Some(0.0),
+        says: format!(
+            "the reference is no measurement of its own: {by} computed it from this very gyro, and it has the gyro's errors in it. Use \
+             an encoder, motion capture, cameras, a second IMU or a simulator's truth (`--reference FILE` or `--map ref_q=CHANNEL`); \
+             `--reference-is-dependent` judges it all the same"
+        ),
+    }
+}
+
+/// What a verdict comes to with these faults: nothing can be told by a reference that depends on the gyro.
+#[must_use]
+pub fn overrule(faults: &[DataFault]) -> Option<(Verdict, String)> {
+    let fault = faults.iter().find(|fault| fault.fault == FAULT)?;
+    Some((Verdict::CannotTell, fault.says.clone()))
+}
+
+/// Whether an axis is judged by such a reference.
+#[must_use]
+pub fn concerns(fault: &DataFault, axis: Axis) -> bool {
+    fault.fault == FAULT && fault.axis.is_none_or(|of| of == axis)
+}

@@ -1,0 +1,141 @@
+//! A reference from a second file: its rows beside the log's own, a row a message, nothing interpolated.
+
+use super::{
+    LogError, Options, column_map::listed, error::Problem, header::Layout, reader::Reader, rows::Pending, unit::Channel,
+};
+use gyro_model::{Row, align::align, diagnosis::DataFault};
+use log_readers::meaning::Pick;
+use std::path::Path;
+
+/// Correlation of the motions that is enough to believe that it is one.
+const ALIKE: f64 = 0.5;
+/// Clocks are taken for one where that is nearly as likely as the best.
+const AS_LIKELY: f64 = 0.8;
+
+/// A log whose reference is another file's.
+pub fn with_reference(mut log: Reader, second: &Path, options: &Options) -> Result<Reader, LogError> {
+    let mut other = Reader::of_reference(second, options)?;
+    let from_gyro = !has_reference(other.layout());
+    let name = second.display().to_string();
+    let refuse = |problem| LogError::new(&name, None, None, problem);
+    if from_gyro && other.layout().gyros().is_empty() {
+        let likely = other.layout().offered.iter().map(Pick::flag).collect::<Vec<_>>().join(" ");
+        return Err(refuse(Problem::NoReferenceIn { has: listed(&other.layout().free_names), likely }));
+    }
+    let (mut own, mut rows) = (log.drain()?, other.drain()?);
+    for row in &mut rows {
+        row.row = reference_only(&row.row, from_gyro);
+    }
+    for row in &mut own {
+        row.row = Row { ref_angle: NONE, ref_rate: NONE, ref_quaternion: [f64::NAN; 4], ..row.row };
+    }
+    let mut faults = Vec::new();
+    let shift = shift(&own, &rows).map_err(|likeness| refuse(Problem::NotAligned(likeness)))?;
+    if shift != 0 {
+        for row in &mut rows {
+            row.time += shift;
+        }
+        faults.push(DataFault {
+            fault: "other-clock".to_owned(),
+            axis: None,
+            count: rows.len() as u64,
+            first_t: None,
+            says: format!(
+                "the reference's clock is {:.3} s behind the log's, by the motion of both: set to it; what is left of that is a `delay`",
+                shift as f64 / 1e9
+            ),
+        });
+    }
+    let layout = together(log.layout(), other.layout(), from_gyro);
+    let (first, last) = (own.first().map_or(0, |row| row.time), own.last().map_or(0, |row| row.time));
+    rows.retain(|row| (first..=last).contains(&row.time));
+    own.extend(rows);
+    own.sort_by_key(|row| row.time);
+    let mut merged: Vec<Pending> = Vec::with_capacity(own.len());
+    for next in own {
+        match merged.last_mut() {
+            Some(before)
+                if before.time == next.time && is_reference_row(&next.row) && !is_reference_row(&before.row) =>
+            {
+                let of = next.row;
+                before.row = Row {
+                    ref_angle: of.ref_angle,
+                    ref_rate: of.ref_rate,
+                    ref_quaternion: of.ref_quaternion,
+                    ..before.row
+                };
+            }
+            _ => merged.push(next),
+        }
+    }
+    log.go_on(merged, layout, faults);
+    Ok(log)
+}
+
+const NONE: [f64; 3] = [f64::NAN; 3];
+
+fn has_reference(layout: &Layout) -> bool {
+    layout.columns.iter().any(|column| column.channel.is_reference())
+}
+
+/// What a row holds of a reference: a second gyro's readings are one.
+fn reference_only(row: &Row, from_gyro: bool) -> Row {
+    let ref_rate = if from_gyro { row.gyro } else { row.ref_rate };
+    Row { t_ns: row.t_ns, ref_angle: row.ref_angle, ref_rate, ref_quaternion: row.ref_quaternion, ..Row::EMPTY }
+}
+
+fn is_reference_row(row: &Row) -> bool {
+    row.gyro.iter().all(|x| x.is_nan())
+        && (row.ref_quaternion[0].is_finite() || row.ref_angle.iter().chain(&row.ref_rate).any(|x| x.is_finite()))
+}
+
+/// What the reference's times have to be given to be the log's, ns; where that is not to be told, how alike the motions are.
+fn shift(own: &[Pending], reference: &[Pending]) -> Result<i128, f64> {
+    let start = own.first().map_or(0, |row| row.time);
+    let origin = reference.first().map_or(0, |row| row.time);
+    let rows = |of: &[Pending], from: i128| -> Vec<Row> {
+        let t_ns = |row: &Pending| i64::try_from(row.time - from).unwrap_or(i64::MAX / 2);
+        of.iter().map(|row| Row { t_ns: t_ns(row), ..row.row }).collect()
+    };
+    let apart = origin - start;
+    let Some(found) = align(&rows(own, start), &rows(reference, origin), i64::try_from(apart).unwrap_or(i64::MAX))
+    else {
+        // Too short or too still to tell: as it is, where they overlap at all.
+        let overlap =
+            reference.last().is_some_and(|row| row.time > start) && own.last().is_some_and(|row| row.time > origin);
+        return if overlap { Ok(0) } else { Err(0.0) };
+    };
+    // Both were counted from their own first rows here.
+    let total = i128::from(found.offset_ns) - apart;
+    if overlapping(own, reference) && found.likeness_as_is >= AS_LIKELY * found.likeness {
+        return Ok(0);
+    }
+    if found.likeness < ALIKE { Err(found.likeness) } else { Ok(total) }
+}
+
+fn overlapping(own: &[Pending], reference: &[Pending]) -> bool {
+    match (own.first(), own.last(), reference.first(), reference.last()) {
+        (Some(a), Some(b), Some(c), Some(d)) => c.time < b.time && a.time < d.time,
+        _ => false,
+    }
+}
+
+/// The layout of both.
+fn together(own: &Layout, other: &Layout, from_gyro: bool) -> Layout {
+    let mut layout = own.clone();
+    layout.columns.retain(|column| !column.channel.is_reference());
+    layout.columns.extend(other.columns.iter().filter_map(|column| {
+        let channel = match column.channel {
+            Channel::Gyro(axis) if from_gyro => Channel::RefRate(axis),
+            channel if channel.is_reference() => channel,
+            _ => return None,
+        };
+        Some(super::header::Column { channel, ..column.clone() })
+    }));
+    let refs =
+        other.chosen.iter().filter(|pick| pick.name.starts_with("ref_") || from_gyro && pick.name.starts_with("gyro_"));
+    layout.chosen.retain(|pick| !pick.name.starts_with("ref_"));
+    layout.chosen.extend(refs.cloned());
+    layout.dependent.clone_from(&other.dependent);
+    layout
+}

@@ -1,0 +1,74 @@
+//! A look at a file of any format: what it holds, and how its channels would be named.
+
+use super::{
+    LogError,
+    error::Problem,
+    folder::{self, Continued},
+    input::Input,
+    unit,
+};
+use log_readers::{
+    format::Unreadable,
+    meaning::{Proposal, of_text, of_topics},
+    survey::Survey,
+    text::Table,
+};
+use std::path::Path;
+
+/// What a file holds.
+pub struct Look {
+    /// The name of its format.
+    pub format: &'static str,
+    /// Its topics and their fields.
+    pub survey: Survey,
+    /// Names that are those of a log already.
+    pub own: Vec<String>,
+    /// A map to the names of a log.
+    pub proposal: Proposal,
+}
+
+/// Looks through a file (`-`: standard input is read once, so it must be a file).
+///
+/// # Errors
+/// It cannot be opened, or nothing of it can be read.
+pub fn look(path: &Path) -> Result<Look, LogError> {
+    let name = path.display().to_string();
+    let refuse = |problem| LogError::new(&name, None, None, problem);
+    let files = folder::files(path).map_err(refuse)?;
+    let path = &files[0];
+    let mut input = Input::open(path).map_err(refuse)?;
+    if let Some(unread) = input.unread() {
+        return Err(refuse(Problem::Unread { what: unread.what, remedy: unread.remedy }));
+    }
+    let (format, packed, is_text) = (input.format(), input.is_packed(), input.is_text());
+    let mut survey = Survey::default();
+    let mut all = Continued::new(&mut survey);
+    for (k, file) in files.iter().enumerate() {
+        if k > 0 {
+            input = Input::open(file).map_err(refuse)?;
+        }
+        all.next_file();
+        format.read(&mut input, &mut all).map_err(|cause| {
+            refuse(match cause {
+                Unreadable::Read(error) => Problem::reading(error, packed),
+                cause => Problem::Unreadable { format: format.name(), cause },
+            })
+        })?;
+    }
+    let known = |name: &str| matches!(unit::name(name), unit::Name::Known(..));
+    let mut own = Vec::new();
+    let proposal = if is_text {
+        let table = Table::open(Input::open(path).map_err(refuse)?, &|_| false)
+            .map_err(|cause| refuse(Problem::Unreadable { format: format.name(), cause: cause.into() }))?;
+        let head = table.head();
+        own.extend(head.names.iter().filter(|name| known(name)).cloned());
+        let base = |name: &str| match unit::name(name) {
+            unit::Name::Known(channel, _) => Some(channel),
+            _ => None,
+        };
+        of_text(head, &|name| own.iter().any(|own| base(own) == base(name)))
+    } else {
+        of_topics(&survey.topics, &|_| false)
+    };
+    Ok(Look { format: format.name(), survey, own, proposal })
+}

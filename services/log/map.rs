@@ -1,0 +1,172 @@
+//! `--map NAME=CHANNEL`: channels under the names of the log format, chosen on the command line.
+
+use super::error::Problem;
+use log_readers::meaning::{PARTS, Pick};
+
+/// What one `--map` says: a name, and what is written for the channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapFlag {
+    /// The flag's value as it was given.
+    pub text: String,
+    name: String,
+    channel: String,
+}
+
+impl MapFlag {
+    /// Reads `NAME=CHANNEL`.
+    ///
+    /// # Errors
+    /// No `=`, or nothing on one side of it.
+    pub fn parse(text: &str) -> Result<Self, Problem> {
+        let (name, channel) = text.split_once('=').ok_or_else(|| Problem::MapFlag(text.to_owned()))?;
+        let (name, channel) = (name.trim(), channel.trim());
+        if name.is_empty() || channel.is_empty() {
+            return Err(Problem::MapFlag(text.to_owned()));
+        }
+        Ok(Self { text: text.to_owned(), name: name.to_owned(), channel: channel.to_owned() })
+    }
+
+    /// Whether it names a reference.
+    pub fn is_of_reference(&self) -> bool {
+        self.name.starts_with("ref_")
+    }
+
+    /// Whether the channel is meant by its name, not by its number.
+    pub fn is_named(&self) -> bool {
+        readings(&self.channel).iter().all(|(_, channel, _)| channel.parse::<usize>().is_err())
+    }
+
+    /// The channels meant, of those that there are. `ref_q` stands for the four parts of an orientation.
+    ///
+    /// # Errors
+    /// There is no such channel.
+    pub fn picks(&self, channels: &[String]) -> Result<Vec<Pick>, Problem> {
+        let unknown =
+            |likely: Vec<String>| Problem::NoChannel { flag: self.text.clone(), likely, channels: channels.to_vec() };
+        if self.name == "ref_q" {
+            let parts = parts_of(&self.channel, channels).ok_or_else(|| unknown(likely(&self.channel, channels)))?;
+            let name = |part: &str| format!("ref_q{part}");
+            return Ok(PARTS.iter().zip(parts).map(|(part, channel)| Pick::new(&name(part), &channel, None)).collect());
+        }
+        for (factor, channel, offset) in readings(&self.channel) {
+            if let Some(found) = resolve(&channel, channels) {
+                return Ok(vec![Pick { name: self.name.clone(), channel: found, factor, offset }]);
+            }
+        }
+        Err(unknown(likely(&self.channel, channels)))
+    }
+}
+
+/// What a channel with its factor and offset may be meant as, the plainest first: a name may hold any sign.
+fn readings(text: &str) -> Vec<(f64, String, f64)> {
+    let mut found = vec![(1.0, text.to_owned(), 0.0)];
+    let mut with_offset = vec![(text, 0.0)];
+    for (at, sign) in text.char_indices().filter(|(_, c)| matches!(c, '+' | '-')) {
+        if let Ok(offset) = text[at + 1..].trim().parse::<f64>() {
+            with_offset.push((text[..at].trim(), if sign == '-' { -offset } else { offset }));
+        }
+    }
+    for (rest, offset) in with_offset {
+        found.push((1.0, rest.to_owned(), offset));
+        for (at, _) in rest.match_indices('*') {
+            let (left, right) = (rest[..at].trim(), rest[at + 1..].trim());
+            // `0.1*gx`, and `3*0.1`: the third column times 0.1.
+            if let Ok(factor) = right.parse() {
+                found.push((factor, left.to_owned(), offset));
+            }
+            if let Ok(factor) = left.parse() {
+                found.push((factor, right.to_owned(), offset));
+            }
+        }
+        if let Some(channel) = rest.strip_prefix('-') {
+            found.push((-1.0, channel.trim().to_owned(), offset));
+        }
+    }
+    found
+}
+
+/// A channel by its name, whatever the case of its letters where only one fits, or by its number.
+fn resolve(text: &str, channels: &[String]) -> Option<String> {
+    if channels.iter().any(|channel| channel == text) {
+        return Some(text.to_owned());
+    }
+    let mut alike = channels.iter().filter(|channel| channel.eq_ignore_ascii_case(text));
+    if let (Some(one), None) = (alike.next(), alike.next()) {
+        return Some(one.clone());
+    }
+    let number: usize = text.parse().ok()?;
+    channels.get(number.checked_sub(1)?).cloned()
+}
+
+/// The four parts of an orientation that begin with this name.
+fn parts_of(prefix: &str, channels: &[String]) -> Option<[String; 4]> {
+    let numbered = ["[0]", "[1]", "[2]", "[3]"];
+    let endings: [[String; 4]; 5] = [
+        PARTS.map(|part| format!(".{part}")),
+        PARTS.map(str::to_owned),
+        PARTS.map(|part| format!("_{part}")),
+        numbered.map(str::to_owned),
+        ["0", "1", "2", "3"].map(str::to_owned),
+    ];
+    endings.iter().find_map(|endings| {
+        let names = endings.clone().map(|ending| format!("{prefix}{ending}"));
+        names.iter().all(|name| channels.contains(name)).then_some(names)
+    })
+}
+
+/// Channels that may have been meant.
+fn likely(text: &str, channels: &[String]) -> Vec<String> {
+    let lower = text.to_lowercase();
+    let mut near: Vec<(usize, &String)> = (channels.iter())
+        .map(|channel| (strsim::levenshtein(&lower, &channel.to_lowercase()), channel))
+        .filter(|(distance, channel)| *distance <= 1 + text.len() / 4 || channel.to_lowercase().contains(&lower))
+        .collect();
+    near.sort_by_key(|(distance, _)| *distance);
+    near.into_iter().take(3).map(|(_, channel)| channel.clone()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn one(text: &str, channels: &[&str]) -> Pick {
+        let channels: Vec<String> = channels.iter().map(|&c| c.to_owned()).collect();
+        MapFlag::parse(text).unwrap().picks(&channels).unwrap().remove(0)
+    }
+
+    #[test]
+    fn a_factor_and_an_offset_stand_on_either_side() {
+        let pick =
+            |factor, channel: &str, offset| Pick { name: "gyro_z".into(), channel: channel.into(), factor, offset };
+        for (text, wanted) in [
+            ("gyro_z=gz", pick(1.0, "gz", 0.0)),
+            ("gyro_z=0.1*gz+2", pick(0.1, "gz", 2.0)),
+            ("gyro_z = gz*0.1 - 2", pick(0.1, "gz", -2.0)),
+            ("gyro_z=-gz", pick(-1.0, "gz", 0.0)),
+            ("gyro_z=3*0.1", pick(0.1, "a+1", 0.0)),
+            ("gyro_z=a+1", pick(1.0, "a+1", 0.0)),
+            ("gyro_z=2", pick(1.0, "t", 0.0)),
+            ("gyro_z=GZ", pick(1.0, "gz", 0.0)),
+        ] {
+            assert_eq!(one(text, &["gz", "t", "a+1"]), wanted, "{text}");
+        }
+    }
+
+    #[test]
+    fn an_orientation_is_four_channels() {
+        let channels = ["p.w", "p.x", "p.y", "p.z", "q[0]", "q[1]", "q[2]", "q[3]"].map(str::to_owned);
+        for (text, last) in [("ref_q=p", "p.z"), ("ref_q=q", "q[3]")] {
+            let picks = MapFlag::parse(text).unwrap().picks(&channels).unwrap();
+            assert_eq!((picks.len(), picks[0].name.as_str(), picks[3].channel.as_str()), (4, "ref_qw", last));
+        }
+        assert!(MapFlag::parse("ref_q=r").unwrap().picks(&channels).is_err());
+    }
+
+    #[test]
+    fn a_channel_that_is_not_there_is_refused_with_those_that_may_be_meant() {
+        let channels = ["gyro_x".to_owned(), "gyro_y".to_owned()];
+        let error = MapFlag::parse("gyro_z=gyr_x").unwrap().picks(&channels).unwrap_err().to_string();
+        assert!(error.contains("gyro_x"), "{error}");
+        assert!(MapFlag::parse("gyro_z").is_err() && MapFlag::parse("=x").is_err());
+    }
+}

@@ -1,0 +1,233 @@
+//! Logs of messages: looked through once for what they hold, then read for what is meant, a row a message.
+
+use super::{
+    Maps,
+    error::Problem,
+    folder::Continued,
+    header::{Column, Layout, Refusal},
+    input::Input,
+    row::{IMPOSSIBLE, check_quaternion, place},
+    rows::Pending,
+    tally::{RowFault, Tally},
+    unit::{self, Name},
+};
+use gyro_model::{Row, diagnosis::DataFault};
+use log_readers::{
+    format::{Note, Sink, Topic, Unreadable},
+    meaning::{Pick, of_topics},
+    survey::Survey,
+};
+use std::{
+    io::{Cursor, Read},
+    path::{Path, PathBuf},
+};
+
+/// What was read.
+pub struct Messages {
+    /// What the rows hold.
+    pub layout: Layout,
+    /// The rows, in time.
+    pub rows: Vec<Pending>,
+    /// Their faults.
+    pub tally: Tally,
+    /// Of the file as stored.
+    pub sha256: String,
+    /// What the reader noted.
+    pub notes: Vec<DataFault>,
+}
+
+/// Reads a file of messages, or several that are one recording; the first is open already.
+///
+/// # Errors
+/// It cannot be read, or lacks what every log needs.
+pub fn read(files: &[PathBuf], first: Input, maps: &Maps) -> Result<Messages, Refusal> {
+    let mut twice = Twice::of(files, first).map_err(|p| (None, p))?;
+    let mut survey = Survey::default();
+    twice.read(&mut survey).map_err(|p| (None, p))?;
+    let channels: Vec<String> =
+        survey.topics.iter().flat_map(|of| of.topic.fields.iter().map(|field| of.topic.channel(field))).collect();
+    let mut picks = Vec::new();
+    for flag in &maps.flags {
+        picks.extend(flag.picks(&channels).map_err(|p| (None, p))?);
+    }
+    if let Some(map) = &maps.columns {
+        let renamed = map.rename(&channels).map_err(|p| (None, p))?;
+        let changed = channels.iter().zip(renamed).filter(|(channel, name)| *channel != name);
+        picks.extend(changed.map(|(channel, name)| Pick::new(&name, channel, None)));
+    }
+    let named = |name: &str, pick: &Pick| match (unit::name(name), unit::name(&pick.name)) {
+        (Name::Known(a, _), Name::Known(b, _)) => a == b,
+        _ => false,
+    };
+    let proposal = of_topics(&survey.topics, &|name| picks.iter().any(|pick| named(name, pick)));
+    picks.extend(proposal.chosen.iter().cloned());
+    let mut layout = Layout::of_picks(&picks, &proposal, &channels, maps)?;
+    layout.chosen.clone_from(&proposal.chosen);
+    let mut taker = Taker::new(&picks, &layout);
+    twice.read(&mut taker).map_err(|p| (None, p))?;
+    let notes =
+        survey.notes.iter().filter(|note| !matches!(note, Note::Stamps { .. } | Note::NotRead { .. })).map(fault);
+    let (rows, tally) = taker.rows();
+    Ok(Messages { layout, rows, tally, sha256: twice.sha256, notes: notes.collect() })
+}
+
+/// A note of a reader as a fault of the data.
+fn fault(note: &Note) -> DataFault {
+    let (fault, count) = match note {
+        Note::BreaksOff { .. } => ("skipped-lines", 1),
+        Note::Damaged { bytes, .. } => ("skipped-lines", *bytes),
+        Note::Lost { count, .. } => ("dropouts", *count),
+        Note::NotRead { .. } | Note::Skipped { .. } | Note::Stamps { .. } => ("unused-columns", 1),
+    };
+    DataFault { fault: fault.to_owned(), axis: None, count, first_t: None, says: note.to_string() }
+}
+
+/// Files that are read twice; what comes only once is kept.
+struct Twice {
+    files: Vec<PathBuf>,
+    first: Option<Input>,
+    kept: Option<Vec<u8>>,
+    sha256: String,
+}
+
+impl Twice {
+    fn of(files: &[PathBuf], mut first: Input) -> Result<Self, Problem> {
+        if files[0] != Path::new("-") {
+            return Ok(Self { files: files.to_vec(), first: Some(first), kept: None, sha256: String::new() });
+        }
+        let mut kept = Vec::new();
+        let packed = first.is_packed();
+        first.read_to_end(&mut kept).map_err(|error| Problem::reading(error, packed))?;
+        Ok(Self { files: Vec::new(), sha256: first.sha256(), first: None, kept: Some(kept) })
+    }
+
+    fn read(&mut self, sink: &mut dyn Sink) -> Result<(), Problem> {
+        if let Some(kept) = &self.kept {
+            let mut input = Input::of(Box::new(Cursor::new(kept.clone())), false)?;
+            return read_one(&mut input, sink);
+        }
+        let mut all = Continued::new(sink);
+        let mut sums = Vec::new();
+        for file in &self.files {
+            let mut input = match self.first.take() {
+                Some(input) => input,
+                None => Input::open(file)?,
+            };
+            all.next_file();
+            read_one(&mut input, &mut all)?;
+            sums.push(input.sha256());
+        }
+        self.sha256 = sums.join("+");
+        Ok(())
+    }
+}
+
+fn read_one(input: &mut Input, sink: &mut dyn Sink) -> Result<(), Problem> {
+    let (format, packed) = (input.format(), input.is_packed());
+    format.read(input, sink).map_err(|cause| match cause {
+        Unreadable::Read(error) => Problem::reading(error, packed),
+        cause => Problem::Unreadable { format: format.name(), cause },
+    })
+}
+
+/// Takes the messages that are meant.
+struct Taker<'a> {
+    picks: &'a [Pick],
+    /// Of each pick.
+    columns: &'a [Column],
+    /// Of each topic: the places of fields, each with the number of its pick.
+    topics: Vec<Vec<(usize, usize)>>,
+    rows: Vec<Pending>,
+    tally: Tally,
+    count: u64,
+}
+
+impl<'a> Taker<'a> {
+    fn new(picks: &'a [Pick], layout: &'a Layout) -> Self {
+        let columns = layout.columns.get(1..).unwrap_or_default();
+        Self { picks, columns, topics: Vec::new(), rows: Vec::new(), tally: Tally::of_messages(), count: 0 }
+    }
+
+    /// The rows in time; messages of one instant are one row where they do not hold the same.
+    fn rows(mut self) -> (Vec<Pending>, Tally) {
+        self.rows.sort_by_key(|row| row.time);
+        let mut merged: Vec<Pending> = Vec::with_capacity(self.rows.len());
+        for next in self.rows {
+            if let Some(last) = merged.last_mut().filter(|last| last.time == next.time)
+                && joined(&mut last.row, &next.row)
+            {
+                last.marked |= next.marked;
+                continue;
+            }
+            merged.push(next);
+        }
+        (merged, self.tally)
+    }
+}
+
+/// Adds the values of a row to another that has none of them; `false` where both have one.
+fn joined(row: &mut Row, other: &Row) -> bool {
+    let values = |row: &Row| {
+        let of = [row.gyro, row.ref_angle, row.ref_rate, row.accel].concat();
+        [of.as_slice(), &row.ref_quaternion, &[row.temperature, row.supply], &row.free].concat()
+    };
+    if values(row).iter().zip(values(other)).any(|(a, b)| a.is_finite() && b.is_finite()) {
+        return false;
+    }
+    let take = |to: &mut [f64], from: &[f64]| {
+        for (to, from) in to.iter_mut().zip(from).filter(|(_, from)| from.is_finite()) {
+            *to = *from;
+        }
+    };
+    for (to, from) in [
+        (&mut row.gyro[..], &other.gyro[..]),
+        (&mut row.ref_angle, &other.ref_angle),
+        (&mut row.ref_rate, &other.ref_rate),
+        (&mut row.accel, &other.accel),
+        (&mut row.ref_quaternion, &other.ref_quaternion),
+        (&mut row.free, &other.free),
+    ] {
+        take(to, from);
+    }
+    take(std::slice::from_mut(&mut row.temperature), &[other.temperature]);
+    take(std::slice::from_mut(&mut row.supply), &[other.supply]);
+    true
+}
+
+impl Sink for Taker<'_> {
+    fn topic(&mut self, topic: &Topic) -> bool {
+        let wanted = topic.fields.iter().enumerate().flat_map(|(i, field)| {
+            let channel = topic.channel(field);
+            let picks = self.picks.iter().enumerate().filter(move |(_, pick)| pick.channel == channel);
+            picks.map(move |(k, _)| (i, k))
+        });
+        self.topics.push(wanted.collect());
+        self.topics.last().is_some_and(|wanted| !wanted.is_empty())
+    }
+
+    fn message(&mut self, topic: usize, time_ns: i64, values: &[f64]) {
+        let Some(wanted) = self.topics.get(topic).filter(|wanted| !wanted.is_empty()) else { return };
+        self.count += 1;
+        let (mut row, mut marked) = (Row::EMPTY, false);
+        let mut fault = |fault, column| {
+            marked = true;
+            self.tally.add(fault, column, self.count, None);
+        };
+        for &(field, pick) in wanted {
+            let (Some(&value), Some(column)) = (values.get(field), self.columns.get(pick)) else { continue };
+            if value.is_infinite() {
+                fault(RowFault::Infinite, pick + 1);
+            } else if value.abs() > IMPOSSIBLE && !matches!(column.channel, unit::Channel::Free(_)) {
+                fault(RowFault::Impossible, pick + 1);
+            } else if let Some(place) = place(&mut row, column.channel).filter(|_| !value.is_nan()) {
+                *place = value * column.conversion.scale + column.conversion.offset;
+            }
+        }
+        if let Some(found) = check_quaternion(&mut row.ref_quaternion) {
+            fault(found, 0);
+        }
+        self.rows.push(Pending { row, time: i128::from(time_ns), line: self.count, marked, read_ns: 0 });
+    }
+
+    fn note(&mut self, _note: Note) {}
+}

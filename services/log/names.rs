@@ -1,0 +1,160 @@
+//! From a header's names to those of the format: maps, what is clear, units, and how the time is written.
+
+use super::{
+    Maps,
+    error::Problem,
+    unit::{self, Channel, Conversion, Name},
+};
+use log_readers::{
+    meaning::{self, Pick, Proposal},
+    text::{self, Form, Head},
+    unit::{Quantity, Unit},
+};
+
+/// The names of the columns on their way to those of the format.
+pub struct Names<'a> {
+    headers: &'a [String],
+    /// Their names now.
+    pub renamed: Vec<String>,
+    /// Columns of a name that another was given.
+    pub displaced: Vec<bool>,
+    /// Factor and offset.
+    scaled: Vec<(f64, f64)>,
+    /// What was taken without being named.
+    pub chosen: Vec<Pick>,
+}
+
+impl<'a> Names<'a> {
+    /// With what the maps say.
+    pub fn of(headers: &'a [String], maps: &Maps) -> Result<Self, Problem> {
+        let count = headers.len();
+        let renamed = match &maps.columns {
+            Some(map) => map.rename(headers)?,
+            None => headers.to_vec(),
+        };
+        let mut names = Self {
+            headers,
+            renamed,
+            displaced: vec![false; count],
+            scaled: vec![(1.0, 0.0); count],
+            chosen: Vec::new(),
+        };
+        for flag in &maps.flags {
+            for pick in flag.picks(headers)? {
+                names.take(&pick);
+            }
+        }
+        Ok(names)
+    }
+
+    /// Gives a column the name that a pick has for it. What had that name before is not read.
+    fn take(&mut self, pick: &Pick) {
+        let untouched = |i: &usize| self.renamed[*i] == self.headers[*i];
+        let mut places = (0..self.headers.len()).filter(|&i| self.headers[i] == pick.channel);
+        let Some(place) = places.clone().find(untouched).or_else(|| places.next()) else { return };
+        let channel = |name: &str| if let Name::Known(channel, _) = unit::name(name) { Some(channel) } else { None };
+        for i in (0..self.renamed.len()).filter(|&i| i != place) {
+            let same =
+                channel(&pick.name).map_or(self.renamed[i] == pick.name, |c| channel(&self.renamed[i]) == Some(c));
+            self.displaced[i] |= same;
+        }
+        self.renamed[place].clone_from(&pick.name);
+        self.scaled[place] = (pick.factor, pick.offset);
+        self.displaced[place] = false;
+    }
+
+    /// Takes what is clear where the names of the format and the maps leave something open.
+    pub fn propose(&mut self, head: &Head) -> Proposal {
+        let known: Vec<Channel> = (self.renamed.iter().zip(&self.displaced))
+            .filter_map(|(name, displaced)| match unit::name(name) {
+                Name::Known(channel, _) if !displaced => Some(channel),
+                _ => None,
+            })
+            .collect();
+        let has = |is: fn(&Channel) -> bool| known.iter().any(is);
+        let complete = has(|c| *c == Channel::Time) && has(|c| matches!(c, Channel::Gyro(_)));
+        let referenced = has(Channel::is_reference);
+        let base = |name: &str| if let Name::Known(channel, _) = unit::name(name) { Some(channel) } else { None };
+        let taken = |name: &str| match base(name) {
+            Some(Channel::Gyro(_)) if has(|c| matches!(c, Channel::Gyro(_))) => true,
+            Some(Channel::RefAngle(_) | Channel::RefRate(_) | Channel::Quaternion(_)) if referenced => true,
+            // A log in our own names says what it means.
+            Some(Channel::Time | Channel::Accel(_) | Channel::Temperature | Channel::Supply) if complete => true,
+            channel => channel.is_some_and(|channel| known.contains(&channel)),
+        };
+        // Columns that have a meaning already are no candidates for another.
+        let free: Vec<String> = (self.renamed.iter().zip(self.headers))
+            .map(|(name, header)| if base(name).is_some() && name != header { String::new() } else { header.clone() })
+            .collect();
+        let mut unnamed = head.clone();
+        unnamed.names = free;
+        let mut proposal = meaning::of_text(&unnamed, &taken);
+        proposal.dependent = meaning::of_text(head, &|_| true).dependent;
+        for pick in proposal.chosen.clone() {
+            // `t` as `t` is what it says.
+            if pick.name != pick.channel || self.headers.iter().all(|header| *header != pick.name) {
+                self.take(&pick);
+                self.chosen.push(pick);
+            }
+        }
+        proposal
+    }
+
+    /// To SI: the name's own unit, or that of the row of units, after the map's factor and offset.
+    pub fn conversion(&self, place: usize, channel: Channel, own: Conversion, head: &Head) -> Conversion {
+        let plain = self.renamed[place] == self.headers[place] && own == Conversion::NONE;
+        let beside = head.units[place].filter(|unit| plain && fits(*unit, channel));
+        let own = beside.map_or(own, |unit| unit::converted(channel, unit).unwrap_or(own));
+        let (factor, offset) = self.scaled[place];
+        // An offset is in the unit that the name says.
+        Conversion { scale: own.scale * factor, offset: own.offset + own.scale * offset, ..own }
+    }
+}
+
+fn fits(unit: Unit, channel: Channel) -> bool {
+    matches!(
+        (unit.quantity, channel),
+        (Quantity::Time, Channel::Time)
+            | (Quantity::Rate, Channel::Gyro(_) | Channel::RefRate(_))
+            | (Quantity::Angle, Channel::RefAngle(_))
+            | (Quantity::Acceleration, Channel::Accel(_))
+            | (Quantity::Temperature, Channel::Temperature)
+            | (Quantity::Voltage, Channel::Supply)
+    )
+}
+
+/// How the time in this column is written, as the first rows show.
+pub fn time_form(head: &Head, column: usize, conversion: Conversion) -> Form {
+    let sample = |i: usize| head.samples.first().and_then(|row| row.get(i)).map_or(&b""[..], Vec::as_slice);
+    let names: Vec<String> = head.names.iter().map(|name| name.to_lowercase()).collect();
+    if let Some(form) = text::form(sample(column)) {
+        let date = (0..names.len())
+            .find(|&i| i != column && text::date(sample(i)).is_some() && text::form(sample(i)).is_none());
+        return match (form, date) {
+            (Form::Clock, Some(date)) => Form::DateAndClock(date),
+            _ => form,
+        };
+    }
+    if text::date(sample(column)).is_some()
+        && let Some(clock) = (0..names.len()).find(|&i| text::form(sample(i)) == Some(Form::Clock))
+    {
+        return Form::DateAndClock(clock);
+    }
+    let coarse = |name: &str| ["secs", "sec"].iter().find_map(|end| name.strip_suffix(end)).map(str::to_owned);
+    if let Some(start) = coarse(&names[column])
+        && let Some(fine) = names.iter().position(|name| {
+            name.strip_prefix(start.as_str()).is_some_and(|end| ["nsecs", "nsec", "nanosec", "nanosecs"].contains(&end))
+        })
+    {
+        return Form::Parts(fine);
+    }
+    // A time since 1970 tells its unit by its size; one in seconds of so many digits would lie 3000 years ahead.
+    if conversion.exponent == 9
+        && let text::TimeField::Nanoseconds(first) = text::time(sample(column), head.dialect.point, 0)
+        && first as f64 > 1e11
+        && let Some(unit) = meaning::epoch_unit(first as f64)
+    {
+        return Form::Number(unit::converted(Channel::Time, unit).map_or(9, |c| c.exponent));
+    }
+    Form::Number(conversion.exponent)
+}

@@ -1,0 +1,79 @@
+//! Where rows come from: a text, row by row, or messages that were put in order.
+
+use super::{
+    Maps,
+    error::Problem,
+    folder,
+    header::Layout,
+    input::Input,
+    messages::{self, Messages},
+    row::RowParser,
+    tally::Tally,
+};
+use gyro_model::{Row, diagnosis::DataFault};
+use log_readers::{
+    formats::Unread,
+    text::{HeadError, LONGEST_LINE, LineError, Table},
+};
+use std::path::Path;
+
+/// Where rows come from.
+pub enum Rows {
+    /// A text, row by row.
+    Text { table: Box<Table<Input>>, parser: RowParser },
+    /// Messages that were put in order.
+    Ready { rows: std::vec::IntoIter<Pending>, sha256: String, notes: Vec<DataFault> },
+}
+
+/// A row with its time, before it is known whether the next one fits.
+pub struct Pending {
+    pub row: Row,
+    pub time: i128,
+    pub line: u64,
+    pub marked: bool,
+    pub read_ns: u64,
+}
+
+/// Where a header is refused, and why.
+pub type Place = (Option<u64>, Option<(usize, String)>, Problem);
+/// What the columns or channels of a file hold, where its rows come from, and the line of its header.
+pub fn begin(path: &Path, maps: &Maps) -> Result<(Layout, Rows, Tally, Option<u64>), Place> {
+    let files = folder::files(path).map_err(|problem| (None, None, problem))?;
+    let input = Input::open(&files[0]).map_err(|problem| (None, None, problem))?;
+    if !input.is_text() {
+        let Messages { layout, rows, tally, sha256, notes } =
+            messages::read(&files, input, maps).map_err(|(column, problem)| (None, column, problem))?;
+        return Ok((layout, Rows::Ready { rows: rows.into_iter(), sha256, notes }, tally, None));
+    }
+    if let Some(Unread { what, remedy }) = input.unread() {
+        return Err((None, None, Problem::Unread { what, remedy }));
+    }
+    let packed = input.is_packed();
+    let table = Table::open(input, &|names| maps.know(names)).map_err(|error| {
+        let (line, problem) = head_problem(error, packed);
+        (line, None, problem)
+    })?;
+    let head = table.head();
+    let line = head.line.or(Some(1));
+    let layout = Layout::new(head, maps).map_err(|(column, problem)| (line, column, problem))?;
+    let parser = RowParser::new(&layout, table.dialect());
+    Ok((layout, Rows::Text { table: Box::new(table), parser }, Tally::default(), line))
+}
+
+fn head_problem(error: HeadError, packed: bool) -> (Option<u64>, Problem) {
+    match error {
+        HeadError::Empty => (None, Problem::Empty),
+        HeadError::DecimalCommas { line, found, names } => {
+            (Some(line), Problem::DecimalCommas { found, wanted: names })
+        }
+        HeadError::Line(error) => (Some(1), line_problem(error, packed)),
+    }
+}
+
+/// What a line that cannot be read means.
+pub fn line_problem(error: LineError, packed: bool) -> Problem {
+    match error {
+        LineError::TooLong => Problem::LongLine(LONGEST_LINE),
+        LineError::Read(error) => Problem::reading(error, packed),
+    }
+}

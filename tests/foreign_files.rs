@@ -1,0 +1,240 @@
+//! Files of other programs' formats: the same rows that independent readers find, and of independent writers' files the very
+//! verdict of the CSV that they were made of.
+//!
+//! The independent programs are Python packages (`pyulog`, `pymavlink`, `rosbags`). They are put into a folder of their own in
+//! the build's; where that cannot be, or where a file is missing, a test says that it was skipped.
+
+mod common;
+
+use common::Bench;
+use serde_json::Value;
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    process::Command,
+    sync::OnceLock,
+};
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap_or_else(|e| panic!("{e}: {text}"))
+}
+
+/// A Python that has the packages: the one that `TRUERATE_PYTHON` names, or one made here.
+fn python() -> Option<&'static Path> {
+    static PYTHON: OnceLock<Option<PathBuf>> = OnceLock::new();
+    let made = PYTHON.get_or_init(|| {
+        let works = |python: &Path| {
+            let says =
+                Command::new(python).args(["-c", "import numpy, pyulog, rosbags.rosbag1, pymavlink.DFReader"]).output();
+            says.is_ok_and(|output| output.status.success())
+        };
+        if let Some(given) = std::env::var_os("TRUERATE_PYTHON").map(PathBuf::from) {
+            return works(&given).then_some(given);
+        }
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("independent-readers");
+        let python = folder.join("bin/python");
+        if !works(&python) {
+            let ran = |command: &mut Command| command.output().is_ok_and(|output| output.status.success());
+            let _ = ran(Command::new("python3").arg("-m").arg("venv").arg(&folder))
+                && ran(Command::new(&python).args([
+                    "-m",
+                    "pip",
+                    "install",
+                    "-q",
+                    "numpy",
+                    "pyulog",
+                    "pymavlink",
+                    "rosbags",
+                ]));
+        }
+        works(&python).then_some(python)
+    });
+    if made.is_none() {
+        eprintln!("skipped: no Python with pyulog, pymavlink and rosbags; set TRUERATE_PYTHON");
+    }
+    made.as_deref()
+}
+
+/// A file to try with.
+fn foreign(name: &str) -> Option<String> {
+    let folder = std::env::var_os("TRUERATE_LOGS")
+        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
+    let path = folder.join("foreign").join(name);
+    if !path.is_file() {
+        eprintln!("skipped: no file {}; set TRUERATE_LOGS", path.display());
+        return None;
+    }
+    Some(path.display().to_string())
+}
+
+/// What a script prints, as JSON.
+fn independent(python: &Path, script: &str, words: &[&str]) -> Value {
+    let output = Command::new(python).arg("-c").arg(script).args(words).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    json(&String::from_utf8_lossy(&output.stdout))
+}
+
+/// Messages of each topic, as `truerate channels` counts them.
+fn counted(bench: &Bench, file: &str) -> BTreeMap<String, u64> {
+    let list = json(&bench.ok(&["channels", file, "--format", "json"]));
+    let channels = list["channels"].as_array().unwrap().iter();
+    channels.map(|c| (c["topic"].as_str().unwrap().to_owned(), c["rows"].as_u64().unwrap())).collect()
+}
+
+const ULOG: &str = "
+import sys, json, pyulog
+log = pyulog.ULog(sys.argv[1])
+name = lambda d: d.name if d.multi_id == 0 else f'{d.name}_{d.multi_id}'
+print(json.dumps({name(d): len(d.data['timestamp']) for d in log.data_list}))";
+
+#[test]
+fn a_ulog_has_the_rows_that_pyulog_finds() {
+    let Some(python) = python() else { return };
+    let bench = Bench::new();
+    for name in ["px4-flight.ulg", "px4-sitl-groundtruth.ulg", "px4-cube-three-imus.ulg"] {
+        let Some(file) = foreign(name) else { return };
+        let mut found = counted(&bench, &file);
+        found.retain(|_, rows| *rows > 0);
+        let wanted = independent(python, ULOG, &[&file]);
+        let wanted: BTreeMap<String, u64> =
+            wanted.as_object().unwrap().iter().map(|(k, v)| (k.clone(), v.as_u64().unwrap())).collect();
+        assert_eq!(found, wanted, "{name}");
+    }
+}
+
+const DATAFLASH: &str = "
+import sys, json, collections
+from pymavlink import DFReader
+log, rows = DFReader.DFReader_binary(sys.argv[1]), collections.Counter()
+while (m := log.recv_msg()) is not None:
+    rows[m.get_type()] += 1
+print(json.dumps(rows))";
+
+#[test]
+fn an_ardupilot_log_has_the_rows_that_pymavlink_finds() {
+    let Some(python) = python() else { return };
+    let Some(file) = foreign("ardupilot-two-imus.bin") else { return };
+    let bench = Bench::new();
+    let mut found: BTreeMap<String, u64> = BTreeMap::new();
+    for (topic, rows) in counted(&bench, &file) {
+        *found.entry(topic.split('[').next().unwrap().to_owned()).or_default() += rows;
+    }
+    let wanted = independent(python, DATAFLASH, &[&file]);
+    for (name, rows) in &found {
+        assert_eq!(wanted[name], *rows, "{name}");
+    }
+    assert!(found.contains_key("IMU") && found.len() > 5, "{found:?}");
+}
+
+#[test]
+fn an_independent_reference_is_judged_and_a_dependent_one_is_named() {
+    let bench = Bench::new();
+    let Some(truth) = foreign("px4-sitl-groundtruth.ulg") else { return };
+    let axes = json(&bench.ok(&["diagnose", &truth, "--axis", "z", "--format", "json"]))["axes"].clone();
+    assert!(!axes[0]["data_faults"].to_string().contains("dependent-reference"), "{axes}");
+    assert!(!axes[0]["parameters"].as_array().unwrap().is_empty(), "{axes}");
+    let Some(flight) = foreign("px4-flight.ulg") else { return };
+    let axes = json(&bench.ok(&["ladder", &flight, "--axis", "z", "--format", "json"]))["axes"].clone();
+    assert_eq!(axes[0]["verdict"], "cannot-tell", "{axes}");
+    assert!(axes[0]["says"].as_str().unwrap().contains("the autopilot's estimator computed it"), "{axes}");
+}
+
+/// Writes a log of three axes as a bag: gyro and orientation a topic each, at the rows' own times.
+const BAG: &str = "
+import sys, csv, pathlib, json
+from rosbags.typesys import Stores, get_typestore
+kind, source, target = sys.argv[1:4]
+from rosbags.rosbag1 import Writer as Writer1
+from rosbags.rosbag2 import Writer as Writer2, StoragePlugin, CompressionMode, CompressionFormat
+rows = list(csv.DictReader(open(source)))
+store = get_typestore(Stores.ROS1_NOETIC if kind.startswith('ros1') else Stores.ROS2_HUMBLE)
+T = store.types
+Time, Header, Vector, Quaternion = T['builtin_interfaces/msg/Time'], T['std_msgs/msg/Header'], T['geometry_msgs/msg/Vector3'], T['geometry_msgs/msg/Quaternion']
+Imu, Pose, Point, Stamped = T['sensor_msgs/msg/Imu'], T['geometry_msgs/msg/Pose'], T['geometry_msgs/msg/Point'], T['geometry_msgs/msg/PoseStamped']
+import numpy
+none = numpy.zeros(9)
+if kind.startswith('ros1'):
+    writer = Writer1(target)
+    if kind != 'ros1':
+        writer.set_compression(Writer1.CompressionFormat.LZ4 if kind == 'ros1-lz4' else Writer1.CompressionFormat.BZ2)
+    header = lambda s, n: Header(seq=0, stamp=Time(sec=s, nanosec=n), frame_id='body')
+    pack = store.serialize_ros1
+else:
+    writer = Writer2(target, version=8, storage_plugin=StoragePlugin.MCAP)
+    if kind == 'ros2-zstd':
+        writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+    header = lambda s, n: Header(stamp=Time(sec=s, nanosec=n), frame_id='body')
+    pack = store.serialize_cdr
+with writer:
+    imu = writer.add_connection('/imu', 'sensor_msgs/msg/Imu', typestore=store)
+    pose = writer.add_connection('/vicon/body', 'geometry_msgs/msg/PoseStamped', typestore=store)
+    for row in rows:
+        ns = 1_700_000_000_000_000_000 + round(float(row['t']) * 1e9)
+        f = lambda *names: [float(row[n]) for n in names]
+        head = header(*divmod(ns, 10**9))
+        message = Imu(head, Quaternion(0.0, 0.0, 0.0, 0.0), none, Vector(*f('gyro_x', 'gyro_y', 'gyro_z')), none, Vector(0.0, 0.0, 0.0), none)
+        writer.write(imu, ns + 3_000_000, pack(message, 'sensor_msgs/msg/Imu'))
+        message = Stamped(head, Pose(Point(0.0, 0.0, 0.0), Quaternion(*f('ref_qx', 'ref_qy', 'ref_qz', 'ref_qw'))))
+        writer.write(pose, ns + 5_000_000, pack(message, 'geometry_msgs/msg/PoseStamped'))
+print(json.dumps([str(p) for p in sorted(pathlib.Path(target).iterdir())] if pathlib.Path(target).is_dir() else [target]))";
+
+#[test]
+fn a_bag_of_an_independent_writer_has_the_very_verdict_of_the_csv() {
+    let Some(python) = python() else { return };
+    let bench = Bench::new();
+    bench.ok(&[
+        "simulate",
+        "--seconds",
+        "30",
+        "--rate",
+        "100",
+        "--seed",
+        "3",
+        "--hide",
+        "delay:d=0.02",
+        "-o",
+        "all.csv",
+    ]);
+    let rows: Vec<Vec<String>> = three_axes(&bench.text("all.csv"));
+    let text: String = rows.iter().map(|row| row.join(",") + "\n").collect();
+    bench.file("three.csv", text);
+    let parameters = |words: &[&str]| {
+        let axes = json(&bench.ok(&[&["diagnose"], words, &["--format", "json"]].concat()))["axes"].clone();
+        axes.as_array()
+            .unwrap()
+            .iter()
+            .map(|a| (a["verdict"].clone(), a["parameters"].clone(), a["error_over_floor"].clone()))
+            .collect::<Vec<_>>()
+    };
+    let wanted = parameters(&["three.csv"]);
+    assert_eq!(wanted.len(), 3);
+    for kind in ["ros1", "ros1-lz4", "ros1-bz2", "ros2"] {
+        let target = bench.path(&format!("{kind}.bag")).display().to_string();
+        let files = independent(python, BAG, &[kind, &bench.path("three.csv").display().to_string(), &target]);
+        let file =
+            files.as_array().unwrap().iter().map(|f| f.as_str().unwrap()).find(|f| !f.ends_with(".yaml")).unwrap();
+        assert_eq!(
+            counted(&bench, file),
+            BTreeMap::from([("/imu".to_owned(), 3000), ("/vicon/body".to_owned(), 3000)]),
+            "{kind}"
+        );
+        assert_eq!(parameters(&[file]), wanted, "{kind}");
+    }
+}
+
+/// Time, gyros and an orientation made of the angle about z, of a simulated log.
+fn three_axes(text: &str) -> Vec<Vec<String>> {
+    let mut lines = text.lines();
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let column = |name: &str| names.iter().position(|n| *n == name).unwrap_or_else(|| panic!("no {name} in {names:?}"));
+    let (t, gyro, angle) = (column("t"), column("gyro_x"), column("ref_angle_x"));
+    let header = "t,gyro_x,gyro_y,gyro_z,ref_qw,ref_qx,ref_qy,ref_qz".split(',').map(str::to_owned).collect();
+    let rows = lines.enumerate().filter_map(|(k, line)| {
+        let fields: Vec<&str> = line.split(',').collect();
+        let half = fields[angle].parse::<f64>().ok()? / 2.0;
+        let still = 1e-3 * ((k * 7919) % 997) as f64 / 997.0;
+        let row = [fields[t].to_owned(), fields[gyro].to_owned(), still.to_string(), (-still).to_string()];
+        Some(row.into_iter().chain([half.cos(), half.sin(), 0.0, 0.0].map(|q| q.to_string())).collect())
+    });
+    std::iter::once(header).chain(rows).collect()
+}
