@@ -28,24 +28,25 @@ pub fn align(gyro: &[Row], reference: &[Row], said_ns: i64) -> Option<Alignment>
     let (a, a_from) = evenly(&gyro_speeds(gyro))?;
     let (b, b_from) = evenly(&reference_speeds(reference))?;
     let correlation = correlate(&a, &b);
-    let shortest = a.len().min(b.len()) as f64;
+    let (a_len, b_len) = (i64::try_from(a.len()).ok()?, i64::try_from(b.len()).ok()?);
+    let (shortest, size) = (a_len.min(b_len) as f64, i64::try_from(correlation.len()).ok()?);
     let (a_sums, b_sums) = (squares(&a), squares(&b));
     // Lag k: the second's step j stands beside the first's step j + k.
     let likeness = |k: i64| -> f64 {
-        if k.unsigned_abs() as usize > a.len() + b.len() {
+        if k.unsigned_abs() > (a_len + b_len).unsigned_abs() {
             return 0.0;
         }
         let from = k.max(0);
-        let to = (a.len() as i64).min(b.len() as i64 + k);
+        let to = a_len.min(b_len + k);
         if ((to - from) as f64) < (OVERLAP * shortest).max(50.0) {
             return 0.0;
         }
         let energy = |sums: &[f64], from: i64, to: i64| sums[to as usize] - sums[from as usize];
-        let size = energy(&a_sums, from, to) * energy(&b_sums, from - k, to - k);
-        let place = k.rem_euclid(correlation.len() as i64) as usize;
-        if size > 0.0 { correlation[place] / size.sqrt() } else { 0.0 }
+        let energies = energy(&a_sums, from, to) * energy(&b_sums, from - k, to - k);
+        let place = k.rem_euclid(size) as usize;
+        if energies > 0.0 { correlation[place] / energies.sqrt() } else { 0.0 }
     };
-    let lags = -(b.len() as i64)..a.len() as i64;
+    let lags = -b_len..a_len;
     let best = lags.max_by(|&k, &l| likeness(k).total_cmp(&likeness(l)))?;
     let (before, at, after) = (likeness(best - 1), likeness(best), likeness(best + 1));
     let bend = before - 2.0 * at + after;
@@ -97,7 +98,7 @@ fn reference_speeds(rows: &[Row]) -> Speeds {
         };
         let seconds = (row.t_ns - last.t_ns) as f64 / 1e9;
         if turned.is_finite() {
-            speeds.push(((row.t_ns + last.t_ns) / 2, turned / seconds));
+            speeds.push((row.t_ns.midpoint(last.t_ns), turned / seconds));
         }
         before = Some(row);
     }
@@ -125,7 +126,9 @@ fn evenly(speeds: &[(i64, f64)]) -> Option<(Vec<f64>, i64)> {
         })
         .collect();
     let mean = even.iter().sum::<f64>() / even.len() as f64;
-    even.iter_mut().for_each(|x| *x -= mean);
+    for x in &mut even {
+        *x -= mean;
+    }
     (even.iter().map(|x| x * x).sum::<f64>() > 0.0).then_some((even, from))
 }
 
@@ -162,7 +165,9 @@ fn correlate(a: &[f64], b: &[f64]) -> Vec<f64> {
     let back = planner.plan_fft_inverse(size);
     let mut correlation = back.make_output_vec();
     let _ = back.process(&mut product, &mut correlation);
-    correlation.iter_mut().for_each(|x| *x /= size as f64);
+    for x in &mut correlation {
+        *x /= size as f64;
+    }
     correlation
 }
 

@@ -133,18 +133,13 @@ impl<'a> Cursor<'a> {
         &self.bytes[self.at..]
     }
 
-    /// Bytes taken so far.
-    pub fn position(self) -> usize {
-        self.at
-    }
-
     /// Bytes after a length of four bytes.
     pub fn prefixed(&mut self) -> Option<&'a [u8]> {
         let length = self.u32()?;
         self.take(usize::try_from(length).ok()?)
     }
 
-    numbers!(u8 u8, u16 u16, u32 u32, u64 u64, i64 i64);
+    numbers!(u8 u8, u16 u16, u32 u32, u64 u64);
 }
 
 #[cfg(test)]

@@ -5,13 +5,13 @@
 //! | --- | --- |
 //! | [`format`] | what all formats have in common: topics, messages, notes |
 //! | [`formats`] | one format a file, one static list |
-//! | [`bytes`] | bytes taken in order, lengths never trusted |
+//! | `bytes` | bytes taken in order, lengths never trusted |
 //! | [`survey`] | what a file holds, channel by channel |
 //! | [`meaning`] | what names and units say, and a map to the names of our logs |
 //! | [`text`] | delimited text, row by row |
 //! | [`unit`] | units as people write them |
 
-pub mod bytes;
+mod bytes;
 pub mod format;
 pub mod formats;
 pub mod meaning;

@@ -65,42 +65,32 @@ pub enum Problem {
     },
     /// No column of this kind.
     #[error(
-        "no column `{wanted}`: {}{has}; name yours with `--map {}=CHANNEL` or `--columns F`{}{}{}",
-        "the header has ",
+        "no column `{wanted}`: the header has {}; name yours with `--map {}=CHANNEL` or `--columns F`{}{}{}",
+        known.has,
         wanted.split([',', ' ']).next().unwrap_or(wanted),
-        clause("so far: ", chosen),
-        clause("likely: ", likely),
-        clause("not understood: ", near)
+        clause("so far: ", &known.chosen),
+        clause("likely: ", &known.likely),
+        clause("not understood: ", &known.near)
     )]
     Missing {
         /// What is wanted.
         wanted: &'static str,
-        /// What is there.
-        has: String,
-        /// What was taken, as flags.
-        chosen: String,
-        /// What may be meant, as flags.
-        likely: String,
-        /// Names that are nearly ours.
-        near: String,
+        /// What there is.
+        known: Box<Known>,
     },
     /// No axis can be fitted.
     #[error(
         "no axis has both a gyro and a reference: add ref_angle_{axis}, ref_rate_{axis} or ref_qw … ref_qz, name yours with \
          `--map ref_angle_{axis}=CHANNEL`, or take it from a second file with `--reference FILE`{}{}{}",
-        clause("so far: ", chosen),
-        clause("likely, if something else than this gyro measured it: ", likely),
-        clause("not understood: ", near)
+        clause("so far: ", &known.chosen),
+        clause("likely, if something else than this gyro measured it: ", &known.likely),
+        clause("not understood: ", &known.near)
     )]
     NoReference {
         /// An axis that has a gyro.
         axis: &'static str,
-        /// What was taken, as flags.
-        chosen: String,
-        /// What may be meant, as flags.
-        likely: String,
-        /// Names that are nearly ours.
-        near: String,
+        /// What there is.
+        known: Box<Known>,
     },
     /// A `--map` without its two sides.
     #[error("--map {}: is no NAME=CHANNEL, such as gyro_z_dps=imu.gz or gyro_z=0.001*raw_z", quoted(.0))]
@@ -250,6 +240,19 @@ pub enum Problem {
     /// The column map is wrong.
     #[error("column map {0}")]
     Map(TomlError),
+}
+
+/// What is known of a log that lacks something.
+#[derive(Clone, Debug, Default)]
+pub struct Known {
+    /// What it has.
+    pub has: String,
+    /// What was taken of it, as flags.
+    pub chosen: String,
+    /// What may be meant, as flags.
+    pub likely: String,
+    /// Names that are nearly ours.
+    pub near: String,
 }
 
 /// A clause of a message, where there is something to say.

@@ -3,7 +3,7 @@
 use super::{
     Maps,
     column_map::listed,
-    error::Problem,
+    error::{Known, Problem},
     names::{Names, time_form},
     unit::{self, Channel, Conversion, Name},
 };
@@ -173,10 +173,10 @@ impl Layout {
     /// Refuses a header without time, without gyro, or with part of a quaternion.
     fn complete(self, headers: &[String], maps: &Maps) -> Result<Self, Refusal> {
         let missing = |wanted| {
+            let near = if maps.reference { String::new() } else { near_names(headers) };
             let (chosen, likely) = (flags(&self.chosen), flags(&self.offered));
-            let sure = maps.reference || !headers.iter().any(|name| unit::near(name).is_some());
-            let near = if sure { String::new() } else { near_names(headers) };
-            (None, Problem::Missing { wanted, has: listed(headers), chosen, likely, near })
+            let known = Box::new(Known { has: listed(headers), chosen, likely, near });
+            (None, Problem::Missing { wanted, known })
         };
         if !self.has(Channel::Time) {
             return Err(missing("t"));
@@ -224,13 +224,17 @@ enum Key {
 }
 
 /// Picks as flags.
-fn flags(picks: &[Pick]) -> String {
+pub(super) fn flags(picks: &[Pick]) -> String {
     picks.iter().map(Pick::flag).collect::<Vec<_>>().join(" ")
 }
 
+/// Names that are looked at for slips.
+const MOST_NAMES: usize = 200;
+
 /// Headers that sound like a name of the format.
 pub(super) fn near_names(headers: &[String]) -> String {
-    let near = headers.iter().filter_map(|name| unit::near(name).map(|ours| format!("{name} ({ours}?)")));
+    let near =
+        headers.iter().take(MOST_NAMES).filter_map(|name| unit::near(name).map(|ours| format!("{name} ({ours}?)")));
     near.take(3).collect::<Vec<_>>().join(", ")
 }
 

@@ -28,7 +28,7 @@ mod unit;
 mod whole;
 mod writer;
 
-pub use error::{LogError, Problem, Refused};
+pub use error::{Known, LogError, Problem, Refused};
 pub use header::Layout;
 pub use look::{Look, look};
 pub use reader::Reader;

@@ -2,8 +2,8 @@
 
 use super::{
     LogError, Maps, Options,
-    error::Problem,
-    header::{Layout, near_names},
+    error::{Known, Problem},
+    header::{Layout, flags, near_names},
     input::STANDARD_INPUT,
     join,
     row::Parsed,
@@ -13,7 +13,6 @@ use super::{
 };
 use crate::clock::now_ns;
 use gyro_model::{Row, diagnosis::DataFault};
-use log_readers::meaning::Pick;
 use std::path::Path;
 
 /// Reads rows in order. Times repeated or going back are left out, infinite values are taken as no value, both counted.
@@ -66,8 +65,7 @@ impl Reader {
         let log = if path == Path::new("-") { STANDARD_INPUT.to_owned() } else { path.display().to_string() };
         let refuse = |line, column, problem| LogError::new(&log, line, column, problem);
         let maps = Maps::load(options).map_err(|p| refuse(None, None, p))?;
-        let (layout, rows_from, tally, line) =
-            begin(path, &maps).map_err(|(line, column, problem)| refuse(line, column, problem))?;
+        let (layout, rows_from, tally, line) = begin(&log, path, &maps)?;
         if options.needs_reference && options.reference.is_none() && !layout.has_reference() {
             return Err(refuse(line, None, no_reference(&layout)));
         }
@@ -83,9 +81,8 @@ impl Reader {
         let log = path.display().to_string();
         let refuse = |line, column, problem| LogError::new(&log, line, column, problem);
         let maps = Maps::of_reference(options).map_err(|p| refuse(None, None, p))?;
-        let (layout, rows_from, tally, _) =
-            begin(path, &maps).map_err(|(line, column, problem)| refuse(line, column, problem))?;
-        Ok(Self::of(log.clone(), layout, rows_from, tally))
+        let (layout, rows_from, tally, _) = begin(&log, path, &maps)?;
+        Ok(Self::of(log, layout, rows_from, tally))
     }
 
     fn of(log: String, layout: Layout, rows_from: Rows, tally: Tally) -> Self {
@@ -373,7 +370,7 @@ impl Iterator for Reader {
 /// The refusal of a log whose layout has no reference.
 pub(super) fn no_reference(layout: &Layout) -> Problem {
     let axis = layout.gyros().first().map_or("z", |a| a.letter());
-    let flags = |picks: &[Pick]| picks.iter().map(Pick::flag).collect::<Vec<_>>().join(" ");
     let near = near_names(&layout.free_names);
-    Problem::NoReference { axis, chosen: flags(&layout.chosen), likely: flags(&layout.offered), near }
+    let (chosen, likely) = (flags(&layout.chosen), flags(&layout.offered));
+    Problem::NoReference { axis, known: Box::new(Known { has: String::new(), chosen, likely, near }) }
 }

@@ -1,7 +1,7 @@
 //! Where rows come from: a text, row by row, or messages that were put in order.
 
 use super::{
-    Maps,
+    LogError, Maps,
     error::Problem,
     folder,
     header::Layout,
@@ -34,28 +34,28 @@ pub struct Pending {
     pub read_ns: u64,
 }
 
-/// Where a header is refused, and why.
-pub type Place = (Option<u64>, Option<(usize, String)>, Problem);
 /// What the columns or channels of a file hold, where its rows come from, and the line of its header.
-pub fn begin(path: &Path, maps: &Maps) -> Result<(Layout, Rows, Tally, Option<u64>), Place> {
-    let files = folder::files(path).map_err(|problem| (None, None, problem))?;
-    let input = Input::open(&files[0]).map_err(|problem| (None, None, problem))?;
+pub fn begin(log: &str, path: &Path, maps: &Maps) -> Result<(Layout, Rows, Tally, Option<u64>), LogError> {
+    let refuse = |line, column, problem| LogError::new(log, line, column, problem);
+    let of_file = |problem| refuse(None, None, problem);
+    let files = folder::files(path).map_err(of_file)?;
+    let input = Input::open(&files[0]).map_err(of_file)?;
     if !input.is_text() {
         let Messages { layout, rows, tally, sha256, notes } =
-            messages::read(&files, input, maps).map_err(|(column, problem)| (None, column, problem))?;
+            messages::read(&files, input, maps).map_err(|(column, problem)| refuse(None, column, problem))?;
         return Ok((layout, Rows::Ready { rows: rows.into_iter(), sha256, notes }, tally, None));
     }
     if let Some(Unread { what, remedy }) = input.unread() {
-        return Err((None, None, Problem::Unread { what, remedy }));
+        return Err(of_file(Problem::Unread { what, remedy }));
     }
     let packed = input.is_packed();
     let table = Table::open(input, &|names| maps.know(names)).map_err(|error| {
         let (line, problem) = head_problem(error, packed);
-        (line, None, problem)
+        refuse(line, None, problem)
     })?;
     let head = table.head();
     let line = head.line.or(Some(1));
-    let layout = Layout::new(head, maps).map_err(|(column, problem)| (line, column, problem))?;
+    let layout = Layout::new(head, maps).map_err(|(column, problem)| refuse(line, column, problem))?;
     let parser = RowParser::new(&layout, table.dialect());
     Ok((layout, Rows::Text { table: Box::new(table), parser }, Tally::default(), line))
 }

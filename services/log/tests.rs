@@ -166,7 +166,12 @@ fn what_other_programs_write_above_a_header_is_no_trouble() {
         Reader::open(&path, &Options::default()).err().unwrap().to_string()
     };
     let says = refused(&format!("#timestamp [ns],w_x,angle\n{rows}"));
-    assert!(says.contains("line 1") && says.contains("`t`"), "{says}");
+    assert!(
+        says.contains("line 1")
+            && says.contains("`gyro_x, gyro_y or gyro_z`")
+            && says.contains("--map 't_ns=timestamp [ns]'"),
+        "{says}"
+    );
     let says = refused("# nothing else\n");
     assert!(says.contains("empty"), "{says}");
 }

@@ -163,7 +163,7 @@ pub fn near(written: &str) -> Option<String> {
         return None;
     }
     let lower = written.to_lowercase();
-    let (_, suffix) = SUFFIXES.iter().filter_map(|s| lower.rsplit_once('_').filter(|(_, end)| end == s)).next().unzip();
+    let (_, suffix) = SUFFIXES.iter().find_map(|s| lower.rsplit_once('_').filter(|(_, end)| end == s)).unzip();
     let ending = suffix.map_or(String::new(), |suffix| format!("_{suffix}"));
     let bare = lower.strip_suffix(&ending).unwrap_or(&lower);
     let near = BASES.iter().filter(|base| bare.chars().last() == base.chars().last());

@@ -109,23 +109,23 @@ impl Log<'_> {
         match of.name.as_str() {
             "UNIT" => {
                 // Time, letter, name.
-                if let (Some(&letter), Some(name)) = (body.get(8), body.get(9..)) {
-                    if let Some(unit) = unit::parse(&text(name)) {
-                        self.units.insert(letter, unit);
-                    }
+                if let (Some(&letter), Some(name)) = (body.get(8), body.get(9..))
+                    && let Some(unit) = unit::parse(&text(name))
+                {
+                    self.units.insert(letter, unit);
                 }
                 return;
             }
             "FMTU" => {
                 // Time, type, a letter a field.
-                if let (Some(&kind), Some(letters)) = (body.get(8), body.get(9..25)) {
-                    if let Some(of) = self.definitions.get_mut(&kind) {
-                        for (column, letter) in of.columns.iter_mut().zip(letters) {
-                            column.unit = *letter;
-                        }
-                        let marked = of.columns.iter().find(|column| column.unit == b'#' && column.is_number);
-                        of.instance = marked.map(|column| column.at).or(of.instance);
+                if let (Some(kind), Some(letters)) = (body.get(8), body.get(9..25))
+                    && let Some(of) = self.definitions.get_mut(kind)
+                {
+                    for (column, letter) in of.columns.iter_mut().zip(letters) {
+                        column.unit = *letter;
                     }
+                    let marked = of.columns.iter().find(|column| column.unit == b'#' && column.is_number);
+                    of.instance = marked.map(|column| column.at).or(of.instance);
                 }
                 return;
             }
@@ -134,19 +134,18 @@ impl Log<'_> {
         let Some((time, unit)) = of.time else { return };
         let instance = of.instance.and_then(|at| body.get(at).copied()).unwrap_or(0);
         let units = &self.units;
-        let (topic, wanted) = match of.topics.get(&instance) {
-            Some(known) => *known,
-            None => {
-                let name = if of.instance.is_some() { format!("{}[{instance}]", of.name) } else { of.name.clone() };
-                let numbers = of.columns.iter().filter(|column| column.is_number);
-                let fields =
-                    numbers.map(|column| Field { name: column.label.clone(), unit: units.get(&column.unit).copied() });
-                let wanted = self.sink.topic(&Topic { name, kind: of.name.clone(), fields: fields.collect() });
-                let known = (self.topics, wanted);
-                self.topics += 1;
-                of.topics.insert(instance, known);
-                known
-            }
+        let (topic, wanted) = if let Some(known) = of.topics.get(&instance) {
+            *known
+        } else {
+            let name = if of.instance.is_some() { format!("{}[{instance}]", of.name) } else { of.name.clone() };
+            let numbers = of.columns.iter().filter(|column| column.is_number);
+            let fields =
+                numbers.map(|column| Field { name: column.label.clone(), unit: units.get(&column.unit).copied() });
+            let wanted = self.sink.topic(&Topic { name, kind: of.name.clone(), fields: fields.collect() });
+            let known = (self.topics, wanted);
+            self.topics += 1;
+            of.topics.insert(instance, known);
+            known
         };
         if wanted {
             let raw = time.kind.read(body, time.at, false);

@@ -96,7 +96,7 @@ fn records(bytes: &mut Bytes, connections: &mut Connections, within: bool) -> io
         let whole = data.len() == length as usize;
         match head.op {
             // What there is of a chunk that breaks off is read.
-            0x05 => chunk(at, head.compression, data, whole, connections)?,
+            0x05 => chunk(at, head.compression, data, whole, connections),
             _ if !whole => {}
             0x07 => connect(&head, data, connections),
             _ => {
@@ -121,7 +121,7 @@ fn connect(head: &Head, data: &[u8], connections: &mut Connections) {
     }
 }
 
-fn chunk(at: u64, compression: &[u8], data: &[u8], whole: bool, connections: &mut Connections) -> io::Result<()> {
+fn chunk(at: u64, compression: &[u8], data: &[u8], whole: bool, connections: &mut Connections) {
     let mut within = |source: &mut dyn Read| records(&mut Bytes::new(source), connections, true);
     let ended = match compression {
         b"none" => within(&mut &data[..]),
@@ -129,11 +129,10 @@ fn chunk(at: u64, compression: &[u8], data: &[u8], whole: bool, connections: &mu
         b"bz2" => within(&mut bzip2::read::BzDecoder::new(data)),
         _ => {
             connections.not_read("a chunk", "it is packed in a way that is not known");
-            return Ok(());
+            return;
         }
     };
     if whole && !matches!(ended, Ok(true)) {
         connections.note(Note::Damaged { at: Place::Byte(at), bytes: data.len() as u64 });
     }
-    Ok(())
 }

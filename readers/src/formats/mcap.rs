@@ -112,7 +112,7 @@ impl File<'_> {
                         self.connections.connect(u32::from(id), &topic, &schema.name, Wire::Ros1, &schema.text);
                     }
                     (_, "protobuf") => {
-                        self.connections.not_read(&topic, "they are protobuf: only ROS messages are read")
+                        self.connections.not_read(&topic, "they are protobuf: only ROS messages are read");
                     }
                     (_, "json") => self.connections.not_read(&topic, "they are JSON: only ROS messages are read"),
                     _ => self.connections.not_read(&topic, "their encoding is not known: only ROS messages are read"),

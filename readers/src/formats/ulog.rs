@@ -206,7 +206,7 @@ impl Layout {
             self.numbers.push(Number { at: self.size, kind: number, scale: 1.0 });
             self.fields.push(Field::new(name));
         }
-        self.size = self.size.checked_add(number.size()).filter(|size| *size <= usize::from(u16::MAX))?;
+        self.size = self.size.checked_add(number.size()).filter(|size| u16::try_from(*size).is_ok())?;
         Some(())
     }
 }

@@ -167,12 +167,10 @@ pub fn understand(name: &str, unit: Option<Unit>) -> Option<Meaning> {
         && words.len() > 1
         && let Some(last) = words.last()
         && (last.len() > 1 || last == "s")
-        && let Some(found) = unit::parse(last)
+        && let Some(found) = unit::parse(last).filter(|unit| unit.quantity != Quantity::Other)
     {
-        if found.quantity != Quantity::Other {
-            unit = Some(found);
-            words.pop();
-        }
+        unit = Some(found);
+        words.pop();
     }
     let is = |any: &[&str]| words.iter().any(|word| any.contains(&word.as_str()));
     let who = if is(REFERENCE) { Who::Reference } else { Who::Unsaid };
@@ -189,7 +187,8 @@ pub fn understand(name: &str, unit: Option<Unit>) -> Option<Meaning> {
     if words[0] == "b" && words.len() > 3 {
         return None;
     }
-    if is(NOT_A_READING) && !(who == Who::Reference && !is(&["bias", "std", "cov", "covariance"])) {
+    // A reference of an estimate is one; how sure it is of it is none.
+    if is(NOT_A_READING) && (who != Who::Reference || is(&["bias", "std", "cov", "covariance"])) {
         return None;
     }
     let squeezed = ["gx", "gy", "gz", "wx", "wy", "wz", "ax", "ay", "az"].iter().position(|two| *two == last);
@@ -245,13 +244,26 @@ fn time_rank(words: &[String]) -> Option<u8> {
         "t" => 0,
         "seconds_elapsed" | "elapsed" | "elapsed_time" | "time_elapsed" | "time_startup" | "sample_time_fine"
         | "relative_time" => 1,
-        "time" | "timestamp" | "timestamps" | "time_stamp" | "sample_time" | "sensor_time" | "timestamp_sample" => 2,
-        "header_stamp" | "stamp" | "field_header_stamp" | "header_timestamp" => 2,
+        "time"
+        | "timestamp"
+        | "timestamps"
+        | "time_stamp"
+        | "sample_time"
+        | "sensor_time"
+        | "timestamp_sample"
+        | "header_stamp"
+        | "stamp"
+        | "field_header_stamp"
+        | "header_timestamp"
+        | "stamp_secs"
+        | "header_stamp_secs"
+        | "stamp_sec"
+        | "header_stamp_sec"
+        | "field_header_stamp_secs" => 2,
         "datetime" | "date_time" | "sec" | "secs" | "seconds" | "second" | "millis" | "micros" | "ms" | "us" | "ns"
         | "s" => 3,
         "logging_time" | "unix_time" | "epoch" | "epoch_time" | "utc_time" | "system_time" | "host_time"
         | "device_time" => 4,
-        "stamp_secs" | "header_stamp_secs" | "stamp_sec" | "header_stamp_sec" | "field_header_stamp_secs" => 2,
         _ if joined.ends_with("_timestamp") || joined.ends_with("_time") && words.len() == 2 => 5,
         _ => return None,
     })

@@ -27,6 +27,7 @@ pub struct TextRow<'a> {
 
 impl<'a> TextRow<'a> {
     /// Its fields, in order.
+    #[must_use]
     pub fn fields(self) -> impl ExactSizeIterator<Item = &'a [u8]> {
         self.fields.iter().map(move |place| &self.bytes[place.clone()])
     }

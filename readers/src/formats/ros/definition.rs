@@ -111,11 +111,13 @@ impl Compiler<'_> {
             return self.one(kind, package, path, depth, exposed).map(|step| step.into_iter().collect());
         };
         let fixed = if count.is_empty() || count.starts_with("<=") { None } else { Some(count.parse::<usize>().ok()?) };
-        if let (Some(count), Some(number)) = (fixed, number(kind)) {
-            if exposed && count <= LONGEST_ARRAY && !path.contains("covariance") {
-                self.program.fields.extend((0..count).map(|i| format!("{path}[{i}]")));
-                return Some(vec![Step::Number(number); count]);
-            }
+        if let (Some(count), Some(number)) = (fixed, number(kind))
+            && exposed
+            && count <= LONGEST_ARRAY
+            && !path.contains("covariance")
+        {
+            self.program.fields.extend((0..count).map(|i| format!("{path}[{i}]")));
+            return Some(vec![Step::Number(number); count]);
         }
         if fixed.is_none() && depth == 0 && exposed {
             match (kind, number(kind)) {
