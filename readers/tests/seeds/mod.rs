@@ -124,7 +124,7 @@ fn imu(k: u64, cdr: bool) -> Vec<u8> {
     let name: &[u8] = if cdr { b"imu\0" } else { b"imu" };
     body.extend((name.len() as u32).to_le_bytes());
     body.extend(name);
-    while cdr && (body.len() - 4) % 8 != 0 {
+    while cdr && !(body.len() - 4).is_multiple_of(8) {
         body.push(0);
     }
     for value in [0.0, 1.0, f64::from(rate(k))] {
