@@ -133,6 +133,10 @@ fn an_independent_reference_is_judged_and_a_dependent_one_is_named() {
     let axes = json(&bench.ok(&["diagnose", &truth, "--axis", "z", "--format", "json"]))["axes"].clone();
     assert!(!axes[0]["data_faults"].to_string().contains("dependent-reference"), "{axes}");
     assert!(!axes[0]["parameters"].as_array().unwrap().is_empty(), "{axes}");
+    let Some(cube) = foreign("px4-cube-three-imus.ulg") else { return };
+    let list = json(&bench.ok(&["channels", &cube, "--format", "json"]));
+    // Its topics of single IMUs hold a handful of messages.
+    assert!(list["map"].to_string().contains("gyro_x=sensor_combined.gyro_rad[0]"), "{}", list["map"]);
     let Some(flight) = foreign("px4-flight.ulg") else { return };
     let axes = json(&bench.ok(&["ladder", &flight, "--axis", "z", "--format", "json"]))["axes"].clone();
     assert_eq!(axes[0]["verdict"], "cannot-tell", "{axes}");

@@ -134,6 +134,10 @@ pub fn of_topics(topics: &[Surveyed], taken: &dyn Fn(&str) -> bool) -> Proposal 
     // A joint's encoder and an IMU beside it: the joint has to be named.
     let mut gyros = all(Base::Rate, &is_sensor);
     let kind = |of: &Found| topics[of.topic].topic.kind.clone();
+    // Some logs keep a sensor's own topic at a rate that tells nothing.
+    let messages = |of: &Found| topics[of.topic].messages;
+    let most = gyros.iter().map(|of| messages(of)).max().unwrap_or(0);
+    gyros.retain(|of| 2 * messages(of) >= most);
     let several: Vec<&Found> = gyros.iter().copied().filter(|of| kind(of) != "sensor_combined").collect();
     if reference.is_empty() && several.len() > 1 {
         reference.push(axes("ref_rate", several[1]));
