@@ -1,6 +1,10 @@
 //! What a pipeline is told: the file of `run --config` (strict), overridden by flags, handed to every process of the run
 //! in one file of its folder.
 
+use crate::{
+    live::Address,
+    rate_out::{Target, Way, ring},
+};
 use anyhow::{Context, bail};
 use gyro_model::estimator;
 use ipc_types::wait::Wait;
@@ -34,6 +38,8 @@ pub struct Settings {
     pub hide: Vec<String>,
     /// Where the estimates are recorded.
     pub record: Option<PathBuf>,
+    /// Where the rate is given to.
+    pub out: Vec<Target>,
     /// Where the dashboard listens; `off` for none.
     pub dashboard: String,
     /// The simulated vehicle.
@@ -136,6 +142,9 @@ pub struct Waits {
     /// recorder.
     #[serde(with = "as_text")]
     pub recorder: Wait,
+    /// sender.
+    #[serde(with = "as_text")]
+    pub sender: Wait,
 }
 
 impl Default for Settings {
@@ -148,6 +157,7 @@ impl Default for Settings {
             freeze: false,
             hide: Vec::new(),
             record: None,
+            out: Vec::new(),
             dashboard: "127.0.0.1:7777".to_owned(),
             simulation: Simulation::default(),
             filter: Filter::default(),
@@ -184,6 +194,8 @@ pub enum Source {
     Stream(PathBuf),
     /// A log that can be read again.
     Log(PathBuf),
+    /// A sensor that goes on by itself: a serial line, the network.
+    Live(Address),
 }
 
 /// How fast a source is played.
@@ -256,10 +268,37 @@ impl Settings {
         Ok(())
     }
 
+    /// Whether there is a place for the rate that the sender serves.
+    #[must_use]
+    pub fn has_sender(&self) -> bool {
+        self.out.iter().any(|target| !matches!(target.way, Way::Shared(_)))
+    }
+
+    /// Whether rows go to standard output, which is theirs alone then.
+    #[must_use]
+    pub fn uses_standard_output(&self) -> bool {
+        self.out.iter().any(|target| target.way == Way::StandardOutput)
+    }
+
+    /// The shared memory that kalman gives the rate into.
+    #[must_use]
+    pub fn ring(&self, instance: &str) -> Option<PathBuf> {
+        self.out.iter().find_map(|target| match &target.way {
+            Way::Shared(path) => Some(path.clone().unwrap_or_else(|| ring::path(instance))),
+            _ => None,
+        })
+    }
+
     /// Whether a row that a process missed is given again.
     #[must_use]
     pub fn lossless(&self) -> bool {
-        self.speed == Speed::Max && !self.source.comes_once()
+        self.speed == Speed::Max && matches!(self.source, Source::Log(_) | Source::Simulated)
+    }
+
+    /// Whether rows are given as fast as they are followed: unpaced, and from what would wait for us.
+    #[must_use]
+    pub fn unpaced(&self) -> bool {
+        self.speed == Speed::Max && !self.source.is_live()
     }
 }
 
@@ -276,14 +315,21 @@ impl Source {
     pub fn comes_once(&self) -> bool {
         matches!(self, Self::Stream(_))
     }
+
+    /// Whether it goes on by itself and waits for nobody: each row is given when it comes.
+    #[must_use]
+    pub fn is_live(&self) -> bool {
+        matches!(self, Self::Live(_))
+    }
 }
 
 impl FromStr for Source {
-    type Err = std::convert::Infallible;
+    type Err = crate::live::address::AddressError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         Ok(match text {
             "sim" => Self::Simulated,
+            _ if Address::is_meant(text) => Self::Live(text.parse()?),
             _ => Self::at(PathBuf::from(text)),
         })
     }
@@ -308,6 +354,7 @@ impl Serialize for Source {
         match self {
             Self::Simulated => "sim".serialize(serializer),
             Self::Stream(path) | Self::Log(path) => path.serialize(serializer),
+            Self::Live(address) => serializer.collect_str(address),
         }
     }
 }

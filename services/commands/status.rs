@@ -1,7 +1,7 @@
 //! `truerate status`: what runs, and every stage's latency, once.
 
 use super::print;
-use crate::{clock::now_ns, domain, watch::Watch};
+use crate::{clock::now_ns, domain, live::words, watch::Watch};
 use clap::ValueEnum;
 use ipc_types::{
     Status,
@@ -90,6 +90,7 @@ pub fn json(status: &Status) -> Value {
     };
     json!({
         "schema": "truerate.status/1",
+        "source": words::json(&status.source),
         "services": services(status).map(service).collect::<Vec<_>>(),
         "stages": stages(status).map(stage).collect::<Vec<_>>(),
     })
@@ -99,6 +100,9 @@ fn text(instance: &str, status: &Status) -> String {
     let mut out = String::new();
     let age = now_ns().saturating_sub(status.beat_ns) as f64 * 1e-9;
     let _ = writeln!(out, "pipeline '{instance}', supervisor {} ({age:.1} s ago)", status.pid);
+    if let Some(source) = words::text(&status.source) {
+        let _ = writeln!(out, "source: {source}");
+    }
     let _ = writeln!(
         out,
         "{:<12} {:>8} {:<10} {:>8} {:>11} {:>11} {:>8} {:>8} {:>6}",

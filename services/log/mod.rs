@@ -20,9 +20,12 @@ mod unit;
 mod whole;
 mod writer;
 
+pub use column_map::ColumnMap;
 pub use error::{LogError, Problem, Refused};
-pub use header::Layout;
+pub use header::{Layout, Refusal};
 pub use reader::Reader;
+pub use row::{Parsed, RowParser};
+pub use tally::RowFault;
 pub use whole::read;
 pub use writer::{RecordWriter, Time, create, write_record};
 

@@ -11,6 +11,7 @@ pub mod summary;
 use crate::{
     clock::now_ns,
     domain::Claim,
+    rate_out::ring::Ring,
     run_folder::{Run, RunFolder},
     settings::Settings,
     stop::Stop,
@@ -99,6 +100,9 @@ pub fn supervise(instance: &str, settings: Settings, stop: &Stop) -> anyhow::Res
     let summary = summary::text(&pipeline.run, &pipeline.folder, &pipeline.board);
     let lost = pipeline.board.lost();
     pipeline.ports = None;
+    if let Some(path) = pipeline.run.settings.ring(pipeline.claim.domain().name()) {
+        Ring::end(&path, pipeline.run.number);
+    }
     pipeline.claim.remove()?;
     let complete = ended?;
     let failed = matches!(complete, End::Hopeless) || (lost > 0 && complete == End::Complete);
@@ -126,6 +130,9 @@ impl Pipeline {
         if settings.record.is_some() {
             wanted.push(ServiceId::Recorder);
         }
+        if settings.has_sender() {
+            wanted.push(ServiceId::Sender);
+        }
         if settings.dashboard != "off" {
             wanted.push(ServiceId::Dashboard);
         }
@@ -151,6 +158,9 @@ impl Pipeline {
                 run
             }
         };
+        if let Some(path) = run.settings.ring(claim.domain().name()) {
+            Ring::create(&path, run.number)?;
+        }
         let started_ns = vec![now_ns(); processes.len()];
         let mut pipeline = Self {
             _janitor: janitor,
