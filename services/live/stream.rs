@@ -196,10 +196,12 @@ impl Reading {
     fn run(mut self) {
         let mut pause = PAUSES[0];
         let mut told = false;
+        self.become_link(health::Link::Waiting);
         loop {
             let rows = self.tally.counts.rows;
             let over = match link::open(&self.address) {
                 Ok(mut link) => {
+                    self.tally.counts.reconnects += u32::from(rows > 0);
                     self.become_link(health::Link::Connected);
                     match self.read(link.as_mut()) {
                         Left::Over(why) => why,
@@ -229,7 +231,6 @@ impl Reading {
     fn read(&mut self, link: &mut dyn Link) -> Left {
         let mut buffer = vec![0; CHUNK];
         let mut heard_ns = now_ns();
-        let before = self.tally.counts.rows;
         loop {
             let over = match link.read(&mut buffer, LOOK) {
                 Ok(Got::Bytes(n)) => {
@@ -248,13 +249,13 @@ impl Reading {
                 Ok(Got::End) => None,
                 Err(error) => Some(error),
             };
-            self.lose(before);
+            self.lose();
             return Left::Over(over);
         }
     }
 
     /// The link is over: what was half here is no row, and the source's clock may begin again.
-    fn lose(&mut self, rows_before: u64) {
+    fn lose(&mut self) {
         if !self.hand_over(|format, found| format.cut(found)) {
             return;
         }
@@ -262,8 +263,6 @@ impl Reading {
             return;
         }
         self.timeline.expect_beginning();
-        let had_rows = self.tally.counts.rows > rows_before;
-        self.tally.counts.reconnects += u32::from(had_rows);
         self.become_link(if self.tally.counts.rows > 0 { health::Link::Lost } else { health::Link::Waiting });
     }
 

@@ -5,8 +5,10 @@ mod crashes;
 mod dashboard;
 mod harness;
 mod live;
+mod rate_out;
 mod recording;
 mod soak;
+mod sources;
 mod table;
 
 use gyro_model::{Axis, Model, fit::fit};
