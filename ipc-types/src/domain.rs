@@ -2,10 +2,18 @@
 //! run side by side on a machine and tests never meet.
 
 use iceoryx2::prelude::{Config, FileName, Path as IoxPath, SemanticString};
-use std::path::{Path, PathBuf};
+use std::{
+    fs, io,
+    path::{Path, PathBuf},
+};
 
 /// The longest name of an instance: socket paths below the root have room for 108 bytes in all.
 pub const LONGEST_NAME: usize = 24;
+
+/// The longest path of an instance's folder, for the same reason.
+const LONGEST_PATH: usize = 52;
+/// The file that names the generation.
+const GENERATION: &str = "generation";
 
 /// One instance's place.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,7 +46,7 @@ impl Domain {
         }
         let folder = base.join(name);
         let path = folder.to_str().ok_or_else(|| DomainError::Path(folder.clone()))?;
-        if path.len() > 60 {
+        if path.len() > LONGEST_PATH {
             return Err(DomainError::Path(folder));
         }
         let prefix = format!("truerate_{:016x}_", crate::schema(path));
@@ -63,23 +71,44 @@ impl Domain {
         &self.prefix
     }
 
-    /// iceoryx2's own files.
+    /// iceoryx2's own files, of all generations.
     #[must_use]
     pub fn root(&self) -> PathBuf {
         self.folder.join("i")
     }
 
-    /// iceoryx2's configuration for this domain; no file is read.
+    /// Which making of the domain this is. Each has files and shared memory of its own, so that whoever still joins one
+    /// that is being removed leaves nothing in the next.
+    #[must_use]
+    pub fn generation(&self) -> String {
+        let text = fs::read_to_string(self.folder.join(GENERATION)).unwrap_or_default();
+        let good = !text.is_empty() && text.len() <= 6 && text.bytes().all(|b| b.is_ascii_hexdigit());
+        if good { text } else { "0".to_owned() }
+    }
+
+    /// Begins another generation, named after a clock, ns: from now on that is where everybody joins.
+    ///
+    /// # Errors
+    /// Where the folder cannot be written.
+    pub fn begin_generation(&self, clock_ns: u64) -> io::Result<()> {
+        let part = self.folder.join("generation.part");
+        fs::write(&part, format!("{:x}", clock_ns / 1_000_000 % (1 << 24)))?;
+        fs::rename(part, self.folder.join(GENERATION))
+    }
+
+    /// iceoryx2's configuration for this domain as it is now; of files, only the generation's is read.
     ///
     /// # Errors
     /// A path that iceoryx2 refuses.
     pub fn config(&self) -> Result<Config, DomainError> {
         let wrong = || DomainError::Path(self.folder.clone());
         let mut config = Config::default();
-        let root = self.root();
+        let generation = self.generation();
+        let root = self.root().join(&generation);
         let root = IoxPath::new(root.to_str().ok_or_else(wrong)?.as_bytes()).map_err(|_| wrong())?;
         config.global.set_root_path(&root);
-        config.global.prefix = FileName::new(self.prefix.as_bytes()).map_err(|_| wrong())?;
+        config.global.prefix =
+            FileName::new(format!("{}{generation}_", self.prefix).as_bytes()).map_err(|_| wrong())?;
         Ok(config)
     }
 }

@@ -43,8 +43,14 @@ const PATIENCE: Duration = Duration::from_secs(2);
 /// # Errors
 /// Where no such pipeline runs, or it is another user's.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let watch = Watch::join(&domain::existing(&args.instance)?, "status")?;
-    let status = watch.status(PATIENCE)?;
+    let domain = domain::existing(&args.instance)?;
+    let status = loop {
+        let watch = Watch::join_within(&domain, "status", PATIENCE)?;
+        match watch.status(PATIENCE) {
+            Err(_) if watch.is_outdated() => {}
+            status => break status?,
+        }
+    };
     match args.format {
         Format::Text => print(&text(&args.instance, &status))?,
         Format::Json => print(&serde_json::to_string_pretty(&json(&status))?)?,

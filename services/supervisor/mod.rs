@@ -7,6 +7,7 @@ pub mod board;
 mod janitor;
 pub mod process;
 pub mod summary;
+pub mod vitals;
 
 use crate::{
     clock::now_ns,
@@ -31,14 +32,15 @@ use std::{
     process::ExitCode,
     time::{Duration, Instant},
 };
+use vitals::{LONGEST_NS, SILENCE_NS, Vitals};
 
 /// Between two looks at the processes and two sweeps for what dead ones left.
 const LOOK: Duration = Duration::from_millis(25);
 const STATUS_NS: u64 = 200_000_000;
 /// How long a process may take to end when asked to.
 const PATIENCE: Duration = Duration::from_secs(3);
-/// A process that was silent for that long is ended and started again.
-const SILENCE_NS: u64 = 12_000_000_000;
+/// A supervisor that looks so late had no time itself, and says nothing of others, ns.
+const LATE_NS: u64 = 150_000_000;
 /// Deaths in ten seconds after which the domain itself is taken to be broken.
 const BROKEN: usize = 6;
 
@@ -72,7 +74,12 @@ struct Pipeline {
     ports: Option<Ports>,
     processes: Vec<Process>,
     board: Board,
+    /// When each was started, and how it was at its last beat.
     started_ns: Vec<u64>,
+    vitals: Vec<Option<(u64, Vitals)>>,
+    /// When this loop looked last, and when it was late last.
+    looked_ns: u64,
+    late_ns: u64,
     status_ns: u64,
     ready: bool,
 }
@@ -152,6 +159,7 @@ impl Pipeline {
                 }
                 claim.wipe()?;
                 clear(&claim)?;
+                claim.domain().begin_generation(now_ns())?;
                 let began_ns = now_ns();
                 let run = Run { number: began_ns ^ (u64::from(std::process::id()) << 44), began_ns, settings };
                 folder.set_run(&run)?;
@@ -170,7 +178,10 @@ impl Pipeline {
             ports: None,
             processes,
             board: Board::default(),
+            vitals: vec![None; started_ns.len()],
             started_ns,
+            looked_ns: now_ns(),
+            late_ns: 0,
             status_ns: 0,
             ready: false,
         };
@@ -194,6 +205,7 @@ impl Pipeline {
         self.ports = None;
         self.end_processes();
         self.claim.wipe()?;
+        self.claim.domain().begin_generation(now_ns())?;
         self.ports = Some(Ports::open(&self.claim).context("a fresh domain")?);
         for process in &mut self.processes {
             let restarts = process.restarts + 1;
@@ -208,6 +220,13 @@ impl Pipeline {
             if stop.asked() {
                 return Ok(End::Interrupted);
             }
+            // What came meanwhile is heard before anybody is called silent.
+            self.hear()?;
+            let now = now_ns();
+            if now > self.looked_ns + LATE_NS {
+                self.late_ns = now;
+            }
+            self.looked_ns = now;
             if let Some(end) = self.look_at_processes()? {
                 return Ok(end);
             }
@@ -247,16 +266,40 @@ impl Pipeline {
             if process.is_due() {
                 process.start(self.claim.domain().name(), &self.run.settings)?;
                 self.started_ns[i] = now_ns();
-            } else if let Some(pid) = process.pid() {
-                let beat = self.board.of(process.service).filter(|h| h.pid == pid).map_or(0, |h| h.beat_ns);
-                if now_ns() > beat.max(self.started_ns[i]) + SILENCE_NS {
-                    tracing::warn!("{name} is silent; it is ended");
-                    process.kill();
-                    self.started_ns[i] = now_ns();
-                }
+            } else {
+                self.end_if_it_hangs(i);
             }
         }
         Ok(None)
+    }
+
+    /// Ends a process that has been silent for longer than a slow machine explains.
+    fn end_if_it_hangs(&mut self, i: usize) {
+        let process = &self.processes[i];
+        let Some(pid) = process.pid() else { return };
+        let health = self.board.of(process.service).filter(|h| h.pid == pid);
+        let beat = health.map_or(0, |h| h.beat_ns);
+        if self.vitals[i].is_none_or(|(of, _)| of != beat) {
+            self.vitals[i] = Vitals::of(pid).map(|vitals| (beat, vitals));
+        }
+        let silent = now_ns().saturating_sub(beat.max(self.started_ns[i]));
+        if silent <= SILENCE_NS {
+            return;
+        }
+        let at_work = health.is_some_and(|h| h.state != State::Starting as u32);
+        // What it read cannot be read again: its end would be the run's.
+        let is_precious = process.service == ServiceId::Acquisition && self.run.settings.source.comes_once();
+        let patience = match (&self.vitals[i], Vitals::of(pid)) {
+            (Some((_, before)), Some(now)) if at_work && !is_precious && now_ns() > self.late_ns + SILENCE_NS => {
+                now.patience_ns(before, silent)
+            }
+            _ => LONGEST_NS,
+        };
+        if silent > patience {
+            tracing::warn!("{} is silent for {:.1} s; it is ended", process.service.name(), silent as f64 * 1e-9);
+            process.kill();
+            self.started_ns[i] = now_ns();
+        }
     }
 
     fn listen(&mut self) -> anyhow::Result<()> {
