@@ -26,6 +26,8 @@ const STANDARD_INPUT: &str = "-";
 pub struct Settings {
     /// Where samples come from.
     pub source: Source,
+    /// Where a live source's reference comes from, where that is another address.
+    pub reference: Option<Address>,
     /// A TOML file that renames foreign columns of a log.
     pub columns: Option<PathBuf>,
     /// How fast.
@@ -151,6 +153,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             source: Source::Simulated,
+            reference: None,
             columns: None,
             speed: Speed::Times(1.0),
             model: None,
@@ -261,6 +264,11 @@ impl Settings {
         }
         if l.duty > 1.0 {
             bail!("learning.duty = {}: is a share of one core, 1 at most", l.duty);
+        }
+        if self.reference.is_some() && !self.source.is_live() {
+            bail!(
+                "reference: joins a sensor's address (source = \"serial:…\" and the like); a log has its own columns"
+            );
         }
         if l.rows < 1000 {
             bail!("learning.rows = {}: must be 1000 at least", l.rows);

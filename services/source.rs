@@ -2,7 +2,7 @@
 
 use crate::{
     hopeless::Hopeless,
-    live::{Address, Content, Stream},
+    live::{Address, Content, Joined, Stream},
     log::{Options, Reader},
     model_file::ModelFile,
     run_folder::{Run, RunFolder, SourceFacts},
@@ -66,7 +66,7 @@ impl Next {
 
 enum Rows {
     Log { path: PathBuf, options: Options, reader: Box<Reader>, held: Held, injection: Injection },
-    Stream { stream: Stream, injection: Injection, kept: Option<Vault<Given>> },
+    Stream { stream: Stream, injection: Injection, kept: Option<Vault<Given>>, reference: Option<Box<Joined>> },
     Simulated { scenario: Box<Scenario>, simulator: Box<Simulator>, rows: Option<u64> },
 }
 
@@ -139,16 +139,19 @@ impl Feed {
                 let opened = Stream::open(&address, settings.columns.as_deref(), None, stop, meanwhile)?;
                 let Some(stream) = opened else { return Ok(None) };
                 let injection = injection(&stream.origin().content, settings)?;
-                Rows::Stream { stream, injection, kept: None }
+                Rows::Stream { stream, injection, kept: None, reference: None }
             }
             Source::Live(address) => {
                 let kept: Vault<Given> = Vault::open(&folder.acquisition(), run.number)?;
                 given = kept.load();
                 let before = given.map(|given| (given.time_ns, given.clock_ns));
-                let opened = Stream::open(address, settings.columns.as_deref(), before, stop, meanwhile)?;
+                let columns = settings.columns.as_deref();
+                let reference = settings.reference.as_ref().map(|address| Joined::open(address, columns, stop));
+                let reference = reference.transpose()?.map(Box::new);
+                let opened = Stream::open(address, columns, before, stop, meanwhile)?;
                 let Some(stream) = opened else { return Ok(None) };
                 let injection = injection(&stream.origin().content, settings)?;
-                Rows::Stream { stream, injection, kept: Some(kept) }
+                Rows::Stream { stream, injection, kept: Some(kept), reference }
             }
             Source::Simulated => {
                 let scenario = Box::new(scenario(settings).map_err(Hopeless::from_error)?);
@@ -227,11 +230,16 @@ impl Feed {
                 self.next = Next::of(row.map(|row| injection.spoil(row)));
                 self.rejected = reader.rows_faulty();
             }
-            Rows::Stream { stream, injection, .. } => {
+            Rows::Stream { stream, injection, reference, .. } => {
                 self.next = match stream.next(patience)? {
                     None => Next::Later,
                     Some(None) => Next::End,
-                    Some(Some(arrival)) => Next::Row(injection.spoil(arrival.row), arrival.read_ns),
+                    Some(Some(mut arrival)) => {
+                        if let Some(reference) = reference {
+                            reference.join(&mut arrival.row)?;
+                        }
+                        Next::Row(injection.spoil(arrival.row), arrival.read_ns)
+                    }
                 };
             }
             Rows::Simulated { simulator, rows, .. } => {

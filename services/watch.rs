@@ -20,7 +20,7 @@ pub struct Watch {
     pub hub: Hub,
     status: Reader<Status>,
     domain: Domain,
-    generation: String,
+    generation: Option<String>,
 }
 
 impl Watch {

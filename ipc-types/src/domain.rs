@@ -29,6 +29,9 @@ pub enum DomainError {
     /// Not a name.
     #[error("'{0}' is no name for an instance: use 1 to {LONGEST_NAME} letters, digits, '-' or '_'")]
     Name(String),
+    /// Nobody has made it.
+    #[error("pipeline '{0}' is not there (yet): start it with `truerate run`")]
+    NotThere(String),
     /// Too deep a folder.
     #[error("{0}: this path is too long for the sockets below it; set TRUERATE_RUNTIME_DIR to a shorter one")]
     Path(PathBuf),
@@ -78,12 +81,12 @@ impl Domain {
     }
 
     /// Which making of the domain this is. Each has files and shared memory of its own, so that whoever still joins one
-    /// that is being removed leaves nothing in the next.
+    /// that is being removed leaves nothing in the next. `None` before the first.
     #[must_use]
-    pub fn generation(&self) -> String {
-        let text = fs::read_to_string(self.folder.join(GENERATION)).unwrap_or_default();
+    pub fn generation(&self) -> Option<String> {
+        let text = fs::read_to_string(self.folder.join(GENERATION)).ok()?;
         let good = !text.is_empty() && text.len() <= 6 && text.bytes().all(|b| b.is_ascii_hexdigit());
-        if good { text } else { "0".to_owned() }
+        good.then_some(text)
     }
 
     /// Begins another generation, named after a clock, ns: from now on that is where everybody joins.
@@ -99,11 +102,12 @@ impl Domain {
     /// iceoryx2's configuration for this domain as it is now; of files, only the generation's is read.
     ///
     /// # Errors
-    /// A path that iceoryx2 refuses.
+    /// A domain that nobody has made yet, a path that iceoryx2 refuses.
     pub fn config(&self) -> Result<Config, DomainError> {
         let wrong = || DomainError::Path(self.folder.clone());
         let mut config = Config::default();
-        let generation = self.generation();
+        // Whoever joined before it is made would leave something in its place.
+        let generation = self.generation().ok_or_else(|| DomainError::NotThere(self.name.clone()))?;
         let root = self.root().join(&generation);
         let root = IoxPath::new(root.to_str().ok_or_else(wrong)?.as_bytes()).map_err(|_| wrong())?;
         config.global.set_root_path(&root);

@@ -27,6 +27,9 @@ pub struct Args {
     /// [default: sim]
     #[arg(long, value_name = "sim|LOG|-|ADDRESS")]
     pub source: Option<String>,
+    /// The address of a sensor's reference, where it comes another way than the sensor: columns `t` and `ref_…`
+    #[arg(long, value_name = "ADDRESS")]
+    pub reference: Option<String>,
     /// How fast a log is replayed: 1 is real time, 10 ten times that, `max` unpaced and without loss, which is also what
     /// gives rows that come live through `-` as soon as they have come [default: 1]
     #[arg(long, value_name = "X|max")]
@@ -76,6 +79,9 @@ fn settings(args: &Args) -> anyhow::Result<Settings> {
     let mut settings = args.config.as_deref().map(Settings::read).transpose()?.unwrap_or_default();
     if let Some(source) = &args.source {
         settings.source = source.parse()?;
+    }
+    if let Some(reference) = &args.reference {
+        settings.reference = Some(reference.parse().context("--reference")?);
     }
     if let Some(speed) = &args.speed {
         settings.speed = speed.parse().context("--speed")?;

@@ -1,10 +1,11 @@
 //! Where a live source is: `serial:/dev/ttyUSB0?baud=115200&format=csv`, `udp:0.0.0.0:5600`, `tcp:host:port`,
-//! `mavlink:udp:0.0.0.0:14550`.
+//! `mavlink:udp:0.0.0.0:14550`, `iio:device0`.
 
 use super::{
     format::Kind,
-    link::{pipe::Pipe, serial, tcp, udp},
+    link::{iio, pipe::Pipe, serial, tcp, udp},
 };
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
 use std::{fmt, path::PathBuf, str::FromStr, time::Duration};
 
 /// A live source's address, understood.
@@ -17,6 +18,8 @@ pub struct Address {
     pub format: Kind,
     /// The columns, where the source does not say them: a header row.
     pub header: Option<String>,
+    /// Whether its rows hold a reference alone, without a gyro.
+    pub is_reference: bool,
     /// How long a link may be silent before it is opened anew; none said: without end.
     pub silence: Option<Duration>,
 }
@@ -30,6 +33,8 @@ pub enum Way {
     Udp(String),
     /// A server.
     Tcp(String),
+    /// A sensor of Linux' industrial I/O.
+    Iio(iio::Place),
     /// Standard input or a named pipe.
     Pipe(PathBuf),
 }
@@ -58,15 +63,22 @@ pub enum AddressError {
     /// No device.
     #[error("{0}: the device is missing, such as serial:/dev/ttyUSB0")]
     Device(String),
+    /// No sensor.
+    #[error("{0}: the sensor is missing, such as iio:device0, or its name")]
+    Sensor(String),
     /// MAVLink over something else.
     #[error("{0}: MAVLink comes by udp, tcp or serial, such as mavlink:udp:0.0.0.0:14550")]
     Mavlink(String),
 }
 
-const KNOWN: &str = "baud=115200 (serial), format=csv or frames, header=t,gyro_z,… (csv), silence=SECONDS";
+const KNOWN: &str =
+    "baud=115200 (serial), format=csv or frames, header=t,gyro_z,… (csv), silence=SECONDS, rate=HZ and root=PATH (iio)";
 /// The words that an address begins with.
-const SCHEMES: [&str; 4] = ["serial", "udp", "tcp", "mavlink"];
+const SCHEMES: [&str; 5] = ["serial", "udp", "tcp", "mavlink", "iio"];
 const BAUD: u32 = 115_200;
+/// Readings a second of a sensor without a buffer, and at most.
+const RATE_HZ: u32 = 100;
+const FASTEST_HZ: u32 = 10_000;
 
 impl Address {
     /// Whether a text is meant as an address, be it a right one or not.
@@ -80,7 +92,13 @@ impl Address {
     pub fn of_pipe(path: PathBuf) -> Self {
         let text =
             if Pipe::is_standard_input(&path) { "standard input".to_owned() } else { path.display().to_string() };
-        Self { text, way: Way::Pipe(path), format: Kind::Csv, header: None, silence: None }
+        Self { text, way: Way::Pipe(path), format: Kind::Csv, header: None, is_reference: false, silence: None }
+    }
+
+    /// The same, of rows that hold a reference alone.
+    #[must_use]
+    pub fn of_reference(self) -> Self {
+        Self { is_reference: true, ..self }
     }
 
     /// Whether it has an end, and what was read cannot come again.
@@ -102,9 +120,11 @@ impl FromStr for Address {
             way: Way::Udp(place.to_owned()),
             format: if mavlink.is_some() { Kind::Mavlink } else { Kind::Csv },
             header: None,
+            is_reference: false,
             silence: None,
         };
         let mut baud = BAUD;
+        let mut sensor = iio::Place { device: place.to_owned(), root: "/".into(), rate_hz: RATE_HZ };
         for option in options.split('&').filter(|option| !option.is_empty()) {
             let unknown = || AddressError::Option { option: option.to_owned(), address: text.to_owned(), known: KNOWN };
             let (name, value) = option.split_once('=').ok_or_else(unknown)?;
@@ -112,8 +132,15 @@ impl FromStr for Address {
                 "baud" if scheme == "serial" => {
                     baud = value.parse().ok().filter(|&baud| serial::is_speed(baud)).ok_or_else(unknown)?;
                 }
-                "format" if mavlink.is_none() => address.format = value.parse().map_err(|()| unknown())?,
-                "header" if address.format == Kind::Csv => address.header = Some(value.to_owned()),
+                "rate" if scheme == "iio" => {
+                    let rate = value.parse().ok().filter(|rate| (1..=FASTEST_HZ).contains(rate));
+                    sensor.rate_hz = rate.ok_or_else(unknown)?;
+                }
+                "root" if scheme == "iio" => sensor.root = value.into(),
+                "format" if mavlink.is_none() && scheme != "iio" => {
+                    address.format = value.parse().map_err(|()| unknown())?;
+                }
+                "header" if address.format == Kind::Csv && scheme != "iio" => address.header = Some(value.to_owned()),
                 "silence" => {
                     let seconds = value.parse().ok().filter(|&s: &f64| s > 0.0 && s <= 1e6).ok_or_else(unknown)?;
                     address.silence = Some(Duration::from_secs_f64(seconds));
@@ -131,6 +158,12 @@ impl FromStr for Address {
             "serial" => Way::Serial(place.into(), baud),
             "udp" => host_port(udp::EXAMPLE).map(|()| Way::Udp(place.to_owned()))?,
             "tcp" => host_port(tcp::EXAMPLE).map(|()| Way::Tcp(place.to_owned()))?,
+            "iio" if mavlink.is_some() => return Err(AddressError::Mavlink(text.to_owned())),
+            "iio" if place.is_empty() => return Err(AddressError::Sensor(text.to_owned())),
+            "iio" => {
+                address.header = Some(iio::HEADER.to_owned());
+                Way::Iio(sensor)
+            }
             _ => return Err(AddressError::Mavlink(text.to_owned())),
         };
         Ok(address)
@@ -140,6 +173,18 @@ impl FromStr for Address {
 impl fmt::Display for Address {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.text)
+    }
+}
+
+impl Serialize for Address {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for Address {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        String::deserialize(deserializer)?.parse().map_err(D::Error::custom)
     }
 }
 
@@ -169,6 +214,9 @@ mod tests {
             ("tcp:host:99999", "a host and a port"),
             ("udp:0.0.0.0:1?baud=9600", "'baud=9600'"),
             ("udp:0.0.0.0:1?format=xml", "'format=xml'"),
+            ("iio:", "the sensor is missing"),
+            ("iio:device0?rate=0", "'rate=0'"),
+            ("mavlink:iio:device0", "MAVLink comes by"),
             ("mavlink:/dev/x", "MAVLink comes by"),
             ("mavlink:udp:0.0.0.0:1?format=csv", "'format=csv'"),
         ] {

@@ -9,13 +9,18 @@
 
 pub mod address;
 pub mod format;
+#[cfg(test)]
+mod hostile;
+pub mod joined;
 pub mod link;
+mod reading;
 pub mod stream;
 pub mod tally;
 pub mod timeline;
 pub mod words;
 
 pub use address::Address;
+pub use joined::Joined;
 pub use stream::{Arrival, Origin, Stream};
 pub use tally::{Fault, Tally};
 

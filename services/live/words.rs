@@ -2,6 +2,7 @@
 
 use ipc_types::health::{Link, SourceHealth};
 use serde_json::{Value, json};
+use std::fmt::Write;
 
 /// One line; `None` where the source is not live.
 #[must_use]
@@ -21,7 +22,7 @@ pub fn text(source: &SourceHealth) -> Option<String> {
         (source.reconnects.into(), "reconnect", "reconnects"),
     ];
     for (count, one, many) in counted.into_iter().filter(|c| c.0 > 0) {
-        out.push_str(&format!(", {count} {}", if count == 1 { one } else { many }));
+        let _ = write!(out, ", {count} {}", if count == 1 { one } else { many });
     }
     Some(out)
 }

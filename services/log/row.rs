@@ -40,6 +40,7 @@ pub struct Parsed {
 
 impl RowParser {
     /// For rows of this layout.
+    #[must_use]
     pub fn new(layout: &Layout) -> Self {
         Self { free: vec![FreeKind::Unknown; layout.columns.len()] }
     }

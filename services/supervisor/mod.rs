@@ -8,6 +8,7 @@ mod janitor;
 pub mod process;
 pub mod summary;
 pub mod vitals;
+pub mod watchdog;
 
 use crate::{
     clock::now_ns,
@@ -32,15 +33,13 @@ use std::{
     process::ExitCode,
     time::{Duration, Instant},
 };
-use vitals::{LONGEST_NS, SILENCE_NS, Vitals};
+use watchdog::Watchdog;
 
 /// Between two looks at the processes and two sweeps for what dead ones left.
 const LOOK: Duration = Duration::from_millis(25);
 const STATUS_NS: u64 = 200_000_000;
 /// How long a process may take to end when asked to.
 const PATIENCE: Duration = Duration::from_secs(3);
-/// A supervisor that looks so late had no time itself, and says nothing of others, ns.
-const LATE_NS: u64 = 150_000_000;
 /// Deaths in ten seconds after which the domain itself is taken to be broken.
 const BROKEN: usize = 6;
 
@@ -74,12 +73,8 @@ struct Pipeline {
     ports: Option<Ports>,
     processes: Vec<Process>,
     board: Board,
-    /// When each was started, and how it was at its last beat.
     started_ns: Vec<u64>,
-    vitals: Vec<Option<(u64, Vitals)>>,
-    /// When this loop looked last, and when it was late last.
-    looked_ns: u64,
-    late_ns: u64,
+    watchdog: Watchdog,
     status_ns: u64,
     ready: bool,
 }
@@ -178,10 +173,8 @@ impl Pipeline {
             ports: None,
             processes,
             board: Board::default(),
-            vitals: vec![None; started_ns.len()],
             started_ns,
-            looked_ns: now_ns(),
-            late_ns: 0,
+            watchdog: Watchdog::default(),
             status_ns: 0,
             ready: false,
         };
@@ -222,11 +215,7 @@ impl Pipeline {
             }
             // What came meanwhile is heard before anybody is called silent.
             self.hear()?;
-            let now = now_ns();
-            if now > self.looked_ns + LATE_NS {
-                self.late_ns = now;
-            }
-            self.looked_ns = now;
+            self.watchdog.look();
             if let Some(end) = self.look_at_processes()? {
                 return Ok(end);
             }
@@ -276,27 +265,12 @@ impl Pipeline {
     /// Ends a process that has been silent for longer than a slow machine explains.
     fn end_if_it_hangs(&mut self, i: usize) {
         let process = &self.processes[i];
-        let Some(pid) = process.pid() else { return };
-        let health = self.board.of(process.service).filter(|h| h.pid == pid);
-        let beat = health.map_or(0, |h| h.beat_ns);
-        if self.vitals[i].is_none_or(|(of, _)| of != beat) {
-            self.vitals[i] = Vitals::of(pid).map(|vitals| (beat, vitals));
-        }
-        let silent = now_ns().saturating_sub(beat.max(self.started_ns[i]));
-        if silent <= SILENCE_NS {
-            return;
-        }
-        let at_work = health.is_some_and(|h| h.state != State::Starting as u32);
-        // What it read cannot be read again: its end would be the run's.
-        let is_precious = process.service == ServiceId::Acquisition && self.run.settings.source.comes_once();
-        let patience = match (&self.vitals[i], Vitals::of(pid)) {
-            (Some((_, before)), Some(now)) if at_work && !is_precious && now_ns() > self.late_ns + SILENCE_NS => {
-                now.patience_ns(before, silent)
-            }
-            _ => LONGEST_NS,
-        };
-        if silent > patience {
-            tracing::warn!("{} is silent for {:.1} s; it is ended", process.service.name(), silent as f64 * 1e-9);
+        let (service, Some(pid)) = (process.service, process.pid()) else { return };
+        // What standard input gave cannot be read again: the end of its reader would be the run's.
+        let replaceable = service != ServiceId::Acquisition || !self.run.settings.source.comes_once();
+        let health = self.board.of(service);
+        if let Some(silent) = self.watchdog.hangs(service, pid, health, self.started_ns[i], replaceable) {
+            tracing::warn!("{} is silent for {:.1} s; it is ended", service.name(), silent as f64 * 1e-9);
             process.kill();
             self.started_ns[i] = now_ns();
         }

@@ -12,6 +12,7 @@ use rustix::{
 };
 use serde_json::Value;
 use std::{
+    fmt::Write as _,
     fs::File,
     io::Write,
     net::{TcpListener, UdpSocket},
@@ -273,7 +274,7 @@ fn mavlink_from_pymavlink_ends_in_a_named_effect() {
     for r in &simulated.record.rows {
         let half = 0.5 * r.ref_angle[2];
         let (t, gyro, [w, z]) = (r.t_ns / 1000, r.gyro, [half.cos(), half.sin()]);
-        text.push_str(&format!("{t} {} {} {} {w} {z}\n", gyro[0], gyro[1], gyro[2]));
+        let _ = writeln!(text, "{t} {} {} {} {w} {z}", gyro[0], gyro[1], gyro[2]);
     }
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/pipeline/send_mavlink.py");
     for version in ["1.0", "2.0"] {
@@ -292,4 +293,95 @@ fn mavlink_from_pymavlink_ends_in_a_named_effect() {
         }
         assert_eq!(pipeline.interrupt().code, Some(0));
     }
+}
+
+/// A gyro and its temperature in a tree like the kernel's, whose buffer is a pipe.
+fn sensor_tree(place: &Place) -> (PathBuf, PathBuf) {
+    let root = place.file("root");
+    let folder = root.join("sys/bus/iio/devices/iio:device3");
+    for sub in ["scan_elements", "buffer"] {
+        std::fs::create_dir_all(folder.join(sub)).unwrap();
+    }
+    for (file, text) in [
+        ("name", "icm20608"),
+        ("in_anglvel_scale", "0.000266316"),
+        ("in_temp_scale", "3.0"),
+        ("in_temp_offset", "8000"),
+        ("buffer/enable", "0"),
+        ("buffer/watermark", "64"),
+        ("scan_elements/in_anglvel_z_en", "0"),
+        ("scan_elements/in_anglvel_z_index", "5"),
+        ("scan_elements/in_anglvel_z_type", "be:s16/16>>0"),
+        ("scan_elements/in_temp_en", "0"),
+        ("scan_elements/in_temp_index", "2"),
+        ("scan_elements/in_temp_type", "le:s12/16>>4"),
+        ("scan_elements/in_magn_x_en", "0"),
+        ("scan_elements/in_timestamp_en", "0"),
+        ("scan_elements/in_timestamp_index", "9"),
+        ("scan_elements/in_timestamp_type", "le:s64/64>>0"),
+    ] {
+        std::fs::write(folder.join(file), text).unwrap();
+    }
+    std::fs::create_dir_all(root.join("dev")).unwrap();
+    let node = root.join("dev/iio:device3");
+    assert!(Command::new("mkfifo").arg(&node).status().unwrap().success());
+    (root, node)
+}
+
+#[test]
+fn a_gyro_of_linux_iio_is_held_against_an_encoder_that_comes_another_way() {
+    let place = Place::new();
+    let (simulated, _) = late_log(&place, 60.0);
+    let (root, node) = sensor_tree(&place);
+    let encoder = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let to = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+    let (source_at, reference_at) =
+        (format!("iio:icm20608?root={}", root.display()), format!("udp:{to}?header=t_ms,ref_angle_z"));
+    let mut pipeline = place.start("sensor", &["--source", &source_at, "--reference", &reference_at]);
+    source(&place, &mut pipeline, "that it is open", |s| s["link"] == "connected" || s["link"] == "silent");
+    let mut buffer = std::fs::OpenOptions::new().write(true).open(&node).unwrap();
+    assert_eq!(std::fs::read_to_string(root.join("sys/bus/iio/devices/iio:device3/buffer/enable")).unwrap(), "1");
+    let start = Instant::now();
+    for (k, row) in simulated.record.rows.iter().enumerate() {
+        // The encoder has a clock of its own, which is of no use here.
+        let text = format!("{},{:.9}\n", 77_000 + 10 * k, row.ref_angle[2]);
+        encoder.send_to(text.as_bytes(), to).unwrap();
+        sleep((start + Duration::from_millis(2 * k as u64)).saturating_duration_since(Instant::now()));
+        let mut scan = Vec::new();
+        scan.extend((16 * 333_i16).to_le_bytes());
+        scan.extend(((row.gyro[2] / 0.000_266_316).round() as i16).to_be_bytes());
+        scan.extend([0; 4]);
+        scan.extend((1_700_000_000_000_000_000 + row.t_ns).to_le_bytes());
+        buffer.write_all(&scan).unwrap();
+    }
+    let rows = simulated.record.len() as u64;
+    let seen = source(&place, &mut pipeline, "all rows", |s| s["rows"] == rows);
+    assert!(seen["garbled"] == 0 && seen["segments"] == 0, "{seen}");
+    until_delay_is_named(&mut pipeline);
+    let ended = pipeline.interrupt();
+    assert_eq!(ended.code, Some(0), "{}{}", ended.out, ended.error);
+}
+
+#[test]
+fn a_sensor_without_a_buffer_is_read_again_and_again() {
+    let place = Place::new();
+    let (root, node) = sensor_tree(&place);
+    std::fs::remove_file(node).unwrap();
+    let folder = root.join("sys/bus/iio/devices/iio:device3");
+    std::fs::write(folder.join("in_anglvel_z_raw"), "-1000\n").unwrap();
+    let address = format!("iio:device3?rate=200&root={}", root.display());
+    let out = place.file("socket");
+    let mut pipeline =
+        place.start("sensor", &["--source", &address, "--out", &format!("unix:{}?format=csv", out.display())]);
+    source(&place, &mut pipeline, "rows", |s| s["rows"].as_u64() > Some(300));
+    let mut stream = None;
+    pipeline.until("the socket", |_| {
+        stream = std::os::unix::net::UnixStream::connect(&out).ok();
+        stream.is_some()
+    });
+    let lines = std::io::BufRead::lines(std::io::BufReader::new(stream.unwrap()));
+    let line = lines.map(Result::unwrap).nth(20).unwrap();
+    let rate: f64 = line.split(',').nth(5).unwrap().parse().unwrap();
+    assert!((rate + 0.266_316).abs() < 1e-4, "{line}");
+    assert_eq!(pipeline.interrupt().code, Some(0));
 }

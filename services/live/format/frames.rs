@@ -238,11 +238,15 @@ mod tests {
         body.extend(number.to_le_bytes());
         body.extend(time_us.to_le_bytes());
         body.extend(7_u32.to_le_bytes());
-        gyro.iter().for_each(|v| body.extend(v.to_le_bytes()));
+        for value in gyro {
+            body.extend(value.to_le_bytes());
+        }
         coded(&body)
     }
 
-    fn read(bytes: &[u8]) -> (Vec<(i128, [f64; 3])>, Vec<Fault>, u64) {
+    type Rows = Vec<(i128, [f64; 3])>;
+
+    fn read(bytes: &[u8]) -> (Rows, Vec<Fault>, u64) {
         let mut frames = Frames::default();
         let (mut rows, mut faults, mut missed) = (Vec::new(), Vec::new(), 0);
         for piece in bytes.chunks(5) {

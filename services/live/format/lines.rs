@@ -12,11 +12,15 @@ use std::path::Path;
 
 /// A longer line is no row, bytes.
 const LONGEST: usize = 1 << 16;
+/// The name of the gyro that a reference has not.
+const GYRO: &[u8] = b"gyro_x";
 /// Of a line, so much is shown.
 const SHOWN: usize = 80;
 
 /// Finds rows in lines.
 pub struct Lines {
+    /// Every row has one field more, empty: the gyro that a reference has not.
+    is_reference: bool,
     map: Option<ColumnMap>,
     line: Vec<u8>,
     /// Lines that have begun so far.
@@ -47,10 +51,11 @@ impl Lines {
     ///
     /// # Errors
     /// A header or a column map that is none.
-    pub fn new(header: Option<&str>, columns: Option<&Path>) -> anyhow::Result<Self> {
+    pub fn new(header: Option<&str>, columns: Option<&Path>, is_reference: bool) -> anyhow::Result<Self> {
         let map = columns.map(ColumnMap::load).transpose();
         let map = map.map_err(|problem| LogError::new("--columns", None, None, problem))?;
         let mut lines = Self {
+            is_reference,
             map,
             line: Vec::new(),
             number: 0,
@@ -61,7 +66,7 @@ impl Lines {
             refusal: None,
         };
         if let Some(header) = header {
-            split(header.as_bytes(), &mut lines.record);
+            lines.split(header.as_bytes(), GYRO);
             match Layout::new(&lines.record.iter().collect::<Vec<_>>(), lines.map.as_ref()) {
                 Ok(layout) => lines.adopt(layout, header.as_bytes()),
                 Err((_, problem)) => return Err(anyhow!("the header {header} of the source: {problem}")),
@@ -85,8 +90,16 @@ impl Lines {
         self.line.clear();
     }
 
-    fn understand(&mut self, line: &[u8], found: &mut dyn FnMut(Found)) {
+    fn split(&mut self, line: &[u8], gyro: &[u8]) {
         split(line, &mut self.record);
+        if self.is_reference {
+            self.record.push_field(gyro);
+        }
+    }
+
+    fn understand(&mut self, line: &[u8], found: &mut dyn FnMut(Found)) {
+        // Whatever a row has there is no header.
+        self.split(line, if self.columns.is_some() { b"" } else { GYRO });
         let Some(columns) = &mut self.columns else { return self.look_for_header(line, found) };
         match columns.parser.parse(&self.record, &columns.layout) {
             Ok(parsed) => {
@@ -113,6 +126,7 @@ impl Lines {
 
     /// A line that is no row: another header of the same channels, text, or a row that is spoilt.
     fn other(&mut self, fault: Fault, line: &[u8], found: &mut dyn FnMut(Found)) {
+        self.split(line, GYRO);
         let fields: Vec<&[u8]> = self.record.iter().collect();
         let header = Layout::new(&fields, self.map.as_ref()).ok();
         let same = |layout: &Layout| self.content.as_ref().is_some_and(|known| Content::of(layout) == *known);
@@ -209,11 +223,14 @@ fn shown(line: &[u8]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Fault, Format, Found, Lines};
+    use super::{
+        Fault::{self, Cut, Garbled, Remark, Time, Value},
+        Format, Found, Lines,
+    };
 
     /// Rows as (time, gyro z), and faults, of a text that comes in pieces of so many bytes.
     fn read(text: &[u8], piece: usize) -> (Vec<(i128, f64)>, Vec<Fault>) {
-        let mut lines = Lines::new(None, None).unwrap();
+        let mut lines = Lines::new(None, None, false).unwrap();
         let (mut rows, mut faults) = (Vec::new(), Vec::new());
         let mut found = |found| match found {
             Found::Row(row, time) => rows.push((time, row.gyro[2])),
@@ -237,7 +254,6 @@ mod tests {
             let times: Vec<i128> = rows.iter().map(|r| r.0 / 10_000_000).collect();
             assert_eq!(times, [0, 1, 4, 6, 7]);
             assert!(rows[2].1.is_nan() && rows[4].1 == 0.8);
-            use Fault::{Cut, Garbled, Remark, Time, Value};
             assert_eq!(faults, [Remark, Remark, Cut, Garbled, Remark, Value, Time]);
         }
     }
@@ -248,15 +264,28 @@ mod tests {
         text.resize(text.len() + 200_000, b'7');
         text.extend(b"\n1,2\n");
         let (rows, faults) = read(&text, 4096);
-        assert_eq!((rows.len(), faults), (2, vec![Fault::Garbled]));
+        assert_eq!((rows.len(), faults), (2, vec![Garbled]));
     }
 
     #[test]
     fn a_header_in_the_address_serves_where_the_stream_has_none() {
-        let mut lines = Lines::new(Some("t_ms,gyro_z_dps"), None).unwrap();
+        let mut lines = Lines::new(Some("t_ms,gyro_z_dps"), None, false).unwrap();
         let mut rows = 0;
         lines.take(b"3,4.5\n4,4.5\n", &mut |found| rows += usize::from(matches!(found, Found::Row(..))));
         assert_eq!((rows, lines.content().unwrap().gyros.len()), (2, 1));
-        assert!(Lines::new(Some("t_ms,temp"), None).is_err());
+        assert!(Lines::new(Some("t_ms,temp"), None, false).is_err());
+    }
+
+    #[test]
+    fn a_reference_needs_no_gyro() {
+        let mut lines = Lines::new(None, None, true).unwrap();
+        let mut angles = Vec::new();
+        lines.take(b"boot\nt,ref_angle_z\n0,0.5\n1,0.25\n", &mut |found| {
+            if let Found::Row(row, _) = found {
+                assert!(row.gyro[0].is_nan());
+                angles.push(row.ref_angle[2]);
+            }
+        });
+        assert_eq!(angles, [0.5, 0.25]);
     }
 }

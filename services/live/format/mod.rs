@@ -34,6 +34,7 @@ impl FromStr for Kind {
 
 /// What is found in bytes.
 #[derive(Debug)]
+#[allow(clippy::large_enum_variant, reason = "a box would be an allocation a row")]
 pub enum Found {
     /// A row, and its time on the source's own clock, ns.
     Row(Row, i128),
@@ -68,7 +69,7 @@ pub trait Format: Send {
 /// A column map, or a header in the address, that is none.
 pub fn of(address: &Address, columns: Option<&Path>) -> anyhow::Result<Box<dyn Format>> {
     Ok(match address.format {
-        Kind::Csv => Box::new(lines::Lines::new(address.header.as_deref(), columns)?),
+        Kind::Csv => Box::new(lines::Lines::new(address.header.as_deref(), columns, address.is_reference)?),
         Kind::Frames => Box::new(frames::Frames::default()),
         Kind::Mavlink => Box::new(mavlink::Mavlink::default()),
     })

@@ -1,6 +1,8 @@
 //! Ways by which bytes come: one a file, all alike.
 
+pub mod iio;
 pub mod pipe;
+pub mod scan;
 pub mod serial;
 pub mod tcp;
 pub mod udp;
@@ -43,6 +45,7 @@ pub fn open(address: &Address) -> io::Result<Box<dyn Link>> {
         Way::Serial(path, baud) => Box::new(serial::Serial::open(path, *baud)?),
         Way::Udp(place) => Box::new(udp::Udp::open(place)?),
         Way::Tcp(place) => Box::new(tcp::Tcp::open(place)?),
+        Way::Iio(place) => Box::new(iio::Iio::open(place)?),
         Way::Pipe(path) => Box::new(pipe::Pipe::open(path)?),
     })
 }
