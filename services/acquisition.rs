@@ -150,7 +150,11 @@ impl Acquisition<'_> {
                         }
                     }
                     Next::Row(..) if self.settings.unpaced() => {
-                        let credit = self.consumers.credit(self.sent);
+                        let credit = if self.settings.lossless() {
+                            self.consumers.credit(self.sent)
+                        } else {
+                            self.consumers.credit_of_pipe(self.sent)
+                        };
                         if credit == 0 {
                             sleep(Duration::from_micros(200));
                         }

@@ -1,6 +1,8 @@
 //! What a live source gives that is no good row: counted, told once, and the stream goes on.
 
-use crate::harness::{Pipeline, Place, counted, log};
+use crate::harness::{Pipeline, Place, counted, log, signal};
+use ipc_types::{port::Hub, topic, wait::Wait};
+use rustix::process::Signal;
 use serde_json::Value;
 use std::{
     io::Write,
@@ -128,4 +130,31 @@ fn a_row_is_given_when_it_comes() {
     let line = ended.out.lines().find(|line| line.starts_with("sample-to-estimate ")).unwrap();
     let median: f64 = line.split_whitespace().nth(2).unwrap().parse().unwrap();
     assert!(median < 0.5 * PERIOD.as_micros() as f64, "{}", ended.out);
+}
+
+#[test]
+fn a_compensator_that_hangs_keeps_no_rate_from_a_pipes_reader() {
+    let place = Place::new();
+    let path = place.file("log.csv");
+    log(&path, 100.0, 6);
+    let lines = lines(&path);
+    let (pipeline, mut input) = place.start_fed("kept", &["--speed", "max"]);
+    let mut pipeline = pipeline;
+    writeln!(input, "{}", lines[..1000].join("\n")).unwrap();
+    source(&place, &mut pipeline, "kept", |s| s["rows"] == 999);
+    // Nobody replaces it.
+    let (supervisor, compensator) = (pipeline.child.id(), pipeline.pid("compensator").unwrap());
+    signal(supervisor, Signal::STOP);
+    signal(compensator, Signal::STOP);
+    let hub = Hub::join(&pipeline.domain, "onlooker").unwrap();
+    let estimates = hub.reader(&topic::ESTIMATE, None, Wait::Event).unwrap();
+    // More than may be under way.
+    writeln!(input, "{}", lines[1000..9000].join("\n")).unwrap();
+    pipeline.until("the last estimate", |_| estimates.newest().unwrap().is_some_and(|e| e.sequence == 8999));
+    signal(compensator, Signal::CONT);
+    signal(supervisor, Signal::CONT);
+    drop((estimates, hub, input));
+    let ended = pipeline.end();
+    assert_eq!(counted(&ended.out, "kalman", "in"), 8999, "{}", ended.out);
+    assert_eq!(counted(&ended.out, "kalman", "lost"), 0, "{}", ended.out);
 }
