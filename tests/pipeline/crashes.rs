@@ -24,14 +24,17 @@ struct Onlooker {
 
 impl Onlooker {
     fn join(pipeline: &mut Pipeline) -> Self {
+        // The topics are there before any process is.
+        pipeline.until("kalman", |p| p.pid("kalman").is_some());
         let mut joined = None;
         pipeline.until("the topics", |p| {
-            joined = Hub::join(&p.domain, "onlooker")
-                .ok()
-                .and_then(|hub| hub.reader(&topic::ESTIMATE, None, Wait::Event).ok().map(|estimates| (hub, estimates)));
+            let hub = Hub::join(&p.domain, "onlooker");
+            let reader = hub.and_then(|hub| Ok((hub.reader(&topic::ESTIMATE, None, Wait::Event)?, hub)));
+            // Shown where the wait is in vain.
+            joined = reader.inspect_err(|error| eprintln!("{error}")).ok();
             joined.is_some()
         });
-        let (hub, estimates) = joined.unwrap();
+        let (estimates, hub) = joined.unwrap();
         Self { estimates, last: Estimate::default(), _hub: hub }
     }
 

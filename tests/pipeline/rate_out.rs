@@ -153,8 +153,8 @@ fn a_socket_and_packets_carry_the_same_rows() {
     receiver.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
     let udp = format!("udp:{}", receiver.local_addr().unwrap());
     let unix = format!("unix:{}", path.display());
-    let text = format!("{unix}.text?format=csv");
-    let mut pipeline = place.start("sockets", &["--source", "sim", "--out", &unix, "--out", &udp, "--out", &text]);
+    let as_text = format!("{unix}.text?format=csv");
+    let mut pipeline = place.start("sockets", &["--source", "sim", "--out", &unix, "--out", &udp, "--out", &as_text]);
     let mut stream = None;
     pipeline.until("the socket", |_| {
         stream = UnixStream::connect(&path).ok();
@@ -162,7 +162,12 @@ fn a_socket_and_packets_carry_the_same_rows() {
     });
     let mut stream = stream.unwrap();
     stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
-    let mut lines = BufReader::new(UnixStream::connect(format!("{}.text", path.display())).unwrap()).lines();
+    let mut text = None;
+    pipeline.until("the other socket", |_| {
+        text = UnixStream::connect(format!("{}.text", path.display())).ok();
+        text.is_some()
+    });
+    let mut lines = BufReader::new(text.unwrap()).lines();
     // Whoever does not read is not waited for.
     let silent = UnixStream::connect(&path).unwrap();
     let (mut by_socket, mut by_packet) = (HashMap::new(), HashMap::new());
