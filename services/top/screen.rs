@@ -235,6 +235,14 @@ mod tests {
     }
 
     #[test]
+    fn a_live_source_is_on_the_screen() {
+        let mut status = ipc_types::Status::default();
+        (status.source.link, status.source.garbled) = (ipc_types::health::Link::Lost as u32, 3);
+        let screen = picture(&Scene { status: Some(status), ..scene() }, 130, 40);
+        assert!(screen.contains("source lost, 0 rows, 3 garbled"), "{screen}");
+    }
+
+    #[test]
     fn any_size_of_terminal_and_nothing_known_yet_are_drawn() {
         for (width, height) in [(20, 5), (40, 12), (80, 24), (300, 90)] {
             picture(&scene(), width, height);
