@@ -10,8 +10,9 @@ use std::{
 /// The longest name of an instance: socket paths below the root have room for 108 bytes in all.
 pub const LONGEST_NAME: usize = 24;
 
-/// The longest path of an instance's folder, for the same reason.
-const LONGEST_PATH: usize = 52;
+/// The longest path of an instance's folder: a socket's adds `/i/truerate_HHHHHHHH_GGGG_` and an id of 31 digits with `.event`
+/// to it, and has room for 107 bytes.
+const LONGEST_PATH: usize = 44;
 /// The file that names the generation.
 const GENERATION: &str = "generation";
 
@@ -52,7 +53,7 @@ impl Domain {
         if path.len() > LONGEST_PATH {
             return Err(DomainError::Path(folder));
         }
-        let prefix = format!("truerate_{:016x}_", crate::schema(path));
+        let prefix = format!("truerate_{:08x}_", crate::schema(path) >> 32);
         Ok(Self { name: name.to_owned(), folder, prefix })
     }
 
@@ -74,18 +75,18 @@ impl Domain {
         &self.prefix
     }
 
-    /// iceoryx2's own files, of all generations.
+    /// iceoryx2's own files.
     #[must_use]
     pub fn root(&self) -> PathBuf {
         self.folder.join("i")
     }
 
-    /// Which making of the domain this is. Each has files and shared memory of its own, so that whoever still joins one
+    /// Which making of the domain this is. Each has names of its own for files and shared memory, so that whoever still joins one
     /// that is being removed leaves nothing in the next. `None` before the first.
     #[must_use]
     pub fn generation(&self) -> Option<String> {
         let text = fs::read_to_string(self.folder.join(GENERATION)).ok()?;
-        let good = !text.is_empty() && text.len() <= 6 && text.bytes().all(|b| b.is_ascii_hexdigit());
+        let good = !text.is_empty() && text.len() == 4 && text.bytes().all(|b| b.is_ascii_hexdigit());
         good.then_some(text)
     }
 
@@ -95,7 +96,7 @@ impl Domain {
     /// Where the folder cannot be written.
     pub fn begin_generation(&self, clock_ns: u64) -> io::Result<()> {
         let part = self.folder.join("generation.part");
-        fs::write(&part, format!("{:x}", clock_ns / 1_000_000 % (1 << 24)))?;
+        fs::write(&part, format!("{:04x}", clock_ns / 1_000_000 % (1 << 16)))?;
         fs::rename(part, self.folder.join(GENERATION))
     }
 
@@ -108,7 +109,7 @@ impl Domain {
         let mut config = Config::default();
         // Whoever joined before it is made would leave something in its place.
         let generation = self.generation().ok_or_else(|| DomainError::NotThere(self.name.clone()))?;
-        let root = self.root().join(&generation);
+        let root = self.root();
         let root = IoxPath::new(root.to_str().ok_or_else(wrong)?.as_bytes()).map_err(|_| wrong())?;
         config.global.set_root_path(&root);
         config.global.prefix =
