@@ -48,6 +48,8 @@ impl Ours {
     fn new(wait: Wait) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let domain = Domain::new(folder.path(), "bench").unwrap();
+        std::fs::create_dir(domain.folder()).unwrap();
+        domain.begin_generation(1_000_000).unwrap();
         let hub = Hub::join(&domain, "bench").unwrap();
         let held = hub.create_all().unwrap();
         let samples = (hub.writer(&SAMPLE).unwrap(), hub.reader(&SAMPLE, None, wait).unwrap());

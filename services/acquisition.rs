@@ -25,6 +25,8 @@ const NAP: Duration = Duration::from_millis(20);
 const PATIENCE_NS: u64 = 10_000_000_000;
 /// A simulated vehicle does not wait: rows that are later than this are gone, ns.
 const GONE_NS: u64 = 50_000_000;
+/// Rows of a live source that are given before anything else is looked at.
+const AT_ONCE: u32 = 64;
 const END_AGAIN_NS: u64 = 100_000_000;
 
 struct Acquisition<'a> {
@@ -53,10 +55,17 @@ struct Acquisition<'a> {
 pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Result<()> {
     let settings = &run.settings;
     let mut pulse = Pulse::begin(hub, run.number, ServiceId::Acquisition, ["acquisition", "", ""])?;
-    let Some(feed) = Feed::open(run, folder, stop, || Ok(pulse.beat(u64::MAX)?))? else { return Ok(()) };
+    let opened = Feed::open(run, folder, stop, |source| {
+        pulse.health.source = *source;
+        Ok(pulse.beat(u64::MAX)?)
+    });
+    let Some(feed) = opened? else { return Ok(()) };
     let mut followers = vec![ServiceId::Kalman, ServiceId::Compensator];
     if settings.record.is_some() {
         followers.push(ServiceId::Recorder);
+    }
+    if settings.has_sender() {
+        followers.push(ServiceId::Sender);
     }
     let mut acquisition = Acquisition {
         run,
@@ -86,11 +95,16 @@ impl Acquisition<'_> {
         let start = now_ns();
         loop {
             self.look()?;
-            let late = now_ns() > start + PATIENCE_NS && self.settings.speed != Speed::Max;
+            let late = now_ns() > start + PATIENCE_NS && !self.settings.unpaced();
             if self.stop.asked() || self.consumers.ready() || late {
                 break;
             }
             sleep(Duration::from_millis(2));
+        }
+        if self.settings.source.is_live() {
+            // An earlier life gave the rows up to here; what came since it died is gone.
+            self.sent = self.feed.given();
+            return Ok(());
         }
         let resume =
             if self.settings.lossless() { self.consumers.slowest() } else { self.consumers.done(ServiceId::Kalman) };
@@ -128,8 +142,19 @@ impl Acquisition<'_> {
                         last = Some(self.give_end(self.sent + 1)?);
                         end_ns = now_ns();
                     }
-                    Next::Row(..) if self.settings.speed == Speed::Max => {
-                        let credit = self.consumers.credit(self.sent);
+                    Next::Row(..) if self.settings.source.is_live() => {
+                        for _ in 0..AT_ONCE {
+                            if !self.give_next()? {
+                                break;
+                            }
+                        }
+                    }
+                    Next::Row(..) if self.settings.unpaced() => {
+                        let credit = if self.settings.lossless() {
+                            self.consumers.credit(self.sent)
+                        } else {
+                            self.consumers.credit_of_pipe(self.sent)
+                        };
                         if credit == 0 {
                             sleep(Duration::from_micros(200));
                         }
@@ -154,18 +179,23 @@ impl Acquisition<'_> {
     fn close(&mut self) -> anyhow::Result<()> {
         while !self.stop.asked() {
             self.look()?;
+            self.count();
             self.pulse.become_state(State::Finished)?;
             if self.settings.lossless() && self.consumers.wants_again(self.sent).is_some() {
                 self.stream()?;
             }
             sleep(NAP);
         }
+        self.count();
         Ok(self.pulse.beat_now()?)
     }
 
     fn look(&mut self) -> anyhow::Result<()> {
         self.consumers.listen(self.sent, self.settings.lossless())?;
         self.obey()?;
+        if self.pulse.is_due() {
+            self.count();
+        }
         self.pulse.beat(u64::MAX)?;
         Ok(())
     }
@@ -205,7 +235,6 @@ impl Acquisition<'_> {
         self.pulse.health.stages[0].record(sample.acquisition_gave_ns.saturating_sub(arrived_ns));
         self.samples.give(sample)?;
         self.feed.pass()?;
-        self.count();
         Ok(true)
     }
 
@@ -215,6 +244,7 @@ impl Acquisition<'_> {
         (health.received, health.sent) = (self.feed.given() + self.feed.rejected(), self.feed.given());
         health.rejected = self.feed.rejected();
         health.acknowledged = self.feed.given();
+        health.source = self.feed.health();
     }
 
     fn give_end(&mut self, number: u64) -> anyhow::Result<u64> {

@@ -28,6 +28,7 @@ pub struct Consumers {
 struct Consumer {
     service: ServiceId,
     born_ns: u64,
+    beat_ns: u64,
     /// Acknowledged by itself, or given up for it.
     done: u64,
     at_work: bool,
@@ -41,7 +42,15 @@ impl Consumers {
     pub fn new(run: u64, health: Reader<Health>, services: &[ServiceId]) -> Self {
         let list = services
             .iter()
-            .map(|&service| Consumer { service, born_ns: 0, done: 0, at_work: false, finished: false, reborn: false })
+            .map(|&service| Consumer {
+                service,
+                born_ns: 0,
+                beat_ns: 0,
+                done: 0,
+                at_work: false,
+                finished: false,
+                reborn: false,
+            })
             .collect();
         Self { run, health, list, progress: 0, progress_ns: now_ns() }
     }
@@ -62,6 +71,7 @@ impl Consumers {
                 consumer.born_ns = health.born_ns;
                 consumer.done = if rewinds || !consumer.reborn { 0 } else { sent };
             }
+            consumer.beat_ns = health.beat_ns;
             consumer.at_work = health.state == State::Running as u32 || health.state == State::Finished as u32;
             consumer.finished = health.state == State::Finished as u32;
             consumer.done = if rewinds { health.acknowledged } else { consumer.done.max(health.acknowledged) };
@@ -101,6 +111,18 @@ impl Consumers {
     #[must_use]
     pub fn credit(&self, sent: u64) -> u64 {
         if self.ready() { (self.slowest() + WINDOW).saturating_sub(sent) } else { 0 }
+    }
+
+    /// The same of a source that cannot go back: it waits for kalman, and for the others only while they are at work, so
+    /// that what learns or records never keeps the rate from whoever steers by it.
+    #[must_use]
+    pub fn credit_of_pipe(&self, sent: u64) -> u64 {
+        let follows = |c: &&Consumer| c.service == ServiceId::Kalman || now_ns() < c.beat_ns + STALLED_NS;
+        let following = || self.list.iter().filter(|c| c.at_work).filter(follows);
+        if !following().any(|c| c.service == ServiceId::Kalman) {
+            return 0;
+        }
+        (following().map(|c| c.done).min().unwrap_or(0) + WINDOW).saturating_sub(sent)
     }
 
     /// The number to go on from, where somebody needs rows again: a new life, or no progress.

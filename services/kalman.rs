@@ -6,6 +6,7 @@ use crate::{
     clock::now_ns,
     model_file,
     pulse::Pulse,
+    rate_out::{self, ring::Ring},
     run_folder::{Run, RunFolder},
     settings::Settings,
     stop::Stop,
@@ -23,7 +24,7 @@ use ipc_types::{
     topic,
     wait::Wait,
 };
-use std::time::Duration;
+use std::{path::Path, time::Duration};
 
 /// Parameters that are silent for longer are stale: the compensator gives them ten times a second, ns.
 const STALE_NS: u64 = 1_000_000_000;
@@ -52,6 +53,8 @@ pub struct Kalman {
     samples: Reader<Sample>,
     parameters: Reader<Parameters>,
     estimates: Writer<Estimate>,
+    /// Shared memory that the rate goes into, where it is wanted.
+    ring: Option<Ring>,
     pulse: Pulse,
     vault: Vault<Saved>,
     estimator: Estimator,
@@ -82,6 +85,17 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
     Ok(kalman.pulse.beat_now()?)
 }
 
+/// The ring that the rate goes into. Without one the estimates still flow to everybody else.
+fn open_ring(path: &Path, run: u64) -> Option<Ring> {
+    match Ring::create(path, run).and_then(|()| Ring::open(path, run)) {
+        Ok(ring) => Some(ring),
+        Err(error) => {
+            tracing::error!("the rate does not go into shared memory: {error:#}");
+            None
+        }
+    }
+}
+
 impl Kalman {
     /// Opens the ports and takes up what an earlier life saved.
     ///
@@ -98,6 +112,7 @@ impl Kalman {
             parameters: hub.reader(&topic::PARAMETERS, None, Wait::Event)?,
             estimates: hub.writer(&topic::ESTIMATE)?,
             samples,
+            ring: settings.ring(folder.instance()).and_then(|path| open_ring(&path, run)),
             pulse,
             vault: Vault::open(&folder.kalman(), run)?,
             estimator: Estimator::new(settings.filter.options()),
@@ -208,6 +223,9 @@ impl Kalman {
         }
         message.kalman_gave_ns = now_ns();
         let gave_ns = message.kalman_gave_ns;
+        if let Some(ring) = &self.ring {
+            ring.give(&rate_out::row_of(&message));
+        }
         self.estimates.give(message)?;
         self.pulse.health.sent += u64::from(sample.mark == MARK_DATA);
         let stages: &mut [Histogram; 3] = &mut self.pulse.health.stages;

@@ -11,8 +11,9 @@
 //! | [`demo`] | plays a user who finds out what is missing |
 //! | [`settings`] | what a pipeline is told |
 //! | [`domain`], [`run_folder`] | where a pipeline lives, and its files |
-//! | [`source`], [`stream`] | where rows come from; one that comes while it is read |
+//! | [`source`], [`live`] | where rows come from; those that come while they are read |
 //! | [`consumers`] | how far those are who follow |
+//! | [`rate_out`] | the rate for a vehicle: shared memory, sockets, standard output |
 //! | [`wire`] | between messages and mathematics |
 //! | [`clock`], [`stop`], [`pulse`], [`vault`], [`hopeless`] | a process' clock, end, heart-beat, memory, last word |
 //! | [`report`] | results as text, JSON and one HTML page |
@@ -39,12 +40,14 @@ pub mod domain;
 pub mod estimates;
 pub mod hopeless;
 pub mod kalman;
+pub mod live;
 pub mod log;
 pub mod model_file;
 pub mod output;
 pub mod plot;
 pub mod progress;
 pub mod pulse;
+pub mod rate_out;
 pub mod recorder;
 pub mod recording;
 pub mod report;
@@ -52,7 +55,6 @@ pub mod run_folder;
 pub mod settings;
 pub mod source;
 pub mod stop;
-pub mod stream;
 pub mod supervisor;
 pub mod toml_error;
 pub mod top;

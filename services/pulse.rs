@@ -54,8 +54,17 @@ impl Pulse {
     /// # Errors
     /// Where the plumbing is broken.
     pub fn beat(&mut self, step: u64) -> Result<(), PortError> {
-        let due = now_ns() >= self.health.beat_ns + PERIOD_NS;
-        if due || self.health.acknowledged >= self.acknowledged.saturating_add(step) { self.beat_now() } else { Ok(()) }
+        if self.is_due() || self.health.acknowledged >= self.acknowledged.saturating_add(step) {
+            self.beat_now()
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Whether a period has gone by since the last beat.
+    #[must_use]
+    pub fn is_due(&self) -> bool {
+        now_ns() >= self.health.beat_ns + PERIOD_NS
     }
 
     /// Beats.

@@ -76,6 +76,12 @@ impl RunFolder {
         Self(domain.folder().to_owned())
     }
 
+    /// The instance's name.
+    #[must_use]
+    pub fn instance(&self) -> &str {
+        self.0.file_name().and_then(|name| name.to_str()).unwrap_or_default()
+    }
+
     /// The parameters in use, a model file.
     #[must_use]
     pub fn model(&self) -> PathBuf {
@@ -92,6 +98,12 @@ impl RunFolder {
     #[must_use]
     pub fn kalman(&self) -> PathBuf {
         self.0.join("kalman.state")
+    }
+
+    /// What acquisition gave last of a live source.
+    #[must_use]
+    pub fn acquisition(&self) -> PathBuf {
+        self.0.join("acquisition.state")
     }
 
     /// The truth behind a simulated source, a model file.

@@ -1,6 +1,10 @@
 //! What a pipeline is told: the file of `run --config` (strict), overridden by flags, handed to every process of the run
 //! in one file of its folder.
 
+use crate::{
+    live::Address,
+    rate_out::{Target, Way, ring},
+};
 use anyhow::{Context, bail};
 use gyro_model::estimator;
 use ipc_types::wait::Wait;
@@ -26,8 +30,8 @@ pub struct Settings {
     pub columns: Option<PathBuf>,
     /// Channels of a log under the names of the format, `NAME=CHANNEL` each.
     pub map: Vec<String>,
-    /// A second file, which the reference of a log is taken from.
-    pub reference: Option<PathBuf>,
+    /// Where the reference comes from, where not with the gyro: of a log a second file, of a sensor another address.
+    pub reference: Option<String>,
     /// How fast.
     pub speed: Speed,
     /// The model to start from; without one α = 1, δ = 0, learned on the way.
@@ -38,6 +42,8 @@ pub struct Settings {
     pub hide: Vec<String>,
     /// Where the estimates are recorded.
     pub record: Option<PathBuf>,
+    /// Where the rate is given to.
+    pub out: Vec<Target>,
     /// Where the dashboard listens; `off` for none.
     pub dashboard: String,
     /// The simulated vehicle.
@@ -140,6 +146,9 @@ pub struct Waits {
     /// recorder.
     #[serde(with = "as_text")]
     pub recorder: Wait,
+    /// sender.
+    #[serde(with = "as_text")]
+    pub sender: Wait,
 }
 
 impl Default for Settings {
@@ -154,6 +163,7 @@ impl Default for Settings {
             freeze: false,
             hide: Vec::new(),
             record: None,
+            out: Vec::new(),
             dashboard: "127.0.0.1:7777".to_owned(),
             simulation: Simulation::default(),
             filter: Filter::default(),
@@ -190,6 +200,8 @@ pub enum Source {
     Stream(PathBuf),
     /// A log that can be read again.
     Log(PathBuf),
+    /// A sensor that goes on by itself: a serial line, the network.
+    Live(Address),
 }
 
 /// How fast a source is played.
@@ -225,10 +237,28 @@ impl Settings {
         {
             self.source = Source::at(whole(path)?);
         }
-        for path in [&mut self.columns, &mut self.reference, &mut self.model, &mut self.record].into_iter().flatten() {
+        for path in [&mut self.columns, &mut self.model, &mut self.record].into_iter().flatten() {
             *path = whole(path)?;
         }
+        if let (Source::Log(_), Some(reference)) = (&self.source, &mut self.reference) {
+            *reference = whole(Path::new(reference))?.display().to_string();
+        }
         Ok(())
+    }
+
+    /// The second file that a log's reference is taken from.
+    #[must_use]
+    pub fn reference_file(&self) -> Option<PathBuf> {
+        self.reference.as_ref().filter(|_| matches!(self.source, Source::Log(_))).map(PathBuf::from)
+    }
+
+    /// The address that a sensor's reference comes from.
+    ///
+    /// # Errors
+    /// It is none.
+    pub fn reference_address(&self) -> anyhow::Result<Option<Address>> {
+        let text = self.reference.as_ref().filter(|_| self.source.is_live());
+        text.map(|text| text.parse().context("reference")).transpose()
     }
 
     /// Whether every number makes sense.
@@ -256,16 +286,47 @@ impl Settings {
         if l.duty > 1.0 {
             bail!("learning.duty = {}: is a share of one core, 1 at most", l.duty);
         }
+        if self.reference.is_some() && !matches!(self.source, Source::Log(_) | Source::Live(_)) {
+            bail!("reference: joins a log (a second file) or a sensor's address (another address); source is neither");
+        }
+        self.reference_address()?;
         if l.rows < 1000 {
             bail!("learning.rows = {}: must be 1000 at least", l.rows);
         }
         Ok(())
     }
 
+    /// Whether there is a place for the rate that the sender serves.
+    #[must_use]
+    pub fn has_sender(&self) -> bool {
+        self.out.iter().any(|target| !matches!(target.way, Way::Shared(_)))
+    }
+
+    /// Whether rows go to standard output, which is theirs alone then.
+    #[must_use]
+    pub fn uses_standard_output(&self) -> bool {
+        self.out.iter().any(|target| target.way == Way::StandardOutput)
+    }
+
+    /// The shared memory that kalman gives the rate into.
+    #[must_use]
+    pub fn ring(&self, instance: &str) -> Option<PathBuf> {
+        self.out.iter().find_map(|target| match &target.way {
+            Way::Shared(path) => Some(path.clone().unwrap_or_else(|| ring::path(instance))),
+            _ => None,
+        })
+    }
+
     /// Whether a row that a process missed is given again.
     #[must_use]
     pub fn lossless(&self) -> bool {
-        self.speed == Speed::Max && !self.source.comes_once()
+        self.speed == Speed::Max && matches!(self.source, Source::Log(_) | Source::Simulated)
+    }
+
+    /// Whether rows are given as fast as they are followed: unpaced, and from what would wait for us.
+    #[must_use]
+    pub fn unpaced(&self) -> bool {
+        self.speed == Speed::Max && !self.source.is_live()
     }
 }
 
@@ -282,14 +343,21 @@ impl Source {
     pub fn comes_once(&self) -> bool {
         matches!(self, Self::Stream(_))
     }
+
+    /// Whether it goes on by itself and waits for nobody: each row is given when it comes.
+    #[must_use]
+    pub fn is_live(&self) -> bool {
+        matches!(self, Self::Live(_))
+    }
 }
 
 impl FromStr for Source {
-    type Err = std::convert::Infallible;
+    type Err = crate::live::address::AddressError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         Ok(match text {
             "sim" => Self::Simulated,
+            _ if Address::is_meant(text) => Self::Live(text.parse()?),
             _ => Self::at(PathBuf::from(text)),
         })
     }
@@ -314,6 +382,7 @@ impl Serialize for Source {
         match self {
             Self::Simulated => "sim".serialize(serializer),
             Self::Stream(path) | Self::Log(path) => path.serialize(serializer),
+            Self::Live(address) => serializer.collect_str(address),
         }
     }
 }

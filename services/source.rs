@@ -2,12 +2,13 @@
 
 use crate::{
     hopeless::Hopeless,
-    log::{Layout, Options, Reader},
+    live::{Address, Content, Joined, Stream},
+    log::{Options, Reader},
     model_file::ModelFile,
     run_folder::{Run, RunFolder, SourceFacts},
     settings::{Settings, SimulatedReference, Source},
     stop::Stop,
-    stream::Stream,
+    vault::Vault,
 };
 use anyhow::{anyhow, bail};
 use gyro_model::{
@@ -15,6 +16,7 @@ use gyro_model::{
     faults::held::{Held, LOOKED_AT},
     simulate::{Hidden, Injection, Reference, Scenario, SensorSpec, Simulator},
 };
+use ipc_types::health::SourceHealth;
 use std::{
     path::{Path, PathBuf},
     time::Duration,
@@ -31,6 +33,16 @@ pub struct Feed {
     rejected: u64,
     /// Effects switched on while it runs: after which row, as it was said.
     switched: Vec<(u64, String)>,
+}
+
+/// The last row that was given of a source that goes on while this process dies.
+#[derive(Clone, Copy, Debug)]
+struct Given {
+    sequence: u64,
+    /// The row's time, ns.
+    time_ns: i64,
+    /// When it came, ns.
+    clock_ns: u64,
 }
 
 /// What comes next.
@@ -54,7 +66,7 @@ impl Next {
 
 enum Rows {
     Log { path: PathBuf, options: Options, reader: Box<Reader>, held: Held, injection: Injection },
-    Stream { stream: Stream, injection: Injection },
+    Stream { stream: Stream, injection: Injection, kept: Option<Vault<Given>>, reference: Option<Box<Joined>> },
     Simulated { scenario: Box<Scenario>, simulator: Box<Simulator>, rows: Option<u64> },
 }
 
@@ -80,9 +92,8 @@ pub fn scenario(settings: &Settings) -> anyhow::Result<Scenario> {
 }
 
 /// What is hidden in a log from the start, on its first axis with a gyro and a reference (or with a gyro).
-fn injection(layout: &Layout, settings: &Settings) -> anyhow::Result<Injection> {
-    let gyros = layout.gyros();
-    let axis = layout.referenced().first().or(gyros.first()).copied().unwrap_or(Axis::Z);
+fn injection(content: &Content, settings: &Settings) -> anyhow::Result<Injection> {
+    let axis = content.referenced.first().or(content.gyros.first()).copied().unwrap_or(Axis::Z);
     let mut injection = Injection::new(axis);
     for text in &settings.hide {
         injection.hide(text).map_err(Hopeless::from_error)?;
@@ -108,19 +119,20 @@ impl Feed {
         run: &Run,
         folder: &RunFolder,
         stop: &Stop,
-        meanwhile: impl FnMut() -> anyhow::Result<()>,
+        meanwhile: impl FnMut(&SourceHealth) -> anyhow::Result<()>,
     ) -> anyhow::Result<Option<Self>> {
+        let mut given = None;
         let settings = &run.settings;
         let options = Options {
             columns: settings.columns.clone(),
             map: settings.map.clone(),
-            reference: settings.reference.clone(),
+            reference: settings.reference_file(),
             ..Options::default()
         };
         let rows = match &settings.source {
             Source::Log(path) => {
                 let reader = Box::new(Reader::open(path, &options).map_err(Hopeless::from_error)?);
-                let injection = injection(reader.layout(), settings)?;
+                let injection = injection(&Content::of(reader.layout()), settings)?;
                 let held = held(path, &options)?;
                 if let Some(says) = held.says() {
                     tracing::warn!("{says}");
@@ -128,9 +140,24 @@ impl Feed {
                 Rows::Log { path: path.clone(), options, reader, held, injection }
             }
             Source::Stream(path) => {
-                let Some(stream) = Stream::open(path, &options, stop, meanwhile)? else { return Ok(None) };
-                let injection = injection(&stream.head().layout, settings)?;
-                Rows::Stream { stream, injection }
+                let address = Address::of_pipe(path.clone());
+                let opened = Stream::open(&address, settings.columns.as_deref(), None, stop, meanwhile)?;
+                let Some(stream) = opened else { return Ok(None) };
+                let injection = injection(&stream.origin().content, settings)?;
+                Rows::Stream { stream, injection, kept: None, reference: None }
+            }
+            Source::Live(address) => {
+                let kept: Vault<Given> = Vault::open(&folder.acquisition(), run.number)?;
+                given = kept.load();
+                let before = given.map(|given| (given.time_ns, given.clock_ns));
+                let columns = settings.columns.as_deref();
+                let reference = settings.reference_address()?;
+                let reference = reference.as_ref().map(|address| Joined::open(address, columns, stop));
+                let reference = reference.transpose()?.map(Box::new);
+                let opened = Stream::open(address, columns, before, stop, meanwhile)?;
+                let Some(stream) = opened else { return Ok(None) };
+                let injection = injection(&stream.origin().content, settings)?;
+                Rows::Stream { stream, injection, kept: Some(kept), reference }
             }
             Source::Simulated => {
                 let scenario = Box::new(scenario(settings).map_err(Hopeless::from_error)?);
@@ -142,7 +169,7 @@ impl Feed {
             rows,
             next: Next::Later,
             settings: settings.clone(),
-            given: 0,
+            given: given.map_or(0, |given| given.sequence),
             taken_up: false,
             rejected: 0,
             switched: Vec::new(),
@@ -156,20 +183,24 @@ impl Feed {
     }
 
     fn facts(&self, anchor: Option<(u64, i64)>) -> SourceFacts {
-        let of_log = |log: &str, layout: &Layout, start_ns| SourceFacts {
-            name: Path::new(log).file_name().unwrap_or(log.as_ref()).to_string_lossy().into_owned(),
+        let of_log = |name: String, content: &Content, start_ns| SourceFacts {
+            name,
             sha256: None,
-            free_names: layout.free_names.clone(),
-            axes: layout.gyros().iter().map(ToString::to_string).collect(),
+            free_names: content.free_names.clone(),
+            axes: content.gyros.iter().map(ToString::to_string).collect(),
             start_ns,
             anchor,
             switched: self.switched.clone(),
         };
         match &self.rows {
-            Rows::Log { reader, .. } => of_log(reader.log(), reader.layout(), reader.start_ns().unwrap_or(0)),
+            Rows::Log { reader, .. } => {
+                let log = reader.log();
+                let name = Path::new(log).file_name().unwrap_or(log.as_ref()).to_string_lossy().into_owned();
+                of_log(name, &Content::of(reader.layout()), reader.start_ns().unwrap_or(0))
+            }
             Rows::Stream { stream, .. } => {
-                let head = stream.head();
-                of_log(&head.log, &head.layout, head.start_ns)
+                let origin = stream.origin();
+                of_log(stream.name().to_owned(), &origin.content, origin.start_ns)
             }
             Rows::Simulated { scenario, .. } => SourceFacts {
                 name: format!("simulated vehicle {}", scenario.seed),
@@ -205,12 +236,17 @@ impl Feed {
                 self.next = Next::of(row.map(|row| injection.spoil(row)));
                 self.rejected = reader.rows_faulty();
             }
-            Rows::Stream { stream, injection } => {
-                self.next = Next::Later;
-                if let Some(arrival) = stream.next(patience)? {
-                    self.next = arrival.row.map_or(Next::End, |row| Next::Row(injection.spoil(row), arrival.read_ns));
-                    self.rejected = arrival.faulty;
-                }
+            Rows::Stream { stream, injection, reference, .. } => {
+                self.next = match stream.next(patience)? {
+                    None => Next::Later,
+                    Some(None) => Next::End,
+                    Some(Some(mut arrival)) => {
+                        if let Some(reference) = reference {
+                            reference.join(&mut arrival.row)?;
+                        }
+                        Next::Row(injection.spoil(arrival.row), arrival.read_ns)
+                    }
+                };
             }
             Rows::Simulated { simulator, rows, .. } => {
                 // One row is always read ahead.
@@ -240,6 +276,9 @@ impl Feed {
     /// As [`Self::next`].
     pub fn pass(&mut self) -> anyhow::Result<()> {
         self.given += 1;
+        if let (Rows::Stream { kept: Some(kept), .. }, Next::Row(row, clock_ns)) = (&mut self.rows, self.next) {
+            kept.save(&Given { sequence: self.given, time_ns: row.t_ns, clock_ns });
+        }
         self.fill(Duration::ZERO)
     }
 
@@ -252,7 +291,13 @@ impl Feed {
     /// Rows left out so far, or of which a value was.
     #[must_use]
     pub fn rejected(&self) -> u64 {
-        self.rejected
+        if let Rows::Stream { stream, .. } = &self.rows { stream.health().faulty() } else { self.rejected }
+    }
+
+    /// How a live source is; of others there is nothing to say.
+    #[must_use]
+    pub fn health(&self) -> SourceHealth {
+        if let Rows::Stream { stream, .. } = &self.rows { stream.health() } else { SourceHealth::default() }
     }
 
     /// Whether it did not begin with the first row: an earlier life of this process gave that.
@@ -300,9 +345,9 @@ impl Feed {
             Rows::Log { path, options, reader, held, injection: hidden } => {
                 **reader = Reader::open(path, options).map_err(Hopeless::from_error)?;
                 *held = self::held(path, options)?;
-                *hidden = injection(reader.layout(), &self.settings)?;
+                *hidden = injection(&Content::of(reader.layout()), &self.settings)?;
             }
-            Rows::Stream { stream, .. } => bail!("{} cannot be read again", stream.head().log),
+            Rows::Stream { stream, .. } => bail!("{} cannot be read again", stream.name()),
             Rows::Simulated { scenario, simulator, .. } => **simulator = Simulator::new(scenario),
         }
         self.given = 0;
@@ -340,7 +385,7 @@ mod tests {
         std::fs::create_dir(domain.folder()).unwrap();
         let run = Run { number: 1, began_ns: 0, settings: Settings::default() };
         let stop = Stop::default();
-        let mut feed = Feed::open(&run, &RunFolder::of(&domain), &stop, || Ok(())).unwrap().unwrap();
+        let mut feed = Feed::open(&run, &RunFolder::of(&domain), &stop, |_| Ok(())).unwrap().unwrap();
         let mut beats = 0;
         let mut beat = || {
             beats += 1;

@@ -19,7 +19,8 @@ pub struct Watch {
     /// For further ports.
     pub hub: Hub,
     status: Reader<Status>,
-    instance: String,
+    domain: Domain,
+    generation: Option<String>,
 }
 
 impl Watch {
@@ -28,9 +29,30 @@ impl Watch {
     /// # Errors
     /// Where its topics are not there.
     pub fn join(domain: &Domain, name: &'static str) -> anyhow::Result<Self> {
+        let generation = domain.generation();
         let hub = Hub::join(domain, name)?;
         let status = hub.reader(&topic::STATUS, None, Wait::Event)?;
-        Ok(Self { hub, status, instance: domain.name().to_owned() })
+        Ok(Self { hub, status, domain: domain.clone(), generation })
+    }
+
+    /// The same, tried again while the domain is being made anew.
+    ///
+    /// # Errors
+    /// Where its topics are not there in time.
+    pub fn join_within(domain: &Domain, name: &'static str, patience: Duration) -> anyhow::Result<Self> {
+        let start = Instant::now();
+        loop {
+            match Self::join(domain, name) {
+                Err(_) if start.elapsed() < patience => sleep(Duration::from_millis(20)),
+                joined => return joined,
+            }
+        }
+    }
+
+    /// Whether the domain has been made anew since: nothing comes from the one that was joined any more.
+    #[must_use]
+    pub fn is_outdated(&self) -> bool {
+        self.domain.generation() != self.generation
     }
 
     /// The supervisor's newest word that waits, if any.
@@ -54,7 +76,7 @@ impl Watch {
             if start.elapsed() > patience {
                 bail!(
                     "the supervisor of pipeline '{0}' is silent: start one with `truerate run --instance {0}`; it takes over what still runs",
-                    self.instance
+                    self.domain.name()
                 );
             }
             sleep(Duration::from_millis(5));

@@ -2,10 +2,19 @@
 //! run side by side on a machine and tests never meet.
 
 use iceoryx2::prelude::{Config, FileName, Path as IoxPath, SemanticString};
-use std::path::{Path, PathBuf};
+use std::{
+    fs, io,
+    path::{Path, PathBuf},
+};
 
 /// The longest name of an instance: socket paths below the root have room for 108 bytes in all.
 pub const LONGEST_NAME: usize = 24;
+
+/// The longest path of an instance's folder: a socket's adds `/i/truerate_HHHHHHHH_GGGG_` and an id of 31 digits with `.event`
+/// to it, and has room for 107 bytes.
+const LONGEST_PATH: usize = 44;
+/// The file that names the generation.
+const GENERATION: &str = "generation";
 
 /// One instance's place.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,6 +30,9 @@ pub enum DomainError {
     /// Not a name.
     #[error("'{0}' is no name for an instance: use 1 to {LONGEST_NAME} letters, digits, '-' or '_'")]
     Name(String),
+    /// Nobody has made it.
+    #[error("pipeline '{0}' is not there (yet): start it with `truerate run`")]
+    NotThere(String),
     /// Too deep a folder.
     #[error("{0}: this path is too long for the sockets below it; set TRUERATE_RUNTIME_DIR to a shorter one")]
     Path(PathBuf),
@@ -38,10 +50,10 @@ impl Domain {
         }
         let folder = base.join(name);
         let path = folder.to_str().ok_or_else(|| DomainError::Path(folder.clone()))?;
-        if path.len() > 60 {
+        if path.len() > LONGEST_PATH {
             return Err(DomainError::Path(folder));
         }
-        let prefix = format!("truerate_{:016x}_", crate::schema(path));
+        let prefix = format!("truerate_{:08x}_", crate::schema(path) >> 32);
         Ok(Self { name: name.to_owned(), folder, prefix })
     }
 
@@ -69,17 +81,39 @@ impl Domain {
         self.folder.join("i")
     }
 
-    /// iceoryx2's configuration for this domain; no file is read.
+    /// Which making of the domain this is. Each has names of its own for files and shared memory, so that whoever still joins one
+    /// that is being removed leaves nothing in the next. `None` before the first.
+    #[must_use]
+    pub fn generation(&self) -> Option<String> {
+        let text = fs::read_to_string(self.folder.join(GENERATION)).ok()?;
+        let good = !text.is_empty() && text.len() == 4 && text.bytes().all(|b| b.is_ascii_hexdigit());
+        good.then_some(text)
+    }
+
+    /// Begins another generation, named after a clock, ns: from now on that is where everybody joins.
     ///
     /// # Errors
-    /// A path that iceoryx2 refuses.
+    /// Where the folder cannot be written.
+    pub fn begin_generation(&self, clock_ns: u64) -> io::Result<()> {
+        let part = self.folder.join("generation.part");
+        fs::write(&part, format!("{:04x}", clock_ns / 1_000_000 % (1 << 16)))?;
+        fs::rename(part, self.folder.join(GENERATION))
+    }
+
+    /// iceoryx2's configuration for this domain as it is now; of files, only the generation's is read.
+    ///
+    /// # Errors
+    /// A domain that nobody has made yet, a path that iceoryx2 refuses.
     pub fn config(&self) -> Result<Config, DomainError> {
         let wrong = || DomainError::Path(self.folder.clone());
         let mut config = Config::default();
+        // Whoever joined before it is made would leave something in its place.
+        let generation = self.generation().ok_or_else(|| DomainError::NotThere(self.name.clone()))?;
         let root = self.root();
         let root = IoxPath::new(root.to_str().ok_or_else(wrong)?.as_bytes()).map_err(|_| wrong())?;
         config.global.set_root_path(&root);
-        config.global.prefix = FileName::new(self.prefix.as_bytes()).map_err(|_| wrong())?;
+        config.global.prefix =
+            FileName::new(format!("{}{generation}_", self.prefix).as_bytes()).map_err(|_| wrong())?;
         Ok(config)
     }
 }

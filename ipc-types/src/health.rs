@@ -17,16 +17,19 @@ pub enum ServiceId {
     Recorder = 3,
     /// Shows them in a browser.
     Dashboard = 4,
+    /// Gives the rate to others.
+    Sender = 5,
 }
 
 impl ServiceId {
     /// All of them, in the order of the flow.
-    pub const ALL: [Self; 5] = [Self::Acquisition, Self::Kalman, Self::Compensator, Self::Recorder, Self::Dashboard];
+    pub const ALL: [Self; 6] =
+        [Self::Acquisition, Self::Kalman, Self::Compensator, Self::Recorder, Self::Dashboard, Self::Sender];
 
     /// As on the command line.
     #[must_use]
     pub const fn name(self) -> &'static str {
-        ["acquisition", "kalman", "compensator", "recorder", "dashboard"][self as usize]
+        ["acquisition", "kalman", "compensator", "recorder", "dashboard", "sender"][self as usize]
     }
 
     /// The service of this number.
@@ -52,6 +55,67 @@ pub enum State {
 
 /// Latency histograms that one service can keep.
 pub const STAGES: usize = 3;
+
+/// How a live source is connected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Link {
+    /// The source is a log or a simulated vehicle.
+    None = 0,
+    /// It has not been there yet.
+    Waiting = 1,
+    /// Rows come.
+    Connected = 2,
+    /// It is open, and no row has come for a while.
+    Silent = 3,
+    /// It was there and is gone; it is looked for.
+    Lost = 4,
+    /// It has ended.
+    Ended = 5,
+}
+
+impl Link {
+    /// As it is shown.
+    #[must_use]
+    pub fn name(number: u32) -> &'static str {
+        ["none", "waiting", "connected", "silent", "lost", "ended"].get(number as usize).copied().unwrap_or("unknown")
+    }
+}
+
+/// What a live source gave, and what of it was no good (acquisition only).
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
+#[type_name("truerate.SourceHealth.v1")]
+pub struct SourceHealth {
+    /// [`Link`].
+    pub link: u32,
+    /// How often the link was opened again.
+    pub reconnects: u32,
+    /// Rows given.
+    pub rows: u64,
+    /// Rows with text where a number should be, or a checksum that does not fit.
+    pub garbled: u64,
+    /// Rows of another length.
+    pub cut: u64,
+    /// Lines between the rows: boot messages, a header again.
+    pub remarks: u64,
+    /// Values that nothing physical has, taken as no value.
+    pub values: u64,
+    /// Rows without a time, or whose time repeats, goes back, or jumps ahead.
+    pub times: u64,
+    /// Rows that are missing by the source's own count.
+    pub missed: u64,
+    /// How often its clock began again or jumped.
+    pub segments: u64,
+}
+
+impl SourceHealth {
+    /// Rows left out, or of which a value was.
+    #[must_use]
+    pub fn faulty(&self) -> u64 {
+        self.garbled + self.cut + self.values + self.times
+    }
+}
 
 /// The heart-beat of one service, about 10 Hz; more often while it must acknowledge an unpaced stream.
 #[repr(C)]
@@ -84,6 +148,8 @@ pub struct Health {
     pub acknowledged: u64,
     /// Epoch of the parameters in use.
     pub epoch: u64,
+    /// Its live source (acquisition).
+    pub source: SourceHealth,
     /// Latencies.
     pub stages: [Histogram; STAGES],
 }
@@ -112,9 +178,10 @@ impl Default for Health {
             rejected: 0,
             acknowledged: 0,
             epoch: 0,
+            source: SourceHealth::default(),
             stages: [Histogram::default(); STAGES],
         }
     }
 }
 
-const _: () = assert!(size_of::<Health>() == 3640);
+const _: () = assert!(size_of::<Health>() == 3640 + size_of::<SourceHealth>());

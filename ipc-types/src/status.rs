@@ -1,6 +1,6 @@
 //! supervisor → `truerate status`, terminal, dashboard: what runs, over all lives of each process.
 
-use crate::Text;
+use crate::{Text, health::SourceHealth};
 use iceoryx2::prelude::ZeroCopySend;
 
 /// Services that are listed.
@@ -65,10 +65,12 @@ pub struct Status {
     pub finished: u32,
     /// When this was given.
     pub beat_ns: u64,
+    /// The live source.
+    pub source: SourceHealth,
     /// The services.
     pub services: [ServiceStatus; SERVICES],
     /// The stages.
     pub stages: [StageStatus; STAGES],
 }
 
-const _: () = assert!(size_of::<Status>() == 24 + 104 * SERVICES + 88 * STAGES);
+const _: () = assert!(size_of::<Status>() == 24 + size_of::<SourceHealth>() + 104 * SERVICES + 88 * STAGES);

@@ -15,14 +15,17 @@ Examples:
   truerate run                                          a simulated vehicle, live, with the dashboard
   truerate run --hide delay g-sensitivity               the same with two effects that the model does not know
   truerate run --source log.csv.gz --speed max          a log pushed through the processes without loss
+  truerate run --source serial:/dev/ttyUSB0 --out shm   a sensor on a serial line, the rate in shared memory
   truerate run --source log.csv.gz --speed max --model m.toml --freeze --record out.csv
                                                         the same rows as `truerate apply`, byte for byte")]
 pub struct Args {
     /// A TOML file with the pipeline's settings (see deploy/truerate.toml); flags win over it
     #[arg(long, value_name = "F")]
     pub config: Option<PathBuf>,
-    /// Where samples come from: `sim`, a log (CSV, .gz, .mcap), or `-` for standard input [default: sim]
-    #[arg(long, value_name = "sim|LOG|-")]
+    /// Where samples come from: `sim`, a log (CSV, .gz, .mcap), `-` for standard input, or a sensor's address such as
+    /// serial:/dev/ttyUSB0?baud=115200, udp:0.0.0.0:5600, tcp:HOST:PORT, mavlink:udp:0.0.0.0:14550 (docs/feed.md)
+    /// [default: sim]
+    #[arg(long, value_name = "sim|LOG|-|ADDRESS")]
     pub source: Option<String>,
     #[command(flatten)]
     pub(crate) names: NameArgs,
@@ -42,6 +45,10 @@ pub struct Args {
     /// Record the estimates, in the columns of `truerate apply`: CSV, or MCAP by the file's ending
     #[arg(long, value_name = "F")]
     pub record: Option<PathBuf>,
+    /// Give the rate to this place: `unix:PATH`, `udp:HOST:PORT`, `-` (standard output; the summary goes to stderr), `shm`
+    /// (shared memory); `?format=csv` or `?format=binary` behind it. May be given several times (docs/feed.md)
+    #[arg(long, value_name = "PLACE")]
+    pub out: Vec<String>,
     /// Where the dashboard listens, or `off` [default: 127.0.0.1:7777]
     #[arg(long, value_name = "ADDR|off")]
     pub dashboard: Option<String>,
@@ -56,8 +63,13 @@ pub struct Args {
 /// Settings that make no sense, an instance that already runs, a folder that cannot be used.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let settings = settings(args)?;
+    let uses_standard_output = settings.uses_standard_output();
     let ending = supervisor::supervise(&args.instance, settings, &Stop::on_signals().context("signals")?)?;
-    print(&ending.summary)?;
+    if uses_standard_output {
+        eprint!("{}", ending.summary);
+    } else {
+        print(&ending.summary)?;
+    }
     Ok(ending.code)
 }
 
@@ -72,12 +84,16 @@ fn settings(args: &Args) -> anyhow::Result<Settings> {
     }
     settings.map.extend(args.names.map.iter().cloned());
     settings.columns = args.names.columns.clone().or(settings.columns);
-    settings.reference = args.names.reference.clone().or(settings.reference);
+    let reference = args.names.reference.as_ref().map(|place| place.display().to_string());
+    settings.reference = reference.or(settings.reference);
     if let Some(model) = &args.model {
         settings.model = Some(model.clone());
     }
     if let Some(record) = &args.record {
         settings.record = Some(record.clone());
+    }
+    for place in &args.out {
+        settings.out.push(place.parse().context("--out")?);
     }
     if let Some(dashboard) = &args.dashboard {
         settings.dashboard.clone_from(dashboard);

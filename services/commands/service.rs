@@ -4,7 +4,7 @@ use crate::{
     acquisition, compensator, dashboard,
     domain::{self, Lock},
     hopeless::Hopeless,
-    kalman, recorder,
+    kalman, rate_out, recorder,
     run_folder::RunFolder,
     stop::Stop,
     supervisor::process::HOPELESS,
@@ -20,7 +20,7 @@ use std::{
 /// What `truerate service` takes.
 #[derive(clap::Args, Debug, Clone)]
 pub struct Args {
-    /// Which process: acquisition, kalman, compensator, recorder, dashboard
+    /// Which process: acquisition, kalman, compensator, recorder, dashboard, sender
     #[arg(value_name = "NAME")]
     pub name: String,
     /// The pipeline that it belongs to
@@ -66,6 +66,7 @@ fn serve(service: ServiceId, domain: &Domain, folder: &RunFolder, stop: &Stop) -
         ServiceId::Kalman => kalman::run(&hub, &run, folder, stop),
         ServiceId::Compensator => compensator::run(&hub, &run, folder, stop),
         ServiceId::Recorder => recorder::run(&hub, &run, folder, stop),
+        ServiceId::Sender => rate_out::sender::run(&hub, &run, stop),
         ServiceId::Dashboard => dashboard::run(&hub, domain, &run, folder, stop),
     }
 }

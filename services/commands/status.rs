@@ -1,7 +1,7 @@
 //! `truerate status`: what runs, and every stage's latency, once.
 
 use super::print;
-use crate::{clock::now_ns, domain, watch::Watch};
+use crate::{clock::now_ns, domain, live::words, watch::Watch};
 use clap::ValueEnum;
 use ipc_types::{
     Status,
@@ -43,8 +43,14 @@ const PATIENCE: Duration = Duration::from_secs(2);
 /// # Errors
 /// Where no such pipeline runs, or it is another user's.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let watch = Watch::join(&domain::existing(&args.instance)?, "status")?;
-    let status = watch.status(PATIENCE)?;
+    let domain = domain::existing(&args.instance)?;
+    let status = loop {
+        let watch = Watch::join_within(&domain, "status", PATIENCE)?;
+        match watch.status(PATIENCE) {
+            Err(_) if watch.is_outdated() => {}
+            status => break status?,
+        }
+    };
     match args.format {
         Format::Text => print(&text(&args.instance, &status))?,
         Format::Json => print(&serde_json::to_string_pretty(&json(&status))?)?,
@@ -90,6 +96,7 @@ pub fn json(status: &Status) -> Value {
     };
     json!({
         "schema": "truerate.status/1",
+        "source": words::json(&status.source),
         "services": services(status).map(service).collect::<Vec<_>>(),
         "stages": stages(status).map(stage).collect::<Vec<_>>(),
     })
@@ -99,6 +106,9 @@ fn text(instance: &str, status: &Status) -> String {
     let mut out = String::new();
     let age = now_ns().saturating_sub(status.beat_ns) as f64 * 1e-9;
     let _ = writeln!(out, "pipeline '{instance}', supervisor {} ({age:.1} s ago)", status.pid);
+    if let Some(source) = words::text(&status.source) {
+        let _ = writeln!(out, "source: {source}");
+    }
     let _ = writeln!(
         out,
         "{:<12} {:>8} {:<10} {:>8} {:>11} {:>11} {:>8} {:>8} {:>6}",

@@ -18,7 +18,7 @@ use crate::{
     clock::now_ns,
     pulse::Pulse,
     run_folder::{Learned, LearnedAxis, Run, RunFolder, SourceFacts},
-    settings::{Settings, Source, Speed},
+    settings::{Settings, Source},
     stop::Stop,
     wire,
 };
@@ -311,7 +311,7 @@ impl Compensator<'_> {
     /// Asks for a judgement and a search, where they are due.
     fn look_closer(&mut self) {
         let period = self.settings.learning.diagnosis;
-        let live = period > 0.0 && self.settings.speed != Speed::Max;
+        let live = period > 0.0 && !self.settings.lossless();
         if !live || self.pulse.health.received < FEWEST_ROWS {
             return;
         }

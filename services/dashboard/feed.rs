@@ -8,6 +8,7 @@ use super::{
 };
 use crate::{
     clock::now_ns,
+    live::words,
     pulse::Pulse,
     run_folder::{Run, RunFolder},
     supervisor::board::Board,
@@ -206,7 +207,7 @@ fn status_of(status: &Status) -> Value {
             })
         })
         .collect();
-    json!({ "finished": status.finished == 1, "services": services })
+    json!({ "finished": status.finished == 1, "source": words::json(&status.source), "services": services })
 }
 
 /// Quantiles, and counts by octave from the first to the last that has any: the lower edge in ns, the count.

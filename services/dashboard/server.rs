@@ -8,7 +8,7 @@ use super::{
 use axum::{
     Json, Router,
     body::Body,
-    extract::{DefaultBodyLimit, Path as UrlPath, Request, State},
+    extract::{DefaultBodyLimit, FromRequest, Path as UrlPath, Request, State},
     http::{HeaderValue, StatusCode, header},
     middleware::{self, Next},
     response::{
@@ -17,10 +17,18 @@ use axum::{
     },
     routing::{get, post},
 };
+use hyper::server::conn::http1;
+use hyper_util::{
+    rt::{TokioIo, TokioTimer},
+    service::TowerToHyperService,
+};
 use ipc_types::{Command, Reply};
 use serde_json::json;
 use std::{convert::Infallible, io, net::TcpListener, path::PathBuf, sync::Arc, sync::mpsc::Sender, time::Duration};
-use tokio::sync::oneshot;
+use tokio::{
+    sync::{Semaphore, oneshot},
+    time::timeout,
+};
 use tokio_stream::{Stream, StreamExt, once, wrappers::BroadcastStream};
 
 /// A command on its way to the pipeline, and where its answer goes.
@@ -58,6 +66,15 @@ const FILES: [(&str, &str, &str); 7] = [
     ("uplot.css", "text/css", include_str!("../web/uplot/uPlot.min.css")),
 ];
 
+/// The longest order, bytes.
+const LONGEST_ORDER: usize = 8 * 1024;
+/// A request must be here within that.
+const REQUEST: Duration = Duration::from_secs(5);
+/// Connections at a time; more wait.
+const CONNECTIONS: usize = 512;
+/// After a connection that could not be taken.
+const PAUSE: Duration = Duration::from_millis(50);
+
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; connect-src 'self'; \
                       img-src data:; form-action 'none'; frame-ancestors 'none'; base-uri 'none'";
 
@@ -70,7 +87,24 @@ pub fn serve(listener: TcpListener, shop: Shop) -> io::Result<()> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     runtime.block_on(async {
         let listener = tokio::net::TcpListener::from_std(listener)?;
-        axum::serve(listener, router(shop)).await
+        let service = TowerToHyperService::new(router(shop));
+        let room = Arc::new(Semaphore::new(CONNECTIONS));
+        loop {
+            let place = Arc::clone(&room).acquire_owned().await.map_err(io::Error::other)?;
+            let Ok((stream, _)) = listener.accept().await else {
+                tokio::time::sleep(PAUSE).await;
+                continue;
+            };
+            // A head that does not come to its end ends its connection, as does one that stays silent.
+            let connection = http1::Builder::new()
+                .timer(TokioTimer::new())
+                .header_read_timeout(REQUEST)
+                .serve_connection(TokioIo::new(stream), service.clone());
+            tokio::spawn(async move {
+                let _ = connection.await;
+                drop(place);
+            });
+        }
     })
 }
 
@@ -81,7 +115,7 @@ fn router(shop: Shop) -> Router {
         .route("/events", get(events))
         .route("/order", post(order))
         .route("/export/{name}", get(export))
-        .layer(DefaultBodyLimit::max(8 * 1024))
+        .layer(DefaultBodyLimit::max(LONGEST_ORDER))
         .layer(middleware::from_fn_with_state(shop.clone(), guarded))
         .with_state(shop)
 }
@@ -91,6 +125,10 @@ async fn guarded(State(shop): State<Shop>, request: Request, next: Next) -> Resp
     let query = request.uri().query().map(str::to_owned);
     if let Err(refused) = shop.guard.check(request.method(), request.headers(), query.as_deref()) {
         return (StatusCode::FORBIDDEN, refused.to_string()).into_response();
+    }
+    let length = request.headers().get(header::CONTENT_LENGTH).and_then(|value| value.to_str().ok()?.parse().ok());
+    if length.is_some_and(|length: u64| length > LONGEST_ORDER as u64) {
+        return (StatusCode::PAYLOAD_TOO_LARGE, "no order is that long").into_response();
     }
     let first = request.uri().path() == "/" && query.is_some_and(|q| q.contains("token="));
     let mut response = next.run(request).await;
@@ -132,8 +170,13 @@ async fn events(State(shop): State<Shop>) -> Sse<impl Stream<Item = Result<Event
         .keep_alive(KeepAlive::new().interval(Duration::from_secs(2)).text("alive"))
 }
 
-async fn order(State(shop): State<Shop>, Json(order): Json<Order>) -> Response {
+async fn order(State(shop): State<Shop>, request: Request) -> Response {
     let refuse = |status, says: String| (status, Json(json!({ "done": false, "says": says }))).into_response();
+    let order = match timeout(REQUEST, Json::<Order>::from_request(request, &())).await {
+        Ok(Ok(Json(order))) => order,
+        Ok(Err(refused)) => return refused.into_response(),
+        Err(_) => return refuse(StatusCode::REQUEST_TIMEOUT, "the order did not come to its end".into()),
+    };
     let command = match order.command(&shop.folder) {
         Ok(command) => command,
         Err(error) => return refuse(StatusCode::BAD_REQUEST, error.to_string()),

@@ -31,6 +31,9 @@ struct Entry {
 
 impl ColumnMap {
     /// Reads a column map.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is no map.
     pub fn load(file: &Path) -> Result<Self, Problem> {
         let text =
             fs::read_to_string(file).map_err(|cause| Problem::MapFile { file: file.display().to_string(), cause })?;
@@ -43,6 +46,9 @@ impl ColumnMap {
     }
 
     /// The headers with their names renamed.
+    ///
+    /// # Errors
+    /// A name that no header has.
     pub fn rename(&self, headers: &[String]) -> Result<Vec<String>, Problem> {
         let places: HashMap<&str, usize> = headers.iter().enumerate().map(|(i, h)| (h.as_str(), i)).collect();
         let mut renamed = headers.to_vec();

@@ -103,6 +103,14 @@ impl Layout {
         layout.complete(headers, maps)
     }
 
+    /// Understands a line of names between commas, of which nothing else is known.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn of_names(names: &[&[u8]], maps: &Maps) -> Result<Self, Refusal> {
+        Self::new(&Head::of_names(names), maps)
+    }
+
     /// The layout of messages: their own time first, then what was picked of them, in its order.
     ///
     /// # Errors

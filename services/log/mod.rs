@@ -29,9 +29,11 @@ mod whole;
 mod writer;
 
 pub use error::{Known, LogError, Problem, Refused};
-pub use header::Layout;
+pub use header::{Layout, Refusal};
 pub use look::{Look, look};
 pub use reader::Reader;
+pub use row::{Parsed, RowParser};
+pub use tally::RowFault;
 pub use whole::read;
 pub use writer::{RecordWriter, Time, create, write_record};
 
@@ -59,7 +61,7 @@ pub struct Options {
 
 /// The names that channels are given.
 #[derive(Default)]
-struct Maps {
+pub struct Maps {
     columns: Option<ColumnMap>,
     flags: Vec<MapFlag>,
     /// Whether it is a file of a reference alone, which needs no gyro.
@@ -67,12 +69,22 @@ struct Maps {
 }
 
 impl Maps {
-    fn load(options: &Options) -> Result<Self, Problem> {
+    /// Those of a log's own columns.
+    ///
+    /// # Errors
+    /// A map that cannot be read, or is none.
+    pub fn load(options: &Options) -> Result<Self, Problem> {
         let columns = options.columns.as_deref().map(ColumnMap::load).transpose()?;
         let flags = options.map.iter().map(|text| MapFlag::parse(text)).collect::<Result<Vec<_>, _>>()?;
         // With a second file the names of a reference mean its channels.
         let flags = flags.into_iter().filter(|flag| options.reference.is_none() || !flag.is_of_reference());
         Ok(Self { columns, flags: flags.collect(), reference: false })
+    }
+
+    /// The same for rows that hold a reference alone, which needs no gyro.
+    #[must_use]
+    pub fn for_a_reference(self) -> Self {
+        Self { reference: true, ..self }
     }
 
     /// Those of the second file, which the reference is taken from.

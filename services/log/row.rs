@@ -50,12 +50,14 @@ pub struct Parsed {
 
 impl RowParser {
     /// For rows of this layout.
+    #[must_use]
     pub fn new(layout: &Layout, dialect: Dialect) -> Self {
         let free = vec![FreeKind::Unknown; layout.columns.len()];
         Self { free, dialect, clock: None, midnights: 0, finest: i32::MAX, begun: false }
     }
 
     /// What the last digit of a time is worth, the finest of all so far, s.
+    #[must_use]
     pub fn finest_time(&self) -> f64 {
         10_f64.powi(self.finest)
     }

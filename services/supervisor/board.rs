@@ -91,6 +91,7 @@ impl Board {
             pid: std::process::id(),
             finished: u32::from(finished),
             beat_ns: now_ns(),
+            source: self.of(ServiceId::Acquisition).map(|h| h.source).unwrap_or_default(),
             ..Status::default()
         };
         for (slot, (id, pid, restarts, state)) in status.services.iter_mut().zip(processes) {

@@ -7,10 +7,13 @@ pub mod board;
 mod janitor;
 pub mod process;
 pub mod summary;
+pub mod vitals;
+pub mod watchdog;
 
 use crate::{
     clock::now_ns,
     domain::Claim,
+    rate_out::ring::Ring,
     run_folder::{Run, RunFolder},
     settings::Settings,
     stop::Stop,
@@ -30,14 +33,13 @@ use std::{
     process::ExitCode,
     time::{Duration, Instant},
 };
+use watchdog::Watchdog;
 
 /// Between two looks at the processes and two sweeps for what dead ones left.
 const LOOK: Duration = Duration::from_millis(25);
 const STATUS_NS: u64 = 200_000_000;
 /// How long a process may take to end when asked to.
 const PATIENCE: Duration = Duration::from_secs(3);
-/// A process that was silent for that long is ended and started again.
-const SILENCE_NS: u64 = 12_000_000_000;
 /// Deaths in ten seconds after which the domain itself is taken to be broken.
 const BROKEN: usize = 6;
 
@@ -72,6 +74,7 @@ struct Pipeline {
     processes: Vec<Process>,
     board: Board,
     started_ns: Vec<u64>,
+    watchdog: Watchdog,
     status_ns: u64,
     ready: bool,
 }
@@ -99,6 +102,9 @@ pub fn supervise(instance: &str, settings: Settings, stop: &Stop) -> anyhow::Res
     let summary = summary::text(&pipeline.run, &pipeline.folder, &pipeline.board);
     let lost = pipeline.board.lost();
     pipeline.ports = None;
+    if let Some(path) = pipeline.run.settings.ring(pipeline.claim.domain().name()) {
+        Ring::end(&path, pipeline.run.number);
+    }
     pipeline.claim.remove()?;
     let complete = ended?;
     let failed = matches!(complete, End::Hopeless) || (lost > 0 && complete == End::Complete);
@@ -126,6 +132,9 @@ impl Pipeline {
         if settings.record.is_some() {
             wanted.push(ServiceId::Recorder);
         }
+        if settings.has_sender() {
+            wanted.push(ServiceId::Sender);
+        }
         if settings.dashboard != "off" {
             wanted.push(ServiceId::Dashboard);
         }
@@ -145,12 +154,16 @@ impl Pipeline {
                 }
                 claim.wipe()?;
                 clear(&claim)?;
+                claim.domain().begin_generation(now_ns())?;
                 let began_ns = now_ns();
                 let run = Run { number: began_ns ^ (u64::from(std::process::id()) << 44), began_ns, settings };
                 folder.set_run(&run)?;
                 run
             }
         };
+        if let Some(path) = run.settings.ring(claim.domain().name()) {
+            Ring::create(&path, run.number)?;
+        }
         let started_ns = vec![now_ns(); processes.len()];
         let mut pipeline = Self {
             _janitor: janitor,
@@ -161,6 +174,7 @@ impl Pipeline {
             processes,
             board: Board::default(),
             started_ns,
+            watchdog: Watchdog::default(),
             status_ns: 0,
             ready: false,
         };
@@ -184,6 +198,7 @@ impl Pipeline {
         self.ports = None;
         self.end_processes();
         self.claim.wipe()?;
+        self.claim.domain().begin_generation(now_ns())?;
         self.ports = Some(Ports::open(&self.claim).context("a fresh domain")?);
         for process in &mut self.processes {
             let restarts = process.restarts + 1;
@@ -198,6 +213,9 @@ impl Pipeline {
             if stop.asked() {
                 return Ok(End::Interrupted);
             }
+            // What came meanwhile is heard before anybody is called silent.
+            self.hear()?;
+            self.watchdog.look();
             if let Some(end) = self.look_at_processes()? {
                 return Ok(end);
             }
@@ -237,16 +255,25 @@ impl Pipeline {
             if process.is_due() {
                 process.start(self.claim.domain().name(), &self.run.settings)?;
                 self.started_ns[i] = now_ns();
-            } else if let Some(pid) = process.pid() {
-                let beat = self.board.of(process.service).filter(|h| h.pid == pid).map_or(0, |h| h.beat_ns);
-                if now_ns() > beat.max(self.started_ns[i]) + SILENCE_NS {
-                    tracing::warn!("{name} is silent; it is ended");
-                    process.kill();
-                    self.started_ns[i] = now_ns();
-                }
+            } else {
+                self.end_if_it_hangs(i);
             }
         }
         Ok(None)
+    }
+
+    /// Ends a process that has been silent for longer than a slow machine explains.
+    fn end_if_it_hangs(&mut self, i: usize) {
+        let process = &self.processes[i];
+        let (service, Some(pid)) = (process.service, process.pid()) else { return };
+        // What standard input gave cannot be read again: the end of its reader would be the run's.
+        let replaceable = service != ServiceId::Acquisition || !self.run.settings.source.comes_once();
+        let health = self.board.of(service);
+        if let Some(silent) = self.watchdog.hangs(service, pid, health, self.started_ns[i], replaceable) {
+            tracing::warn!("{} is silent for {:.1} s; it is ended", service.name(), silent as f64 * 1e-9);
+            process.kill();
+            self.started_ns[i] = now_ns();
+        }
     }
 
     fn listen(&mut self) -> anyhow::Result<()> {

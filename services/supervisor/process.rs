@@ -95,6 +95,7 @@ impl Process {
     /// Where the program cannot be executed.
     pub fn start(&mut self, instance: &str, settings: &Settings) -> anyhow::Result<()> {
         let input = self.service == ServiceId::Acquisition && settings.source.comes_once();
+        let output = self.service == ServiceId::Sender && settings.uses_standard_output();
         // This very program, even where another one has been installed in its place meanwhile.
         let child = Command::new("/proc/self/exe")
             .arg0("truerate")
@@ -103,7 +104,7 @@ impl Process {
             // a process that judges one log after another would grow with every one.
             .env("MALLOC_MMAP_THRESHOLD_", LARGE_BLOCK)
             .stdin(if input { Stdio::inherit() } else { Stdio::null() })
-            .stdout(Stdio::null())
+            .stdout(if output { Stdio::inherit() } else { Stdio::null() })
             .stderr(Stdio::inherit())
             .process_group(0)
             .spawn()

@@ -2,6 +2,7 @@
 
 use super::board::Board;
 use crate::{
+    live::words,
     model_file,
     run_folder::{Run, RunFolder},
 };
@@ -39,6 +40,9 @@ pub fn text(run: &Run, folder: &RunFolder, board: &Board) -> String {
                 );
             }
         }
+    }
+    if let Some(source) = board.of(ServiceId::Acquisition).and_then(|h| words::text(&h.source)) {
+        let _ = writeln!(out, "source: {source}");
     }
     counts(&mut out, board);
     stages(&mut out, board);

@@ -118,7 +118,12 @@ pub fn run(instance: &str) -> anyhow::Result<()> {
     let orders = Orders::start(instance)?;
     let mut terminal = ratatui::init();
     let result = loop {
-        if let Err(error) = ports.look(&mut scene) {
+        if ports.watch.is_outdated() {
+            match Ports::open(instance) {
+                Ok(anew) => ports = anew,
+                Err(error) => scene.notice = format!("the pipeline is made anew: {error:#}"),
+            }
+        } else if let Err(error) = ports.look(&mut scene) {
             break Err(error);
         }
         scene.pick_an_axis();

@@ -4,6 +4,7 @@ use super::Scene;
 use crate::{
     commands::status::{services, stages},
     dashboard::judgement,
+    live::words,
     report::{units, view::AxisView},
 };
 use ratatui::{
@@ -174,9 +175,11 @@ fn processes(frame: &mut Frame, area: Rect, scene: &Scene) {
         Constraint::Length(10),
         Constraint::Length(5),
     ];
+    let source = scene.status.as_ref().and_then(|s| words::text(&s.source));
+    let block = Block::bordered().title(source.map_or_else(String::new, |source| format!(" source {source} ")));
     let header =
         Row::new(["process", "state", "restarts", "taken", "lost"]).style(Style::new().add_modifier(Modifier::DIM));
-    frame.render_widget(Table::new(rows, widths).header(header).block(Block::bordered()), area);
+    frame.render_widget(Table::new(rows, widths).header(header).block(block), area);
 }
 
 fn latencies(frame: &mut Frame, area: Rect, scene: &Scene) {
@@ -229,6 +232,14 @@ mod tests {
             assert!(screen.contains(text), "{text}:\n{screen}");
         }
         assert!(screen.chars().any(|c| ('\u{2801}'..='\u{28ff}').contains(&c)), "no curve:\n{screen}");
+    }
+
+    #[test]
+    fn a_live_source_is_on_the_screen() {
+        let mut status = ipc_types::Status::default();
+        (status.source.link, status.source.garbled) = (ipc_types::health::Link::Lost as u32, 3);
+        let screen = picture(&Scene { status: Some(status), ..scene() }, 130, 40);
+        assert!(screen.contains("source lost, 0 rows, 3 garbled"), "{screen}");
     }
 
     #[test]

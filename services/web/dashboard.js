@@ -253,7 +253,7 @@
     const status = scene.newest.status;
     if (!status) return;
     const tone = s => ({ running: 'good', failed: 'bad', restarting: 'warn', starting: 'warn' })[s];
-    fill('services', h('h3', 'Processes'), h('.scroll', h('table.values', h('thead', h('tr', ['process', 'state', 'restarts', 'taken', 'given', 'lost', 'refused'].map(t => h('th', t)))),
+    fill('services', h('h3', 'Processes'), status.source && h('p.small' + (status.source.link === 'connected' ? '.soft' : ''), 'Source: ' + status.source.says), h('.scroll', h('table.values', h('thead', h('tr', ['process', 'state', 'restarts', 'taken', 'given', 'lost', 'refused'].map(t => h('th', t)))),
       h('tbody', status.services.map(s => h('tr', h('td', s.name), h('td', h('span.pill' + (tone(s.state) ? '.' + tone(s.state) : ''), s.state)), ...[s.restarts, s.received, s.sent, s.lost, s.rejected].map(v => h('td.number', v.toLocaleString('en')))))))));
   }
   function drawStages() {

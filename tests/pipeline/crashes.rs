@@ -24,14 +24,17 @@ struct Onlooker {
 
 impl Onlooker {
     fn join(pipeline: &mut Pipeline) -> Self {
+        // The topics are there before any process is.
+        pipeline.until("kalman", |p| p.pid("kalman").is_some());
         let mut joined = None;
         pipeline.until("the topics", |p| {
-            joined = Hub::join(&p.domain, "onlooker")
-                .ok()
-                .and_then(|hub| hub.reader(&topic::ESTIMATE, None, Wait::Event).ok().map(|estimates| (hub, estimates)));
+            let hub = Hub::join(&p.domain, "onlooker");
+            let reader = hub.and_then(|hub| Ok((hub.reader(&topic::ESTIMATE, None, Wait::Event)?, hub)));
+            // Shown where the wait is in vain.
+            joined = reader.inspect_err(|error| eprintln!("{error}")).ok();
             joined.is_some()
         });
-        let (hub, estimates) = joined.unwrap();
+        let (estimates, hub) = joined.unwrap();
         Self { estimates, last: Estimate::default(), _hub: hub }
     }
 
@@ -220,12 +223,15 @@ fn parameters_are_marked_stale_while_the_compensator_is_gone() {
         onlooker.last.flags & FLAG_STALE_PARAMETERS == 0
     });
     let pid = pipeline.pid("compensator").unwrap();
+    // Who would begin another one.
+    signal(pipeline.child.id(), Signal::STOP);
     signal(pid, Signal::STOP);
     pipeline.until("stale parameters", |_| {
         onlooker.look();
         onlooker.last.flags & FLAG_STALE_PARAMETERS != 0
     });
     signal(pid, Signal::CONT);
+    signal(pipeline.child.id(), Signal::CONT);
     pipeline.until("fresh parameters again", |_| {
         onlooker.look();
         onlooker.last.flags & FLAG_STALE_PARAMETERS == 0
@@ -307,4 +313,96 @@ fn an_unpaced_run_whose_recorder_is_killed_ends_and_says_so() {
     assert!(ended.error.contains("the recorder died, and what it had is lost"), "{}", ended.error);
     assert!(!record.exists());
     assert!(place.left("recorder").is_empty(), "{:?}", place.left("recorder"));
+}
+
+#[test]
+fn a_process_that_hangs_is_ended_long_before_a_slow_one() {
+    let place = Place::new();
+    let mut pipeline = place.start("hung", &["--source", "sim"]);
+    let mut onlooker = Onlooker::join(&mut pipeline);
+    onlooker.until_on(&mut pipeline, "the first estimate");
+    for service in SERVICES {
+        pipeline.until("all at work", |_| {
+            place
+                .status("hung")
+                .is_some_and(|s| s["services"].as_array().unwrap().iter().all(|service| service["state"] == "running"))
+        });
+        let hung = pipeline.pid(service).unwrap();
+        signal(hung, Signal::STOP);
+        until_back(&mut pipeline, service, hung);
+        onlooker.until_on(&mut pipeline, "estimates after it");
+    }
+    drop(onlooker);
+    let ended = pipeline.interrupt();
+    assert_eq!(ended.code, Some(0), "{}", ended.error);
+    let silences: Vec<f64> = ended
+        .error
+        .lines()
+        .filter_map(|line| line.split_once(" is silent for ")?.1.split(' ').next()?.parse().ok())
+        .collect();
+    assert!(silences.len() == 3 && silences.iter().all(|&s| s < 6.0), "{silences:?}");
+    assert!(place.left("hung").is_empty(), "{:?}", place.left("hung"));
+}
+
+#[test]
+#[ignore = "takes the machine from every other test"]
+fn nobody_is_ended_because_the_machine_is_slow() {
+    let place = Place::new();
+    let mut pipeline = place.start("slow", &["--source", "sim"]);
+    let mut onlooker = Onlooker::join(&mut pipeline);
+    onlooker.until_on(&mut pipeline, "the first estimate");
+    let until = std::time::Instant::now() + Duration::from_secs(8);
+    let burners: Vec<_> = (0..16)
+        .map(|k| {
+            std::thread::spawn(move || {
+                let mut sum: u64 = k;
+                while std::time::Instant::now() < until {
+                    sum = std::hint::black_box(sum.wrapping_mul(31) + 7);
+                }
+            })
+        })
+        .collect();
+    for burner in burners {
+        burner.join().unwrap();
+    }
+    onlooker.until_on(&mut pipeline, "estimates after it");
+    drop(onlooker);
+    let ended = pipeline.interrupt();
+    assert_eq!(ended.code, Some(0), "{}", ended.error);
+    assert!(!ended.error.contains("it is ended"), "{}", ended.error);
+}
+
+#[test]
+fn status_is_not_blind_after_everything_was_begun_again() {
+    let place = Place::new();
+    let mut pipeline = place.start("reset", &["--source", "sim"]);
+    pipeline.until("kalman", |p| p.pid("kalman").is_some());
+    // One that looks all the time.
+    let (stop, stopped) = std::sync::mpsc::channel::<()>();
+    let mut look = place.truerate();
+    look.args(["status", "--instance", "reset"])
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null());
+    let looker = std::thread::spawn(move || {
+        while stopped.try_recv() == Err(std::sync::mpsc::TryRecvError::Empty) {
+            look.status().unwrap();
+        }
+    });
+    let mut dead = 0;
+    pipeline.until("a new beginning", |p| {
+        if let Some(pid) = p.pid("kalman").filter(|&pid| pid != dead) {
+            std::thread::sleep(Duration::from_millis(30));
+            signal(pid, Signal::KILL);
+            dead = pid;
+        }
+        p.errors().contains("everything is ended and begun again")
+    });
+    pipeline.until("the status of what runs", |_| {
+        place.status("reset").is_some_and(|s| s["services"][1]["state"] == "running")
+    });
+    drop(stop);
+    looker.join().unwrap();
+    let ended = pipeline.interrupt();
+    assert_eq!(ended.code, Some(0), "{}", ended.error);
+    assert!(place.left("reset").is_empty(), "{:?}", place.left("reset"));
 }

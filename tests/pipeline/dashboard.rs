@@ -110,3 +110,32 @@ fn nothing_that_a_client_sends_ends_the_dashboard_or_leaves_its_folder() {
     let ended = pipeline.interrupt();
     assert!(ended.code == Some(0) && !ended.error.contains("panicked"), "{}", ended.error);
 }
+
+#[test]
+fn half_a_request_does_not_keep_its_connection() {
+    let place = Place::new();
+    let (pipeline, address, _) = dashboard(&place, "halves", "127.0.0.1:0");
+    let halves = [
+        format!("GET / HTTP/1.1\r\nHost: {address}\r\nX-Half: "),
+        format!(
+            "POST /order HTTP/1.1\r\nHost: {address}\r\nOrigin: http://{address}\r\nContent-Type: application/json\r\n\
+             Content-Length: 1000\r\n\r\n{{"
+        ),
+    ];
+    for half in halves {
+        let mut stream = TcpStream::connect(address).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        stream.write_all(half.as_bytes()).unwrap();
+        let mut answer = Vec::new();
+        stream.read_to_end(&mut answer).expect("it is closed from the other side");
+        let text = String::from_utf8_lossy(&answer);
+        assert!(answer.is_empty() || text.starts_with("HTTP/1.1 408"), "{text}");
+    }
+    let claim = format!(
+        "POST /order HTTP/1.1\r\nHost: {address}\r\nOrigin: http://{address}\r\nContent-Type: application/json\r\n\
+         Content-Length: 1000000000000\r\n\r\n"
+    );
+    assert_eq!(answer(address, claim.as_bytes()).0, 413);
+    assert_eq!(get(address, "/").0, 200, "others are served");
+    assert_eq!(pipeline.interrupt().code, Some(0));
+}

@@ -165,8 +165,24 @@ impl Pipeline {
             std::thread::sleep(Duration::from_millis(10));
         };
         let mut out = String::new();
-        self.child.stdout.take().unwrap().read_to_string(&mut out).unwrap();
+        if let Some(mut stdout) = self.child.stdout.take() {
+            stdout.read_to_string(&mut out).unwrap();
+        }
         Ended { code: status.code(), out, error: self.errors() }
+    }
+
+    /// Waits for its own end while its output is read, however much that is.
+    pub fn end_reading(mut self) -> Ended {
+        let mut stdout = self.child.stdout.take().unwrap();
+        let reader = std::thread::spawn(move || {
+            let mut out = String::new();
+            stdout.read_to_string(&mut out).unwrap();
+            out
+        });
+        self.child.stdout = None;
+        let mut ended = self.end();
+        ended.out = reader.join().unwrap();
+        ended
     }
 
     /// Stops it as Ctrl-C does.
@@ -180,7 +196,7 @@ impl Drop for Pipeline {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
-        for service in ["acquisition", "kalman", "compensator", "recorder", "dashboard"] {
+        for service in ["acquisition", "kalman", "compensator", "recorder", "dashboard", "sender"] {
             if let Some(pid) = self.pid(service) {
                 signal(pid, rustix::process::Signal::KILL);
             }

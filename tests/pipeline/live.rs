@@ -309,6 +309,8 @@ fn added_live_and_offline(seconds: f64, rate_hz: f64) {
     let kalman = pipeline.pid("kalman").unwrap();
     signal(kalman, Signal::STOP);
     pipeline.until("the compensator", |p| p.pid("compensator").is_some());
+    // Nor is kalman ended for being silent.
+    signal(pipeline.child.id(), Signal::STOP);
     let asked = place
         .truerate()
         .args(["control", "--instance", "live", "add", "delay", "--axis", "z"])
@@ -318,6 +320,7 @@ fn added_live_and_offline(seconds: f64, rate_hz: f64) {
         .unwrap();
     std::thread::sleep(std::time::Duration::from_secs(2));
     signal(kalman, Signal::CONT);
+    signal(pipeline.child.id(), Signal::CONT);
     let answered = asked.wait_with_output().unwrap();
     assert!(answered.status.success(), "{answered:?}\n{}", pipeline.errors());
     let ended = pipeline.end();

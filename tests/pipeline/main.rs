@@ -1,15 +1,18 @@
 //! The pipeline as a whole, on the real program: every test in a domain of its own, with a deadline.
 
+mod bad_rows;
 mod crashes;
 mod dashboard;
 mod harness;
 mod live;
+mod rate_out;
 mod recording;
 mod soak;
+mod sources;
 mod table;
 
 use gyro_model::{Axis, Model, fit::fit};
-use harness::{Place, counted, log, parameter, spoilt_log};
+use harness::{Place, counted, log, parameter};
 use std::{
     io::Write,
     thread::sleep,
@@ -166,27 +169,6 @@ fn standard_input_may_pause_for_as_long_as_it_likes() {
         assert_eq!(counted(&ended.out, process, "lost"), 0, "{}", ended.out);
     }
     assert!(place.left("pause").is_empty(), "{:?}", place.left("pause"));
-}
-
-#[test]
-fn a_row_from_standard_input_is_late_since_it_was_read() {
-    const PERIOD: Duration = Duration::from_millis(20);
-    let place = Place::new();
-    let path = place.file("log.csv");
-    spoilt_log(&path, 4.0, 50.0, 6, &[]);
-    let (pipeline, mut input) = place.start_fed("paced", &["--speed", "max"]);
-    for line in std::fs::read_to_string(&path).unwrap().lines() {
-        sleep(PERIOD);
-        writeln!(input, "{line}").unwrap();
-    }
-    drop(input);
-    let ended = pipeline.end();
-    assert_eq!(ended.code, Some(0), "{}{}", ended.out, ended.error);
-    // It is given once the next one has come.
-    let line = ended.out.lines().find(|line| line.starts_with("sample-to-estimate ")).unwrap();
-    let median: f64 = line.split_whitespace().nth(2).unwrap().parse().unwrap();
-    assert!(median > 0.9 * PERIOD.as_micros() as f64, "{}", ended.out);
-    assert!(place.left("paced").is_empty(), "{:?}", place.left("paced"));
 }
 
 #[test]

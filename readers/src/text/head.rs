@@ -33,6 +33,22 @@ pub struct Head {
     pub(super) raw: Vec<u8>,
 }
 
+impl Head {
+    /// Of names between commas that stand in one line, nothing else being known.
+    #[must_use]
+    pub fn of_names(names: &[&[u8]]) -> Self {
+        let bare = |name: &&[u8]| String::from_utf8_lossy(name.trim_ascii()).into_owned();
+        Self {
+            names: names.iter().map(bare).collect(),
+            units: vec![None; names.len()],
+            line: Some(1),
+            dialect: CSV,
+            samples: Vec::new(),
+            raw: Vec::new(),
+        }
+    }
+}
+
 /// Why there is no table.
 #[derive(Debug, thiserror::Error)]
 pub enum HeadError {

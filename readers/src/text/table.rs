@@ -26,6 +26,12 @@ pub struct TextRow<'a> {
 }
 
 impl<'a> TextRow<'a> {
+    /// A line whose fields stand at these places.
+    #[must_use]
+    pub fn new(bytes: &'a [u8], fields: &'a [Range<usize>], line: u64) -> Self {
+        Self { bytes, fields, line }
+    }
+
     /// Its fields, in order.
     #[must_use]
     pub fn fields(self) -> impl ExactSizeIterator<Item = &'a [u8]> {

@@ -1,0 +1,76 @@
+//! What bytes are: rows in them, and what is none. One format a file, all alike.
+
+pub mod frames;
+pub mod lines;
+pub mod mavlink;
+
+use super::{Content, Fault, address::Address};
+use crate::log::Problem;
+use gyro_model::Row;
+use std::{path::Path, str::FromStr};
+
+/// The formats.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Lines of comma-separated fields below a header.
+    Csv,
+    /// Binary frames with a checksum.
+    Frames,
+    /// MAVLink 1 and 2.
+    Mavlink,
+}
+
+impl FromStr for Kind {
+    type Err = ();
+
+    fn from_str(text: &str) -> Result<Self, ()> {
+        match text {
+            "csv" => Ok(Self::Csv),
+            "frames" => Ok(Self::Frames),
+            _ => Err(()),
+        }
+    }
+}
+
+/// What is found in bytes.
+#[derive(Debug)]
+#[allow(clippy::large_enum_variant, reason = "a box would be an allocation a row")]
+pub enum Found {
+    /// A row, and its time on the source's own clock, ns.
+    Row(Row, i128),
+    /// What is no good, and the words for it.
+    Fault(Fault, String),
+    /// So many rows are missing by the source's own count.
+    Missed(u64),
+    /// The source may have begun again: a clock that goes back now is no mistake.
+    Begins,
+}
+
+/// Finds rows in bytes.
+pub trait Format: Send {
+    /// Takes bytes in the order in which they came.
+    fn take(&mut self, bytes: &[u8], found: &mut dyn FnMut(Found));
+
+    /// What has begun does not go on: the link was lost, or its packet is over.
+    fn cut(&mut self, found: &mut dyn FnMut(Found));
+
+    /// What the rows hold, as soon as it is known; it does not change after that.
+    fn content(&self) -> Option<&Content>;
+
+    /// Why there is no row in all that came, where it has to be said.
+    fn refusal(&self) -> Option<&Problem> {
+        None
+    }
+}
+
+/// The format of an address.
+///
+/// # Errors
+/// A column map, or a header in the address, that is none.
+pub fn of(address: &Address, columns: Option<&Path>) -> anyhow::Result<Box<dyn Format>> {
+    Ok(match address.format {
+        Kind::Csv => Box::new(lines::Lines::new(address.header.as_deref(), columns, address.is_reference)?),
+        Kind::Frames => Box::new(frames::Frames::default()),
+        Kind::Mavlink => Box::new(mavlink::Mavlink::default()),
+    })
+}

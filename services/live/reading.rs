@@ -1,0 +1,230 @@
+//! The thread that reads a live source: it opens the link again when it is lost, and takes the time at which bytes came.
+
+use super::{
+    Address, Tally,
+    format::{Format, Found},
+    link::{self, Got, Link},
+    stream::{Arrival, LOOK, Origin, Told, Watched},
+    timeline::{Timed, Timeline},
+};
+use crate::{
+    clock::now_ns,
+    log::{LogError, Problem},
+};
+use anyhow::anyhow;
+use ipc_types::health;
+use std::{
+    io,
+    sync::{Arc, Mutex, PoisonError, mpsc::SyncSender},
+    thread,
+    time::Duration,
+};
+
+/// The first pause before a link is opened again, and the longest.
+const PAUSES: [Duration; 2] = [Duration::from_millis(50), Duration::from_secs(2)];
+/// Bytes that are read at once.
+const CHUNK: usize = 1 << 14;
+/// Lines without a header after which it is said.
+const HEADERLESS: u64 = 50;
+/// What may be done about it.
+const HEADER: &str = "…?header=t,gyro_z,ref_angle_z";
+
+/// Why a link is left.
+enum Left {
+    /// It has ended, or is lost.
+    Over(Option<io::Error>),
+    /// Nobody takes the rows any more.
+    Unheard,
+}
+
+/// The reading end.
+pub(super) struct Reading {
+    address: Address,
+    format: Box<dyn Format>,
+    timeline: Timeline,
+    tally: Tally,
+    watched: Arc<Mutex<Watched>>,
+    opened: Option<SyncSender<Origin>>,
+    give: SyncSender<Told>,
+    headerless: bool,
+}
+
+impl Reading {
+    /// Of a source that is not open yet: `opened` is told what rows hold, `give` takes them.
+    pub(super) fn new(
+        address: Address,
+        format: Box<dyn Format>,
+        timeline: Timeline,
+        watched: Arc<Mutex<Watched>>,
+        opened: SyncSender<Origin>,
+        give: SyncSender<Told>,
+    ) -> Self {
+        let (tally, opened) = (Tally::default(), Some(opened));
+        Self { address, format, timeline, tally, watched, opened, give, headerless: false }
+    }
+
+    /// Reads, until a pipe ends or nobody takes the rows any more.
+    pub(super) fn run(mut self) {
+        let mut pause = PAUSES[0];
+        let mut told = false;
+        self.become_link(health::Link::Waiting);
+        loop {
+            let rows = self.tally.counts.rows;
+            let over = match link::open(&self.address) {
+                Ok(mut link) => {
+                    self.tally.counts.reconnects += u32::from(rows > 0);
+                    self.become_link(health::Link::Connected);
+                    match self.read(link.as_mut()) {
+                        Left::Over(why) => why,
+                        Left::Unheard => return,
+                    }
+                }
+                Err(error) => Some(error),
+            };
+            if self.address.is_pipe() {
+                self.end(over);
+                return;
+            }
+            if self.tally.counts.rows > rows {
+                // It was good: the next trouble is told anew.
+                (pause, told) = (PAUSES[0], false);
+            }
+            if !std::mem::replace(&mut told, true) {
+                let why = over.map_or_else(|| "it has ended".to_owned(), |error| error.to_string());
+                tracing::warn!("{}: {why}; it is opened again as soon as it is there", self.address);
+            }
+            thread::sleep(pause);
+            pause = (2 * pause).min(PAUSES[1]);
+        }
+    }
+
+    /// Reads until the link is over.
+    fn read(&mut self, link: &mut dyn Link) -> Left {
+        let mut buffer = vec![0; CHUNK];
+        let mut heard_ns = now_ns();
+        loop {
+            let over = match link.read(&mut buffer, LOOK) {
+                Ok(Got::Bytes(n)) => {
+                    heard_ns = now_ns();
+                    if !self.take(&buffer[..n], link.gives_packets()) {
+                        return Left::Unheard;
+                    }
+                    continue;
+                }
+                Ok(Got::Nothing) => match self.address.silence {
+                    Some(silence) if now_ns() > heard_ns + silence.as_nanos() as u64 => {
+                        Some(io::ErrorKind::TimedOut.into())
+                    }
+                    _ => continue,
+                },
+                Ok(Got::End) => None,
+                Err(error) => Some(error),
+            };
+            self.lose();
+            return Left::Over(over);
+        }
+    }
+
+    /// The link is over: what was half here is no row, and the source's clock may begin again.
+    fn lose(&mut self) {
+        if !self.hand_over(|format, found| format.cut(found)) {
+            return;
+        }
+        if self.address.is_pipe() {
+            return;
+        }
+        self.timeline.expect_beginning();
+        self.become_link(if self.tally.counts.rows > 0 { health::Link::Lost } else { health::Link::Waiting });
+    }
+
+    fn take(&mut self, bytes: &[u8], is_packet: bool) -> bool {
+        self.hand_over(|format, found| {
+            format.take(bytes, found);
+            if is_packet {
+                format.cut(found);
+            }
+        })
+    }
+
+    /// Hands on what a format finds; whether somebody takes it.
+    fn hand_over(&mut self, find: impl FnOnce(&mut dyn Format, &mut dyn FnMut(Found))) -> bool {
+        let Self { format, timeline, tally, opened, give, .. } = self;
+        let arrived_ns = now_ns();
+        let (mut heard, mut rows, mut waiting) = (true, 0, Vec::new());
+        find(format.as_mut(), &mut |found| match found {
+            Found::Row(row, own) => timeline.take(row, own, arrived_ns, tally, |Timed { row, arrived_ns }| {
+                rows += 1;
+                let told = Told::Row(Arrival { row, read_ns: arrived_ns });
+                if opened.is_some() {
+                    // Until it is said what rows hold.
+                    waiting.push(told);
+                } else {
+                    heard &= give.send(told).is_ok();
+                }
+            }),
+            Found::Fault(fault, says) => tally.add(fault, &says),
+            Found::Missed(rows) => tally.counts.missed += rows,
+            Found::Begins => timeline.expect_beginning(),
+        });
+        tally.counts.rows += rows;
+        if !waiting.is_empty() {
+            self.say_what_rows_hold();
+            for told in waiting {
+                heard &= self.give.send(told).is_ok();
+            }
+        }
+        self.watch(rows > 0);
+        heard
+    }
+
+    fn say_what_rows_hold(&mut self) {
+        if let (Some(content), Some(opened)) = (self.format.content(), self.opened.take()) {
+            let _ = opened.send(Origin { content: content.clone(), start_ns: self.timeline.start_ns() });
+        }
+    }
+
+    /// Shows the counts.
+    fn watch(&mut self, has_rows: bool) {
+        let counts = &mut self.tally.counts;
+        if has_rows {
+            counts.link = health::Link::Connected as u32;
+        } else if counts.rows == 0 && counts.remarks >= HEADERLESS && !std::mem::replace(&mut self.headerless, true) {
+            let why = self.format.refusal().map_or_else(|| "no row so far".to_owned(), ToString::to_string);
+            tracing::warn!("{}: {why}; or say the columns in the address: {HEADER}", self.address);
+        }
+        let mut watched = self.watched.lock().unwrap_or_else(PoisonError::into_inner);
+        watched.counts = *counts;
+        if has_rows {
+            watched.row_ns = now_ns();
+        }
+    }
+
+    fn become_link(&mut self, link: health::Link) {
+        self.tally.counts.link = link as u32;
+        self.watch(false);
+    }
+
+    /// The end of a pipe.
+    fn end(mut self, error: Option<io::Error>) {
+        let name = self.address.to_string();
+        let refuse = |problem| Told::Failed(LogError::new(&name, None, None, problem).into());
+        let told = match (error, self.format.content()) {
+            (Some(error), _) if self.tally.counts.rows == 0 && error.kind() == io::ErrorKind::NotFound => {
+                refuse(Problem::Open(error))
+            }
+            (Some(error), _) => refuse(Problem::Read(error)),
+            (None, Some(_)) => Told::End,
+            (None, None) => match self.format.refusal() {
+                Some(problem) => Told::Failed(anyhow!("{name}: {problem}")),
+                None => refuse(Problem::Empty),
+            },
+        };
+        if matches!(told, Told::End) {
+            self.say_what_rows_hold();
+        }
+        self.become_link(health::Link::Ended);
+        // Whoever waits for the first row must find the reason.
+        let _ = self.give.send(told);
+        drop(self.opened.take());
+    }
+}

@@ -1,0 +1,55 @@
+//! How a live source is, in words: for `status`, `top`, the dashboard and a run's summary.
+
+use ipc_types::health::{Link, SourceHealth};
+use serde_json::{Value, json};
+use std::fmt::Write;
+
+/// One line; `None` where the source is not live.
+#[must_use]
+pub fn text(source: &SourceHealth) -> Option<String> {
+    if source.link == Link::None as u32 {
+        return None;
+    }
+    let mut out = format!("{}, {} rows", Link::name(source.link), source.rows);
+    let counted = [
+        (source.garbled, "garbled", "garbled"),
+        (source.cut, "of another length", "of another length"),
+        (source.times, "with no new time", "with no new time"),
+        (source.missed, "missed", "missed"),
+        (source.values, "value refused", "values refused"),
+        (source.remarks, "line of text", "lines of text"),
+        (source.segments, "clock restart", "clock restarts"),
+        (source.reconnects.into(), "reconnect", "reconnects"),
+    ];
+    for (count, one, many) in counted.into_iter().filter(|c| c.0 > 0) {
+        let _ = write!(out, ", {count} {}", if count == 1 { one } else { many });
+    }
+    Some(out)
+}
+
+/// For programs; null where the source is not live.
+#[must_use]
+pub fn json(source: &SourceHealth) -> Value {
+    if source.link == Link::None as u32 {
+        return Value::Null;
+    }
+    json!({
+        "link": Link::name(source.link), "reconnects": source.reconnects, "rows": source.rows, "garbled": source.garbled,
+        "cut": source.cut, "remarks": source.remarks, "values": source.values, "times": source.times,
+        "missed": source.missed, "segments": source.segments, "says": text(source),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Link, SourceHealth, json, text};
+
+    #[test]
+    fn only_what_happened_is_said() {
+        let source =
+            SourceHealth { link: Link::Lost as u32, rows: 7, garbled: 2, reconnects: 1, ..SourceHealth::default() };
+        assert_eq!(text(&source).unwrap(), "lost, 7 rows, 2 garbled, 1 reconnect");
+        assert_eq!(json(&source)["garbled"], 2);
+        assert!(text(&SourceHealth::default()).is_none() && json(&SourceHealth::default()).is_null());
+    }
+}

@@ -1,0 +1,60 @@
+//! Who hangs: a process that has been silent for longer than a slow machine explains.
+
+use super::vitals::{LONGEST_NS, SILENCE_NS, Vitals};
+use crate::clock::now_ns;
+use ipc_types::{Health, ServiceId, State};
+use std::collections::BTreeMap;
+
+/// A supervisor that looks so late had no time itself, and says nothing of others, ns.
+const LATE_NS: u64 = 150_000_000;
+
+/// What was seen of the processes.
+#[derive(Debug, Default)]
+pub struct Watchdog {
+    /// How each was at its last beat.
+    before: BTreeMap<ServiceId, (u64, Vitals)>,
+    /// When the supervisor looked last, and when it was late last.
+    looked_ns: u64,
+    late_ns: u64,
+}
+
+impl Watchdog {
+    /// The supervisor looks; it does so many times a second.
+    pub fn look(&mut self) {
+        let now = now_ns();
+        if now > self.looked_ns + LATE_NS {
+            self.late_ns = now;
+        }
+        self.looked_ns = now;
+    }
+
+    /// How long this process has been silent, ns, where that is too long. `health` is its last word, it was begun at
+    /// `started_ns`; one that is not `replaceable` is given the most time.
+    pub fn hangs(
+        &mut self,
+        service: ServiceId,
+        pid: u32,
+        health: Option<&Health>,
+        started_ns: u64,
+        replaceable: bool,
+    ) -> Option<u64> {
+        let health = health.filter(|health| health.pid == pid);
+        let beat = health.map_or(0, |health| health.beat_ns);
+        if self.before.get(&service).is_none_or(|(of, _)| *of != beat)
+            && let Some(vitals) = Vitals::of(pid)
+        {
+            self.before.insert(service, (beat, vitals));
+        }
+        let silent = now_ns().saturating_sub(beat.max(started_ns));
+        if silent <= SILENCE_NS {
+            return None;
+        }
+        let at_work = health.is_some_and(|health| health.state != State::Starting as u32);
+        let fair = at_work && replaceable && now_ns() > self.late_ns + SILENCE_NS;
+        let patience = match (self.before.get(&service), Vitals::of(pid)) {
+            (Some((_, before)), Some(now)) if fair => now.patience_ns(before, silent),
+            _ => LONGEST_NS,
+        };
+        (silent > patience).then_some(silent)
+    }
+}
