@@ -229,7 +229,8 @@ fn exchange<'a>(
                 && are_aliases(old, c.term.effect.card().id)
                 && WITH_BOTH * (1.0 - c.removes) * present.excess(series) < most
         };
-        if !present.scanned(options.own_effects).iter().any(promises) {
+        // What a whole sensor has is scanned on one axis, and fitted on all.
+        if axes.len() == 1 && !present.scanned(options.own_effects).iter().any(promises) {
             return None;
         }
         let tried = in_the_place_of(old, present, series, options, are_aliases).into_iter().filter_map(|rival| {

@@ -251,7 +251,10 @@ impl<'a> Present<'a> {
         let least = own().map(|r| r.excess).fold(f64::INFINITY, f64::min);
         let most = own().map(|r| r.rise).filter(|rise| rise.is_finite()).fold(0.0, f64::max);
         let left = GRID * (1.0 - candidate.removes) * self.excess(candidate.series);
-        left < least || candidate.score > GRID * most || candidate.term.effect.stage() == Stage::Reading
+        // What a whole sensor has is scanned on one axis, and fitted on all.
+        let is_scanned_in_part = of_whole_sensor(candidate.term.effect) && self.study.bench.problem.series.len() > 1;
+        let is_read_off = candidate.term.effect.stage() == Stage::Reading;
+        is_read_off || is_scanned_in_part || left < least || candidate.score > GRID * most
     }
 
     /// What may be missing, at the shapes to start from: of the catalogue and of the `extra` effects, which are the same
