@@ -10,22 +10,39 @@
 //! makes λ and the rank test independent of units. A direction in which S has no weight is left alone, and the
 //! parameters that lie in it are named.
 
+#![allow(clippy::inline_always)] // what is not inlined is not compiled for the wider instructions
+
 use faer::{Mat, Side, linalg::solvers::Solve as _};
 
-/// Σ aᵢ bᵢ, in eight sums side by side: one sum would wait for itself at every term.
+/// Σ aᵢ bᵢ over the shorter of the two, with the widest instructions that the machine has.
 #[must_use]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    const LANES: usize = 8;
-    let (a, b) = (&a[..a.len().min(b.len())], &b[..a.len().min(b.len())]);
-    let (heads, others) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
-    let rest: f64 = heads.remainder().iter().zip(others.remainder()).map(|(x, y)| x * y).sum();
-    let mut sums = [0.0; LANES];
-    for (x, y) in heads.zip(others) {
-        for lane in 0..LANES {
-            sums[lane] += x[lane] * y[lane];
+    let length = a.len().min(b.len());
+    pulp::Arch::new().dispatch(Dot { a: &a[..length], b: &b[..length] })
+}
+
+/// A scalar product, in sums side by side: one sum would wait for itself at every term.
+struct Dot<'a> {
+    a: &'a [f64],
+    b: &'a [f64],
+}
+
+impl pulp::NullaryFnOnce for Dot<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn call(self) -> f64 {
+        const LANES: usize = 16;
+        let (heads, others) = (self.a.chunks_exact(LANES), self.b.chunks_exact(LANES));
+        let rest: f64 = heads.remainder().iter().zip(others.remainder()).map(|(x, y)| x * y).sum();
+        let mut sums = [0.0; LANES];
+        for (x, y) in heads.zip(others) {
+            for lane in 0..LANES {
+                sums[lane] += x[lane] * y[lane];
+            }
         }
+        sums.iter().sum::<f64>() + rest
     }
-    sums.iter().sum::<f64>() + rest
 }
 
 /// The normal equations at one point.
@@ -225,6 +242,13 @@ pub fn minimise(
         let Some(step) = solve(&normal, lambda) else { break };
         let (longest, steps) = (options.longest_step, values.iter().zip(&step).zip(bounds));
         let trial: Vec<f64> = steps.map(|((v, s), b)| (v + s.clamp(-longest, longest)).clamp(b.0, b.1)).collect();
+        let moved: Vec<f64> = trial.iter().zip(&values).map(|(t, v)| t - v).collect();
+        // A step that was cut short is another one than these equations ask for: what it brings is to be seen.
+        let is_whole = moved.iter().zip(&step).all(|(m, s)| (m - s).abs() <= 1e-9 * s.abs());
+        if is_whole && normal.cost - normal.cost_after(&moved) <= HOPELESS * enough(normal.cost) {
+            converged = true;
+            break;
+        }
         let cost = evaluate(&trial, false).cost;
         if cost.is_finite() && cost <= normal.cost {
             let fall = normal.cost - cost;
@@ -247,6 +271,9 @@ pub fn minimise(
     let (inverse, unobservable) = invert(&normal.matrix, options.rank_tolerance);
     Solution { values, cost: normal.cost, inverse, iterations, unobservable, converged }
 }
+
+/// Share of the fall with which it is converged that a step has to promise to be tried.
+const HOPELESS: f64 = 0.1;
 
 fn scales(matrix: &Mat<f64>) -> Vec<f64> {
     (0..matrix.nrows()).map(|i| matrix[(i, i)].sqrt()).map(|d| if d > 0.0 && d.is_finite() { d } else { 1.0 }).collect()

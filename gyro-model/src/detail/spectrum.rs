@@ -1,7 +1,7 @@
 //! Amplitude spectral densities by Welch's method (Hann windows, half overlap).
 
 use super::{Input, Referenced, Spectrum, short, some};
-use realfft::RealFftPlanner;
+use crate::evidence::spectrum;
 use std::f64::consts::PI;
 
 /// Length of one segment; lines keep their height because no bins are merged.
@@ -58,23 +58,17 @@ fn even(t: &[f64], y: &[f64], dt: f64) -> Vec<f64> {
 
 /// One-sided power spectral density, unit²/Hz, at i/(segment·dt); empty where there is less than one segment.
 fn welch(y: &[f64], dt: f64, segment: usize) -> Vec<f64> {
-    let fft = RealFftPlanner::<f64>::new().plan_fft_forward(segment);
-    let window: Vec<f64> = (0..segment).map(|i| 0.5 - 0.5 * (2.0 * PI * i as f64 / segment as f64).cos()).collect();
+    let window = spectrum::hann(segment);
     let power: f64 = window.iter().map(|w| w * w).sum();
     let mut sum = vec![0.0; segment / 2 + 1];
     let mut count = 0.0;
-    let mut out = fft.make_output_vec();
     let mut start = 0;
     while start + segment <= y.len() {
         let piece = &y[start..start + segment];
         let mean = piece.iter().sum::<f64>() / segment as f64;
         let mut buffer: Vec<f64> = piece.iter().zip(&window).map(|(v, w)| (v - mean) * w).collect();
-        if fft.process(&mut buffer, &mut out).is_ok() {
-            for (s, c) in sum.iter_mut().zip(&out) {
-                *s += c.norm_sqr();
-            }
-            count += 1.0;
-        }
+        sum.iter_mut().zip(spectrum::power(&mut buffer)).for_each(|(sum, own)| *sum += own);
+        count += 1.0;
         start += segment / 2;
     }
     if count == 0.0 { Vec::new() } else { sum.iter().map(|s| 2.0 * s * dt / (power * count)).collect() }

@@ -19,6 +19,9 @@ use crate::{effects::Effect, evidence::study::Study};
 /// Effects that are added on trial at most.
 const TRIED: usize = 3;
 
+/// J that all suspects together leave, to first order, beyond which no few of them bring it down to the noise.
+const OUT_OF_REACH: f64 = 4.0;
+
 /// One effect on the way.
 pub(super) struct Step<'a> {
     /// The model with it.
@@ -37,6 +40,9 @@ pub(super) fn ahead<'a>(
     progress: &(dyn Fn(&str) + Sync),
 ) -> Option<Vec<Step<'a>>> {
     if present.study.bench.problem.series.len() > 1 {
+        return None;
+    }
+    if present.reachable(0, extra) > OUT_OF_REACH {
         return None;
     }
     if let Some(way) = two(present, extra, progress) {

@@ -12,7 +12,7 @@ use crate::{
         noise::{self, Gls},
         prior,
         series::{Rest, Series},
-        study::{Study, difference},
+        study::{Study, scaled},
         whiten::Whitener,
     },
     nls::{self, dot},
@@ -236,6 +236,13 @@ impl<'a> Scanner<'a> {
         tone::is_felt(self.study, index, Line { frequency: f, sine: step[0], cosine: step[1] })
     }
 
+    /// Share of J that is left where all these candidates of one axis join at their shapes, everything refitted linearly: fewer
+    /// of them leave no less.
+    pub(super) fn leaves(&self, list: &[&Candidate]) -> f64 {
+        let columns = parallel::map(list, |c| self.along(c.series, &c.term)).concat();
+        1.0 - self.lowers(&columns, false, None).0
+    }
+
     /// Share of J that is removed where the columns join, everything refitted linearly, and their coefficients; `fixed`
     /// joins the one column with coefficient 1. Steps that the suspect is unsure of count neither before nor after.
     fn lowers(&self, columns: &[Vec<Vec<f64>>], fixed: bool, without: Option<&[bool]>) -> (f64, Vec<f64>) {
@@ -303,7 +310,7 @@ impl<'a> Scanner<'a> {
             return None;
         }
         let (study, model) = (self.study, with_term(self.study, index, term.clone()));
-        let moved = study.bench.problem.evaluate_one(&model, &study.warm, &study.evaluation, index);
+        let moved = study.bench.problem.evaluate(&model, &study.warm);
         study.bench.problem.unsure(&moved, index)
     }
 
@@ -336,9 +343,10 @@ impl<'a> Scanner<'a> {
 
     /// (residual with the term − residual)/h.
     fn column(&self, index: usize, term: &Term, h: f64) -> Vec<Vec<f64>> {
-        let model = with_term(self.study, index, term.clone());
-        let moved = self.study.bench.problem.evaluate_one(&model, &self.study.warm, &self.study.evaluation, index);
-        difference(&moved, &self.study.evaluation, h)
+        let Study { bench, model, warm, evaluation, .. } = self.study;
+        let axis = bench.problem.series[index].axis.index();
+        let last = model.axes[axis].as_ref().map_or(0, |own| own.terms.len());
+        scaled(bench.problem.difference(model, warm, evaluation, (index, last), term), h)
     }
 
     /// The scalar product of two columns, over all channels.

@@ -223,6 +223,16 @@ fn exchange<'a>(
         let whole = find(old).is_some_and(of_whole_sensor);
         let has = |k: &usize| *k == series || whole && added(present, start, axes[*k]).contains(&old);
         let own: Vec<usize> = (0..axes.len()).filter(has).collect();
+        // With both in the model the error is no larger than with the one in the other's place.
+        let promises = |c: &Candidate| {
+            c.series == series
+                && are_aliases(old, c.term.effect.card().id)
+                && WITH_BOTH * (1.0 - c.removes) * present.excess(series) < most
+        };
+        // What a whole sensor has is scanned on one axis, and fitted on all.
+        if axes.len() == 1 && !present.scanned(options.own_effects).iter().any(promises) {
+            return None;
+        }
         let tried = in_the_place_of(old, present, series, options, are_aliases).into_iter().filter_map(|rival| {
             let term = &rival.candidate.term;
             let new = term.effect.card().id;
@@ -245,6 +255,9 @@ fn exchange<'a>(
         (best.0 < most).then_some((best.1, best.2))
     })
 }
+
+/// Share of the error that is left of what the scan says, where a shape lies between two points of its grid.
+const WITH_BOTH: f64 = 0.4;
 
 /// An effect of the model and those that are its `like`, each refitted in its place.
 fn in_the_place_of<'a>(

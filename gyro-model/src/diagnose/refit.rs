@@ -220,7 +220,11 @@ impl<'a> Present<'a> {
         let of = |k: usize| all.iter().filter(|c| c.series == k).cloned().collect::<Vec<_>>();
         let list: Vec<Candidate> = (0..axes).flat_map(|k| leaders(of(k), most)).collect();
         progress(&list.iter().map(|c| c.term.effect.card().id).collect::<Vec<_>>().join(", "));
-        let mut left = parallel::map(&list, |candidate| self.refit(candidate.clone()));
+        let (first, rest): (Vec<Candidate>, Vec<Candidate>) = promising(list, axes);
+        let mut left = parallel::map(&first, |candidate| self.refit(candidate.clone()));
+        // What can win by neither measure is not fitted.
+        let rest: Vec<Candidate> = rest.into_iter().filter(|c| self.may_win(c, &left)).collect();
+        left.extend(parallel::map(&rest, |candidate| self.refit(candidate.clone())));
         let mut refits = Vec::new();
         for k in 0..axes {
             let mut own = left.extract_if(.., |r| r.candidate.series == k).collect();
@@ -240,9 +244,22 @@ impl<'a> Present<'a> {
         refits
     }
 
+    /// Whether a candidate may yet come near the best of these by the error or by the likelihood, its shape being found to a
+    /// grid's step only.
+    fn may_win(&self, candidate: &Candidate, fitted: &[Refit]) -> bool {
+        let own = || fitted.iter().filter(|r| r.candidate.series == candidate.series && !r.at_bound());
+        let least = own().map(|r| r.excess).fold(f64::INFINITY, f64::min);
+        let most = own().map(|r| r.rise).filter(|rise| rise.is_finite()).fold(0.0, f64::max);
+        let left = GRID * (1.0 - candidate.removes) * self.excess(candidate.series);
+        // What a whole sensor has is scanned on one axis, and fitted on all.
+        let is_scanned_in_part = of_whole_sensor(candidate.term.effect) && self.study.bench.problem.series.len() > 1;
+        let is_read_off = candidate.term.effect.stage() == Stage::Reading;
+        is_read_off || is_scanned_in_part || left < least || candidate.score > GRID * most
+    }
+
     /// What may be missing, at the shapes to start from: of the catalogue and of the `extra` effects, which are the same
     /// throughout a search.
-    fn scanned(&self, extra: &[&'static dyn Effect]) -> &[Candidate] {
+    pub(super) fn scanned(&self, extra: &[&'static dyn Effect]) -> &[Candidate] {
         self.scanned.get_or_init(|| scan(&self.study, &self.gls, &self.draws, extra))
     }
 
@@ -257,6 +274,13 @@ impl<'a> Present<'a> {
     /// Whether what the model has already makes all that a term could.
     pub(super) fn spans(&self, term: &Term, series: usize) -> bool {
         Scanner::new(&self.study, &self.gls, &self.draws).spans(series, term)
+    }
+
+    /// J of an axis with everything that the scan found for it, to first order: the least that any of it together may leave.
+    pub(super) fn reachable(&self, series: usize, extra: &[&'static dyn Effect]) -> f64 {
+        let is_own = |c: &&Candidate| c.series == series && c.term.effect.stage() != Stage::Reading;
+        let own: Vec<&Candidate> = self.scanned(extra).iter().filter(is_own).collect();
+        self.excess(series) * Scanner::new(&self.study, &self.gls, &self.draws).leaves(&own)
     }
 
     /// Two suspects of one axis that hide one another.
@@ -298,14 +322,13 @@ impl<'a> Present<'a> {
         let mut model = with_term_throughout(&self.study, series, &candidate.term);
         stand_as_in(&mut model, joint, candidate.term.effect);
         let every = self.study.every;
-        let study = Study::fit(self.study.bench, &model, Some(&self.study.frozen())).reading(every);
+        let study = self.study.fit_from(&model, &self.study.frozen()).reading(every);
         let has_more = |(k, s): (usize, &Series)| {
             model.axes[s.axis.index()].as_ref().is_some_and(|model| model.terms.len() > self.terms(k))
         };
         candidate.freedom *= self.study.bench.problem.series.iter().enumerate().filter(|s| has_more(*s)).count();
         let gls = study.identify(&[self.gls.noise]);
         let (study, gls) = study.refine_tones(gls);
-        let gls = noise::likelier(&study, &gls, &self.gls.noise).unwrap_or(gls);
         // What the suspect leaves out, the present model has to be judged without; and a noise that was found beside the
         // suspect may be the likelier one without it too.
         let other;
@@ -357,6 +380,25 @@ fn stand_as_in(model: &mut Model, joint: &Model, but: &dyn Effect) {
         }
     }
 }
+
+/// The candidates of each axis that promise most, by either measure, and the rest.
+fn promising(list: Vec<Candidate>, axes: usize) -> (Vec<Candidate>, Vec<Candidate>) {
+    let mut first = vec![false; list.len()];
+    for axis in 0..axes {
+        for by in [|c: &Candidate| c.removes, |c: &Candidate| c.score] {
+            let own = (0..list.len()).filter(|&k| list[k].series == axis && !first[k]);
+            if let Some(best) = own.max_by(|&a, &b| by(&list[a]).total_cmp(&by(&list[b]))) {
+                first[best] = true;
+            }
+        }
+    }
+    let (first, rest): (Vec<_>, Vec<_>) = list.into_iter().zip(first).partition(|(_, first)| *first);
+    let only = |list: Vec<(Candidate, bool)>| list.into_iter().map(|(candidate, _)| candidate).collect();
+    (only(first), only(rest))
+}
+
+/// Share of the error, or of a rise of ln L, that finding the shape between two points of a grid may still change.
+const GRID: f64 = 0.4;
 
 /// Whether the scan promises that an effect lowers the error.
 fn lowers(candidate: &Candidate) -> bool {

@@ -7,15 +7,15 @@
 use crate::{
     Term,
     evidence::{
-        line::{Line, crest, hann},
+        line::{Line, crest},
         prior::Rough,
         series::Series,
+        spectrum::{self, hann},
         study::Study,
     },
     order::median,
 };
-use realfft::RealFftPlanner;
-use std::ops::RangeInclusive;
+use std::{cell::LazyCell, ops::RangeInclusive};
 
 /// How many separate lines a log has room for.
 #[must_use]
@@ -72,11 +72,12 @@ const HIGHEST: f64 = 0.98;
 #[must_use]
 pub fn beyond_noise(white: &[Vec<f64>], draws: &[Vec<Vec<f64>>], t: &[f64], series: &Series) -> Option<f64> {
     let (spectrum, reading) = (Spectrum::new(white, t)?, Prominence::new(series)?);
-    let noise: Vec<Spectrum> = draws.iter().filter_map(|draw| Spectrum::new(draw, t)).collect();
-    let highest = |k: usize| noise.iter().flat_map(|noise| &noise.power[noise.near(k)]).copied().fold(0.0, f64::max);
-    let is_drowned = |k: usize| reading.around(k as f64 * spectrum.bin) > DROWNED * reading.quiet();
+    let noise = LazyCell::new(|| draws.iter().filter_map(|draw| Spectrum::new(draw, t)).collect::<Vec<_>>());
+    let highest =
+        |k: usize| noise.iter().flat_map(|noise| &noise.power[near(k, noise.power.len())]).copied().fold(0.0, f64::max);
+    let is_drowned = |k: usize| reading.around(k as f64 * spectrum.bin) > DROWNED * reading.quiet;
     let mut tops = spectrum.tops().into_iter().take(TOPS);
-    tops.find(|&k| spectrum.power[k] > BEYOND * highest(k) && is_drowned(k)).map(|k| spectrum.likeliest(k, white, t))
+    tops.find(|&k| is_drowned(k) && spectrum.power[k] > BEYOND * highest(k)).map(|k| spectrum.likeliest(k, white, t))
 }
 
 /// Tops of a spectrum that are looked at, highest first.
@@ -91,6 +92,8 @@ const BEYOND: f64 = 2.0;
 /// Power of the reading about a frequency over the median of its neighbourhood.
 struct Prominence {
     spectrum: Spectrum,
+    /// Median power of the upper half of the spectrum, where no shaft moves.
+    quiet: f64,
 }
 
 /// Times the median that noise alone hardly reaches in any of a log's bins.
@@ -102,8 +105,10 @@ impl Prominence {
     fn new(series: &Series) -> Option<Self> {
         let n = series.gyro.len();
         let mean = series.gyro.iter().sum::<f64>() / n as f64;
-        let tapered = series.gyro.iter().enumerate().map(|(k, g)| hann(k, n) * (g - mean)).collect();
-        Some(Self { spectrum: Spectrum::new(&[tapered], &series.t)? })
+        let tapered = series.gyro.iter().zip(hann(n)).map(|(g, weight)| weight * (g - mean)).collect();
+        let spectrum = Spectrum::new(&[tapered], &series.t)?;
+        let quiet = median(spectrum.power[spectrum.power.len() / 2..].to_vec()).unwrap_or(0.0);
+        Some(Self { spectrum, quiet })
     }
 
     /// The bin of the reading's line next to a frequency: the reading knows it far better than the residual.
@@ -125,11 +130,6 @@ impl Prominence {
     fn around(&self, frequency: f64) -> f64 {
         self.spectrum.around(self.next_to(frequency))
     }
-
-    /// Median power of the upper half of the spectrum, where no shaft moves.
-    fn quiet(&self) -> f64 {
-        median(self.spectrum.power[self.spectrum.power.len() / 2..].to_vec()).unwrap_or(0.0)
-    }
 }
 
 /// Lines that are looked at, and bins about one that belong to it.
@@ -139,7 +139,17 @@ const LOBES: usize = 40;
 /// Power of a series (its channels summed), and the width of a bin in Hz.
 struct Spectrum {
     power: Vec<f64>,
+    /// Median power about every [`APART`]th bin.
+    usual: Vec<f64>,
     bin: f64,
+}
+
+/// Bins between two that the median is taken about.
+const APART: usize = AROUND / 5;
+
+/// The bins about one of `n`.
+fn near(k: usize, n: usize) -> RangeInclusive<usize> {
+    k.saturating_sub(AROUND)..=(k + AROUND).min(n - 1)
 }
 
 impl Spectrum {
@@ -151,18 +161,16 @@ impl Spectrum {
         let dt = (t[n - 1] - t[0]) / (n - 1) as f64;
         // Twice as long by zeros: a line between two bins of the plain transform still stands out.
         let length = (2 * n).next_power_of_two();
-        let fft = RealFftPlanner::<f64>::new().plan_fft_forward(length);
         let mut power = vec![0.0; length / 2 + 1];
         for channel in channels {
             let mut input = channel.clone();
             input.resize(length, 0.0);
-            let mut output = fft.make_output_vec();
-            fft.process(&mut input, &mut output).ok()?;
-            for (p, z) in power.iter_mut().zip(&output) {
-                *p += z.norm_sqr();
-            }
+            power.iter_mut().zip(spectrum::power(&mut input)).for_each(|(sum, own)| *sum += own);
         }
-        Some(Self { power, bin: 1.0 / (length as f64 * dt) })
+        let usual =
+            (0..power.len()).step_by(APART).map(|k| median(power[near(k, power.len())].to_vec()).unwrap_or(0.0));
+        let usual = usual.collect();
+        Some(Self { power, usual, bin: 1.0 / (length as f64 * dt) })
     }
 
     /// Bins of the local maxima from 1 Hz to just below the Nyquist frequency, highest first.
@@ -186,11 +194,7 @@ impl Spectrum {
 
     /// Median power about a bin.
     fn around(&self, k: usize) -> f64 {
-        median(self.power[self.near(k)].to_vec()).unwrap_or(0.0)
-    }
-
-    fn near(&self, k: usize) -> RangeInclusive<usize> {
-        k.saturating_sub(AROUND)..=(k + AROUND).min(self.power.len() - 1)
+        self.usual[((k + APART / 2) / APART).min(self.usual.len() - 1)]
     }
 
     /// The likeliest frequency about bin `k`, Hz, by that of the channels which has most of it.

@@ -50,13 +50,15 @@ impl Attitude {
         self.axes.len() == 3
     }
 
-    /// A world vector's component along body axis `axis` at reference row `row`, the vector given channel by channel.
-    pub fn along(&self, axis: usize, row: usize, channel: impl Fn(usize) -> f64) -> f64 {
+    /// The shares of a residual's channels in its component along body axis `axis` at reference row `row`.
+    #[must_use]
+    pub fn direction(&self, axis: usize, row: usize) -> [f64; 3] {
         if !self.is_whole() {
-            return self.axes.iter().position(|own| *own == axis).map_or(0.0, channel);
+            let own = self.axes.iter().position(|own| *own == axis);
+            return std::array::from_fn(|channel| if own == Some(channel) { 1.0 } else { 0.0 });
         }
         let rotation = self.world_from_body[row].to_rotation_matrix();
-        (0..3).map(|k| rotation.matrix()[(k, axis)] * channel(k)).sum()
+        std::array::from_fn(|channel| rotation.matrix()[(channel, axis)])
     }
 
     /// Sum of the increments about body axis `axis`, rad.

@@ -119,6 +119,20 @@ impl Windows {
         (0..self.tau.len()).flat_map(of).collect()
     }
 
+    /// The increments of one series, its channels one after another, so weighted that the sum of their squares is Σ_τ E²/F².
+    #[must_use]
+    pub fn weigh(&self, series: &[Vec<f64>], floor: &[f64]) -> Vec<f64> {
+        let many = self.pairs.iter().map(|pairs| pairs.rows.len()).sum::<usize>() * series.len();
+        let mut all = Vec::with_capacity(many);
+        for ((pairs, tau), floor) in self.pairs.iter().zip(&self.tau).zip(floor) {
+            let weight = 1.0 / (((pairs.rows.len() * series.len()) as f64).sqrt() * tau * floor);
+            for channel in series {
+                all.extend(pairs.rows.iter().map(|&(i, j)| weight * (channel[j as usize] - channel[i as usize])));
+            }
+        }
+        all
+    }
+
     /// How much of each averaging time counts where some steps say nothing, 1 where all do: what the errors are divided by
     /// to be those of the mean rate over the time κ that an increment is known for.
     ///
@@ -156,10 +170,12 @@ impl Windows {
         let size = columns.len() + 1;
         let mut all = vec![Grams { size, starts: Vec::new(), reaches: Vec::new() }; residuals.len()];
         for pairs in &self.pairs {
-            let own: Vec<Vec<f64>> = columns.iter().map(|c| pairs.steps(problem, c, component)).collect();
+            let directions = pairs.directions(problem, component);
+            let directions = directions.as_deref();
+            let own: Vec<Vec<f64>> = columns.iter().map(|c| pairs.steps(c, directions)).collect();
             let [starts, reaches] = [&pairs.starts, &pairs.reaches].map(|ranges| pairs.accumulate(ranges, &own));
             for (grams, residual) in all.iter_mut().zip(residuals) {
-                let residual = pairs.steps(problem, residual, component);
+                let residual = pairs.steps(residual, directions);
                 let (mut starts, mut reaches) = (starts.clone(), reaches.clone());
                 pairs.join(&pairs.starts, &mut starts, &residual, &own);
                 pairs.join(&pairs.reaches, &mut reaches, &residual, &own);
@@ -182,18 +198,27 @@ impl Pairs {
         Self { rows, starts, reaches }
     }
 
-    /// The increments of one series, its channels one after another.
-    fn steps(&self, problem: &Problem, series: &[Vec<f64>], component: Option<usize>) -> Vec<f64> {
+    /// The direction, in the frame that a residual is seen from, of the body axis `component` where each increment starts;
+    /// `None` where its channels are looked at as they are.
+    fn directions(&self, problem: &Problem, component: Option<usize>) -> Option<Vec<[f64; 3]>> {
+        let (axis, attitude) = (component?, problem.attitude()?);
+        Some(self.rows.iter().map(|&(i, _)| attitude.direction(axis, i as usize)).collect())
+    }
+
+    /// The increments of one series, its channels one after another, or along these directions.
+    fn steps(&self, series: &[Vec<f64>], directions: Option<&[[f64; 3]]>) -> Vec<f64> {
         let step = |channel: &[f64], &(i, j): &(u32, u32)| channel[j as usize] - channel[i as usize];
-        if let (Some(axis), Some(attitude)) = (component, problem.attitude()) {
-            let along = |pair: &(u32, u32)| attitude.along(axis, pair.0 as usize, |k| step(&series[k], pair));
-            return self.rows.iter().map(along).collect();
-        }
-        let mut all = Vec::with_capacity(series.len() * self.rows.len());
-        for channel in series {
-            all.extend(self.rows.iter().map(|pair| step(channel, pair)));
-        }
-        all
+        let Some(directions) = directions else {
+            let mut all = Vec::with_capacity(series.len() * self.rows.len());
+            for channel in series {
+                all.extend(self.rows.iter().map(|pair| step(channel, pair)));
+            }
+            return all;
+        };
+        let along = |(pair, direction): (&(u32, u32), &[f64; 3])| {
+            series.iter().zip(direction).map(|(channel, share)| share * step(channel, pair)).sum()
+        };
+        self.rows.iter().zip(directions).map(along).collect()
     }
 
     /// Runs `sum` over the parts of steps that belong to a range of pairs, channel by channel.

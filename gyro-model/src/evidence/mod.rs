@@ -5,12 +5,15 @@
 //! | [`series`] | one axis of a log, laid out for evaluation |
 //! | [`encoder`] | the steps of a shaft encoder, and what they make it err by |
 //! | [`problem`] | the residual of a model and its derivatives |
+//! | `track` | one axis of it, step by step |
 //! | `shaft` | where the shaft was |
 //! | [`increments`] | increments over averaging times: the error curve's Gram matrices, held out block by block |
 //! | [`attitude`] | an orientation as reference |
 //! | [`integrate`] | integrals and smoothing of sampled rates |
 //! | `heating` | how fast the temperature rises |
 //! | [`study`] | a model fitted to a log |
+//! | `gauss_newton` | the steps of that fit |
+//! | `spectrum` | the fast Fourier transform of a series |
 //! | [`line`] | one line of a signal's spectrum |
 //! | `incoherent` | what of a reference the gyro knows nothing of, whatever its errors |
 //! | [`prior`] | the noise that the sensors' own signals show |
@@ -27,6 +30,7 @@ pub mod attitude;
 pub mod draws;
 pub mod encoder;
 pub mod floor;
+mod gauss_newton;
 mod growth;
 mod heating;
 mod incoherent;
@@ -40,6 +44,8 @@ pub mod problem;
 pub mod rounding;
 pub mod series;
 mod shaft;
+pub(crate) mod spectrum;
 pub mod study;
+mod track;
 pub mod whiten;
 pub mod whittle;

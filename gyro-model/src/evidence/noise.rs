@@ -155,8 +155,10 @@ const BELOW_PRIOR: f64 = 0.1;
 /// N of a poor MEMS gyro, rad/√s (0.03 °/√s): noise of this size needs no physics.
 const POOR: f64 = 5.2e-4;
 
-/// Rows that are looked at while the noise is being searched for; the estimate itself uses all.
+/// Rows that are looked at while the noise is being searched for from anywhere, and from a noise that is known to be near; the
+/// estimate itself uses all.
 const SEARCH_ROWS: usize = 20_000;
+const NEAR_ROWS: usize = 8_000;
 
 /// The readings of a study, every one that its likelihood is made of or one in so many of those.
 fn rows(study: &Study, every: usize) -> Rows {
@@ -213,11 +215,14 @@ pub(crate) fn unevenness(columns: &[Vec<Vec<f64>>], residual: &[Vec<f64>], inver
     let n = columns.len();
     let mut sums = vec![0.0; n];
     for (channel, e) in residual.iter().enumerate() {
-        for (row, e) in e.iter().enumerate().filter(|(_, e)| **e != 0.0) {
-            for (k, sum) in sums.iter_mut().enumerate() {
-                let pull: f64 = (0..n).map(|j| inverse[(k, j)] * columns[j][channel][row]).sum();
-                *sum += (pull * e).powi(2);
+        let mut pull = vec![0.0; e.len()];
+        for (k, sum) in sums.iter_mut().enumerate() {
+            pull.fill(0.0);
+            for (j, column) in columns.iter().enumerate() {
+                let share = inverse[(k, j)];
+                pull.iter_mut().zip(&column[channel]).for_each(|(pull, c)| *pull += share * c);
             }
+            *sum += pull.iter().zip(e).map(|(pull, e)| (pull * e).powi(2)).sum::<f64>();
         }
     }
     let ratio = |(k, sum): (usize, f64)| if inverse[(k, k)] > 0.0 { sum / inverse[(k, k)] } else { 1.0 };
@@ -231,9 +236,8 @@ const SCATTER: u64 = 12;
 pub(crate) fn normal(study: &Study, noise: &NoiseModel) -> (nls::Normal, Whitener) {
     let whitener = Whitener::new(noise, &rows(study, 1));
     let mut normal = nls::Normal::zeros(study.columns.len());
-    for channel in 0..study.bench.problem.channels() {
-        let (r, columns) = white(study, &whitener, channel);
-        normal.add(&r, &columns.iter().map(Vec::as_slice).collect::<Vec<_>>());
+    for channel in white(study, &whitener) {
+        normal.add(&channel[0], &channel[1..].iter().map(Vec::as_slice).collect::<Vec<_>>());
     }
     (normal, whitener)
 }
@@ -243,9 +247,14 @@ pub(crate) fn whitener(study: &Study, noise: &NoiseModel) -> Whitener {
     Whitener::new(noise, &rows(study, 1))
 }
 
-fn white(study: &Study, whitener: &Whitener, channel: usize) -> (Vec<f64>, Vec<Vec<f64>>) {
-    let columns = study.columns.iter().map(|c| whitener.apply(&c[channel])).collect();
-    (whitener.apply(&study.channel_as_read(channel)), columns)
+/// Each channel's residual and, behind it, its columns, whitened.
+fn white(study: &Study, whitener: &Whitener) -> Vec<Vec<Vec<f64>>> {
+    let residual = study.as_read();
+    let channel = |(k, own): (usize, &Vec<f64>)| {
+        let columns = study.columns.iter().map(|c| c[k].as_slice());
+        whitener.apply_all(&std::iter::once(own.as_slice()).chain(columns).collect::<Vec<_>>())
+    };
+    residual.iter().enumerate().map(channel).collect()
 }
 
 /// Least squares on whitened normal equations: step, covariance, remaining sum of squares.
@@ -275,8 +284,8 @@ fn moved(study: &Study, step: &[f64]) -> Vec<Vec<f64>> {
 }
 
 /// The readings over which noise is searched for.
-fn search_rows(study: &Study) -> Rows {
-    rows(study, (study.bench.problem.series[0].readings.len() / study.every).div_ceil(SEARCH_ROWS).max(1))
+fn search_rows(study: &Study, most: usize) -> Rows {
+    rows(study, (study.bench.problem.series[0].readings.len() / study.every).div_ceil(most).max(1))
 }
 
 /// Any noise, but for how short and how long a correlated rate may last: below two rows it is white, beyond a share of the
@@ -292,7 +301,7 @@ fn limits(study: &Study, rows: &Rows) -> Limits {
 
 /// By how much ln L falls where no parameter of the noise may be larger than in `most`.
 pub(crate) fn cost_of_limits(study: &Study, gls: &Gls, most: &NoiseModel) -> f64 {
-    let rows = search_rows(study);
+    let rows = search_rows(study, SEARCH_ROWS);
     let residual = moved(study, &gls.step);
     let any = limits(study, &rows);
     let limited = Limits { most: NoiseModel { correlation_time: any.most.correlation_time, ..*most }, ..any };
@@ -306,7 +315,8 @@ pub(crate) fn cost_of_limits(study: &Study, gls: &Gls, most: &NoiseModel) -> f64
 
 /// Maximum-likelihood noise with the parameters profiled out. `starts` are noises to begin from besides the prior.
 pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
-    let rows = search_rows(study);
+    let is_near = !starts.is_empty();
+    let rows = search_rows(study, if is_near { NEAR_ROWS } else { SEARCH_ROWS });
     let prior = &study.bench.prior[0];
     let n = prior.angle_random_walk.max(1e-12);
     let first = NoiseModel {
@@ -321,20 +331,31 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
     let span = rows.t.last().unwrap_or(&0.0) - rows.t.first().unwrap_or(&0.0);
     let mut noise = first;
     let mut before = f64::INFINITY;
+    let is_wide_likely = !is_near || starts.iter().any(|noise| noise.correlated > 0.0);
     let mut known: Vec<NoiseModel> = std::iter::once(first).chain(starts.iter().copied()).collect();
     for round in 0..ROUNDS {
         let residual = moved(study, &step);
         let mut from = known;
-        if let Some(periodogram) = Periodogram::new(&residual, study.bench.problem.times()) {
+        let periodogram = Periodogram::new(&residual, study.bench.problem.times());
+        // What two more parameters may bring, by the approximate likelihood: infinite where that cannot tell.
+        let mut promised = f64::INFINITY;
+        if let Some(periodogram) = &periodogram {
             let (few, many) = periodogram.search(&first);
+            promised = periodogram.cost(&few) - periodogram.cost(&many);
             from.extend([few, many]);
         }
         let seek =
             |start: &NoiseModel, steps: usize| likelihood::seek(start, &rows, &residual, &limits(study, &rows), steps);
+        // A pass over the log tells which start is the likelier; the periodogram tells the same of many at once.
+        let by_periodogram = periodogram.filter(|_| is_near && from.iter().all(|noise| noise.rate_random_walk == 0.0));
+        let unlikely = |noise: &NoiseModel| match &by_periodogram {
+            Some(periodogram) => periodogram.cost(noise),
+            None => seek(noise, 0).1,
+        };
         // From the likelier starts for a while, from the best of them to the end.
         let polish = |from: &[NoiseModel], wide: bool, enough: f64| {
             let starts = from.iter().filter(|noise| (noise.correlated > 0.0) == wide);
-            let mut starts: Vec<_> = starts.map(|start| seek(start, 0)).collect();
+            let mut starts: Vec<_> = starts.map(|start| (*start, unlikely(start))).collect();
             starts.sort_by(|a, b| a.1.total_cmp(&b.1));
             starts.truncate(if round == 0 { TRIED } else { 1 });
             let best = starts.iter().map(|start| seek(&start.0, FIRST)).min_by(|a, b| a.1.total_cmp(&b.1))?;
@@ -363,7 +384,8 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
             }
         }
         // A wider noise that comes no nearer will not come to be worth its two parameters.
-        let many = polish(&from, true, few.as_ref().map_or(f64::INFINITY, |few| few.1));
+        let is_tried = is_wide_likely || promised > PROMISED;
+        let many = is_tried.then(|| polish(&from, true, few.as_ref().map_or(f64::INFINITY, |few| few.1))).flatten();
         known = few.iter().chain(&many).map(|found| found.0).collect();
         let best = match (few, many) {
             (Some(few), Some(many)) if many.1 < few.1 - WORTH => many,
@@ -406,7 +428,9 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
             noise = still;
         }
     }
-    at_noise(study, &noise)
+    // A noise that is near is looked for on fewer rows, which may lead away from it.
+    let found = at_noise(study, &noise);
+    starts.iter().fold(found, |found, start| likelier(study, &found, start).unwrap_or(found))
 }
 
 /// Bias random walk over the angle's that is as good as none, 1/s.
@@ -416,6 +440,9 @@ const UNSEEN: f64 = 0.5;
 
 /// Starts that are tried at first: the likeliest ones.
 const TRIED: usize = 2;
+/// Rise of the approximate ln L with a correlated rate that is worth a look by the exact one: less than [`WORTH`], since the
+/// two differ by a few.
+const PROMISED: f64 = 2.0;
 /// Steps of the likelihood from each of them, and from the best of them on.
 const FIRST: usize = 4;
 pub(super) const AFTER: usize = 12;
@@ -446,7 +473,7 @@ pub(crate) fn likelier(study: &Study, known: &Gls, start: &NoiseModel) -> Option
 /// Generalised least squares under the largest bias random walk that the log does not speak against, ln L falling by at most
 /// [`MAY_WALK`]: a walk too small to be seen still makes the bias of a log another than that of the next.
 pub(crate) fn with_unseen_walk(study: &Study, gls: &Gls) -> Gls {
-    let (rows, residual) = (search_rows(study), moved(study, &gls.step));
+    let (rows, residual) = (search_rows(study, SEARCH_ROWS), moved(study, &gls.step));
     let walking = |walk: f64| NoiseModel { bias_random_walk: walk, ..gls.noise };
     let cost = |walk: f64| likelihood::seek(&walking(walk), &rows, &residual, &limits(study, &rows), 0).1;
     let (mut low, mut high) = (gls.noise.bias_random_walk.max(1e-4 * WALK), WALK);
@@ -475,11 +502,10 @@ pub(crate) fn at_noise(study: &Study, noise: &NoiseModel) -> Gls {
     let n = study.columns.len();
     let mut blocks = vec![nls::Normal::zeros(n); BLOCKS];
     let channels = study.bench.problem.channels();
-    for channel in 0..channels {
-        let (r, columns) = white(study, &whitener, channel);
+    for channel in white(study, &whitener) {
         for (b, block) in blocks.iter_mut().enumerate() {
             let range = edge(b)..if b + 1 == BLOCKS { t.len() } else { edge(b + 1) };
-            block.add(&r[range.clone()], &columns.iter().map(|c| &c[range.clone()]).collect::<Vec<_>>());
+            block.add(&channel[0][range.clone()], &channel[1..].iter().map(|c| &c[range.clone()]).collect::<Vec<_>>());
         }
     }
     let mut total = nls::Normal::zeros(n);

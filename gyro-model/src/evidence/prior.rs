@@ -10,10 +10,11 @@ use super::{
     encoder::{Encoder, quantum},
     incoherent::incoherent,
     integrate::{integral, smooth},
-    line::{Line, crest, hann},
+    line::{Line, crest},
     problem::Problem,
     rounding::Rounding,
     series::{Series, usual},
+    spectrum::{self, hann},
 };
 use crate::{
     effects::{SIXTH, sixth_differences},
@@ -24,7 +25,6 @@ use crate::{
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use realfft::RealFftPlanner;
 use std::{borrow::Cow, f64::consts::TAU};
 
 /// What the sensors' own signals say about their noise.
@@ -79,15 +79,15 @@ impl Lines {
     /// `None` where there are too few differences to tell.
     fn of(differences: &[f64]) -> Option<Self> {
         let n = differences.len();
-        let mut tapered: Vec<f64> =
-            differences.iter().enumerate().map(|(k, d)| if d.is_finite() { hann(k, n) * d } else { 0.0 }).collect();
-        let fft = RealFftPlanner::<f64>::new().plan_fft_forward(n);
-        let mut spectrum = fft.make_output_vec();
         let beside = (n / PARTS).clamp(BESIDE.0, BESIDE.1);
-        if n < 8 * BESIDE.0 || fft.process(&mut tapered, &mut spectrum).is_err() {
+        if n < 8 * BESIDE.0 {
             return None;
         }
-        let power: Vec<f64> = spectrum.iter().map(realfft::num_complex::Complex::norm_sqr).collect();
+        let mut tapered = hann(n);
+        for (weight, d) in tapered.iter_mut().zip(differences) {
+            *weight *= if d.is_finite() { *d } else { 0.0 };
+        }
+        let power = spectrum::power(&mut tapered);
         // What white noise has there, but for its size.
         let gain =
             |k: usize| (2.0 * (std::f64::consts::PI * k as f64 / n as f64).sin()).powf(2.0 * ORDER as f64).max(1e-300);

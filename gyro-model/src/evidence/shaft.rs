@@ -1,6 +1,6 @@
 //! Where the shaft was, as far as gyro and reference tell together: the gyro's shape on the reference's level.
 
-use super::{integrate::smooth, problem::Track, series::Series};
+use super::{integrate::smooth, series::Series, track::Track};
 use crate::{effects::white_noise, nls};
 use std::ops::Range;
 

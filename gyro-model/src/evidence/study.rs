@@ -1,7 +1,7 @@
 //! A model fitted to a log: its parameters, its residual, and the derivatives there.
 
 use super::{
-    growth,
+    gauss_newton, growth,
     increments::{Grams, HeldOut, Windows},
     noise::{self, Gls},
     prior::{self, Prior},
@@ -38,10 +38,15 @@ impl Bench {
             return None;
         }
         let prior = prior::priors(&problem);
-        let coarse = Windows::with(problem.times(), 1500);
+        let coarse = Windows::with(problem.times(), COARSE / problem.channels());
         let mut bench = Self { problem, windows, coarse, prior: Vec::new(), weights: Vec::new() };
         bench.know(&prior);
         Some(bench)
+    }
+
+    /// Increments of one series, all channels, weighted so that the sum of their squares is Σ_τ E²/F².
+    pub(super) fn increments(&self, series: &[Vec<f64>]) -> Vec<f64> {
+        self.windows.weigh(series, &self.weights)
     }
 
     /// Takes what is known beforehand of each axis' noise.
@@ -60,6 +65,9 @@ impl Bench {
         self.prior = own.collect();
     }
 }
+
+/// Increments of an averaging time, over all channels, that a scan looks at.
+const COARSE: usize = 1500;
 
 /// Standard deviations of a reading's noise within which a limit bends its distribution.
 const MARGIN: f64 = 3.5;
@@ -93,101 +101,41 @@ impl<'a> Study<'a> {
     /// Fits every parameter of `start` by minimising Σ_τ E²/F².
     #[must_use]
     pub fn fit(bench: &'a Bench, start: &Model, warm: Option<&[Warm]>) -> Self {
-        let problem = &bench.problem;
-        let mut model = start.clone();
-        let slots = problem.slots(&model);
-        let mut warm = warm.map_or_else(|| problem.cold(), <[Warm]>::to_vec);
-        let (mut unobservable, mut settled) = (Vec::new(), false);
-        let mut last = {
-            let mut at = problem.evaluate(&model, &warm);
-            if (0..problem.series.len()).any(|k| problem.unsure(&at, k).is_some()) {
-                warm = problem.warm(&at, &warm);
-                at = problem.evaluate(&model, &warm);
-            }
-            grams(bench, &at, &[], None).normal(&bench.windows.tau, &bench.weights).cost
-        };
-        for round in 1.. {
-            let before = values(problem, &mut model, &slots);
-            // A tone hardly moves the increments: what the likelihood says of it stands.
-            let free = |s: &Slot, at: f64| {
-                if is_tone(problem, &model, *s) { (at, at) } else { card(problem, &model, *s).bounds }
-            };
-            let bounds: Vec<(f64, f64)> = slots.iter().zip(&before).map(|(s, &at)| free(s, at)).collect();
-            let mut trial = model.clone();
-            let hold = hold(problem, &model, &slots, last);
-            let solution = nls::minimise(
-                &before,
-                &bounds,
-                |p, derivatives| {
-                    assign(problem, &mut trial, &slots, p);
-                    let evaluation = problem.evaluate(&trial, &warm);
-                    let columns =
-                        if derivatives { columns(problem, &trial, &slots, &warm, &evaluation) } else { Vec::new() };
-                    let mut normal =
-                        grams(bench, &evaluation, &columns, None).normal(&bench.windows.tau, &bench.weights);
-                    for (k, (precision, value)) in hold.iter().zip(p).enumerate() {
-                        normal.cost += precision * value * value;
-                        if derivatives {
-                            normal.gradient[k] += precision * value;
-                            normal.matrix[(k, k)] += precision;
-                        }
-                    }
-                    normal
-                },
-                // However far a step has to be shortened before it is taken: a shape's first one may lead anywhere.
-                &nls::Options { max_accepted: 2, tolerance: 1e-6, ..nls::Options::default() },
-            );
-            assign(problem, &mut model, &slots, &solution.values);
-            unobservable = solution.unobservable;
-            let evaluation = problem.evaluate(&model, &warm);
-            let next = problem.warm(&evaluation, &warm);
-            let moved = moved(&warm, &next);
-            warm = next;
-            // The regressors have moved since: only where nothing more falls is it settled.
-            let still = (last - solution.cost).abs() <= SETTLED * solution.cost;
-            last = solution.cost;
-            if settled && still || round >= if moved > MOVES { MOST_ROUNDS } else { ROUNDS } {
-                break;
-            }
-            settled = still;
-        }
-        Self::hold(bench, &model, &slots, warm, unobservable)
+        gauss_newton::fit(bench, start, warm, None)
+    }
+
+    /// The same from the derivatives of a fitted model that is much like it.
+    #[must_use]
+    pub fn fit_from(&self, start: &Model, warm: &[Warm]) -> Self {
+        gauss_newton::fit(self.bench, start, Some(warm), Some(self))
     }
 
     /// The model as it stands, its derivatives taken but nothing moved.
     #[must_use]
     pub fn held(bench: &'a Bench, model: &Model) -> Self {
-        let mut warm = bench.problem.cold();
-        for round in 1..=MOST_ROUNDS {
-            let next = bench.problem.warm(&bench.problem.evaluate(model, &warm), &warm);
-            let moved = moved(&warm, &next);
-            warm = next;
-            if round >= 2 && moved <= MOVES {
-                break;
-            }
-        }
         let slots = bench.problem.slots(model);
-        Self::hold(bench, model, &slots, warm, Vec::new())
+        Self::hold(bench, model, &slots, gauss_newton::refreshed(bench, model), Vec::new())
     }
 
     fn hold(bench: &'a Bench, model: &Model, slots: &[Slot], warm: Vec<Warm>, unobservable: Vec<usize>) -> Self {
         let evaluation = bench.problem.evaluate(model, &warm);
         let columns = columns(&bench.problem, model, slots, &warm, &evaluation);
+        Self::assembled(bench, model.clone(), slots.to_vec(), warm, evaluation, columns, unobservable)
+    }
+
+    pub(super) fn assembled(
+        bench: &'a Bench,
+        model: Model,
+        slots: Vec<Slot>,
+        warm: Vec<Warm>,
+        evaluation: Evaluation,
+        columns: Vec<Vec<Vec<f64>>>,
+        unobservable: Vec<usize>,
+    ) -> Self {
         let grams = grams(bench, &evaluation, &columns, None);
         let cost = grams.normal(&bench.windows.tau, &bench.weights).cost;
-        let hold = hold(&bench.problem, model, slots, cost);
-        Self {
-            bench,
-            model: model.clone(),
-            slots: slots.to_vec(),
-            warm,
-            evaluation,
-            columns,
-            grams,
-            unobservable,
-            hold,
-            every: 1,
-        }
+        let hold = hold(&bench.problem, &model, &slots, cost);
+        Self { bench, model, slots, warm, evaluation, columns, grams, unobservable, hold, every: 1 }
     }
 
     /// The same where the likelihood is made of one in so many readings.
@@ -301,7 +249,7 @@ impl<'a> Study<'a> {
             let mut model = study.model.clone();
             let mut largest: f64 = 0.0;
             for (k, (slot, step)) in study.slots.iter().zip(step(&study, &gls)).enumerate() {
-                let bounds = card(&bench.problem, &model, *slot).bounds;
+                let bounds = parameter_card(&bench.problem, &model, *slot).bounds;
                 if let Some(v) = value(&bench.problem, &mut model, *slot) {
                     *v = (*v + step).clamp(bounds.0, bounds.1);
                     let sigma = gls.std_error(k);
@@ -401,17 +349,7 @@ impl<'a> Study<'a> {
     }
 }
 
-/// How far the rates have moved that the regressors are evaluated at, over their size: the largest of the axes.
-fn moved(from: &[Warm], to: &[Warm]) -> f64 {
-    let share = |(from, to): (&Warm, &Warm)| {
-        let pairs = from.rate.iter().zip(&to.rate);
-        let (moved, size) = pairs.fold((0.0, 0.0), |(moved, size), (a, b)| (moved + (a - b).powi(2), size + b * b));
-        if size > 0.0 { (moved / size).sqrt() } else { 0.0 }
-    };
-    from.iter().zip(to).map(share).fold(0.0, f64::max)
-}
-
-fn is_tone(problem: &Problem, model: &Model, slot: Slot) -> bool {
+pub(super) fn is_tone(problem: &Problem, model: &Model, slot: Slot) -> bool {
     let terms = model.axes[problem.series[slot.series].axis.index()].as_ref().map_or(&[][..], |m| &m.terms);
     terms[slot.term].effect.card().id == "vibration-tone"
 }
@@ -419,11 +357,11 @@ fn is_tone(problem: &Problem, model: &Model, slot: Slot) -> bool {
 /// Precision with which the coefficients of effects are held near zero: one [`FAR`] times its typical size costs the
 /// share [`HELD`] of the present error. What the data determine does not feel it; what they hardly do (a component of
 /// the acceleration that stays the same) does not run off to explain something else.
-fn hold(problem: &Problem, model: &Model, slots: &[Slot], cost: f64) -> Vec<f64> {
+pub(super) fn hold(problem: &Problem, model: &Model, slots: &[Slot], cost: f64) -> Vec<f64> {
     slots
         .iter()
         .map(|slot| {
-            let card = card(problem, model, *slot);
+            let card = parameter_card(problem, model, *slot);
             let held = card.role == Role::Linear && card.neutral == 0.0 && card.typical != 0.0 && card.name != "delta";
             if held { HELD * cost / (FAR * card.typical).powi(2) } else { 0.0 }
         })
@@ -433,20 +371,12 @@ fn hold(problem: &Problem, model: &Model, slots: &[Slot], cost: f64) -> Vec<f64>
 const FAR: f64 = 10.0;
 const HELD: f64 = 5e-3;
 
-/// Share by which the error may still change from one refreshing of the regressors to the next.
-const SETTLED: f64 = 1e-4;
-/// Rounds of a fit; and of one whose regressors still move by more than this share of the rate: the inverse of a strong
-/// nonlinearity, found by substitution, comes nearer by a third of the way left only.
-const ROUNDS: usize = 6;
-const MOST_ROUNDS: usize = 20;
-const MOVES: f64 = 1e-6;
-
 fn scale(typical: f64, value: f64) -> f64 {
     let typical = if typical.is_finite() { typical.abs() } else { 0.0 };
     typical.max(value.abs()).max(1e-9)
 }
 
-fn card(problem: &Problem, model: &Model, slot: Slot) -> &'static crate::effects::ParameterCard {
+pub(super) fn parameter_card(problem: &Problem, model: &Model, slot: Slot) -> &'static crate::effects::ParameterCard {
     let axis = problem.series[slot.series].axis;
     let terms = model.axes[axis.index()].as_ref().map_or(&[][..], |m| &m.terms);
     &terms[slot.term].effect.parameters(axis)[slot.parameter]
@@ -457,7 +387,7 @@ pub(crate) fn values(problem: &Problem, model: &mut Model, slots: &[Slot]) -> Ve
     slots.iter().map(|s| value(problem, model, *s).map_or(f64::NAN, |v| *v)).collect()
 }
 
-fn assign(problem: &Problem, model: &mut Model, slots: &[Slot], values: &[f64]) {
+pub(super) fn assign(problem: &Problem, model: &mut Model, slots: &[Slot], values: &[f64]) {
     for (slot, v) in slots.iter().zip(values) {
         if let Some(place) = value(problem, model, *slot) {
             *place = *v;
@@ -465,7 +395,7 @@ fn assign(problem: &Problem, model: &mut Model, slots: &[Slot], values: &[f64]) 
     }
 }
 
-/// ∂r/∂p by differences, the regressors held at `warm`.
+/// ∂r/∂p by differences, the regressors held at `warm`; `at` is the evaluation of `model`.
 pub(crate) fn columns(
     problem: &Problem,
     model: &Model,
@@ -473,39 +403,34 @@ pub(crate) fn columns(
     warm: &[Warm],
     at: &Evaluation,
 ) -> Vec<Vec<Vec<f64>>> {
-    let mut trial = model.clone();
-    slots
-        .iter()
-        .map(|slot| {
-            let card = card(problem, model, *slot);
-            let Some(place) = value(problem, &mut trial, *slot).map(|v| *v) else { return Vec::new() };
-            let mut h = if card.role == Role::Linear {
-                1e-2 * scale(card.typical, place)
-            } else if is_tone(problem, model, *slot) {
-                // Its phase goes through the log.
-                let t = &problem.series[slot.series].t;
-                1e-3 / (t[t.len() - 1] - t[0])
-            } else {
-                1e-3 * scale(card.typical, place)
-            };
-            if place + h > card.bounds.1 {
-                h = -h;
-            }
-            if let Some(v) = value(problem, &mut trial, *slot) {
-                *v = place + h;
-            }
-            let moved = problem.evaluate_one(&trial, warm, at, slot.series);
-            if let Some(v) = value(problem, &mut trial, *slot) {
-                *v = place;
-            }
-            difference(&moved, at, h)
-        })
-        .collect()
+    let column = |slot: &Slot| {
+        let card = parameter_card(problem, model, *slot);
+        let axis = problem.series[slot.series].axis.index();
+        let Some(own) = model.axes[axis].as_ref().and_then(|own| own.terms.get(slot.term)) else { return Vec::new() };
+        let place = own.values[slot.parameter];
+        let mut h = if card.role == Role::Linear {
+            1e-2 * scale(card.typical, place)
+        } else if is_tone(problem, model, *slot) {
+            // Its phase goes through the log.
+            let t = &problem.series[slot.series].t;
+            1e-3 / (t[t.len() - 1] - t[0])
+        } else {
+            1e-3 * scale(card.typical, place)
+        };
+        if place + h > card.bounds.1 {
+            h = -h;
+        }
+        let mut term = own.clone();
+        term.values[slot.parameter] = place + h;
+        scaled(problem.difference(model, warm, at, (slot.series, slot.term), &term), h)
+    };
+    slots.iter().map(column).collect()
 }
 
-/// (a − b)/h, channel by channel.
-pub(crate) fn difference(a: &Evaluation, b: &Evaluation, h: f64) -> Vec<Vec<f64>> {
-    a.residual.iter().zip(&b.residual).map(|(x, y)| x.iter().zip(y).map(|(x, y)| (x - y) / h).collect()).collect()
+/// A change over the step h of the parameter that made it.
+pub(crate) fn scaled(mut change: Vec<Vec<f64>>, h: f64) -> Vec<Vec<f64>> {
+    change.iter_mut().flatten().for_each(|x| *x /= h);
+    change
 }
 
 /// Increments of residual and columns.

@@ -135,26 +135,8 @@ impl Gains<'_> {
     }
 }
 
-/// The state that the filter carries from row to row.
-#[derive(Clone, Copy, Default)]
-struct State {
-    a: f64,
-    b: f64,
-    c: f64,
-}
-
-impl State {
-    /// The innovation of one reading, and the state after it.
-    fn innovate(&mut self, step: &Step, y: f64) -> f64 {
-        self.a += step.dt * (self.b + self.c);
-        self.c *= step.phi;
-        let e = y - self.a;
-        self.a += step.gain[0] * e;
-        self.b += step.gain[1] * e;
-        self.c += step.gain[2] * e;
-        e
-    }
-}
+/// Series that are filtered side by side: as many as a register holds.
+const TOGETHER: usize = 4;
 
 /// Σ ln x with one logarithm for many x.
 pub(super) struct LogSum {
@@ -199,17 +181,49 @@ impl Whitener {
     /// The whitened series at the reference rows: innovations over their standard deviations; 0 where a row says nothing.
     #[must_use]
     pub fn apply(&self, y: &[f64]) -> Vec<f64> {
-        let (mut state, mut out) = (State::default(), vec![0.0; self.rows]);
-        for (step, &row) in self.steps.iter().zip(&self.index) {
-            out[row] = state.innovate(step, y[row]) * step.weight;
-        }
-        out
+        self.apply_all(&[y]).swap_remove(0)
     }
 
     /// The same of every channel.
     #[must_use]
     pub fn apply_each(&self, channels: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        channels.iter().map(|channel| self.apply(channel)).collect()
+        self.apply_all(&channels.iter().map(Vec::as_slice).collect::<Vec<_>>())
+    }
+
+    /// The same of many series, some of them side by side: the filter of one would wait for itself at every row.
+    #[must_use]
+    pub fn apply_all(&self, series: &[&[f64]]) -> Vec<Vec<f64>> {
+        let mut all = Vec::with_capacity(series.len());
+        for some in series.chunks(TOGETHER) {
+            match *some {
+                [a] => all.extend(self.side_by_side([a])),
+                [a, b] => all.extend(self.side_by_side([a, b])),
+                [a, b, c] => all.extend(self.side_by_side([a, b, c])),
+                [a, b, c, d] => all.extend(self.side_by_side([a, b, c, d])),
+                _ => {}
+            }
+        }
+        all
+    }
+
+    fn side_by_side<const N: usize>(&self, series: [&[f64]; N]) -> [Vec<f64>; N] {
+        let mut out = [(); N].map(|()| vec![0.0; self.rows]);
+        let [mut a, mut b, mut c] = [[0.0; N]; 3];
+        for (step, &row) in self.steps.iter().zip(&self.index) {
+            let Step { dt, phi, gain, weight } = *step;
+            let mut e = [0.0; N];
+            for k in 0..N {
+                a[k] += dt * (b[k] + c[k]);
+                e[k] = series[k][row] - a[k];
+                a[k] += gain[0] * e[k];
+                b[k] += gain[1] * e[k];
+                c[k] = phi * c[k] + gain[2] * e[k];
+            }
+            for k in 0..N {
+                out[k][row] = e[k] * weight;
+            }
+        }
+        out
     }
 
     /// Σ ln S over some of the reference rows.

@@ -12,8 +12,10 @@
 //! with I the mean of the m periodogram values in a band (Whittle 1953; Hann taper). Rows are taken as evenly spaced:
 //! it chooses where the exact likelihood starts from, no more.
 
-use super::whiten::NoiseModel;
-use realfft::RealFftPlanner;
+use super::{
+    spectrum::{fast_length, hann, power},
+    whiten::NoiseModel,
+};
 
 /// Mean power in bands of frequency.
 pub struct Periodogram {
@@ -43,28 +45,22 @@ impl Periodogram {
     /// Of a residual's steps, its channels summed; `None` where the rows are too few.
     #[must_use]
     pub fn new(residual: &[Vec<f64>], t: &[f64]) -> Option<Self> {
-        let n = t.len().checked_sub(1).filter(|&n| n >= 64)?;
+        let n = fast_length(t.len().checked_sub(1).filter(|&n| n >= 64)?);
         let dt = (t[n] - t[0]) / n as f64;
-        let fft = RealFftPlanner::<f64>::new().plan_fft_forward(n);
-        let taper: Vec<f64> =
-            (0..n).map(|k| 0.5 - 0.5 * (std::f64::consts::TAU * (k as f64 + 0.5) / n as f64).cos()).collect();
+        let taper = hann(n);
         let norm = taper.iter().map(|w| w * w).sum::<f64>();
-        let mut power = vec![0.0; n / 2 + 1];
+        let mut total = vec![0.0; n / 2 + 1];
         for channel in residual {
             let mean = (channel[n] - channel[0]) / n as f64;
-            let mut steps: Vec<f64> =
-                channel.windows(2).zip(&taper).map(|(pair, w)| w * (pair[1] - pair[0] - mean)).collect();
-            let mut output = fft.make_output_vec();
-            fft.process(&mut steps, &mut output).ok()?;
-            for (p, z) in power.iter_mut().zip(&output) {
-                *p += z.norm_sqr() / norm;
-            }
+            let steps = channel.windows(2).zip(&taper).map(|(pair, w)| w * (pair[1] - pair[0] - mean));
+            let own = power(&mut steps.collect::<Vec<f64>>());
+            total.iter_mut().zip(own).for_each(|(sum, own)| *sum += own / norm);
         }
         let channels = residual.len() as f64;
         let (mut bands, mut from) = (Vec::new(), 1);
-        while from < power.len() {
-            let to = ((from as f64 * WIDTH) as usize).max(from + 1).min(power.len());
-            let sum: f64 = power[from..to].iter().sum();
+        while from < total.len() {
+            let to = ((from as f64 * WIDTH) as usize).max(from + 1).min(total.len());
+            let sum: f64 = total[from..to].iter().sum();
             let count = (to - from) as f64;
             let middle = std::f64::consts::TAU * 0.5 * (from + to - 1) as f64 / n as f64;
             bands.push(Band { cos: middle.cos(), count: count * channels, power: sum / (count * channels) });
@@ -73,8 +69,9 @@ impl Periodogram {
         Some(Self { dt, span: t[n] - t[0], bands })
     }
 
-    /// −ln L of a noise, constants left out.
-    fn cost(&self, noise: &NoiseModel) -> f64 {
+    /// −ln L of a noise, constants left out; noise that grows with the rate is not counted.
+    #[must_use]
+    pub fn cost(&self, noise: &NoiseModel) -> f64 {
         if noise.forgets_later_than(self.span) {
             return 1e300;
         }

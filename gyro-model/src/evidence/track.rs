@@ -1,0 +1,434 @@
+//! One axis of a model on a log: what its readings become, step by step, and what one term's change makes of that.
+//!
+//! ```text
+//! reading → α, δ → response of the sensor undone → errors subtracted → response of the mount undone → re-stamped angle
+//! reference angle → errors of the reference subtracted
+//! ```
+//!
+//! Everything is linear in the rate but a play, and errors of different terms add up. So where one term changes, only
+//! its own step and those behind it are taken again ([`Problem::difference`]).
+
+use super::{
+    integrate::{hermite, integral},
+    problem::{Evaluation, HeldRate, Problem, Warm},
+    series::Series,
+    shaft::turning_point,
+};
+use crate::{
+    Model, Term,
+    effects::{Memory, Signals, Stage},
+};
+use std::sync::Arc;
+
+/// One axis of an evaluation.
+#[derive(Clone, Debug)]
+pub struct Track {
+    /// Compensated rate at the samples, rad/s.
+    pub rate: Arc<Vec<f64>>,
+    /// The same before what the mount adds was undone, where it adds something.
+    pub(super) felt: Option<Arc<Vec<f64>>>,
+    /// Σ of the felt errors that were subtracted, rad/s; empty where there are none.
+    errors: Arc<Vec<f64>>,
+    /// Its integral at the samples' times, re-stamped, rad.
+    pub(super) whole: Arc<Vec<f64>>,
+    /// The same at the reference's rows, rad.
+    pub(super) angle: Vec<f64>,
+    /// The reference less its own errors, rad.
+    pub(super) reference: Vec<f64>,
+    /// Reference rows that say nothing of the angle.
+    pub(super) silent: Vec<bool>,
+    pub(super) lost: Vec<bool>,
+    pub(super) any_lost: bool,
+    pub(super) unsure: Vec<bool>,
+}
+
+impl Problem {
+    /// The angle of a rate with what these terms do to it and to its times undone, at the samples, rad.
+    #[must_use]
+    pub fn undone(&self, series: usize, terms: &[Term], rate: &[f64]) -> Vec<f64> {
+        let s = &self.series[series];
+        let of = |stage: Stage| terms.iter().filter(move |t| t.effect.stage() == stage);
+        let undo = |rate: Vec<f64>, t: &Term| t.effect.undo_response_whole(&t.values, &s.t, &rate);
+        let rate = of(Stage::Response).fold(rate.to_vec(), undo);
+        let timing: Vec<&Term> = of(Stage::Timing).collect();
+        if timing.is_empty() { integral(&s.t, &rate) } else { restamped(s, 0.0, &rate, &timing) }
+    }
+
+    /// The rate that a sensor felt, its readings' scale, bias and response undone, its errors still in it, rad/s.
+    #[must_use]
+    pub fn felt(&self, model: &Model, series: usize) -> Vec<f64> {
+        let s = &self.series[series];
+        let terms = &self.axis(model, s).terms;
+        felt(s, terms, &lost(s, terms))
+    }
+
+    /// One axis: compensated rate, its angle at the reference rows, the reference less its own errors.
+    pub(super) fn track(&self, s: &Series, terms: &[Term], index: usize, warm: &[Warm]) -> Track {
+        let of = |stage: Stage| terms.iter().filter(move |t| t.effect.stage() == stage);
+        let mut lost = lost(s, terms);
+        let response: Vec<&Term> = of(Stage::Response).collect();
+        let timing: Vec<&Term> = of(Stage::Timing).collect();
+        let mut unsure = displaced(&s.t, &lost, &response, &timing);
+        let mut rate = felt(s, terms, &lost);
+        for without in [&warm[index].unsure, &warm[index].left_out] {
+            merge(&mut lost, without);
+        }
+        let terms_felt: Vec<&Term> = of(Stage::Felt).collect();
+        let mut errors = Vec::new();
+        if !terms_felt.is_empty() {
+            let before = rate.clone();
+            merge(&mut unsure, &self.subtract_errors(s, &terms_felt, index, warm, &mut rate));
+            errors = before.iter().zip(&rate).map(|(before, rate)| before - rate).collect();
+        }
+        let mut felt = None;
+        for term in response.into_iter().filter(|term| is_of_mount(term)) {
+            let undone = term.effect.undo_response_whole(&term.values, &s.t, &rate);
+            felt.get_or_insert(std::mem::replace(&mut rate, undone));
+        }
+        let felt = felt.map(Arc::new);
+        let whole = stamped(s, calibration(terms).0, &rate, terms);
+        let angle = s.reference_rows.iter().map(|&k| whole[k]).collect();
+        let mut reference = s.reference_angle.clone();
+        let mut silent = vec![false; reference.len()];
+        for term in of(Stage::Reference) {
+            let mut known = 0;
+            reference_errors(s, term, &warm[index], |i, error, memory| {
+                silent[i] |= term.effect.silent(&term.values, error);
+                reference[i] -= error;
+                if term.effect.is_guess(&term.values, memory) {
+                    known = s.reference_rows[i] + 1;
+                }
+            });
+            if known > 0 {
+                unsure.resize(s.t.len(), false);
+                unsure[..known].fill(true);
+            }
+        }
+        let any_lost = lost.iter().any(|&l| l);
+        Track {
+            rate: Arc::new(rate),
+            felt,
+            errors: Arc::new(errors),
+            whole: Arc::new(whole),
+            angle,
+            reference,
+            silent,
+            lost,
+            any_lost,
+            unsure,
+        }
+    }
+
+    /// ω̂ = u − Σ error(ω̂), the errors at the warm rate that the sensor felt: the fixed point is in the refreshing of it.
+    /// Gives the samples at which an error is a guess.
+    fn subtract_errors(
+        &self,
+        s: &Series,
+        errors: &[&Term],
+        index: usize,
+        warm: &[Warm],
+        rate: &mut [f64],
+    ) -> Vec<bool> {
+        let (ahead, errors): (Vec<&Term>, Vec<&Term>) = errors.iter().partition(|t| t.effect.is_play());
+        let mut memories = vec![Memory::default(); errors.len()];
+        for (k, rate) in rate.iter_mut().enumerate() {
+            let signals = self.signals(s, index, warm, k);
+            let mut sum = 0.0;
+            for (term, memory) in errors.iter().zip(&mut memories) {
+                sum += term.effect.error_seen(&term.values, &signals, memory);
+            }
+            *rate -= sum;
+        }
+        let mut unsure = Vec::new();
+        for term in ahead {
+            let mut whole = term.effect.error_whole(&term.values, &s.t, rate);
+            if self.held_rate == HeldRate::Anywhere {
+                merge(&mut whole.unsure, &whole.held);
+            }
+            rate.iter_mut().zip(whole.error).for_each(|(rate, error)| *rate -= error);
+            unsure = whole.unsure;
+        }
+        unsure
+    }
+
+    /// What the regressors of one axis see at sample `k`.
+    fn signals(&self, s: &Series, index: usize, warm: &[Warm], k: usize) -> Signals {
+        let mut signals = s.signals[k];
+        for (other, w) in self.series.iter().zip(warm) {
+            signals.rates[other.axis.index()] = w.rate[k];
+        }
+        if let Some(felt) = warm[index].felt.get(k) {
+            signals.rates[s.axis.index()] = *felt;
+        }
+        signals.rate_dot = warm[index].rate_dot[k];
+        signals.angle = warm[index].angle[k];
+        signals
+    }
+
+    /// What the residual changes by where one axis' term `place` becomes `term`, or where `term` joins behind its terms; `at`
+    /// is the evaluation of `model`.
+    #[must_use]
+    pub fn difference(
+        &self,
+        model: &Model,
+        warm: &[Warm],
+        at: &Evaluation,
+        (series, place): (usize, usize),
+        term: &Term,
+    ) -> Vec<Vec<f64>> {
+        let s = &self.series[series];
+        let terms = &self.axis(model, s).terms;
+        let mut other = terms.clone();
+        match other.get_mut(place) {
+            Some(own) => own.clone_from(term),
+            None => other.push(term.clone()),
+        }
+        let Some((angle, reference)) = self.moved(s, terms, &other, series, place, warm, &at.tracks[series]) else {
+            let mut tracks = at.tracks.clone();
+            tracks[series] = Arc::new(self.track(s, &other, series, warm));
+            return less(&self.together(tracks).residual, &at.residual);
+        };
+        let own = &at.tracks[series];
+        if self.attitude().is_none() {
+            let angle = angle.as_deref().unwrap_or(&own.angle);
+            let reference = reference.as_deref().unwrap_or(&own.reference);
+            let mut sum = 0.0;
+            let mut before = (angle[0] - own.angle[0]) - (reference[0] - own.reference[0]);
+            let steps = (0..angle.len()).map(|i| {
+                let now = (angle[i] - own.angle[i]) - (reference[i] - own.reference[i]);
+                sum += if at.lost[i] { 0.0 } else { now - before };
+                before = now;
+                sum
+            });
+            return vec![steps.collect()];
+        }
+        let mut track = Track::clone(own);
+        track.angle = angle.unwrap_or(track.angle);
+        track.reference = reference.unwrap_or(track.reference);
+        let mut tracks = at.tracks.clone();
+        tracks[series] = Arc::new(track);
+        less(&self.together(tracks).residual, &at.residual)
+    }
+
+    /// The angle at the reference's rows and the reference less its errors, as far as one term's change moves them; `None`
+    /// where all has to be done again.
+    fn moved(
+        &self,
+        s: &Series,
+        terms: &[Term],
+        other: &[Term],
+        index: usize,
+        place: usize,
+        warm: &[Warm],
+        at: &Track,
+    ) -> Option<(Option<Vec<f64>>, Option<Vec<f64>>)> {
+        let (was, now) = (terms.get(place), &other[place]);
+        let at_rows = |whole: &[f64]| s.reference_rows.iter().map(|&k| whole[k]).collect::<Vec<f64>>();
+        let has_play = other.iter().any(|term| term.effect.is_play());
+        let rate_of = |felt: Vec<f64>| {
+            let mounts = other.iter().filter(|term| is_of_mount(term));
+            mounts.fold(felt, |rate, term| term.effect.undo_response_whole(&term.values, &s.t, &rate))
+        };
+        match now.effect.stage() {
+            Stage::Felt if !has_play => {
+                let (mut old, mut new) = (Memory::default(), Memory::default());
+                let change = (0..s.t.len()).map(|k| {
+                    let signals = self.signals(s, index, warm, k);
+                    let before = was.map_or(0.0, |was| was.effect.error_seen(&was.values, &signals, &mut old));
+                    before - now.effect.error_seen(&now.values, &signals, &mut new)
+                });
+                let whole = stamped(s, 0.0, &rate_of(change.collect()), other);
+                Some((Some(at.angle.iter().zip(at_rows(&whole)).map(|(a, b)| a + b).collect()), None))
+            }
+            Stage::Timing => {
+                let whole = stamped(s, calibration(other).0, &at.rate, other);
+                Some((Some(at_rows(&whole)), None))
+            }
+            Stage::Calibration | Stage::Response if !has_play => {
+                let bridges = |terms: &[Term]| terms.iter().any(|term| term.effect.stage() == Stage::Response);
+                let mut lost = Vec::new();
+                if bridges(other) {
+                    lost = self::lost(s, other);
+                    if !bridges(terms) && lost.contains(&true) {
+                        return None;
+                    }
+                }
+                let mut felt = felt(s, other, &lost);
+                felt.iter_mut().zip(at.errors.iter()).for_each(|(rate, error)| *rate -= error);
+                let rate = rate_of(felt);
+                let whole = stamped(s, calibration(other).0, &rate, other);
+                Some((Some(at_rows(&whole)), None))
+            }
+            Stage::Reference => {
+                let mut reference = at.reference.clone();
+                reference_errors(s, now, &warm[index], |i, error, _| reference[i] -= error);
+                if let Some(was) = was {
+                    reference_errors(s, was, &warm[index], |i, error, _| reference[i] += error);
+                }
+                Some((None, Some(reference)))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// a − b, channel by channel.
+fn less(a: &[Vec<f64>], b: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    a.iter().zip(b).map(|(a, b)| a.iter().zip(b).map(|(a, b)| a - b).collect()).collect()
+}
+
+/// Hands each reference row, what this term makes the reference err by there and what it remembers to `take`.
+fn reference_errors(s: &Series, term: &Term, warm: &Warm, mut take: impl FnMut(usize, f64, &Memory)) {
+    let mut memory = Memory::default();
+    let mut passed = s.reference_rows.first().copied().unwrap_or(0);
+    for (i, &k) in s.reference_rows.iter().enumerate() {
+        let at = |row: usize, angle: f64| Signals { angle, ..s.signals[row] };
+        // A play goes by where the shaft has been, between the readings too.
+        for row in passed..k {
+            let been = [Some(warm.angle[row]), turning_point(&warm.angle, row)];
+            for angle in been.into_iter().flatten() {
+                term.effect.error(&term.values, &at(row, angle), &mut memory);
+            }
+        }
+        passed = k;
+        let error = term.effect.error(&term.values, &at(k, warm.angle[k]), &mut memory);
+        take(i, error, &memory);
+    }
+}
+
+/// The angle of a rate at the samples' times, re-stamped where these terms say that readings are valid at other times.
+fn stamped(s: &Series, alpha: f64, rate: &[f64], terms: &[Term]) -> Vec<f64> {
+    let timing: Vec<&Term> = terms.iter().filter(|term| term.effect.stage() == Stage::Timing).collect();
+    if timing.is_empty() { angle_of(s, alpha, rate, &s.t) } else { restamped(s, alpha, rate, &timing) }
+}
+
+/// α and δ of the calibration ω̂ = α ω_g + δ.
+fn calibration(terms: &[Term]) -> (f64, f64) {
+    let (mut alpha, mut delta) = (1.0, 0.0);
+    for term in terms.iter().filter(|term| term.effect.stage() == Stage::Calibration) {
+        match term.effect.card().id {
+            "scale-factor" => alpha = term.values[0],
+            _ => delta = term.values[0],
+        }
+    }
+    (alpha, delta)
+}
+
+/// Readings that say nothing: those that are missing, and those that a limit cut off.
+fn lost(s: &Series, terms: &[Term]) -> Vec<bool> {
+    let mut lost = s.missing.clone();
+    for term in terms.iter().filter(|term| term.effect.stage() == Stage::Reading) {
+        // A reading that stays short of the limit by less than its noise is one that the noise kept there.
+        for (l, &g) in lost.iter_mut().zip(&s.gyro) {
+            *l |= [-s.margin, 0.0, s.margin].iter().any(|m| term.effect.lost(&term.values, g + m));
+        }
+    }
+    lost
+}
+
+/// What a sensor felt: its readings calibrated, and its own response undone.
+fn felt(s: &Series, terms: &[Term], lost: &[bool]) -> Vec<f64> {
+    let (alpha, delta) = calibration(terms);
+    let mut rate: Vec<f64> = s.gyro.iter().map(|g| alpha * g + delta).collect();
+    let mut response = terms.iter().filter(|term| term.effect.stage() == Stage::Response).peekable();
+    if response.peek().is_some() {
+        smooth_over(&s.t, lost, &mut rate);
+    }
+    for term in response.filter(|term| !is_of_mount(term)) {
+        rate = term.effect.undo_response_whole(&term.values, &s.t, &rate);
+    }
+    rate
+}
+
+/// Whether a response is that of what carries the sensor: what it adds is felt.
+fn is_of_mount(term: &Term) -> bool {
+    term.effect.card().id == "mount-resonance"
+}
+
+/// Marks what is marked in `more` too; either may be empty, which marks nothing.
+fn merge(marks: &mut Vec<bool>, more: &[bool]) {
+    marks.resize(marks.len().max(more.len()), false);
+    marks.iter_mut().zip(more).for_each(|(mark, more)| *mark |= more);
+}
+
+/// Samples at which a lost reading counts, and which are not its own: undoing a response spreads it over its neighbours,
+/// and one that is late is valid before its stamp. Empty where there are none.
+fn displaced(t: &[f64], lost: &[bool], response: &[&Term], timing: &[&Term]) -> Vec<bool> {
+    if response.is_empty() && timing.is_empty() || !lost.contains(&true) {
+        return Vec::new();
+    }
+    let mut at: Vec<usize> = (0..lost.len()).filter(|&k| lost[k]).collect();
+    let mut marks = vec![false; lost.len()];
+    if !response.is_empty() {
+        let reach: f64 = response.iter().map(|term| term.effect.reach(&term.values)).sum();
+        for &k in &at {
+            let (first, last) = (k.saturating_sub(NEIGHBOURS), (k + NEIGHBOURS).min(t.len() - 1));
+            let before = (0..first).rev().take_while(|&other| t[first] - t[other] <= reach).count();
+            let after = (last + 1..t.len()).take_while(|&other| t[other] - t[last] <= reach).count();
+            marks[first - before..=last + after].fill(true);
+        }
+        at = (0..lost.len()).filter(|&k| marks[k]).collect();
+    }
+    if !timing.is_empty() {
+        for k in at {
+            let valid = timing.iter().fold(t[k], |t, term| term.effect.valid_time(&term.values, t));
+            let next = t.partition_point(|t| *t <= valid);
+            marks[next.saturating_sub(1)..(next + 1).min(t.len())].fill(true);
+        }
+    }
+    marks.iter_mut().zip(lost).for_each(|(mark, lost)| *mark &= !lost);
+    marks
+}
+
+/// Puts a cubic over each stretch of lost samples, with the value and the slope that the rate has on either side: undoing a
+/// response would follow the corners, of which the truth has none.
+fn smooth_over(t: &[f64], lost: &[bool], rate: &mut [f64]) {
+    let mut first = 0;
+    for run in lost.chunk_by(|a, b| a == b) {
+        let (from, to) = (first, first + run.len());
+        first = to;
+        if !run[0] || from < 2 || to + 2 > t.len() {
+            continue;
+        }
+        let (a, b) = (from - 1, to);
+        let span = t[b] - t[a];
+        let chord = rate[b] - rate[a];
+        let beside = |near: usize, far: usize| {
+            if lost[far] { chord } else { span * (rate[near] - rate[far]) / (t[near] - t[far]) }
+        };
+        let (rises, ends) = (beside(a, a - 1), beside(b, b + 1));
+        for k in from..to {
+            let x = (t[k] - t[a]) / span;
+            let bend = x * (1.0 - x) * ((1.0 - x) * (rises - chord) - x * (ends - chord));
+            rate[k] = rate[a] + x * chord + bend;
+        }
+    }
+}
+
+/// Samples on either side that a centred derivative takes in.
+const NEIGHBOURS: usize = 2;
+
+/// ∫ rate dt over these times. Where the readings are means, α times what they have turned, and the integral of the rest.
+pub(super) fn angle_of(s: &Series, alpha: f64, rate: &[f64], times: &[f64]) -> Vec<f64> {
+    if s.turned.is_empty() {
+        return integral(times, rate);
+    }
+    let rest: Vec<f64> = rate.iter().zip(&s.gyro).map(|(rate, gyro)| rate - alpha * gyro).collect();
+    let mut angle = integral(times, &rest);
+    let mut turned = 0.0;
+    for k in 1..angle.len() {
+        let stretch = (times[k] - times[k - 1]) / (s.t[k] - s.t[k - 1]);
+        turned += alpha * stretch * (s.turned[k] - s.turned[k - 1]);
+        angle[k] += turned;
+    }
+    angle
+}
+
+/// The angle at the samples' times, where a reading stamped t is valid at another time: a rate is integrated over its
+/// times of validity, cubic between them.
+fn restamped(s: &Series, alpha: f64, rate: &[f64], timing: &[&Term]) -> Vec<f64> {
+    let at = |&t: &f64| timing.iter().fold(t, |t, term| term.effect.valid_time(&term.values, t));
+    let valid: Vec<f64> = s.t.iter().map(at).collect();
+    let (whole, mut hint) = (angle_of(s, alpha, rate, &valid), 0);
+    s.t.iter().map(|&t| hermite(&valid, &whole, rate, t, &mut hint)).collect()
+}
