@@ -29,8 +29,11 @@ fn logs_of_real_and_simulated_sensors_show_no_fault_but_true_gaps() {
             assert_eq!(record.len() as u64, provenance.samples);
             assert_eq!(provenance.sha256.len(), 64);
             for fault in faults {
-                // The stepper rig lost three and four samples out of twenty thousand.
-                assert!(part == "recorded" && fault.fault == "dropouts" && fault.count < 5, "{path:?}: {fault:?}");
+                // Real recordings lose or repeat a sample in a hundred, and one was made at rest.
+                let is_rare = (fault.count as f64) < 0.01 * record.len() as f64;
+                let is_small = is_rare && ["dropouts", "repeated-samples"].contains(&fault.fault.as_str());
+                let rests = fault.fault == "not-excited" && path.to_string_lossy().contains("at-rest");
+                assert!(part == "recorded" && (is_small || rests), "{path:?}: {fault:?}");
             }
             read += 1;
         }
