@@ -404,11 +404,20 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
         noise = growing;
         step = solve(&normal(study, &noise).0).0;
     }
+    noise = on_every_row(study, noise, &step, rows.index.len());
+    // A noise that is near is looked for on fewer rows, which may lead away from it.
+    let found = at_noise(study, &noise);
+    starts.iter().fold(found, |found, start| likelier(study, &found, start).unwrap_or(found))
+}
+
+/// The likeliest noise on every row, from one that was found on so many of them, the parameters having moved by `step`.
+fn on_every_row(study: &Study, found: NoiseModel, step: &[f64], rows: usize) -> NoiseModel {
+    let mut noise = found;
     // What was found on some of the rows is not the likeliest on all: noise that goes on from row to row looks another way
     // where every other row is left out.
     let all = self::rows(study, 1);
-    if all.index.len() > rows.index.len() {
-        let (residual, limits) = (moved(study, &step), limits(study, &all));
+    if all.index.len() > rows {
+        let (residual, limits) = (moved(study, step), limits(study, &all));
         let mut before = f64::INFINITY;
         for _ in 0..ROUNDS {
             let (found, cost) = likelihood::seek(&noise, &all, &residual, &limits, AFTER);
@@ -422,15 +431,13 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
     // A walk that hardly raises ln L is found now here, now there: none is as likely.
     let still = NoiseModel { bias_random_walk: NO_WALK * noise.angle_random_walk, ..noise };
     if noise.bias_random_walk > still.bias_random_walk {
-        let (residual, limits) = (moved(study, &step), limits(study, &all));
+        let (residual, limits) = (moved(study, step), limits(study, &all));
         let cost = |noise: &NoiseModel| likelihood::seek(noise, &all, &residual, &limits, 0).1;
         if cost(&still) < cost(&noise) + UNSEEN {
             noise = still;
         }
     }
-    // A noise that is near is looked for on fewer rows, which may lead away from it.
-    let found = at_noise(study, &noise);
-    starts.iter().fold(found, |found, start| likelier(study, &found, start).unwrap_or(found))
+    noise
 }
 
 /// Bias random walk over the angle's that is as good as none, 1/s.

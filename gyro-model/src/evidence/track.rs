@@ -183,15 +183,17 @@ impl Problem {
             Some(own) => own.clone_from(term),
             None => other.push(term.clone()),
         }
-        let Some((angle, reference)) = self.moved(s, terms, &other, series, place, warm, &at.tracks[series]) else {
+        let Some(moved) = self.moved(terms, &other, (series, place), warm, &at.tracks[series]) else {
             let mut tracks = at.tracks.clone();
             tracks[series] = Arc::new(self.track(s, &other, series, warm));
             return less(&self.together(tracks).residual, &at.residual);
         };
         let own = &at.tracks[series];
         if self.attitude().is_none() {
-            let angle = angle.as_deref().unwrap_or(&own.angle);
-            let reference = reference.as_deref().unwrap_or(&own.reference);
+            let (angle, reference) = match &moved {
+                Moved::Angle(angle) => (angle, &own.reference),
+                Moved::Reference(reference) => (&own.angle, reference),
+            };
             let mut sum = 0.0;
             let mut before = (angle[0] - own.angle[0]) - (reference[0] - own.reference[0]);
             let steps = (0..angle.len()).map(|i| {
@@ -203,25 +205,25 @@ impl Problem {
             return vec![steps.collect()];
         }
         let mut track = Track::clone(own);
-        track.angle = angle.unwrap_or(track.angle);
-        track.reference = reference.unwrap_or(track.reference);
+        match moved {
+            Moved::Angle(angle) => track.angle = angle,
+            Moved::Reference(reference) => track.reference = reference,
+        }
         let mut tracks = at.tracks.clone();
         tracks[series] = Arc::new(track);
         less(&self.together(tracks).residual, &at.residual)
     }
 
-    /// The angle at the reference's rows and the reference less its errors, as far as one term's change moves them; `None`
-    /// where all has to be done again.
+    /// What the change of term `place` of an axis moves; `None` where all has to be done again.
     fn moved(
         &self,
-        s: &Series,
         terms: &[Term],
         other: &[Term],
-        index: usize,
-        place: usize,
+        (index, place): (usize, usize),
         warm: &[Warm],
         at: &Track,
-    ) -> Option<(Option<Vec<f64>>, Option<Vec<f64>>)> {
+    ) -> Option<Moved> {
+        let s = &self.series[index];
         let (was, now) = (terms.get(place), &other[place]);
         let at_rows = |whole: &[f64]| s.reference_rows.iter().map(|&k| whole[k]).collect::<Vec<f64>>();
         let has_play = other.iter().any(|term| term.effect.is_play());
@@ -238,11 +240,11 @@ impl Problem {
                     before - now.effect.error_seen(&now.values, &signals, &mut new)
                 });
                 let whole = stamped(s, 0.0, &rate_of(change.collect()), other);
-                Some((Some(at.angle.iter().zip(at_rows(&whole)).map(|(a, b)| a + b).collect()), None))
+                Some(Moved::Angle(at.angle.iter().zip(at_rows(&whole)).map(|(a, b)| a + b).collect()))
             }
             Stage::Timing => {
                 let whole = stamped(s, calibration(other).0, &at.rate, other);
-                Some((Some(at_rows(&whole)), None))
+                Some(Moved::Angle(at_rows(&whole)))
             }
             Stage::Calibration | Stage::Response if !has_play => {
                 let bridges = |terms: &[Term]| terms.iter().any(|term| term.effect.stage() == Stage::Response);
@@ -257,7 +259,7 @@ impl Problem {
                 felt.iter_mut().zip(at.errors.iter()).for_each(|(rate, error)| *rate -= error);
                 let rate = rate_of(felt);
                 let whole = stamped(s, calibration(other).0, &rate, other);
-                Some((Some(at_rows(&whole)), None))
+                Some(Moved::Angle(at_rows(&whole)))
             }
             Stage::Reference => {
                 let mut reference = at.reference.clone();
@@ -265,11 +267,19 @@ impl Problem {
                 if let Some(was) = was {
                     reference_errors(s, was, &warm[index], |i, error, _| reference[i] += error);
                 }
-                Some((None, Some(reference)))
+                Some(Moved::Reference(reference))
             }
             _ => None,
         }
     }
+}
+
+/// What one term's change moves, at the reference's rows, rad.
+enum Moved {
+    /// The compensated angle.
+    Angle(Vec<f64>),
+    /// The reference less its own errors.
+    Reference(Vec<f64>),
 }
 
 /// a − b, channel by channel.
