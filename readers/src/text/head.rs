@@ -34,16 +34,18 @@ pub struct Head {
 }
 
 impl Head {
-    /// Of names between commas that stand in one line, nothing else being known.
+    /// Of names between commas that stand in one line, nothing else being known. Numbers alone are no header, but a row.
     #[must_use]
     pub fn of_names(names: &[&[u8]]) -> Self {
-        let bare = |name: &&[u8]| String::from_utf8_lossy(name.trim_ascii()).into_owned();
+        let bare: Vec<String> =
+            names.iter().map(|name| String::from_utf8_lossy(name.trim_ascii()).into_owned()).collect();
+        let is_row = bare.iter().all(|name| name.is_empty() || name.parse::<f64>().is_ok());
         Self {
-            names: names.iter().map(bare).collect(),
+            names: bare,
             units: vec![None; names.len()],
-            line: Some(1),
+            line: (!is_row).then_some(1),
             dialect: CSV,
-            samples: Vec::new(),
+            samples: if is_row { vec![names.iter().map(|name| name.to_vec()).collect()] } else { Vec::new() },
             raw: Vec::new(),
         }
     }
