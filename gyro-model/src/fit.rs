@@ -7,7 +7,7 @@
 
 use crate::{
     Axis, AxisModel, Model, Record, Term,
-    diagnose::{begin, judged::Judged, long, verdict::SILENT},
+    diagnose::{begin, judged::Judged, long, thresholds::SILENT},
     effects::Need,
     evidence::{
         problem::HeldRate,
@@ -84,7 +84,7 @@ pub fn fit(record: &Record, start: &Model, axes: &[Axis]) -> Result<Model, FitEr
             let (silent, anywhere) = (anywhere.evaluation.silent(), anywhere.model);
             bench.problem.held_rate = HeldRate::AtTheEnd;
             let is_within = |study: &Study| (0..group.len()).all(|k| Judged::new(study, k, false).within());
-            let at_the_end = (silent > SILENT).then(|| fitted(record, &bench, &model)).filter(is_within);
+            let at_the_end = (silent > SILENT.value).then(|| fitted(record, &bench, &model)).filter(is_within);
             model = at_the_end.map_or(anywhere, |study| study.model);
         }
         // Where an axis sees the others they have to be as this fit leaves them.

@@ -30,10 +30,11 @@
 //! | [`diagnosis`] | the result types, as the JSON interface has them |
 //! | [`detail`] | the pictures behind a verdict: overlay, regimes, spectrum, whiteness |
 //! | [`align`] | how far two clocks lie apart, by the motion that both saw |
+//! | [`statistics`] | values with their standard errors, from the blocks of a log |
 //! | [`nls`] | Levenberg–Marquardt on normal equations |
 //! | [`evidence`] | what a log says about a model: residual, error curve, floor, noise, likelihood |
 //! | [`fit`] | the model's parameters on a log |
-//! | [`diagnose`] | which effect is missing: scan, refit, gate, rank, ladder |
+//! | [`diagnose`] | which effect is missing: scan, refit, tests of admission, search, verdict |
 
 pub mod align;
 pub mod axis;
@@ -57,6 +58,7 @@ mod parallel;
 pub mod process_noise;
 pub mod record;
 pub mod simulate;
+pub mod statistics;
 pub mod thin;
 
 pub use axis::Axis;

@@ -3,10 +3,10 @@
 //! The scan is a score test in the whitened domain: with the noise identified for the present model, how much would
 //! ln L rise if this column joined, everything else re-fitted linearly. It only chooses who is refitted exactly.
 
-use super::{gate::is_whole, limits, tone, verdict::is_slow};
+use super::{judging::is_whole, limits, tone};
 use crate::{
     AxisModel, Model, Term,
-    effects::{CATALOGUE, Effect, Need, ParameterCard, Role, Stage},
+    effects::{CATALOGUE, Effect, Need, ParameterCard, Role, Stage, Trait},
     evidence::{
         line::Line,
         noise::{self, Gls},
@@ -47,10 +47,10 @@ pub fn can_show(effect: &dyn Effect, series: &Series) -> bool {
     let shows = match series.rest {
         Rest::None => true,
         Rest::OfReference => false,
-        Rest::Whole => is_slow(effect.card().id),
+        Rest::Whole => effect.is(Trait::Slow),
     };
     // On one line a mount is a gain and a lateness, which scale factor and delay are already.
-    if !shows || series.one_line.is_some() && effect.card().id == "mount-resonance" {
+    if !shows || series.one_line.is_some() && effect.is(Trait::Resonance) {
         return false;
     }
     let varies = |pick: &dyn Fn(usize) -> f64, least: f64| {
@@ -160,7 +160,7 @@ impl<'a> Scanner<'a> {
                 .collect();
         }
         let span = series.span();
-        let is_tone = effect.card().id == "vibration-tone";
+        let is_tone = effect.is(Trait::Line);
         let shapes: Vec<Vec<f64>> = if is_tone {
             self.tone(effect, index, series).map(|f| vec![f]).into_iter().collect()
         } else if linear == parameters.len() {
@@ -420,11 +420,6 @@ fn prior_floor(study: &Study) -> Vec<f64> {
         .collect()
 }
 
-/// Whether an effect is that of a whole sensor or reference rather than of an axis.
-pub(super) fn of_whole_sensor(effect: &dyn Effect) -> bool {
-    matches!(effect.stage(), Stage::Timing | Stage::Response)
-}
-
 /// The study's model with one more term and, where the axes make one orientation and the effect is of the whole sensor, with
 /// as much of it on every other axis that has nothing of the kind: what one axis reads late the others read late too, and
 /// their errors are carried into its own.
@@ -432,12 +427,12 @@ pub(super) fn of_whole_sensor(effect: &dyn Effect) -> bool {
 pub fn with_term_throughout(study: &Study, series: usize, term: &Term) -> Model {
     let mut model = with_term(study, series, term.clone());
     let problem = &study.bench.problem;
-    if problem.attitude().is_none() || !of_whole_sensor(term.effect) {
+    if problem.attitude().is_none() || !term.effect.is_of_whole_sensor() {
         return model;
     }
     for other in problem.series.iter().enumerate().filter(|(k, s)| *k != series && can_show(term.effect, s)) {
         let own = model.axes[other.1.axis.index()].get_or_insert_with(|| AxisModel::base(other.1.axis));
-        if !own.terms.iter().any(|t| of_whole_sensor(t.effect)) {
+        if !own.terms.iter().any(|t| t.effect.is_of_whole_sensor()) {
             own.terms.push(term.clone());
         }
     }

@@ -5,7 +5,7 @@
 //! bridging removes every error.
 
 use crate::{
-    effects::{Effect, white_noise},
+    effects::{Effect, Trait, white_noise},
     evidence::{
         prior::{gain, read_angle},
         series::Series,
@@ -17,13 +17,13 @@ use statrs::distribution::{Binomial, DiscreteCDF};
 #[must_use]
 pub fn read_off(effect: &dyn Effect, series: &Series) -> Option<f64> {
     let readings: Vec<f64> = series.gyro.iter().zip(&series.read).filter(|(_, read)| **read).map(|(g, _)| *g).collect();
-    match effect.card().id {
-        "saturation" => {
-            let most = |rail| if stands_alone(&readings, rail) { BEYOND_ALONE } else { BEYOND };
-            rail(&readings).filter(|&rail| !is_held(series, rail, most(rail)))
-        }
-        "dead-zone" => hole(&readings),
-        _ => None,
+    if effect.is(Trait::Ceiling) {
+        let most = |rail| if stands_alone(&readings, rail) { BEYOND_ALONE } else { BEYOND };
+        rail(&readings).filter(|&rail| !is_held(series, rail, most(rail)))
+    } else if effect.is(Trait::Hole) {
+        hole(&readings)
+    } else {
+        None
     }
 }
 

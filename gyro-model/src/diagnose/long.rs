@@ -7,8 +7,9 @@
 use super::{
     Options,
     judged::Judged,
-    ladder::{self, Change, search},
+    ladder,
     refit::{Present, Refit},
+    search::{Change, search},
 };
 use crate::{
     Axis, Model, Record,
@@ -65,7 +66,7 @@ impl Parts {
     pub fn suspects(&self, model: &Model, options: &Options) -> [(Present<'_>, Vec<Refit<'_>>); 2] {
         self.each().map(|part| {
             let present = Present::new(Study::fit(part, model, None));
-            let suspects = present.suspects(options.own_effects, options.progress);
+            let suspects = present.suspects(options);
             (present, suspects)
         })
     }
@@ -75,10 +76,18 @@ impl Parts {
     pub fn climb(&self, record: &Record, bench: &Bench, start: &Model, options: &Options) -> (Model, Vec<AxisLadder>) {
         let axes = axes(bench);
         let mut rungs: Vec<(Model, Change)> = Vec::new();
-        let slow = search(&self.thin, start, options, &mut |study, change| rungs.push((study.model.clone(), change)));
+        let tell = |study: &Study, change: &Change| {
+            let step = change.step(&Judged::new(study, change.series, false));
+            (options.took)(axes[change.series], &step);
+        };
+        let slow = search(&self.thin, start, options, &mut |study, change| {
+            tell(study, &change);
+            rungs.push((study.model.clone(), change));
+        });
         let known = slow.present.study.model.clone();
         let fast = search(&self.stretch, &known, options, &mut |study, change| {
             if change.added.is_some() || change.removed.is_some() {
+                tell(study, &change);
                 rungs.push((joined(&known, &study.model, &axes), change));
             }
         });
@@ -92,7 +101,7 @@ impl Parts {
         }
         ladder::note(&mut steps, &slow.alike);
         ladder::note(&mut steps, &fast.alike);
-        ladder::conclude(record, &present, &slow.last, &steps, options)
+        ladder::conclude(record, &present, (&slow.present, &slow.last), &steps, options)
     }
 }
 

@@ -3,14 +3,12 @@
 use super::{
     candidates::can_show,
     refit::{Present, Refit},
+    thresholds as limit,
 };
 use crate::{
     Term,
     effects::{Effect, Signals, user},
 };
-
-/// Share of a log without a value that is worth a sentence.
-const MENTIONED: f64 = 0.02;
 
 /// What is to be said of the user's effects on one axis: where they have no value, and why they are neither in the model nor
 /// missing. Empty where there is nothing.
@@ -35,7 +33,7 @@ fn says(present: &Present, suspects: &[&Refit], effect: &'static dyn Effect, ser
         return vec![format!("Your `{id}` has no finite value anywhere in this log.")];
     }
     let mut all = Vec::new();
-    if undefined > MENTIONED {
+    if undefined > limit::MENTIONED.value {
         let share = 100.0 * undefined;
         all.push(format!("Your `{id}` has no finite value in {share:.0} % of this log, and is taken for 0 there."));
     }

@@ -1,10 +1,12 @@
 //! A suspect refitted exactly, and what that is worth.
 
 use super::{
-    candidates::{Candidate, Scanner, can_show, of_whole_sensor, scan, with_term_throughout},
-    gate::chance,
-    pair::pair,
-    rank::{drop_driven, prefer_plainer, rank},
+    Options,
+    candidates::{Candidate, Scanner, can_show, scan, with_term_throughout},
+    chance::chance,
+    comparison::{drop_driven, prefer_plainer, rank},
+    search::pair,
+    thresholds as limit,
 };
 use crate::{
     Model, Term,
@@ -19,6 +21,7 @@ use crate::{
     },
     nls, parallel,
     record::ReferenceKind,
+    statistics::Estimate,
 };
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::sync::OnceLock;
@@ -46,6 +49,8 @@ struct Measure {
     log_likelihood: f64,
     held_out: Vec<f64>,
     excess: f64,
+    /// E/F, averaging time by averaging time.
+    curve: Vec<f64>,
     blocks: Vec<Option<f64>>,
 }
 
@@ -56,6 +61,7 @@ impl Measure {
             log_likelihood: gls.log_likelihood,
             held_out: gls.held_out.clone(),
             excess: held.excess(&weights),
+            curve: held.curve().iter().zip(&weights).map(|(error, floor)| error / floor).collect(),
             blocks: held.by_block(&weights),
         }
     }
@@ -74,16 +80,18 @@ pub struct Refit<'a> {
     pub excess: f64,
     /// J on the samples that it does not leave out.
     pub(super) kept: f64,
+    /// The most that E grows by at any averaging time, beyond what noise leaves there.
+    pub(super) grows: f64,
     /// Rise of ln L.
     pub rise: f64,
     /// How much noise alone raises ln L beyond what white noise would.
     pub inflation: f64,
-    /// Rise of the held-out ln L over the blocks, and its standard error.
-    pub held_out: (f64, f64),
+    /// Gain in ln L on blocks that were not fitted, their sum.
+    pub held_out: Estimate,
     /// Chance of such a rise from noise, priced for the whole search.
     pub p_value: f64,
-    /// Fall of the held-out error: mean over blocks of ln(J₀/J₁), and its standard error.
-    pub fall: (f64, f64),
+    /// Fall of the held-out error, ln(J₀/J₁), mean over the blocks.
+    pub fall: Estimate,
     /// Rise of the held-out ln L, block by block.
     pub(super) gains: Vec<f64>,
     /// ln(J₀/J₁), block by block.
@@ -93,10 +101,6 @@ pub struct Refit<'a> {
 /// How many suspects of an axis are refitted exactly, by either measure: of an axis alone, and of one of several.
 const LEADERS: usize = 5;
 const LEADERS_OF_SEVERAL: usize = 3;
-/// Share of J that the scan has to promise for a refit that its likelihood does not ask for.
-const LOWERS: f64 = 0.02;
-/// Rise of ln L below which the scan's suspects are not refitted.
-const NOTICEABLE: f64 = 4.0;
 
 impl<'a> Present<'a> {
     /// Takes a fitted model's measure.
@@ -121,7 +125,7 @@ impl<'a> Present<'a> {
     /// to the next. Over many rows the noise adds up to what it was, and the motion is still there.
     pub(super) fn beside(&self, effect: &dyn Effect, series: usize) -> &Self {
         let series = &self.study.bench.problem.series[series];
-        if self.study.every > 1 || !of_whole_sensor(effect) || series.kind != ReferenceKind::Rate {
+        if self.study.every > 1 || !effect.is_of_whole_sensor() || series.kind != ReferenceKind::Rate {
             return self;
         }
         let t = &series.reference_t;
@@ -213,18 +217,22 @@ impl<'a> Present<'a> {
 
     /// The suspects of this model, refitted, axis by axis, best first.
     #[must_use]
-    pub fn suspects(&self, extra: &[&'static dyn Effect], mut progress: impl FnMut(&str)) -> Vec<Refit<'a>> {
-        let all = self.scanned(extra);
+    pub fn suspects(&self, options: &Options) -> Vec<Refit<'a>> {
+        let all = self.scanned(options);
         let axes = self.study.bench.problem.series.len();
         let most = if axes > 1 { LEADERS_OF_SEVERAL } else { LEADERS };
         let of = |k: usize| all.iter().filter(|c| c.series == k).cloned().collect::<Vec<_>>();
         let list: Vec<Candidate> = (0..axes).flat_map(|k| leaders(of(k), most)).collect();
-        progress(&list.iter().map(|c| c.term.effect.card().id).collect::<Vec<_>>().join(", "));
+        (options.progress)(&list.iter().map(|c| c.term.effect.card().id).collect::<Vec<_>>().join(", "));
         let (first, rest): (Vec<Candidate>, Vec<Candidate>) = promising(list, axes);
-        let mut left = parallel::map(&first, |candidate| self.refit(candidate.clone()));
+        let refitted = |list: &[Candidate]| -> Vec<Refit<'a>> {
+            let refit = |candidate: &Candidate| (!(options.stop)()).then(|| self.refit(candidate.clone()));
+            parallel::map(list, refit).into_iter().flatten().collect()
+        };
+        let mut left = refitted(&first);
         // What cannot come near the best by either measure is not refitted.
         let rest: Vec<Candidate> = rest.into_iter().filter(|c| self.may_win(c, &left)).collect();
-        left.extend(parallel::map(&rest, |candidate| self.refit(candidate.clone())));
+        left.extend(refitted(&rest));
         let mut refits = Vec::new();
         for k in 0..axes {
             let mut own = left.extract_if(.., |r| r.candidate.series == k).collect();
@@ -250,17 +258,18 @@ impl<'a> Present<'a> {
         let own = || fitted.iter().filter(|r| r.candidate.series == candidate.series && !r.at_bound());
         let least = own().map(|r| r.excess).fold(f64::INFINITY, f64::min);
         let most = own().map(|r| r.rise).filter(|rise| rise.is_finite()).fold(0.0, f64::max);
-        let left = GRID * (1.0 - candidate.removes) * self.excess(candidate.series);
+        let left = limit::GRID.value * (1.0 - candidate.removes) * self.excess(candidate.series);
         // What a whole sensor has is scanned on one axis, and fitted on all.
-        let is_scanned_in_part = of_whole_sensor(candidate.term.effect) && self.study.bench.problem.series.len() > 1;
+        let is_scanned_in_part =
+            candidate.term.effect.is_of_whole_sensor() && self.study.bench.problem.series.len() > 1;
         let is_read_off = candidate.term.effect.stage() == Stage::Reading;
-        is_read_off || is_scanned_in_part || left < least || candidate.score > GRID * most
+        is_read_off || is_scanned_in_part || left < least || candidate.score > limit::GRID.value * most
     }
 
-    /// What may be missing, at the shapes to start from: of the catalogue and of the `extra` effects, which are the same
+    /// What may be missing, at the shapes to start from: of the catalogue and of the user's own effects, which are the same
     /// throughout a search.
-    pub(super) fn scanned(&self, extra: &[&'static dyn Effect]) -> &[Candidate] {
-        self.scanned.get_or_init(|| scan(&self.study, &self.gls, &self.draws, extra))
+    pub(super) fn scanned(&self, options: &Options) -> &[Candidate] {
+        self.scanned.get_or_init(|| scan(&self.study, &self.gls, &self.draws, options.own_effects))
     }
 
     /// Whether an effect that the model does not have is worth an exact refit on any of its axes.
@@ -277,15 +286,15 @@ impl<'a> Present<'a> {
     }
 
     /// J of an axis with everything that the scan found for it, to first order: the least that any of it together may leave.
-    pub(super) fn reachable(&self, series: usize, extra: &[&'static dyn Effect]) -> f64 {
+    pub(super) fn reachable(&self, series: usize, options: &Options) -> f64 {
         let is_own = |c: &&Candidate| c.series == series && c.term.effect.stage() != Stage::Reading;
-        let own: Vec<&Candidate> = self.scanned(extra).iter().filter(is_own).collect();
+        let own: Vec<&Candidate> = self.scanned(options).iter().filter(is_own).collect();
         self.excess(series) * Scanner::new(&self.study, &self.gls, &self.draws).leaves(&own)
     }
 
     /// Two suspects of one axis that hide one another.
-    pub(super) fn pair(&self, series: usize, extra: &[&'static dyn Effect]) -> Option<[Candidate; 2]> {
-        let own: Vec<Candidate> = self.scanned(extra).iter().filter(|c| c.series == series).cloned().collect();
+    pub(super) fn pair(&self, series: usize, options: &Options) -> Option<[Candidate; 2]> {
+        let own: Vec<Candidate> = self.scanned(options).iter().filter(|c| c.series == series).cloned().collect();
         let axis = self.study.bench.problem.series[series].axis;
         pair(&Scanner::new(&self.study, &self.gls, &self.draws), axis, &own)
     }
@@ -296,10 +305,10 @@ impl<'a> Present<'a> {
         &self,
         series: usize,
         joint: &Model,
-        extra: &[&'static dyn Effect],
+        options: &Options,
         wanted: impl Fn(&str) -> bool,
     ) -> Vec<Refit<'a>> {
-        let mut list = self.scanned(extra).to_vec();
+        let mut list = self.scanned(options).to_vec();
         list.retain(|c| {
             c.series == series && c.term.effect.stage() != Stage::Reading && wanted(c.term.effect.card().id)
         });
@@ -357,15 +366,17 @@ impl<'a> Present<'a> {
             own.log_likelihood - base.log_likelihood - SHAPES * self.shaped(&study, &gls, &candidate)
         };
         let gains: Vec<f64> = own.held_out.iter().zip(&base.held_out).map(|(a, b)| a - b).collect();
-        let held_out = if read_off { (f64::INFINITY, 0.0) } else { total(&gains) };
+        let held_out = if read_off { Estimate::exact(f64::INFINITY) } else { Estimate::sum(&gains) };
         let falls: Vec<Option<f64>> =
             base.blocks.iter().zip(&own.blocks).map(|(a, b)| Some((a.as_ref()? / b.as_ref()?).ln())).collect();
-        let fall = mean(&falls.iter().copied().flatten().collect::<Vec<_>>());
+        let fall = Estimate::mean(&falls.iter().copied().flatten().collect::<Vec<_>>(), BLOCKS_APART);
         let inflation = self.inflation(&study);
         let p_value = chance(rise / inflation, &candidate, &study);
         let excess = own.excess * self.excess(series) / base.excess;
         let kept = own.excess;
-        Refit { candidate, study, gls, excess, kept, rise, inflation, held_out, p_value, fall, gains, falls }
+        let pairs = own.curve.iter().zip(&base.curve);
+        let grows = pairs.map(|(own, base)| own / base.max(limit::ABOVE.value)).fold(0.0, f64::max);
+        Refit { candidate, study, gls, excess, kept, grows, rise, inflation, held_out, p_value, fall, gains, falls }
     }
 }
 
@@ -397,18 +408,14 @@ fn promising(list: Vec<Candidate>, axes: usize) -> (Vec<Candidate>, Vec<Candidat
     (only(first), only(rest))
 }
 
-/// A shape is scanned on a grid, and its optimum lies between two points of it: an exact refit leaves at least this share of the
-/// error that the scan predicts, and gains at most as many times more in ln L.
-pub(super) const GRID: f64 = 0.4;
-
 /// Whether the scan promises that an effect lowers the error.
 fn lowers(candidate: &Candidate) -> bool {
-    candidate.removes > LOWERS
+    candidate.removes > limit::PROMISES.value
 }
 
 /// Whether the likelihood notices an effect.
 fn shows(candidate: &Candidate) -> bool {
-    candidate.score - candidate.freedom as f64 > NOTICEABLE - 1.0
+    candidate.score - candidate.freedom as f64 > limit::NOTICEABLE.value
 }
 
 /// The suspects that are worth an exact refit: first by the error that they remove, and by likelihood.
@@ -423,33 +430,8 @@ fn leaders(mut list: Vec<Candidate>, most: usize) -> Vec<Candidate> {
     chosen
 }
 
-/// Sum of block values and its standard error.
-pub(super) fn total(values: &[f64]) -> (f64, f64) {
-    let n = values.len() as f64;
-    if n < 2.0 {
-        return (values.iter().sum(), f64::INFINITY);
-    }
-    let mean = values.iter().sum::<f64>() / n;
-    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
-    (n * mean, (n * variance).sqrt())
-}
-
-/// Mean of block values and its standard error. The longest increments span three blocks, so neighbours are alike: their
-/// covariances count (Newey and West 1987).
-pub(super) fn mean(values: &[f64]) -> (f64, f64) {
-    let n = values.len();
-    if n < 4 {
-        return (values.iter().sum::<f64>() / n.max(1) as f64, f64::INFINITY);
-    }
-    let mean = values.iter().sum::<f64>() / n as f64;
-    let covariance =
-        |lag: usize| values.windows(lag + 1).map(|w| (w[0] - mean) * (w[lag] - mean)).sum::<f64>() / (n - 1) as f64;
-    let reach = BLOCKS_OF_INCREMENTS / 10;
-    let neighbours: f64 = (1..=reach).map(|k| 2.0 * (1.0 - k as f64 / (reach + 1) as f64) * covariance(k)).sum();
-    let variance = (covariance(0) + neighbours).max(0.5 * covariance(0));
-    (mean, (variance / n as f64).sqrt())
-}
-
+/// Blocks that the longest increments reach into: neighbours are alike.
+pub(super) const BLOCKS_APART: usize = BLOCKS_OF_INCREMENTS / 10;
 /// Readings a second of a reference that is a rate, where undoing a delay or a response filters the noise: many rows of
 /// it, and more than a shaft's motion needs.
 const SELDOM: f64 = 12.0;
