@@ -39,6 +39,7 @@ pub mod deadline;
 pub mod demo;
 pub mod domain;
 pub mod estimates;
+pub mod export;
 pub mod hopeless;
 pub mod kalman;
 pub mod live;
