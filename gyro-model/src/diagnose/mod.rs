@@ -16,6 +16,8 @@ mod compare;
 mod comparison;
 mod contrast;
 mod decision;
+#[cfg(test)]
+mod document;
 mod explain;
 pub mod judged;
 mod judging;
@@ -32,7 +34,7 @@ pub mod verdict;
 
 use crate::{
     Axis, AxisModel, Model, Record,
-    diagnosis::{AxisDiagnosis, AxisLadder, DataFault, ErrorPoint, LadderStep, Suspect, Verdict},
+    diagnosis::{AxisDiagnosis, AxisLadder, DataFault, ErrorPoint, Explained, LadderStep, Suspect, Verdict},
     effects::{CATALOGUE, Effect, find},
     evidence::{
         problem::HeldRate,
@@ -61,6 +63,8 @@ pub struct Options<'a> {
     pub own_effects: &'a [&'static dyn Effect],
     /// Told of each step of a ladder when it is taken.
     pub took: &'a (dyn Fn(Axis, &LadderStep) + Sync),
+    /// Told of each round's suspects with their tests, where they are to be explained.
+    pub looked: &'a (dyn Fn(Axis, &[Explained]) + Sync),
     /// Whether to stop and give the best so far: asked again and again.
     pub stop: &'a (dyn Fn() -> bool + Sync),
     /// Whether to give the tests of each suspect with their numbers.
@@ -74,6 +78,7 @@ impl Default for Options<'_> {
         Self {
             progress: &|_| (),
             took: &|_, _| (),
+            looked: &|_, _| (),
             stop: &|| false,
             explain: false,
             faults: &[],

@@ -24,6 +24,7 @@ pub(super) use pair::pair;
 use super::{
     Options,
     candidates::{Candidate, with_term},
+    explain::explained,
     judged::{self, Judged},
     ladder::aliases,
     refit::{Present, Refit},
@@ -145,6 +146,11 @@ impl<'a> Search<'a, '_> {
     /// One round forward: an exchange where one leaves less, else the best suspect, else what a look ahead finds.
     fn forward(&mut self) -> Forward<'a> {
         let suspects = self.suspects.take().unwrap_or_else(|| self.present.suspects(self.options));
+        if self.options.explain {
+            for (k, &axis) in self.axes.iter().enumerate() {
+                (self.options.looked)(axis, &explained(&self.present, &suspects, k, self.options));
+            }
+        }
         if (self.options.stop)() {
             return Forward::Ended(suspects);
         }
