@@ -34,6 +34,9 @@
 //! | [`nls`] | Levenberg–Marquardt on normal equations |
 //! | [`evidence`] | what a log says about a model: residual, error curve, floor, noise, likelihood |
 //! | [`fit`] | the model's parameters on a log |
+//! | [`limits`] | saturation and dead zone, as the readings show them |
+//! | [`scan`] | the score test of every effect of the catalogue |
+//! | [`thresholds`] | every number that a decision is held against |
 //! | [`diagnose`] | which effect is missing: scan, refit, tests of admission, search, verdict |
 
 pub mod align;
@@ -49,6 +52,7 @@ pub mod faults;
 pub mod fit;
 pub mod history;
 pub mod kalman;
+pub mod limits;
 pub mod model;
 pub mod nls;
 pub mod observer;
@@ -57,9 +61,11 @@ pub mod paper;
 mod parallel;
 pub mod process_noise;
 pub mod record;
+pub mod scan;
 pub mod simulate;
 pub mod statistics;
 pub mod thin;
+pub mod thresholds;
 
 pub use axis::Axis;
 pub use model::{AxisModel, Model, Noise, Term};

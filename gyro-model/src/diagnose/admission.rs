@@ -10,8 +10,8 @@ use super::{
         Condition::{self, Above, Below, Is, Not},
         Test,
     },
-    thresholds as limit,
 };
+use crate::thresholds as limit;
 
 /// What other missing physics cannot hide: the error itself falls, and by much.
 const DOMINATES: [Condition<Case>; 4] = [

@@ -1,10 +1,11 @@
 //! Whether a fit ran to the end of what is physical.
 
-use super::{candidates::Candidate, refit::Refit};
+use super::refit::Refit;
 use crate::{
     Axis, Term,
     effects::{ParameterCard, Role, Trait},
     evidence::{problem::Slot, series::Series},
+    scan::Candidate,
 };
 
 impl Refit<'_> {

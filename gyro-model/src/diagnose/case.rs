@@ -1,10 +1,7 @@
 //! A suspect under judgement: plain numbers, so that a test of it needs no log.
 
-use super::{
-    decision::{Condition, Fact, Measure},
-    thresholds::{self as limit},
-};
-use crate::statistics::Estimate;
+use super::decision::{Condition, Fact, Measure};
+use crate::{statistics::Estimate, thresholds as limit};
 
 /// What the tests see of one suspect beside the model as it stands.
 #[derive(Clone, Copy, Debug)]

@@ -5,10 +5,11 @@
 //! at every shape that its grid tells apart. Neighbouring shapes of a grid are correlated, and √n of n are counted; whole numbers
 //! and lines of a spectrum are not, and all are.
 
-use super::{candidates::Candidate, judging::is_whole, refit::Refit, tone};
+use super::refit::Refit;
 use crate::{
     effects::{Memory, Role, Trait},
     evidence::study::Study,
+    scan::{Candidate, tone},
 };
 use itertools::Itertools;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -22,7 +23,7 @@ pub(super) fn chance(rise: f64, candidate: &Candidate, study: &Study) -> f64 {
     let (shapes, freedom) = if !effect.is(Trait::Line) {
         // Neighbouring shapes of a grid are not independent, one harmonic and the next are.
         (if is_chosen { grid } else { grid.sqrt() }, candidate.freedom)
-    } else if is_whole(study) && tone::is_read(study, candidate.series, &candidate.term) {
+    } else if study.is_whole() && tone::is_read(study, candidate.series, &candidate.term) {
         // Where the reading has the line, it gives amplitude and phase too: only whether the shaft shares it is open. (One
         // that is cut off has lines that nobody turned.)
         (tone::LINES as f64, 1)

@@ -1,17 +1,16 @@
 //! A model held against a log: its errors, and whether they are noise.
 
-use super::{
-    Options, Says, Standing, axis_diagnosis, bad_data, each_group,
-    judged::{self, Judged},
-    refit::Present,
-    sorted, thresholds, verdict, with,
-};
+use super::{Options, Says, Standing, axis_diagnosis, bad_data, each_group, refit::Present, sorted, verdict, with};
 use crate::{
     Axis, Model, Record,
     diagnosis::{AxisDiagnosis, Verdict},
     effects::Stage,
     evidence::study::{Bench, Study},
-    fit::FitError,
+    fit::{
+        FitError,
+        judged::{self, Judged},
+    },
+    thresholds,
 };
 
 /// Holds a model against a log.

@@ -3,8 +3,7 @@
 use super::{
     contrast::{ALIKE, Contrast, EQUALS, HARDLY_BEATS, MAY_LEAD, NEARLY_EQUALS, PLAINER, REPLACES, SIMPLER},
     decision::passes,
-    refit::{BLOCKS_APART, DRAWS, Present, Refit},
-    thresholds as limit,
+    refit::{BLOCKS_APART, Present, Refit},
 };
 use crate::{
     Axis,
@@ -15,7 +14,9 @@ use crate::{
         prior::untrended,
     },
     nls::{self, dot},
+    scan::DRAWS,
     statistics::Estimate,
+    thresholds as limit,
 };
 use std::{f64::consts::SQRT_2, ops::Range};
 

@@ -1,13 +1,10 @@
 //! Two suspects in one place, side by side: plain numbers, and the tests of what two are to one another.
 
-use super::{
-    decision::{
-        Condition::{Above, Below, Is, Not},
-        Fact, Measure, Test,
-    },
-    thresholds as limit,
+use super::decision::{
+    Condition::{Above, Below, Is, Not},
+    Fact, Measure, Test,
 };
-use crate::statistics::Estimate;
+use crate::{statistics::Estimate, thresholds as limit};
 
 /// What the tests see of two suspects, the first held against the second.
 #[derive(Clone, Copy, Debug)]

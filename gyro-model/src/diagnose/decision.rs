@@ -3,8 +3,10 @@
 //! A test passes where every condition of one of its ways holds. All tests that apply have to pass. So a decision is a conjunction
 //! of tests, each of them a disjunction of ways, each of them a conjunction of inequalities; nothing else takes part in it.
 
-use super::thresholds::Threshold;
-use crate::diagnosis::{TestCondition, TestOutcome};
+use crate::{
+    diagnosis::{TestCondition, TestOutcome},
+    thresholds::Threshold,
+};
 
 /// One inequality.
 #[derive(Clone, Copy)]

@@ -4,8 +4,8 @@ use super::{
     admission::{ADMISSION, ELIMINATION},
     contrast::ALIKE,
     decision::{Condition, Test},
-    thresholds::{self, Origin, Threshold},
 };
+use crate::thresholds::{self, Origin, Threshold};
 use std::{fmt::Write as _, fs, path::Path};
 
 fn condition<S>(condition: &Condition<S>) -> String {

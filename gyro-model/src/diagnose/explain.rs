@@ -2,11 +2,9 @@
 
 use super::{
     Options,
-    candidates::Candidate,
-    judged::finite,
     refit::{Present, Refit},
 };
-use crate::diagnosis::Explained;
+use crate::{diagnosis::Explained, fit::judged::finite, scan::Candidate};
 use itertools::Itertools;
 
 /// Every effect that one axis may lack: those refitted in the order of `suspects`, with each test; then those that the score test

@@ -3,12 +3,10 @@
 use super::{
     admission::{ADMISSION, ELIMINATION, MENTION},
     bounds::size,
-    candidates::Candidate,
     case::Case,
     chance::{chance, swings_of_slow},
     decision::{outcomes, passes},
     refit::{Present, Refit},
-    thresholds as limit, tone,
 };
 use crate::{
     Term,
@@ -18,7 +16,9 @@ use crate::{
         noise::{self, Gls},
         study::Study,
     },
+    scan::{Candidate, tone},
     statistics::Estimate,
+    thresholds as limit,
 };
 
 impl Present<'_> {
@@ -142,9 +142,4 @@ impl Refit<'_> {
 /// Whether what a model leaves is noise that sensors have.
 fn is_noise(study: &Study, gls: &Gls) -> bool {
     noise::sober(study, &gls.noise).is_none()
-}
-
-/// Whether hardly any of a log is cut off or left out.
-pub(super) fn is_whole(study: &Study) -> bool {
-    study.evaluation.silent() < 0.01
 }

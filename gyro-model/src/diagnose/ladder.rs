@@ -3,7 +3,6 @@
 use super::{
     Options,
     explain::explained,
-    judged::{self, Judged},
     own,
     refit::{Present, Refit},
     search::{Alike, Change, search},
@@ -14,7 +13,10 @@ use crate::{
     diagnosis::{AxisLadder, LadderStep, Verdict},
     effects::{Stage, are_aliases},
     evidence::study::Bench,
-    fit,
+    fit::{
+        self,
+        judged::{self, Judged},
+    },
 };
 
 /// The ladder of axes that share a reference.

@@ -4,17 +4,12 @@
 //! the best of the first round may stand for several: then the search goes on to its end, and what it ends with is what is missing.
 
 use super::{
-    Options, Standing, axis_diagnosis, bad_data,
-    candidates::Candidate,
-    each_group,
+    Options, Standing, axis_diagnosis, bad_data, each_group,
     explain::explained,
-    judged::{self, Judged, finite},
-    ladder,
-    long::Parts,
-    own,
+    ladder, own,
     refit::{Present, Refit},
     search::{Alike, added, search_on},
-    sorted, stopped, thresholds as limit,
+    sorted, stopped,
     verdict::{self, Together},
     with,
 };
@@ -22,7 +17,13 @@ use crate::{
     Axis, Model, Record,
     diagnosis::{AxisDiagnosis, Suspect, Verdict},
     evidence::study::{Bench, Study},
-    fit::FitError,
+    fit::{
+        FitError,
+        judged::{self, Judged, finite},
+        parts::Parts,
+    },
+    scan::Candidate,
+    thresholds as limit,
 };
 use itertools::Itertools;
 

@@ -7,9 +7,7 @@
 //! draws of noise alone on this very motion.
 
 mod admission;
-pub(crate) mod begin;
 mod bounds;
-pub mod candidates;
 mod case;
 mod chance;
 mod compare;
@@ -19,17 +17,13 @@ mod decision;
 #[cfg(test)]
 mod document;
 mod explain;
-pub mod judged;
 mod judging;
 pub mod ladder;
-pub mod limits;
 pub mod long;
 mod missing;
 mod own;
 pub mod refit;
 mod search;
-pub mod thresholds;
-pub mod tone;
 pub mod verdict;
 
 use crate::{
@@ -41,12 +35,14 @@ use crate::{
         study::{Bench, Study},
     },
     faults::stuck::MARKED_UP_TO,
-    fit::{FitError, calibrated, groups},
+    fit::{
+        FitError, calibrated, groups,
+        judged::{self, Judged, finite},
+        parts::Parts,
+    },
     parallel,
 };
 pub use compare::compare;
-use judged::{Judged, finite};
-use long::Parts;
 pub use missing::{diagnose, moved};
 use refit::Present;
 

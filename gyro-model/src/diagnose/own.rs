@@ -1,13 +1,11 @@
 //! What became of the effects that the user wrote.
 
-use super::{
-    candidates::can_show,
-    refit::{Present, Refit},
-    thresholds as limit,
-};
+use super::refit::{Present, Refit};
 use crate::{
     Term,
     effects::{Effect, Signals, user},
+    scan::can_show,
+    thresholds as limit,
 };
 
 /// What is to be said of the user's effects on one axis: where they have no value, and why they are neither in the model nor

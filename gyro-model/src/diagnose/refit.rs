@@ -2,17 +2,15 @@
 
 use super::{
     Options,
-    candidates::{Candidate, Scanner, can_show, scan, with_term_throughout},
     chance::chance,
     comparison::{drop_driven, prefer_plainer, rank},
     search::pair,
-    thresholds as limit,
 };
 use crate::{
     Model, Term,
     effects::{Effect, Stage},
     evidence::{
-        draws::{Draws, draw_through},
+        draws::draw_through,
         increments::BLOCKS as BLOCKS_OF_INCREMENTS,
         noise::{self, Gls},
         problem::Warm,
@@ -21,7 +19,9 @@ use crate::{
     },
     nls, parallel,
     record::ReferenceKind,
+    scan::{Candidate, Scanner, can_show, draws_of_noise, scan, with_term_throughout},
     statistics::Estimate,
+    thresholds as limit,
 };
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::sync::OnceLock;
@@ -113,9 +113,7 @@ impl<'a> Present<'a> {
     /// The same with the noise known.
     #[must_use]
     pub fn with(study: Study<'a>, gls: Gls) -> Self {
-        let whitener = noise::whitener(&study, &gls.noise);
-        let noise_alone = Draws::anywhere(&study, 0);
-        let draws = (0..DRAWS).map(|seed| whitener.apply_each(&noise_alone.read(seed))).collect();
+        let draws = draws_of_noise(&study, &gls);
         let measures = (0..study.bench.problem.series.len()).map(|k| Measure::of(&study, &gls, k)).collect();
         Self { study, draws, gls, measures, seldom: OnceLock::new(), scanned: OnceLock::new() }
     }
@@ -441,5 +439,3 @@ const SHAPES: f64 = 2.0;
 const SHAPED: u64 = 4;
 /// Share of draws that white noise leaves below what the largest is compared with.
 const RARE: f64 = 0.99;
-/// Draws of noise alone.
-pub(super) const DRAWS: u64 = 20;

@@ -1,10 +1,6 @@
 //! What a study comes to, in one word and one or two sentences.
 
-use super::{
-    judged::Judged,
-    refit::{Present, Refit},
-    thresholds as limit,
-};
+use super::refit::{Present, Refit};
 use crate::{
     diagnosis::Verdict,
     effects::{Card, Stage, Trait},
@@ -13,6 +9,8 @@ use crate::{
         series::Rest,
         study::Study,
     },
+    fit::judged::Judged,
+    thresholds as limit,
 };
 
 /// A quarter turn, rad.

@@ -174,6 +174,12 @@ impl<'a> Study<'a> {
         residual
     }
 
+    /// Whether hardly any of the log is cut off or left out.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.evaluation.silent() < 0.01
+    }
+
     /// Whether it leaves out samples that its model makes unsure.
     #[must_use]
     pub fn leaves_out(&self) -> bool {

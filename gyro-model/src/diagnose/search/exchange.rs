@@ -4,11 +4,8 @@ use super::{
     super::{
         Options,
         bounds::is_at_bound,
-        candidates::Candidate,
-        judged,
         ladder::aliases,
         refit::{Present, Refit},
-        thresholds as limit,
     },
     Doubt, added, without,
 };
@@ -16,7 +13,9 @@ use crate::{
     Axis, Model,
     effects::{CATALOGUE, Effect, are_aliases, find},
     evidence::study::Study,
-    fit,
+    fit::{self, judged},
+    scan::Candidate,
+    thresholds as limit,
 };
 use itertools::Itertools;
 

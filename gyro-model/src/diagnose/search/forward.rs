@@ -1,12 +1,13 @@
 //! Forward selection: which suspect joins next, and on which axes.
 
-use super::super::{
-    candidates::{can_show, with_term},
-    judged,
-    refit::{Present, Refit},
+use super::super::refit::{Present, Refit};
+use crate::{
+    Model, Term,
+    effects::Stage,
+    fit::judged,
+    scan::{can_show, with_term},
     thresholds as limit,
 };
-use crate::{Model, Term, effects::Stage};
 
 /// The suspect that is added next: of those that pass, first of their axis, the one that removes most.
 pub(super) fn next(present: &Present, suspects: &[Refit]) -> Option<usize> {

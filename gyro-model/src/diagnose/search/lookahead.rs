@@ -10,16 +10,18 @@ use super::{
     super::{
         Options,
         bounds::size,
-        candidates::{Candidate, with_term},
-        judged::Judged,
         ladder::aliases,
         refit::{Present, Refit},
-        thresholds as limit,
     },
     pair::beside_its_like,
     without,
 };
-use crate::evidence::study::Study;
+use crate::{
+    evidence::study::Study,
+    fit::judged::Judged,
+    scan::{Candidate, with_term},
+    thresholds as limit,
+};
 
 /// Effects that are added on trial at most.
 const TRIED: usize = 3;

@@ -23,18 +23,18 @@ pub(super) use pair::pair;
 
 use super::{
     Options,
-    candidates::{Candidate, with_term},
     explain::explained,
-    judged::{self, Judged},
     ladder::aliases,
     refit::{Present, Refit},
-    thresholds as limit,
 };
 use crate::{
     Axis, Model,
     diagnosis::LadderStep,
     effects::Stage,
     evidence::study::{Bench, Study},
+    fit::judged::{self, Judged},
+    scan::{Candidate, with_term},
+    thresholds as limit,
 };
 use exchange::{Swapped, exchange, settle_doubts};
 use forward::{companion, next};

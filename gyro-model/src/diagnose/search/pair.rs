@@ -1,14 +1,12 @@
 //! Two suspects that hide one another: what one adds to the residual the other takes away again, and neither shows alone.
 
-use super::super::{
-    candidates::{Candidate, Scanner},
-    thresholds as limit,
-};
 use crate::{
     Axis,
     effects::{ParameterCard, Role, Stage, are_aliases},
     evidence::{noise::Gls, problem::Slot, study::Study},
     parallel,
+    scan::{Candidate, Scanner},
+    thresholds as limit,
 };
 use faer::Mat;
 use itertools::Itertools;

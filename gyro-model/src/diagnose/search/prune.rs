@@ -1,11 +1,10 @@
 //! Pruning: what the model at the top of its ladder does not tell from nothing goes (Wald test).
 
 use super::{
-    super::thresholds as limit,
     Change, Search, added,
     backward::{counting_again, without},
 };
-use crate::fit;
+use crate::{fit, thresholds as limit};
 
 impl Search<'_, '_> {
     /// Removes what differs from nothing by less than three standard errors, the least first; what differs by two stays where an
