@@ -101,8 +101,11 @@ fn no_module_needs_one_that_needs_it() {
     let mut left = imports();
     // Takes away, again and again, what needs nothing that is left: what stays is in a circle, or needs one.
     loop {
-        let free: Vec<String> =
-            left.iter().filter(|(_, needs)| needs.iter().all(|need| !left.contains_key(need))).map(|(m, _)| m.clone()).collect();
+        let free: Vec<String> = left
+            .iter()
+            .filter(|(_, needs)| needs.iter().all(|need| !left.contains_key(need)))
+            .map(|(m, _)| m.clone())
+            .collect();
         if free.is_empty() {
             break;
         }

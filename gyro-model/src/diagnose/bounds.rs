@@ -1,6 +1,6 @@
 //! Whether a fit ran to the end of what is physical.
 
-use super::refit::Refit;
+use super::challenger::Challenger;
 use crate::{
     Axis, Term,
     effects::{ParameterCard, Role, Trait},
@@ -8,7 +8,7 @@ use crate::{
     scan::Candidate,
 };
 
-impl Refit<'_> {
+impl Challenger<'_> {
     /// Whether a parameter ran to the end of what is physical: the fit looks for something else.
     pub(super) fn at_bound(&self) -> bool {
         self.ends().into_iter().any(|parameter| self.goes_beyond(parameter))

@@ -5,7 +5,7 @@
 //! at every shape that its grid tells apart. Neighbouring shapes of a grid are correlated, and √n of n are counted; whole numbers
 //! and lines of a spectrum are not, and all are.
 
-use super::refit::Refit;
+use super::challenger::Challenger;
 use crate::{
     effects::{Memory, Role, Trait},
     evidence::study::Study,
@@ -37,7 +37,7 @@ pub(super) fn chance(rise: f64, candidate: &Candidate, study: &Study) -> f64 {
 }
 
 /// How often the error of a slow effect swings; without end for one that is not slow.
-pub(super) fn swings_of_slow(refit: &Refit) -> f64 {
+pub(super) fn swings_of_slow(refit: &Challenger) -> f64 {
     let term = &refit.candidate.term;
     if !term.effect.is(Trait::Slow) {
         return f64::INFINITY;

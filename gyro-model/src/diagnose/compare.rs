@@ -1,6 +1,8 @@
 //! A model held against a log: its errors, and whether they are noise.
 
-use super::{Options, Says, Standing, axis_diagnosis, bad_data, each_group, refit::Present, sorted, verdict, with};
+use super::{
+    Options, Says, Standing, axis_diagnosis, bad_data, challenger::Incumbent, each_group, sorted, verdict, with,
+};
 use crate::{
     Axis, Model, Record,
     diagnosis::{AxisDiagnosis, Verdict},
@@ -26,13 +28,13 @@ pub fn compare(
     let work = |bench: &Bench, model: &Model, options: &Options| {
         let study = Study::held(bench, model);
         let gls = study.identify(&[]);
-        let present = Present::with(study, gls);
+        let incumbent = Incumbent::with(study, gls);
         let found = (0..bench.problem.series.len())
             .map(|k| {
-                let judged = Judged::new(&present.study, k, !options.own_log);
-                let (mut verdict, mut says) = match verdict::unexcited(&present.study, &present.gls, k) {
+                let judged = Judged::new(&incumbent.study, k, !options.own_log);
+                let (mut verdict, mut says) = match verdict::unexcited(&incumbent.study, &incumbent.gls, k) {
                     Some(says) => (Verdict::CannotTell, says),
-                    None => verdict::rest(&present, &[], &judged, k),
+                    None => verdict::rest(&incumbent, &[], &judged, k),
                 };
                 if verdict == Verdict::Unexplained {
                     says = format!(
@@ -41,8 +43,8 @@ pub fn compare(
                     );
                 }
                 bad_data(record, options.faults, bench, &mut verdict, &mut says);
-                let more = if options.own_log && verdict != Verdict::BadData { untold(&present, k) } else { String::new() };
-                (axis_diagnosis(record, &present.study, k, &judged, (verdict, says), Vec::new(), options), more)
+                let more = if options.own_log && verdict != Verdict::BadData { untold(&incumbent, k) } else { String::new() };
+                (axis_diagnosis(record, &incumbent.study, k, &judged, (verdict, says), Vec::new(), options), more)
             })
             .collect::<Vec<_>>();
         (model.clone(), found)
@@ -79,10 +81,10 @@ fn unsearched(axis: AxisDiagnosis) -> AxisDiagnosis {
 const TOLD: f64 = 2.0;
 
 /// What a model that was fitted to this log has and the log does not tell from nothing; empty where there is no such effect.
-fn untold(present: &Present, series: usize) -> String {
-    let axis = present.study.bench.problem.series[series].axis;
-    let own = judged::axis_model(&present.study.model, axis);
-    let size = |id: &&str| present.study.size_in_errors(&present.gls, series, id);
+fn untold(incumbent: &Incumbent, series: usize) -> String {
+    let axis = incumbent.study.bench.problem.series[series].axis;
+    let own = judged::axis_model(&incumbent.study.model, axis);
+    let size = |id: &&str| incumbent.study.size_in_errors(&incumbent.gls, series, id);
     let added = own.terms.iter().filter(|term| term.effect.stage() != Stage::Calibration);
     let untold: Vec<&str> =
         added.map(|term| term.effect.card().id).filter(|id| size(id).is_some_and(|size| size < TOLD)).collect();

@@ -1,9 +1,9 @@
 //! Which suspect comes first, and what this log cannot tell apart: the numbers of [`Contrast`], and their order.
 
 use super::{
+    challenger::{BLOCKS_APART, Challenger, Incumbent},
     contrast::{ALIKE, Contrast, EQUALS, HARDLY_BEATS, MAY_LEAD, NEARLY_EQUALS, PLAINER, REPLACES, SIMPLER},
     decision::passes,
-    refit::{BLOCKS_APART, Present, Refit},
 };
 use crate::{
     Axis,
@@ -21,28 +21,28 @@ use crate::{
 use std::{f64::consts::SQRT_2, ops::Range};
 
 /// By the held-out error where that tells them apart, else by the held-out likelihood, which tells more finely.
-pub(super) fn rank(refits: &mut Vec<Refit>) {
-    let mut left = std::mem::take(refits);
+pub(super) fn rank(challengers: &mut Vec<Challenger>) {
+    let mut left = std::mem::take(challengers);
     while let Some(lowest) = left.iter().min_by(|a, b| a.excess.total_cmp(&b.excess)) {
         let best = (0..left.len())
             .filter(|&k| passes(MAY_LEAD, &left[k].beside(lowest)))
             .max_by(|&a, &b| left[a].held_out.value.total_cmp(&left[b].held_out.value))
             .unwrap_or(0);
-        refits.push(left.remove(best));
+        challengers.push(left.remove(best));
     }
 }
 
 /// Drops a resonance where a tone that it takes out does as well: what the motion sets ringing does not ring in one phase
 /// throughout the log, while the inverse of a resonance is a notch, which takes out any line.
-pub(super) fn drop_driven(refits: &mut Vec<Refit>) {
-    let is = |r: &Refit, wanted: Trait| r.candidate.term.effect.is(wanted);
-    let frequency = |r: &Refit| {
+pub(super) fn drop_driven(challengers: &mut Vec<Challenger>) {
+    let is = |r: &Challenger, wanted: Trait| r.candidate.term.effect.is(wanted);
+    let frequency = |r: &Challenger| {
         let cards = r.candidate.term.effect.parameters(Axis::X);
         cards.iter().position(|card| card.unit == "Hz").map_or(f64::NAN, |k| r.candidate.term.values[k])
     };
-    let (mut resonances, others): (Vec<Refit>, Vec<Refit>) =
-        std::mem::take(refits).into_iter().partition(|r| is(r, Trait::Resonance));
-    let drives = |tone: &Refit, r: &Refit| {
+    let (mut resonances, others): (Vec<Challenger>, Vec<Challenger>) =
+        std::mem::take(challengers).into_iter().partition(|r| is(r, Trait::Resonance));
+    let drives = |tone: &Challenger, r: &Challenger| {
         is(tone, Trait::Line)
             && tone.candidate.series == r.candidate.series
             && TAKEN_OUT.contains(&(frequency(tone) / frequency(r)))
@@ -52,8 +52,8 @@ pub(super) fn drop_driven(refits: &mut Vec<Refit>) {
             }
     };
     resonances.retain(|r| !others.iter().any(|tone| drives(tone, r)));
-    *refits = others;
-    refits.append(&mut resonances);
+    *challengers = others;
+    challengers.append(&mut resonances);
 }
 
 /// Frequencies, over its own, of lines that the inverse of a resonance makes much smaller or turns over: it multiplies them by
@@ -62,26 +62,26 @@ const TAKEN_OUT: Range<f64> = 0.5..SQRT_2;
 
 /// Puts before the best what cannot be told from it and is plainer: fewer parameters, or a measured channel instead of
 /// a free shape, for one more at most.
-pub(super) fn prefer_plainer(refits: &mut [Refit], present: &Present) {
-    let Some(best) = refits.first() else { return };
-    let plainer = (1..refits.len()).find(|&k| {
-        let r = &refits[k];
+pub(super) fn prefer_plainer(challengers: &mut [Challenger], incumbent: &Incumbent) {
+    let Some(best) = challengers.first() else { return };
+    let plainer = (1..challengers.len()).find(|&k| {
+        let r = &challengers[k];
         let two = best.beside(r);
         r.candidate.series == best.candidate.series
             && passes(SIMPLER, &two)
-            && (r.significant() || r.passes(present))
+            && (r.significant() || r.passes(incumbent))
             && (best.alike(r) || passes(HARDLY_BEATS, &two))
     });
     if let Some(k) = plainer {
-        refits[..=k].rotate_right(1);
+        challengers[..=k].rotate_right(1);
     }
 }
 
-impl Refit<'_> {
+impl Challenger<'_> {
     /// Its numbers beside those of `other`.
-    pub(super) fn beside(&self, other: &Refit) -> Contrast {
+    pub(super) fn beside(&self, other: &Challenger) -> Contrast {
         let two = [self, other];
-        let of = |value: fn(&Refit) -> f64| two.map(value);
+        let of = |value: fn(&Challenger) -> f64| two.map(value);
         let gains: Vec<f64> = self.gains.iter().zip(&other.gains).map(|(a, b)| a - b).collect();
         let inflation = self.inflation.max(other.inflation);
         let of_blocks = Estimate::sum(&gains);
@@ -108,7 +108,7 @@ impl Refit<'_> {
 
     /// Whether this log cannot tell it from `other`.
     #[must_use]
-    pub fn alike(&self, other: &Refit) -> bool {
+    pub fn alike(&self, other: &Challenger) -> bool {
         let two = self.beside(other);
         if passes(ALIKE, &two) {
             return true;
@@ -124,7 +124,7 @@ impl Refit<'_> {
 
     /// What ln L rises by at most where this effect joins `other` on draws of noise alone; `None` where the motion does not
     /// repeat itself.
-    fn raises_on_steps_beside(&self, other: &Refit) -> Option<f64> {
+    fn raises_on_steps_beside(&self, other: &Challenger) -> Option<f64> {
         let series = self.candidate.series;
         self.study.bench.problem.series[series].one_line?;
         let noise_alone = Draws::where_seen(&other.study, series)?;
@@ -148,16 +148,16 @@ impl Refit<'_> {
     }
 
     /// Whether it may be `other`: one that the catalogue says it can be taken for, or one that takes some of the same out of the
-    /// residual of `present`, beside a bias. Two that take out what is different may be as good as one another, but may both be
+    /// residual of `incumbent`, beside a bias. Two that take out what is different may be as good as one another, but may both be
     /// there.
-    pub(super) fn may_be(&self, other: &Refit, present: &Present) -> bool {
+    pub(super) fn may_be(&self, other: &Challenger, incumbent: &Incumbent) -> bool {
         let ids = [self, other].map(|refit| refit.candidate.term.effect.card().id);
         if are_aliases(ids[0], ids[1]) {
             return true;
         }
-        let out = |refit: &Refit| -> Vec<Vec<f64>> {
-            let pairs = present.study.evaluation.residual.iter().zip(&refit.study.evaluation.residual);
-            let t = present.study.bench.problem.times();
+        let out = |refit: &Challenger| -> Vec<Vec<f64>> {
+            let pairs = incumbent.study.evaluation.residual.iter().zip(&refit.study.evaluation.residual);
+            let t = incumbent.study.bench.problem.times();
             pairs.map(|(a, b)| untrended(t, &a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<_>>())).collect()
         };
         let (own, other) = (out(self), out(other));
@@ -165,12 +165,12 @@ impl Refit<'_> {
         cross(&own, &other).powi(2) > limit::SHARED.value * cross(&own, &own) * cross(&other, &other)
     }
 
-    /// Whether it belongs in the place of the effect, of this many parameters, that `present` has and it has not: by
+    /// Whether it belongs in the place of the effect, of this many parameters, that `incumbent` has and it has not: by
     /// likelihood where both are nearly right, and never with more error.
     #[must_use]
-    pub fn replaces(&self, present: &Present, freedom: usize) -> bool {
-        let before = self.before(present);
-        let model = present.beside(self.candidate.term.effect, self.candidate.series);
+    pub fn replaces(&self, incumbent: &Incumbent, freedom: usize) -> bool {
+        let before = self.before(incumbent);
+        let model = incumbent.beside(self.candidate.term.effect, self.candidate.series);
         let two = Contrast {
             after: [self.excess, before],
             gain: [self.gls.log_likelihood, model.gls.log_likelihood],
@@ -183,7 +183,7 @@ impl Refit<'_> {
     /// Whether `other`, which may stand in its place, says as much with fewer parameters, and needs no free shape for a
     /// measured channel.
     #[must_use]
-    pub fn is_said_plainer_by(&self, other: &Refit) -> bool {
+    pub fn is_said_plainer_by(&self, other: &Challenger) -> bool {
         let two = self.beside(other);
         passes(PLAINER, &two) && other.significant() && (self.alike(other) || passes(HARDLY_BEATS, &two))
     }
@@ -196,7 +196,7 @@ impl Refit<'_> {
 
     /// ln(J_other/J_self) over the blocks.
     #[must_use]
-    pub fn against(&self, other: &Refit) -> Estimate {
+    pub fn against(&self, other: &Challenger) -> Estimate {
         let logs: Vec<f64> =
             self.falls.iter().zip(&other.falls).filter_map(|(a, b)| Some(a.as_ref()? - b.as_ref()?)).collect();
         Estimate::mean(&logs, BLOCKS_APART)

@@ -4,9 +4,9 @@ use super::{
     admission::{ADMISSION, ELIMINATION, MENTION},
     bounds::size,
     case::Case,
+    challenger::{Challenger, Incumbent},
     chance::{chance, swings_of_slow},
     decision::{outcomes, passes},
-    refit::{Present, Refit},
 };
 use crate::{
     Term,
@@ -21,7 +21,7 @@ use crate::{
     thresholds as limit,
 };
 
-impl Present<'_> {
+impl Incumbent<'_> {
     /// Whether its model of this axis is the base: a scale factor and a bias.
     fn is_base(&self, series: usize) -> bool {
         let axis = self.study.bench.problem.series[series].axis;
@@ -31,8 +31,8 @@ impl Present<'_> {
 
     /// Whether a model without `term`, of this series, needs it: `with` is this model and the term, fitted.
     #[must_use]
-    pub fn needs(&self, with: &Present, series: usize, term: &Term) -> bool {
-        let gls = |present: &Present| present.beside(term.effect, series).gls.log_likelihood;
+    pub fn needs(&self, with: &Incumbent, series: usize, term: &Term) -> bool {
+        let gls = |incumbent: &Incumbent| incumbent.beside(term.effect, series).gls.log_likelihood;
         let gain = gls(with) - gls(self);
         let candidate = Candidate { series, term: term.clone(), score: gain, removes: 0.0, freedom: term.values.len() };
         let unknown = Estimate { value: f64::NAN, std_error: f64::NAN };
@@ -62,26 +62,26 @@ impl Present<'_> {
     }
 }
 
-impl Refit<'_> {
+impl Challenger<'_> {
     /// J of its axis without it.
     #[must_use]
-    pub fn before(&self, present: &Present) -> f64 {
-        present.excess(self.candidate.series)
+    pub fn before(&self, incumbent: &Incumbent) -> f64 {
+        incumbent.excess(self.candidate.series)
     }
 
     /// Share of J − 1 that it removes; `None` where there is none.
     #[must_use]
-    pub fn share(&self, present: &Present) -> Option<f64> {
-        let before = self.before(present);
+    pub fn share(&self, incumbent: &Incumbent) -> Option<f64> {
+        let before = self.before(incumbent);
         (before > 1.0).then(|| (before - self.excess) / (before - 1.0))
     }
 
-    /// Its numbers beside the model `present`.
-    pub(super) fn case(&self, present: &Present) -> Case {
+    /// Its numbers beside the model `incumbent`.
+    pub(super) fn case(&self, incumbent: &Incumbent) -> Case {
         Case {
-            is_first: present.is_base(self.candidate.series),
-            before: self.before(present),
-            is_beyond_wander: present.gls.noise.beyond_wander(),
+            is_first: incumbent.is_base(self.candidate.series),
+            before: self.before(incumbent),
+            is_beyond_wander: incumbent.gls.noise.beyond_wander(),
             ..self.alone()
         }
     }
@@ -117,13 +117,13 @@ impl Refit<'_> {
 
     /// Whether it is let in.
     #[must_use]
-    pub fn passes(&self, present: &Present) -> bool {
-        passes(ADMISSION, &self.case(present))
+    pub fn passes(&self, incumbent: &Incumbent) -> bool {
+        passes(ADMISSION, &self.case(incumbent))
     }
 
     /// Each test of its admission, with its numbers.
-    pub(super) fn explained(&self, present: &Present) -> Vec<TestOutcome> {
-        outcomes(ADMISSION, &self.case(present))
+    pub(super) fn explained(&self, incumbent: &Incumbent) -> Vec<TestOutcome> {
+        outcomes(ADMISSION, &self.case(incumbent))
     }
 
     /// Whether it is worth a mention: significant, holding on data that were not fitted, and within its bounds.

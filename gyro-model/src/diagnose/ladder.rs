@@ -2,11 +2,10 @@
 
 use super::{
     Options,
+    challenger::{Challenger, Incumbent},
     explain::explained,
-    own,
-    refit::{Present, Refit},
     search::{Alike, Change, search},
-    verdict,
+    users, verdict,
 };
 use crate::{
     AxisModel, Model, Record,
@@ -29,7 +28,7 @@ pub fn climb(record: &Record, bench: &Bench, start: &Model, options: &Options) -
         steps[change.series].push(step);
     });
     note(&mut steps, &top.alike);
-    conclude(record, &top.present, (&top.present, &top.last), &steps, options)
+    conclude(record, &top.incumbent, (&top.incumbent, &top.last), &steps, options)
 }
 
 /// Adds to the steps what is alike at the top, and takes from them what is told apart there: while another effect was missing
@@ -50,12 +49,12 @@ pub(super) fn note(steps: &mut [Vec<LadderStep>], alike: &[Alike]) {
 /// the model `seen`: the same, or one fitted to a part of the log.
 pub(super) fn conclude(
     record: &Record,
-    present: &Present,
-    (seen, last): (&Present, &[Refit]),
+    incumbent: &Incumbent,
+    (seen, last): (&Incumbent, &[Challenger]),
     steps: &[Vec<LadderStep>],
     options: &Options,
 ) -> (Model, Vec<AxisLadder>) {
-    let study = fit::settle(present.study.clone());
+    let study = fit::settle(incumbent.study.clone());
     let model = study.model.clone();
     let ladders = study
         .bench
@@ -68,16 +67,16 @@ pub(super) fn conclude(
             let judged = Judged::new(&study, k, false);
             let own = judged::axis_model(&model, axis);
             let steps = ended(&steps[k], &judged, study.bench.problem.series.len() > 1, &own);
-            let list: Vec<&Refit> = last.iter().filter(|r| r.candidate.series == k).collect();
-            let (mut verdict, mut says) = match verdict::unexcited(&present.study, &present.gls, k) {
+            let list: Vec<&Challenger> = last.iter().filter(|r| r.candidate.series == k).collect();
+            let (mut verdict, mut says) = match verdict::unexcited(&incumbent.study, &incumbent.gls, k) {
                 Some(says) => (Verdict::CannotTell, says),
-                None => verdict::last_word(present, &list, &judged, k),
+                None => verdict::last_word(incumbent, &list, &judged, k),
             };
             let split = unsplit(&steps, &own.effect_ids());
             if !split.is_empty() && matches!(verdict, Verdict::Adequate) {
                 (verdict, says) = (Verdict::Ambiguous, split.join("; "));
             }
-            says = super::with(says, &own::became(present, &list, options.own_effects, k));
+            says = super::with(says, &users::became(incumbent, &list, options.own_effects, k));
             let unfinished = (options.stop)();
             if unfinished && verdict != Verdict::Adequate {
                 (verdict, says) = (Verdict::CannotTell, super::stopped(&says));
@@ -135,22 +134,23 @@ fn unsplit(steps: &[LadderStep], stayed: &[&str]) -> Vec<String> {
     steps.iter().filter_map(says).collect()
 }
 
-/// Suspects that this log cannot tell from `suspects[k]`, and that noise alone does not explain, `present` would let in, or the
+/// Suspects that this log cannot tell from `suspects[k]`, and that noise alone does not explain, `incumbent` would let in, or the
 /// catalogue has for aliases and which leave no more error: at most three, best first.
 #[must_use]
-pub fn aliases(suspects: &[Refit], k: usize, present: Option<&Present>) -> Vec<String> {
+pub fn aliases(suspects: &[Challenger], k: usize, incumbent: Option<&Incumbent>) -> Vec<String> {
     let own = &suspects[k];
     if own.candidate.term.effect.stage() == Stage::Reading {
         return Vec::new();
     }
-    let id = |refit: &Refit| refit.candidate.term.effect.card().id;
-    let is_as_good = |r: &Refit| are_aliases(id(own), id(r)) && r.excess <= own.excess && !r.at_bound();
-    let is_real = |r: &Refit| r.significant() || is_as_good(r) || present.is_some_and(|present| r.passes(present));
+    let id = |refit: &Challenger| refit.candidate.term.effect.card().id;
+    let is_as_good = |r: &Challenger| are_aliases(id(own), id(r)) && r.excess <= own.excess && !r.at_bound();
+    let is_real =
+        |r: &Challenger| r.significant() || is_as_good(r) || incumbent.is_some_and(|incumbent| r.passes(incumbent));
     suspects
         .iter()
         .enumerate()
         .filter(|(i, r)| *i != k && r.candidate.series == own.candidate.series && is_real(r))
-        .filter(|(_, r)| own.alike(r) && present.is_none_or(|present| own.may_be(r, present)))
+        .filter(|(_, r)| own.alike(r) && incumbent.is_none_or(|incumbent| own.may_be(r, incumbent)))
         .map(|(_, r)| id(r).to_owned())
         .take(ALIASES)
         .collect()

@@ -5,8 +5,9 @@
 //! parameters and errors are reported from there; a suspect that was not added is reported as its part shows it.
 
 use super::{
-    Options, ladder,
-    refit::{Present, Refit},
+    Options,
+    challenger::{Challenger, Incumbent},
+    ladder,
     search::{Change, search},
 };
 use crate::{
@@ -22,11 +23,11 @@ use crate::{
 impl Parts {
     /// The model fitted to each part, and the suspects there.
     #[must_use]
-    pub fn suspects(&self, model: &Model, options: &Options) -> [(Present<'_>, Vec<Refit<'_>>); 2] {
+    pub fn suspects(&self, model: &Model, options: &Options) -> [(Incumbent<'_>, Vec<Challenger<'_>>); 2] {
         self.each().map(|part| {
-            let present = Present::new(Study::fit(part, model, None));
-            let suspects = present.suspects(options);
-            (present, suspects)
+            let incumbent = Incumbent::new(Study::fit(part, model, None));
+            let suspects = incumbent.suspects(options);
+            (incumbent, suspects)
         })
     }
 
@@ -43,7 +44,7 @@ impl Parts {
             tell(study, &change);
             rungs.push((study.model.clone(), change));
         });
-        let known = slow.present.study.model.clone();
+        let known = slow.incumbent.study.model.clone();
         let fast = search(&self.stretch, &known, options, &mut |study, change| {
             if change.added.is_some() || change.removed.is_some() {
                 tell(study, &change);
@@ -51,16 +52,16 @@ impl Parts {
             }
         });
         (options.progress)("the whole log");
-        let found = joined(&known, &fast.present.study.model, &axes);
-        let present = Present::new(Study::fit(bench, &found, None));
+        let found = joined(&known, &fast.incumbent.study.model, &axes);
+        let incumbent = Incumbent::new(Study::fit(bench, &found, None));
         let mut steps = vec![Vec::new(); axes.len()];
         for (k, (model, change)) in rungs.iter().enumerate() {
-            let study = if k + 1 == rungs.len() { present.study.clone() } else { Study::held(bench, model) };
+            let study = if k + 1 == rungs.len() { incumbent.study.clone() } else { Study::held(bench, model) };
             steps[change.series].push(change.step(&Judged::new(&study, change.series, false)));
         }
         ladder::note(&mut steps, &slow.alike);
         ladder::note(&mut steps, &fast.alike);
-        ladder::conclude(record, &present, (&slow.present, &slow.last), &steps, options)
+        ladder::conclude(record, &incumbent, (&slow.incumbent, &slow.last), &steps, options)
     }
 }
 

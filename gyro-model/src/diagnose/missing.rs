@@ -4,12 +4,13 @@
 //! the best of the first round may stand for several: then the search goes on to its end, and what it ends with is what is missing.
 
 use super::{
-    Options, Standing, axis_diagnosis, bad_data, each_group,
+    Options, Standing, axis_diagnosis, bad_data,
+    challenger::{Challenger, Incumbent},
+    each_group,
     explain::explained,
-    ladder, own,
-    refit::{Present, Refit},
+    ladder,
     search::{Alike, added, search_on},
-    sorted, stopped,
+    sorted, stopped, users,
     verdict::{self, Together},
     with,
 };
@@ -39,18 +40,18 @@ pub fn diagnose(
 ) -> Result<Vec<AxisDiagnosis>, FitError> {
     let work = |bench: &Bench, model: &Model, options: &Options| {
         let parts = Parts::new(record, bench, model);
-        let mut present = Present::new(match &parts {
+        let mut incumbent = Incumbent::new(match &parts {
             Some(parts) => parts.fit(bench, model),
             None => Study::fit(bench, model, None),
         });
         let looked = match &parts {
             Some(parts) => parts.suspects(model, options).into(),
-            None => vec![(present.clone(), present.suspects(options))],
+            None => vec![(incumbent.clone(), incumbent.suspects(options))],
         };
-        let gls = present.gls.clone();
-        present.study.stamp(&gls);
+        let gls = incumbent.gls.clone();
+        incumbent.study.stamp(&gls);
         let mut found: Vec<Finding> =
-            (0..bench.problem.series.len()).map(|k| Finding::of(&present, &looked, k)).collect();
+            (0..bench.problem.series.len()).map(|k| Finding::of(&incumbent, &looked, k)).collect();
         for (part, (seen, suspects)) in looked.iter().enumerate() {
             let is_open = |found: &Finding| found.part == part && found.is_open();
             if found.iter().any(is_open) && !(options.stop)() {
@@ -62,7 +63,7 @@ pub fn diagnose(
         }
         let told = found.into_iter().enumerate().map(|(k, found)| {
             let (seen, suspects) = &looked[found.part];
-            let mut says = with(found.says.clone(), &own::became(seen, &found.own, options.own_effects, k));
+            let mut says = with(found.says.clone(), &users::became(seen, &found.own, options.own_effects, k));
             let mut verdict = found.verdict;
             bad_data(record, options.faults, bench, &mut verdict, &mut says);
             let before = if parts.is_some() { Judged::new(&seen.study, k, false) } else { found.judged.clone() };
@@ -74,11 +75,11 @@ pub fn diagnose(
             }
             let missing = found.set.iter().map(|r| r.candidate.term.effect.card().id.to_owned());
             let missing = if found.set.len() > 1 { missing.collect() } else { Vec::new() };
-            let axis = axis_diagnosis(record, &present.study, k, &found.judged, (verdict, says), listed, options);
+            let axis = axis_diagnosis(record, &incumbent.study, k, &found.judged, (verdict, says), listed, options);
             AxisDiagnosis { searched: true, missing, explained, unfinished, ..axis }
         });
         let told = of_one_orientation(told.collect());
-        (present.study.model.clone(), told)
+        (incumbent.study.model.clone(), told)
     };
     // What is missing may still be added: the error as it is counts for nothing yet.
     let standing = |found: &Vec<AxisDiagnosis>| {
@@ -97,23 +98,23 @@ struct Finding<'f, 'a> {
     verdict: Verdict,
     says: String,
     /// Its suspects, what is let in first, and what each cannot be told from.
-    own: Vec<&'f Refit<'a>>,
+    own: Vec<&'f Challenger<'a>>,
     aliases: Vec<Vec<String>>,
     /// Whether the first is let in.
     is_named: bool,
     /// What is missing together, each beside the model as it stands, where the search went on.
-    set: Vec<Refit<'a>>,
+    set: Vec<Challenger<'a>>,
     /// What each of these cannot be told from.
     set_aliases: Vec<Vec<String>>,
 }
 
 impl<'f, 'a> Finding<'f, 'a> {
-    /// What the first round shows; `present` is the model on the whole log, `looked` that on its parts with the suspects there.
-    fn of(present: &Present, looked: &'f [(Present<'a>, Vec<Refit<'a>>)], series: usize) -> Self {
-        let judged = Judged::new(&present.study, series, false);
-        let is_own = |refit: &Refit| refit.candidate.series == series;
-        let shows = |(present, suspects): &(Present, Vec<Refit>)| {
-            suspects.iter().any(|refit| is_own(refit) && refit.passes(present))
+    /// What the first round shows; `incumbent` is the model on the whole log, `looked` that on its parts with the suspects there.
+    fn of(incumbent: &Incumbent, looked: &'f [(Incumbent<'a>, Vec<Challenger<'a>>)], series: usize) -> Self {
+        let judged = Judged::new(&incumbent.study, series, false);
+        let is_own = |refit: &Challenger| refit.candidate.series == series;
+        let shows = |(incumbent, suspects): &(Incumbent, Vec<Challenger>)| {
+            suspects.iter().any(|refit| is_own(refit) && refit.passes(incumbent))
         };
         let part = looked.iter().position(shows).unwrap_or(0);
         let (seen, suspects) = &looked[part];
@@ -124,8 +125,8 @@ impl<'f, 'a> Finding<'f, 'a> {
             own[..=first].rotate_right(1);
         }
         let aliases: Vec<Vec<String>> = own.iter().map(|&i| ladder::aliases(suspects, i, Some(seen))).collect();
-        let own: Vec<&Refit> = own.iter().map(|&i| &suspects[i]).collect();
-        let (verdict, says) = verdict::verdict(present, seen, &own, &aliases, &judged, series);
+        let own: Vec<&Challenger> = own.iter().map(|&i| &suspects[i]).collect();
+        let (verdict, says) = verdict::verdict(incumbent, seen, &own, &aliases, &judged, series);
         let is_named = first.is_some();
         Self { part, judged, verdict, says, own, aliases, is_named, set: Vec::new(), set_aliases: Vec::new() }
     }
@@ -159,12 +160,12 @@ impl<'f, 'a> Finding<'f, 'a> {
     }
 
     /// The suspects as reported: what is missing together, else the best of the first round.
-    fn listed(&self, seen: &Present, before: &Judged, series: usize) -> Vec<Suspect> {
+    fn listed(&self, seen: &Incumbent, before: &Judged, series: usize) -> Vec<Suspect> {
         if !self.set.is_empty() {
             return self.set.iter().zip(&self.set_aliases).map(|(r, a)| suspect(r, a, before, series)).collect();
         }
-        let removes = |r: &Refit| r.share(seen).is_none_or(|share| share > 0.0);
-        let is_listed = |r: &Refit| r.passes(seen) || r.significant() && removes(r);
+        let removes = |r: &Challenger| r.share(seen).is_none_or(|share| share > 0.0);
+        let is_listed = |r: &Challenger| r.passes(seen) || r.significant() && removes(r);
         let listed = self.own.iter().zip(&self.aliases).filter(|(r, _)| is_listed(r)).take(LISTED);
         listed.map(|(r, a)| suspect(r, a, before, series)).collect()
     }
@@ -173,14 +174,14 @@ impl<'f, 'a> Finding<'f, 'a> {
 /// Suspects that are reported of one axis.
 const LISTED: usize = 5;
 
-fn id_of(refit: &Refit) -> &'static str {
+fn id_of(refit: &Challenger) -> &'static str {
     refit.candidate.term.effect.card().id
 }
 
 /// What one axis lacks together.
 struct Several<'a> {
     /// Each refitted alone beside the model as it stands, what removes most first.
-    set: Vec<Refit<'a>>,
+    set: Vec<Challenger<'a>>,
     /// What each cannot be told from.
     aliases: Vec<Vec<String>>,
     /// Largest error over floor with all of them.
@@ -188,12 +189,17 @@ struct Several<'a> {
 }
 
 /// What the search ends with that goes on from the suspects of `seen`, axis by axis.
-fn several<'a>(seen: &Present<'a>, suspects: &[Refit<'a>], start: &Model, options: &Options) -> Vec<Several<'a>> {
+fn several<'a>(
+    seen: &Incumbent<'a>,
+    suspects: &[Challenger<'a>],
+    start: &Model,
+    options: &Options,
+) -> Vec<Several<'a>> {
     let top = search_on(seen.clone(), Some(suspects.to_vec()), start, options, &mut |_, _| ());
     let series = &seen.study.bench.problem.series;
     let of = |k: usize| {
-        let own = judged::axis_model(&top.present.study.model, series[k].axis);
-        let alone = added(&top.present, start, series[k].axis).into_iter().filter_map(|id| {
+        let own = judged::axis_model(&top.incumbent.study.model, series[k].axis);
+        let alone = added(&top.incumbent, start, series[k].axis).into_iter().filter_map(|id| {
             let known = suspects.iter().find(|r| r.candidate.series == k && id_of(r) == id);
             let refit = |term: &crate::Term| {
                 let freedom = term.values.len();
@@ -201,13 +207,13 @@ fn several<'a>(seen: &Present<'a>, suspects: &[Refit<'a>], start: &Model, option
             };
             known.cloned().or_else(|| own.term(id).map(refit))
         });
-        let set: Vec<Refit> = alone.sorted_by(|a, b| a.excess.total_cmp(&b.excess)).collect();
+        let set: Vec<Challenger> = alone.sorted_by(|a, b| a.excess.total_cmp(&b.excess)).collect();
         let of_effect = |id: &str| {
             let alike = top.alike.iter().find(|alike: &&Alike| alike.series == k && alike.effect == id);
             alike.map_or_else(Vec::new, |alike| alike.others.clone())
         };
         let aliases = set.iter().map(|refit| of_effect(id_of(refit))).collect();
-        Several { set, aliases, over_floor: Judged::new(&top.present.study, k, false).over_floor() }
+        Several { set, aliases, over_floor: Judged::new(&top.incumbent.study, k, false).over_floor() }
     };
     (0..series.len()).map(of).collect()
 }
@@ -252,7 +258,7 @@ pub fn moved(model: &Model, found: &AxisDiagnosis) -> Vec<(String, f64)> {
 /// Standard errors between a model's parameter and what a log has that are no chance.
 const OTHERWISE: f64 = 5.0;
 
-fn suspect(refit: &Refit, aliases: &[String], before: &Judged, series: usize) -> Suspect {
+fn suspect(refit: &Challenger, aliases: &[String], before: &Judged, series: usize) -> Suspect {
     let axis = refit.study.bench.problem.series[series].axis;
     let after = Judged::new(&refit.study, series, false);
     let (j0, j1) = (before.excess(), after.excess());

@@ -1,6 +1,6 @@
 //! Which physical effect is missing: compare, diagnose, climb.
 //!
-//! One search answers all three. The present model is fitted; every absent effect is scanned by a score test in the
+//! One search answers all three. The incumbent model is fitted; every absent effect is scanned by a score test in the
 //! whitened domain ([`candidates`]); the leaders are refitted exactly and measured twice ([`refit`]): by the held-out
 //! error curve, which is honest about models that are still wrong, and by the likelihood of the identified noise, which
 //! is the sharper of the two once the model is nearly right. Significance is priced for the whole search and against
@@ -9,6 +9,7 @@
 mod admission;
 mod bounds;
 mod case;
+pub mod challenger;
 mod chance;
 mod compare;
 mod comparison;
@@ -21,9 +22,8 @@ mod judging;
 pub mod ladder;
 pub mod long;
 mod missing;
-mod own;
-pub mod refit;
 mod search;
+mod users;
 pub mod verdict;
 
 use crate::{
@@ -42,9 +42,9 @@ use crate::{
     },
     parallel,
 };
+use challenger::Incumbent;
 pub use compare::compare;
 pub use missing::{diagnose, moved};
-use refit::Present;
 
 /// How a diagnosis is run.
 #[derive(Clone, Copy)]
@@ -53,7 +53,7 @@ pub struct Options<'a> {
     pub progress: &'a (dyn Fn(&str) + Sync),
     /// Faults found on reading the log, carried into the result.
     pub faults: &'a [DataFault],
-    /// Whether the model was fitted on this very log: its errors are then shown from blocked refits.
+    /// Whether the model was fitted on this very log: its errors are then shown from blocked challengers.
     pub own_log: bool,
     /// The user's own effects, suspects like those of the catalogue.
     pub own_effects: &'a [&'static dyn Effect],
@@ -188,8 +188,8 @@ fn added(before: &Model, after: &Model) -> usize {
 /// Whether a play may be what is left of the error, however long the log.
 fn may_lack_play(record: &Record, bench: &Bench, model: &Model) -> bool {
     let shows = |bench: &Bench| {
-        let present = Present::new(Study::fit(bench, model, None));
-        CATALOGUE.iter().filter(|effect| effect.is_play()).any(|effect| present.may_lack(*effect))
+        let incumbent = Incumbent::new(Study::fit(bench, model, None));
+        CATALOGUE.iter().filter(|effect| effect.is_play()).any(|effect| incumbent.may_lack(*effect))
     };
     Parts::new(record, bench, model).map_or_else(|| shows(bench), |parts| parts.each().into_iter().any(shows))
 }

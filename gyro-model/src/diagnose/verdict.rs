@@ -1,6 +1,6 @@
 //! What a study comes to, in one word and one or two sentences.
 
-use super::refit::{Present, Refit};
+use super::challenger::{Challenger, Incumbent};
 use crate::{
     diagnosis::Verdict,
     effects::{Card, Stage, Trait},
@@ -69,15 +69,15 @@ pub fn unexcited(study: &Study, gls: &Gls, series: usize) -> Option<String> {
 /// The verdict of a model with its suspects, which were found beside the model `seen`: the same, or fitted to a part.
 #[must_use]
 pub fn verdict(
-    present: &Present,
-    seen: &Present,
-    suspects: &[&Refit],
+    incumbent: &Incumbent,
+    seen: &Incumbent,
+    suspects: &[&Challenger],
     aliases: &[Vec<String>],
     judged: &Judged,
     series: usize,
 ) -> (Verdict, String) {
-    let study = &present.study;
-    if let Some(says) = unexcited(study, &present.gls, series) {
+    let study = &incumbent.study;
+    if let Some(says) = unexcited(study, &incumbent.gls, series) {
         return (Verdict::CannotTell, says);
     }
     let best = suspects.iter().position(|r| r.passes(seen));
@@ -97,7 +97,7 @@ pub fn verdict(
             )
         };
     }
-    last_word(present, suspects, judged, series)
+    last_word(incumbent, suspects, judged, series)
 }
 
 /// Effects that are missing together.
@@ -144,8 +144,8 @@ fn title(card: &Card) -> String {
 /// The verdict where every suspect was looked at and none passes: noise that is so much more than white is believed of a bias
 /// that wanders, but not for certain.
 #[must_use]
-pub fn last_word(present: &Present, suspects: &[&Refit], judged: &Judged, series: usize) -> (Verdict, String) {
-    let (verdict, says) = rest(present, suspects, judged, series);
+pub fn last_word(incumbent: &Incumbent, suspects: &[&Challenger], judged: &Judged, series: usize) -> (Verdict, String) {
+    let (verdict, says) = rest(incumbent, suspects, judged, series);
     if verdict == Verdict::Adequate && !judged.within() && judged.over_floor() > limit::WANDER.value {
         let over = judged.over_floor();
         return (
@@ -161,13 +161,13 @@ pub fn last_word(present: &Present, suspects: &[&Refit], judged: &Judged, series
 
 /// The verdict where no suspect passes.
 #[must_use]
-pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usize) -> (Verdict, String) {
-    let noise = &present.gls.noise;
-    let prior = &present.study.bench.prior[series];
-    let span = present.study.bench.windows.tau.last().map_or(1.0, |t| 10.0 * t);
+pub fn rest(incumbent: &Incumbent, suspects: &[&Challenger], judged: &Judged, series: usize) -> (Verdict, String) {
+    let noise = &incumbent.gls.noise;
+    let prior = &incumbent.study.bench.prior[series];
+    let span = incumbent.study.bench.windows.tau.last().map_or(1.0, |t| 10.0 * t);
     // What is forgotten within some readings is white to whoever looks for longer.
     let (lasting, white) =
-        if noise.correlation_time < limit::FORGOTTEN.value * present.study.bench.problem.series[series].span().dt {
+        if noise.correlation_time < limit::FORGOTTEN.value * incumbent.study.bench.problem.series[series].span().dt {
             (0.0, noise.angle_random_walk.hypot(noise.walk_of_correlated()))
         } else {
             (noise.correlated, noise.angle_random_walk)
@@ -175,7 +175,7 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
     let walked = noise.bias_random_walk * span.sqrt();
     let is_wander = walked.max(lasting) * span.sqrt() > white;
     if judged.within() {
-        let lasts = present.study.bench.problem.series[series].span().duration;
+        let lasts = incumbent.study.bench.problem.series[series].span().duration;
         if lasts < limit::BRIEF.value {
             return (
                 Verdict::CannotTell,
@@ -186,7 +186,7 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
                 ),
             );
         }
-        let silent = present.study.evaluation.silent();
+        let silent = incumbent.study.evaluation.silent();
         if silent > limit::SILENT.value {
             return (
                 Verdict::CannotTell,
@@ -210,7 +210,7 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
     }
     let largest = noise::of_sensors(prior);
     // Many noises may explain what is left: physics is missing where none of those that sensors have does.
-    let noise_alone = noise::cost_of_limits(&present.study, &present.gls, &largest) < limit::UNUSUAL.value;
+    let noise_alone = noise::cost_of_limits(&incumbent.study, &incumbent.gls, &largest) < limit::UNUSUAL.value;
     let slow = suspects
         .iter()
         .find(|r| is_wander && r.rise > limit::SLOW_HIDDEN.value && r.candidate.term.effect.is(Trait::Slow));

@@ -4,8 +4,8 @@ use super::{
     super::{
         Options,
         bounds::is_at_bound,
+        challenger::{Challenger, Incumbent},
         ladder::aliases,
-        refit::{Present, Refit},
     },
     Doubt, added, without,
 };
@@ -29,8 +29,8 @@ pub(in super::super) struct Alike {
 
 impl Alike {
     /// Of `rivals`, all in the place of one effect, beside this one.
-    fn of(rivals: &[Refit], own: usize) -> Self {
-        let id = |refit: &Refit| refit.candidate.term.effect.card().id;
+    fn of(rivals: &[Challenger], own: usize) -> Self {
+        let id = |refit: &Challenger| refit.candidate.term.effect.card().id;
         let effect = id(&rivals[own]);
         let mut others = aliases(rivals, own, None);
         others.retain(|other| are_aliases(effect, other));
@@ -51,45 +51,45 @@ pub(super) struct Swapped {
 /// An effect of the model that gives way to one it may be taken for, on every axis that has it of the whole sensor, where
 /// that leaves less than `most` of an error that noise does not make.
 pub(super) fn exchange<'a>(
-    present: &Present<'a>,
+    incumbent: &Incumbent<'a>,
     start: &Model,
     series: usize,
     most: f64,
     options: &Options,
 ) -> Option<(Vec<Swapped>, Study<'a>)> {
-    if present.excess(series) < limit::ROUGH.value {
+    if incumbent.excess(series) < limit::ROUGH.value {
         return None;
     }
-    let bench = present.study.bench;
+    let bench = incumbent.study.bench;
     let axes: Vec<Axis> = bench.problem.series.iter().map(|s| s.axis).collect();
-    added(present, start, axes[series]).into_iter().find_map(|old| {
+    added(incumbent, start, axes[series]).into_iter().find_map(|old| {
         let whole = find(old).is_some_and(<dyn Effect>::is_of_whole_sensor);
-        let has = |k: &usize| *k == series || whole && added(present, start, axes[*k]).contains(&old);
+        let has = |k: &usize| *k == series || whole && added(incumbent, start, axes[*k]).contains(&old);
         let own: Vec<usize> = (0..axes.len()).filter(has).collect();
         // With both in the model the error is no larger than with the one in the other's place.
         let promises = |c: &Candidate| {
             c.series == series
                 && are_aliases(old, c.term.effect.card().id)
-                && limit::GRID.value * (1.0 - c.removes) * present.excess(series) < most
+                && limit::GRID.value * (1.0 - c.removes) * incumbent.excess(series) < most
         };
         // What a whole sensor has is scanned on one axis, and fitted on all.
-        if axes.len() == 1 && !present.scanned(options).iter().any(promises) {
+        if axes.len() == 1 && !incumbent.scanned(options).iter().any(promises) {
             return None;
         }
-        let tried = in_the_place_of(old, present, series, options, are_aliases).into_iter().filter_map(|rival| {
+        let tried = in_the_place_of(old, incumbent, series, options, are_aliases).into_iter().filter_map(|rival| {
             let term = &rival.candidate.term;
             let new = term.effect.card().id;
             if new == old || rival.at_bound() {
                 return None;
             }
-            let mut model = present.study.model.clone();
+            let mut model = incumbent.study.model.clone();
             for &k in &own {
                 let terms = &mut model.axes[axes[k].index()].as_mut()?.terms;
                 terms.retain(|t| t.effect.card().id != old && t.effect.card().id != new);
                 terms.push(term.clone());
             }
             let study =
-                if own.len() > 1 { Study::fit(bench, &model, Some(&present.study.frozen())) } else { rival.study };
+                if own.len() > 1 { Study::fit(bench, &model, Some(&incumbent.study.frozen())) } else { rival.study };
             let (held, weights) = study.held_out_about(series);
             let swapped = own.iter().map(|&series| Swapped { series, old, new }).collect();
             Some((held.excess(&weights), swapped, study))
@@ -102,19 +102,19 @@ pub(super) fn exchange<'a>(
 /// An effect of the model and those that are its `like`, each refitted in its place.
 fn in_the_place_of<'a>(
     id: &'static str,
-    present: &Present<'a>,
+    incumbent: &Incumbent<'a>,
     series: usize,
     options: &Options,
     like: impl Fn(&str, &str) -> bool,
-) -> Vec<Refit<'a>> {
-    let axis = present.study.bench.problem.series[series].axis;
+) -> Vec<Challenger<'a>> {
+    let axis = incumbent.study.bench.problem.series[series].axis;
     if !CATALOGUE.iter().any(|other| like(id, other.card().id)) {
         return Vec::new();
     }
-    let Some((without, _)) = without(present, axis, id) else { return Vec::new() };
+    let Some((without, _)) = without(incumbent, axis, id) else { return Vec::new() };
     (options.progress)(id);
     let wanted = |rival: &str| rival == id || like(id, rival);
-    without.rivals(series, &present.study.model, options, wanted)
+    without.rivals(series, &incumbent.study.model, options, wanted)
 }
 
 /// Whether one of these may stand where the other does: what the catalogue says may be taken for one another, and all that makes
@@ -127,16 +127,16 @@ fn may_stand_for(a: &str, b: &str) -> bool {
 /// What was added while something else was missing may be the wrong one of a pair: each is held once more against what may stand
 /// for it and what it could not be told from then; those that do as well are told.
 pub(super) fn settle_doubts<'a>(
-    present: Present<'a>,
+    incumbent: Incumbent<'a>,
     start: &Model,
     doubts: &[Doubt],
     options: &Options,
-) -> (Present<'a>, Vec<Swapped>, Vec<Alike>) {
-    let mut present = present;
+) -> (Incumbent<'a>, Vec<Swapped>, Vec<Alike>) {
+    let mut incumbent = incumbent;
     let (mut swapped, mut alike) = (Vec::new(), Vec::new());
-    let axes: Vec<Axis> = present.study.bench.problem.series.iter().map(|s| s.axis).collect();
+    let axes: Vec<Axis> = incumbent.study.bench.problem.series.iter().map(|s| s.axis).collect();
     for (k, axis) in axes.iter().enumerate() {
-        let added = added(&present, start, *axis);
+        let added = added(&incumbent, start, *axis);
         if added.len() < 2 {
             continue;
         }
@@ -147,21 +147,21 @@ pub(super) fn settle_doubts<'a>(
                 doubts.iter().any(is)
             };
             let like = |own: &str, other: &str| may_stand_for(own, other) || doubted(own, other);
-            let rivals = in_the_place_of(id, &present, k, options, like);
-            let is_own = |refit: &Refit| refit.candidate.term.effect.card().id == id;
-            let best = |keep: &dyn Fn(&Refit) -> bool| {
+            let rivals = in_the_place_of(id, &incumbent, k, options, like);
+            let is_own = |refit: &Challenger| refit.candidate.term.effect.card().id == id;
+            let best = |keep: &dyn Fn(&Challenger) -> bool| {
                 let kept = (0..rivals.len()).filter(|&r| keep(&rivals[r]));
                 kept.max_by(|&a, &b| rivals[a].worth().total_cmp(&rivals[b].worth()))
             };
             // What does as well beside the others may come to nothing once they move too.
             let own = best(&is_own);
             let freedom = own.map_or(1, |own| rivals[own].candidate.freedom);
-            let is_plainer = |refit: &Refit| own.is_some_and(|own| rivals[own].is_said_plainer_by(refit));
-            let may_replace = |refit: &Refit| refit.replaces(&present, freedom) || is_plainer(refit);
+            let is_plainer = |refit: &Challenger| own.is_some_and(|own| rivals[own].is_said_plainer_by(refit));
+            let may_replace = |refit: &Challenger| refit.replaces(&incumbent, freedom) || is_plainer(refit);
             let better = best(&|refit| !is_own(refit) && may_replace(refit)).and_then(|better| {
-                let Refit { candidate, study, .. } = &rivals[better];
+                let Challenger { candidate, study, .. } = &rivals[better];
                 let new = candidate.term.effect.card().id;
-                let study = Study::fit(study.bench, &study.model, Some(&present.study.warm));
+                let study = Study::fit(study.bench, &study.model, Some(&incumbent.study.warm));
                 let own = judged::axis_model(&fit::settle(study.clone()).model, *axis);
                 let stays = !is_at_bound(own.term(new)?, &study.bench.problem.series[k]);
                 stays.then_some((better, new, study))
@@ -169,11 +169,11 @@ pub(super) fn settle_doubts<'a>(
             if let Some((better, new, study)) = better {
                 alike.push(Alike::of(&rivals, better));
                 swapped.push(Swapped { series: k, old: id, new });
-                present = Present::new(study);
+                incumbent = Incumbent::new(study);
             } else if let Some(own) = own {
                 alike.push(Alike::of(&rivals, own));
             }
         }
     }
-    (present, swapped, alike)
+    (incumbent, swapped, alike)
 }

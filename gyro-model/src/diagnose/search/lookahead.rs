@@ -10,8 +10,8 @@ use super::{
     super::{
         Options,
         bounds::size,
+        challenger::{Challenger, Incumbent},
         ladder::aliases,
-        refit::{Present, Refit},
     },
     pair::beside_its_like,
     without,
@@ -29,43 +29,43 @@ const TRIED: usize = 3;
 /// One effect on the way.
 pub(in super::super) struct Step<'a> {
     /// The model with it.
-    pub present: Present<'a>,
+    pub incumbent: Incumbent<'a>,
     /// What came in.
     pub id: &'static str,
     /// What the log could not tell it from.
     pub aliases: Vec<String>,
 }
 
-/// The steps of a way that holds; `None` where nothing of the kind is found. `suspects` are those of `present`.
+/// The steps of a way that holds; `None` where nothing of the kind is found. `suspects` are those of `incumbent`.
 pub(in super::super) fn look_ahead<'a>(
-    present: &Present<'a>,
-    suspects: &[Refit<'a>],
+    incumbent: &Incumbent<'a>,
+    suspects: &[Challenger<'a>],
     options: &Options,
 ) -> Option<Vec<Step<'a>>> {
-    if present.study.bench.problem.series.len() > 1 {
+    if incumbent.study.bench.problem.series.len() > 1 {
         return None;
     }
-    if present.reachable(0, options) > limit::OUT_OF_REACH.value {
+    if incumbent.reachable(0, options) > limit::OUT_OF_REACH.value {
         return None;
     }
-    if let Some(way) = two(present, options) {
+    if let Some(way) = two(incumbent, options) {
         return Some(way);
     }
-    if !leaves_something(present) && !suspects.iter().any(Refit::is_no_chance) {
+    if !leaves_something(incumbent) && !suspects.iter().any(Challenger::is_no_chance) {
         return None;
     }
-    let lowest = |list: &[Refit]| best(list, |r| -r.excess);
-    let likeliest = |list: &[Refit]| best(list, |r| r.rise / r.inflation);
+    let lowest = |list: &[Challenger]| best(list, |r| -r.excess);
+    let likeliest = |list: &[Challenger]| best(list, |r| r.rise / r.inflation);
     let first = [lowest(suspects), likeliest(suspects)];
     let firsts = if first[0] == first[1] { &first[..1] } else { &first[..] };
     firsts.iter().flatten().find_map(|&first| {
-        let mut way = vec![step(present, suspects, first)];
+        let mut way = vec![step(incumbent, suspects, first)];
         while way.len() < TRIED {
-            let last = &way.last()?.present;
+            let last = &way.last()?.incumbent;
             let list = last.suspects(options);
             let next = list.iter().position(|r| r.passes(last)).or_else(|| likeliest(&list))?;
             let next = step(last, &list, next);
-            if beside_its_like(&next.present.study, &next.present.gls, 0, next.id) {
+            if beside_its_like(&next.incumbent.study, &next.incumbent.gls, 0, next.id) {
                 break;
             }
             way.push(next);
@@ -79,46 +79,46 @@ pub(in super::super) fn look_ahead<'a>(
 
 /// Two effects that hide one another so well that the error shows neither: the lateness of a gyro and the play of its
 /// encoder's gear, on a drive that turns at one rate.
-fn two<'a>(present: &Present<'a>, options: &Options) -> Option<Vec<Step<'a>>> {
-    let pair = present.pair(0, options)?;
+fn two<'a>(incumbent: &Incumbent<'a>, options: &Options) -> Option<Vec<Step<'a>>> {
+    let pair = incumbent.pair(0, options)?;
     let mut way: Vec<Step> = Vec::new();
     for candidate in pair {
-        let last = way.last().map_or(present, |step| &step.present);
+        let last = way.last().map_or(incumbent, |step| &step.incumbent);
         let id = candidate.term.effect.card().id;
         (options.progress)(id);
         let model = with_term(&last.study, 0, candidate.term);
-        let with = Present::new(Study::fit(present.study.bench, &model, Some(&last.study.warm)));
-        way.push(Step { present: with, id, aliases: Vec::new() });
+        let with = Incumbent::new(Study::fit(incumbent.study.bench, &model, Some(&last.study.warm)));
+        way.push(Step { incumbent: with, id, aliases: Vec::new() });
     }
     holds(&way).then_some(way)
 }
 
 /// Whether the error lies above what noise leaves: in the mean, or far at one averaging time.
-fn leaves_something(present: &Present) -> bool {
-    let (held, weights) = present.study.held_out_about(0);
+fn leaves_something(incumbent: &Incumbent) -> bool {
+    let (held, weights) = incumbent.study.held_out_about(0);
     let over = |(error, floor): (&f64, &f64)| error / floor > limit::ABOVE.value;
-    present.excess(0) > limit::NOISE.value || held.curve().iter().zip(&weights).any(over)
+    incumbent.excess(0) > limit::NOISE.value || held.curve().iter().zip(&weights).any(over)
 }
 
 /// The suspect for which `worth` is largest, of those that stay within their bounds.
-fn best(list: &[Refit], worth: impl Fn(&Refit) -> f64) -> Option<usize> {
+fn best(list: &[Challenger], worth: impl Fn(&Challenger) -> f64) -> Option<usize> {
     let inside = (0..list.len()).filter(|&k| !list[k].at_bound());
     inside.max_by(|&a, &b| worth(&list[a]).total_cmp(&worth(&list[b])))
 }
 
-fn step<'a>(present: &Present<'a>, suspects: &[Refit<'a>], chosen: usize) -> Step<'a> {
+fn step<'a>(incumbent: &Incumbent<'a>, suspects: &[Challenger<'a>], chosen: usize) -> Step<'a> {
     let study = &suspects[chosen].study;
     Step {
-        present: Present::new(Study::fit(present.study.bench, &study.model, Some(&present.study.warm))),
+        incumbent: Incumbent::new(Study::fit(incumbent.study.bench, &study.model, Some(&incumbent.study.warm))),
         id: suspects[chosen].candidate.term.effect.card().id,
-        aliases: aliases(suspects, chosen, Some(present)),
+        aliases: aliases(suspects, chosen, Some(incumbent)),
     }
 }
 
 /// Whether the last model leaves no more than noise and needs every effect of the way, none of them beyond what sensors have:
 /// those that cancel may grow together as far as one likes.
 fn holds(way: &[Step]) -> bool {
-    let Some(last) = way.last().map(|step| &step.present) else { return false };
+    let Some(last) = way.last().map(|step| &step.incumbent) else { return false };
     let axis = last.study.bench.problem.series[0].axis;
     // The floor's draws know what estimating costs where little is left to fit to, and what bridging does: beneath its band
     // throughout, an error is noise, whatever its mean.

@@ -23,9 +23,9 @@ pub(super) use pair::pair;
 
 use super::{
     Options,
+    challenger::{Challenger, Incumbent},
     explain::explained,
     ladder::aliases,
-    refit::{Present, Refit},
 };
 use crate::{
     Axis, Model,
@@ -79,9 +79,9 @@ pub(super) struct Doubt {
 /// Where a search ended.
 pub(super) struct Top<'a> {
     /// The model there.
-    pub present: Present<'a>,
+    pub incumbent: Incumbent<'a>,
     /// What it was not worth while to add.
-    pub last: Vec<Refit<'a>>,
+    pub last: Vec<Challenger<'a>>,
     /// What its effects may as well be.
     pub alike: Vec<Alike>,
 }
@@ -91,9 +91,9 @@ struct Search<'a, 'o> {
     start: &'o Model,
     options: &'o Options<'o>,
     axes: Vec<Axis>,
-    present: Present<'a>,
+    incumbent: Incumbent<'a>,
     /// Its suspects, where they are known.
-    suspects: Option<Vec<Refit<'a>>>,
+    suspects: Option<Vec<Challenger<'a>>>,
     doubts: Vec<Doubt>,
     /// Told of each change, the model with it fitted.
     took: &'o mut dyn FnMut(&Study, Change),
@@ -106,21 +106,21 @@ pub(super) fn search<'a>(
     options: &Options,
     took: &mut dyn FnMut(&Study, Change),
 ) -> Top<'a> {
-    let present = Present::new(Study::fit(bench, start, None));
-    (0..bench.problem.series.len()).for_each(|k| took(&present.study, Change::of(k, None, None)));
-    search_on(present, None, start, options, took)
+    let incumbent = Incumbent::new(Study::fit(bench, start, None));
+    (0..bench.problem.series.len()).for_each(|k| took(&incumbent.study, Change::of(k, None, None)));
+    search_on(incumbent, None, start, options, took)
 }
 
 /// The same from a model that is fitted already, whose suspects may be known.
 pub(super) fn search_on<'a>(
-    present: Present<'a>,
-    suspects: Option<Vec<Refit<'a>>>,
+    incumbent: Incumbent<'a>,
+    suspects: Option<Vec<Challenger<'a>>>,
     start: &Model,
     options: &Options,
     took: &mut dyn FnMut(&Study, Change),
 ) -> Top<'a> {
-    let axes: Vec<Axis> = present.study.bench.problem.series.iter().map(|s| s.axis).collect();
-    let mut search = Search { start, options, axes, present, suspects, doubts: Vec::new(), took };
+    let axes: Vec<Axis> = incumbent.study.bench.problem.series.iter().map(|s| s.axis).collect();
+    let mut search = Search { start, options, axes, incumbent, suspects, doubts: Vec::new(), took };
     let mut last = Vec::new();
     for _ in 0..options.steps * search.axes.len() {
         match search.forward() {
@@ -132,41 +132,41 @@ pub(super) fn search_on<'a>(
         }
     }
     let alike = if (options.stop)() { Vec::new() } else { search.look_back() };
-    Top { present: search.present, last, alike }
+    Top { incumbent: search.incumbent, last, alike }
 }
 
 /// What one round came to.
 enum Forward<'a> {
     Changed,
     /// Nothing more is to be added: of these suspects, none is worth while.
-    Ended(Vec<Refit<'a>>),
+    Ended(Vec<Challenger<'a>>),
 }
 
 impl<'a> Search<'a, '_> {
     /// One round forward: an exchange where one leaves less, else the best suspect, else what a look ahead finds.
     fn forward(&mut self) -> Forward<'a> {
-        let suspects = self.suspects.take().unwrap_or_else(|| self.present.suspects(self.options));
+        let suspects = self.suspects.take().unwrap_or_else(|| self.incumbent.suspects(self.options));
         if self.options.explain {
             for (k, &axis) in self.axes.iter().enumerate() {
-                (self.options.looked)(axis, &explained(&self.present, &suspects, k, self.options));
+                (self.options.looked)(axis, &explained(&self.incumbent, &suspects, k, self.options));
             }
         }
         if (self.options.stop)() {
             return Forward::Ended(suspects);
         }
-        let chosen = next(&self.present, &suspects);
+        let chosen = next(&self.incumbent, &suspects);
         if let Some((swapped, study)) = self.exchanged(chosen.map(|k| &suspects[k])) {
-            let warm = self.present.study.warm.clone();
-            self.present = Present::new(Study::fit(study.bench, &study.model, Some(&warm)));
+            let warm = self.incumbent.study.warm.clone();
+            self.incumbent = Incumbent::new(Study::fit(study.bench, &study.model, Some(&warm)));
             self.tell_of(swapped);
         } else if let Some(chosen) = chosen {
             self.add(&suspects, chosen);
-        } else if let Some(way) = look_ahead(&self.present, &suspects, self.options) {
+        } else if let Some(way) = look_ahead(&self.incumbent, &suspects, self.options) {
             for step in way {
                 self.doubts.push(Doubt { series: 0, id: step.id, aliases: step.aliases.clone() });
                 let change = Change { aliases: step.aliases, ..Change::of(0, Some(step.id), None) };
-                (self.took)(&step.present.study, change);
-                self.present = step.present;
+                (self.took)(&step.incumbent.study, change);
+                self.incumbent = step.incumbent;
             }
         } else {
             return Forward::Ended(suspects);
@@ -176,60 +176,62 @@ impl<'a> Search<'a, '_> {
 
     /// What came first was told from its aliases while much else was missing: one of them in its place may leave less than the
     /// suspect that is next, or by a tenth less where none is.
-    fn exchanged(&self, next: Option<&Refit>) -> Option<(Vec<Swapped>, Study<'a>)> {
-        let exchange = |series: usize, most: f64| exchange(&self.present, self.start, series, most, self.options);
+    fn exchanged(&self, next: Option<&Challenger>) -> Option<(Vec<Swapped>, Study<'a>)> {
+        let exchange = |series: usize, most: f64| exchange(&self.incumbent, self.start, series, most, self.options);
         match next {
             Some(refit) if refit.candidate.term.effect.stage() == Stage::Reading => None,
             Some(refit) => exchange(refit.candidate.series, refit.excess),
-            None => (0..self.axes.len()).find_map(|k| exchange(k, (1.0 - limit::SHARE.value) * self.present.excess(k))),
+            None => {
+                (0..self.axes.len()).find_map(|k| exchange(k, (1.0 - limit::SHARE.value) * self.incumbent.excess(k)))
+            }
         }
     }
 
     /// Adds a suspect, and the same on other axes that have it too.
-    fn add(&mut self, suspects: &[Refit<'a>], chosen: usize) {
+    fn add(&mut self, suspects: &[Challenger<'a>], chosen: usize) {
         let Candidate { series, ref term, .. } = suspects[chosen].candidate;
         let id = term.effect.card().id;
-        let aliases = aliases(suspects, chosen, Some(&self.present));
+        let aliases = aliases(suspects, chosen, Some(&self.incumbent));
         self.doubts.push(Doubt { series, id, aliases: aliases.clone() });
-        self.take_over(&with_term(&self.present.study, series, term.clone()));
+        self.take_over(&with_term(&self.incumbent.study, series, term.clone()));
         let mut changes = vec![Change { aliases, ..Change::of(series, Some(id), None) }];
         for other in (0..self.axes.len()).filter(|&other| other != series) {
-            if let Some(with) = companion(&self.present, term, other) {
+            if let Some(with) = companion(&self.incumbent, term, other) {
                 self.take_over(&with);
                 changes.push(Change::of(other, Some(id), None));
             }
         }
         // Axes of one orientation carry their errors into one another's: what all have is judged once all have it.
         for change in changes {
-            (self.took)(&self.present.study, change);
+            (self.took)(&self.incumbent.study, change);
         }
     }
 
     /// Backward elimination, exchange, pruning; what the effects at the top may as well be.
     fn look_back(&mut self) -> Vec<Alike> {
         self.eliminate();
-        let (present, swapped, alike) = settle_doubts(self.present.clone(), self.start, &self.doubts, self.options);
-        self.present = present;
+        let (incumbent, swapped, alike) = settle_doubts(self.incumbent.clone(), self.start, &self.doubts, self.options);
+        self.incumbent = incumbent;
         self.tell_of(swapped);
         self.prune();
         alike
     }
 
     fn take_over(&mut self, model: &Model) {
-        let Study { bench, ref warm, .. } = self.present.study;
-        self.present = Present::new(Study::fit(bench, model, Some(warm)));
+        let Study { bench, ref warm, .. } = self.incumbent.study;
+        self.incumbent = Incumbent::new(Study::fit(bench, model, Some(warm)));
     }
 
     fn tell_of(&mut self, swapped: Vec<Swapped>) {
         for Swapped { series, old, new } in swapped {
-            (self.took)(&self.present.study, Change::of(series, Some(new), Some(old)));
+            (self.took)(&self.incumbent.study, Change::of(series, Some(new), Some(old)));
         }
     }
 }
 
 /// What was added to the model that the ladder began with, in the order of adding.
-pub(super) fn added(present: &Present, start: &Model, axis: Axis) -> Vec<&'static str> {
+pub(super) fn added(incumbent: &Incumbent, start: &Model, axis: Axis) -> Vec<&'static str> {
     let kept = judged::axis_model(start, axis).effect_ids();
-    let now = judged::axis_model(&present.study.model, axis).effect_ids();
+    let now = judged::axis_model(&incumbent.study.model, axis).effect_ids();
     now.into_iter().filter(|id| !kept.contains(id)).collect()
 }

@@ -26,9 +26,9 @@ use crate::{
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::sync::OnceLock;
 
-/// The present model: what suspects are measured against.
+/// The incumbent model: what suspects are measured against.
 #[derive(Clone, Debug)]
-pub struct Present<'a> {
+pub struct Incumbent<'a> {
     /// Fitted.
     pub study: Study<'a>,
     /// Whitened draws of noise alone.
@@ -69,14 +69,14 @@ impl Measure {
 
 /// One suspect at its exact optimum.
 #[derive(Clone, Debug)]
-pub struct Refit<'a> {
+pub struct Challenger<'a> {
     /// Where it came from.
     pub candidate: Candidate,
     /// The model with it, fitted.
     pub study: Study<'a>,
     /// Noise and likelihood with it.
     pub gls: Gls,
-    /// J of its axis with it (on the samples of the present model).
+    /// J of its axis with it (on the samples of the incumbent model).
     pub excess: f64,
     /// J on the samples that it does not leave out.
     pub(super) kept: f64,
@@ -102,7 +102,7 @@ pub struct Refit<'a> {
 const LEADERS: usize = 5;
 const LEADERS_OF_SEVERAL: usize = 3;
 
-impl<'a> Present<'a> {
+impl<'a> Incumbent<'a> {
     /// Takes a fitted model's measure.
     #[must_use]
     pub fn new(study: Study<'a>) -> Self {
@@ -129,7 +129,7 @@ impl<'a> Present<'a> {
         let t = &series.reference_t;
         let often = series.readings.len() as f64 / (t[t.len() - 1] - t[0]);
         let every = (often / SELDOM).round().max(1.0) as usize;
-        self.seldom.get_or_init(|| Box::new(Present::new(self.study.clone().reading(every))))
+        self.seldom.get_or_init(|| Box::new(Incumbent::new(self.study.clone().reading(every))))
     }
 
     /// J, the mean over τ of (E/F)², held out, of one axis.
@@ -215,7 +215,7 @@ impl<'a> Present<'a> {
 
     /// The suspects of this model, refitted, axis by axis, best first.
     #[must_use]
-    pub fn suspects(&self, options: &Options) -> Vec<Refit<'a>> {
+    pub fn suspects(&self, options: &Options) -> Vec<Challenger<'a>> {
         let all = self.scanned(options);
         let axes = self.study.bench.problem.series.len();
         let most = if axes > 1 { LEADERS_OF_SEVERAL } else { LEADERS };
@@ -223,7 +223,7 @@ impl<'a> Present<'a> {
         let list: Vec<Candidate> = (0..axes).flat_map(|k| leaders(of(k), most)).collect();
         (options.progress)(&list.iter().map(|c| c.term.effect.card().id).collect::<Vec<_>>().join(", "));
         let (first, rest): (Vec<Candidate>, Vec<Candidate>) = promising(list, axes);
-        let refitted = |list: &[Candidate]| -> Vec<Refit<'a>> {
+        let refitted = |list: &[Candidate]| -> Vec<Challenger<'a>> {
             let refit = |candidate: &Candidate| (!(options.stop)()).then(|| self.refit(candidate.clone()));
             parallel::map(list, refit).into_iter().flatten().collect()
         };
@@ -231,28 +231,29 @@ impl<'a> Present<'a> {
         // What cannot come near the best by either measure is not refitted.
         let rest: Vec<Candidate> = rest.into_iter().filter(|c| self.may_win(c, &left)).collect();
         left.extend(refitted(&rest));
-        let mut refits = Vec::new();
+        let mut challengers = Vec::new();
         for k in 0..axes {
             let mut own = left.extract_if(.., |r| r.candidate.series == k).collect();
             drop_driven(&mut own);
             rank(&mut own);
             prefer_plainer(&mut own, self);
-            refits.append(&mut own);
+            challengers.append(&mut own);
         }
         // Of one effect, the best that is not at the end of what is physical: from another start it may be.
-        let key = |r: &Refit| (r.candidate.series, r.candidate.term.effect.card().id);
+        let key = |r: &Challenger| (r.candidate.series, r.candidate.term.effect.card().id);
         let is_best = |k: usize| {
-            let own: Vec<usize> = (0..refits.len()).filter(|&i| key(&refits[i]) == key(&refits[k])).collect();
-            own.iter().find(|&&i| !refits[i].at_bound()).or(own.first()) == Some(&k)
+            let own: Vec<usize> =
+                (0..challengers.len()).filter(|&i| key(&challengers[i]) == key(&challengers[k])).collect();
+            own.iter().find(|&&i| !challengers[i].at_bound()).or(own.first()) == Some(&k)
         };
-        let mut best = (0..refits.len()).map(is_best).collect::<Vec<bool>>().into_iter();
-        refits.retain(|_| best.next() == Some(true));
-        refits
+        let mut best = (0..challengers.len()).map(is_best).collect::<Vec<bool>>().into_iter();
+        challengers.retain(|_| best.next() == Some(true));
+        challengers
     }
 
     /// Whether an exact refit of this candidate may come near the best of those fitted so far, by the error or by the
     /// likelihood.
-    fn may_win(&self, candidate: &Candidate, fitted: &[Refit]) -> bool {
+    fn may_win(&self, candidate: &Candidate, fitted: &[Challenger]) -> bool {
         let own = || fitted.iter().filter(|r| r.candidate.series == candidate.series && !r.at_bound());
         let least = own().map(|r| r.excess).fold(f64::INFINITY, f64::min);
         let most = own().map(|r| r.rise).filter(|rise| rise.is_finite()).fold(0.0, f64::max);
@@ -305,7 +306,7 @@ impl<'a> Present<'a> {
         joint: &Model,
         options: &Options,
         wanted: impl Fn(&str) -> bool,
-    ) -> Vec<Refit<'a>> {
+    ) -> Vec<Challenger<'a>> {
         let mut list = self.scanned(options).to_vec();
         list.retain(|c| {
             c.series == series && c.term.effect.stage() != Stage::Reading && wanted(c.term.effect.card().id)
@@ -314,17 +315,17 @@ impl<'a> Present<'a> {
     }
 
     /// A suspect at its exact optimum, held against this model.
-    pub(super) fn refit(&self, candidate: Candidate) -> Refit<'a> {
+    pub(super) fn refit(&self, candidate: Candidate) -> Challenger<'a> {
         self.refit_beside(candidate, &self.study.model)
     }
 
     /// The same, the other effects setting out from where they stand in `joint`, a model that has the suspect or its like:
     /// without it they have moved to take its place, and may not find back.
-    pub(super) fn refit_beside(&self, candidate: Candidate, joint: &Model) -> Refit<'a> {
+    pub(super) fn refit_beside(&self, candidate: Candidate, joint: &Model) -> Challenger<'a> {
         self.beside(candidate.term.effect, candidate.series).refit_there(candidate, joint)
     }
 
-    fn refit_there(&self, mut candidate: Candidate, joint: &Model) -> Refit<'a> {
+    fn refit_there(&self, mut candidate: Candidate, joint: &Model) -> Challenger<'a> {
         let series = candidate.series;
         let mut model = with_term_throughout(&self.study, series, &candidate.term);
         stand_as_in(&mut model, joint, candidate.term.effect);
@@ -336,7 +337,7 @@ impl<'a> Present<'a> {
         candidate.freedom *= self.study.bench.problem.series.iter().enumerate().filter(|s| has_more(*s)).count();
         let gls = study.identify(&[self.gls.noise]);
         let (study, gls) = study.refine_tones(gls);
-        // What the suspect leaves out, the present model has to be judged without; and a noise that was found beside the
+        // What the suspect leaves out, the incumbent model has to be judged without; and a noise that was found beside the
         // suspect may be the likelier one without it too.
         let other;
         let base = if study.leaves_out() {
@@ -374,7 +375,21 @@ impl<'a> Present<'a> {
         let kept = own.excess;
         let pairs = own.curve.iter().zip(&base.curve);
         let grows = pairs.map(|(own, base)| own / base.max(limit::ABOVE.value)).fold(0.0, f64::max);
-        Refit { candidate, study, gls, excess, kept, grows, rise, inflation, held_out, p_value, fall, gains, falls }
+        Challenger {
+            candidate,
+            study,
+            gls,
+            excess,
+            kept,
+            grows,
+            rise,
+            inflation,
+            held_out,
+            p_value,
+            fall,
+            gains,
+            falls,
+        }
     }
 }
 
