@@ -157,7 +157,9 @@ impl Record {
             .map(Axis::index)
             .collect();
         for row in &mut self.rows {
-            bare.iter().for_each(|&axis| row.ref_rate[axis] = 0.0);
+            for &axis in &bare {
+                row.ref_rate[axis] = 0.0;
+            }
         }
     }
 

@@ -126,12 +126,12 @@ impl Screen {
         if shown.is_empty() {
             return;
         }
-        let taus: String = shown.iter().map(|&k| format!("{:>9}", time(limit.tau[k]))).collect();
+        let taus: Vec<String> = shown.iter().map(|&k| format!("{:>9}", time(limit.tau[k]))).collect();
         let lead = self.terminal.paint(Ink::Quiet, "share of the error²");
-        self.line(&format!("  {lead} {taus}"));
+        self.line(&format!("  {lead} {}", taus.concat()));
         for part in &limit.parts {
-            let shares: String = shown.iter().map(|&k| format!("{:>7.0} %", part.share[k])).collect();
-            self.line(&format!("  {:<19} {shares}", part.name));
+            let shares: Vec<String> = shown.iter().map(|&k| format!("{:>7.0} %", part.share[k])).collect();
+            self.line(&format!("  {:<19} {}", part.name, shares.concat()));
         }
     }
 

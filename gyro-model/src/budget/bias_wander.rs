@@ -26,5 +26,8 @@ pub fn claim(seen: &Seen, left: &[f64]) -> Option<Claim> {
 
 /// What is left beside what goes with the gyro's rate.
 pub(super) fn incoherent(seen: &Seen, left: &[f64]) -> Vec<f64> {
+    if seen.rests {
+        return left.to_vec();
+    }
     seen.bands.iter().zip(left).map(|(band, left)| (left - band.coherent()).max(0.0)).collect()
 }

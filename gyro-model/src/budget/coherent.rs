@@ -4,7 +4,11 @@
 //! of the log that took no part in the prediction is physics or a mistake, named or not, and no component of noise gets it.
 
 use crate::{
-    evidence::{incoherent::made, integrate::integral, series::Series},
+    evidence::{
+        incoherent::made,
+        integrate::integral,
+        series::{Rest, Series},
+    },
     nls::Normal,
 };
 
@@ -27,6 +31,9 @@ pub fn conditioned(s: &Series, whole: &[f64], error: &[f64], tau: &[f64], dt: f6
     let n = error.len();
     let block = |row: usize| row * BLOCKS / n;
     let m = columns.len();
+    if m == 0 {
+        return Conditioned { rest: error.to_vec(), share: vec![0.0; tau.len()] };
+    }
     // The equations of each averaging time and block, each averaging time counting alike.
     let mut each: Vec<Vec<Normal>> = Vec::new();
     for tau in tau {
@@ -123,8 +130,14 @@ fn columns(s: &Series, whole: &[f64]) -> Vec<Vec<f64>> {
         at
     };
     let at_rows = |made: &[f64]| -> Vec<f64> { s.reference_rows.iter().map(|&k| made[k]).collect() };
-    let mut all: Vec<Vec<f64>> = made((&s.t, &s.gyro), &turned).iter().map(|made| at_rows(made)).collect();
-    all.remove(RESPONSE);
+    // What a sensor at rest reads is its error, and no motion.
+    let mut all: Vec<Vec<f64>> = if s.rest == Rest::Whole {
+        Vec::new()
+    } else {
+        let mut made: Vec<Vec<f64>> = made((&s.t, &s.gyro), &turned).iter().map(|made| at_rows(made)).collect();
+        made.remove(RESPONSE);
+        made
+    };
     // An encoder that sits off its shaft's centre errs with the angle.
     if let [first, ..] = s.reference_angle[..] {
         for turns in [1.0, 2.0] {
@@ -148,7 +161,9 @@ fn columns(s: &Series, whole: &[f64]) -> Vec<Vec<f64>> {
         more(&|k| s.signals[k].accel[axis]);
     }
     more(&|k| s.signals[k].delta_temperature);
-    more(&|k| s.signals[k].delta_temperature * s.gyro[k]);
+    if s.rest != Rest::Whole {
+        more(&|k| s.signals[k].delta_temperature * s.gyro[k]);
+    }
     more(&|k| s.signals[k].delta_supply);
     all
 }

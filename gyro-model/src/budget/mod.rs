@@ -180,18 +180,28 @@ impl Budget {
 }
 
 fn by_frequency(band: &Band, left: f64) -> FrequencyShare {
-    let told = |(density, error): (f64, f64)| (error < 0.5 * band.error).then(|| density.clamp(0.0, band.error));
+    let told =
+        |(density, error): (f64, f64)| (error < 0.5 * band.error).then(|| digits(density.clamp(0.0, band.error)));
     FrequencyShare {
-        from_hz: band.low,
-        to_hz: band.high,
-        error: band.error,
-        gyro: band.gyro,
-        reference: band.reference,
+        from_hz: digits(band.low),
+        to_hz: digits(band.high),
+        error: digits(band.error),
+        gyro: digits(band.gyro),
+        reference: digits(band.reference),
         of_gyro: told(band.of_gyro()),
         of_reference: told(band.of_reference()),
-        with_motion: band.coherent(),
-        unattributed: left,
+        with_motion: digits(band.coherent()),
+        unattributed: digits(left),
     }
+}
+
+/// Four digits of it: more is noise.
+fn digits(value: f64) -> f64 {
+    if value == 0.0 || !value.is_finite() {
+        return 0.0;
+    }
+    let scale = 10_f64.powi(3 - value.abs().log10().floor() as i32);
+    (value * scale).round() / scale
 }
 
 impl Budget {

@@ -20,6 +20,9 @@ const STEEPEST: f64 = 2.0;
 
 /// What it makes of the error that is `left`, band by band.
 pub fn claim(seen: &Seen, left: &[f64]) -> Option<Claim> {
+    if seen.rests {
+        return None;
+    }
     let law = Law::of(seen);
     let level = |k: usize| {
         let band = &seen.bands[k];

@@ -322,8 +322,7 @@ pub fn diagnose(
                     None => (&present.study, &present.gls.noise),
                 };
                 let of = (&present.study, rest);
-                let found = axis_diagnosis(record, of, k, &judged, (verdict, says), Some(listed), options);
-                found
+                axis_diagnosis(record, of, k, &judged, (verdict, says), Some(listed), options)
             })
             .collect::<Vec<_>>();
         (present.study.model.clone(), of_one_orientation(found))

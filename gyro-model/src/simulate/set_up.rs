@@ -249,13 +249,11 @@ mod tests {
     fn what_comes_seldom_turns_evenly_between() {
         let samples = samples();
         let rows = SetUp { reference_rate: 10.0, ..SetUp::default() }.applied(&samples, Axis::X, 100.0, 3);
-        let angle: Vec<f64> = rows.iter().map(|row| row.ref_angle[0]).collect();
-        let bends = angle.windows(3).enumerate().filter(|(_, w)| (w[2] - 2.0 * w[1] + w[0]).abs() > 1e-9);
-        assert!(
-            bends.clone().all(|(k, _)| (k + 1) % 10 == 0),
-            "{:?}",
-            bends.map(|(k, _)| k).take(5).collect::<Vec<_>>()
-        );
+        let angle: Vec<f64> = rows[..3990].iter().map(|row| row.ref_angle[0]).collect();
+        let bend = |k: usize| (angle[k + 1] - 2.0 * angle[k] + angle[k - 1]).abs() > 1e-9;
+        let wrong: Vec<usize> = (1..angle.len() - 1).filter(|k| bend(*k) && k % 10 != 0).collect();
+        assert!(wrong.is_empty(), "{wrong:?}");
+        assert!(bend(500));
         assert_eq!(angle[500], samples[500].row.ref_angle[0]);
     }
 
