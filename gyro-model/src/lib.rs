@@ -38,9 +38,11 @@
 //! | [`scan`] | the score test of every effect of the catalogue |
 //! | [`thresholds`] | every number that a decision is held against |
 //! | [`diagnose`] | which effect is missing: scan, refit, tests of admission, search, verdict |
+//! | [`budget`] | what the error that is left is made of: gyro, reference, clock, what is missing |
 
 pub mod align;
 pub mod axis;
+pub mod budget;
 pub mod compensation;
 pub mod detail;
 pub mod diagnose;

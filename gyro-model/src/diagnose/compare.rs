@@ -44,7 +44,8 @@ pub fn compare(
                 }
                 bad_data(record, options.faults, bench, &mut verdict, &mut says);
                 let more = if options.own_log && verdict != Verdict::BadData { untold(&incumbent, k) } else { String::new() };
-                (axis_diagnosis(record, &incumbent.study, k, &judged, (verdict, says), Vec::new(), options), more)
+                let of = (&incumbent.study, (&incumbent.study, &incumbent.gls.noise));
+                (axis_diagnosis(record, of, k, &judged, (verdict, says), None, options), more)
             })
             .collect::<Vec<_>>();
         (model.clone(), found)

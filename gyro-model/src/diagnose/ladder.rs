@@ -9,6 +9,7 @@ use super::{
 };
 use crate::{
     AxisModel, Model, Record,
+    budget::Budget,
     diagnosis::{AxisLadder, LadderStep, Verdict},
     effects::{Stage, are_aliases},
     evidence::study::Bench,
@@ -64,9 +65,10 @@ pub(super) fn conclude(
         .enumerate()
         .map(|(k, series)| {
             let axis = series.axis;
-            let judged = Judged::new(&study, k, false);
+            let mut judged = Judged::new(&study, k, false);
+            let budget = Budget::of(&study, k, &judged, &incumbent.gls.noise, &[]);
             let own = judged::axis_model(&model, axis);
-            let steps = ended(&steps[k], &judged, study.bench.problem.series.len() > 1, &own);
+            let mut steps = ended(&steps[k], &judged, study.bench.problem.series.len() > 1, &own);
             let list: Vec<&Challenger> = last.iter().filter(|r| r.candidate.series == k).collect();
             let (mut verdict, mut says) = match verdict::unexcited(&incumbent.study, &incumbent.gls, k) {
                 Some(says) => (Verdict::CannotTell, says),
@@ -77,6 +79,10 @@ pub(super) fn conclude(
                 (verdict, says) = (Verdict::Ambiguous, split.join("; "));
             }
             says = super::with(says, &users::became(incumbent, &list, options.own_effects, k));
+            budget.raise(&mut judged);
+            steps.iter_mut().for_each(|step| step.on(&budget));
+            (verdict, says) = budget.settle(verdict, says, &judged);
+            (verdict, says) = verdict::at_rest(&study, k, verdict, says);
             let unfinished = (options.stop)();
             if unfinished && verdict != Verdict::Adequate {
                 (verdict, says) = (Verdict::CannotTell, super::stopped(&says));
@@ -86,6 +92,7 @@ pub(super) fn conclude(
             AxisLadder {
                 axis,
                 verdict,
+                headline: says.clone(),
                 says,
                 effects: own.effect_ids().into_iter().map(str::to_owned).collect(),
                 parameters: judged::parameters(&own.terms, axis),
@@ -94,6 +101,11 @@ pub(super) fn conclude(
                 explained,
                 unfinished,
                 data_faults: options.faults.to_vec(),
+                floor_from: budget.floor_from,
+                budget: budget.points,
+                error_by_frequency: budget.by_frequency,
+                limited_by: Some(budget.limited_by),
+                limited_says: budget.limited_says,
                 detail: Some(detail),
             }
         })

@@ -75,8 +75,18 @@ pub fn diagnose(
             }
             let missing = found.set.iter().map(|r| r.candidate.term.effect.card().id.to_owned());
             let missing = if found.set.len() > 1 { missing.collect() } else { Vec::new() };
-            let axis = axis_diagnosis(record, &incumbent.study, k, &found.judged, (verdict, says), listed, options);
-            AxisDiagnosis { searched: true, missing, explained, unfinished, ..axis }
+            let lacks = matches!(verdict, Verdict::MissingEffect | Verdict::Ambiguous) && parts.is_none();
+            let rest = match (&found.top, found.own.first()) {
+                (Some(top), _) if lacks => (&top.study, &top.gls.noise),
+                (None, Some(first)) if lacks => (&first.study, &first.gls.noise),
+                _ => (&incumbent.study, &incumbent.gls.noise),
+            };
+            let of = (&incumbent.study, rest);
+            let after = found.top.as_ref().map(|top| Judged::new(&top.study, k, false).points());
+            let after = after.or_else(|| listed.first().map(|s: &Suspect| s.error_curve.clone())).unwrap_or_default();
+            let told = (verdict, says);
+            let axis = axis_diagnosis(record, of, k, &found.judged, told, Some((listed, after)), options);
+            AxisDiagnosis { missing, explained, unfinished, ..axis }
         });
         let told = of_one_orientation(told.collect());
         (incumbent.study.model.clone(), told)
@@ -106,6 +116,8 @@ struct Finding<'f, 'a> {
     set: Vec<Challenger<'a>>,
     /// What each of these cannot be told from.
     set_aliases: Vec<Vec<String>>,
+    /// The model with all of them.
+    top: Option<Incumbent<'a>>,
 }
 
 impl<'f, 'a> Finding<'f, 'a> {
@@ -128,7 +140,18 @@ impl<'f, 'a> Finding<'f, 'a> {
         let own: Vec<&Challenger> = own.iter().map(|&i| &suspects[i]).collect();
         let (verdict, says) = verdict::verdict(incumbent, seen, &own, &aliases, &judged, series);
         let is_named = first.is_some();
-        Self { part, judged, verdict, says, own, aliases, is_named, set: Vec::new(), set_aliases: Vec::new() }
+        Self {
+            part,
+            judged,
+            verdict,
+            says,
+            own,
+            aliases,
+            is_named,
+            set: Vec::new(),
+            set_aliases: Vec::new(),
+            top: None,
+        }
     }
 
     /// Whether more may be missing than one effect: an error is left with the best one, or none was found alone.
@@ -143,7 +166,7 @@ impl<'f, 'a> Finding<'f, 'a> {
 
     /// What the search ended with.
     fn take(&mut self, found: Several<'a>) {
-        let Several { set, aliases, over_floor } = found;
+        let Several { set, aliases, over_floor, top } = found;
         let is_the_same = set.len() == 1 && self.is_named && id_of(&set[0]) == id_of(self.own[0]);
         if set.is_empty() || is_the_same || self.verdict == Verdict::CannotTell {
             return;
@@ -156,7 +179,7 @@ impl<'f, 'a> Finding<'f, 'a> {
             before: self.judged.over_floor(),
             after: over_floor,
         });
-        (self.set, self.set_aliases) = (set, aliases);
+        (self.set, self.set_aliases, self.top) = (set, aliases, Some(top));
     }
 
     /// The suspects as reported: what is missing together, else the best of the first round.
@@ -186,6 +209,8 @@ struct Several<'a> {
     aliases: Vec<Vec<String>>,
     /// Largest error over floor with all of them.
     over_floor: f64,
+    /// The model with all of them.
+    top: Incumbent<'a>,
 }
 
 /// What the search ends with that goes on from the suspects of `seen`, axis by axis.
@@ -213,7 +238,8 @@ fn several<'a>(
             alike.map_or_else(Vec::new, |alike| alike.others.clone())
         };
         let aliases = set.iter().map(|refit| of_effect(id_of(refit))).collect();
-        Several { set, aliases, over_floor: Judged::new(&top.incumbent.study, k, false).over_floor() }
+        let over_floor = Judged::new(&top.incumbent.study, k, false).over_floor();
+        Several { set, aliases, over_floor, top: top.incumbent.clone() }
     };
     (0..series.len()).map(of).collect()
 }

@@ -28,11 +28,13 @@ pub mod verdict;
 
 use crate::{
     Axis, AxisModel, Model, Record,
+    budget::Budget,
     diagnosis::{AxisDiagnosis, AxisLadder, DataFault, ErrorPoint, Explained, LadderStep, Suspect, Verdict},
     effects::{CATALOGUE, Effect, find},
     evidence::{
         problem::HeldRate,
         study::{Bench, Study},
+        whiten::NoiseModel,
     },
     faults::stuck::MARKED_UP_TO,
     fit::{
@@ -257,15 +259,26 @@ fn bad_data(record: &Record, faults: &[DataFault], bench: &Bench, verdict: &mut 
     }
 }
 
+/// `rest` is the model whose error is divided, and the noise in it: that with the effects that are missing, where some are; beside the suspects stands
+/// the error curve with these.
 fn axis_diagnosis(
     record: &Record,
-    study: &Study,
+    (study, rest): (&Study, (&Study, &NoiseModel)),
     series: usize,
     judged: &Judged,
     (verdict, says): (Verdict, String),
-    suspects: Vec<Suspect>,
+    suspects: Option<(Vec<Suspect>, Vec<ErrorPoint>)>,
     options: &Options,
 ) -> AxisDiagnosis {
+    let searched = suspects.is_some();
+    let (suspects, after) = suspects.unwrap_or_default();
+    let lacks = matches!(verdict, Verdict::MissingEffect | Verdict::Ambiguous);
+    let missing = if lacks && !after.is_empty() { judged.removed(&after) } else { Vec::new() };
+    let budget = Budget::of(rest.0, series, judged, rest.1, &missing);
+    let mut judged = judged.clone();
+    budget.raise(&mut judged);
+    let (verdict, says) = if searched { budget.settle(verdict, says, &judged) } else { (verdict, says) };
+    let (verdict, says) = verdict::at_rest(study, series, verdict, says);
     let axis = study.bench.problem.series[series].axis;
     let own = judged::axis_model(&study.model, axis);
     let (detail, mut fails_where) = judged::pictures(record, study, series);
@@ -276,6 +289,7 @@ fn axis_diagnosis(
     AxisDiagnosis {
         axis,
         verdict,
+        headline: says.clone(),
         says,
         effects: own.effect_ids().into_iter().map(str::to_owned).collect(),
         parameters: judged::parameters(&own.terms, axis),
@@ -285,12 +299,17 @@ fn axis_diagnosis(
         within_floor: Some(judged.within()),
         floor_source: study.bench.prior[series].source.clone(),
         fails_where,
-        searched: false,
+        searched,
         suspects,
         missing: Vec::new(),
         explained: Vec::new(),
         unfinished: false,
         data_faults: options.faults.to_vec(),
+        floor_from: budget.floor_from,
+        budget: budget.points,
+        error_by_frequency: budget.by_frequency,
+        limited_by: Some(budget.limited_by),
+        limited_says: budget.limited_says,
         detail: Some(detail),
     }
 }

@@ -29,6 +29,7 @@ use super::{
 };
 use crate::{
     Axis, Model,
+    budget::Budget,
     diagnosis::LadderStep,
     effects::Stage,
     evidence::study::{Bench, Study},
@@ -66,6 +67,15 @@ impl Change {
             error_curve: judged.points(),
             error_over_floor: judged::finite(judged.over_floor()),
         }
+    }
+}
+
+impl LadderStep {
+    /// The same over the floor of the set-up as it is.
+    pub(super) fn on(&mut self, budget: &Budget) {
+        budget.raise_points(&mut self.error_curve);
+        let ratios = self.error_curve.iter().filter_map(|point| Some(point.error? / point.floor?));
+        self.error_over_floor = judged::finite(ratios.fold(0.0, f64::max));
     }
 }
 
