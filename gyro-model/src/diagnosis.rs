@@ -2,6 +2,7 @@
 //!
 //! SI units; what has no value is `None` (JSON `null`), never a number that is not finite.
 
+pub use crate::detail::FailsWhere;
 use crate::{Axis, detail::AxisDetail};
 use serde::{Deserialize, Serialize};
 
@@ -271,26 +272,6 @@ pub struct ErrorPoint {
     pub floor: Option<f64>,
     /// Upper end of the band in which 99 % of such logs lie, rad/s.
     pub floor_99: Option<f64>,
-}
-
-/// One regime in which the model errs.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct FailsWhere {
-    /// `time`, `rate`, `direction`, `rate-change`, `angle`, `temperature`, `supply`, `rate-y`, `acceleration-x` and their like,
-    /// `frequency`, or the name of a free column.
-    pub regressor: String,
-    /// Lower edge, SI.
-    pub from: Option<f64>,
-    /// Upper edge, SI.
-    pub to: Option<f64>,
-    /// Samples in the bin.
-    pub samples: usize,
-    /// Mean rate error in the bin (gyro less reference), rad/s.
-    pub mean_error: Option<f64>,
-    /// Its standard error, rad/s.
-    pub std_error: Option<f64>,
-    /// In words.
-    pub says: String,
 }
 
 /// A physical effect that may be missing.

@@ -109,7 +109,7 @@ fn no_module_needs_one_that_needs_it() {
         if free.is_empty() {
             break;
         }
-        free.iter().for_each(|module| drop(left.remove(module)));
+        left.retain(|module, _| !free.contains(module));
     }
     for needs in left.clone().keys() {
         let inside: BTreeSet<String> = left[needs].iter().filter(|need| left.contains_key(*need)).cloned().collect();

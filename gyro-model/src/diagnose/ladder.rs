@@ -80,7 +80,9 @@ pub(super) fn conclude(
             }
             says = super::with(says, &users::became(incumbent, &list, options.own_effects, k));
             budget.raise(&mut judged);
-            steps.iter_mut().for_each(|step| step.on(&budget));
+            for step in &mut steps {
+                step.on(&budget);
+            }
             (verdict, says) = budget.settle(verdict, says, &judged);
             (verdict, says) = verdict::at_rest(&study, k, verdict, says);
             let unfinished = (options.stop)();
