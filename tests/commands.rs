@@ -266,3 +266,55 @@ fn the_shape_of_an_effect_that_is_added_is_found_in_the_log_or_it_is_refused() {
     assert!(refused.contains("saturation") && refused.contains("nothing"), "{refused}");
     assert!(!bench.path("s.toml").exists());
 }
+
+#[test]
+fn each_suspect_is_explained_test_by_test() {
+    let bench = Bench::new();
+    bench.ok(&["simulate", "--seconds", "60", "--rate", "100", "--hide", "delay:d=0.02", "-o", "log.csv.gz"]);
+    let diagnose = ["diagnose", "log.csv.gz", "--axis", "x", "--explain"];
+    let found = json(&bench.ok(&[&diagnose[..], &["--format", "json"]].concat()));
+    let explained = found["axes"][0]["explained"].as_array().unwrap();
+    let delay = explained.iter().find(|one| one["effect"] == "delay").unwrap();
+    assert_eq!(delay["stage"], "admitted", "{delay}");
+    let refused: Vec<&Value> = explained.iter().filter(|one| one["stage"] == "refit").collect();
+    let fails = |one: &&Value| one["tests"].as_array().unwrap().iter().any(|test| test["passed"] == false);
+    assert!(!refused.is_empty() && refused.iter().all(fails), "what is refused fails a test: {refused:?}");
+    let condition = &delay["tests"][1]["ways"][0][0];
+    assert!(condition["value"].as_f64().unwrap() < condition["threshold"].as_f64().unwrap(), "{condition}");
+    assert!(explained.iter().any(|one| one["stage"] == "scan"), "what was not refitted is told too");
+    let text = bench.ok(&diagnose);
+    assert!(text.contains("why each effect is named") && text.contains("passes every test"), "{text}");
+}
+
+#[test]
+fn a_search_whose_budget_is_spent_gives_the_best_so_far_and_says_so() {
+    let bench = Bench::new();
+    let hidden = ["--hide", "delay:d=0.02", "--hide", "scale-asymmetry:a=0.01"];
+    let simulate = ["simulate", "--seconds", "60", "--rate", "100", "-o", "log.csv.gz"];
+    bench.ok(&[&simulate[..], &hidden[..]].concat());
+    let ladder = ["ladder", "log.csv.gz", "--axis", "x", "--budget", "0.001"];
+    let stopped = json(&bench.ok(&[&ladder[..], &["--format", "json"]].concat()));
+    assert_eq!(stopped["axes"][0]["unfinished"], true, "{stopped}");
+    assert_eq!(stopped["axes"][0]["verdict"], "cannot-tell", "{stopped}");
+    let text = bench.ok(&ladder);
+    assert!(text.contains("stopped before its end") && text.contains("looks to the end"), "{text}");
+    let whole = json(&bench.ok(&["ladder", "log.csv.gz", "--axis", "x", "--format", "json"]));
+    assert!(whole["axes"][0].get("unfinished").is_none(), "{whole}");
+    assert!(bench.refused(&["ladder", "log.csv.gz", "--budget", "-1"]).contains("--budget"));
+}
+
+#[test]
+fn two_effects_that_are_missing_are_named_together() {
+    let bench = Bench::new();
+    let hidden = ["--hide", "delay:d=0.01", "--hide", "temperature-bias"];
+    let simulate =
+        ["simulate", "--motion", "drive", "--seconds", "120", "--rate", "100", "--seed", "7", "-o", "log.csv.gz"];
+    bench.ok(&[&simulate[..], &hidden[..]].concat());
+    let found = json(&bench.ok(&["diagnose", "log.csv.gz", "--axis", "x", "--format", "json"]));
+    let mut missing: Vec<&str> =
+        found["axes"][0]["missing"].as_array().unwrap().iter().map(|id| id.as_str().unwrap()).collect();
+    missing.sort_unstable();
+    assert_eq!(missing, ["delay", "temperature-bias"], "{found}");
+    let text = bench.ok(&["diagnose", "log.csv.gz", "--axis", "x"]);
+    assert!(text.contains("truerate add log.csv.gz") && text.contains("temperature-bias"), "{text}");
+}

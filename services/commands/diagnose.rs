@@ -100,6 +100,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     };
     let mut diagnosis = subject.diagnosis(axes);
     let mut context = subject.context(Command::Diagnose, &args.log, args.axis, args.model.as_deref(), None);
+    context.unfinished = diagnosis.axes.iter().any(|axis| axis.unfinished);
     for axis in diagnosis.axes.iter_mut().filter(|axis| axis.verdict == Verdict::Adequate && args.model.is_some()) {
         if let Some((parameter, off)) = diagnose::moved(&start.file.model, axis).first() {
             context.moved = true;

@@ -55,6 +55,7 @@ fn page(scene: &Scene, folder: &RunFolder) -> Download {
         output: None,
         flags: Vec::new(),
         moved: false,
+        unfinished: false,
         terminal: Terminal::PLAIN,
     };
     let diagnosis = Diagnosis { log: format!("{name}, live"), ..diagnosis };

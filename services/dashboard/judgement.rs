@@ -84,6 +84,7 @@ pub fn page(diagnosis: &Diagnosis) -> Page {
         output: None,
         flags: Vec::new(),
         moved: false,
+        unfinished: false,
         terminal: Terminal::PLAIN,
     };
     let mut page = Page::of_diagnosis(diagnosis, &context);

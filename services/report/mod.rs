@@ -37,6 +37,8 @@ pub struct Context {
     pub flags: Vec<String>,
     /// Whether the log has parameters of that model otherwise.
     pub moved: bool,
+    /// Whether the search was stopped before its end.
+    pub unfinished: bool,
     /// The terminal that text is for.
     pub terminal: Terminal,
 }
@@ -52,6 +54,7 @@ impl Context {
             output: None,
             flags: Vec::new(),
             moved: false,
+            unfinished: false,
             terminal: Terminal::detect(),
         }
     }

@@ -47,6 +47,10 @@ pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
     let line = Line { context, log, why: "adds what is missing until nothing is, and keeps the model" };
     let made = context.output.as_deref();
     match (context.command, finding.verdict) {
+        (Command::Ladder, _) if context.unfinished => vec![Line { why: ON, ..line }.ladder()],
+        (Command::Diagnose, _) if context.unfinished => {
+            vec![line.of("diagnose", &[], context.model.as_deref(), &[], ON)]
+        }
         (_, Verdict::BadData) => vec![line.of(
             "compare",
             &[],
@@ -134,6 +138,8 @@ struct Line<'a> {
 
 /// What is said of a ladder that was climbed and not kept.
 const AGAIN: &str = "comes to this model again and keeps it in a file, for `compare`, `apply` and `run`";
+/// What is said of a search that was stopped.
+const ON: &str = "looks to the end, however long that takes";
 /// What is said of a log that is still to be recorded.
 const ANOTHER: &str = "once NEW.csv is recorded with the motion that is asked for above";
 

@@ -71,7 +71,7 @@ pub fn diagnose(
             let explained = if options.explain { explained(seen, suspects, k, options) } else { Vec::new() };
             let unfinished = (options.stop)();
             if unfinished && !matches!(verdict, Verdict::Adequate | Verdict::BadData) {
-                (verdict, says) = (Verdict::CannotTell, stopped(&says));
+                (verdict, says) = (Verdict::CannotTell, stopped(&found.judged));
             }
             let missing = found.set.iter().map(|r| r.candidate.term.effect.card().id.to_owned());
             let missing = if found.set.len() > 1 { missing.collect() } else { Vec::new() };

@@ -315,6 +315,10 @@ fn axis_diagnosis(
 }
 
 /// What is said where a search was stopped before its end.
-fn stopped(says: &str) -> String {
-    format!("the search was stopped before its end, and what it had found by then may change: {says}")
+fn stopped(judged: &Judged) -> String {
+    format!(
+        "the search was stopped before its end, and effects may be missing that it had not come to. By then the error is up to {:.1} \
+         times what noise leaves.",
+        judged.over_floor()
+    )
 }
