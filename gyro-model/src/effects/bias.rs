@@ -19,6 +19,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "any log",
     mended_by: "exactly, as long as it does not wander",
+    traits: &[],
     aliases: &[],
 };
 

@@ -1,6 +1,6 @@
 //! `bias-drift`: a ramp in rate, φ = t.
 
-use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Stage};
+use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Stage, Trait};
 use crate::Axis;
 use std::borrow::Cow;
 
@@ -20,6 +20,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "a long log",
     mended_by: "within this log; a ramp says nothing about the next one",
+    traits: &[Trait::Slow],
     aliases: &[
         Alias {
             id: "temperature-bias",

@@ -1,6 +1,6 @@
 //! `bias-step`: the bias jumps once, φ = 1 for t > t₀.
 
-use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage};
+use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage, Trait};
 use crate::Axis;
 use std::borrow::Cow;
 
@@ -21,6 +21,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "a log that holds the instant",
     mended_by: "exactly after the instant; before the next jump nothing warns",
+    traits: &[Trait::Slow, Trait::Onset],
     aliases: &[],
 };
 

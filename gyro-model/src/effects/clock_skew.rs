@@ -21,6 +21,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "a long log with changing rates throughout",
     mended_by: "re-stamping",
+    traits: &[],
     aliases: &[],
 };
 

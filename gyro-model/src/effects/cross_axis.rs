@@ -21,6 +21,7 @@ static CARD: Card = Card {
     needs: &[Need::OtherGyros],
     excited_by: "rotation about the other axes, independent of this one",
     mended_by: "exactly",
+    traits: &[],
     aliases: &[Alias {
         id: "scale-factor",
         when: "one axis turns alone, or the other axes turn in proportion",

@@ -22,6 +22,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "at least two amplitudes",
     mended_by: "exactly, by iteration in the compensated rate",
+    traits: &[],
     aliases: &[
         Alias {
             id: "saturation",

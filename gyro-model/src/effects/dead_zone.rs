@@ -1,6 +1,6 @@
 //! `dead-zone`: small readings come out as zero.
 
-use super::{Alias, Card, Effect, ParameterCard, Role, Span, Stage};
+use super::{Alias, Card, Effect, ParameterCard, Role, Span, Stage, Trait};
 use crate::Axis;
 use std::borrow::Cow;
 
@@ -21,6 +21,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "slow turns",
     mended_by: "nothing: the sample is marked and the standard deviation grows; switch the threshold off",
+    traits: &[Trait::Hole],
     aliases: &[
         Alias {
             id: "cubic-nonlinearity",

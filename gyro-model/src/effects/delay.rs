@@ -21,6 +21,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "changing rates, more than one frequency",
     mended_by: "re-stamping: the estimate is valid at t − d, live and in logs",
+    traits: &[],
     aliases: &[
         Alias {
             id: "lag",

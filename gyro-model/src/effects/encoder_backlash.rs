@@ -20,6 +20,7 @@ static CARD: Card = Card {
     needs: &[Need::AngleReference],
     excited_by: "reversals",
     mended_by: "taken out of the reference",
+    traits: &[],
     aliases: &[],
 };
 

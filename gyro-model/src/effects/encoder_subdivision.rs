@@ -20,6 +20,7 @@ static CARD: Card = Card {
     needs: &[Need::AngleReference],
     excited_by: "most of a turn",
     mended_by: "taken out of the reference",
+    traits: &[],
     aliases: &[],
 };
 

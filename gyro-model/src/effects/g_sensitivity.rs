@@ -21,6 +21,7 @@ static CARD: Card = Card {
     needs: &[Need::Accelerometer],
     excited_by: "a horizontal axis (gravity turns), or an arm and changing rates",
     mended_by: "exactly, where acceleration is measured at the sensor",
+    traits: &[],
     aliases: &[
         Alias {
             id: "delay",

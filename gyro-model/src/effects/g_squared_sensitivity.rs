@@ -21,6 +21,7 @@ static CARD: Card = Card {
     needs: &[Need::Accelerometer],
     excited_by: "a horizontal axis, or vibration of changing strength",
     mended_by: "exactly, where acceleration is measured without aliasing",
+    traits: &[],
     aliases: &[],
 };
 

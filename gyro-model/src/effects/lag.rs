@@ -21,6 +21,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "content near 1/(2πτ), steps",
     mended_by: "the inverse filter, which amplifies noise above 1/(2πτ)",
+    traits: &[],
     aliases: &[
         Alias {
             id: "delay",

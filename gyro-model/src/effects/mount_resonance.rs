@@ -1,6 +1,8 @@
 //! `mount-resonance`: a springy plate between shaft and gyro, a second-order response.
 
-use super::{Card, Effect, Memory, ParameterCard, Role, Span, Stage, low_pass, low_passed, second_derivative, slowed};
+use super::{
+    Card, Effect, Memory, ParameterCard, Role, Span, Stage, Trait, low_pass, low_passed, second_derivative, slowed,
+};
 use crate::Axis;
 use std::borrow::Cow;
 
@@ -21,6 +23,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "content up to f",
     mended_by: "the inverse D = ω − ω_f, 2ζω_n D' + ω_n² D = ω_f'', which amplifies noise above f",
+    traits: &[Trait::Resonance],
     aliases: &[],
 };
 

@@ -24,6 +24,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "reversals of the acceleration, several amplitudes, a rate that goes on changing",
     mended_by: "well, where noise is smaller than h",
+    traits: &[],
     aliases: &[],
 };
 

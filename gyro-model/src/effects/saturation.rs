@@ -1,6 +1,6 @@
 //! `saturation`: the range ends, ω_g held within ±l.
 
-use super::{Alias, Card, Effect, ParameterCard, Role, Span, Stage};
+use super::{Alias, Card, Effect, ParameterCard, Role, Span, Stage, Trait};
 use crate::Axis;
 use std::borrow::Cow;
 
@@ -20,6 +20,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "turns faster than the range",
     mended_by: "nothing: the sample is marked and the standard deviation grows; choose a wider range",
+    traits: &[Trait::Ceiling],
     aliases: &[
         Alias {
             id: "cubic-nonlinearity",

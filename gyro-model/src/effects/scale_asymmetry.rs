@@ -21,6 +21,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "both directions, several amplitudes",
     mended_by: "exactly, by iteration in the compensated rate",
+    traits: &[],
     aliases: &[Alias {
         id: "quadratic-nonlinearity",
         when: "the motion has one amplitude",

@@ -1,6 +1,6 @@
 //! `scale-factor`: the reading is the rate divided by α (the paper's equation (1)).
 
-use super::{Alias, Card, Effect, ParameterCard, Role, Stage};
+use super::{Alias, Card, Effect, ParameterCard, Role, Stage, Trait};
 use crate::Axis;
 
 /// The effect.
@@ -20,6 +20,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "any rotation",
     mended_by: "exactly",
+    traits: &[Trait::Gain],
     aliases: &[
         Alias {
             id: "cross-axis",

@@ -1,6 +1,6 @@
 //! `supply-voltage`: zero-rate output against supply, φ = ΔV.
 
-use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
+use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage, Trait};
 use crate::Axis;
 use std::borrow::Cow;
 
@@ -21,6 +21,7 @@ static CARD: Card = Card {
     needs: &[Need::Supply],
     excited_by: "a supply that changes by some 0.05 V or more",
     mended_by: "exactly, where the supply is measured at the sensor",
+    traits: &[Trait::Slow],
     aliases: &[
         Alias {
             id: "temperature-bias",

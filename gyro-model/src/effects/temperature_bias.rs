@@ -1,6 +1,6 @@
 //! `temperature-bias`: zero-rate output against temperature, φ = ΔT, ΔT².
 
-use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
+use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage, Trait};
 use crate::Axis;
 use std::borrow::Cow;
 
@@ -21,6 +21,7 @@ static CARD: Card = Card {
     needs: &[Need::Temperature],
     excited_by: "a temperature that changes by several kelvin, up and down",
     mended_by: "exactly, where temperature is measured at the sensor",
+    traits: &[Trait::Slow],
     aliases: &[
         Alias {
             id: "warm-up",

@@ -1,6 +1,6 @@
 //! `temperature-rate`: the bias follows heating, not heat, φ = dT/dt.
 
-use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
+use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage, Trait};
 use crate::Axis;
 use std::borrow::Cow;
 
@@ -22,6 +22,7 @@ static CARD: Card = Card {
     needs: &[Need::Temperature],
     excited_by: "heating and cooling, quick against the log",
     mended_by: "well, where temperature is measured at the sensor and not too noisily",
+    traits: &[Trait::Slow],
     aliases: &[],
 };
 

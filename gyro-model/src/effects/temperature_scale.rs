@@ -20,6 +20,7 @@ static CARD: Card = Card {
     needs: &[Need::Temperature],
     excited_by: "rotation at several temperatures",
     mended_by: "exactly, where temperature is measured at the sensor",
+    traits: &[],
     aliases: &[Alias {
         id: "temperature-bias",
         when: "the rate is constant",

@@ -1,6 +1,6 @@
 //! `vibration-tone`: a line in the spectrum that the shaft does not make, φ = sin, cos 2πft.
 
-use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage};
+use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage, Trait};
 use crate::Axis;
 use std::borrow::Cow;
 
@@ -21,6 +21,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "any log; two logs show whether it stays",
     mended_by: "within this log: its phase is another one in the next",
+    traits: &[Trait::Line],
     aliases: &[],
 };
 

@@ -1,6 +1,6 @@
 //! `warm-up`: the turn-on transient, φ = exp(−t/τ).
 
-use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage};
+use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage, Trait};
 use crate::Axis;
 use std::borrow::Cow;
 
@@ -21,6 +21,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "power-on in the log",
     mended_by: "exactly, in a log that starts at power-on",
+    traits: &[Trait::Slow],
     aliases: &[
         Alias {
             id: "temperature-bias",
