@@ -106,9 +106,13 @@ impl SetUp {
         }
         if self.jitter > 0.0 {
             let mut random = random(0);
-            for (row, sample) in rows.iter_mut().zip(samples) {
+            for (k, (row, sample)) in rows.iter_mut().zip(samples).enumerate() {
                 let late = normal(&mut random, self.jitter);
                 turn(row, Vector3::from(sample.true_rate) * late);
+                let next = samples.get(k + 1).unwrap_or(sample);
+                for (axis, rate) in row.ref_rate.iter_mut().enumerate() {
+                    *rate += (next.true_rate[axis] - sample.true_rate[axis]) * rate_hz * late;
+                }
             }
         }
         if let Some(noise) = self.noise {
