@@ -140,10 +140,12 @@ pub(super) fn together(found: &Together) -> String {
     };
     let splits = found.effects.iter().filter(|(_, aliases)| !aliases.is_empty());
     let apart: Vec<String> = splits.map(|(id, aliases)| split_by(id, aliases)).collect();
+    let rest =
+        if found.after > limit::WANDER.value { " What is left then, no effect of the catalogue explains." } else { "" };
     let apart = if apart.is_empty() { String::new() } else { format!(" To tell them apart: {}.", apart.join("; ")) };
     format!(
         "{lead}. With {all} the largest error falls from {:.1} to {:.1} times the floor. Add {them}: `truerate ladder` does, one by \
-         one.{apart}",
+         one.{rest}{apart}",
         found.before, found.after
     )
 }

@@ -131,19 +131,27 @@ pub(super) fn search_on<'a>(
 ) -> Top<'a> {
     let axes: Vec<Axis> = incumbent.study.bench.problem.series.iter().map(|s| s.axis).collect();
     let mut search = Search { start, options, axes, incumbent, suspects, doubts: Vec::new(), took };
-    let mut last = Vec::new();
-    for _ in 0..options.steps * search.axes.len() {
-        match search.forward() {
-            Forward::Changed => {}
-            Forward::Ended(suspects) => {
-                last = suspects;
-                break;
-            }
+    let mut left = options.steps * search.axes.len();
+    for _ in 0..TURNS {
+        let last = search.forward_to_the_end(&mut left);
+        if (options.stop)() {
+            return Top { incumbent: search.incumbent, last, alike: Vec::new() };
+        }
+        let before = search.errors();
+        let alike = search.look_back();
+        // What leaves rows out hides what they show: once it is gone, more may be missing.
+        let shows = |(now, before): (&f64, &f64)| *now > limit::NOISE.value && *now > limit::CLOSE.value * before;
+        if !search.errors().iter().zip(&before).any(shows) {
+            return Top { incumbent: search.incumbent, last, alike };
         }
     }
-    let alike = if (options.stop)() { Vec::new() } else { search.look_back() };
+    let last = search.forward_to_the_end(&mut left);
+    let alike = search.look_back();
     Top { incumbent: search.incumbent, last, alike }
 }
+
+/// Times that a search goes forward and back where the way back uncovers an error.
+const TURNS: usize = 2;
 
 /// What one round came to.
 enum Forward<'a> {
@@ -153,6 +161,22 @@ enum Forward<'a> {
 }
 
 impl<'a> Search<'a, '_> {
+    /// Rounds forward until nothing more is to be added, or no step is left; the suspects of the last one.
+    fn forward_to_the_end(&mut self, left: &mut usize) -> Vec<Challenger<'a>> {
+        while *left > 0 {
+            *left -= 1;
+            if let Forward::Ended(suspects) = self.forward() {
+                return suspects;
+            }
+        }
+        Vec::new()
+    }
+
+    /// J of each axis.
+    fn errors(&self) -> Vec<f64> {
+        (0..self.axes.len()).map(|k| self.incumbent.excess(k)).collect()
+    }
+
     /// One round forward: an exchange where one leaves less, else the best suspect, else what a look ahead finds.
     fn forward(&mut self) -> Forward<'a> {
         let suspects = self.suspects.take().unwrap_or_else(|| self.incumbent.suspects(self.options));
