@@ -161,7 +161,7 @@ fn a_ratio_that_no_gyro_has_is_said_and_lost_counts_are_no_nonlinearity() {
     assert_eq!(geared.names(), ["wrong-ratio"]);
     assert!(geared.faults[0].says.contains("5 : 4"), "{}", geared.faults[0].says);
     let mut lossy = shaft(4);
-    let (mut lost, limit) = (0.0, 1.0);
+    let (mut lost, limit) = (0.0, 2.5);
     for k in 1..lossy.len() {
         let rate = lossy.rows[k].gyro[0];
         lost += if rate.abs() > limit { 0.06 * rate / 200.0 } else { 0.0 };

@@ -37,10 +37,12 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
 struct Piece {
     rate: f64,
     shown: f64,
+    /// The fastest that the gyro reads in it.
+    peak: f64,
 }
 
 impl Piece {
-    /// Twice the rate, by both: chosen by one alone, its noise would make that one larger.
+    /// Twice the rate, by both: signed by one alone, its noise would make that one larger.
     fn by_both(&self) -> f64 {
         self.rate + self.shown
     }
@@ -68,12 +70,13 @@ fn of_axis(record: &mut Record, axis: Axis, report: &mut Report) -> Option<()> {
             Piece {
                 rate: witness.slope.signum() * rate + witness.offset / witness.slope.abs(),
                 shown: (angle.values[j] - angle.values[i]) / dt,
+                peak: fastest_in(&gyro, angle.t[i], angle.t[j]),
             }
         })
         .collect();
     let Lost { above, share } = lost(&pieces)?;
     // A piece just below that rate may have been above it for a while.
-    let is_fast = |piece: &Piece| 0.5 * piece.by_both().abs() > MARGIN * above;
+    let is_fast = |piece: &Piece| piece.peak > MARGIN * above;
     let (x, y): (Vec<f64>, Vec<f64>) = pieces.iter().filter(|p| !is_fast(p)).map(|p| (p.rate, p.shown)).unzip();
     let (slope, _) = regress(&x, &y);
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
@@ -112,6 +115,12 @@ fn of_axis(record: &mut Record, axis: Axis, report: &mut Report) -> Option<()> {
     Some(())
 }
 
+/// The largest size of a gyro's readings between two times, rad/s.
+fn fastest_in(gyro: &Readings, from: f64, to: f64) -> f64 {
+    let (i, j) = (gyro.t.partition_point(|&t| t < from), gyro.t.partition_point(|&t| t <= to));
+    gyro.values[i..j].iter().map(|x| x.abs()).fold(0.0, f64::max)
+}
+
 /// A gyro's angle.
 struct Turned<'a> {
     t: &'a [f64],
@@ -135,7 +144,7 @@ struct Lost {
 /// The rate that parts the pieces best into those that agree and those in which too little is shown.
 fn lost(pieces: &[Piece]) -> Option<Lost> {
     let mut by_rate: Vec<&Piece> = pieces.iter().filter(|p| p.rate.is_finite() && p.shown.is_finite()).collect();
-    by_rate.sort_by(|a, b| a.by_both().abs().total_cmp(&b.by_both().abs()));
+    by_rate.sort_by(|a, b| a.peak.total_cmp(&b.peak));
     let n = by_rate.len();
     // The encoder's rate over the gyro's, as the ratio of sums, which noise of either leaves alone, and its standard error.
     let squares = |part: &[&Piece], slope: f64| part.iter().map(|p| (p.shown - slope * p.rate).powi(2)).sum::<f64>();
@@ -144,11 +153,11 @@ fn lost(pieces: &[Piece]) -> Option<Lost> {
         let (shown, rate) = part.iter().fold((0.0, 0.0), |(s, r), p| (s + way(p) * p.shown, r + way(p) * p.rate));
         (shown / rate, squares(part, shown / rate).sqrt() / rate.abs())
     };
-    let fastest = 0.5 * by_rate.last()?.by_both().abs();
+    let fastest = by_rate.last()?.peak;
     let parted = |percent: usize| {
         let (below, above) = by_rate.split_at(n * percent / 100);
         let (forth, back): (Vec<&Piece>, Vec<&Piece>) = above.iter().partition(|p| p.by_both() > 0.0);
-        if below.len().min(forth.len()).min(back.len()) < FEWEST || 0.5 * above[0].by_both().abs() < FAST * fastest {
+        if below.len().min(forth.len()).min(back.len()) < FEWEST || above[0].peak < FAST * fastest {
             return None;
         }
         let (of_below, error) = slope(below);
@@ -161,7 +170,7 @@ fn lost(pieces: &[Piece]) -> Option<Lost> {
         };
         let (of_above, _) = slope(above);
         let left = squares(below, of_below) + squares(above, of_above);
-        let found = Lost { above: 0.5 * above[0].by_both().abs(), share: 1.0 - of_above / of_below };
+        let found = Lost { above: above[0].peak, share: 1.0 - of_above / of_below };
         // What the encoder itself shows fastest lacks something too: a gyro that shakes more only seems faster.
         let mut shown = by_rate.clone();
         shown.sort_by(|a, b| b.shown.abs().total_cmp(&a.shown.abs()));
@@ -178,7 +187,7 @@ mod tests {
     fn pieces(shown: impl Fn(f64) -> f64) -> Vec<Piece> {
         let rate = |k: u32| 10.0 * (f64::from(k) * 0.013).sin() * (0.3 + 0.7 * (f64::from(k) * 0.0017).sin().abs());
         let noise = |k: u32| 2e-3 * (f64::from(k * 7919 % 13) - 6.0);
-        (0..2000).map(|k| Piece { rate: rate(k), shown: shown(rate(k)) + noise(k) }).collect()
+        (0..2000).map(|k| Piece { rate: rate(k), shown: shown(rate(k)) + noise(k), peak: rate(k).abs() }).collect()
     }
 
     #[test]

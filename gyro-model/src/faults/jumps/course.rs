@@ -12,6 +12,8 @@ use crate::{
 };
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
+/// Readings at the very end of a range that is too small.
+const CUT_OFF: usize = 5;
 /// Steps on either side that are nearby.
 const NEARBY: usize = 25;
 /// Share of the times that tell a delay, those in which least is turned more; how often it is found anew; the longest one, s.
@@ -63,7 +65,9 @@ impl Gyro {
         let rate: Vec<f64> = readings.values.iter().map(|x| witness.slope * x + witness.offset).collect();
         let turned = integral(&readings.t, &rate);
         let end = readings.values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        let end = (NEAR_THE_END * end - witness.offset.abs()) * witness.slope.abs();
+        let at_it = readings.values.iter().filter(|x| x.abs() >= end * (1.0 - 1e-9)).count();
+        let near_it = (NEAR_THE_END * end - witness.offset.abs()) * witness.slope.abs();
+        let end = if at_it < CUT_OFF { f64::INFINITY } else { near_it };
         Some(Self { longest: longest(&readings.t)?, t: readings.t, rate, turned, end })
     }
 
