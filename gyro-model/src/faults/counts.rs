@@ -11,8 +11,10 @@ use super::{
     thresholds::{LOST, LOST_FOR_SURE, NOT_LOST},
     witness::{Witness, integral},
 };
-use crate::{Axis, Record, record::ReferenceKind};
+use crate::{Axis, Record, order::quantile, record::ReferenceKind};
 
+/// Rate of a piece over its fastest reading, 1, at least.
+const STEADY: f64 = 0.7;
 /// Share of the rate, 1, from which on pieces are left out.
 const MARGIN: f64 = 0.9;
 /// Pieces in which rates are compared, s.
@@ -171,6 +173,11 @@ fn lost(pieces: &[Piece]) -> Option<Lost> {
         let (of_above, _) = slope(above);
         let left = squares(below, of_below) + squares(above, of_above);
         let found = Lost { above: above[0].peak, share: 1.0 - of_above / of_below };
+        // Where readings shake much more than they turn, the fastest of them says nothing of the rate.
+        let turns = quantile(above.iter().map(|p| 0.5 * p.by_both().abs() / p.peak).collect(), 0.5)?;
+        if turns < STEADY {
+            return None;
+        }
         // What the encoder itself shows fastest lacks something too: a gyro that shakes more only seems faster.
         let mut shown = by_rate.clone();
         shown.sort_by(|a, b| b.shown.abs().total_cmp(&a.shown.abs()));

@@ -58,13 +58,16 @@ fn marker(channel: Channel, readings: &Readings) -> Option<(f64, Vec<Range<usize
     let usual = quantile(values.windows(2).map(|pair| away(pair[0], pair[1])).collect(), 0.9)?;
     let far = (MARKER_STEPS * usual).max(SPIKE * noise);
     let runs = runs(values);
+    // Where a dead zone may be, zero stands beside its edge.
+    let zone = 2.0 * quantile(values.iter().map(|x| x.abs()).filter(|&x| x > 0.0).collect(), 0.01)?;
+    let beyond_zone = |value: f64, other: f64| value != 0.0 || other.abs() > zone;
     // On both sides, in one direction; at the log's ends on the one side that there is.
     let stands_apart = |run: &Range<usize>| {
         let value = values[run.start];
         let before = run.start.checked_sub(1).map(|k| values[k]);
         let after = values.get(run.end).copied();
         let beside = [before, after].into_iter().flatten();
-        let all_far = beside.clone().all(|other| away(value, other) > far);
+        let all_far = beside.clone().all(|other| away(value, other) > far && beyond_zone(value, other));
         match (before, after) {
             (Some(before), Some(after)) => all_far && (value - before) * (value - after) > 0.0,
             (None, None) => false,
@@ -95,7 +98,7 @@ fn marker(channel: Channel, readings: &Readings) -> Option<(f64, Vec<Range<usize
             return false;
         };
         let least = away(value, before).min(away(value, *after));
-        let alike = away(before, *after) < least;
+        let alike = away(before, *after) < least && beyond_zone(value, before) && beyond_zone(value, *after);
         least > SPIKE * noise && alike && (value - before) * (value - after) > 0.0
     };
     let of_value = runs.into_iter().filter(|run| values[run.start] == value);
@@ -167,6 +170,15 @@ mod tests {
         assert_eq!(found(values), Some((0.0, 9)));
         let dead = turning().into_iter().map(|x| if x.abs() < 0.3 { 0.0 } else { x });
         assert_eq!(found(dead.collect()), None);
+    }
+
+    #[test]
+    fn noise_at_the_edge_of_a_dead_zone_makes_no_markers() {
+        // Held rates, one of them at the edge.
+        let rate = |k: u32| [1.5, 0.3, -1.2, 0.0][(k / 100 % 4) as usize];
+        let noise = |k: u32| 0.01 * (f64::from(k.wrapping_mul(2_654_435_761) >> 8) / 8.4e6 - 1.0);
+        let values = (0..8000).map(|k| rate(k) + noise(k)).map(|x| if x.abs() < 0.3 { 0.0 } else { x });
+        assert_eq!(found(values.collect()), None);
     }
 
     #[test]
