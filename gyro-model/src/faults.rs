@@ -82,7 +82,9 @@ pub fn check(record: &mut Record, already: &[bool]) -> Report {
     let mut already = already.to_vec();
     already.resize(record.len(), false);
     let mut report = Report { already, ..Report::default() };
-    CHECKS.iter().for_each(|check| check(record, &mut report));
+    for check in CHECKS {
+        check(record, &mut report);
+    }
     report
 }
 

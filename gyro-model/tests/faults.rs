@@ -10,7 +10,7 @@ use gyro_model::{
 };
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-/// The converter's step of the default sensor, rad/s.
+/// The end of the range of 2000 °/s, rad/s.
 const FULL: f64 = 34.9;
 
 fn shaft(seed: u64) -> Record {
@@ -87,7 +87,9 @@ fn faults_of_a_gyro_leave_the_clean_log() {
     let zeros = spoilt(&|record| {
         let turns = |k: &usize| record.rows[*k].gyro[0].abs() > 0.3;
         let at: Vec<usize> = now_and_then(record.len(), 200).filter(turns).collect();
-        at.into_iter().for_each(|k| record.rows[k].gyro[0] = 0.0);
+        for k in at {
+            record.rows[k].gyro[0] = 0.0;
+        }
     });
     zeros.is_only("markers", &clean, 1e-4);
     let step = SensorSpec::default().quantum;
@@ -176,8 +178,8 @@ fn a_ratio_that_no_gyro_has_is_said_and_lost_counts_are_no_nonlinearity() {
 #[test]
 fn stamps_in_bursts_are_bad_data_and_no_effect() {
     let mut record = shaft(5);
-    for (k, row) in record.rows.iter_mut().enumerate() {
-        row.t_ns = (k / 8 * 8 + 7) as i64 * 5_000_000 + (k % 8) as i64 * 150_000;
+    for (k, row) in (0_i64..).zip(&mut record.rows) {
+        row.t_ns = (k / 8 * 8 + 7) * 5_000_000 + k % 8 * 150_000;
     }
     let burst = climb(record);
     assert_eq!(burst.names(), ["burst-timestamps"], "{:?}", burst.faults);

@@ -28,7 +28,9 @@ pub(super) fn parts<'a>(record: &'a Record, axes: &[Axis], faults: &[DataFault])
     }
     let mut without = record.clone();
     for row in &mut without.rows {
-        bad.iter().for_each(|axis| row.gyro[axis.index()] = f64::NAN);
+        for axis in &bad {
+            row.gyro[axis.index()] = f64::NAN;
+        }
     }
     Some(Parts { record, without, good, bad })
 }
@@ -41,7 +43,9 @@ impl Parts<'_> {
     ) -> Result<Vec<AxisDiagnosis>, FitError> {
         let mut all = judge(&self.without, &self.good)?;
         all.extend(judge(self.record, &self.bad)?);
-        all.iter_mut().for_each(|own| self.say(own.axis, &mut own.says));
+        for own in &mut all {
+            self.say(own.axis, &mut own.says);
+        }
         all.sort_by_key(|own| own.axis);
         Ok(all)
     }
@@ -59,7 +63,9 @@ impl Parts<'_> {
         }
         model.epoch = start.epoch + 1;
         all.extend(ladders);
-        all.iter_mut().for_each(|own| self.say(own.axis, &mut own.says));
+        for own in &mut all {
+            self.say(own.axis, &mut own.says);
+        }
         all.sort_by_key(|own| own.axis);
         Ok((model, all))
     }

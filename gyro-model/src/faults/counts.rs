@@ -83,15 +83,15 @@ fn of_axis(record: &mut Record, axis: Axis, report: &mut Report) -> Option<()> {
     let (slope, _) = regress(&x, &y);
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
     let offset = mean(&y) - slope * mean(&x);
-    let rows = angle.rows.len();
     // What is lost in a piece is given back to all that follows.
     let (mut back, mut fast, mut first) = (0.0, 0, None);
     let mut placed = angle.values.clone();
+    let last = *edges.last()?;
     for (piece, pair) in pieces.iter().zip(edges.windows(2)) {
         let lost_here = is_fast(piece);
         let dt = angle.t[pair[1]] - angle.t[pair[0]];
-        for k in pair[0]..pair[1] {
-            placed[k] = if lost_here { f64::NAN } else { angle.values[k] + back };
+        for value in &mut placed[pair[0]..pair[1]] {
+            *value = if lost_here { f64::NAN } else { *value + back };
         }
         if lost_here {
             back += (slope * piece.rate + offset - piece.shown) * dt;
@@ -99,8 +99,8 @@ fn of_axis(record: &mut Record, axis: Axis, report: &mut Report) -> Option<()> {
             first.get_or_insert(angle.t[pair[0]]);
         }
     }
-    for k in *edges.last()?..rows {
-        placed[k] = angle.values[k] + back;
+    for value in &mut placed[last..] {
+        *value += back;
     }
     for (k, &row) in angle.rows.iter().enumerate() {
         *Channel::Angle(axis).place(&mut record.rows[row]) = placed[k];

@@ -101,14 +101,12 @@ fn say<O>(
         let rows: usize = found.out.iter().map(std::ops::Range::len).sum();
         let lasts = |span: &std::ops::Range<usize>| course.t[span.end - 1] - course.t[span.start] + course.step;
         let longest = found.out.iter().map(lasts).fold(0.0, f64::max);
-        says += &format!(
-            "; {} for up to {longest:.2} s, and those {rows} readings are left out",
-            if found.moved.is_empty() {
-                "it comes back".to_owned()
-            } else {
-                format!("from {} it comes back", found.out.len())
-            }
-        );
+        let back = if found.moved.is_empty() {
+            "it comes back".to_owned()
+        } else {
+            format!("from {} it comes back", found.out.len())
+        };
+        says = format!("{says}; {back} for up to {longest:.2} s, and those {rows} readings are left out");
     }
     if !found.moved.is_empty() {
         says += if found.out.is_empty() { "; it stays, and is set back" } else { "; from the others it is set back" };

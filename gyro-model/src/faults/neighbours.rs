@@ -100,7 +100,9 @@ impl<'a> Neighbours<'a> {
             if leading.is_empty() {
                 break;
             }
-            leading.iter().for_each(|apart| self.is_out[apart.index] = true);
+            for apart in &leading {
+                self.is_out[apart.index] = true;
+            }
             found.extend(leading);
         }
         found.sort_by_key(|apart| apart.index);
@@ -254,7 +256,7 @@ mod tests {
 
     #[test]
     fn noise_that_comes_in_gusts_holds_no_spikes() {
-        let gusts = |k: u32| if k / 200 % 5 == 0 { 100.0 } else { 1.0 };
+        let gusts = |k: u32| if (k / 200).is_multiple_of(5) { 100.0 } else { 1.0 };
         let values = (0..20_000_u32).map(|k| gusts(k) * (f64::from(k.wrapping_mul(2_654_435_761) >> 8) / 8.4e6 - 1.0));
         assert_eq!(found(values.collect(), SPIKE), [0_usize; 0]);
     }

@@ -119,10 +119,10 @@ mod tests {
 
     /// A log of 60 s: what the gyro reads at each row, and the shaft's angle.
     fn log(gyro: impl Fn(usize, f64) -> f64, angle: impl Fn(f64) -> f64) -> Record {
-        let rows = (0..6000).map(|k| {
-            let t = k as f64 * 0.01;
-            let mut row = Row { t_ns: k as i64 * 10_000_000, ..Row::EMPTY };
-            row.gyro[2] = gyro(k, t);
+        let rows = (0..6000_u16).map(|k| {
+            let t = f64::from(k) * 0.01;
+            let mut row = Row { t_ns: i64::from(k) * 10_000_000, ..Row::EMPTY };
+            row.gyro[2] = gyro(usize::from(k), t);
             row.ref_angle[2] = (angle(t) / 0.0015).round() * 0.0015;
             row
         });
