@@ -7,6 +7,7 @@
 //! draws of noise alone on this very motion.
 
 mod ahead;
+mod apart;
 pub(crate) mod begin;
 pub mod candidates;
 mod gate;
@@ -29,7 +30,7 @@ use crate::{
         problem::HeldRate,
         study::{Bench, Study},
     },
-    faults::stuck::MARKED_UP_TO,
+    faults::is_grave,
     fit::{FitError, calibrated, groups},
     parallel,
 };
@@ -180,6 +181,9 @@ pub fn compare(
     axes: &[Axis],
     options: &Options,
 ) -> Result<Vec<AxisDiagnosis>, FitError> {
+    if let Some(parts) = apart::parts(record, axes, options.faults) {
+        return parts.each(|record, axes| compare(record, model, axes, options));
+    }
     let work = |bench: &Bench, model: &Model, options: &Options| {
         let study = Study::held(bench, model);
         let gls = study.identify(&[]);
@@ -269,6 +273,9 @@ pub fn diagnose(
     axes: &[Axis],
     options: &Options,
 ) -> Result<Vec<AxisDiagnosis>, FitError> {
+    if let Some(parts) = apart::parts(record, axes, options.faults) {
+        return parts.each(|record, axes| diagnose(record, model, axes, options));
+    }
     let work = |bench: &Bench, model: &Model, options: &Options| {
         let parts = Parts::new(record, bench, model);
         let mut present = Present::new(match &parts {
@@ -391,7 +398,13 @@ pub fn ladder(
     axes: &[Axis],
     options: &Options,
 ) -> Result<(Model, Vec<AxisLadder>), FitError> {
+    if let Some(parts) = apart::parts(record, axes, options.faults) {
+        return parts.ladders(model, |record, axes| ladder(record, model, axes, options));
+    }
     let work = |bench: &Bench, model: &Model, options: &Options| {
+        // Of data that are none no effect is made.
+        let steps = if grave(record, options.faults, bench).is_some() { 0 } else { options.steps };
+        let options = &Options { steps, ..*options };
         let (fitted, mut ladders) = match Parts::new(record, bench, model) {
             Some(parts) => parts.climb(record, bench, model, options),
             None => ladder::climb(record, bench, model, options),
@@ -426,17 +439,17 @@ fn sorted<T>(mut list: Vec<T>, axis: impl Fn(&T) -> Axis) -> Vec<T> {
 /// Faults that make every other verdict on axes that are judged together worthless: theirs, and those of the whole log. A
 /// channel that was stuck for little of it is not among them: what it read meanwhile is taken out.
 fn bad_data(record: &Record, faults: &[DataFault], bench: &Bench, verdict: &mut Verdict, says: &mut String) {
-    let is_grave = |fault: &&DataFault| match fault.fault.as_str() {
-        "wrong-unit" | "wrong-sign" | "swapped-axes" => true,
-        "stuck-channel" => fault.count as f64 >= MARKED_UP_TO * record.len() as f64,
-        _ => false,
-    };
-    let concerns =
-        |fault: &&DataFault| fault.axis.is_none_or(|axis| bench.problem.series.iter().any(|s| s.axis == axis));
-    if let Some(fault) = faults.iter().filter(concerns).find(is_grave) {
+    if let Some(fault) = grave(record, faults, bench) {
         *verdict = Verdict::BadData;
         says.clone_from(&fault.says);
     }
+}
+
+/// The first of these faults.
+fn grave<'a>(record: &Record, faults: &'a [DataFault], bench: &Bench) -> Option<&'a DataFault> {
+    let concerns =
+        |fault: &&DataFault| fault.axis.is_none_or(|axis| bench.problem.series.iter().any(|s| s.axis == axis));
+    faults.iter().filter(concerns).find(|fault| is_grave(fault, record.len()))
 }
 
 fn axis_diagnosis(

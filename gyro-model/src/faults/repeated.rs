@@ -11,7 +11,7 @@ const MARKED_UP_TO: f64 = 0.1;
 /// A quantised reading repeats by itself now and then, so a sample counts as repeated only where all gyro and
 /// accelerometer channels repeat together much more often than they would independently; with few channels, where a
 /// reading stands still between large changes far more often than it changes by one step.
-pub(super) fn check(record: &mut Record, already: &mut [bool], report: &mut Report) {
+pub(super) fn check(record: &mut Record, report: &mut Report) {
     let channels: Vec<fn(&Row) -> f64> = [
         (|r| r.gyro[0]) as fn(&Row) -> f64,
         |r| r.gyro[1],
@@ -46,10 +46,13 @@ pub(super) fn check(record: &mut Record, already: &mut [bool], report: &mut Repo
     let Some(&first) = found.first() else { return };
     let share = found.len() as f64 / pairs;
     let mark = share <= MARKED_UP_TO;
-    for &k in found.iter().filter(|_| mark) {
+    // Where readings change slowly nobody knows which of those alike were logged again: single ones are left out too.
+    let all = |k: usize| (1..rows.len()).contains(&k) && channels.iter().all(|of| repeats(of, k));
+    let alone: Vec<usize> = (1..rows.len()).filter(|&k| all(k) && !all(k - 1) && !all(k + 1)).collect();
+    for &k in found.iter().chain(&alone).filter(|_| mark) {
         record.rows[rows[k]].gyro = [f64::NAN; 3];
-        report.mark(already, rows[k]);
     }
+    found.iter().filter(|_| mark).for_each(|&k| report.mark(rows[k]));
     let t = seconds(record, rows[first]);
     let then = if mark { "left out" } else { "they are kept, and look like a delay: log at the sensor's own rate" };
     report.add(
