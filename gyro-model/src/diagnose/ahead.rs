@@ -19,7 +19,8 @@ use crate::{effects::Effect, evidence::study::Study};
 /// Effects that are added on trial at most.
 const TRIED: usize = 3;
 
-/// J that all suspects together leave, to first order, beyond which no few of them bring it down to the noise.
+/// Where all suspects together leave more than this of J, by the linear scan, no three of them bring the error down to the noise
+/// (J of 1.2): the look-ahead is left out. The margin is for shapes between two points of their grid.
 const OUT_OF_REACH: f64 = 4.0;
 
 /// One effect on the way.

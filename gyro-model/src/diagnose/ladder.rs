@@ -8,7 +8,7 @@ use super::{
     judged::{self, Judged},
     own,
     rank::ROUGH,
-    refit::{Present, Refit},
+    refit::{GRID, Present, Refit},
     verdict,
 };
 use crate::{
@@ -227,7 +227,7 @@ fn exchange<'a>(
         let promises = |c: &Candidate| {
             c.series == series
                 && are_aliases(old, c.term.effect.card().id)
-                && WITH_BOTH * (1.0 - c.removes) * present.excess(series) < most
+                && GRID * (1.0 - c.removes) * present.excess(series) < most
         };
         // What a whole sensor has is scanned on one axis, and fitted on all.
         if axes.len() == 1 && !present.scanned(options.own_effects).iter().any(promises) {
@@ -255,9 +255,6 @@ fn exchange<'a>(
         (best.0 < most).then_some((best.1, best.2))
     })
 }
-
-/// Share of the error that is left of what the scan says, where a shape lies between two points of its grid.
-const WITH_BOTH: f64 = 0.4;
 
 /// An effect of the model and those that are its `like`, each refitted in its place.
 fn in_the_place_of<'a>(

@@ -222,7 +222,7 @@ impl<'a> Present<'a> {
         progress(&list.iter().map(|c| c.term.effect.card().id).collect::<Vec<_>>().join(", "));
         let (first, rest): (Vec<Candidate>, Vec<Candidate>) = promising(list, axes);
         let mut left = parallel::map(&first, |candidate| self.refit(candidate.clone()));
-        // What can win by neither measure is not fitted.
+        // What cannot come near the best by either measure is not refitted.
         let rest: Vec<Candidate> = rest.into_iter().filter(|c| self.may_win(c, &left)).collect();
         left.extend(parallel::map(&rest, |candidate| self.refit(candidate.clone())));
         let mut refits = Vec::new();
@@ -244,8 +244,8 @@ impl<'a> Present<'a> {
         refits
     }
 
-    /// Whether a candidate may yet come near the best of these by the error or by the likelihood, its shape being found to a
-    /// grid's step only.
+    /// Whether an exact refit of this candidate may come near the best of those fitted so far, by the error or by the
+    /// likelihood.
     fn may_win(&self, candidate: &Candidate, fitted: &[Refit]) -> bool {
         let own = || fitted.iter().filter(|r| r.candidate.series == candidate.series && !r.at_bound());
         let least = own().map(|r| r.excess).fold(f64::INFINITY, f64::min);
@@ -397,8 +397,9 @@ fn promising(list: Vec<Candidate>, axes: usize) -> (Vec<Candidate>, Vec<Candidat
     (only(first), only(rest))
 }
 
-/// Share of the error, or of a rise of ln L, that finding the shape between two points of a grid may still change.
-const GRID: f64 = 0.4;
+/// A shape is scanned on a grid, and its optimum lies between two points of it: an exact refit leaves at least this share of the
+/// error that the scan predicts, and gains at most as many times more in ln L.
+pub(super) const GRID: f64 = 0.4;
 
 /// Whether the scan promises that an effect lowers the error.
 fn lowers(candidate: &Candidate) -> bool {

@@ -48,7 +48,6 @@ impl Jacobian {
     fn of(bench: &Bench, columns: Vec<Vec<Vec<f64>>>, lost: &[bool]) -> Self {
         let increments: Vec<Vec<f64>> = columns.iter().map(|c| bench.increments(c)).collect();
         let mut normal = nls::Normal::zeros(columns.len());
-        normal.add(&[], &increments.iter().map(|_| &[][..]).collect::<Vec<_>>());
         for (i, a) in increments.iter().enumerate() {
             for (j, b) in increments.iter().enumerate().take(i + 1) {
                 let sum = nls::dot(a, b);

@@ -1,6 +1,7 @@
 //! One line of a signal's spectrum, by the times of its samples: by their numbers alone, what comes unevenly or is missing puts
 //! a line somewhere beside.
 
+use super::spectrum::hann;
 use itertools::Itertools;
 use std::f64::consts::TAU;
 
@@ -79,7 +80,7 @@ pub fn only(t: &[f64], values: &[f64]) -> Option<f64> {
         return None;
     }
     let span = t[t.len() - 1] - t[0];
-    let weights = (0..values.len()).map(|k| hann(k, values.len()));
+    let weights = hann(values.len());
     let mean =
         values.iter().zip(weights).map(|(value, weight)| value * weight).sum::<f64>() / (0.5 * values.len() as f64);
     let about: Vec<f64> = values.iter().map(|value| value - mean).collect();
@@ -102,12 +103,6 @@ pub fn only(t: &[f64], values: &[f64]) -> Option<f64> {
 const FEWEST: usize = 8;
 /// Share of a line that may be beside it.
 const PURE: f64 = 0.01;
-
-/// Hann's weight of value `k` of `n`.
-#[must_use]
-pub fn hann(k: usize, n: usize) -> f64 {
-    0.5 - 0.5 * (TAU * (k as f64 + 0.5) / n as f64).cos()
-}
 
 /// Bins from the middle one of three to the top of the line that their power shows: near it, ln power is a parabola.
 #[must_use]

@@ -155,8 +155,8 @@ const BELOW_PRIOR: f64 = 0.1;
 /// N of a poor MEMS gyro, rad/√s (0.03 °/√s): noise of this size needs no physics.
 const POOR: f64 = 5.2e-4;
 
-/// Rows that are looked at while the noise is being searched for from anywhere, and from a noise that is known to be near; the
-/// estimate itself uses all.
+/// Rows that the search for the noise looks at: where nothing is known of it, and beside a noise that is known to be near. The
+/// estimate itself uses every row.
 const SEARCH_ROWS: usize = 20_000;
 const NEAR_ROWS: usize = 8_000;
 
@@ -405,7 +405,7 @@ pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
         step = solve(&normal(study, &noise).0).0;
     }
     noise = on_every_row(study, noise, &step, rows.index.len());
-    // A noise that is near is looked for on fewer rows, which may lead away from it.
+    // The search near a known noise looks at fewer rows, and may end in a worse one: the known one is tried on all rows too.
     let found = at_noise(study, &noise);
     starts.iter().fold(found, |found, start| likelier(study, &found, start).unwrap_or(found))
 }
