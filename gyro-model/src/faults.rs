@@ -8,7 +8,8 @@
 //! | `wrapped` | `wrapped`: the other sign beyond the range | jumps of one size, and the reference |
 //! | `spikes`, `torn` | `outliers`, `torn-readings` | their neighbours' cubic (`neighbours`), at the noise of the log |
 //! | `jumps` | `reference-jumps`, a clock that was set | the gyro's integral |
-//! | `counts`, `ratio` | `lost-counts`, `wrong-ratio` | the gyro, as a scale factor can be |
+//! | `counts` | `lost-counts` | the gyro, as a scale factor can be |
+//! | `ratio` | `wrong-ratio` | α of a model, once it is fitted |
 //! | `told` | `dependent-reference`: a command | how alike its steps are |
 //! | `stuck` | `stuck-channel` | the other sensor |
 //! | `reference`, `orientation` | `wrong-unit`, `wrong-sign`, `swapped-axes`, `not-excited` | the other sensor |
@@ -29,7 +30,7 @@ mod markers;
 mod missing;
 mod neighbours;
 mod orientation;
-mod ratio;
+pub(crate) mod ratio;
 mod reference;
 mod repeated;
 mod spikes;

@@ -160,8 +160,9 @@ fn a_ratio_that_no_gyro_has_is_said_and_lost_counts_are_no_nonlinearity() {
     let mut geared = shaft(4);
     geared.rows.iter_mut().for_each(|row| row.ref_angle[0] *= 1.25);
     let geared = climb(geared);
-    assert_eq!(geared.names(), ["wrong-ratio"]);
-    assert!(geared.faults[0].says.contains("5 : 4"), "{}", geared.faults[0].says);
+    let told = &geared.ladders[0].data_faults;
+    assert!(told.len() == 1 && told[0].fault == "wrong-ratio" && told[0].says.contains("5 : 4"), "{told:?}");
+    assert!(geared.ladders[0].says.contains("gear ratio"), "{}", geared.ladders[0].says);
     let mut lossy = shaft(4);
     let (mut lost, limit) = (0.0, 2.5);
     for k in 1..lossy.len() {
@@ -173,6 +174,21 @@ fn a_ratio_that_no_gyro_has_is_said_and_lost_counts_are_no_nonlinearity() {
     assert!(lossy.names().contains(&"lost-counts"), "{:?}", lossy.faults);
     assert_eq!(lossy.ladders[0].effects, ["scale-factor", "bias"], "{}", lossy.ladders[0].says);
     assert!((lossy.alpha(Axis::X) / clean.alpha(Axis::X) - 1.0).abs() < 2e-3, "{}", lossy.alpha(Axis::X));
+}
+
+#[test]
+fn what_an_effect_does_to_the_ratio_is_no_fault_of_the_reference() {
+    for record in [with("temperature-bias:c1=0.06"), with("lag:tau=0.05"), with("saturation:l=1.2")] {
+        let climbed = climb(record);
+        let own = &climbed.ladders[0];
+        assert!(own.data_faults.iter().all(|fault| fault.fault != "wrong-ratio"), "{:?}: {}", own.effects, own.says);
+    }
+}
+
+fn with(hidden: &str) -> Record {
+    let hidden = vec![Hidden::parse(hidden, Axis::X).unwrap()];
+    let motion = Motion::Multisine { travel: 6.0 };
+    simulate(&Scenario { motion, seconds: 60.0, rate_hz: 200.0, hidden, ..Scenario::default() }).record
 }
 
 #[test]

@@ -8,7 +8,7 @@ use crate::{
     report::{self, Command},
 };
 use anyhow::{Context, Result};
-use gyro_model::{Axis, diagnose, diagnosis::Ladder};
+use gyro_model::{Axis, Model, diagnose, diagnosis::Ladder};
 use std::{
     path::{Path, PathBuf},
     process::ExitCode,
@@ -56,16 +56,22 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let (model, mut axes) = {
         let spinner = Progress::spinner("climbing");
         let progress = |what: &str| spinner.says(what);
-        let mut options = diagnose::Options { own_effects: &start.file.own_effects, ..subject.options(&progress) };
-        if subject.overruled.is_some() {
-            options.steps = 0;
+        let options = diagnose::Options { own_effects: &start.file.own_effects, ..subject.options(&progress) };
+        let none = diagnose::Options { steps: 0, ..options };
+        let (judged, overruled) = subject.judged_and_overruled();
+        let (mut model, mut all) = (start.file.model.clone(), Vec::new());
+        for (axes, options) in [(judged, options), (overruled, none)].into_iter().filter(|(axes, _)| !axes.is_empty()) {
+            let (fitted, found) =
+                diagnose::ladder(&subject.record, &model, &axes, &options).with_context(|| subject.name.clone())?;
+            model = Model { epoch: start.file.model.epoch + 1, ..fitted };
+            all.extend(found);
         }
-        diagnose::ladder(&subject.record, &start.file.model, &subject.axes, &options)
-            .with_context(|| subject.name.clone())?
+        all.sort_by_key(|own| own.axis);
+        (model, all)
     };
-    if let Some((verdict, says)) = &subject.overruled {
-        for axis in &mut axes {
-            (axis.verdict, axis.says) = (*verdict, says.clone());
+    for axis in &mut axes {
+        if let Some((verdict, says)) = subject.overruled(axis.axis) {
+            (axis.verdict, axis.says) = (verdict, says.to_owned());
         }
     }
     if let Some(path) = &args.output {

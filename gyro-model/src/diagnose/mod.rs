@@ -30,7 +30,7 @@ use crate::{
         problem::HeldRate,
         study::{Bench, Study},
     },
-    faults::is_grave,
+    faults::{is_grave, ratio},
     fit::{FitError, calibrated, groups},
     parallel,
 };
@@ -203,7 +203,13 @@ pub fn compare(
                 }
                 bad_data(record, options.faults, bench, &mut verdict, &mut says);
                 let more = if options.own_log && verdict != Verdict::BadData { untold(&present, k) } else { String::new() };
-                (axis_diagnosis(record, &present.study, k, &judged, (verdict, says), Vec::new(), options), more)
+                let mut found =
+                    axis_diagnosis(record, &present.study, k, &judged, (verdict, says), Vec::new(), options);
+                // What is left of the error, an effect may take from α.
+                let fits = matches!(verdict, Verdict::Adequate | Verdict::CannotTell);
+                let models = if fits { vec![judged::axis_model(&present.study.model, found.axis)] } else { Vec::new() };
+                say_ratio(record, found.axis, &models, found.verdict, &mut found.says, &mut found.data_faults);
+                (found, more)
             })
             .collect::<Vec<_>>();
         (model.clone(), found)
@@ -320,7 +326,14 @@ pub fn diagnose(
                 let list = list.map(|(r, aliases)| (*r, &aliases[..])).filter(|_| hidden.is_empty());
                 let list = hidden.iter().map(|r| (r, &[][..])).chain(list);
                 let listed = list.filter(|_| !is_bad).map(|(r, a)| suspect(r, a, &before, k)).collect();
-                let found = axis_diagnosis(record, &present.study, k, &judged, (verdict, says), listed, options);
+                let mut found = axis_diagnosis(record, &present.study, k, &judged, (verdict, says), listed, options);
+                // Of what is missing, any may change α.
+                let with_it = own.iter().filter(|r| is_listed(r)).map(|r| &r.study.model);
+                let models: Vec<AxisModel> = std::iter::once(&present.study.model)
+                    .chain(with_it)
+                    .map(|model| judged::axis_model(model, found.axis))
+                    .collect();
+                say_ratio(record, found.axis, &models, found.verdict, &mut found.says, &mut found.data_faults);
                 AxisDiagnosis { searched: true, ..found }
             })
             .collect::<Vec<_>>();
@@ -411,6 +424,8 @@ pub fn ladder(
         };
         for l in &mut ladders {
             bad_data(record, options.faults, bench, &mut l.verdict, &mut l.says);
+            let models = [judged::axis_model(&fitted, l.axis)];
+            say_ratio(record, l.axis, &models, l.verdict, &mut l.says, &mut l.data_faults);
         }
         (fitted, ladders)
     };
@@ -442,6 +457,24 @@ fn bad_data(record: &Record, faults: &[DataFault], bench: &Bench, verdict: &mut 
     if let Some(fault) = grave(record, faults, bench) {
         *verdict = Verdict::BadData;
         says.clone_from(&fault.says);
+    }
+}
+
+/// Says of an axis where α of its models is one that no gyro has: beside its verdict, for the error may be what noise makes.
+fn say_ratio(
+    record: &Record,
+    axis: Axis,
+    models: &[AxisModel],
+    verdict: Verdict,
+    says: &mut String,
+    faults: &mut Vec<DataFault>,
+) {
+    if verdict == Verdict::BadData {
+        return;
+    }
+    if let Some(fault) = ratio::fault(record, axis, models) {
+        *says = with(std::mem::take(says), &format!(" But {}.", fault.says));
+        faults.push(fault);
     }
 }
 

@@ -8,7 +8,7 @@ use super::{
     Report,
     channel::{Channel, Readings},
     reference::regress,
-    thresholds::{LOST, LOST_FOR_SURE, NOT_LOST},
+    thresholds::{LOST, LOST_EITHER_WAY, LOST_FOR_SURE, NOT_LOST},
     witness::{Witness, integral},
 };
 use crate::{Axis, Record, order::quantile, record::ReferenceKind};
@@ -21,6 +21,12 @@ const MARGIN: f64 = 0.9;
 const PIECE: f64 = 0.1;
 /// Pieces that are needed below the rate, and above it either way.
 const FEWEST: usize = 10;
+/// What the two differ by below the rate, over what they do above it, 1, at most.
+const STANDS_OUT: f64 = 0.4;
+/// Times that the shaft is fast either way, and the share of its way in them, 1, in which counts are lost: what drifts, lacks in
+/// some and has too much in others.
+const VISITS: usize = 2;
+const ALL: f64 = 0.9;
 /// Share of the fastest rate, 1, below which none is lost.
 const FAST: f64 = 0.25;
 /// Shares of the pieces below the rate that are tried.
@@ -37,6 +43,8 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
 
 /// How fast gyro and encoder turned in a piece, rad/s.
 struct Piece {
+    /// Its place in time.
+    index: usize,
     rate: f64,
     shown: f64,
     /// The fastest that the gyro reads in it.
@@ -65,11 +73,13 @@ fn of_axis(record: &mut Record, axis: Axis, report: &mut Report) -> Option<()> {
     };
     let pieces: Vec<Piece> = edges
         .windows(2)
-        .map(|pair| {
+        .enumerate()
+        .map(|(index, pair)| {
             let (i, j) = (pair[0], pair[1]);
             let dt = angle.t[j] - angle.t[i];
             let rate = (reading.at(angle.t[j]) - reading.at(angle.t[i])) / dt;
             Piece {
+                index,
                 rate: witness.slope.signum() * rate + witness.offset / witness.slope.abs(),
                 shown: (angle.values[j] - angle.values[i]) / dt,
                 peak: fastest_in(&gyro, angle.t[i], angle.t[j]),
@@ -143,18 +153,29 @@ struct Lost {
     share: f64,
 }
 
+/// Sums over pieces that follow one another: of one visit to their rates. What drifts slowly errs alike all through one.
+fn visits(part: &[&Piece], of: impl Fn(&Piece) -> f64) -> Vec<f64> {
+    let mut in_time: Vec<&Piece> = part.to_vec();
+    in_time.sort_by_key(|p| p.index);
+    let sum = |visit: &[&Piece]| visit.iter().map(|p| of(p)).sum();
+    in_time.chunk_by(|a, b| b.index - a.index <= 1).map(sum).collect()
+}
+
 /// The rate that parts the pieces best into those that agree and those in which too little is shown.
 fn lost(pieces: &[Piece]) -> Option<Lost> {
     let mut by_rate: Vec<&Piece> = pieces.iter().filter(|p| p.rate.is_finite() && p.shown.is_finite()).collect();
     by_rate.sort_by(|a, b| a.peak.total_cmp(&b.peak));
     let n = by_rate.len();
-    // The encoder's rate over the gyro's, as the ratio of sums, which noise of either leaves alone, and its standard error.
+    // The encoder's rate over the gyro's, as the ratio of sums, which noise of either leaves alone.
     let squares = |part: &[&Piece], slope: f64| part.iter().map(|p| (p.shown - slope * p.rate).powi(2)).sum::<f64>();
     let slope = |part: &[&Piece]| {
         let way = |p: &Piece| p.by_both().signum();
         let (shown, rate) = part.iter().fold((0.0, 0.0), |(s, r), p| (s + way(p) * p.shown, r + way(p) * p.rate));
-        (shown / rate, squares(part, shown / rate).sqrt() / rate.abs())
+        let of = shown / rate;
+        let beyond = |p: &Piece| way(p) * (p.shown - of * p.rate);
+        (of, visits(part, beyond).iter().map(|sum| sum * sum).sum::<f64>().sqrt() / rate.abs())
     };
+    let way_of = |part: &[&Piece]| part.iter().map(|p| p.rate.abs()).sum::<f64>();
     let fastest = by_rate.last()?.peak;
     let parted = |percent: usize| {
         let (below, above) = by_rate.split_at(n * percent / 100);
@@ -165,12 +186,22 @@ fn lost(pieces: &[Piece]) -> Option<Lost> {
         let (of_below, error) = slope(below);
         let (slow, _) = slope(&below[..below.len() * 9 / 10]);
         let agrees = (slow / of_below - 1.0).abs() < NOT_LOST;
-        let lacks = |part: &[&Piece]| {
-            let (of_above, own) = slope(part);
-            let share = 1.0 - of_above / of_below;
-            share > LOST && share > LOST_FOR_SURE * error.hypot(own) / of_below.abs()
-        };
+        // What is lost stands out of what the two differ by anyway.
         let (of_above, _) = slope(above);
+        let apart = |part: &[&Piece]| (squares(part, of_below) / part.len() as f64).sqrt();
+        if apart(below) > STANDS_OUT * apart(above) {
+            return None;
+        }
+        let lacks = |part: &[&Piece], for_sure: f64| {
+            let (of_above, own) = (slope(part).0, squares(part, slope(part).0).sqrt() / way_of(part));
+            let share = 1.0 - of_above / of_below;
+            let ways = visits(part, |p| p.rate.abs());
+            let lost = visits(part, |p| p.by_both().signum() * (of_below * p.rate - p.shown));
+            let lacking = ways.iter().zip(&lost).filter(|(way, lost)| **lost > 0.5 * LOST * **way * of_below.abs());
+            let in_all =
+                ways.len() >= VISITS && lacking.map(|(way, _)| way).sum::<f64>() > ALL * ways.iter().sum::<f64>();
+            share > LOST && in_all && share > for_sure * error.hypot(own) / of_below.abs()
+        };
         let left = squares(below, of_below) + squares(above, of_above);
         let found = Lost { above: above[0].peak, share: 1.0 - of_above / of_below };
         // Where readings shake much more than they turn, the fastest of them says nothing of the rate.
@@ -182,7 +213,8 @@ fn lost(pieces: &[Piece]) -> Option<Lost> {
         let mut shown = by_rate.clone();
         shown.sort_by(|a, b| b.shown.abs().total_cmp(&a.shown.abs()));
         let by_encoder = 1.0 - slope(&shown[..above.len()]).0 / of_below;
-        (agrees && lacks(&forth) && lacks(&back) && by_encoder > 0.5 * LOST).then_some((left, found))
+        let either_way = lacks(&forth, LOST_EITHER_WAY) && lacks(&back, LOST_EITHER_WAY);
+        (agrees && either_way && lacks(above, LOST_FOR_SURE) && by_encoder > 0.5 * LOST).then_some((left, found))
     };
     BELOW.filter_map(parted).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, lost)| lost)
 }
@@ -194,7 +226,9 @@ mod tests {
     fn pieces(shown: impl Fn(f64) -> f64) -> Vec<Piece> {
         let rate = |k: u32| 10.0 * (f64::from(k) * 0.013).sin() * (0.3 + 0.7 * (f64::from(k) * 0.0017).sin().abs());
         let noise = |k: u32| 2e-3 * (f64::from(k * 7919 % 13) - 6.0);
-        (0..2000).map(|k| Piece { rate: rate(k), shown: shown(rate(k)) + noise(k), peak: rate(k).abs() }).collect()
+        let piece =
+            |k: u32| Piece { index: k as usize, rate: rate(k), shown: shown(rate(k)) + noise(k), peak: rate(k).abs() };
+        (0..2000).map(piece).collect()
     }
 
     #[test]
@@ -214,5 +248,16 @@ mod tests {
         assert!(lost(&pieces(|w| 0.98 * w)).is_none());
         assert!(lost(&pieces(|w| w - 1e-5 * w.powi(3))).is_none());
         assert!(lost(&pieces(|w| w + 2e-4 * w * w.abs())).is_none());
+    }
+
+    #[test]
+    fn a_bias_that_drifts_with_a_load_loses_no_counts() {
+        for period in [0.004, 0.01, 0.04, 0.13] {
+            let mut pieces = pieces(|w| w);
+            for piece in &mut pieces {
+                piece.shown -= 0.4 * (piece.index as f64 * period).sin() * (1.0 + 0.1 * piece.rate.abs());
+            }
+            assert!(lost(&pieces).is_none(), "{period}");
+        }
     }
 }

@@ -8,7 +8,7 @@ use super::{
     Report,
     channel::{Channel, Readings},
     neighbours::Neighbours,
-    thresholds::{BEYOND, LEADING, MARKED, MARKED_SHARE, MARKER_STEPS, SPIKE},
+    thresholds::{ALIKE, AT_RANGE, BEYOND, LEADING, MARKED, MARKED_SHARE, MARKER_STEPS, SPIKE},
     witness::Witness,
 };
 use crate::{Record, order::quantile};
@@ -84,11 +84,14 @@ fn marker(channel: Channel, readings: &Readings) -> Option<(f64, Vec<Range<usize
     let others = values.iter().filter(|x| **x != value).map(|x| x.abs()).fold(0.0, f64::max);
     let is_beyond = value.abs() > BEYOND * others;
     let rows: usize = of_it.iter().map(Range::len).sum();
-    let comes_back = of_it.len() >= MARKED && of_it.len() as f64 >= MARKED_SHARE * apart.len() as f64;
+    // A few single ones are spikes, which one level of a wire may make alike.
+    let is_few = rows < ALIKE && rows == of_it.len() && !stands_for_none(channel, value);
+    let comes_back = of_it.len() >= MARKED && !is_few && of_it.len() as f64 >= MARKED_SHARE * apart.len() as f64;
     // Once is enough for a run of a value that nothing else comes near, or at an end where noise never repeats a reading.
     let repeats = values.windows(2).filter(|pair| pair[0] == pair[1]).count() - (rows - of_it.len());
     let at_an_end = of_it.iter().any(|run| run.start == 0 || run.end == values.len());
-    let once = rows >= LEADING && (is_beyond || at_an_end && (repeats as f64) < SELDOM * values.len() as f64);
+    let longest = of_it.iter().map(Range::len).max().unwrap_or(0);
+    let once = longest >= LEADING && (is_beyond || at_an_end && (repeats as f64) < SELDOM * values.len() as f64);
     if !comes_back && !once {
         return None;
     }
@@ -104,6 +107,29 @@ fn marker(channel: Channel, readings: &Readings) -> Option<(f64, Vec<Range<usize
     let of_value = runs.into_iter().filter(|run| values[run.start] == value);
     of_it = of_value.filter(|run| is_beyond || of_it.contains(run) || is_out(run)).collect();
     Some((value, of_it))
+}
+
+/// Whether a value is known for standing for none: zero, one, a row of nines, an end of a word or of a sensor's range.
+fn stands_for_none(channel: Channel, value: f64) -> bool {
+    let ends_of_words = [7, 8, 12, 15, 16, 31, 32].map(|bits: i32| 2.0_f64.powi(bits));
+    let nines = [9.0, 99.0, 999.0, 9999.0, 99999.0];
+    let is_written = |x: f64| {
+        let size = x.abs();
+        let is_round = (size - size.round()).abs() < 1e-9 * size.max(1.0);
+        is_round
+            && (size <= 1.0
+                || nines.contains(&size.round())
+                || ends_of_words.iter().any(|e| e - size.round() <= 1.0 && size.round() <= *e))
+    };
+    let ranges = [75.0, 125.0, 150.0, 200.0, 245.0, 250.0, 300.0, 400.0, 450.0, 500.0, 1000.0, 2000.0, 4000.0];
+    let is_end = |dps: f64| ranges.iter().any(|range| (dps.abs() / range - 1.0).abs() < AT_RANGE);
+    match channel {
+        Channel::Gyro(_) | Channel::Rate(_) => {
+            is_written(value) || is_written(value.to_degrees()) || is_end(value.to_degrees())
+        }
+        Channel::Angle(_) => is_written(value) || is_written(value.to_degrees()),
+        Channel::Temperature => is_written(value),
+    }
 }
 
 /// Share of readings that repeat the one before by chance, below which three alike at an end are no chance.
@@ -161,6 +187,20 @@ mod tests {
         values[700..720].fill(-34.9);
         values[1500] = -34.9;
         assert_eq!(found(values), Some((-34.9, 51)));
+    }
+
+    #[test]
+    fn three_spikes_of_one_size_are_no_marker_unless_the_size_is_known_for_it() {
+        let with = |value: f64, every: usize| {
+            let mut values = turning();
+            (100..values.len()).step_by(every).for_each(|k| values[k] = value);
+            found(values)
+        };
+        assert_eq!(with(35.0, 1000), None);
+        assert_eq!(with(35.0, 300), Some((35.0, 10)));
+        let end = 2000.0_f64.to_radians();
+        assert_eq!(with(-end, 1000), Some((-end, 3)));
+        assert_eq!(with(999.0, 1000), Some((999.0, 3)));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Gyro against reference, coarsely: is the unit, the sign or the axis wrong, and does the axis turn at all?
 
-use super::{Report, channel::unwrap, orientation, quantile, ratio};
+use super::{Report, channel::unwrap, orientation, quantile};
 use crate::{Axis, Record, record::ReferenceKind};
 use std::f64::consts::TAU;
 
@@ -173,14 +173,10 @@ fn along_reference(record: &Record, report: &mut Report) {
                 let says = format!("gyro_{axis} turns against {column}: negate one of them");
                 report.add_on(axis, "wrong-sign", rows, Some(0.0), says);
             }
-            let known = unit.is_some();
             if let Some(says) =
                 unit.or_else(|| turns_of_360(&format!(", and gyro_{axis} like °/s: name it gyro_{axis}_dps")))
             {
                 report.add_on(axis, "wrong-unit", rows, Some(0.0), says);
-            }
-            if !known && let Some(says) = ratio::says(record, axis, column, fit) {
-                report.add_on(axis, "wrong-ratio", rows, Some(0.0), says);
             }
         } else if let Some(says) = turns_of_360("") {
             report.add_on(axis, "wrong-unit", rows, Some(0.0), says);

@@ -40,6 +40,13 @@ pub(super) const HOLE: f64 = 3.5;
 /// Times (1) that one value has to be found far from what is around to be a marker.
 pub(super) const MARKED: usize = 3;
 
+/// Single readings of one value that are spikes which happen to be alike, unless it is a value that is known as a marker (1):
+/// a line that is pulled to one level brings the same reading each time. Fewer than so many.
+pub(super) const ALIKE: usize = 8;
+
+/// How near (1) a value is to a range's end, as a share of it, to be that.
+pub(super) const AT_RANGE: f64 = 5e-4;
+
 /// Share (1) of what stands far from its neighbours that has this one value.
 pub(super) const MARKED_SHARE: f64 = 0.5;
 
@@ -126,8 +133,10 @@ pub(super) const LOST: f64 = 0.015;
 /// What it may lack or have too much below that rate (1).
 pub(super) const NOT_LOST: f64 = 0.005;
 
-/// Standard errors (1) by which counts have to be lost.
+/// Standard errors (1) by which counts have to be lost, in all and either way.
 pub(super) const LOST_FOR_SURE: f64 = 6.0;
+/// See [`LOST_FOR_SURE`].
+pub(super) const LOST_EITHER_WAY: f64 = 3.0;
 
 /// What the second difference of a rate may be, as a share of the fastest rate (1), and be none; a good servo's ripple is 0.1 %.
 pub(super) const TOLD: f64 = 1e-4;
