@@ -67,6 +67,8 @@ pub enum Command {
     Ladder(commands::ladder::Args),
     /// Compensate a log, with the very filter that runs live
     Apply(commands::apply::Args),
+    /// Write a model out for where it is used: C, Kalibr, ROS, ArduPilot, PX4, JSON
+    Export(commands::export::Args),
     /// Show what a file holds: its channels, and a map to the names of a log
     Channels(commands::channels::Args),
     /// Make a log with a known truth beside it
@@ -103,6 +105,7 @@ impl Command {
             Self::Remove(args) => commands::remove::run(args),
             Self::Ladder(args) => commands::ladder::run(args),
             Self::Apply(args) => commands::apply::run(args),
+            Self::Export(args) => commands::export::run(args),
             Self::Channels(args) => commands::channels::run(args),
             Self::Simulate(args) => commands::simulate::run(args),
             Self::Effects(args) => commands::effects::run(args),

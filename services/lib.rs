@@ -38,6 +38,7 @@ pub mod dashboard;
 pub mod demo;
 pub mod domain;
 pub mod estimates;
+pub mod export;
 pub mod hopeless;
 pub mod kalman;
 pub mod live;

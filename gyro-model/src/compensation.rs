@@ -225,7 +225,8 @@ impl Placed {
 }
 
 /// Whether this response is the mount's (between shaft and gyro) rather than the sensor's own.
-fn of_the_mount(effect: &dyn Effect) -> bool {
+#[must_use]
+pub fn of_the_mount(effect: &dyn Effect) -> bool {
     effect.stage() == Stage::Response && effect.card().id == "mount-resonance"
 }
 

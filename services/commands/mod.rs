@@ -16,6 +16,7 @@ pub mod control;
 pub mod demo;
 pub mod diagnose;
 pub mod effects;
+pub mod export;
 pub mod fit;
 pub mod ladder;
 pub mod paper;

@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Stage};
 use crate::Axis;
+use std::borrow::Cow;
 
 /// The effect.
 pub static BIAS_DRIFT: BiasDrift = BiasDrift;
@@ -59,6 +60,10 @@ impl Effect for BiasDrift {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
+        Some("return r * in->t;".into())
     }
 
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {

@@ -2,6 +2,7 @@
 
 use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage};
 use crate::Axis;
+use std::borrow::Cow;
 
 /// The effect.
 pub static BIAS_STEP: BiasStep = BiasStep;
@@ -55,6 +56,10 @@ impl Effect for BiasStep {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
+        Some("return in->t > t0 ? j : 0.0;".into())
     }
 
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {

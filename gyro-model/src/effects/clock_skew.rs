@@ -2,6 +2,7 @@
 
 use super::{Card, Effect, ParameterCard, Role, Span, Stage};
 use crate::Axis;
+use std::borrow::Cow;
 
 /// The effect.
 pub static CLOCK_SKEW: ClockSkew = ClockSkew;
@@ -44,6 +45,10 @@ impl Effect for ClockSkew {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
+        Some("return t * (1.0 + s);".into())
     }
 
     fn valid_time(&self, p: &[f64], t: f64) -> f64 {

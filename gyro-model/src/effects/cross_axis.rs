@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
 use crate::Axis;
+use std::borrow::Cow;
 
 /// The effect.
 pub static CROSS_AXIS: CrossAxis = CrossAxis;
@@ -56,6 +57,12 @@ impl Effect for CrossAxis {
 
     fn parameters(&self, axis: Axis) -> &'static [ParameterCard] {
         &PARAMETERS[axis.index()]
+    }
+
+    fn in_c(&self, axis: Axis) -> Option<Cow<'static, str>> {
+        let [a, b] = OTHERS[axis.index()];
+        let [card_a, card_b] = PARAMETERS[axis.index()];
+        Some(format!("return {} * in->rates[{a}] + {} * in->rates[{b}];", card_a.name, card_b.name).into())
     }
 
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {

@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, ParameterCard, Role, Span, Stage};
 use crate::Axis;
+use std::borrow::Cow;
 
 /// The effect.
 pub static DEAD_ZONE: DeadZone = DeadZone;
@@ -55,6 +56,10 @@ impl Effect for DeadZone {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
+        Some("return fabs(reading) < w;".into())
     }
 
     fn limit(&self, p: &[f64], reading: f64) -> f64 {

@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, ParameterCard, Role, Span, Stage};
 use crate::Axis;
+use std::borrow::Cow;
 
 /// The effect.
 pub static DELAY: Delay = Delay;
@@ -55,6 +56,10 @@ impl Effect for Delay {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
+        Some("return t - d;".into())
     }
 
     fn valid_time(&self, p: &[f64], t: f64) -> f64 {

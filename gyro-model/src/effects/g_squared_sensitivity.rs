@@ -2,6 +2,7 @@
 
 use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
 use crate::Axis;
+use std::borrow::Cow;
 
 /// The effect.
 pub static G_SQUARED_SENSITIVITY: GSquaredSensitivity = GSquaredSensitivity;
@@ -53,6 +54,11 @@ static PARAMETERS: [ParameterCard; 3] = [
     },
 ];
 
+/// What compensation does, in C.
+const IN_C: &str = "\
+const double x = in->accel[0], y = in->accel[1], z = in->accel[2];
+return g_x * x * x + g_y * y * y + g_z * z * z;";
+
 impl Effect for GSquaredSensitivity {
     fn card(&self) -> &'static Card {
         &CARD
@@ -64,6 +70,10 @@ impl Effect for GSquaredSensitivity {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
+        Some(IN_C.into())
     }
 
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {

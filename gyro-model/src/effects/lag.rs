@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, ParameterCard, Role, STEADY, Span, Stage, derivative, low_pass, steadied};
 use crate::Axis;
+use std::borrow::Cow;
 
 /// The effect.
 pub static LAG: Lag = Lag;
@@ -44,6 +45,22 @@ static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
     bounds: (0.0, 0.3),
 }];
 
+/// What compensation does, in C.
+const IN_C: &str = "\
+const double f1 = memory[0], f2 = memory[1], dt1 = memory[2];
+double slope = 0.0;
+if (memory[6] == 1.0) {
+    slope = (felt - f1) / dt;
+} else if (memory[6] > 1.0) {
+    const double d1 = (felt - f1) / dt, d2 = (f1 - f2) / dt1;
+    slope = d1 + (d1 - d2) * dt / (dt + dt1);
+}
+memory[0] = felt;
+memory[1] = f1;
+memory[2] = dt;
+memory[6] = fmin(memory[6] + 1.0, 2.0);
+return felt + tau * slope;";
+
 impl Effect for Lag {
     fn card(&self) -> &'static Card {
         &CARD
@@ -55,6 +72,10 @@ impl Effect for Lag {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
+        Some(IN_C.into())
     }
 
     /// Exact for a rate that is linear over the step. Memory: [0] felt rate, [1] the rate before, [6] started.

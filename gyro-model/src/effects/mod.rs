@@ -13,7 +13,7 @@ use crate::{
     Axis, Record, Row,
     record::{FREE_CHANNELS, ReferenceKind},
 };
-use std::fmt;
+use std::{borrow::Cow, fmt};
 
 pub mod bias;
 pub mod bias_drift;
@@ -402,6 +402,22 @@ pub trait Effect: Send + Sync {
     /// `Reference`: whether the error that left this in memory is a guess yet: where it starts from nobody knows.
     fn is_guess(&self, _p: &[f64], _memory: &Memory) -> bool {
         false
+    }
+
+    /// The body of a C99 function of doubles that does what compensation does, parameters by their names (those of a user's own effect
+    /// with `own_` before them, since theirs may be any word); `truerate export --to c`
+    /// writes it out. By stage:
+    ///
+    /// | stage | given | returns |
+    /// | --- | --- | --- |
+    /// | `Felt` | `in->rate`, `in->rates[3]`, `in->t`, …, as in [`Signals`] and in SI units; `memory[8]` | [`Effect::error_seen`] |
+    /// | `Response` | `felt`, `dt`, `memory[8]` | [`Effect::undo_response`] |
+    /// | `Timing` | `t` | [`Effect::valid_time`] |
+    /// | `Reading` | `reading` | [`Effect::lost`] |
+    ///
+    /// `None` where the stage leaves the gyro's reading alone, or C cannot hold the effect.
+    fn in_c(&self, _axis: Axis) -> Option<Cow<'static, str>> {
+        None
     }
 
     /// The shapes to scan on such a log: one entry a grid point, in the order of the `Shape` parameters. Empty where

@@ -2,6 +2,7 @@
 
 use super::{Card, Effect, Memory, ParameterCard, Role, Span, Stage, low_pass, low_passed, second_derivative, slowed};
 use crate::Axis;
+use std::borrow::Cow;
 
 /// The effect.
 pub static MOUNT_RESONANCE: MountResonance = MountResonance;
@@ -44,6 +45,27 @@ static PARAMETERS: [ParameterCard; 2] = [
     },
 ];
 
+/// What compensation does, in C.
+const IN_C: &str = "\
+const double omega = 6.283185307179586 * f, f1 = memory[0], f2 = memory[1], dt1 = memory[2];
+const double curvature = memory[6] < 2.0 ? 0.0 : 2.0 * ((felt - f1) / dt - (f1 - f2) / dt1) / (dt + dt1);
+const double input = curvature / (omega * omega), lasts = 2.0 * zeta / omega;
+double difference = input;
+if (memory[6] > 2.0) {
+    difference = memory[3];
+    if (dt > 0.0) {
+        const double a = dt / lasts, rise = -expm1(-a);
+        difference = memory[3] + (memory[4] - memory[3]) * rise + (input - memory[4]) * (1.0 - rise / a);
+    }
+}
+memory[0] = felt;
+memory[1] = f1;
+memory[2] = dt;
+memory[3] = difference;
+memory[4] = input;
+memory[6] = fmin(memory[6] + 1.0, 3.0);
+return felt + difference;";
+
 impl Effect for MountResonance {
     fn card(&self) -> &'static Card {
         &CARD
@@ -55,6 +77,10 @@ impl Effect for MountResonance {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
+        Some(IN_C.into())
     }
 
     /// Exact for a rate that is linear over the step: e = ω − ω_f swings freely, e'' + 2ζω_n e' + ω_n² e = 0, and e'

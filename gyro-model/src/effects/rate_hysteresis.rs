@@ -5,6 +5,7 @@ mod turn;
 use self::turn::{Reading, TURN, Turn, Way};
 use super::{Card, Effect, ErrorWhole, Memory, ParameterCard, Role, Signals, Span, Stage, play};
 use crate::Axis;
+use std::borrow::Cow;
 
 /// The effect.
 pub static RATE_HYSTERESIS: RateHysteresis = RateHysteresis;
@@ -68,6 +69,19 @@ fn passages(h: f64, t: &[f64], felt: &[f64]) -> ErrorWhole {
     ErrorWhole { error, unsure, held }
 }
 
+/// What compensation does, in C.
+const IN_C: &str = "\
+const double turn = 0.5 * h, half = 0.5 * turn;
+if (!(turn > 0.0)) {
+    return 0.0;
+}
+if (memory[6] == 0.0) {
+    memory[6] = 1.0;
+    memory[0] = in->rate;
+}
+memory[0] = fmin(fmax(memory[0], in->rate - half), in->rate + half);
+return (memory[0] - in->rate) / 0.5;";
+
 impl Effect for RateHysteresis {
     fn card(&self) -> &'static Card {
         &CARD
@@ -79,6 +93,10 @@ impl Effect for RateHysteresis {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
+        Some(IN_C.into())
     }
 
     fn error(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {

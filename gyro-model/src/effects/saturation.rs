@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, ParameterCard, Role, Span, Stage};
 use crate::Axis;
+use std::borrow::Cow;
 
 /// The effect.
 pub static SATURATION: Saturation = Saturation;
@@ -57,6 +58,10 @@ impl Effect for Saturation {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
+        Some("return fabs(reading) >= 0.999 * l;".into())
     }
 
     fn limit(&self, p: &[f64], reading: f64) -> f64 {

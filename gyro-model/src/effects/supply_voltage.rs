@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
 use crate::Axis;
+use std::borrow::Cow;
 
 /// The effect.
 pub static SUPPLY_VOLTAGE: SupplyVoltage = SupplyVoltage;
@@ -60,6 +61,10 @@ impl Effect for SupplyVoltage {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
+        Some("return c * in->delta_supply;".into())
     }
 
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {

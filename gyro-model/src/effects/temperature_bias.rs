@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
 use crate::Axis;
+use std::borrow::Cow;
 
 /// The effect.
 pub static TEMPERATURE_BIAS: TemperatureBias = TemperatureBias;
@@ -76,6 +77,10 @@ impl Effect for TemperatureBias {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
+        Some("return (c1 + c2 * in->delta_temperature) * in->delta_temperature;".into())
     }
 
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {

@@ -2,6 +2,7 @@
 
 use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
 use crate::Axis;
+use std::borrow::Cow;
 
 /// The effect.
 pub static TEMPERATURE_RATE: TemperatureRate = TemperatureRate;
@@ -34,6 +35,36 @@ static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
     bounds: (-10.0, 10.0),
 }];
 
+/// What compensation does, in C.
+const IN_C: &str = "\
+const double dt = in->dt, n = memory[3], age = memory[4];
+if (n == 0.0 || dt <= 0.0) {
+    memory[0] = in->delta_temperature;
+    memory[3] = 1.0;
+    return 0.0;
+}
+double alpha, beta, gamma;
+if (age < 1.0) { /* the line through all samples yet */
+    const double two = (n + 1.0) * (n + 2.0);
+    alpha = 2.0 * (2.0 * n + 1.0) / two;
+    beta = 6.0 / two;
+    gamma = 0.0;
+} else { /* the parabola that forgets with 0.7 s */
+    const double theta = exp(-dt / 0.7), three = (n + 1.0) * (n + 2.0) * (n + 3.0);
+    alpha = fmax(1.0 - theta * theta * theta, 3.0 * (3.0 * n * n + 3.0 * n + 2.0) / three);
+    beta = fmax(1.5 * ((1.0 - theta) * (1.0 - theta)) * (1.0 + theta), 18.0 * (2.0 * n + 1.0) / three);
+    gamma = fmax((1.0 - theta) * (1.0 - theta) * (1.0 - theta), 60.0 / three);
+}
+const double predicted = memory[0] + memory[1] * dt + 0.5 * memory[2] * dt * dt;
+const double surprise = in->delta_temperature - predicted;
+memory[0] = predicted + alpha * surprise;
+memory[1] = memory[1] + memory[2] * dt + beta * surprise / dt;
+memory[2] = memory[2] + gamma * surprise / (dt * dt);
+memory[3] = n + 1.0;
+memory[4] = age + dt;
+const double trust = memory[4] * memory[4] / (memory[4] * memory[4] + 0.05 * 0.05);
+return c * (trust * memory[1]);";
+
 impl Effect for TemperatureRate {
     fn card(&self) -> &'static Card {
         &CARD
@@ -45,6 +76,10 @@ impl Effect for TemperatureRate {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
+        Some(IN_C.into())
     }
 
     fn error(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {

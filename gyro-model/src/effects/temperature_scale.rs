@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
 use crate::Axis;
+use std::borrow::Cow;
 
 /// The effect.
 pub static TEMPERATURE_SCALE: TemperatureScale = TemperatureScale;
@@ -47,6 +48,10 @@ impl Effect for TemperatureScale {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
+        Some("return c * in->delta_temperature * in->rate;".into())
     }
 
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {

@@ -2,6 +2,7 @@
 
 use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage};
 use crate::Axis;
+use std::borrow::Cow;
 
 /// The effect.
 pub static VIBRATION_TONE: VibrationTone = VibrationTone;
@@ -53,6 +54,11 @@ static PARAMETERS: [ParameterCard; 3] = [
     },
 ];
 
+/// What compensation does, in C.
+const IN_C: &str = "\
+const double phase = 6.283185307179586 * f * in->t;
+return a_sin * sin(phase) + a_cos * cos(phase);";
+
 impl Effect for VibrationTone {
     fn card(&self) -> &'static Card {
         &CARD
@@ -64,6 +70,10 @@ impl Effect for VibrationTone {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
+        Some(IN_C.into())
     }
 
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {

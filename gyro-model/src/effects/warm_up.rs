@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage};
 use crate::Axis;
+use std::borrow::Cow;
 
 /// The effect.
 pub static WARM_UP: WarmUp = WarmUp;
@@ -71,6 +72,10 @@ impl Effect for WarmUp {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
+        Some("return a * exp(-in->t / tau);".into())
     }
 
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {

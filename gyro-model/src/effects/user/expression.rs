@@ -155,6 +155,28 @@ impl<V: Copy> Expression<V> {
         stack[0]
     }
 
+    /// The same in C99, fully parenthesised; `name` gives the text of each variable. It calls `truerate_power`, which is [`power`],
+    /// and `truerate_sign`.
+    pub(super) fn in_c(&self, name: impl Fn(V) -> String) -> String {
+        let mut stack: Vec<String> = Vec::new();
+        for operation in &self.program {
+            let operands = stack.split_off(stack.len() - operation.taken());
+            let infix = |sign: &str| format!("({} {sign} {})", operands[0], operands[1]);
+            stack.push(match *operation {
+                Operation::Constant(c) => format!("{c:?}"),
+                Operation::Variable(v) => name(v),
+                Operation::Negate => format!("(-{})", operands[0]),
+                Operation::Add => infix("+"),
+                Operation::Subtract => infix("-"),
+                Operation::Multiply => infix("*"),
+                Operation::Divide => infix("/"),
+                Operation::Power => format!("truerate_power({})", operands.join(", ")),
+                Operation::Call(function) => format!("{}({})", function.in_c(), operands.join(", ")),
+            });
+        }
+        stack.pop().unwrap_or_default()
+    }
+
     /// Highest the stack gets.
     fn height(&self) -> usize {
         let (mut now, mut highest) = (0_usize, 0);

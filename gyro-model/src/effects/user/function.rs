@@ -44,6 +44,18 @@ impl Function {
         TABLE[self.0].0
     }
 
+    /// The C99 function that does the same.
+    pub fn in_c(self) -> &'static str {
+        match self.name() {
+            "ln" => "log",
+            "abs" => "fabs",
+            "sign" => "truerate_sign",
+            "min" => "fmin",
+            "max" => "fmax",
+            name => name,
+        }
+    }
+
     pub fn arity(self) -> usize {
         TABLE[self.0].1
     }

@@ -25,7 +25,10 @@ pub use definition::{Definition, DefinitionError, MOST_PARAMETERS, ParameterDefi
 use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Span, Stage};
 use crate::{Axis, record::FREE_CHANNELS};
 use expression::Expression;
-use std::sync::{Mutex, PoisonError};
+use std::{
+    borrow::Cow,
+    sync::{Mutex, PoisonError},
+};
 
 /// A name in an expression.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,6 +101,21 @@ pub fn define(definition: &Definition, free_names: &[String]) -> Result<&'static
 pub fn definition(effect: &'static dyn Effect) -> Option<Definition> {
     let defined = DEFINED.lock().unwrap_or_else(PoisonError::into_inner);
     defined.iter().rev().find(|user| std::ptr::eq(user.card(), effect.card())).map(|user| user.definition.clone())
+}
+
+/// The names in an expression that are neither signals nor one of these parameters: free channels of a log. Empty where it is no
+/// expression.
+#[must_use]
+pub fn channels(regressor: &str, parameters: &[String]) -> Vec<String> {
+    let mut channels: Vec<String> = Vec::new();
+    let _ = Expression::parse(regressor, |name| {
+        let known = name == "pi" || SIGNALS.iter().any(|(signal, _)| *signal == name);
+        if !known && !parameters.iter().any(|p| p == name) && !channels.iter().any(|c| c == name) {
+            channels.push(name.to_owned());
+        }
+        Ok(())
+    });
+    channels
 }
 
 /// Share of some rows in which a user's effect of typical size has no finite value; 0 for an effect of the catalogue.
@@ -215,6 +233,22 @@ impl Effect for UserEffect {
     fn error(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
         let value = self.value(p, s, memory);
         if value.is_finite() { value } else { 0.0 }
+    }
+
+    fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
+        let value = self.expression.in_c(|variable| match variable {
+            Variable::Parameter(k) => format!("own_{}", self.parameters[k].name),
+            Variable::Rate => "in->rate".to_owned(),
+            Variable::RateDot => "in->rate_dot".to_owned(),
+            Variable::Angle => "in->angle".to_owned(),
+            Variable::Time => "in->t".to_owned(),
+            Variable::Gyro(i) => format!("in->rates[{i}]"),
+            Variable::Accel(i) => format!("in->accel[{i}]"),
+            Variable::Temperature => "(in->delta_temperature + 25.0)".to_owned(),
+            Variable::Supply => "in->supply".to_owned(),
+            Variable::Free(channel, _) => format!("in->channel[{channel}]"),
+        });
+        Some(format!("const double value = {value};\nreturn isfinite(value) ? value : 0.0;").into())
     }
 
     /// Each shape on its own from a tenth to ten times its typical size, the others at theirs.

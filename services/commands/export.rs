@@ -1,0 +1,68 @@
+//! `truerate export`: the model where it is used.
+
+use crate::{
+    commands::{print, subject::writable},
+    export::{self, Options, Target},
+    output,
+};
+use anyhow::{Context, Result};
+use std::{path::PathBuf, process::ExitCode};
+
+/// What `truerate export` takes.
+#[derive(clap::Args, Debug, Clone)]
+#[command(after_long_help = "\
+Examples:
+  truerate export model.toml --to c -o gyro_model.h        a header for firmware: truerate_step() compensates a reading
+  truerate export model.toml --to px4 --sensor 1 -o gyro.params
+  truerate export model.toml --to ardupilot -o gyro.param
+  truerate export model.toml --to kalibr --rate 200 -o imu.yaml
+  truerate export model.toml --to ros --rate 200
+  truerate export model.toml --to json
+
+The header does to the last bit what `truerate apply` does wherever the model needs only + - * /. What a target cannot hold
+is a warning here and a comment there.")]
+pub struct Args {
+    /// The model to write out
+    #[arg(value_name = "MODEL")]
+    model: PathBuf,
+    /// Where it is used
+    #[arg(long, value_enum, value_name = "TARGET")]
+    to: Target,
+    /// Messages of the gyro a second, Hz, for kalibr and ros
+    #[arg(long, value_name = "HZ", value_parser = rate)]
+    rate: Option<f64>,
+    /// The topic of the gyro's messages, for kalibr
+    #[arg(long, value_name = "NAME", default_value = "/imu/data_raw")]
+    topic: String,
+    /// Which of the autopilot's gyros it is, 1 the first, for ardupilot and px4
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=3))]
+    sensor: u8,
+    /// The file to write; without it, standard output
+    #[arg(short, long, value_name = "F", default_value = "-")]
+    output: PathBuf,
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    let rate: f64 = text.parse().map_err(|_| "a number of Hz is wanted, such as 200".to_owned())?;
+    if rate.is_finite() && rate > 0.0 { Ok(rate) } else { Err("more than 0 Hz is wanted".to_owned()) }
+}
+
+/// Writes the model out, and warns of what that leaves out.
+///
+/// # Errors
+/// A model that cannot be read or used, or a file that cannot be written.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    writable(&args.output, &[&args.model])?;
+    let (file, channels) = export::load(&args.model)?;
+    let options = Options { rate: args.rate, topic: args.topic.clone(), sensor: args.sensor, channels };
+    let exported = export::export(&file, &args.model.display().to_string(), args.to, &options)?;
+    for warning in &exported.warnings {
+        eprintln!("warning: {warning}");
+    }
+    if args.output.as_os_str() == "-" {
+        print(&exported.text)?;
+    } else {
+        output::write(&args.output, exported.text.as_bytes()).context("the model is not written out")?;
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,124 @@
+//! Noise for programs that estimate with it: Kalibr's `imu.yaml`, and parameters of ROS 2.
+//!
+//! N, the angle random walk in rad/√s, is the noise density in (rad/s)/√Hz: one reading of a gyro at f Hz has variance N² f.
+
+use super::{Exported, Options, comments, linear::Linear};
+use crate::model_file::ModelFile;
+use gyro_model::{Axis, Noise};
+use std::fmt::Write;
+
+/// Of the white noise, rad/s/√s per rad/√s: a walk below it shows in no log.
+const UNSEEN: f64 = 1e-6;
+
+/// `imu.yaml`. Kalibr takes one gyro noise for all axes: the largest.
+pub fn kalibr(file: &ModelFile, heading: &str, options: &Options) -> Exported {
+    let mut warnings = vec![
+        "a gyro's model says nothing of the accelerometer: fill in accelerometer_noise_density and accelerometer_random_walk".to_owned(),
+    ];
+    let mut text = comments(
+        "#",
+        [
+            format!("{heading}."),
+            "Kalibr wants every line below; one that begins with # has to be filled in.".to_owned(),
+        ],
+    );
+    let _ = writeln!(text, "#accelerometer_noise_density: # m/s^2/sqrt(Hz), from an Allan plot or the data sheet");
+    let _ = writeln!(text, "#accelerometer_random_walk:   # m/s^3/sqrt(Hz)");
+    let mut line = |key: &str, value: Option<f64>, unit: &str, missing: &str| {
+        if let Some(value) = value.filter(|v| *v > 0.0) {
+            let _ = writeln!(text, "{key}: {} # {unit}", number(value));
+        } else {
+            warnings.push(missing.to_owned());
+            let _ = writeln!(text, "#{key}: # {unit}; {missing}");
+        }
+    };
+    let white = largest(file, |n| n.angle_random_walk);
+    // A fit that sees no wandering leaves next to nothing of it, not zero.
+    let walk = largest(file, |n| n.bias_random_walk).filter(|walk| *walk > UNSEEN * white.unwrap_or(0.0));
+    line(
+        "gyroscope_noise_density",
+        white,
+        "rad/s/sqrt(Hz)",
+        "the model has no gyro noise: fit it on a log with `truerate fit`",
+    );
+    line(
+        "gyroscope_random_walk",
+        walk,
+        "rad/s^2/sqrt(Hz)",
+        "the model's log showed no wandering of the bias: take gyroscope_random_walk from an Allan plot of an hour at rest",
+    );
+    line(
+        "update_rate",
+        options.rate,
+        "Hz",
+        "the rate of the gyro's messages is not in a model: give it with --rate HZ",
+    );
+    let _ = writeln!(text, "rostopic: {}", quoted(&options.topic));
+    warnings.extend(kalibrated(&Linear::of(file)));
+    Exported { text, warnings }
+}
+
+/// Kalibr holds noise alone; what else the model knows has to be taken out of the messages before.
+fn kalibrated(linear: &Linear) -> Option<String> {
+    let letters: Vec<&str> = linear.axes.iter().map(|a| a.letter()).collect();
+    let says = format!(
+        "imu.yaml holds noise alone: take scale, bias and effects of axis {} out of the messages first (`--to c`, or `truerate run --out`)",
+        letters.join(", ")
+    );
+    (!linear.axes.is_empty()).then_some(says)
+}
+
+/// Parameters of ROS 2.
+pub fn ros(file: &ModelFile, heading: &str, options: &Options) -> Exported {
+    let linear = Linear::of(file);
+    let mut warnings = linear.warnings("a matrix and an offset");
+    if linear.goes_by_temperature() {
+        warnings.push(
+            "an offset cannot go by the temperature: it is that of the middle of the temperatures of the fit".into(),
+        );
+    }
+    let noises =
+        Axis::ALL.map(|axis| file.model.axes[axis.index()].as_ref().map(|model| model.noise.angle_random_walk));
+    if options.rate.is_none() {
+        warnings.push(
+            "the covariance goes by the rate of the gyro's messages, which is not in a model: give it with --rate HZ"
+                .into(),
+        );
+    }
+    let held = warnings.iter().map(|says| format!("NOT HELD: {says}."));
+    let mut text = comments("#", [format!("{heading}.")].into_iter().chain(held));
+    if let Some(rate) = options.rate {
+        // A diagonal; -1 in its first place would say that there is no value, so an axis without one counts as very noisy.
+        let variance = |i: usize| noises[i].map_or(1e6, |n| n * n * rate);
+        let diagonal = |k: usize| if k.is_multiple_of(4) { number(variance(k / 4)) } else { "0.0".into() };
+        let values: Vec<String> = (0..9).map(diagonal).collect();
+        text.push_str("# Of ros2_control's imu_sensor_broadcaster; the first line is the name that the controller has with you. (rad/s)^2\n");
+        text.push_str("imu_sensor_broadcaster:\n  ros__parameters:\n");
+        let _ = writeln!(text, "    static_covariance_angular_velocity: [{}]", values.join(", "));
+    }
+    let range = file.provenance.as_ref().and_then(|p| p.temperature);
+    let temperature = range.map_or(25.0, |(low, high)| 0.5 * (low + high));
+    let matrix: Vec<String> = (0..9).map(|k| number(linear.matrix[(k / 3, k % 3)])).collect();
+    let offset: Vec<String> = (0..3).map(|i| number(linear.at_rest(i, temperature))).collect();
+    text.push_str("# For the node that makes the messages: rate = matrix (reading - offset), row by row; rad/s\n");
+    text.push_str("/**:\n  ros__parameters:\n    gyro_calibration:\n");
+    let _ = writeln!(text, "      matrix: [{}]\n      offset: [{}]", matrix.join(", "), offset.join(", "));
+    Exported { text, warnings }
+}
+
+fn largest(file: &ModelFile, of: impl Fn(&Noise) -> f64) -> Option<f64> {
+    file.model.axes.iter().flatten().map(|model| of(&model.noise)).max_by(f64::total_cmp)
+}
+
+/// A float to every YAML parser: with a point, and with the sign of its exponent.
+fn number(value: f64) -> String {
+    let text = format!("{value:.6e}");
+    match text.split_once('e') {
+        Some((digits, exponent)) if !exponent.starts_with('-') => format!("{digits}e+{exponent}"),
+        _ => text,
+    }
+}
+
+fn quoted(text: &str) -> String {
+    format!("'{}'", text.replace('\'', "''"))
+}
