@@ -135,7 +135,9 @@ fn references(record: &mut Record, found: &[(usize, usize)]) -> String {
         // One that changes seldom repeats by itself.
         let usual = usual as f64 / (record.len() - found.len()).max(1) as f64;
         if again.len() as f64 > (0.5_f64).max(2.0 * usual + 0.1) * found.len() as f64 {
-            again.into_iter().for_each(|row| forget(&mut record.rows[row]));
+            for row in again {
+                forget(&mut record.rows[row]);
+            }
             " together with the reference".clone_into(&mut says);
         }
     }
