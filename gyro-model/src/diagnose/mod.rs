@@ -24,11 +24,13 @@ pub mod verdict;
 
 use crate::{
     Axis, AxisModel, Model, Record,
+    budget::Budget,
     diagnosis::{AxisDiagnosis, AxisLadder, DataFault, ErrorPoint, Suspect, Verdict},
     effects::{CATALOGUE, Effect, Stage, find},
     evidence::{
         problem::HeldRate,
         study::{Bench, Study},
+        whiten::NoiseModel,
     },
     faults::{is_grave, ratio},
     fit::{FitError, calibrated, groups},
@@ -203,8 +205,8 @@ pub fn compare(
                 }
                 bad_data(record, options.faults, bench, &mut verdict, &mut says);
                 let more = if options.own_log && verdict != Verdict::BadData { untold(&present, k) } else { String::new() };
-                let mut found =
-                    axis_diagnosis(record, &present.study, k, &judged, (verdict, says), Vec::new(), options);
+                let of = (&present.study, (&present.study, &present.gls.noise));
+                let mut found = axis_diagnosis(record, of, k, &judged, (verdict, says), None, options);
                 // What is left of the error, an effect may take from α.
                 let fits = matches!(verdict, Verdict::Adequate | Verdict::CannotTell);
                 let models = if fits { vec![judged::axis_model(&present.study.model, found.axis)] } else { Vec::new() };
@@ -326,15 +328,24 @@ pub fn diagnose(
                 let list = list.map(|(r, aliases)| (*r, &aliases[..])).filter(|_| hidden.is_empty());
                 let list = hidden.iter().map(|r| (r, &[][..])).chain(list);
                 let listed = list.filter(|_| !is_bad).map(|(r, a)| suspect(r, a, &before, k)).collect();
-                let mut found = axis_diagnosis(record, &present.study, k, &judged, (verdict, says), listed, options);
+                let lacks = matches!(verdict, Verdict::MissingEffect | Verdict::Ambiguous) && parts.is_none();
+                let rest = match own.first().filter(|_| lacks && hidden.is_empty()) {
+                    Some(refit) => (&refit.study, &refit.gls.noise),
+                    None => (&present.study, &present.gls.noise),
+                };
+                let of = (&present.study, rest);
+                let mut found = axis_diagnosis(record, of, k, &judged, (verdict, says), Some(listed), options);
                 // Of what is missing, any may change α.
                 let with_it = own.iter().filter(|r| is_listed(r)).map(|r| &r.study.model);
                 let models: Vec<AxisModel> = std::iter::once(&present.study.model)
                     .chain(with_it)
                     .map(|model| judged::axis_model(model, found.axis))
                     .collect();
-                say_ratio(record, found.axis, &models, found.verdict, &mut found.says, &mut found.data_faults);
-                AxisDiagnosis { searched: true, ..found }
+                // Of effects that hide one another no single refit knows α.
+                if hidden.is_empty() {
+                    say_ratio(record, found.axis, &models, found.verdict, &mut found.says, &mut found.data_faults);
+                }
+                found
             })
             .collect::<Vec<_>>();
         (present.study.model.clone(), of_one_orientation(found))
@@ -485,15 +496,29 @@ fn grave<'a>(record: &Record, faults: &'a [DataFault], bench: &Bench) -> Option<
     faults.iter().filter(concerns).find(|fault| is_grave(fault, record.len()))
 }
 
+/// `rest` is the model whose error is divided, and the noise in it: that with the effect which is missing, where one is.
 fn axis_diagnosis(
     record: &Record,
-    study: &Study,
+    (study, rest): (&Study, (&Study, &NoiseModel)),
     series: usize,
     judged: &Judged,
     (verdict, says): (Verdict, String),
-    suspects: Vec<Suspect>,
+    suspects: Option<Vec<Suspect>>,
     options: &Options,
 ) -> AxisDiagnosis {
+    let searched = suspects.is_some();
+    let suspects = suspects.unwrap_or_default();
+    let missing = match verdict {
+        Verdict::MissingEffect | Verdict::Ambiguous => {
+            suspects.first().map_or_else(Vec::new, |s| judged.removed(&s.error_curve))
+        }
+        _ => Vec::new(),
+    };
+    let budget = Budget::of(rest.0, series, judged, rest.1, &missing);
+    let mut judged = judged.clone();
+    budget.raise(&mut judged);
+    let (verdict, says) = if searched { budget.settle(verdict, says, &judged) } else { (verdict, says) };
+    let (verdict, says) = verdict::at_rest(study, series, verdict, says);
     let axis = study.bench.problem.series[series].axis;
     let own = judged::axis_model(&study.model, axis);
     let (detail, mut fails_where) = judged::pictures(record, study, series);
@@ -504,6 +529,7 @@ fn axis_diagnosis(
     AxisDiagnosis {
         axis,
         verdict,
+        headline: says.clone(),
         says,
         effects: own.effect_ids().into_iter().map(str::to_owned).collect(),
         parameters: judged::parameters(&own.terms, axis),
@@ -513,9 +539,14 @@ fn axis_diagnosis(
         within_floor: Some(judged.within()),
         floor_source: study.bench.prior[series].source.clone(),
         fails_where,
-        searched: false,
+        searched,
         suspects,
         data_faults: options.faults.to_vec(),
+        floor_from: budget.floor_from,
+        budget: budget.points,
+        error_by_frequency: budget.by_frequency,
+        limited_by: Some(budget.limited_by),
+        limited_says: budget.limited_says,
         detail: Some(detail),
     }
 }
