@@ -348,8 +348,9 @@ pub struct Explained {
 /// A fault of the data, reported beside the effects and never as physics.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DataFault {
-    /// `outliers`, `dropouts`, `repeated-samples`, `held-samples`, `timestamp-jitter`, `stuck-channel`, `wrong-unit`, `wrong-sign`,
-    /// `swapped-axes`, `not-excited`, `non-finite`, `time-going-back`, `unused-columns`.
+    /// `outliers`, `torn-readings`, `markers`, `wrapped`, `dropouts`, `repeated-samples`, `held-samples`, `timestamp-jitter`,
+    /// `burst-timestamps`, `stuck-channel`, `reference-jumps`, `lost-counts`, `dependent-reference`, `wrong-ratio`, `wrong-unit`,
+    /// `wrong-sign`, `swapped-axes`, `not-excited`, `non-finite`, `time-going-back`, `unused-columns`.
     pub fault: String,
     /// The axis whose gyro or reference it is in; `None` where it concerns the log as a whole.
     #[serde(default)]

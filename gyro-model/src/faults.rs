@@ -1,20 +1,48 @@
 //! Faults of the data, as against physics: found over a whole log, counted, located, and taken out where that is possible.
 //!
+//! | file | faults | judged by |
+//! | --- | --- | --- |
+//! | `missing`, `timing`, `bursts` | `non-finite`, `dropouts`, `timestamp-jitter`, `burst-timestamps` | the log's own rate |
+//! | `held`, `repeated` | `held-samples`, `repeated-samples` | how often readings are alike |
+//! | `markers` | `markers`: one value that stands for none | readings on both sides, and the reference |
+//! | `wrapped` | `wrapped`: the other sign beyond the range | jumps of one size, and the reference |
+//! | `spikes`, `torn` | `outliers`, `torn-readings` | their neighbours' cubic (`neighbours`), at the noise of the log |
+//! | `jumps` | `reference-jumps`, a clock that was set | the gyro's integral |
+//! | `counts` | `lost-counts` | the gyro, as a scale factor can be |
+//! | `ratio` | `wrong-ratio` | α of a model, once it is fitted |
+//! | `told` | `dependent-reference`: a command | how alike its steps are |
+//! | `stuck` | `stuck-channel` | the other sensor |
+//! | `reference`, `orientation` | `wrong-unit`, `wrong-sign`, `swapped-axes`, `not-excited` | the other sensor |
+//!
+//! Thresholds stand in `thresholds`, each with its unit and reason. How often clean logs are flagged:
+//! `cargo run --release -p gyro-model --example false_faults`.
+//!
 //! What a fault must not be mistaken for: a quantised sensor at rest repeats its reading; a dead zone gives many zeros;
 //! saturation holds the reading at the range's end; backlash holds the encoder at reversals; an encoder slower than the
 //! gyro leaves rows without value. None of these is reported here.
 
+mod bursts;
+mod channel;
+mod counts;
 pub mod held;
+mod jumps;
+mod markers;
 mod missing;
+mod neighbours;
 mod orientation;
+pub(crate) mod ratio;
 mod reference;
 mod repeated;
-mod slips;
 mod spikes;
 pub mod stuck;
 #[cfg(test)]
 mod tests;
+mod thresholds;
 mod timing;
+mod told;
+mod torn;
+mod witness;
+mod wrapped;
 
 use crate::{Axis, Record, diagnosis::DataFault, order::quantile};
 
@@ -25,45 +53,75 @@ pub struct Report {
     pub faults: Vec<DataFault>,
     /// Rows of which a reading is missing or was taken out.
     pub rows_marked: u64,
+    /// Row by row, whether it was counted as faulty before.
+    already: Vec<bool>,
 }
+
+/// Looks for one kind of fault, takes out what is certainly wrong, and reports it.
+type Check = fn(&mut Record, &mut Report);
+
+/// One check after the other: what one takes out the next ones do not see.
+static CHECKS: &[Check] = &[
+    missing::check,
+    timing::check,
+    held::check,
+    markers::check,
+    wrapped::check,
+    repeated::check,
+    spikes::check,
+    jumps::check,
+    counts::check,
+    stuck::check,
+    told::check,
+    reference::check,
+];
 
 /// Checks a whole log. Readings that are certainly wrong (single spikes, repeated samples) become "no value" in `record`.
 ///
 /// `already` tells, row by row, which ones were counted as faulty before (empty: none); they are not counted again.
 pub fn check(record: &mut Record, already: &[bool]) -> Report {
-    let mut report = Report::default();
     let mut already = already.to_vec();
     already.resize(record.len(), false);
-    missing::check(record, &mut already, &mut report);
-    timing::check(record, &mut report);
-    held::check(record, &mut report);
-    spikes::check(record, &mut already, &mut report);
-    slips::check(record, &mut report);
-    repeated::check(record, &mut already, &mut report);
-    stuck::check(record, &mut report);
-    reference::check(record, &mut report);
+    let mut report = Report { already, ..Report::default() };
+    for check in CHECKS {
+        check(record, &mut report);
+    }
     report
+}
+
+/// Whether a fault makes every verdict on what it is in worthless, of a log of so many rows. A channel that was stuck for little
+/// of it is not among them: what it read meanwhile is taken out.
+#[must_use]
+pub fn is_grave(fault: &DataFault, rows: usize) -> bool {
+    match fault.fault.as_str() {
+        "wrong-unit" | "wrong-sign" | "swapped-axes" | "burst-timestamps" => true,
+        "stuck-channel" => fault.count as f64 >= stuck::MARKED_UP_TO * rows as f64,
+        _ => false,
+    }
 }
 
 impl Report {
     /// Counts a row of which a reading is missing or was taken out, once.
-    fn mark(&mut self, already: &mut [bool], row: usize) {
-        if let Some(flag) = already.get_mut(row)
-            && !*flag
+    fn mark(&mut self, row: usize) {
+        if let Some(flag) = self.already.get_mut(row)
+            && !std::mem::replace(flag, true)
         {
-            *flag = true;
             self.rows_marked += 1;
         }
     }
 
     /// A fault of the log as a whole.
     fn add(&mut self, fault: &str, count: u64, first_t: Option<f64>, says: String) {
-        self.faults.push(DataFault { fault: fault.to_owned(), axis: None, count, first_t, says });
+        self.add_for(None, fault, count, first_t, says);
     }
 
     /// A fault of one axis.
     fn add_on(&mut self, axis: Axis, fault: &str, count: u64, first_t: Option<f64>, says: String) {
-        self.faults.push(DataFault { fault: fault.to_owned(), axis: Some(axis), count, first_t, says });
+        self.add_for(Some(axis), fault, count, first_t, says);
+    }
+
+    fn add_for(&mut self, axis: Option<Axis>, fault: &str, count: u64, first_t: Option<f64>, says: String) {
+        self.faults.push(DataFault { fault: fault.to_owned(), axis, count, first_t, says });
     }
 }
 

@@ -82,9 +82,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     args.report.check(&[&args.log.log])?;
     let subject = Subject::read(&args.log, args.axis)?;
     let start = subject.start(args.model.as_deref())?;
-    let axes = if subject.overruled.is_some() {
-        subject.compare(&start.file.model, start.own_log)?.axes
-    } else {
+    let (judged, overruled) = subject.judged_and_overruled();
+    let mut axes = Vec::new();
+    if !judged.is_empty() {
         let spinner = Progress::spinner("diagnosing");
         let progress = |what: &str| spinner.says(what);
         let deadline = Deadline::after(args.search.budget)?;
@@ -95,9 +95,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             stop: &is_over,
             ..subject.options(&progress)
         };
-        diagnose::diagnose(&subject.record, &start.file.model, &subject.axes, &options)
-            .with_context(|| subject.name.clone())?
-    };
+        axes = diagnose::diagnose(&subject.record, &start.file.model, &judged, &options)
+            .with_context(|| subject.name.clone())?;
+    }
+    if !overruled.is_empty() {
+        axes.extend(subject.compare_on(&start.file.model, &overruled, start.own_log)?.axes);
+        axes.sort_by_key(|own| own.axis);
+    }
     let mut diagnosis = subject.diagnosis(axes);
     let mut context = subject.context(Command::Diagnose, &args.log, args.axis, args.model.as_deref(), None);
     context.unfinished = diagnosis.axes.iter().any(|axis| axis.unfinished);

@@ -10,7 +10,7 @@ use crate::{
 };
 use anyhow::{Context, Result};
 use gyro_model::{
-    Axis, diagnose,
+    Axis, Model, diagnose,
     diagnosis::{Ladder, LadderStep},
 };
 use std::{
@@ -70,22 +70,28 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                 spinner.line(&told(axis, step));
             }
         };
-        let mut options = diagnose::Options {
+        let options = diagnose::Options {
             own_effects: &start.file.own_effects,
             explain: args.search.explain,
             stop: &is_over,
             took: &took,
             ..subject.options(&progress)
         };
-        if subject.overruled.is_some() {
-            options.steps = 0;
+        let none = diagnose::Options { steps: 0, ..options };
+        let (judged, overruled) = subject.judged_and_overruled();
+        let (mut model, mut all) = (start.file.model.clone(), Vec::new());
+        for (axes, options) in [(judged, options), (overruled, none)].into_iter().filter(|(axes, _)| !axes.is_empty()) {
+            let (fitted, found) =
+                diagnose::ladder(&subject.record, &model, &axes, &options).with_context(|| subject.name.clone())?;
+            model = Model { epoch: start.file.model.epoch + 1, ..fitted };
+            all.extend(found);
         }
-        diagnose::ladder(&subject.record, &start.file.model, &subject.axes, &options)
-            .with_context(|| subject.name.clone())?
+        all.sort_by_key(|own| own.axis);
+        (model, all)
     };
-    if let Some((verdict, says)) = &subject.overruled {
-        for axis in &mut axes {
-            (axis.verdict, axis.says) = (*verdict, says.clone());
+    for axis in &mut axes {
+        if let Some((verdict, says)) = subject.overruled(axis.axis) {
+            (axis.verdict, axis.says) = (verdict, says.to_owned());
         }
     }
     if let Some(path) = &args.output {

@@ -31,8 +31,8 @@ pub struct Subject {
     pub axes: Vec<Axis>,
     /// The log as it was named.
     pub name: String,
-    /// The verdict whatever the numbers say: the reference is none.
-    pub overruled: Option<(Verdict, String)>,
+    /// The axes whose reference is none, and their verdict whatever the numbers say.
+    pub overruled: Vec<(Axis, Verdict, String)>,
 }
 
 /// A model to start from.
@@ -58,7 +58,6 @@ impl Subject {
         if args.at_rest {
             record.rest();
         }
-        let overruled = if args.reference_is_dependent { None } else { dependent::overrule(&faults) };
         let fitted = record.fitted_axes();
         let name = args.log.display().to_string();
         if let Some(axis) = axis.filter(|a| !fitted.contains(a)) {
@@ -66,6 +65,9 @@ impl Subject {
             bail!("{name}: axis {axis} has no gyro or no reference: choose from {}", has.join(", "));
         }
         let axes = picked(axis, &fitted);
+        let overrule = |axis: &Axis| dependent::overrule(&faults, *axis).map(|(verdict, says)| (*axis, verdict, says));
+        let overruled =
+            if args.reference_is_dependent { Vec::new() } else { axes.iter().filter_map(overrule).collect() };
         Ok(Self { record, faults, provenance, axes, name, overruled })
     }
 
@@ -135,11 +137,31 @@ impl Subject {
     /// # Errors
     /// A log that cannot be judged.
     pub fn compare(&self, model: &Model, own_log: bool) -> Result<Diagnosis> {
+        self.compare_on(model, &self.axes, own_log)
+    }
+
+    /// The same on some of the axes.
+    ///
+    /// # Errors
+    /// A log that cannot be judged.
+    pub fn compare_on(&self, model: &Model, axes: &[Axis], own_log: bool) -> Result<Diagnosis> {
         let spinner = Progress::spinner("comparing");
         let progress = |what: &str| spinner.says(what);
         let options = diagnose::Options { own_log, ..self.options(&progress) };
-        let axes = diagnose::compare(&self.record, model, &self.axes, &options).with_context(|| self.name.clone())?;
+        let axes = diagnose::compare(&self.record, model, axes, &options).with_context(|| self.name.clone())?;
         Ok(self.diagnosis(axes))
+    }
+
+    /// The verdict of an axis whose reference is none.
+    #[must_use]
+    pub fn overruled(&self, axis: Axis) -> Option<(Verdict, &str)> {
+        self.overruled.iter().find(|(of, ..)| *of == axis).map(|(_, verdict, says)| (*verdict, says.as_str()))
+    }
+
+    /// The axes that are judged, and those whose reference is none.
+    #[must_use]
+    pub fn judged_and_overruled(&self) -> (Vec<Axis>, Vec<Axis>) {
+        self.axes.iter().partition(|axis| self.overruled(**axis).is_none())
     }
 
     /// How a diagnosis of this log is run.
@@ -151,9 +173,9 @@ impl Subject {
     /// The result for this log.
     #[must_use]
     pub fn diagnosis(&self, mut axes: Vec<AxisDiagnosis>) -> Diagnosis {
-        if let Some((verdict, says)) = &self.overruled {
-            for axis in &mut axes {
-                (axis.verdict, axis.says) = (*verdict, says.clone());
+        for axis in &mut axes {
+            if let Some((verdict, says)) = self.overruled(axis.axis) {
+                (axis.verdict, axis.says) = (verdict, says.to_owned());
                 axis.suspects.clear();
             }
         }

@@ -25,11 +25,14 @@ pub fn fault(by: &str, rows: u64) -> DataFault {
     }
 }
 
-/// What a verdict comes to with these faults: nothing can be told by a reference that depends on the gyro.
+/// What an axis' verdict comes to with these faults: nothing can be told by a reference that depends on the gyro, or that is no
+/// measurement.
 #[must_use]
-pub fn overrule(faults: &[DataFault]) -> Option<(Verdict, String)> {
-    let fault = faults.iter().find(|fault| fault.fault == FAULT)?;
-    Some((Verdict::CannotTell, fault.says.clone()))
+pub fn overrule(faults: &[DataFault], axis: Axis) -> Option<(Verdict, String)> {
+    let fault = faults.iter().find(|fault| concerns(fault, axis))?;
+    let insists = "`--reference-is-dependent` judges it all the same";
+    let says = &fault.says;
+    Some((Verdict::CannotTell, if says.contains(insists) { says.clone() } else { format!("{says}; {insists}") }))
 }
 
 /// Whether an axis is judged by such a reference.

@@ -1,7 +1,8 @@
 //! A model held against a log: its errors, and whether they are noise.
 
 use super::{
-    Options, Says, Standing, axis_diagnosis, bad_data, challenger::Incumbent, each_group, sorted, verdict, with,
+    Options, Says, Standing, apart, axis_diagnosis, bad_data, challenger::Incumbent, each_group, say_ratio, sorted,
+    verdict, with,
 };
 use crate::{
     Axis, Model, Record,
@@ -25,6 +26,9 @@ pub fn compare(
     axes: &[Axis],
     options: &Options,
 ) -> Result<Vec<AxisDiagnosis>, FitError> {
+    if let Some(parts) = apart::parts(record, axes, options.faults) {
+        return parts.each(|record, axes| compare(record, model, axes, options));
+    }
     let work = |bench: &Bench, model: &Model, options: &Options| {
         let study = Study::held(bench, model);
         let gls = study.identify(&[]);
@@ -45,7 +49,12 @@ pub fn compare(
                 bad_data(record, options.faults, bench, &mut verdict, &mut says);
                 let more = if options.own_log && verdict != Verdict::BadData { untold(&incumbent, k) } else { String::new() };
                 let of = (&incumbent.study, (&incumbent.study, &incumbent.gls.noise));
-                (axis_diagnosis(record, of, k, &judged, (verdict, says), None, options), more)
+                let mut found = axis_diagnosis(record, of, k, &judged, (verdict, says), None, options);
+                // What is left of the error, an effect may take from α.
+                let fits = matches!(verdict, Verdict::Adequate | Verdict::CannotTell);
+                let models = if fits { vec![judged::axis_model(&incumbent.study.model, found.axis)] } else { Vec::new() };
+                say_ratio(record, found.axis, &models, found.verdict, &mut found.says, &mut found.data_faults);
+                (found, more)
             })
             .collect::<Vec<_>>();
         (model.clone(), found)

@@ -4,18 +4,18 @@
 //! the best of the first round may stand for several: then the search goes on to its end, and what it ends with is what is missing.
 
 use super::{
-    Options, Standing, axis_diagnosis, bad_data,
+    Options, Standing, apart, axis_diagnosis, bad_data,
     challenger::{Challenger, Incumbent},
     each_group,
     explain::explained,
-    ladder,
+    ladder, say_ratio,
     search::{Alike, added, search_on},
     sorted, stopped, users,
     verdict::{self, Together},
     with,
 };
 use crate::{
-    Axis, Model, Record,
+    Axis, AxisModel, Model, Record,
     diagnosis::{AxisDiagnosis, Suspect, Verdict},
     evidence::study::{Bench, Study},
     fit::{
@@ -38,6 +38,9 @@ pub fn diagnose(
     axes: &[Axis],
     options: &Options,
 ) -> Result<Vec<AxisDiagnosis>, FitError> {
+    if let Some(parts) = apart::parts(record, axes, options.faults) {
+        return parts.each(|record, axes| diagnose(record, model, axes, options));
+    }
     let work = |bench: &Bench, model: &Model, options: &Options| {
         let parts = Parts::new(record, bench, model);
         let mut incumbent = Incumbent::new(match &parts {
@@ -85,7 +88,12 @@ pub fn diagnose(
             let after = found.top.as_ref().map(|top| Judged::new(&top.study, k, false).points());
             let after = after.or_else(|| listed.first().map(|s: &Suspect| s.error_curve.clone())).unwrap_or_default();
             let told = (verdict, says);
-            let axis = axis_diagnosis(record, of, k, &found.judged, told, Some((listed, after)), options);
+            let mut axis = axis_diagnosis(record, of, k, &found.judged, told, Some((listed, after)), options);
+            // Of what is missing, any may change α.
+            let models = found.models(seen).map(|model| judged::axis_model(model, axis.axis));
+            let models: Vec<AxisModel> =
+                std::iter::once(judged::axis_model(&incumbent.study.model, axis.axis)).chain(models).collect();
+            say_ratio(record, axis.axis, &models, axis.verdict, &mut axis.says, &mut axis.data_faults);
             AxisDiagnosis { missing, explained, unfinished, ..axis }
         });
         let told = of_one_orientation(told.collect());
@@ -182,16 +190,27 @@ impl<'f, 'a> Finding<'f, 'a> {
         (self.set, self.set_aliases, self.top) = (set, aliases, Some(top));
     }
 
+    /// The models that may be the right one: with all that is missing, else with each suspect that is reported.
+    fn models<'s>(&'s self, seen: &'s Incumbent) -> impl Iterator<Item = &'s Model> {
+        let top = self.top.iter().map(|top| &top.study.model);
+        let each = self.own.iter().filter(|r| self.top.is_none() && is_listed(r, seen)).map(|r| &r.study.model);
+        top.chain(each)
+    }
+
     /// The suspects as reported: what is missing together, else the best of the first round.
     fn listed(&self, seen: &Incumbent, before: &Judged, series: usize) -> Vec<Suspect> {
         if !self.set.is_empty() {
             return self.set.iter().zip(&self.set_aliases).map(|(r, a)| suspect(r, a, before, series)).collect();
         }
-        let removes = |r: &Challenger| r.share(seen).is_none_or(|share| share > 0.0);
-        let is_listed = |r: &Challenger| r.passes(seen) || r.significant() && removes(r);
-        let listed = self.own.iter().zip(&self.aliases).filter(|(r, _)| is_listed(r)).take(LISTED);
+        let listed = self.own.iter().zip(&self.aliases).filter(|(r, _)| is_listed(r, seen)).take(LISTED);
         listed.map(|(r, a)| suspect(r, a, before, series)).collect()
     }
+}
+
+/// Whether a suspect is worth a mention.
+fn is_listed(suspect: &Challenger, seen: &Incumbent) -> bool {
+    let removes = suspect.share(seen).is_none_or(|share| share > 0.0);
+    suspect.passes(seen) || suspect.significant() && removes
 }
 
 /// Suspects that are reported of one axis.

@@ -7,6 +7,7 @@
 //! draws of noise alone on this very motion.
 
 mod admission;
+mod apart;
 mod bounds;
 mod case;
 pub mod challenger;
@@ -36,7 +37,7 @@ use crate::{
         study::{Bench, Study},
         whiten::NoiseModel,
     },
-    faults::stuck::MARKED_UP_TO,
+    faults::{is_grave, ratio},
     fit::{
         FitError, calibrated, groups,
         judged::{self, Judged, finite},
@@ -211,13 +212,21 @@ pub fn ladder(
     axes: &[Axis],
     options: &Options,
 ) -> Result<(Model, Vec<AxisLadder>), FitError> {
+    if let Some(parts) = apart::parts(record, axes, options.faults) {
+        return parts.ladders(model, |record, axes| ladder(record, model, axes, options));
+    }
     let work = |bench: &Bench, model: &Model, options: &Options| {
+        // Of data that are none no effect is made.
+        let steps = if grave(record, options.faults, bench).is_some() { 0 } else { options.steps };
+        let options = &Options { steps, ..*options };
         let (fitted, mut ladders) = match Parts::new(record, bench, model) {
             Some(parts) => parts.climb(record, bench, model, options),
             None => ladder::climb(record, bench, model, options),
         };
         for l in &mut ladders {
             bad_data(record, options.faults, bench, &mut l.verdict, &mut l.says);
+            let models = [judged::axis_model(&fitted, l.axis)];
+            say_ratio(record, l.axis, &models, l.verdict, &mut l.says, &mut l.data_faults);
         }
         (fitted, ladders)
     };
@@ -246,17 +255,35 @@ fn sorted<T>(mut list: Vec<T>, axis: impl Fn(&T) -> Axis) -> Vec<T> {
 /// Faults that make every other verdict on axes that are judged together worthless: theirs, and those of the whole log. A
 /// channel that was stuck for little of it is not among them: what it read meanwhile is taken out.
 fn bad_data(record: &Record, faults: &[DataFault], bench: &Bench, verdict: &mut Verdict, says: &mut String) {
-    let is_grave = |fault: &&DataFault| match fault.fault.as_str() {
-        "wrong-unit" | "wrong-sign" | "swapped-axes" => true,
-        "stuck-channel" => fault.count as f64 >= MARKED_UP_TO * record.len() as f64,
-        _ => false,
-    };
-    let concerns =
-        |fault: &&DataFault| fault.axis.is_none_or(|axis| bench.problem.series.iter().any(|s| s.axis == axis));
-    if let Some(fault) = faults.iter().filter(concerns).find(is_grave) {
+    if let Some(fault) = grave(record, faults, bench) {
         *verdict = Verdict::BadData;
         says.clone_from(&fault.says);
     }
+}
+
+/// Says of an axis where α of its models is one that no gyro has: beside its verdict, for the error may be what noise makes.
+fn say_ratio(
+    record: &Record,
+    axis: Axis,
+    models: &[AxisModel],
+    verdict: Verdict,
+    says: &mut String,
+    faults: &mut Vec<DataFault>,
+) {
+    if verdict == Verdict::BadData {
+        return;
+    }
+    if let Some(fault) = ratio::fault(record, axis, models) {
+        *says = with(std::mem::take(says), &format!(" But {}.", fault.says));
+        faults.push(fault);
+    }
+}
+
+/// The first of these faults.
+fn grave<'a>(record: &Record, faults: &'a [DataFault], bench: &Bench) -> Option<&'a DataFault> {
+    let concerns =
+        |fault: &&DataFault| fault.axis.is_none_or(|axis| bench.problem.series.iter().any(|s| s.axis == axis));
+    faults.iter().filter(concerns).find(|fault| is_grave(fault, record.len()))
 }
 
 /// `rest` is the model whose error is divided, and the noise in it: that with the effects that are missing, where some are; beside the suspects stands

@@ -11,7 +11,7 @@
 use super::{
     integrate::{hermite, integral},
     problem::{Evaluation, HeldRate, Problem, Warm},
-    series::Series,
+    series::{HOLE, Series},
     shaft::turning_point,
 };
 use crate::{
@@ -368,10 +368,12 @@ fn merge(marks: &mut Vec<bool>, more: &[bool]) {
 }
 
 /// Samples at which a lost reading counts, and which are not its own: undoing a response spreads it over its neighbours,
-/// and one that is late is valid before its stamp. Empty where there are none.
+/// and one that is late is valid before its stamp. So are those at the log's ends that no reading is valid at. Empty where there
+/// are none.
 fn displaced(t: &[f64], lost: &[bool], response: &[&Term], timing: &[&Term]) -> Vec<bool> {
+    let beyond = beyond(t, timing);
     if response.is_empty() && timing.is_empty() || !lost.contains(&true) {
-        return Vec::new();
+        return beyond;
     }
     let mut at: Vec<usize> = (0..lost.len()).filter(|&k| lost[k]).collect();
     let mut marks = vec![false; lost.len()];
@@ -393,7 +395,21 @@ fn displaced(t: &[f64], lost: &[bool], response: &[&Term], timing: &[&Term]) -> 
         }
     }
     marks.iter_mut().zip(lost).for_each(|(mark, lost)| *mark &= !lost);
+    merge(&mut marks, &beyond);
     marks
+}
+
+/// Samples at the log's ends that lie further from all times at which readings are valid than samples of one log lie apart: a clock
+/// that runs slow leaves the last seconds without. Empty where there are none.
+fn beyond(t: &[f64], timing: &[&Term]) -> Vec<bool> {
+    let (Some(&first), Some(&last)) = (t.first(), t.last()) else { return Vec::new() };
+    let valid = |t: f64| timing.iter().fold(t, |t, term| term.effect.valid_time(&term.values, t));
+    let reach = HOLE * (last - first) / (t.len() - 1).max(1) as f64;
+    let (from, to) = (valid(first) - reach, valid(last) + reach);
+    if from <= first && to >= last {
+        return Vec::new();
+    }
+    t.iter().map(|t| *t < from || *t > to).collect()
 }
 
 /// Puts a cubic over each stretch of lost samples, with the value and the slope that the rate has on either side: undoing a

@@ -4,8 +4,8 @@ use super::{Report, counted, seconds};
 use crate::{Axis, Record, Row};
 
 /// Reports missing gyro readings. A gyro slower than the reference, or in rows of its own, has none missing.
-pub(super) fn check(record: &Record, already: &mut [bool], report: &mut Report) {
-    let known = already.to_vec();
+pub(super) fn check(record: &mut Record, report: &mut Report) {
+    let known = report.already.clone();
     for axis in Axis::ALL {
         let has = |k: usize| record.rows[k].gyro[axis.index()].is_finite();
         let present: Vec<usize> = (0..record.len()).filter(|&k| has(k)).collect();
@@ -15,7 +15,7 @@ pub(super) fn check(record: &Record, already: &mut [bool], report: &mut Report) 
         let missing: Vec<usize> = (0..record.len()).filter(|&k| !has(k) && !known[k]).collect();
         let Some(&first) = missing.first() else { continue };
         for &k in &missing {
-            report.mark(already, k);
+            report.mark(k);
         }
         report.add_on(
             axis,

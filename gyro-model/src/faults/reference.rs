@@ -1,6 +1,6 @@
 //! Gyro against reference, coarsely: is the unit, the sign or the axis wrong, and does the axis turn at all?
 
-use super::{Report, orientation, quantile, spikes};
+use super::{Report, channel::unwrap, orientation, quantile};
 use crate::{Axis, Record, record::ReferenceKind};
 use std::f64::consts::TAU;
 
@@ -30,7 +30,7 @@ impl Motion {
                     angle.push(row.ref_angle[i]);
                 }
                 let whole = if wraps_in_degrees(&angle) { 360.0 } else { TAU };
-                spikes::unwrap(&mut angle, whole);
+                unwrap(&mut angle, whole);
             }
             ReferenceKind::Rate => {
                 let mut sum = 0.0;
@@ -73,7 +73,7 @@ impl Motion {
     }
 
     /// Angle at `t`, linear between samples, held at the ends.
-    fn at(&self, t: f64) -> f64 {
+    pub(super) fn at(&self, t: f64) -> f64 {
         let k = self.t.partition_point(|&x| x <= t);
         if k == 0 {
             return self.angle[0];
@@ -133,7 +133,7 @@ pub(super) fn wraps_in_degrees(angle: &[f64]) -> bool {
 }
 
 /// Reports wrong units, signs and axes, and axes that are not turned.
-pub(super) fn check(record: &Record, report: &mut Report) {
+pub(super) fn check(record: &mut Record, report: &mut Report) {
     along_reference(record, report);
     other_units(record, report);
 }
@@ -224,7 +224,7 @@ fn deviation(values: &[f64]) -> f64 {
 }
 
 /// (slope of `y` on `x` with an intercept, r²).
-fn regress(x: &[f64], y: &[f64]) -> (f64, f64) {
+pub(super) fn regress(x: &[f64], y: &[f64]) -> (f64, f64) {
     let n = x.len().min(y.len()) as f64;
     let (mx, my) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
     let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
@@ -261,6 +261,7 @@ fn factor(ratio: f64, axis: Axis, column: &str) -> Option<String> {
     let counts = |a_dps: f64| {
         format!("{gyro} looks like raw counts, {a_dps} to the °/s: divide it by {a_dps} and name it {gyro}_dps")
     };
+    let setting_or_gear = "check the sensor's full-scale setting, and the reference's gear ratio and counts per turn";
     // No low-cost gyro's scale is off by more than the tolerance; a full-scale setting has to fit closely, for the scale of
     // a sensor of another kind may be anything.
     let (unit, setting) = (0.15, 0.05);
@@ -272,10 +273,10 @@ fn factor(ratio: f64, axis: Axis, column: &str) -> Option<String> {
         (1e-9, unit, "t looks like nanoseconds: name it t_ns".to_owned()),
         (1e-3 / DEGREES, unit, format!("{gyro} looks like m°/s: divide it by 1000 and name it {gyro}_dps")),
         (1e3, unit, format!("{gyro} is a thousand times too small: check its unit and that of t")),
-        (2.0, setting, format!("{gyro} is half of what {column} shows: check the sensor's full-scale setting")),
-        (0.5, setting, format!("{gyro} is twice what {column} shows: check the sensor's full-scale setting")),
-        (4.0, setting, format!("{gyro} is a quarter of what {column} shows: check the sensor's full-scale setting")),
-        (0.25, setting, format!("{gyro} is four times what {column} shows: check the sensor's full-scale setting")),
+        (2.0, setting, format!("{gyro} is half of what {column} shows: {setting_or_gear}")),
+        (0.5, setting, format!("{gyro} is twice what {column} shows: {setting_or_gear}")),
+        (4.0, setting, format!("{gyro} is a quarter of what {column} shows: {setting_or_gear}")),
+        (0.25, setting, format!("{gyro} is four times what {column} shows: {setting_or_gear}")),
         (1.0 / DEGREES / 16.4, setting, counts(16.4)),
         (1.0 / DEGREES / 32.8, unit, counts(32.8)),
         (1.0 / DEGREES / 65.5, unit, counts(65.5)),
@@ -290,8 +291,12 @@ fn factor(ratio: f64, axis: Axis, column: &str) -> Option<String> {
     if let Some((_, _, says)) = nearest {
         return Some(format!("{says} (a factor of {})", number(ratio)));
     }
-    (!(1.0 / 3.0..=3.0).contains(&ratio))
-        .then(|| format!("{column} is {} times what {gyro} shows: check both units", number(ratio)))
+    (!(1.0 / 3.0..=3.0).contains(&ratio)).then(|| {
+        format!(
+            "{column} is {} times what {gyro} shows: check both units, gear ratio and counts per turn",
+            number(ratio)
+        )
+    })
 }
 
 /// As many digits as say something.

@@ -1,0 +1,263 @@
+//! Counts that an encoder loses above a rate.
+//!
+//! An interrupt or a counter that cannot follow misses edges from some rate on: below it encoder and gyro agree, above it the
+//! encoder shows too little, whichever way the shaft turns. No error of a gyro is of this kind: its scale factor bends by some
+//! tenths of a per cent over its whole range.
+
+use super::{
+    Report,
+    channel::{Channel, Readings},
+    reference::regress,
+    thresholds::{LOST, LOST_EITHER_WAY, LOST_FOR_SURE, NOT_LOST},
+    witness::{Witness, integral},
+};
+use crate::{Axis, Record, order::quantile, record::ReferenceKind};
+
+/// Rate of a piece over its fastest reading, 1, at least.
+const STEADY: f64 = 0.7;
+/// Share of the rate, 1, from which on pieces are left out.
+const MARGIN: f64 = 0.9;
+/// Pieces in which rates are compared, s.
+const PIECE: f64 = 0.1;
+/// Pieces that are needed below the rate, and above it either way.
+const FEWEST: usize = 10;
+/// What the two differ by below the rate, over what they do above it, 1, at most.
+const STANDS_OUT: f64 = 0.4;
+/// Times that the shaft is fast either way, and the share of its way in them, 1, in which counts are lost: what drifts, lacks in
+/// some and has too much in others.
+const VISITS: usize = 2;
+const ALL: f64 = 0.9;
+/// Share of the fastest rate, 1, below which none is lost.
+const FAST: f64 = 0.25;
+/// Shares of the pieces below the rate that are tried.
+const BELOW: std::ops::Range<usize> = 30..97;
+
+/// Reports counts that are lost, and sets the encoder's angle on by what the gyro turned meanwhile.
+pub(super) fn check(record: &mut Record, report: &mut Report) {
+    for axis in Axis::ALL {
+        if record.reference(axis) == Some(ReferenceKind::Angle) {
+            of_axis(record, axis, report);
+        }
+    }
+}
+
+/// How fast gyro and encoder turned in a piece, rad/s.
+struct Piece {
+    /// Its place in time.
+    index: usize,
+    rate: f64,
+    shown: f64,
+    /// The fastest that the gyro reads in it.
+    peak: f64,
+}
+
+impl Piece {
+    /// Twice the rate, by both: signed by one alone, its noise would make that one larger.
+    fn by_both(&self) -> f64 {
+        self.rate + self.shown
+    }
+}
+
+fn of_axis(record: &mut Record, axis: Axis, report: &mut Report) -> Option<()> {
+    let witness = Witness::of(record, axis)?;
+    let gyro = Readings::of(record, Channel::Gyro(axis));
+    let angle = Readings::of(record, Channel::Angle(axis));
+    let reading = Turned { t: &gyro.t, turned: integral(&gyro.t, &gyro.values) };
+    let (from, to) = (*angle.t.first()?, *angle.t.last()?);
+    let edges: Vec<usize> = {
+        let pieces = ((to - from) / PIECE) as usize;
+        let at = |k: usize| angle.t.partition_point(|&t| t < from + k as f64 * PIECE);
+        let mut edges: Vec<usize> = (0..=pieces).map(at).filter(|&k| k < angle.t.len()).collect();
+        edges.dedup();
+        edges
+    };
+    let pieces: Vec<Piece> = edges
+        .windows(2)
+        .enumerate()
+        .map(|(index, pair)| {
+            let (i, j) = (pair[0], pair[1]);
+            let dt = angle.t[j] - angle.t[i];
+            let rate = (reading.at(angle.t[j]) - reading.at(angle.t[i])) / dt;
+            Piece {
+                index,
+                rate: witness.slope.signum() * rate + witness.offset / witness.slope.abs(),
+                shown: (angle.values[j] - angle.values[i]) / dt,
+                peak: fastest_in(&gyro, angle.t[i], angle.t[j]),
+            }
+        })
+        .collect();
+    let Lost { above, share } = lost(&pieces)?;
+    // A piece just below that rate may have been above it for a while.
+    let is_fast = |piece: &Piece| piece.peak > MARGIN * above;
+    let (x, y): (Vec<f64>, Vec<f64>) = pieces.iter().filter(|p| !is_fast(p)).map(|p| (p.rate, p.shown)).unzip();
+    let (slope, _) = regress(&x, &y);
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+    let offset = mean(&y) - slope * mean(&x);
+    // What is lost in a piece is given back to all that follows.
+    let (mut back, mut fast, mut first) = (0.0, 0, None);
+    let mut placed = angle.values.clone();
+    let last = *edges.last()?;
+    for (piece, pair) in pieces.iter().zip(edges.windows(2)) {
+        let lost_here = is_fast(piece);
+        let dt = angle.t[pair[1]] - angle.t[pair[0]];
+        for value in &mut placed[pair[0]..pair[1]] {
+            *value = if lost_here { f64::NAN } else { *value + back };
+        }
+        if lost_here {
+            back += (slope * piece.rate + offset - piece.shown) * dt;
+            fast += pair[1] - pair[0];
+            first.get_or_insert(angle.t[pair[0]]);
+        }
+    }
+    for value in &mut placed[last..] {
+        *value += back;
+    }
+    for (k, &row) in angle.rows.iter().enumerate() {
+        *Channel::Angle(axis).place(&mut record.rows[row]) = placed[k];
+    }
+    let says = format!(
+        "ref_angle_{axis} loses counts above about {:.0} °/s: there it shows {:.0} % less than gyro_{axis}, in {}, and below as much. \
+         These readings are left out, and the angle goes on from where the gyro says. Count by hardware (a timer's encoder mode), \
+         or turn more slowly",
+        above.to_degrees(),
+        100.0 * share,
+        super::counted(fast, "row")
+    );
+    report.add_on(axis, "lost-counts", fast as u64, first, says);
+    Some(())
+}
+
+/// The largest size of a gyro's readings between two times, rad/s.
+fn fastest_in(gyro: &Readings, from: f64, to: f64) -> f64 {
+    let (i, j) = (gyro.t.partition_point(|&t| t < from), gyro.t.partition_point(|&t| t <= to));
+    gyro.values[i..j].iter().map(|x| x.abs()).fold(0.0, f64::max)
+}
+
+/// A gyro's angle.
+struct Turned<'a> {
+    t: &'a [f64],
+    turned: Vec<f64>,
+}
+
+impl Turned<'_> {
+    fn at(&self, t: f64) -> f64 {
+        let k = self.t.partition_point(|&x| x <= t).clamp(1, self.t.len() - 1);
+        let share = ((t - self.t[k - 1]) / (self.t[k] - self.t[k - 1])).clamp(0.0, 1.0);
+        self.turned[k - 1] + share * (self.turned[k] - self.turned[k - 1])
+    }
+}
+
+/// From which rate on counts are lost, and which share of them.
+struct Lost {
+    above: f64,
+    share: f64,
+}
+
+/// Sums over pieces that follow one another: of one visit to their rates. What drifts slowly errs alike all through one.
+fn visits(part: &[&Piece], of: impl Fn(&Piece) -> f64) -> Vec<f64> {
+    let mut in_time: Vec<&Piece> = part.to_vec();
+    in_time.sort_by_key(|p| p.index);
+    let sum = |visit: &[&Piece]| visit.iter().map(|p| of(p)).sum();
+    in_time.chunk_by(|a, b| b.index - a.index <= 1).map(sum).collect()
+}
+
+/// The rate that parts the pieces best into those that agree and those in which too little is shown.
+fn lost(pieces: &[Piece]) -> Option<Lost> {
+    let mut by_rate: Vec<&Piece> = pieces.iter().filter(|p| p.rate.is_finite() && p.shown.is_finite()).collect();
+    by_rate.sort_by(|a, b| a.peak.total_cmp(&b.peak));
+    let n = by_rate.len();
+    // The encoder's rate over the gyro's, as the ratio of sums, which noise of either leaves alone.
+    let squares = |part: &[&Piece], slope: f64| part.iter().map(|p| (p.shown - slope * p.rate).powi(2)).sum::<f64>();
+    let slope = |part: &[&Piece]| {
+        let way = |p: &Piece| p.by_both().signum();
+        let (shown, rate) = part.iter().fold((0.0, 0.0), |(s, r), p| (s + way(p) * p.shown, r + way(p) * p.rate));
+        let of = shown / rate;
+        let beyond = |p: &Piece| way(p) * (p.shown - of * p.rate);
+        (of, visits(part, beyond).iter().map(|sum| sum * sum).sum::<f64>().sqrt() / rate.abs())
+    };
+    let way_of = |part: &[&Piece]| part.iter().map(|p| p.rate.abs()).sum::<f64>();
+    let fastest = by_rate.last()?.peak;
+    let parted = |percent: usize| {
+        let (below, above) = by_rate.split_at(n * percent / 100);
+        let (forth, back): (Vec<&Piece>, Vec<&Piece>) = above.iter().partition(|p| p.by_both() > 0.0);
+        if below.len().min(forth.len()).min(back.len()) < FEWEST || above[0].peak < FAST * fastest {
+            return None;
+        }
+        let (of_below, error) = slope(below);
+        let (slow, _) = slope(&below[..below.len() * 9 / 10]);
+        let agrees = (slow / of_below - 1.0).abs() < NOT_LOST;
+        // What is lost stands out of what the two differ by anyway.
+        let (of_above, _) = slope(above);
+        let apart = |part: &[&Piece]| (squares(part, of_below) / part.len() as f64).sqrt();
+        if apart(below) > STANDS_OUT * apart(above) {
+            return None;
+        }
+        let lacks = |part: &[&Piece], for_sure: f64| {
+            let (of_above, own) = (slope(part).0, squares(part, slope(part).0).sqrt() / way_of(part));
+            let share = 1.0 - of_above / of_below;
+            let ways = visits(part, |p| p.rate.abs());
+            let lost = visits(part, |p| p.by_both().signum() * (of_below * p.rate - p.shown));
+            let lacking = ways.iter().zip(&lost).filter(|(way, lost)| **lost > 0.5 * LOST * **way * of_below.abs());
+            let in_all =
+                ways.len() >= VISITS && lacking.map(|(way, _)| way).sum::<f64>() > ALL * ways.iter().sum::<f64>();
+            share > LOST && in_all && share > for_sure * error.hypot(own) / of_below.abs()
+        };
+        let left = squares(below, of_below) + squares(above, of_above);
+        let found = Lost { above: above[0].peak, share: 1.0 - of_above / of_below };
+        // Where readings shake much more than they turn, the fastest of them says nothing of the rate.
+        let turns = quantile(above.iter().map(|p| 0.5 * p.by_both().abs() / p.peak).collect(), 0.5)?;
+        if turns < STEADY {
+            return None;
+        }
+        // What the encoder itself shows fastest lacks something too: a gyro that shakes more only seems faster.
+        let mut shown = by_rate.clone();
+        shown.sort_by(|a, b| b.shown.abs().total_cmp(&a.shown.abs()));
+        let by_encoder = 1.0 - slope(&shown[..above.len()]).0 / of_below;
+        let either_way = lacks(&forth, LOST_EITHER_WAY) && lacks(&back, LOST_EITHER_WAY);
+        (agrees && either_way && lacks(above, LOST_FOR_SURE) && by_encoder > 0.5 * LOST).then_some((left, found))
+    };
+    BELOW.filter_map(parted).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, lost)| lost)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pieces(shown: impl Fn(f64) -> f64) -> Vec<Piece> {
+        let rate = |k: u32| 10.0 * (f64::from(k) * 0.013).sin() * (0.3 + 0.7 * (f64::from(k) * 0.0017).sin().abs());
+        let noise = |k: u32| 2e-3 * (f64::from(k * 7919 % 13) - 6.0);
+        let piece =
+            |k: u32| Piece { index: k as usize, rate: rate(k), shown: shown(rate(k)) + noise(k), peak: rate(k).abs() };
+        (0..2000).map(piece).collect()
+    }
+
+    #[test]
+    fn counts_that_are_lost_above_a_rate_are_found_with_that_rate() {
+        let found = lost(&pieces(|w| if w.abs() > 6.0 { 0.93 * w } else { w })).unwrap();
+        assert!(
+            (found.above - 6.0).abs() < 0.3 && (found.share - 0.07).abs() < 0.01,
+            "{}, {}",
+            found.above,
+            found.share
+        );
+        assert!(lost(&pieces(|w| w.clamp(-7.0, 7.0))).is_some());
+    }
+
+    #[test]
+    fn a_scale_factor_that_bends_loses_no_counts() {
+        assert!(lost(&pieces(|w| 0.98 * w)).is_none());
+        assert!(lost(&pieces(|w| w - 1e-5 * w.powi(3))).is_none());
+        assert!(lost(&pieces(|w| w + 2e-4 * w * w.abs())).is_none());
+    }
+
+    #[test]
+    fn a_bias_that_drifts_with_a_load_loses_no_counts() {
+        for period in [0.004, 0.01, 0.04, 0.13] {
+            let mut pieces = pieces(|w| w);
+            for piece in &mut pieces {
+                piece.shown -= 0.4 * (piece.index as f64 * period).sin() * (1.0 + 0.1 * piece.rate.abs());
+            }
+            assert!(lost(&pieces).is_none(), "{period}");
+        }
+    }
+}
