@@ -46,6 +46,7 @@ pub mod estimator;
 pub mod evidence;
 pub mod faults;
 pub mod fit;
+pub mod headline;
 pub mod history;
 pub mod kalman;
 pub mod model;
@@ -58,6 +59,7 @@ pub mod process_noise;
 pub mod record;
 pub mod simulate;
 pub mod thin;
+pub mod units;
 
 pub use axis::Axis;
 pub use model::{AxisModel, Model, Noise, Term};

@@ -54,6 +54,8 @@ fn late(verdict: Verdict) -> AxisDiagnosis {
         verdict,
         says: "The gyro is later than the reference by 12.1 ± 0.1 ms; adding `delay` removes 98 % of the excess."
             .into(),
+        headline: String::new(),
+        at_source: String::new(),
         effects: vec!["scale-factor".into(), "bias".into()],
         parameters: vec![
             parameter("scale-factor", "alpha", 0.9939, 1e-5, "1"),
@@ -128,6 +130,8 @@ fn ladder() -> Ladder {
             axis: Axis::Z,
             verdict: Verdict::Adequate,
             says: "Nothing is missing: what is left is noise.".into(),
+            headline: String::new(),
+            at_source: String::new(),
             effects: vec!["scale-factor".into(), "bias".into(), "delay".into()],
             parameters: axis.parameters,
             noise: axis.noise,

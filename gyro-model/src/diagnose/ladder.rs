@@ -337,6 +337,8 @@ pub(super) fn conclude(
                 axis,
                 verdict,
                 says,
+                headline: String::new(),
+                at_source: String::new(),
                 effects: own.effect_ids().into_iter().map(str::to_owned).collect(),
                 parameters: judged::parameters(&own.terms, axis),
                 noise: judged::noise(&own),

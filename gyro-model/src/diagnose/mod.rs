@@ -459,6 +459,8 @@ fn axis_diagnosis(
         axis,
         verdict,
         says,
+        headline: String::new(),
+        at_source: String::new(),
         effects: own.effect_ids().into_iter().map(str::to_owned).collect(),
         parameters: judged::parameters(&own.terms, axis),
         noise: judged::noise(&own),
