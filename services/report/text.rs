@@ -89,7 +89,8 @@ impl Screen {
         if !axis.at_source.is_empty() {
             self.wrapped("        ", &format!("At the source: {}.", axis.at_source), Ink::Plain);
         }
-        self.wrapped("        ", &format!("Verdict: {}. {}", axis.label, axis.says), Ink::Quiet);
+        self.wrapped("        ", &format!("Verdict: {}.", axis.label), Ink::Quiet);
+        self.wrapped("        ", &axis.says, Ink::Quiet);
         self.steps(axis);
         self.curve(axis);
         self.parameters(axis);

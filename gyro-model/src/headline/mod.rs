@@ -120,6 +120,10 @@ pub fn of_change(
         )
     });
     let ids: Vec<&str> = added.iter().map(String::as_str).filter(|id| after.effects.iter().any(|e| e == id)).collect();
+    if !ids.is_empty() && !ids.iter().any(|id| is_told(after.axis, id, &after.parameters)) {
+        let answer = sentence(&format!("{}{fall}", and(&changes))) + " But this log does not tell it from nothing.";
+        return only(answer);
+    }
     let clauses: Vec<String> = ids.iter().map(|id| clause(after.axis, id, &after.parameters)).collect();
     let says = if clauses.is_empty() { String::new() } else { format!(" {}", sentence(&joined(&clauses))) };
     Headline { answer: format!("{}{says}", sentence(&format!("{}{fall}", and(&changes)))), at_source: sources(&ids) }
@@ -155,6 +159,20 @@ pub fn clause(axis: Axis, id: &str, parameters: &[ParameterValue]) -> String {
         Some(values) => effect.says(axis, &values),
         None => format!("'{id}' is missing from the model"),
     }
+}
+
+/// Whether a parameter that is nothing without the effect differs from nothing by more than its error, or has none.
+fn is_told(axis: Axis, id: &str, parameters: &[ParameterValue]) -> bool {
+    let nothing = |p: &ParameterValue| {
+        effects::find(id)
+            .is_none_or(|e| e.parameters(axis).iter().any(|card| card.name == p.name && card.neutral == 0.0))
+    };
+    let mut own = parameters.iter().filter(|p| p.effect == id && nothing(p)).peekable();
+    own.peek().is_none()
+        || own.any(|p| {
+            let measured = Measured { value: p.value.unwrap_or(0.0), std_error: p.std_error.unwrap_or(f64::NAN) };
+            measured.is_seen()
+        })
 }
 
 /// A user's own effect, which the catalogue does not know.

@@ -180,4 +180,7 @@ fn a_change_tells_what_it_did_to_the_error() {
         headline.answer,
         "Delay added: the error over 1 s goes from 0.481 to 0.0351 °/s, which is noise. Your gyro is 10.05 ± 0.20 ms late."
     );
+    after.parameters[0].std_error = Some(0.02);
+    let needless = of_change(&["delay".into()], &[], Some(&before), &after);
+    assert!(needless.answer.ends_with("this log does not tell it from nothing.") && needless.at_source.is_empty());
 }
