@@ -131,6 +131,9 @@ pub struct LogArgs {
     /// Judge by a reference that was computed from this very gyro all the same
     #[arg(long)]
     pub reference_is_dependent: bool,
+    /// The sensor was at rest all the time: an axis without reference is judged against zero rate
+    #[arg(long)]
+    pub at_rest: bool,
 }
 
 /// Which channels of a log are meant.

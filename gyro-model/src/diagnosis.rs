@@ -72,9 +72,158 @@ pub struct AxisDiagnosis {
     pub suspects: Vec<Suspect>,
     /// Faults of the data.
     pub data_faults: Vec<DataFault>,
+    /// Where the noise of the floor is known from.
+    #[serde(default)]
+    pub floor_from: FloorFrom,
+    /// What the error of each averaging time is made of; empty where nobody looked.
+    #[serde(default)]
+    pub budget: Vec<BudgetPoint>,
+    /// Whose error it is, frequency by frequency.
+    #[serde(default)]
+    pub error_by_frequency: Vec<FrequencyShare>,
+    /// The largest part over the middle of the curve.
+    #[serde(default)]
+    pub limited_by: Option<LimitedBy>,
+    /// It in one sentence, and what to do about it.
+    #[serde(default)]
+    pub limited_says: String,
     /// What the pictures are drawn from, where they were asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub detail: Option<AxisDetail>,
+}
+
+/// Where the noise that a floor is made of is known from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FloorFrom {
+    /// This log's own signals.
+    Measured,
+    /// What such sensors usually have: the motion hides this one's own.
+    Assumed,
+    /// Nothing.
+    #[default]
+    Unknown,
+}
+
+/// What limits a log most.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LimitedBy {
+    /// White noise of the gyro.
+    GyroNoise,
+    /// A bias that wanders.
+    BiasWander,
+    /// Noise of the reference.
+    ReferenceNoise,
+    /// A reference that does not follow: slow, smoothed, interpolated.
+    ReferenceBandwidth,
+    /// Stamps that scatter.
+    Timing,
+    /// Motion faster than half the sampling rate.
+    FoldedMotion,
+    /// An effect that is named and not in the model.
+    MissingEffect,
+    /// What none of these explains.
+    Unattributed,
+}
+
+impl LimitedBy {
+    /// All of them, in the order of [`BudgetPoint::parts`].
+    pub const ALL: [Self; 8] = [
+        Self::GyroNoise,
+        Self::BiasWander,
+        Self::ReferenceNoise,
+        Self::ReferenceBandwidth,
+        Self::Timing,
+        Self::FoldedMotion,
+        Self::MissingEffect,
+        Self::Unattributed,
+    ];
+
+    /// In words.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::GyroNoise => "gyro noise",
+            Self::BiasWander => "bias wander",
+            Self::ReferenceNoise => "reference noise",
+            Self::ReferenceBandwidth => "reference bandwidth",
+            Self::Timing => "timing",
+            Self::FoldedMotion => "folded motion",
+            Self::MissingEffect => "missing effect",
+            Self::Unattributed => "unattributed",
+        }
+    }
+}
+
+/// The mean square error of one averaging time, divided: parts that add up to it, (rad/s)².
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct BudgetPoint {
+    /// Averaging time, s.
+    pub tau_s: f64,
+    /// White noise of the gyro.
+    pub gyro_noise: Option<f64>,
+    /// A bias that wanders.
+    pub bias_wander: Option<f64>,
+    /// Noise of the reference.
+    pub reference_noise: Option<f64>,
+    /// A reference that does not follow.
+    pub reference_bandwidth: Option<f64>,
+    /// Stamps that scatter.
+    pub timing: Option<f64>,
+    /// Motion faster than half the sampling rate.
+    pub folded_motion: Option<f64>,
+    /// An effect that is named and not in the model.
+    pub missing: Option<f64>,
+    /// What none of these explains.
+    pub unattributed: Option<f64>,
+}
+
+impl BudgetPoint {
+    /// The parts in the order of [`LimitedBy::ALL`].
+    #[must_use]
+    pub fn parts(&self) -> [f64; 8] {
+        [
+            self.gyro_noise,
+            self.bias_wander,
+            self.reference_noise,
+            self.reference_bandwidth,
+            self.timing,
+            self.folded_motion,
+            self.missing,
+            self.unattributed,
+        ]
+        .map(|part| part.unwrap_or(0.0))
+    }
+
+    /// The mean square error.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.parts().iter().sum()
+    }
+}
+
+/// The error of one band of frequency, and who shows it: densities, (rad/s)²/Hz.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrequencyShare {
+    /// From, Hz.
+    pub from_hz: f64,
+    /// To, Hz.
+    pub to_hz: f64,
+    /// Of the error.
+    pub error: f64,
+    /// Of the compensated rate.
+    pub gyro: f64,
+    /// Of the reference's rate.
+    pub reference: f64,
+    /// The error that only the gyro shows; `None` where the motion hides it.
+    pub of_gyro: Option<f64>,
+    /// The error that only the reference shows; `None` where the motion hides it.
+    pub of_reference: Option<f64>,
+    /// The error that goes with the gyro's rate all through the log.
+    pub with_motion: f64,
+    /// The error that no component takes.
+    pub unattributed: f64,
 }
 
 /// One parameter with its uncertainty.
@@ -210,6 +359,21 @@ pub struct AxisLadder {
     pub steps: Vec<LadderStep>,
     /// Faults of the data.
     pub data_faults: Vec<DataFault>,
+    /// Where the noise of the floor is known from.
+    #[serde(default)]
+    pub floor_from: FloorFrom,
+    /// What the error of each averaging time is made of; empty where nobody looked.
+    #[serde(default)]
+    pub budget: Vec<BudgetPoint>,
+    /// Whose error it is, frequency by frequency.
+    #[serde(default)]
+    pub error_by_frequency: Vec<FrequencyShare>,
+    /// The largest part over the middle of the curve.
+    #[serde(default)]
+    pub limited_by: Option<LimitedBy>,
+    /// It in one sentence, and what to do about it.
+    #[serde(default)]
+    pub limited_says: String,
     /// What the pictures are drawn from, where they were asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub detail: Option<AxisDetail>,

@@ -33,10 +33,12 @@
 //! | [`nls`] | Levenberg–Marquardt on normal equations |
 //! | [`evidence`] | what a log says about a model: residual, error curve, floor, noise, likelihood |
 //! | [`fit`] | the model's parameters on a log |
+//! | [`budget`] | what the error that is left is made of: gyro, reference, clock, what is missing
 //! | [`diagnose`] | which effect is missing: scan, refit, gate, rank, ladder |
 
 pub mod align;
 pub mod axis;
+pub mod budget;
 pub mod compensation;
 pub mod detail;
 pub mod diagnose;

@@ -149,6 +149,20 @@ impl Record {
         }
     }
 
+    /// Takes the rate for zero where an axis has a gyro and no reference: the sensor was at rest.
+    pub fn rest(&mut self) {
+        let bare: Vec<usize> = Axis::ALL
+            .into_iter()
+            .filter(|&axis| self.has_gyro(axis) && self.reference(axis).is_none())
+            .map(Axis::index)
+            .collect();
+        for row in &mut self.rows {
+            for &axis in &bare {
+                row.ref_rate[axis] = 0.0;
+            }
+        }
+    }
+
     /// Whether any row has a reading of this axis' gyro.
     #[must_use]
     pub fn has_gyro(&self, axis: Axis) -> bool {

@@ -9,7 +9,7 @@ use crate::{
 use anyhow::{Result, bail};
 use gyro_model::{
     Axis, Record,
-    simulate::{Hidden, Motion, Scenario, SensorSpec, Simulator},
+    simulate::{Coloured, Hidden, Motion, Reference, Scenario, SensorSpec, SetUp, Simulator},
 };
 use std::{
     path::{Path, PathBuf},
@@ -24,6 +24,8 @@ Examples:
   truerate simulate --hide delay:d=0.012 -o late.csv.gz         the gyro is 12 ms late
   truerate simulate --hide warm-up --hide cross-axis -o two.csv two effects at their typical sizes
   truerate simulate --motion drive --seconds 300 --rate 200 --seed 7 -o drive.csv.gz
+  truerate simulate --reference orientation --reference-noise 3e-4:10-70 --rate 286 -o cameras.csv.gz
+                                                                noise of cameras between 10 and 70 Hz
 
 The log holds three gyro axes, the shaft encoder of the tested axis, accelerometer, temperature and
 supply. What was hidden stands in LOG.truth.toml, a model file: `truerate compare LOG --model
@@ -45,12 +47,61 @@ pub struct Args {
     /// Which draw of everything random
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
+    /// What the reference is: the angle of an `encoder`, a `rate`, or the `orientation` of the whole sensor
+    #[arg(long, value_name = "encoder|rate|orientation", default_value = "encoder")]
+    pub reference: ReferenceName,
+    /// Noise of the reference, rad (rad/s of a rate), white or between two frequencies, Hz: 3e-4:10-70
+    #[arg(long, value_name = "SIZE[:LOW-HIGH]", value_parser = Coloured::parse)]
+    pub reference_noise: Option<Coloured>,
+    /// Standard deviation of the reference's stamps, s
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub jitter: Option<f64>,
+    /// Values of its own that the reference has a second, straight lines between
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    pub reference_rate: Option<f64>,
+    /// Standard deviation of the bell that the reference is smoothed with, s
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub smoothing: Option<f64>,
+    /// Ripple of so many Hz at the motion's fastest: beyond half the sampling rate it comes back folded
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    pub fold: Option<f64>,
     /// The axis on the shaft
     #[arg(long, value_name = "x|y|z", default_value = "x")]
     pub axis: Axis,
     /// The log to write: CSV, packed where it ends in .gz, or `-` for standard output
     #[arg(short, long, value_name = "LOG")]
     pub output: PathBuf,
+}
+
+/// What the reference is.
+#[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReferenceName {
+    /// The angle of a shaft, in counts.
+    Encoder,
+    /// A rate.
+    Rate,
+    /// The orientation of the whole sensor.
+    Orientation,
+}
+
+impl Args {
+    /// The rig, and what is around it.
+    fn rig(&self) -> (SensorSpec, SetUp) {
+        let own = SensorSpec::on(self.axis);
+        let reference = match self.reference {
+            ReferenceName::Encoder => own.reference,
+            ReferenceName::Rate => Reference::Rate,
+            ReferenceName::Orientation => Reference::Quaternion,
+        };
+        let set_up = SetUp {
+            noise: self.reference_noise,
+            jitter: self.jitter.unwrap_or(0.0),
+            reference_rate: self.reference_rate.unwrap_or(0.0),
+            smoothing: self.smoothing.unwrap_or(0.0),
+            fold: self.fold.unwrap_or(0.0),
+        };
+        (SensorSpec { reference, ..own }, set_up)
+    }
 }
 
 /// A finite number above zero.
@@ -75,15 +126,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     let hidden = args.hide.iter().map(|text| Hidden::parse(text, args.axis)).collect::<Result<Vec<_>, _>>()?;
     writable(&args.output, &[])?;
-    let scenario = Scenario {
-        motion: args.motion,
-        seconds: args.seconds,
-        rate_hz: args.rate,
-        seed: args.seed,
-        hidden,
-        sensor: SensorSpec::on(args.axis),
-    };
-    let (record, truth) = simulate(&scenario, rows as usize);
+    let (sensor, set_up) = args.rig();
+    let scenario =
+        Scenario { motion: args.motion, seconds: args.seconds, rate_hz: args.rate, seed: args.seed, hidden, sensor };
+    let (record, truth) = simulate(&scenario, set_up, rows as usize);
     log::write_record(&args.output, &record, 0)?;
     if args.output == Path::new("-") {
         return Ok(ExitCode::SUCCESS);
@@ -107,15 +153,24 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 }
 
 /// The rows, and the true model of whatever the log is called.
-fn simulate(scenario: &Scenario, rows: usize) -> (Record, impl Fn(&Path) -> ModelFile) {
+fn simulate(scenario: &Scenario, set_up: SetUp, rows: usize) -> (Record, impl Fn(&Path) -> ModelFile) {
     let mut simulator = Simulator::new(scenario);
     let mut record = Record { rows: Vec::with_capacity(rows), ..Record::default() };
     let progress = Progress::of(rows as u64, "simulating");
+    let mut samples = Vec::new();
     for k in 0..rows {
-        record.rows.push(simulator.step().row);
+        let sample = simulator.step();
+        if set_up.is_plain() {
+            record.rows.push(sample.row);
+        } else {
+            samples.push(sample);
+        }
         if k % 4096 == 0 {
             progress.at(k as u64);
         }
+    }
+    if !samples.is_empty() {
+        record.rows = set_up.applied(&samples, scenario.sensor.axis, scenario.rate_hz, scenario.seed);
     }
     let (model, samples) = (simulator.truth(), rows as u64);
     let truth = move |log: &Path| ModelFile {

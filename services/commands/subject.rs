@@ -49,12 +49,15 @@ impl Subject {
     /// # Errors
     /// A refused log, or an axis without gyro or reference.
     pub fn read(args: &LogArgs, axis: Option<Axis>) -> Result<Self> {
-        let options = Options { needs_reference: true, ..args.names.options() };
-        let (record, faults, provenance) = {
+        let options = Options { needs_reference: !args.at_rest, ..args.names.options() };
+        let (mut record, faults, provenance) = {
             let _spinner = Progress::spinner("reading the log");
             log::read(&args.log, &options)?
         };
         say_chosen(args, &provenance);
+        if args.at_rest {
+            record.rest();
+        }
         let overruled = if args.reference_is_dependent { None } else { dependent::overrule(&faults) };
         let fitted = record.fitted_axes();
         let name = args.log.display().to_string();

@@ -4,7 +4,7 @@ use super::scene::ErrorAt;
 use crate::report::{Command, Context, Terminal, view::Page};
 use gyro_model::{
     Axis,
-    diagnosis::{AxisDiagnosis, Diagnosis, ErrorPoint, NoiseValue, Suspect, Verdict},
+    diagnosis::{AxisDiagnosis, Diagnosis, ErrorPoint, FloorFrom, NoiseValue, Suspect, Verdict},
 };
 use ipc_types::diagnosis::{self as wire, TrialState};
 use serde::Serialize;
@@ -63,6 +63,11 @@ fn axis_of(axis: Axis, a: &wire::AxisDiagnosis) -> AxisDiagnosis {
             })
             .collect(),
         data_faults: Vec::new(),
+        floor_from: FloorFrom::default(),
+        budget: Vec::new(),
+        error_by_frequency: Vec::new(),
+        limited_by: None,
+        limited_says: String::new(),
         detail: None,
     }
 }

@@ -3,8 +3,8 @@ use gyro_model::{
     Axis, Noise,
     detail::{Channel, Input, detail},
     diagnosis::{
-        AxisDiagnosis, AxisLadder, DataFault, ErrorPoint, FailsWhere, LadderStep, NoiseValue, ParameterValue, Suspect,
-        Verdict,
+        AxisDiagnosis, AxisLadder, BudgetPoint, DataFault, ErrorPoint, FailsWhere, FloorFrom, LadderStep, LimitedBy,
+        NoiseValue, ParameterValue, Suspect, Verdict,
     },
 };
 
@@ -106,8 +106,33 @@ fn late(verdict: Verdict) -> AxisDiagnosis {
             first_t: Some(12.5),
             says: "gyro_z jumps by more than 20 times its usual step; those rows are left out".into(),
         }],
+        floor_from: FloorFrom::Measured,
+        budget: budget(),
+        error_by_frequency: vec![],
+        limited_by: Some(LimitedBy::Timing),
+        limited_says: "the stamps of gyro and reference scatter by 2.8 ms. Log both with one clock.".into(),
         detail: Some(detail),
     }
+}
+
+/// Three quarters of the error are the clock's.
+fn budget() -> Vec<BudgetPoint> {
+    let point = |p: &ErrorPoint| {
+        let square = p.error.unwrap_or(0.0).powi(2);
+        let [gyro, timing, rest] = [0.15, 0.75, 0.1].map(|share| Some(share * square));
+        BudgetPoint { tau_s: p.tau_s, gyro_noise: gyro, timing, unattributed: rest, ..BudgetPoint::default() }
+    };
+    curve(0.05).iter().map(point).collect()
+}
+
+#[test]
+fn what_limits_a_log_is_told_with_its_shares_and_its_remedy() {
+    let text = render(&diagnosis(Verdict::Unexplained), Format::Text, &context(Command::Diagnose));
+    assert!(text.contains("what limits this log: timing"), "{text}");
+    assert!(text.contains("scatter by 2.8 ms"), "{text}");
+    let timing = text.lines().find(|line| line.trim_start().starts_with("timing")).unwrap_or_default();
+    assert!(timing.contains("75 %"), "{text}");
+    assert!(!text.contains("folded motion"), "{text}");
 }
 
 fn diagnosis(verdict: Verdict) -> Diagnosis {
@@ -141,6 +166,11 @@ fn ladder() -> Ladder {
                 step(Some("encoder-backlash"), 0.0, 1.02),
             ],
             data_faults: vec![],
+            floor_from: axis.floor_from,
+            budget: axis.budget,
+            error_by_frequency: axis.error_by_frequency,
+            limited_by: axis.limited_by,
+            limited_says: axis.limited_says,
             detail: axis.detail,
         }],
     }

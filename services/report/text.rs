@@ -28,6 +28,9 @@ pub(super) fn render(page: &Page, terminal: Terminal) -> String {
     screen.text
 }
 
+/// Averaging times at which it is told what an error is made of, s.
+const SHOWN: [f64; 4] = [0.03, 0.1, 1.0, 10.0];
+
 /// Columns of a terminal from which on the upper end of the floor's band has one.
 const BANDED: usize = 90;
 
@@ -91,6 +94,7 @@ impl Screen {
         }
         self.wrapped("        ", &format!("Verdict: {}.", axis.label), Ink::Quiet);
         self.wrapped("        ", &axis.says, Ink::Quiet);
+        self.limit(axis);
         self.steps(axis);
         self.curve(axis);
         self.parameters(axis);
@@ -106,6 +110,33 @@ impl Screen {
             for says in &axis.data_faults {
                 self.item("  ! ", says);
             }
+        }
+    }
+
+    /// What limits the log, and what its error² is made of at a few averaging times.
+    fn limit(&mut self, axis: &AxisView) {
+        let Some(limit) = &axis.limit else { return };
+        self.heading(&format!("what limits this log: {}", limit.by));
+        if !axis.says.contains(limit.says.trim_end_matches('.')) && !limit.says.is_empty() {
+            self.wrapped("  ", &limit.says, Ink::Plain);
+        }
+        let shown: Vec<usize> = SHOWN
+            .iter()
+            .filter(|tau| limit.tau.first().is_some_and(|t| *tau > t) && limit.tau.last().is_some_and(|t| *tau < t))
+            .filter_map(|tau| {
+                let apart = |k: &usize| (limit.tau[*k] / tau).ln().abs();
+                (0..limit.tau.len()).min_by(|a, b| apart(a).total_cmp(&apart(b)))
+            })
+            .collect();
+        if shown.is_empty() {
+            return;
+        }
+        let taus: Vec<String> = shown.iter().map(|&k| format!("{:>9}", units::time(limit.tau[k]))).collect();
+        let lead = self.terminal.paint(Ink::Quiet, "share of the error²");
+        self.line(&format!("  {lead} {}", taus.concat()));
+        for part in &limit.parts {
+            let shares: Vec<String> = shown.iter().map(|&k| format!("{:>7.0} %", part.share[k])).collect();
+            self.line(&format!("  {:<19} {}", part.name, shares.concat()));
         }
     }
 

@@ -48,7 +48,7 @@ const Charts = (() => {
       points: s.points ? { show: true, size: s.points, fill: () => ink(s.ink), stroke: () => ink(s.ink) } : { show: false },
       paths: s.bare ? () => null : undefined,
       fill: s.fill ? () => ink(s.fill) : undefined,
-      value: (u, v) => (v == null ? '–' : number(v) + (s.unit ? ' ' + s.unit : '')),
+      value: s.value ? (u, v, k, i) => (i == null ? '–' : `${Math.round(s.value(i))} %`) : (u, v) => (v == null ? '–' : number(v) + (s.unit ? ' ' + s.unit : '')),
     };
   }
 
@@ -208,5 +208,22 @@ const Charts = (() => {
     };
   }
 
-  return { make, seconds, errorCurve, errorCurveSpec, number, ink, themeButton, positive, DEGREES };
+  // What an error is made of: stacked shares over the averaging time. limit: { tau, parts: [{ name, share }] }, shares in %.
+  const PARTS = ['gyro noise', 'bias wander', 'reference noise', 'reference bandwidth', 'timing', 'folded motion', 'missing effect', 'unattributed'];
+  function budgetSpec(limit) {
+    const sums = [];
+    limit.parts.reduce((below, part) => { const sum = below.map((b, i) => b + part.share[i]); sums.push(sum); return sum; }, limit.tau.map(() => 0));
+    // The highest first: what lies below it is painted over it. The legend shows each part's own share.
+    const order = limit.parts.map((_, k) => k).reverse();
+    return {
+      name: 'What the error is made of, by averaging time',
+      x: { label: 'averaging time τ', short: 'τ', unit: 's', log: true, range: beside },
+      y: { label: 'share of the error²', unit: '%', range: () => [0, 100] },
+      series: order.map(k => ({ label: limit.parts[k].name, ink: 'part-' + PARTS.indexOf(limit.parts[k].name), fill: 'part-' + PARTS.indexOf(limit.parts[k].name), width: 1, value: i => limit.parts[k].share[i] })),
+      data: [limit.tau, ...order.map(k => sums[k])],
+    };
+  }
+  function budget(place, limit) { return make(place, { ...budgetSpec(limit), height: 280 }); }
+
+  return { make, budget, budgetSpec, seconds, errorCurve, errorCurveSpec, number, ink, themeButton, positive, DEGREES };
 })();

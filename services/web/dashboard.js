@@ -178,9 +178,22 @@
     fill('verdict', h('p.soft.small', `axis ${axis}`), Parts.answer(view),
       h('.figures', figures, view.error_over_floor == null ? null : figure('largest error / floor', number(view.error_over_floor), view.within_floor ? 'within the band of noise alone' : 'above the band of noise alone')));
     drawCurve(view);
+    drawLimit(view.limit);
     fill('suspects', h('h3', 'What may be missing'), view.suspects.length ? view.suspects.map((s, i) => Parts.suspect(s, h(i ? 'button' : 'button.primary', { type: 'button', 'data-do': 'add', 'data-effect': s.effect, 'data-axis': axis, title: i ? `Add ${s.effect} to the model` : `Add ${s.effect} to the model (a)`, disabled: busy ? '' : null }, 'Add'))) : h('p.soft', view.verdict === 'adequate' ? 'Nothing: what is left is noise.' : 'No suspect stands out yet.'));
     const faults = view.data_faults.length ? [h('h3', 'Data faults'), Parts.list(view.data_faults)] : null;
     fill('fails', h('h3', 'Where it fails'), view.fails_where.length ? Parts.list(view.fails_where) : h('p.soft', 'No regime stands out from the noise.'), faults);
+  }
+  let limits, limitShape = '';
+  function drawLimit(limit) {
+    if (!limit?.tau.length) return;
+    fill('limit-says', h('b', limit.by), ': ', Parts.prose(limit.says));
+    const spec = Charts.budgetSpec(limit);
+    // Its legend shows the shares that it was made with.
+    const shape = axis + JSON.stringify(limit.parts);
+    if (shape === limitShape) return;
+    limitShape = shape;
+    limits?.destroy();
+    limits = Charts.make($('limit'), { ...spec, height: 240 });
   }
   function drawCurve(view) {
     const judged = view.curves[view.judged];

@@ -25,7 +25,7 @@
     const judged = axis.curves[axis.judged];
     const verdict = h('.grid.' + axis.tone, { id: 'axis-' + axis.axis },
       h('section.panel.verdict', h('p.soft.small', `axis ${axis.axis}`), Parts.answer(axis), judged ? figures(axis, judged) : null, several || !page.next.length ? null : Parts.command(page.next[0])));
-    return [verdict, curves(axis), suspects(axis), overlay(axis), fails(axis), spectra(axis), model(axis)].filter(Boolean);
+    return [verdict, limit(axis), curves(axis), suspects(axis), overlay(axis), fails(axis), spectra(axis), model(axis)].filter(Boolean);
   }
 
   function figures(axis, judged) {
@@ -44,6 +44,17 @@
     later.push(() => Charts.errorCurve(place, axis.curves, axis.judged));
     const about = axis.floor_source ? `Floor: ${axis.floor_source}. The gap between curve and floor is missing physics; where it opens says fast (left) or slow (right).` : 'The gap between curve and floor is missing physics; where it opens says fast (left) or slow (right).';
     return h('.grid', panel(axis.steps.length ? 'two-thirds' : '', 'Held-out error, open loop', place, h('p.soft.small', about)), axis.steps.length ? panel('third', 'Largest error / floor, step by step (log scale)', Parts.steps(axis.steps)) : null);
+  }
+
+  // What the error is made of, and who shows it at which frequency.
+  function limit(axis) {
+    const l = axis.limit;
+    if (!l || !l.tau.length) return null;
+    const [areas, whose] = [h(''), h('')];
+    later.push(() => Charts.budget(areas, l));
+    later.push(() => Charts.make(whose, { name: 'Whose error it is, by frequency', x: { label: 'frequency', short: 'f', unit: 'Hz', log: true }, y: { label: 'density', unit: '°/s/√Hz', log: true }, height: 280, series: [{ label: 'motion', ink: 'measured', width: 1, unit: '°/s/√Hz' }, { label: 'error', ink: 'residual', width: 1.5, unit: '°/s/√Hz' }, { label: 'of it the reference\'s', ink: 'part-2', width: 1.5, unit: '°/s/√Hz' }, { label: 'of it the gyro\'s', ink: 'part-0', width: 1.5, unit: '°/s/√Hz' }], data: [l.frequency, ...['gyro', 'error', 'of_reference', 'of_gyro'].map(k => Charts.positive(l[k]))] }));
+    const says = axis.says.includes(l.says.replace(/\.$/, '')) ? null : h('p', Parts.prose(l.says));
+    return h('.grid', panel('half', `What limits this log: ${l.by}`, says, areas, h('p.soft.small', `Share of the error² at each averaging time. Noise of the floor: ${l.floor_from}.`)), l.frequency.length ? panel('half', 'Whose error it is', whose, h('p.soft.small', 'Where a line is missing the motion hides it.')) : null);
   }
 
   function overlay(axis) {

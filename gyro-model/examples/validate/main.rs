@@ -12,11 +12,13 @@
 //! | `several` | are two or three effects at once all found, and are their standard errors right? |
 //! | `semi-real` | is an effect found that was added to a recorded log? |
 //! | `floor` | does the error end on its floor? |
+//! | `budget` | what limits a log: told right on set-ups of five kinds? |
 //! | `standard-errors` | are scale factor and bias as well known as is said? |
 //!
 //! Each prints Markdown to standard output, its last line the command that made it; progress goes to standard error.
 //! `--only NAME` runs one log again and tells every step of its ladder.
 
+mod budget;
 #[allow(dead_code)] // truths are written by the generator alone
 #[path = "../make_cases/choice.rs"]
 mod choice;
@@ -62,6 +64,8 @@ enum Study {
     SemiReal(semi_real::Arguments),
     /// Error over floor after the ladder.
     Floor(floor::Arguments),
+    /// What limits a log, on set-ups of five kinds.
+    Budget(budget::Arguments),
     /// Scale factor and bias of clean logs, in their standard errors.
     StandardErrors(standard_errors::Arguments),
 }
@@ -75,6 +79,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         Study::Several(arguments) => several::study(arguments, &cli.run)?,
         Study::SemiReal(arguments) => semi_real::study(arguments, &cli.run)?,
         Study::Floor(arguments) => floor::study(arguments, &cli.run)?,
+        Study::Budget(arguments) => budget::study(arguments, &cli.run)?,
         Study::StandardErrors(arguments) => standard_errors::study(arguments, &cli.run)?,
     }
     let arguments: Vec<String> = std::env::args().skip(1).collect();

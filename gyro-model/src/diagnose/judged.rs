@@ -47,6 +47,17 @@ impl Judged {
         judged
     }
 
+    /// Share of the error² of each averaging time that is gone from another curve, at its nearest averaging time.
+    #[must_use]
+    pub fn removed(&self, after: &[ErrorPoint]) -> Vec<f64> {
+        let apart = |tau: f64, point: &ErrorPoint| (point.tau_s / tau).ln().abs();
+        let gone = |(tau, error): (&f64, &f64)| {
+            let near = after.iter().min_by(|a, b| apart(*tau, a).total_cmp(&apart(*tau, b)));
+            near.and_then(|point| point.error).map_or(0.0, |left| (1.0 - (left / error).powi(2)).clamp(0.0, 1.0))
+        };
+        self.tau.iter().zip(&self.error).map(gone).collect()
+    }
+
     /// The largest E/F.
     #[must_use]
     pub fn over_floor(&self) -> f64 {

@@ -13,6 +13,7 @@ use super::{
 };
 use crate::{
     Axis, AxisModel, Model, Record, Term,
+    budget::Budget,
     diagnosis::{AxisLadder, LadderStep, Verdict},
     effects::{CATALOGUE, Stage, are_aliases, find},
     evidence::study::{Bench, Study},
@@ -101,6 +102,15 @@ impl Change {
             error_curve: judged.points(),
             error_over_floor: judged::finite(judged.over_floor()),
         }
+    }
+}
+
+impl LadderStep {
+    /// The same over the floor of the set-up as it is.
+    fn on(&mut self, budget: &Budget) {
+        budget.raise_points(&mut self.error_curve);
+        let ratios = self.error_curve.iter().filter_map(|point| Some(point.error? / point.floor?));
+        self.error_over_floor = judged::finite(ratios.fold(0.0, f64::max));
     }
 }
 
@@ -319,9 +329,10 @@ pub(super) fn conclude(
         .enumerate()
         .map(|(k, series)| {
             let axis = series.axis;
-            let judged = Judged::new(&study, k, false);
+            let mut judged = Judged::new(&study, k, false);
+            let budget = Budget::of(&study, k, &judged, &present.gls.noise, &[]);
             let own = judged::axis_model(&model, axis);
-            let steps = ended(&steps[k], &judged, study.bench.problem.series.len() > 1, &own);
+            let mut steps = ended(&steps[k], &judged, study.bench.problem.series.len() > 1, &own);
             let list: Vec<&Refit> = last.iter().filter(|r| r.candidate.series == k).collect();
             let (mut verdict, mut says) = match verdict::unexcited(&present.study, &present.gls, k) {
                 Some(says) => (Verdict::CannotTell, says),
@@ -332,6 +343,12 @@ pub(super) fn conclude(
                 (verdict, says) = (Verdict::Ambiguous, split.join("; "));
             }
             says = super::with(says, &own::became(present, &list, options.own_effects, k));
+            budget.raise(&mut judged);
+            for step in &mut steps {
+                step.on(&budget);
+            }
+            (verdict, says) = budget.settle(verdict, says, &judged);
+            (verdict, says) = verdict::at_rest(&study, k, verdict, says);
             let (detail, _) = judged::pictures(record, &study, k);
             AxisLadder {
                 axis,
@@ -344,6 +361,11 @@ pub(super) fn conclude(
                 noise: judged::noise(&own),
                 steps,
                 data_faults: options.faults.to_vec(),
+                floor_from: budget.floor_from,
+                budget: budget.points,
+                error_by_frequency: budget.by_frequency,
+                limited_by: Some(budget.limited_by),
+                limited_says: budget.limited_says,
                 detail: Some(detail),
             }
         })

@@ -23,11 +23,13 @@ pub mod verdict;
 
 use crate::{
     Axis, AxisModel, Model, Record,
+    budget::Budget,
     diagnosis::{AxisDiagnosis, AxisLadder, DataFault, ErrorPoint, Suspect, Verdict},
     effects::{CATALOGUE, Effect, Stage, find},
     evidence::{
         problem::HeldRate,
         study::{Bench, Study},
+        whiten::NoiseModel,
     },
     faults::stuck::MARKED_UP_TO,
     fit::{FitError, calibrated, groups},
@@ -199,7 +201,8 @@ pub fn compare(
                 }
                 bad_data(record, options.faults, bench, &mut verdict, &mut says);
                 let more = if options.own_log && verdict != Verdict::BadData { untold(&present, k) } else { String::new() };
-                (axis_diagnosis(record, &present.study, k, &judged, (verdict, says), Vec::new(), options), more)
+                let of = (&present.study, (&present.study, &present.gls.noise));
+                (axis_diagnosis(record, of, k, &judged, (verdict, says), None, options), more)
             })
             .collect::<Vec<_>>();
         (model.clone(), found)
@@ -313,8 +316,13 @@ pub fn diagnose(
                 let list = list.map(|(r, aliases)| (*r, &aliases[..])).filter(|_| hidden.is_empty());
                 let list = hidden.iter().map(|r| (r, &[][..])).chain(list);
                 let listed = list.filter(|_| !is_bad).map(|(r, a)| suspect(r, a, &before, k)).collect();
-                let found = axis_diagnosis(record, &present.study, k, &judged, (verdict, says), listed, options);
-                AxisDiagnosis { searched: true, ..found }
+                let lacks = matches!(verdict, Verdict::MissingEffect | Verdict::Ambiguous) && parts.is_none();
+                let rest = match own.first().filter(|_| lacks && hidden.is_empty()) {
+                    Some(refit) => (&refit.study, &refit.gls.noise),
+                    None => (&present.study, &present.gls.noise),
+                };
+                let of = (&present.study, rest);
+                axis_diagnosis(record, of, k, &judged, (verdict, says), Some(listed), options)
             })
             .collect::<Vec<_>>();
         (present.study.model.clone(), of_one_orientation(found))
@@ -439,15 +447,29 @@ fn bad_data(record: &Record, faults: &[DataFault], bench: &Bench, verdict: &mut 
     }
 }
 
+/// `rest` is the model whose error is divided, and the noise in it: that with the effect which is missing, where one is.
 fn axis_diagnosis(
     record: &Record,
-    study: &Study,
+    (study, rest): (&Study, (&Study, &NoiseModel)),
     series: usize,
     judged: &Judged,
     (verdict, says): (Verdict, String),
-    suspects: Vec<Suspect>,
+    suspects: Option<Vec<Suspect>>,
     options: &Options,
 ) -> AxisDiagnosis {
+    let searched = suspects.is_some();
+    let suspects = suspects.unwrap_or_default();
+    let missing = match verdict {
+        Verdict::MissingEffect | Verdict::Ambiguous => {
+            suspects.first().map_or_else(Vec::new, |s| judged.removed(&s.error_curve))
+        }
+        _ => Vec::new(),
+    };
+    let budget = Budget::of(rest.0, series, judged, rest.1, &missing);
+    let mut judged = judged.clone();
+    budget.raise(&mut judged);
+    let (verdict, says) = if searched { budget.settle(verdict, says, &judged) } else { (verdict, says) };
+    let (verdict, says) = verdict::at_rest(study, series, verdict, says);
     let axis = study.bench.problem.series[series].axis;
     let own = judged::axis_model(&study.model, axis);
     let (detail, mut fails_where) = judged::pictures(record, study, series);
@@ -469,9 +491,14 @@ fn axis_diagnosis(
         within_floor: Some(judged.within()),
         floor_source: study.bench.prior[series].source.clone(),
         fails_where,
-        searched: false,
+        searched,
         suspects,
         data_faults: options.faults.to_vec(),
+        floor_from: budget.floor_from,
+        budget: budget.points,
+        error_by_frequency: budget.by_frequency,
+        limited_by: Some(budget.limited_by),
+        limited_says: budget.limited_says,
         detail: Some(detail),
     }
 }

@@ -39,11 +39,8 @@ pub fn unexcited(study: &Study, gls: &Gls, series: usize) -> Option<String> {
     let model = study.model.axes[axis.index()].as_ref()?;
     let turn = "turn it to and fro through at least a quarter turn for a minute, at several speeds";
     match rest {
-        Rest::Whole => {
-            return Some(format!(
-                "axis {axis} does not turn in this log, so nothing is known of its scale factor, which stays as it was: {turn}"
-            ));
-        }
+        // What its bias does shows all the same.
+        Rest::Whole => return None,
         Rest::OfReference => {
             return Some(format!(
                 "the reference of axis {axis} does not turn in this log, so nothing can be said of its gyro: {turn}, or leave \
@@ -82,6 +79,22 @@ pub fn unexcited(study: &Study, gls: &Gls, series: usize) -> Option<String> {
         }
     }
     None
+}
+
+/// What is not known of an axis that does not turn is said, and it is never adequate.
+#[must_use]
+pub fn at_rest(study: &Study, series: usize, verdict: Verdict, says: String) -> (Verdict, String) {
+    let s = &study.bench.problem.series[series];
+    if s.rest != Rest::Whole || verdict == Verdict::BadData {
+        return (verdict, says);
+    }
+    let verdict = if verdict == Verdict::Adequate { Verdict::CannotTell } else { verdict };
+    let more = format!(
+        " Axis {} does not turn in this log: its bias and its noise are judged, and nothing is known of its scale factor, which stays \
+         as it was. To know it, turn it to and fro through at least a quarter turn for a minute, at several speeds.",
+        s.axis
+    );
+    (verdict, super::with(says, &more))
 }
 
 /// The verdict of a model with its suspects, which were found beside the model `seen`: the same, or fitted to a part.

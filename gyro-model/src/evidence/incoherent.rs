@@ -39,7 +39,7 @@ pub(super) fn incoherent(gyro: (&[f64], &[f64]), turned: &[f64], rows: &[usize],
 /// What the readings make of an angle, at their times, the largest first: a scale, and a bias where references come unevenly; a
 /// gyro's lateness and what a lag makes beyond that; plays; asymmetry, quadratic and cubic nonlinearity; a scale and a
 /// lateness that change with time; a hysteresis.
-fn made((t, rate): (&[f64], &[f64]), turned: &[f64]) -> Vec<Vec<f64>> {
+pub(crate) fn made((t, rate): (&[f64], &[f64]), turned: &[f64]) -> Vec<Vec<f64>> {
     let slow = steadied(t, rate);
     let mean = slow.iter().sum::<f64>() / slow.len() as f64;
     let slow: Vec<f64> = slow.iter().map(|rate| rate - mean).collect();

@@ -33,7 +33,7 @@ pub mod floor;
 mod gauss_newton;
 mod growth;
 mod heating;
-mod incoherent;
+pub(crate) mod incoherent;
 pub mod increments;
 pub mod integrate;
 pub mod likelihood;

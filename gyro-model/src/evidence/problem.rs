@@ -16,6 +16,7 @@ use super::{
 use crate::{
     Axis, AxisModel, Model, Record, Term,
     effects::{Role, Stage, derivative, steadied},
+    order::median,
     record::ReferenceKind,
 };
 use std::sync::Arc;
@@ -162,7 +163,11 @@ impl Problem {
         let bias = mean(&series.gyro);
         let turned = integral(&series.t, &series.gyro.iter().map(|g| g - bias).collect::<Vec<_>>());
         let walk = prior.reading * series.span().duration.sqrt();
-        if spread(&turned) > TURNS * prior.encoder.hypot(walk) { Rest::OfReference } else { Rest::Whole }
+        if spread(&turned) > TURNS * prior.encoder.hypot(walk) && moves(series, prior) {
+            Rest::OfReference
+        } else {
+            Rest::Whole
+        }
     }
 
     /// Every parameter of the axes' terms that a fit moves: `Reading` limits are read off the data instead, as is what
@@ -292,6 +297,21 @@ impl Problem {
         }
     }
 }
+
+/// Whether a gyro's reading keeps changing from one stretch to the next by more than its noise: a bias that drifts or steps does
+/// not, a sensor that turns does.
+fn moves(series: &Series, prior: &Prior) -> bool {
+    let rows = ((STRETCH / series.span().dt).round() as usize).max(1);
+    let means: Vec<f64> =
+        series.gyro.chunks_exact(rows).map(|part| part.iter().sum::<f64>() / part.len() as f64).collect();
+    let changes: Vec<f64> = means.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    // Of normal numbers the median size lies at 0.674 of the standard deviation.
+    let noise = 0.674 * prior.reading * (2.0 / (rows as f64 * series.span().dt)).sqrt();
+    median(changes).is_some_and(|usual| usual > TURNS * noise)
+}
+
+/// A stretch of a rest, s.
+const STRETCH: f64 = 1.0;
 
 /// Standard deviations of the reference's noise that an axis has to turn by, in the root mean square.
 const TURNS: f64 = 3.0;

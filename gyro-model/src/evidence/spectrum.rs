@@ -1,6 +1,6 @@
 //! Spectra of real series: squared magnitudes of the fast Fourier transform, and Hann's taper.
 
-use realfft::RealFftPlanner;
+use realfft::{RealFftPlanner, num_complex::Complex};
 use std::{cell::RefCell, f64::consts::TAU};
 
 thread_local! {
@@ -10,6 +10,11 @@ thread_local! {
 
 /// |X_k|² of a series at k = 0 … n/2; the series is spoilt. Empty for an empty series.
 pub(crate) fn power(series: &mut [f64]) -> Vec<f64> {
+    transform(series).iter().map(Complex::norm_sqr).collect()
+}
+
+/// X_k of a series at k = 0 … n/2; the series is spoilt. Empty for an empty series.
+pub(crate) fn transform(series: &mut [f64]) -> Vec<Complex<f64>> {
     if series.is_empty() {
         return Vec::new();
     }
@@ -19,7 +24,7 @@ pub(crate) fn power(series: &mut [f64]) -> Vec<f64> {
     if fft.process(series, &mut output).is_err() {
         return Vec::new();
     }
-    output.iter().map(realfft::num_complex::Complex::norm_sqr).collect()
+    output
 }
 
 /// Hann's weights of n values, ½ − ½ cos(2π(k + ½)/n), the cosines by rotating from one to the next.

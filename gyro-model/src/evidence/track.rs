@@ -42,6 +42,14 @@ pub struct Track {
     pub(super) unsure: Vec<bool>,
 }
 
+impl Track {
+    /// The reference less its own errors, at its rows, rad.
+    #[must_use]
+    pub fn reference(&self) -> &[f64] {
+        &self.reference
+    }
+}
+
 impl Problem {
     /// The angle of a rate with what these terms do to it and to its times undone, at the samples, rad.
     #[must_use]

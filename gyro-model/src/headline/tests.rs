@@ -1,5 +1,8 @@
 use super::*;
-use crate::{diagnosis::NoiseValue, effects::CATALOGUE};
+use crate::{
+    diagnosis::{FloorFrom, NoiseValue},
+    effects::CATALOGUE,
+};
 
 /// Made-up numbers: each parameter a little off its typical size, known to 2 %; `sign` turns coefficients round.
 fn made_up(axis: Axis, id: &str, sign: f64) -> Vec<ParameterValue> {
@@ -63,6 +66,11 @@ fn diagnosed(verdict: Verdict, suspects: Vec<Suspect>, ratio: f64) -> AxisDiagno
         searched: true,
         suspects,
         data_faults: Vec::new(),
+        floor_from: FloorFrom::Measured,
+        budget: Vec::new(),
+        error_by_frequency: Vec::new(),
+        limited_by: None,
+        limited_says: String::new(),
         detail: None,
     }
 }
@@ -158,6 +166,11 @@ fn a_ladder_tells_all_that_it_added_at_once_and_what_was_before() {
         noise: NoiseValue::default(),
         steps: vec![step(None, 14.0), step(Some("delay"), 4.0), step(Some("encoder-backlash"), 1.02)],
         data_faults: Vec::new(),
+        floor_from: FloorFrom::Measured,
+        budget: Vec::new(),
+        error_by_frequency: Vec::new(),
+        limited_by: None,
+        limited_says: String::new(),
         detail: None,
     };
     let headline = of_ladder(&axis);

@@ -18,6 +18,7 @@ mod injection;
 mod motion;
 mod noise;
 mod sensor;
+mod set_up;
 mod simulator;
 #[cfg(test)]
 mod tests;
@@ -27,6 +28,7 @@ pub use hidden::{Hidden, HiddenError};
 pub use injection::Injection;
 pub use motion::{Instant, Line, Motion, Shaft};
 pub use sensor::{Reference, SensorSpec, Supply, Temperature};
+pub use set_up::{Coloured, SetUp};
 pub use simulator::{Sample, Simulator};
 
 use crate::{Model, Record};

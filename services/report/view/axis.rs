@@ -1,10 +1,13 @@
 //! The parts of an axis in human units and words.
 
-use super::{AliasView, CardView, Curve, ParameterView, StepView, SuspectView};
+use super::{AliasView, CardView, Curve, LimitView, ParameterView, PartView, StepView, SuspectView};
 use crate::report::units::{self, Shown};
 use gyro_model::{
     Axis,
-    diagnosis::{DataFault, ErrorPoint, NoiseValue, ParameterValue, Suspect, Verdict},
+    diagnosis::{
+        BudgetPoint, DataFault, ErrorPoint, FloorFrom, FrequencyShare, LimitedBy, NoiseValue, ParameterValue, Suspect,
+        Verdict,
+    },
     effects,
 };
 
@@ -59,6 +62,42 @@ pub(super) fn curve(label: &str, points: &[ErrorPoint]) -> Curve {
         floor: points.iter().map(|p| degrees(p.floor)).collect(),
         floor_99: points.iter().map(|p| degrees(p.floor_99)).collect(),
     }
+}
+
+/// What limits a log.
+pub(super) fn limit(
+    by: Option<LimitedBy>,
+    says: &str,
+    floor_from: FloorFrom,
+    budget: &[BudgetPoint],
+    frequencies: &[FrequencyShare],
+) -> Option<LimitView> {
+    let by = by.filter(|_| !budget.is_empty())?;
+    let share = |part: usize| -> Vec<f64> {
+        budget.iter().map(|point| 100.0 * point.parts()[part] / point.total().max(1e-300)).collect()
+    };
+    let mut parts: Vec<(usize, PartView)> = (0..LimitedBy::ALL.len())
+        .map(|part| (part, PartView { name: LimitedBy::ALL[part].words(), share: share(part) }))
+        .filter(|(_, view)| view.share.iter().any(|share| *share >= 1.0))
+        .collect();
+    let sum = |view: &PartView| view.share.iter().sum::<f64>();
+    let is_last = |part: usize| LimitedBy::ALL[part] == LimitedBy::Unattributed;
+    parts.sort_by(|a, b| is_last(a.0).cmp(&is_last(b.0)).then(sum(&b.1).total_cmp(&sum(&a.1))));
+    let density = |of: &dyn Fn(&FrequencyShare) -> Option<f64>| -> Vec<Option<f64>> {
+        frequencies.iter().map(|f| of(f).filter(|d| *d > 0.0).map(|d| d.sqrt().to_degrees())).collect()
+    };
+    Some(LimitView {
+        by: by.words(),
+        says: sentence(says),
+        floor_from,
+        tau: budget.iter().map(|point| point.tau_s).collect(),
+        parts: parts.into_iter().map(|(_, view)| view).collect(),
+        frequency: frequencies.iter().map(|f| 0.5 * (f.from_hz + f.to_hz)).collect(),
+        error: density(&|f| Some(f.error)),
+        gyro: density(&|f| Some(f.gyro)),
+        of_reference: density(&|f| f.of_reference),
+        of_gyro: density(&|f| f.of_gyro),
+    })
 }
 
 /// A step of the ladder.

@@ -7,7 +7,7 @@ use axis::{curve, falling, tone, words};
 use gyro_model::{
     Axis,
     detail::{AxisDetail, fails_where},
-    diagnosis::{AxisDiagnosis, AxisLadder, Diagnosis, ErrorPoint, Ladder, Verdict},
+    diagnosis::{AxisDiagnosis, AxisLadder, Diagnosis, ErrorPoint, FloorFrom, Ladder, Verdict},
     headline,
 };
 use serde::Serialize;
@@ -60,6 +60,8 @@ pub struct AxisView {
     pub within_floor: Option<bool>,
     /// Where the floor's noise comes from.
     pub floor_source: String,
+    /// What limits this log; `None` where nobody looked.
+    pub limit: Option<LimitView>,
     /// Where the model fails, in words.
     pub fails_where: Vec<String>,
     /// What may be missing, best first.
@@ -70,6 +72,40 @@ pub struct AxisView {
     pub data_faults: Vec<String>,
     /// Series for the charts, SI.
     pub detail: Option<AxisDetail>,
+}
+
+/// What limits a log, and what its error is made of.
+#[derive(Clone, Debug, Serialize)]
+pub struct LimitView {
+    /// `reference noise`, …
+    pub by: &'static str,
+    /// In one sentence, with the remedy.
+    pub says: String,
+    /// `measured`, `assumed` or `unknown`: where the floor's noise is known from.
+    pub floor_from: FloorFrom,
+    /// Averaging time, s.
+    pub tau: Vec<f64>,
+    /// The parts that make a hundredth somewhere, largest over all first; what none explains last.
+    pub parts: Vec<PartView>,
+    /// Whose error it is, frequency by frequency, °/s/√Hz.
+    pub frequency: Vec<f64>,
+    /// The error.
+    pub error: Vec<Option<f64>>,
+    /// What the gyro shows in all.
+    pub gyro: Vec<Option<f64>>,
+    /// The error that only the reference shows.
+    pub of_reference: Vec<Option<f64>>,
+    /// The error that only the gyro shows.
+    pub of_gyro: Vec<Option<f64>>,
+}
+
+/// One part of an error.
+#[derive(Clone, Debug, Serialize)]
+pub struct PartView {
+    /// `reference noise`, …
+    pub name: &'static str,
+    /// Its share of the error² of each averaging time, %.
+    pub share: Vec<f64>,
 }
 
 /// An error curve, °/s over s.
@@ -268,6 +304,13 @@ impl AxisView {
             error_over_floor: axis.error_over_floor.filter(|r| r.is_finite()),
             within_floor: axis.within_floor,
             floor_source: axis.floor_source.clone(),
+            limit: axis::limit(
+                axis.limited_by,
+                &axis.limited_says,
+                axis.floor_from,
+                &axis.budget,
+                &axis.error_by_frequency,
+            ),
             // Of many bins that hold noise alone a few stand out.
             fails_where: match axis.verdict {
                 Verdict::Adequate => Vec::new(),
@@ -338,6 +381,13 @@ impl AxisView {
             error_over_floor: last.and_then(|s| s.error_over_floor).filter(|r| r.is_finite()),
             within_floor,
             floor_source: String::new(),
+            limit: axis::limit(
+                axis.limited_by,
+                &axis.limited_says,
+                axis.floor_from,
+                &axis.budget,
+                &axis.error_by_frequency,
+            ),
             fails_where: match &axis.detail {
                 Some(detail) if axis.verdict != Verdict::Adequate && within_floor != Some(true) => {
                     fails_where(detail).into_iter().map(|f| f.says).collect()

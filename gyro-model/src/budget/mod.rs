@@ -1,0 +1,257 @@
+//! What the error that is left is made of: whose fault it is, and what to do.
+//!
+//! After a model is compensated its held-out error² is divided, averaging time by averaging time, among the parts of
+//! [`Part`]. Each component ([`COMPONENTS`]) has evidence of its own in the spectra of error, gyro and reference
+//! ([`spectra`]) and takes, band by band, no more than that evidence says. What goes with the catalogue's columns
+//! ([`coherent`]) or with the gyro's rate, and is not named, no component of noise gets: it is `unattributed`, as is all that
+//! nothing claims.
+//!
+//! ```text
+//! E²(τ) = Σ parts,   each part's share that of ∫ S_part(f) |sin πfτ / (m sin πfΔt)|² df in the whole
+//! ```
+
+mod bias_wander;
+mod coherent;
+mod folded_motion;
+mod gyro_noise;
+mod reference_bandwidth;
+mod reference_noise;
+mod says;
+mod seen;
+pub mod spectra;
+mod timing;
+
+use crate::{
+    diagnose::judged::{Judged, finite},
+    diagnosis::{BudgetPoint, ErrorPoint, FloorFrom, FrequencyShare, LimitedBy, Verdict},
+    evidence::{study::Study, whiten::NoiseModel},
+};
+use seen::Seen;
+use spectra::Band;
+
+/// What an error may be made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// White noise of the gyro.
+    GyroNoise,
+    /// A bias that wanders.
+    BiasWander,
+    /// Noise of the reference.
+    ReferenceNoise,
+    /// A reference that does not follow.
+    ReferenceBandwidth,
+    /// Stamps that scatter.
+    Timing,
+    /// Motion faster than half the sampling rate.
+    FoldedMotion,
+}
+
+impl Part {
+    const ALL: [Self; 6] = [
+        Self::GyroNoise,
+        Self::BiasWander,
+        Self::ReferenceNoise,
+        Self::ReferenceBandwidth,
+        Self::Timing,
+        Self::FoldedMotion,
+    ];
+}
+
+/// What one component takes of the error, band by band, (rad/s)²/Hz, and the numbers that say why.
+#[derive(Clone, Debug)]
+pub struct Claim {
+    taken: Vec<f64>,
+    numbers: [f64; 3],
+}
+
+impl Claim {
+    /// Up to a level, and what chance makes of that in a band of so few values, of what is left.
+    fn up_to(seen: &Seen, left: &[f64], level: impl Fn(usize) -> f64) -> Self {
+        let chance = |k: usize| 1.0 + CHANCE / seen.bands[k].count.sqrt();
+        Self::exactly(left, |k| chance(k) * level(k))
+    }
+
+    fn exactly(left: &[f64], part: impl Fn(usize) -> f64) -> Self {
+        let taken = left.iter().enumerate().map(|(k, left)| part(k).clamp(0.0, *left)).collect();
+        Self { taken, numbers: [0.0; 3] }
+    }
+
+    fn saying(self, numbers: [f64; 3]) -> Self {
+        Self { numbers, ..self }
+    }
+}
+
+/// Standard deviations that a band may stand above its expectation.
+const CHANCE: f64 = 2.0;
+
+type Component = fn(&Seen, &[f64]) -> Option<Claim>;
+
+/// Who takes first what he has evidence for.
+const COMPONENTS: [(Part, Component); 6] = [
+    (Part::GyroNoise, gyro_noise::claim),
+    (Part::ReferenceBandwidth, reference_bandwidth::claim),
+    (Part::FoldedMotion, folded_motion::claim),
+    (Part::Timing, timing::claim),
+    (Part::ReferenceNoise, reference_noise::claim),
+    (Part::BiasWander, bias_wander::claim),
+];
+
+/// The budget of one axis.
+#[derive(Clone, Debug)]
+pub struct Budget {
+    /// Averaging time by averaging time.
+    pub points: Vec<BudgetPoint>,
+    /// Whose error it is, frequency by frequency.
+    pub by_frequency: Vec<FrequencyShare>,
+    /// The largest part over the middle of the curve.
+    pub limited_by: LimitedBy,
+    /// What to do about it.
+    pub limited_says: String,
+    /// Where the floor's noise comes from.
+    pub floor_from: FloorFrom,
+    /// What the set-up adds to the floor², (rad/s)², beyond the noise that was known beforehand; empty where nothing.
+    pub set_up: Vec<f64>,
+    /// Share of the error² over the middle of the curve that no component takes.
+    pub unattributed: f64,
+}
+
+impl Budget {
+    /// Divides the error of one axis, `judged`; `missing` is the share of each averaging time's error² that an effect removes
+    /// which is named, and `study` the model with it.
+    #[must_use]
+    pub fn of(study: &Study, series: usize, judged: &Judged, noise: &NoiseModel, missing: &[f64]) -> Self {
+        let seen = Seen::new(study, series, noise);
+        let mut left: Vec<f64> = seen.bands.iter().map(|band| band.error).collect();
+        let mut claims: Vec<(Part, Claim)> = Vec::new();
+        for (part, component) in COMPONENTS {
+            if let Some(claim) = component(&seen, &left) {
+                left.iter_mut().zip(&claim.taken).for_each(|(left, taken)| *left -= taken);
+                claims.push((part, claim));
+            }
+        }
+        let mut points = Vec::new();
+        let mut set_up = Vec::new();
+        for (k, &tau) in judged.tau.iter().enumerate() {
+            let passes: Vec<f64> = seen.bands.iter().map(|band| band.passes(tau, seen.dt)).collect();
+            let through = |density: &dyn Fn(usize) -> f64| -> f64 {
+                passes.iter().enumerate().map(|(b, pass)| pass * density(b)).sum()
+            };
+            let all = through(&|b| seen.bands[b].error).max(1e-300);
+            let own = |part: Part| -> f64 {
+                claims.iter().filter(|(p, _)| *p == part).map(|(_, claim)| through(&|b| claim.taken[b])).sum()
+            };
+            let square = judged.error[k].powi(2);
+            let absent = missing.get(k).copied().unwrap_or(0.0).clamp(0.0, 1.0);
+            let rest = square * (1.0 - absent);
+            let incoherent = rest * (1.0 - seen.with_columns[k]);
+            let of = |part: Part| incoherent * (own(part) / all + 0.0).clamp(0.0, 1.0);
+            let parts = Part::ALL.map(of);
+            let taken: f64 = parts.iter().sum();
+            let of_set_up = Part::ALL.iter().zip(parts).filter(|(part, _)| is_of_set_up(**part)).map(|(_, own)| own);
+            let known = seen.walks.1.powi(2) / tau + 2.0 * (seen.prior.encoder / tau).powi(2);
+            set_up.push((of_set_up.sum::<f64>() - known).max(0.0));
+            let [gyro, wander, reference, bandwidth, timing, folded] = parts.map(finite);
+            points.push(BudgetPoint {
+                tau_s: tau,
+                gyro_noise: gyro,
+                bias_wander: wander,
+                reference_noise: reference,
+                reference_bandwidth: bandwidth,
+                timing,
+                folded_motion: folded,
+                missing: finite(square * absent),
+                unattributed: finite((rest - taken).max(0.0)),
+            });
+        }
+        let shows = |(part, _): &(Part, Claim)| match part {
+            Part::ReferenceNoise => reference_noise::is_told(&seen),
+            part => is_of_set_up(*part),
+        };
+        if !claims.iter().any(shows) {
+            set_up.clear();
+        }
+        let numbers = |part: Part| claims.iter().find(|(p, _)| *p == part).map(|(_, claim)| claim.numbers);
+        let (limited_by, unattributed) = says::largest(&points, seen.dt);
+        let limited_says = says::says(limited_by, &points, &seen, &numbers);
+        let by_frequency = seen.bands.iter().zip(&left).map(|(band, left)| by_frequency(band, *left)).collect();
+        let floor_from = if seen.prior.assumed { FloorFrom::Assumed } else { FloorFrom::Measured };
+        Self { points, by_frequency, limited_by, limited_says, floor_from, set_up, unattributed }
+    }
+}
+
+fn by_frequency(band: &Band, left: f64) -> FrequencyShare {
+    let told =
+        |(density, error): (f64, f64)| (error < 0.5 * band.error).then(|| digits(density.clamp(0.0, band.error)));
+    FrequencyShare {
+        from_hz: digits(band.low),
+        to_hz: digits(band.high),
+        error: digits(band.error),
+        gyro: digits(band.gyro),
+        reference: digits(band.reference),
+        of_gyro: told(band.of_gyro()),
+        of_reference: told(band.of_reference()),
+        with_motion: digits(band.coherent()),
+        unattributed: digits(left),
+    }
+}
+
+/// Four digits of it: more is noise.
+fn digits(value: f64) -> f64 {
+    if value == 0.0 || !value.is_finite() {
+        return 0.0;
+    }
+    let scale = 10_f64.powi(3 - value.abs().log10().floor() as i32);
+    (value * scale).round() / scale
+}
+
+impl Budget {
+    /// The floor of the set-up as it is: what it adds to a floor of gyro and reference alone.
+    pub fn raise(&self, judged: &mut Judged) {
+        for ((floor, upper), more) in judged.floor.floor.iter_mut().zip(&mut judged.floor.upper).zip(&self.set_up) {
+            let raised = (*floor * *floor + more).sqrt();
+            *upper *= raised / *floor;
+            *floor = raised;
+        }
+    }
+
+    /// The same of a curve of the same averaging times.
+    pub fn raise_points(&self, points: &mut [ErrorPoint]) {
+        for (point, more) in points.iter_mut().zip(&self.set_up) {
+            if let Some(floor) = point.floor.filter(|floor| *floor > 0.0) {
+                let raised = (floor * floor + more).sqrt();
+                point.floor_99 = point.floor_99.map(|upper| upper * raised / floor);
+                point.floor = Some(raised);
+            }
+        }
+    }
+
+    /// The last word on an error that no effect removes, its causes known: what is attributed is explained.
+    #[must_use]
+    pub fn settle(&self, verdict: Verdict, says: String, judged: &Judged) -> (Verdict, String) {
+        let share = format!("{:.0} %", 100.0 * self.unattributed);
+        if verdict != Verdict::Unexplained {
+            return (verdict, says);
+        }
+        if self.unattributed > EXPLAINED {
+            return (verdict, format!("{says} {share} of the error² is attributed to nothing."));
+        }
+        let limit = &self.limited_says;
+        if judged.within() {
+            let says = format!("no effect that this log could show is missing. What limits it: {limit}");
+            return (Verdict::Adequate, says);
+        }
+        let says = format!(
+            "the error is known but for {share} of its square, and too large to tell what smaller effects the gyro has. What limits \
+             this log: {limit}"
+        );
+        (Verdict::CannotTell, says)
+    }
+}
+
+/// Share of the error² that may be attributed to nothing where the rest explains it.
+const EXPLAINED: f64 = 0.2;
+
+/// Whether a part is of the set-up, and not of the gyro.
+const fn is_of_set_up(part: Part) -> bool {
+    matches!(part, Part::ReferenceNoise | Part::ReferenceBandwidth | Part::Timing | Part::FoldedMotion)
+}

@@ -1,0 +1,139 @@
+//! The budget in words: what limits a log most, by how much, and what to do about it.
+
+use super::{Part, reference_bandwidth::missing_at, seen::Seen};
+use crate::diagnosis::{BudgetPoint, LimitedBy};
+
+/// The averaging times over which a log's limit is told: from four samples to a thirtieth of the log.
+fn middle(points: &[BudgetPoint], dt: f64) -> impl Iterator<Item = &BudgetPoint> {
+    // A curve goes to a tenth of the log.
+    let last = points.last().map_or(0.0, |point| point.tau_s / 3.0).max(8.0 * dt);
+    points.iter().filter(move |point| point.tau_s >= 3.9 * dt && point.tau_s <= last)
+}
+
+/// The largest part over the middle of the curve, each averaging time counting alike, and the share that none takes.
+pub fn largest(points: &[BudgetPoint], dt: f64) -> (LimitedBy, f64) {
+    let mut shares = [0.0; 8];
+    let mut count = 0.0;
+    for point in middle(points, dt) {
+        let all = point.total();
+        if all > 0.0 {
+            shares.iter_mut().zip(point.parts()).for_each(|(sum, part)| *sum += part / all);
+            count += 1.0;
+        }
+    }
+    let most = (0..shares.len()).max_by(|a, b| shares[*a].total_cmp(&shares[*b])).unwrap_or(7);
+    (LimitedBy::ALL[most], if count > 0.0 { shares[7] / count } else { 1.0 })
+}
+
+/// One sentence with its number, and the remedy.
+pub fn says(
+    limit: LimitedBy,
+    points: &[BudgetPoint],
+    seen: &Seen,
+    numbers: &dyn Fn(Part) -> Option<[f64; 3]>,
+) -> String {
+    let place = LimitedBy::ALL.iter().position(|l| *l == limit).unwrap_or(7);
+    let share = |point: &BudgetPoint| point.parts()[place] / point.total().max(1e-300);
+    let Some(at) = middle(points, seen.dt).max_by(|a, b| share(a).total_cmp(&share(b))) else {
+        return "the log is too short to divide its error".into();
+    };
+    let part = format!("{:.0} % of the error² at {}", 100.0 * share(at), seconds(at.tau_s));
+    let of = |part: Part| numbers(part).unwrap_or_default();
+    match limit {
+        LimitedBy::GyroNoise => format!(
+            "the gyro's own white noise, {} °/√s ({part}). Only a quieter gyro, or a longer average, does better.",
+            digits(seen.walks.0.to_degrees())
+        ),
+        LimitedBy::BiasWander => {
+            let [walk, size, time] = of(Part::BiasWander);
+            let how = if size > 0.0 && size * size > walk * walk * time {
+                format!("{} °/s within some {}", digits(size.to_degrees()), seconds(time))
+            } else {
+                format!("{} °/s in a minute", digits((walk * 60_f64.sqrt()).to_degrees()))
+            };
+            format!(
+                "the gyro's bias wanders by {how} ({part}). No parameter takes that out: let a filter with a reference follow it, or keep \
+                 the sensor's temperature."
+            )
+        }
+        LimitedBy::ReferenceNoise => {
+            let [sigma, low, high] = of(Part::ReferenceNoise);
+            if low > 0.0 && seen.walks.1 == 0.0 {
+                format!(
+                    "noise of the reference, {} ° in all, between {low:.0} and {high:.0} Hz more than the gyro's whole signal ({part}). \
+                     It says nothing against the gyro: record a steadier reference, or judge over longer times.",
+                    digits(sigma.to_degrees())
+                )
+            } else if seen.walks.1 > seen.walks.0 {
+                format!(
+                    "noise of the reference, {} °/√s, more than the gyro's own {} °/√s ({part}). It says nothing against the gyro: record \
+                     a quieter reference.",
+                    digits(seen.walks.1.to_degrees()),
+                    digits(seen.walks.0.to_degrees())
+                )
+            } else {
+                format!(
+                    "noise of the reference, {} ° a reading ({part}). It says nothing against the gyro: record a finer reference, or judge \
+                     over longer times.",
+                    digits(sigma.to_degrees())
+                )
+            }
+        }
+        LimitedBy::ReferenceBandwidth => {
+            let [size, knots, _] = of(Part::ReferenceBandwidth);
+            if knots > 0.0 {
+                format!(
+                    "the reference has a value of its own every {} only, and straight lines between ({part}): it follows nothing faster \
+                     than {:.1} Hz. Log it as it comes, with its own stamps, or record a faster one.",
+                    seconds(size),
+                    0.5 / size
+                )
+            } else {
+                format!(
+                    "the reference is smoothed over {} and follows nothing faster than {:.1} Hz ({part}). Switch its filter off, or record \
+                     a faster one.",
+                    seconds(size),
+                    missing_at(0.5, size)
+                )
+            }
+        }
+        LimitedBy::Timing => format!(
+            "the stamps of gyro and reference scatter by {} against each other ({part}). Stamp in hardware, or log both with one clock.",
+            seconds(of(Part::Timing)[0])
+        ),
+        LimitedBy::FoldedMotion => {
+            let [frequency, truly, rate] = of(Part::FoldedMotion);
+            if frequency == 0.0 {
+                return format!(
+                    "the motion is still strong at half the sampling rate ({} °/s/√Hz), and what is faster comes back folded ({part}). \
+                     Sample faster, or filter both before sampling.",
+                    digits(truly.to_degrees())
+                );
+            }
+            format!(
+                "motion of about {truly:.1} Hz, faster than half the sampling rate, shows at {frequency:.1} Hz while the shaft turns with \
+                 {:.0} °/s ({part}). Sample faster, or filter both before sampling.",
+                rate.to_degrees()
+            )
+        }
+        LimitedBy::MissingEffect => format!("an effect that the model lacks ({part}). Add it and look again."),
+        LimitedBy::Unattributed => format!(
+            "an error that goes with no noise of gyro, reference or clock that this log shows ({part}). See where it fails; check the \
+             reference and its mounting."
+        ),
+    }
+}
+
+/// A number that is not negative, to two figures.
+fn digits(value: f64) -> String {
+    if value < 1e-9 {
+        return "0".to_owned();
+    }
+    let decimals = (1.0 - value.log10().floor()).clamp(0.0, 12.0) as usize;
+    format!("{value:.decimals$}")
+}
+
+/// A time, to two figures, in ms where it is short.
+fn seconds(value: f64) -> String {
+    if value < 0.0995 { format!("{} ms", digits(1e3 * value)) } else { format!("{} s", digits(value)) }
+}

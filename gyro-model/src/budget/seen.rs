@@ -1,0 +1,131 @@
+//! What the components of a budget look at: one axis' error, step by step, beside gyro and reference.
+
+use super::{
+    coherent,
+    spectra::{Band, bands},
+};
+use crate::{
+    AxisModel,
+    evidence::{
+        prior::{Prior, read_angle},
+        series::Rest,
+        study::Study,
+        whiten::NoiseModel,
+    },
+    record::ReferenceKind,
+};
+
+/// One axis of a study.
+#[derive(Clone, Debug)]
+pub struct Seen<'a> {
+    /// From one to the next, s.
+    pub dt: f64,
+    /// Steps of the angle error from row to row, what goes with the catalogue's columns taken out, rad.
+    pub error: Vec<f64>,
+    /// Steps of the compensated gyro's angle, rad.
+    pub gyro: Vec<f64>,
+    /// Steps of the reference's angle, rad.
+    pub reference: Vec<f64>,
+    /// By how much the reference's rate changes from one step to the next, about all axes that it is of, rad/s.
+    pub bends: Vec<f64>,
+    /// Spectra of the three.
+    pub bands: Vec<Band>,
+    /// Share of the error² of each averaging time that goes with the catalogue's columns.
+    pub with_columns: Vec<f64>,
+    /// One step of the reference where it is an encoder, rad.
+    pub count: f64,
+    /// Whether the axis does not turn: all that is left of its error is then the gyro's.
+    pub rests: bool,
+    /// N of the gyro's own white noise, and of a reference that is a rate, rad/√s.
+    pub walks: (f64, f64),
+    /// Noise known beforehand.
+    pub prior: &'a Prior,
+    /// Noise identified in the error.
+    pub noise: &'a NoiseModel,
+}
+
+impl<'a> Seen<'a> {
+    /// Series `series` of a study with the noise that was identified in its error.
+    #[must_use]
+    pub fn new(study: &'a Study, series: usize, noise: &'a NoiseModel) -> Self {
+        let problem = &study.bench.problem;
+        let s = &problem.series[series];
+        let t = problem.times();
+        let mut apart: Vec<f64> = t.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        apart.sort_by(f64::total_cmp);
+        let dt = apart[apart.len() / 2];
+        let error = problem.axis_error(&study.evaluation, series);
+        let angle = problem.attitude().map_or_else(
+            || study.evaluation.tracks[series].reference().to_vec(),
+            |attitude| attitude.turned_about(s.axis.index()),
+        );
+        let bends = bends(study, t);
+        let lost = &study.evaluation.lost;
+        let steps = |angle: &[f64]| -> Vec<f64> {
+            (1..angle.len()).map(|k| if lost[k] { 0.0 } else { angle[k] - angle[k - 1] }).collect()
+        };
+        let tau = &study.bench.windows.tau;
+        let whole = read_angle(s);
+        let found = coherent::conditioned(s, &whole, &error, tau, dt);
+        let reference = steps(&angle);
+        let error = steps(&found.rest);
+        let gyro: Vec<f64> = reference.iter().zip(&error).map(|(r, e)| r + e).collect();
+        let bands = bands([&error, &gyro, &reference], dt);
+        let prior = &study.bench.prior[series];
+        let alpha = study.model.axes[s.axis.index()].as_ref().map_or(1.0, AxisModel::alpha);
+        let own = (alpha.abs() * prior.reading).min(prior.angle_random_walk);
+        let walks = match s.kind {
+            ReferenceKind::Rate => (own, (prior.angle_random_walk.powi(2) - own * own).sqrt()),
+            ReferenceKind::Angle | ReferenceKind::Quaternion => (prior.angle_random_walk, 0.0),
+        };
+        Self {
+            dt,
+            error,
+            gyro,
+            reference,
+            bends,
+            bands,
+            with_columns: found.share,
+            count: s.encoder.step,
+            rests: s.rest == Rest::Whole,
+            walks,
+            prior,
+            noise,
+        }
+    }
+
+    /// One-sided density of the gyro's white noise, (rad/s)²/Hz.
+    #[must_use]
+    pub fn white(&self) -> f64 {
+        2.0 * self.walks.0.powi(2)
+    }
+
+    /// One-sided density in a band of the reference's white noise as it is known beforehand, (rad/s)²/Hz.
+    #[must_use]
+    pub fn white_of_reference(&self, band: &Band) -> f64 {
+        2.0 * self.walks.1.powi(2) + self.of_white_angle(band, self.prior.encoder)
+    }
+
+    /// One-sided density, in a band, of the rate that an angle of white noise σ, rad, shows.
+    #[must_use]
+    pub fn of_white_angle(&self, band: &Band, sigma: f64) -> f64 {
+        2.0 * self.dt * (2.0 * sigma * (std::f64::consts::PI * band.frequency() * self.dt).sin() / self.dt).powi(2)
+    }
+}
+
+/// By how much the reference's rate changes from one step to the next: of an orientation, about all of its axes together.
+fn bends(study: &Study, t: &[f64]) -> Vec<f64> {
+    let problem = &study.bench.problem;
+    let angles: Vec<Vec<f64>> = problem.attitude().map_or_else(
+        || vec![problem.series[0].reference_angle.clone()],
+        |attitude| (0..3).map(|axis| attitude.turned_about(axis)).collect(),
+    );
+    let mut squares = vec![0.0; t.len().saturating_sub(2)];
+    for angle in angles {
+        for (k, square) in squares.iter_mut().enumerate() {
+            let rate = |k: usize| (angle[k + 1] - angle[k]) / (t[k + 1] - t[k]).max(1e-9);
+            *square += (rate(k + 1) - rate(k)).powi(2);
+        }
+    }
+    squares.into_iter().map(f64::sqrt).collect()
+}
