@@ -174,6 +174,17 @@ impl NameArgs {
     }
 }
 
+/// How a search is run.
+#[derive(clap::Args, Debug, Clone)]
+pub struct SearchArgs {
+    /// Show each test of each suspect, with its number and its threshold: why an effect was named, or was not
+    #[arg(long)]
+    pub explain: bool,
+    /// Stop the search after so many seconds and give the best so far, marked as unfinished; Ctrl-C does the same
+    #[arg(long, value_name = "SECONDS")]
+    pub budget: Option<f64>,
+}
+
 /// How a result is printed.
 #[derive(clap::Args, Debug, Clone)]
 pub struct ReportArgs {

@@ -35,6 +35,7 @@ pub mod commands;
 pub mod compensator;
 pub mod consumers;
 pub mod dashboard;
+pub mod deadline;
 pub mod demo;
 pub mod domain;
 pub mod estimates;

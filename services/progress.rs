@@ -35,6 +35,11 @@ impl Progress {
         self.0.set_position(done);
     }
 
+    /// A line that stays, on standard error.
+    pub fn line(&self, line: &str) {
+        self.0.suspend(|| eprintln!("{line}"));
+    }
+
     /// What is being done.
     pub fn says(&self, what: &str) {
         self.0.set_message(what.to_owned());

@@ -14,7 +14,7 @@
 
 use crate::{
     AxisModel, Model, Noise, Row,
-    effects::{Effect, Memory, Signals, Stage},
+    effects::{Effect, Memory, Signals, Stage, Trait},
     history::{History, seconds},
     record::FREE_CHANNELS,
 };
@@ -227,7 +227,7 @@ impl Placed {
 /// Whether this response is the mount's (between shaft and gyro) rather than the sensor's own.
 #[must_use]
 pub fn of_the_mount(effect: &dyn Effect) -> bool {
-    effect.stage() == Stage::Response && effect.card().id == "mount-resonance"
+    effect.stage() == Stage::Response && effect.is(Trait::Resonance)
 }
 
 impl Plan {

@@ -2,6 +2,7 @@
 //!
 //! SI units; what has no value is `None` (JSON `null`), never a number that is not finite.
 
+pub use crate::detail::FailsWhere;
 use crate::{Axis, detail::AxisDetail};
 use serde::{Deserialize, Serialize};
 
@@ -70,6 +71,15 @@ pub struct AxisDiagnosis {
     pub searched: bool,
     /// Best first; empty for `compare`.
     pub suspects: Vec<Suspect>,
+    /// The effects that are missing together, where there are several.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub missing: Vec<String>,
+    /// Why each effect was named or was not, where that was asked for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub explained: Vec<Explained>,
+    /// Whether the search was stopped before its end.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub unfinished: bool,
     /// Faults of the data.
     pub data_faults: Vec<DataFault>,
     /// Where the noise of the floor is known from.
@@ -267,26 +277,6 @@ pub struct ErrorPoint {
     pub floor_99: Option<f64>,
 }
 
-/// One regime in which the model errs.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct FailsWhere {
-    /// `time`, `rate`, `direction`, `rate-change`, `angle`, `temperature`, `supply`, `rate-y`, `acceleration-x` and their like,
-    /// `frequency`, or the name of a free column.
-    pub regressor: String,
-    /// Lower edge, SI.
-    pub from: Option<f64>,
-    /// Upper edge, SI.
-    pub to: Option<f64>,
-    /// Samples in the bin.
-    pub samples: usize,
-    /// Mean rate error in the bin (gyro less reference), rad/s.
-    pub mean_error: Option<f64>,
-    /// Its standard error, rad/s.
-    pub std_error: Option<f64>,
-    /// In words.
-    pub says: String,
-}
-
 /// A physical effect that may be missing.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Suspect {
@@ -304,6 +294,58 @@ pub struct Suspect {
     pub parameters: Vec<ParameterValue>,
     /// The error curve with it added.
     pub error_curve: Vec<ErrorPoint>,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+const fn is_false(value: &bool) -> bool {
+    !*value
+}
+
+/// One test of one suspect: it is passed where every condition of one of its ways holds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TestOutcome {
+    /// Its name.
+    pub test: String,
+    /// What it asks.
+    pub asks: String,
+    /// Whether it is asked of this suspect at all.
+    pub applies: bool,
+    /// Whether it is passed, or does not apply.
+    pub passed: bool,
+    /// The ways to pass it.
+    pub ways: Vec<Vec<TestCondition>>,
+}
+
+/// One inequality, or one thing that is so or is not.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TestCondition {
+    /// What is measured.
+    pub measure: String,
+    /// `above`, `below`, `is` or `is not`.
+    pub relation: String,
+    /// Its value.
+    pub value: Option<f64>,
+    /// What it is held against.
+    pub threshold: Option<f64>,
+    /// The unit of both; empty where they have none.
+    pub unit: String,
+    /// Whether it holds.
+    pub holds: bool,
+}
+
+/// Why one effect was named, or was not.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Explained {
+    /// Effect id.
+    pub effect: String,
+    /// How far it came: `scan` (the score test left it behind others), `refit` (a test refused it), `admitted`.
+    pub stage: String,
+    /// Gain in ln L that the score test promises.
+    pub score: Option<f64>,
+    /// Share of the error that the score test says it removes.
+    pub promises: Option<f64>,
+    /// The tests of its exact refit; empty where there was none.
+    pub tests: Vec<TestOutcome>,
 }
 
 /// A fault of the data, reported beside the effects and never as physics.
@@ -357,6 +399,12 @@ pub struct AxisLadder {
     pub noise: NoiseValue,
     /// The first step is the starting model.
     pub steps: Vec<LadderStep>,
+    /// Why nothing more was added, where that was asked for: each effect that the final round looked at.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub explained: Vec<Explained>,
+    /// Whether the search was stopped before its end.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub unfinished: bool,
     /// Faults of the data.
     pub data_faults: Vec<DataFault>,
     /// Where the noise of the floor is known from.

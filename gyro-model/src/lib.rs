@@ -30,11 +30,15 @@
 //! | [`diagnosis`] | the result types, as the JSON interface has them |
 //! | [`detail`] | the pictures behind a verdict: overlay, regimes, spectrum, whiteness |
 //! | [`align`] | how far two clocks lie apart, by the motion that both saw |
+//! | [`statistics`] | values with their standard errors, from the blocks of a log |
 //! | [`nls`] | Levenberg–Marquardt on normal equations |
 //! | [`evidence`] | what a log says about a model: residual, error curve, floor, noise, likelihood |
 //! | [`fit`] | the model's parameters on a log |
-//! | [`budget`] | what the error that is left is made of: gyro, reference, clock, what is missing
-//! | [`diagnose`] | which effect is missing: scan, refit, gate, rank, ladder |
+//! | [`limits`] | saturation and dead zone, as the readings show them |
+//! | [`scan`] | the score test of every effect of the catalogue |
+//! | [`thresholds`] | every number that a decision is held against |
+//! | [`diagnose`] | which effect is missing: scan, refit, tests of admission, search, verdict |
+//! | [`budget`] | what the error that is left is made of: gyro, reference, clock, what is missing |
 
 pub mod align;
 pub mod axis;
@@ -51,6 +55,8 @@ pub mod fit;
 pub mod headline;
 pub mod history;
 pub mod kalman;
+pub mod limits;
+pub mod measured;
 pub mod model;
 pub mod nls;
 pub mod observer;
@@ -59,8 +65,11 @@ pub mod paper;
 mod parallel;
 pub mod process_noise;
 pub mod record;
+pub mod scan;
 pub mod simulate;
+pub mod statistics;
 pub mod thin;
+pub mod thresholds;
 pub mod units;
 
 pub use axis::Axis;

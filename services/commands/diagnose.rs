@@ -1,8 +1,9 @@
 //! `truerate diagnose`: which physical effect is missing.
 
 use crate::{
-    cli::{LogArgs, ReportArgs},
+    cli::{LogArgs, ReportArgs, SearchArgs},
     commands::subject::Subject,
+    deadline::Deadline,
     progress::Progress,
     report::{self, Command},
 };
@@ -18,6 +19,8 @@ Examples:
   truerate diagnose log.csv.gz                          what the base model is missing
   truerate diagnose log.csv.gz --model model.toml       what this model is missing
   truerate diagnose log.csv.gz --axis z --format json   for programs
+  truerate diagnose log.csv.gz --explain                why each effect was named or was not: every test
+                                                        with its number and its threshold
   truerate diagnose log.csv.gz --model model.toml --fail-on missing-effect
                                                         exit code 3 where an effect is missing: for CI
 
@@ -32,6 +35,8 @@ pub struct Args {
     /// Only this axis
     #[arg(long, value_name = "x|y|z")]
     axis: Option<Axis>,
+    #[command(flatten)]
+    search: SearchArgs,
     #[command(flatten)]
     report: ReportArgs,
     /// Exit with code 3 where this is the verdict of an axis; may be given several times
@@ -82,7 +87,14 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     } else {
         let spinner = Progress::spinner("diagnosing");
         let progress = |what: &str| spinner.says(what);
-        let options = diagnose::Options { own_effects: &start.file.own_effects, ..subject.options(&progress) };
+        let deadline = Deadline::after(args.search.budget)?;
+        let is_over = || deadline.is_over();
+        let options = diagnose::Options {
+            own_effects: &start.file.own_effects,
+            explain: args.search.explain,
+            stop: &is_over,
+            ..subject.options(&progress)
+        };
         diagnose::diagnose(&subject.record, &start.file.model, &subject.axes, &options)
             .with_context(|| subject.name.clone())?
     };

@@ -1,14 +1,18 @@
 //! `truerate ladder`: diagnose and add until nothing is missing.
 
 use crate::{
-    cli::{LogArgs, ReportArgs},
+    cli::{Format, LogArgs, ReportArgs, SearchArgs},
     commands::subject::{Subject, writable},
+    deadline::Deadline,
     model_file,
     progress::Progress,
-    report::{self, Command},
+    report::{self, Command, units},
 };
 use anyhow::{Context, Result};
-use gyro_model::{Axis, diagnose, diagnosis::Ladder};
+use gyro_model::{
+    Axis, diagnose,
+    diagnosis::{Ladder, LadderStep},
+};
 use std::{
     path::{Path, PathBuf},
     process::ExitCode,
@@ -21,6 +25,7 @@ Examples:
   truerate ladder log.csv.gz -o model.toml                 from the base model up
   truerate ladder log.csv.gz --model model.toml -o new.toml
   truerate ladder log.csv.gz --axis z --report page.html   with charts of every step
+  truerate ladder log.csv.gz --budget 30                   the best model that 30 s find
 
 Each step adds the effect that removes most of the held-out error, refits, and re-tests all; a last
 pass takes back what has become needless. It stops at the floor that noise alone leaves, or says what
@@ -34,6 +39,8 @@ pub struct Args {
     /// Only this axis
     #[arg(long, value_name = "x|y|z")]
     axis: Option<Axis>,
+    #[command(flatten)]
+    search: SearchArgs,
     #[command(flatten)]
     report: ReportArgs,
     /// The final model to write
@@ -56,7 +63,20 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let (model, mut axes) = {
         let spinner = Progress::spinner("climbing");
         let progress = |what: &str| spinner.says(what);
-        let mut options = diagnose::Options { own_effects: &start.file.own_effects, ..subject.options(&progress) };
+        let deadline = Deadline::after(args.search.budget)?;
+        let is_over = || deadline.is_over();
+        let took = |axis: Axis, step: &LadderStep| {
+            if args.report.format == Format::Text {
+                spinner.line(&told(axis, step));
+            }
+        };
+        let mut options = diagnose::Options {
+            own_effects: &start.file.own_effects,
+            explain: args.search.explain,
+            stop: &is_over,
+            took: &took,
+            ..subject.options(&progress)
+        };
         if subject.overruled.is_some() {
             options.steps = 0;
         }
@@ -77,4 +97,16 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         report::render_ladder(&ladder, format, &if file { context.for_file() } else { context.clone() })
     })?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// A step, as it is told when it is taken.
+fn told(axis: Axis, step: &LadderStep) -> String {
+    let what = match (&step.added, &step.removed) {
+        (Some(added), Some(removed)) => format!("{added} in the place of {removed}"),
+        (Some(added), None) => format!("+ {added}"),
+        (None, Some(removed)) => format!("- {removed}"),
+        (None, None) => "start".to_owned(),
+    };
+    let ratio = step.error_over_floor.map_or_else(|| "–".to_owned(), units::ratio);
+    format!("axis {axis}  {what:<32}  largest error / floor {ratio}")
 }

@@ -51,6 +51,9 @@ fn axis_of(axis: Axis, a: &wire::AxisDiagnosis) -> AxisDiagnosis {
         floor_source: String::new(),
         fails_where: Vec::new(),
         searched: true,
+        missing: Vec::new(),
+        explained: Vec::new(),
+        unfinished: false,
         suspects: suspects
             .map(|s| Suspect {
                 effect: s.effect.as_str().into(),

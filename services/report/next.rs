@@ -36,7 +36,8 @@ pub(super) struct Finding<'a> {
     /// Whether other axes came to something else, so that the axis has to be named.
     pub alone: bool,
     pub verdict: Verdict,
-    pub suspect: Option<&'a str>,
+    /// What is missing.
+    pub suspects: &'a [&'a str],
 }
 
 /// What to run next, best first.
@@ -82,7 +83,9 @@ pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
             )]
         }
         (Command::Diagnose, Verdict::MissingEffect | Verdict::Ambiguous) => {
-            let Some(effect) = finding.suspect else { return vec![line.ladder()] };
+            if finding.suspects.is_empty() {
+                return vec![line.ladder()];
+            }
             let letter = finding.axis.letter();
             let mut rest = vec!["-o", "model.toml"];
             if finding.alone && !context.flags.iter().any(|f| f == "--axis") {
@@ -90,10 +93,12 @@ pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
             }
             let why = if finding.verdict == Verdict::Ambiguous {
                 "adds the best of the group; the manoeuvre above would tell them apart"
+            } else if finding.suspects.len() > 1 {
+                "adds them, refits, and shows before and after"
             } else {
                 "adds it, refits, and shows before and after"
             };
-            vec![line.of("add", &[effect], context.model.as_deref(), &rest, why), line.ladder()]
+            vec![line.of("add", finding.suspects, context.model.as_deref(), &rest, why), line.ladder()]
         }
         // What was added and not kept is not there to be looked at.
         (Command::Ladder, Verdict::Unexplained) if made.is_none() => vec![Line { why: AGAIN, ..line }.ladder()],

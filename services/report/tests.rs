@@ -79,6 +79,9 @@ fn late(verdict: Verdict) -> AxisDiagnosis {
             }])
             .collect(),
         searched: true,
+        explained: vec![],
+        unfinished: false,
+        missing: vec![],
         suspects: vec![
             Suspect {
                 effect: "delay".into(),
@@ -165,6 +168,8 @@ fn ladder() -> Ladder {
                 step(Some("delay"), 0.004, 3.1),
                 step(Some("encoder-backlash"), 0.0, 1.02),
             ],
+            explained: vec![],
+            unfinished: false,
             data_faults: vec![],
             floor_from: axis.floor_from,
             budget: axis.budget,

@@ -105,6 +105,7 @@ impl Screen {
             }
         }
         self.suspects(axis);
+        self.explained(axis);
         if !axis.data_faults.is_empty() {
             self.heading("data faults");
             for says in &axis.data_faults {
@@ -268,6 +269,24 @@ impl Screen {
             let more = format!("  and {} more (--format html)", axis.suspects.len() - SUSPECTS);
             let more = self.terminal.paint(Ink::Quiet, &more);
             self.line(&more);
+        }
+    }
+}
+
+impl Screen {
+    /// Each suspect with the tests that it passed and failed.
+    fn explained(&mut self, axis: &AxisView) {
+        if axis.explained.is_empty() {
+            return;
+        }
+        self.heading("why each effect is named, or is not");
+        let wide = axis.explained.iter().map(|e| e.effect.chars().count()).max().unwrap_or(0);
+        for explained in &axis.explained {
+            let name = self.terminal.paint(Ink::Strong, &format!("{:wide$}", explained.effect));
+            self.line(&format!("  {name}  {}", explained.outcome));
+            for test in &explained.tests {
+                self.item(&format!("      {:4}  ", test.mark), &format!("{}: {}", test.name, test.numbers));
+            }
         }
     }
 }

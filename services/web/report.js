@@ -25,7 +25,7 @@
     const judged = axis.curves[axis.judged];
     const verdict = h('.grid.' + axis.tone, { id: 'axis-' + axis.axis },
       h('section.panel.verdict', h('p.soft.small', `axis ${axis.axis}`), Parts.answer(axis), judged ? figures(axis, judged) : null, several || !page.next.length ? null : Parts.command(page.next[0])));
-    return [verdict, limit(axis), curves(axis), suspects(axis), overlay(axis), fails(axis), spectra(axis), model(axis)].filter(Boolean);
+    return [verdict, limit(axis), curves(axis), suspects(axis), explained(axis), overlay(axis), fails(axis), spectra(axis), model(axis)].filter(Boolean);
   }
 
   function figures(axis, judged) {
@@ -112,6 +112,15 @@
     const extent = Math.max(...low.map(Math.abs), ...high.map(Math.abs), 1e-9) * 1.1;
     const steps = direction ? { values: (u, splits) => splits.map(v => ({ '-1': 'negative', 0: 'still', 1: 'positive' })[v] ?? ''), range: () => [-1.5, 1.5] } : {};
     Charts.make(place, { name: `Mean error by ${spoken(r.regressor)}`, x: { label: direction ? 'turning' : spoken(r.regressor), short: spoken(r.regressor), unit: direction ? '' : name, ...steps }, y: { label: 'mean error', unit: '°/s', range: (u, min, max) => (u.data[1].length && Math.max(Math.abs(min), Math.abs(max)) <= extent ? [-extent, extent] : [min, max]) }, height: 190, draw: whiskers, series: [{ label: 'mean', ink: 'residual', points: 6, width: 1, unit: '°/s' }], data: [xs, mean] });
+  }
+
+  // Why each effect is named or is not, folded.
+  function explained(axis) {
+    if (!axis.explained.length) return null;
+    const tests = e => e.tests.length && h('table.tests', h('tbody', e.tests.map(t =>
+      h('tr', h('td', t.mark), h('td', { title: t.asks }, t.name), h('td', t.numbers)))));
+    const one = e => h('details', h('summary', h('b', e.effect), ' ' + e.outcome), tests(e) || null);
+    return h('.grid', panel('', 'Why each effect is named, or is not', h('.explained', axis.explained.map(one))));
   }
 
   function suspects(axis) {

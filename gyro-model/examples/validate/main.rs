@@ -12,6 +12,7 @@
 //! | `several` | are two or three effects at once all found, and are their standard errors right? |
 //! | `semi-real` | is an effect found that was added to a recorded log? |
 //! | `floor` | does the error end on its floor? |
+//! | `rules` | which tests of admission decide anything? |
 //! | `budget` | what limits a log: told right on set-ups of five kinds? |
 //! | `standard-errors` | are scale factor and bias as well known as is said? |
 //!
@@ -32,6 +33,7 @@ mod outcome;
 mod pairs;
 mod picture;
 mod probe;
+mod rules;
 mod run;
 mod semi_real;
 mod several;
@@ -64,6 +66,8 @@ enum Study {
     SemiReal(semi_real::Arguments),
     /// Error over floor after the ladder.
     Floor(floor::Arguments),
+    /// How often each test of admission, and each way to pass it, decides alone.
+    Rules(rules::Arguments),
     /// What limits a log, on set-ups of five kinds.
     Budget(budget::Arguments),
     /// Scale factor and bias of clean logs, in their standard errors.
@@ -79,6 +83,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         Study::Several(arguments) => several::study(arguments, &cli.run)?,
         Study::SemiReal(arguments) => semi_real::study(arguments, &cli.run)?,
         Study::Floor(arguments) => floor::study(arguments, &cli.run)?,
+        Study::Rules(arguments) => rules::study(arguments, &cli.run)?,
         Study::Budget(arguments) => budget::study(arguments, &cli.run)?,
         Study::StandardErrors(arguments) => standard_errors::study(arguments, &cli.run)?,
     }

@@ -22,9 +22,9 @@ pub mod spectra;
 mod timing;
 
 use crate::{
-    diagnose::judged::{Judged, finite},
     diagnosis::{BudgetPoint, ErrorPoint, FloorFrom, FrequencyShare, LimitedBy, Verdict},
     evidence::{study::Study, whiten::NoiseModel},
+    fit::judged::{Judged, finite},
 };
 use seen::Seen;
 use spectra::Band;

@@ -22,6 +22,26 @@ pub use says::fails_where;
 use crate::Noise;
 use serde::{Deserialize, Serialize};
 
+/// One regime in which the model errs.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct FailsWhere {
+    /// `time`, `rate`, `direction`, `rate-change`, `angle`, `temperature`, `supply`, `rate-y`, `acceleration-x` and their like,
+    /// `frequency`, or the name of a free column.
+    pub regressor: String,
+    /// Lower edge, SI.
+    pub from: Option<f64>,
+    /// Upper edge, SI.
+    pub to: Option<f64>,
+    /// Samples in the bin.
+    pub samples: usize,
+    /// Mean rate error in the bin (gyro less reference), rad/s.
+    pub mean_error: Option<f64>,
+    /// Its standard error, rad/s.
+    pub std_error: Option<f64>,
+    /// In words.
+    pub says: String,
+}
+
 /// What the pictures are made from: plain columns of one axis, of equal length.
 #[derive(Clone, Copy, Debug)]
 pub struct Input<'a> {

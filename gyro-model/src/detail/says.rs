@@ -1,7 +1,6 @@
 //! The worst regimes in words: "above 31 °C the rate reads 0.70 ± 0.02 °/s high; elsewhere it is within its noise".
 
-use super::{AxisDetail, Regime, RegimeBin, Spectrum, channels::FREE};
-use crate::diagnosis::FailsWhere;
+use super::{AxisDetail, FailsWhere, Regime, RegimeBin, Spectrum, channels::FREE};
 
 /// A bin counts as off when its mean is so many standard errors from zero: 16 bins × 10 regressors are looked at.
 const SIGNIFICANT: f64 = 4.0;

@@ -1,46 +1,52 @@
 //! Which physical effect is missing: compare, diagnose, climb.
 //!
-//! One search answers all three. The present model is fitted; every absent effect is scanned by a score test in the
+//! One search answers all three. The incumbent model is fitted; every absent effect is scanned by a score test in the
 //! whitened domain ([`candidates`]); the leaders are refitted exactly and measured twice ([`refit`]): by the held-out
 //! error curve, which is honest about models that are still wrong, and by the likelihood of the identified noise, which
 //! is the sharper of the two once the model is nearly right. Significance is priced for the whole search and against
 //! draws of noise alone on this very motion.
 
-mod ahead;
-pub(crate) mod begin;
-pub mod candidates;
-mod gate;
-pub mod judged;
+mod admission;
+mod bounds;
+mod case;
+pub mod challenger;
+mod chance;
+mod compare;
+mod comparison;
+mod contrast;
+mod decision;
+#[cfg(test)]
+mod document;
+mod explain;
+mod judging;
 pub mod ladder;
-pub mod limits;
 pub mod long;
-mod own;
-mod pair;
-mod rank;
-pub mod refit;
-pub mod tone;
+mod missing;
+mod search;
+mod users;
 pub mod verdict;
 
 use crate::{
     Axis, AxisModel, Model, Record,
     budget::Budget,
-    diagnosis::{AxisDiagnosis, AxisLadder, DataFault, ErrorPoint, Suspect, Verdict},
-    effects::{CATALOGUE, Effect, Stage, find},
+    diagnosis::{AxisDiagnosis, AxisLadder, DataFault, ErrorPoint, Explained, LadderStep, Suspect, Verdict},
+    effects::{CATALOGUE, Effect, find},
     evidence::{
         problem::HeldRate,
         study::{Bench, Study},
         whiten::NoiseModel,
     },
     faults::stuck::MARKED_UP_TO,
-    fit::{FitError, calibrated, groups},
+    fit::{
+        FitError, calibrated, groups,
+        judged::{self, Judged, finite},
+        parts::Parts,
+    },
     parallel,
 };
-use ahead::ahead;
-use candidates::Candidate;
-use itertools::Itertools;
-use judged::{Judged, finite};
-use long::Parts;
-use refit::{Present, Refit};
+use challenger::Incumbent;
+pub use compare::compare;
+pub use missing::{diagnose, moved};
 
 /// How a diagnosis is run.
 #[derive(Clone, Copy)]
@@ -49,17 +55,35 @@ pub struct Options<'a> {
     pub progress: &'a (dyn Fn(&str) + Sync),
     /// Faults found on reading the log, carried into the result.
     pub faults: &'a [DataFault],
-    /// Whether the model was fitted on this very log: its errors are then shown from blocked refits.
+    /// Whether the model was fitted on this very log: its errors are then shown from blocked challengers.
     pub own_log: bool,
     /// The user's own effects, suspects like those of the catalogue.
     pub own_effects: &'a [&'static dyn Effect],
+    /// Told of each step of a ladder when it is taken.
+    pub took: &'a (dyn Fn(Axis, &LadderStep) + Sync),
+    /// Told of each round's suspects with their tests, where they are to be explained.
+    pub looked: &'a (dyn Fn(Axis, &[Explained]) + Sync),
+    /// Whether to stop and give the best so far: asked again and again.
+    pub stop: &'a (dyn Fn() -> bool + Sync),
+    /// Whether to give the tests of each suspect with their numbers.
+    pub explain: bool,
     /// Effects that are added to an axis at most: a log that wants more is wrong in another way.
     pub steps: usize,
 }
 
 impl Default for Options<'_> {
     fn default() -> Self {
-        Self { progress: &|_| (), faults: &[], own_log: false, own_effects: &[], steps: 8 }
+        Self {
+            progress: &|_| (),
+            took: &|_, _| (),
+            looked: &|_, _| (),
+            stop: &|| false,
+            explain: false,
+            faults: &[],
+            own_log: false,
+            own_effects: &[],
+            steps: 8,
+        }
     }
 }
 
@@ -137,7 +161,7 @@ fn each_group<T: Send>(
         let mut bench = Bench::new(record, group, &beside).ok_or(FitError::TooShort(group[0]))?;
         let anywhere = work(&bench, &model, options);
         let first = standing(&anywhere.1);
-        if first.says == Says::All {
+        if first.says == Says::All || (options.stop)() {
             return Ok(anywhere);
         }
         bench.problem.held_rate = HeldRate::AtTheEnd;
@@ -166,227 +190,15 @@ fn added(before: &Model, after: &Model) -> usize {
 /// Whether a play may be what is left of the error, however long the log.
 fn may_lack_play(record: &Record, bench: &Bench, model: &Model) -> bool {
     let shows = |bench: &Bench| {
-        let present = Present::new(Study::fit(bench, model, None));
-        CATALOGUE.iter().filter(|effect| effect.is_play()).any(|effect| present.may_lack(*effect))
+        let incumbent = Incumbent::new(Study::fit(bench, model, None));
+        CATALOGUE.iter().filter(|effect| effect.is_play()).any(|effect| incumbent.may_lack(*effect))
     };
     Parts::new(record, bench, model).map_or_else(|| shows(bench), |parts| parts.each().into_iter().any(shows))
-}
-
-/// Holds a model against a log.
-///
-/// # Errors
-/// Where an axis has no gyro, no reference or too few rows.
-pub fn compare(
-    record: &Record,
-    model: &Model,
-    axes: &[Axis],
-    options: &Options,
-) -> Result<Vec<AxisDiagnosis>, FitError> {
-    let work = |bench: &Bench, model: &Model, options: &Options| {
-        let study = Study::held(bench, model);
-        let gls = study.identify(&[]);
-        let present = Present::with(study, gls);
-        let found = (0..bench.problem.series.len())
-            .map(|k| {
-                let judged = Judged::new(&present.study, k, !options.own_log);
-                let (mut verdict, mut says) = match verdict::unexcited(&present.study, &present.gls, k) {
-                    Some(says) => (Verdict::CannotTell, says),
-                    None => verdict::rest(&present, &[], &judged, k),
-                };
-                if verdict == Verdict::Unexplained {
-                    says = format!(
-                        "the error is up to {:.1} times what noise leaves: `truerate diagnose` looks for what is missing.",
-                        judged.over_floor()
-                    );
-                }
-                bad_data(record, options.faults, bench, &mut verdict, &mut says);
-                let more = if options.own_log && verdict != Verdict::BadData { untold(&present, k) } else { String::new() };
-                let of = (&present.study, (&present.study, &present.gls.noise));
-                (axis_diagnosis(record, of, k, &judged, (verdict, says), None, options), more)
-            })
-            .collect::<Vec<_>>();
-        (model.clone(), found)
-    };
-    let standing = |found: &Vec<(AxisDiagnosis, String)>| {
-        let standing = Standing::of(found.iter().map(|(d, _)| (d.verdict, &d.effects[..], &d.error_curve[..])));
-        Standing { says: if standing.has_play { standing.says } else { Says::All }, ..standing }
-    };
-    let all = each_group(record, model, axes, options, work, standing)?;
-    let told = all.into_iter().flat_map(|(_, found)| found).map(|(found, more)| {
-        let found = unsearched(found);
-        AxisDiagnosis { says: with(found.says, &more), ..found }
-    });
-    Ok(sorted(told.collect(), |d| d.axis))
-}
-
-/// What noise could explain, an effect that nobody has looked for may explain as well.
-fn unsearched(axis: AxisDiagnosis) -> AxisDiagnosis {
-    let over = axis.error_over_floor.filter(|_| axis.within_floor == Some(false));
-    match over {
-        Some(over) if axis.verdict == Verdict::Adequate => AxisDiagnosis {
-            verdict: if over > verdict::WANDER { Verdict::Unexplained } else { Verdict::CannotTell },
-            says: format!(
-                "the error is up to {over:.1} times what noise leaves: a bias that wanders would leave it, and so would a \
-                 missing effect. `truerate diagnose` tells."
-            ),
-            ..axis
-        },
-        _ => axis,
-    }
 }
 
 /// A verdict's words and more sentences behind them.
 fn with(says: String, more: &str) -> String {
     if more.is_empty() { says } else { format!("{}.{more}", says.trim_end_matches('.')) }
-}
-
-/// Standard errors that one effect which was asked for has to differ from nothing by.
-const TOLD: f64 = 2.0;
-
-/// What a model that was fitted to this log has and the log does not tell from nothing; empty where there is no such effect.
-fn untold(present: &Present, series: usize) -> String {
-    let axis = present.study.bench.problem.series[series].axis;
-    let own = judged::axis_model(&present.study.model, axis);
-    let size = |id: &&str| present.study.size_in_errors(&present.gls, series, id);
-    let added = own.terms.iter().filter(|term| term.effect.stage() != Stage::Calibration);
-    let untold: Vec<&str> =
-        added.map(|term| term.effect.card().id).filter(|id| size(id).is_some_and(|size| size < TOLD)).collect();
-    if untold.is_empty() {
-        return String::new();
-    }
-    let them = if untold.len() == 1 { "it" } else { "them" };
-    format!(
-        " This log does not tell {} from nothing (less than {} standard errors): `truerate remove` takes {them} out again.",
-        untold.join(" and "),
-        TOLD
-    )
-}
-
-/// Refits a model and says which physical effect is missing.
-///
-/// # Errors
-/// As [`compare`].
-pub fn diagnose(
-    record: &Record,
-    model: &Model,
-    axes: &[Axis],
-    options: &Options,
-) -> Result<Vec<AxisDiagnosis>, FitError> {
-    let work = |bench: &Bench, model: &Model, options: &Options| {
-        let parts = Parts::new(record, bench, model);
-        let mut present = Present::new(match &parts {
-            Some(parts) => parts.fit(bench, model),
-            None => Study::fit(bench, model, None),
-        });
-        let looked = match &parts {
-            Some(parts) => parts.suspects(model, options).into(),
-            None => vec![(present.clone(), present.suspects(options.own_effects, options.progress))],
-        };
-        let gls = present.gls.clone();
-        present.study.stamp(&gls);
-        let found = (0..bench.problem.series.len())
-            .map(|k| {
-                let judged = Judged::new(&present.study, k, false);
-                let shows = |(present, suspects): &&(Present, Vec<Refit>)| {
-                    suspects.iter().any(|r| r.candidate.series == k && r.passes(present))
-                };
-                let (seen, suspects) = looked.iter().find(shows).unwrap_or(&looked[0]);
-                let mut own: Vec<usize> = (0..suspects.len()).filter(|&i| suspects[i].candidate.series == k).collect();
-                // What is let in leads, whatever else lowers the error.
-                if let Some(first) = own.iter().position(|&i| suspects[i].passes(seen)) {
-                    own[..=first].rotate_right(1);
-                }
-                let aliases: Vec<Vec<String>> = own.iter().map(|&i| ladder::aliases(suspects, i, Some(seen))).collect();
-                let own: Vec<&Refit> = own.iter().map(|&i| &suspects[i]).collect();
-                let (mut verdict, mut says) = verdict::verdict(&present, seen, &own, &aliases, &judged, k);
-                // What hides one another the ladder finds by looking ahead.
-                let hidden =
-                    (verdict == Verdict::Unexplained && parts.is_none()).then(|| hidden(seen, suspects, options));
-                let hidden = hidden.flatten().unwrap_or_default();
-                if !hidden.is_empty() {
-                    (verdict, says) = (Verdict::MissingEffect, verdict::together(&hidden));
-                }
-                says = with(says, &own::became(seen, &own, options.own_effects, k));
-                bad_data(record, options.faults, bench, &mut verdict, &mut says);
-                let removes = |r: &Refit| r.share(seen).is_none_or(|share| share > 0.0);
-                let is_listed = |r: &Refit| r.passes(seen) || r.significant() && removes(r);
-                let list = own.iter().zip(&aliases).filter(|(r, _)| is_listed(r)).take(5);
-                let before = if parts.is_some() { Judged::new(&seen.study, k, false) } else { judged.clone() };
-                let is_bad = verdict == Verdict::BadData;
-                let list = list.map(|(r, aliases)| (*r, &aliases[..])).filter(|_| hidden.is_empty());
-                let list = hidden.iter().map(|r| (r, &[][..])).chain(list);
-                let listed = list.filter(|_| !is_bad).map(|(r, a)| suspect(r, a, &before, k)).collect();
-                let lacks = matches!(verdict, Verdict::MissingEffect | Verdict::Ambiguous) && parts.is_none();
-                let rest = match own.first().filter(|_| lacks && hidden.is_empty()) {
-                    Some(refit) => (&refit.study, &refit.gls.noise),
-                    None => (&present.study, &present.gls.noise),
-                };
-                let of = (&present.study, rest);
-                axis_diagnosis(record, of, k, &judged, (verdict, says), Some(listed), options)
-            })
-            .collect::<Vec<_>>();
-        (present.study.model.clone(), of_one_orientation(found))
-    };
-    // What is missing may still be added: the error as it is counts for nothing yet.
-    let standing = |found: &Vec<AxisDiagnosis>| {
-        let standing = Standing::of(found.iter().map(|d| (d.verdict, &d.effects[..], &d.error_curve[..])));
-        Standing { within: true, ..standing }
-    };
-    let all = each_group(record, model, axes, options, work, standing)?;
-    Ok(sorted(all.into_iter().flat_map(|(_, found)| found).collect(), |d| d.axis))
-}
-
-/// Axes that share an orientation carry their errors into one another's: while one lacks an effect, what is left on the others may
-/// be its.
-fn of_one_orientation(mut found: Vec<AxisDiagnosis>) -> Vec<AxisDiagnosis> {
-    let lacks = |d: &AxisDiagnosis| matches!(d.verdict, Verdict::MissingEffect | Verdict::Ambiguous);
-    let Some((axis, effect)) =
-        found.iter().filter(|d| lacks(d)).find_map(|d| Some((d.axis, d.suspects.first()?.effect.clone())))
-    else {
-        return found;
-    };
-    let more = format!(
-        " But axes of one orientation carry their errors into one another's, and axis {axis} lacks {effect}: add it there first, and \
-         look again."
-    );
-    for other in found.iter_mut().filter(|d| d.verdict == Verdict::Unexplained) {
-        other.says = with(std::mem::take(&mut other.says), &more);
-    }
-    found
-}
-
-/// The parameters of a model that this log has otherwise, refitted, as `effect.name` with the standard errors between the two, the
-/// most first.
-#[must_use]
-pub fn moved(model: &Model, found: &AxisDiagnosis) -> Vec<(String, f64)> {
-    let Some(before) = &model.axes[found.axis.index()] else { return Vec::new() };
-    let known = before.terms.iter().flat_map(|term| {
-        let id = term.effect.card().id;
-        term.parameters(found.axis).map(move |(card, value, std_error)| (id, card.name, value, std_error))
-    });
-    let off = known.filter_map(|(id, name, value, std_error)| {
-        let now = found.parameters.iter().find(|p| p.effect == id && p.name == name)?;
-        let error = now.std_error?.hypot(if std_error.is_finite() { std_error } else { 0.0 });
-        let off = (now.value? - value).abs() / error;
-        (off > OTHERWISE).then(|| (format!("{id}.{name}"), off))
-    });
-    off.sorted_by(|a, b| b.1.total_cmp(&a.1)).collect()
-}
-
-/// Standard errors between a model's parameter and what a log has that are no chance.
-const OTHERWISE: f64 = 5.0;
-
-/// Effects that only together bring the error down to what noise leaves, each refitted by itself; `None` where there are none.
-fn hidden<'a>(present: &Present<'a>, suspects: &[Refit<'a>], options: &Options) -> Option<Vec<Refit<'a>>> {
-    let way = ahead(present, suspects, options.own_effects, options.progress)?;
-    let top = &way.last()?.present.study;
-    let model = top.model.axes[top.bench.problem.series[0].axis.index()].as_ref()?;
-    let refit = |id: &str| {
-        let term = model.term(id)?.clone();
-        let freedom = term.values.len();
-        Some(present.refit(Candidate { series: 0, term, score: 0.0, removes: 0.0, freedom }))
-    };
-    way.iter().map(|step| refit(step.id)).collect()
 }
 
 /// Diagnoses and adds until nothing is missing; the final model and the steps.
@@ -447,24 +259,21 @@ fn bad_data(record: &Record, faults: &[DataFault], bench: &Bench, verdict: &mut 
     }
 }
 
-/// `rest` is the model whose error is divided, and the noise in it: that with the effect which is missing, where one is.
+/// `rest` is the model whose error is divided, and the noise in it: that with the effects that are missing, where some are; beside the suspects stands
+/// the error curve with these.
 fn axis_diagnosis(
     record: &Record,
     (study, rest): (&Study, (&Study, &NoiseModel)),
     series: usize,
     judged: &Judged,
     (verdict, says): (Verdict, String),
-    suspects: Option<Vec<Suspect>>,
+    suspects: Option<(Vec<Suspect>, Vec<ErrorPoint>)>,
     options: &Options,
 ) -> AxisDiagnosis {
     let searched = suspects.is_some();
-    let suspects = suspects.unwrap_or_default();
-    let missing = match verdict {
-        Verdict::MissingEffect | Verdict::Ambiguous => {
-            suspects.first().map_or_else(Vec::new, |s| judged.removed(&s.error_curve))
-        }
-        _ => Vec::new(),
-    };
+    let (suspects, after) = suspects.unwrap_or_default();
+    let lacks = matches!(verdict, Verdict::MissingEffect | Verdict::Ambiguous);
+    let missing = if lacks && !after.is_empty() { judged.removed(&after) } else { Vec::new() };
     let budget = Budget::of(rest.0, series, judged, rest.1, &missing);
     let mut judged = judged.clone();
     budget.raise(&mut judged);
@@ -493,6 +302,9 @@ fn axis_diagnosis(
         fails_where,
         searched,
         suspects,
+        missing: Vec::new(),
+        explained: Vec::new(),
+        unfinished: false,
         data_faults: options.faults.to_vec(),
         floor_from: budget.floor_from,
         budget: budget.points,
@@ -503,21 +315,7 @@ fn axis_diagnosis(
     }
 }
 
-fn suspect(refit: &Refit, aliases: &[String], before: &Judged, series: usize) -> Suspect {
-    let axis = refit.study.bench.problem.series[series].axis;
-    let after = Judged::new(&refit.study, series, false);
-    let (j0, j1) = (before.excess(), after.excess());
-    let mut study = refit.study.clone();
-    study.stamp(&refit.gls);
-    let own = judged::axis_model(&study.model, axis);
-    let card = refit.candidate.term.effect.card();
-    Suspect {
-        effect: card.id.to_owned(),
-        aliases: aliases.to_vec(),
-        separate_by: verdict::split_by(card.id, aliases),
-        p_value: finite(refit.p_value),
-        error_fall: (!before.within() && j0 > 1.0).then(|| finite((j0 - j1) / (j0 - 1.0))).flatten(),
-        parameters: judged::parameters(own.terms.last().map_or(&[], std::slice::from_ref), axis),
-        error_curve: after.points(),
-    }
+/// What is said where a search was stopped before its end.
+fn stopped(says: &str) -> String {
+    format!("the search was stopped before its end, and what it had found by then may change: {says}")
 }

@@ -1,37 +1,20 @@
 //! What a study comes to, in one word and one or two sentences.
 
-use super::{
-    judged::Judged,
-    refit::{Present, Refit},
-};
+use super::challenger::{Challenger, Incumbent};
 use crate::{
     diagnosis::Verdict,
-    effects::{Card, Stage},
+    effects::{Card, Stage, Trait},
     evidence::{
         noise::{self, Gls},
         series::Rest,
         study::Study,
     },
+    fit::judged::Judged,
+    thresholds as limit,
 };
 
 /// A quarter turn, rad.
 const QUARTER: f64 = std::f64::consts::FRAC_PI_2;
-/// Standard error of α, as a share, beyond which the log has not turned the sensor enough.
-const UNEXCITED: f64 = 0.03;
-/// Fall of ln L that says that the noise is not one that sensors have.
-const UNUSUAL: f64 = 4.0;
-/// Share of a log that may be lost before the rest of it is not enough for a verdict.
-pub(crate) const SILENT: f64 = 0.6;
-
-/// Readings within which a rate error is forgotten that is no wandering bias.
-const FORGOTTEN: f64 = 10.0;
-
-/// A log that lasts no longer shows little, s.
-const BRIEF: f64 = 10.0;
-
-/// Share of a log that may be lost before that is worth a sentence.
-const MENTIONED: f64 = 0.02;
-
 /// What the log lacks for the base model itself, in words.
 #[must_use]
 pub fn unexcited(study: &Study, gls: &Gls, series: usize) -> Option<String> {
@@ -54,16 +37,15 @@ pub fn unexcited(study: &Study, gls: &Gls, series: usize) -> Option<String> {
             continue;
         }
         let effect = model.terms[slot.term].effect;
-        let id = effect.card().id;
         let value = model.terms[slot.term].values[slot.parameter];
         let sigma = gls.std_error(k);
-        if id == "scale-factor" && value <= effect.parameters(axis)[slot.parameter].bounds.0 {
+        if effect.is(Trait::Gain) && value <= effect.parameters(axis)[slot.parameter].bounds.0 {
             return Some(format!(
                 "what gyro_{axis} and its reference show does not go together, whatever the scale factor: check that both are of this \
                  axis and of one time, and which way they turn"
             ));
         }
-        if id == "scale-factor" && (sigma.is_nan() || sigma > UNEXCITED * value.abs()) {
+        if effect.is(Trait::Gain) && (sigma.is_nan() || sigma > limit::UNEXCITED.value * value.abs()) {
             let share = 100.0 * (sigma / value.abs()).min(10.0);
             let turns = study.bench.problem.series[series].span().travel > QUARTER;
             return Some(if turns {
@@ -100,15 +82,15 @@ pub fn at_rest(study: &Study, series: usize, verdict: Verdict, says: String) -> 
 /// The verdict of a model with its suspects, which were found beside the model `seen`: the same, or fitted to a part.
 #[must_use]
 pub fn verdict(
-    present: &Present,
-    seen: &Present,
-    suspects: &[&Refit],
+    incumbent: &Incumbent,
+    seen: &Incumbent,
+    suspects: &[&Challenger],
     aliases: &[Vec<String>],
     judged: &Judged,
     series: usize,
 ) -> (Verdict, String) {
-    let study = &present.study;
-    if let Some(says) = unexcited(study, &present.gls, series) {
+    let study = &incumbent.study;
+    if let Some(says) = unexcited(study, &incumbent.gls, series) {
         return (Verdict::CannotTell, says);
     }
     let best = suspects.iter().position(|r| r.passes(seen));
@@ -128,17 +110,41 @@ pub fn verdict(
             )
         };
     }
-    last_word(present, suspects, judged, series)
+    last_word(incumbent, suspects, judged, series)
 }
 
-/// What is said of effects that hide one another.
+/// Effects that are missing together.
+pub(super) struct Together {
+    /// Their ids, and what each cannot be told from.
+    pub effects: Vec<(&'static str, Vec<String>)>,
+    /// Largest error over floor without them.
+    pub before: f64,
+    /// The same with all of them.
+    pub after: f64,
+}
+
+/// What is said of them.
 #[must_use]
-pub fn together(hidden: &[Refit]) -> String {
-    let ids: Vec<&str> = hidden.iter().map(|refit| refit.candidate.term.effect.card().id).collect();
-    let all = if ids.len() == 2 { "both" } else { "all" };
+pub(super) fn together(found: &Together) -> String {
+    let named = |(id, aliases): &(&str, Vec<String>)| {
+        std::iter::once(*id).chain(aliases.iter().map(String::as_str)).collect::<Vec<_>>().join(" or ")
+    };
+    let ids: Vec<String> = found.effects.iter().map(named).collect();
+    let (lead, all, them) = match ids.as_slice() {
+        [one] => (format!("{one} is missing"), "it", "it"),
+        [a, b] => (format!("more than one effect is missing: {a} and {b}"), "both", "them"),
+        [list @ .., last] => {
+            (format!("more than one effect is missing: {} and {last}", list.join(", ")), "all", "them")
+        }
+        [] => return String::new(),
+    };
+    let splits = found.effects.iter().filter(|(_, aliases)| !aliases.is_empty());
+    let apart: Vec<String> = splits.map(|(id, aliases)| split_by(id, aliases)).collect();
+    let apart = if apart.is_empty() { String::new() } else { format!(" To tell them apart: {}.", apart.join("; ")) };
     format!(
-        "{} are missing: while one is, no other shows, and with {all} the error is what noise leaves. `truerate ladder` adds {all}.",
-        ids.join(" and ")
+        "{lead}. With {all} the largest error falls from {:.1} to {:.1} times the floor. Add {them}: `truerate ladder` does, one by \
+         one.{apart}",
+        found.before, found.after
     )
 }
 
@@ -151,9 +157,9 @@ fn title(card: &Card) -> String {
 /// The verdict where every suspect was looked at and none passes: noise that is so much more than white is believed of a bias
 /// that wanders, but not for certain.
 #[must_use]
-pub fn last_word(present: &Present, suspects: &[&Refit], judged: &Judged, series: usize) -> (Verdict, String) {
-    let (verdict, says) = rest(present, suspects, judged, series);
-    if verdict == Verdict::Adequate && !judged.within() && judged.over_floor() > WANDER {
+pub fn last_word(incumbent: &Incumbent, suspects: &[&Challenger], judged: &Judged, series: usize) -> (Verdict, String) {
+    let (verdict, says) = rest(incumbent, suspects, judged, series);
+    if verdict == Verdict::Adequate && !judged.within() && judged.over_floor() > limit::WANDER.value {
         let over = judged.over_floor();
         return (
             Verdict::CannotTell,
@@ -166,27 +172,24 @@ pub fn last_word(present: &Present, suspects: &[&Refit], judged: &Judged, series
     (verdict, says)
 }
 
-/// The largest error over its floor that a wandering bias is believed to leave.
-pub const WANDER: f64 = 3.0;
-
 /// The verdict where no suspect passes.
 #[must_use]
-pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usize) -> (Verdict, String) {
-    let noise = &present.gls.noise;
-    let prior = &present.study.bench.prior[series];
-    let span = present.study.bench.windows.tau.last().map_or(1.0, |t| 10.0 * t);
+pub fn rest(incumbent: &Incumbent, suspects: &[&Challenger], judged: &Judged, series: usize) -> (Verdict, String) {
+    let noise = &incumbent.gls.noise;
+    let prior = &incumbent.study.bench.prior[series];
+    let span = incumbent.study.bench.windows.tau.last().map_or(1.0, |t| 10.0 * t);
     // What is forgotten within some readings is white to whoever looks for longer.
-    let (lasting, white) = if noise.correlation_time < FORGOTTEN * present.study.bench.problem.series[series].span().dt
-    {
-        (0.0, noise.angle_random_walk.hypot(noise.walk_of_correlated()))
-    } else {
-        (noise.correlated, noise.angle_random_walk)
-    };
+    let (lasting, white) =
+        if noise.correlation_time < limit::FORGOTTEN.value * incumbent.study.bench.problem.series[series].span().dt {
+            (0.0, noise.angle_random_walk.hypot(noise.walk_of_correlated()))
+        } else {
+            (noise.correlated, noise.angle_random_walk)
+        };
     let walked = noise.bias_random_walk * span.sqrt();
     let is_wander = walked.max(lasting) * span.sqrt() > white;
     if judged.within() {
-        let lasts = present.study.bench.problem.series[series].span().duration;
-        if lasts < BRIEF {
+        let lasts = incumbent.study.bench.problem.series[series].span().duration;
+        if lasts < limit::BRIEF.value {
             return (
                 Verdict::CannotTell,
                 format!(
@@ -196,8 +199,8 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
                 ),
             );
         }
-        let silent = present.study.evaluation.silent();
-        if silent > SILENT {
+        let silent = incumbent.study.evaluation.silent();
+        if silent > limit::SILENT.value {
             return (
                 Verdict::CannotTell,
                 format!(
@@ -208,7 +211,7 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
                 ),
             );
         }
-        let left_out = if silent > MENTIONED {
+        let left_out = if silent > limit::MENTIONED.value {
             format!(" In {:.0} % of it the rate is not known, and nothing is judged there.", 100.0 * silent)
         } else {
             String::new()
@@ -220,8 +223,10 @@ pub fn rest(present: &Present, suspects: &[&Refit], judged: &Judged, series: usi
     }
     let largest = noise::of_sensors(prior);
     // Many noises may explain what is left: physics is missing where none of those that sensors have does.
-    let noise_alone = noise::cost_of_limits(&present.study, &present.gls, &largest) < UNUSUAL;
-    let slow = suspects.iter().find(|r| is_wander && r.rise > 5.0 && is_slow(r.candidate.term.effect.card().id));
+    let noise_alone = noise::cost_of_limits(&incumbent.study, &incumbent.gls, &largest) < limit::UNUSUAL.value;
+    let slow = suspects
+        .iter()
+        .find(|r| is_wander && r.rise > limit::SLOW_HIDDEN.value && r.candidate.term.effect.is(Trait::Slow));
     let likely = suspects.iter().find(|r| r.significant());
     let wanders = if walked >= lasting {
         format!("{} °/s over this log", degrees(walked))
@@ -287,12 +292,6 @@ fn degrees(radians: f64) -> String {
 fn duration(seconds: f64) -> String {
     let decimals = (1.0 - seconds.max(1e-3).log10().floor()).max(0.0) as usize;
     format!("{seconds:.decimals$} s")
-}
-
-/// Whether an effect goes with time or with what changes slowly in it.
-#[must_use]
-pub fn is_slow(id: &str) -> bool {
-    ["temperature-bias", "temperature-rate", "warm-up", "bias-drift", "bias-step", "supply-voltage"].contains(&id)
 }
 
 /// The manoeuvre that tells an effect from its aliases, as its card has it.

@@ -2,7 +2,7 @@
 
 use super::{Card, Effect, ParameterCard, Role, Stage};
 use crate::Axis;
-use crate::headline::Measured;
+use crate::measured::Measured;
 
 /// The effect.
 pub static BIAS: Bias = Bias;
@@ -21,6 +21,7 @@ static CARD: Card = Card {
     excited_by: "any log",
     mended_by: "exactly, as long as it does not wander",
     at_source: "average a few seconds at rest after every start, if the vehicle can stand still",
+    traits: &[],
     aliases: &[],
 };
 

@@ -1,8 +1,8 @@
 //! `bias-drift`: a ramp in rate, φ = t.
 
-use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Stage};
+use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Stage, Trait};
 use crate::Axis;
-use crate::headline::Measured;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -22,6 +22,7 @@ static CARD: Card = Card {
     excited_by: "a long log",
     mended_by: "within this log; a ramp says nothing about the next one",
     at_source: "find what changes all the time (temperature, supply, stress on the board) and record it",
+    traits: &[Trait::Slow],
     aliases: &[
         Alias {
             id: "temperature-bias",

@@ -1,8 +1,8 @@
 //! `bias-step`: the bias jumps once, φ = 1 for t > t₀.
 
-use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage};
+use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage, Trait};
 use crate::Axis;
-use crate::headline::Measured;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -23,6 +23,7 @@ static CARD: Card = Card {
     excited_by: "a log that holds the instant",
     mended_by: "exactly after the instant; before the next jump nothing warns",
     at_source: "find what happens at that time: a knock, a brown-out, a motor that starts",
+    traits: &[Trait::Slow, Trait::Onset],
     aliases: &[],
 };
 

@@ -2,7 +2,7 @@
 
 use super::{Card, Effect, ParameterCard, Role, Span, Stage};
 use crate::Axis;
-use crate::headline::Measured;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -23,6 +23,7 @@ static CARD: Card = Card {
     excited_by: "a long log with changing rates throughout",
     mended_by: "re-stamping",
     at_source: "stamp gyro and reference by one clock",
+    traits: &[],
     aliases: &[],
 };
 

@@ -2,7 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
 use crate::Axis;
-use crate::headline::{Measured, parts};
+use crate::measured::{Measured, parts};
 use std::borrow::Cow;
 
 /// The effect.
@@ -23,6 +23,7 @@ static CARD: Card = Card {
     excited_by: "rotation about the other axes, independent of this one",
     mended_by: "exactly",
     at_source: "square the sensor to the axis of rotation (1.7 % is one degree of tilt)",
+    traits: &[],
     aliases: &[Alias {
         id: "scale-factor",
         when: "one axis turns alone, or the other axes turn in proportion",

@@ -1,8 +1,8 @@
 //! `dead-zone`: small readings come out as zero.
 
-use super::{Alias, Card, Effect, ParameterCard, Role, Span, Stage};
+use super::{Alias, Card, Effect, ParameterCard, Role, Span, Stage, Trait};
 use crate::Axis;
-use crate::headline::Measured;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -23,6 +23,7 @@ static CARD: Card = Card {
     excited_by: "slow turns",
     mended_by: "nothing: the sample is marked and the standard deviation grows; switch the threshold off",
     at_source: "switch the driver's dead zone or threshold off",
+    traits: &[Trait::Hole],
     aliases: &[
         Alias {
             id: "cubic-nonlinearity",

@@ -2,7 +2,7 @@
 
 use super::{Alias, Card, Effect, ParameterCard, Role, Span, Stage};
 use crate::Axis;
-use crate::headline::Measured;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -23,6 +23,7 @@ static CARD: Card = Card {
     excited_by: "changing rates, more than one frequency",
     mended_by: "re-stamping: the estimate is valid at t − d, live and in logs",
     at_source: "stamp the reading at the sensor's interrupt (and the reference likewise), not where it is received; raise the sensor's low-pass filter",
+    traits: &[],
     aliases: &[
         Alias {
             id: "lag",

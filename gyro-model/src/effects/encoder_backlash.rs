@@ -2,7 +2,7 @@
 
 use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Span, Stage, play};
 use crate::Axis;
-use crate::headline::Measured;
+use crate::measured::Measured;
 
 /// The effect.
 pub static ENCODER_BACKLASH: EncoderBacklash = EncoderBacklash;
@@ -22,6 +22,7 @@ static CARD: Card = Card {
     excited_by: "reversals",
     mended_by: "taken out of the reference",
     at_source: "take the play out: fix the encoder to the shaft itself, without coupling or gear",
+    traits: &[],
     aliases: &[],
 };
 

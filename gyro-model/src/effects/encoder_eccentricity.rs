@@ -2,7 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
 use crate::Axis;
-use crate::headline::{Measured, amplitude};
+use crate::measured::{Measured, amplitude};
 
 /// The effect.
 pub static ENCODER_ECCENTRICITY: EncoderEccentricity = EncoderEccentricity;
@@ -22,6 +22,7 @@ static CARD: Card = Card {
     excited_by: "most of a turn",
     mended_by: "taken out of the reference",
     at_source: "centre the magnet or code wheel on the axis",
+    traits: &[],
     aliases: &[
         Alias {
             id: "g-sensitivity",

@@ -2,7 +2,7 @@
 
 use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Span, Stage};
 use crate::Axis;
-use crate::headline::{Measured, amplitude};
+use crate::measured::{Measured, amplitude};
 
 /// The effect.
 pub static ENCODER_SUBDIVISION: EncoderSubdivision = EncoderSubdivision;
@@ -22,6 +22,7 @@ static CARD: Card = Card {
     excited_by: "most of a turn",
     mended_by: "taken out of the reference",
     at_source: "run the encoder's own linearisation, or trim amplitude and phase of its two tracks",
+    traits: &[],
     aliases: &[],
 };
 

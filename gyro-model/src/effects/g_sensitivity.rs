@@ -2,7 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
 use crate::Axis;
-use crate::headline::{Measured, parts};
+use crate::measured::{Measured, parts};
 use std::borrow::Cow;
 
 /// The effect.
@@ -23,6 +23,7 @@ static CARD: Card = Card {
     excited_by: "a horizontal axis (gravity turns), or an arm and changing rates",
     mended_by: "exactly, where acceleration is measured at the sensor",
     at_source: "mount the sensor near the axis of rotation and on something soft, or use a part with less of it",
+    traits: &[],
     aliases: &[
         Alias {
             id: "delay",

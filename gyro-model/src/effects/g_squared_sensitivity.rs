@@ -2,7 +2,7 @@
 
 use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
 use crate::Axis;
-use crate::headline::{Measured, parts};
+use crate::measured::{Measured, parts};
 use std::borrow::Cow;
 
 /// The effect.
@@ -23,6 +23,7 @@ static CARD: Card = Card {
     excited_by: "a horizontal axis, or vibration of changing strength",
     mended_by: "exactly, where acceleration is measured without aliasing",
     at_source: "keep vibration away from the sensor: balance what turns, mount the sensor on something soft",
+    traits: &[],
     aliases: &[],
 };
 

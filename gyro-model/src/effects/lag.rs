@@ -2,7 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, ParameterCard, Role, STEADY, Span, Stage, derivative, low_pass, steadied};
 use crate::Axis;
-use crate::headline::Measured;
+use crate::measured::Measured;
 use crate::units;
 use std::borrow::Cow;
 
@@ -24,6 +24,7 @@ static CARD: Card = Card {
     excited_by: "content near 1/(2πτ), steps",
     mended_by: "the inverse filter, which amplifies noise above 1/(2πτ)",
     at_source: "raise the sensor's low-pass filter",
+    traits: &[],
     aliases: &[
         Alias {
             id: "delay",

@@ -11,7 +11,7 @@ pub(crate) use operators::{
 
 use crate::{
     Axis, Record, Row,
-    headline::Measured,
+    measured::Measured,
     record::{FREE_CHANNELS, ReferenceKind},
 };
 use std::{borrow::Cow, fmt};
@@ -164,6 +164,25 @@ pub struct ParameterCard {
     pub bounds: (f64, f64),
 }
 
+/// What an effect is, as far as those have to know it who search for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trait {
+    /// Goes with time, or with what changes slowly in it: a bias that wanders may be taken for it.
+    Slow,
+    /// Begins at an instant, its last parameter, that has to be seen from both sides.
+    Onset,
+    /// Multiplies the whole rate.
+    Gain,
+    /// A sine of one frequency and one phase throughout the log.
+    Line,
+    /// A resonance of what carries the sensor. Its inverse is a notch, which takes out any line near its frequency.
+    Resonance,
+    /// A limit of the reading: none lies beyond it.
+    Ceiling,
+    /// A limit of the reading: none lies within it, but zero.
+    Hole,
+}
+
 /// What a log must hold for an effect to be examined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Need {
@@ -244,6 +263,8 @@ pub struct Card {
     pub mended_by: &'static str,
     /// What to do where it comes from, on the vehicle; empty where nothing is known.
     pub at_source: &'static str,
+    /// What those have to know who search for it.
+    pub traits: &'static [Trait],
     /// What it can be confused with.
     pub aliases: &'static [Alias],
 }
@@ -433,6 +454,20 @@ pub trait Effect: Send + Sync {
     /// the effect has no shape. Finer than half the distance at which two shapes can be told apart.
     fn grid(&self, _span: &Span) -> Vec<Vec<f64>> {
         Vec::new()
+    }
+}
+
+impl dyn Effect + '_ {
+    /// Whether its card has this trait.
+    #[must_use]
+    pub fn is(&self, wanted: Trait) -> bool {
+        self.card().traits.contains(&wanted)
+    }
+
+    /// Whether it is that of a whole sensor or reference, the same on all its axes.
+    #[must_use]
+    pub fn is_of_whole_sensor(&self) -> bool {
+        matches!(self.stage(), Stage::Timing | Stage::Response)
     }
 }
 

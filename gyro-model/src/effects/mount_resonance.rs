@@ -1,8 +1,10 @@
 //! `mount-resonance`: a springy plate between shaft and gyro, a second-order response.
 
-use super::{Card, Effect, Memory, ParameterCard, Role, Span, Stage, low_pass, low_passed, second_derivative, slowed};
+use super::{
+    Card, Effect, Memory, ParameterCard, Role, Span, Stage, Trait, low_pass, low_passed, second_derivative, slowed,
+};
 use crate::Axis;
-use crate::headline::Measured;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -23,6 +25,7 @@ static CARD: Card = Card {
     excited_by: "content up to f",
     mended_by: "the inverse D = ω − ω_f, 2ζω_n D' + ω_n² D = ω_f'', which amplifies noise above f",
     at_source: "mount the sensor stiffly: screws in place of tape or foam, a thicker plate",
+    traits: &[Trait::Resonance],
     aliases: &[],
 };
 

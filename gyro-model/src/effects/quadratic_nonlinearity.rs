@@ -2,7 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Stage};
 use crate::Axis;
-use crate::headline::{HUNDRED, Measured};
+use crate::measured::{HUNDRED, Measured};
 use std::borrow::Cow;
 
 /// The effect.
@@ -24,6 +24,7 @@ static CARD: Card = Card {
     excited_by: "at least two amplitudes",
     mended_by: "exactly, by iteration in the compensated rate",
     at_source: "choose a wider range if the sensor has one: its middle is straighter",
+    traits: &[],
     aliases: &[
         Alias {
             id: "g-sensitivity",

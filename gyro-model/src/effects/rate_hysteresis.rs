@@ -5,7 +5,7 @@ mod turn;
 use self::turn::{Reading, TURN, Turn, Way};
 use super::{Card, Effect, ErrorWhole, Memory, ParameterCard, Role, Signals, Span, Stage, play};
 use crate::Axis;
-use crate::headline::Measured;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -26,6 +26,7 @@ static CARD: Card = Card {
     excited_by: "reversals of the acceleration, several amplitudes, a rate that goes on changing",
     mended_by: "well, where noise is smaller than h",
     at_source: "it is the part's own: keep the correction, or take another part",
+    traits: &[],
     aliases: &[],
 };
 

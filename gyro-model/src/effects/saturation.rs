@@ -1,8 +1,8 @@
 //! `saturation`: the range ends, ω_g held within ±l.
 
-use super::{Alias, Card, Effect, ParameterCard, Role, Span, Stage};
+use super::{Alias, Card, Effect, ParameterCard, Role, Span, Stage, Trait};
 use crate::Axis;
-use crate::headline::Measured;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -22,6 +22,7 @@ static CARD: Card = Card {
     excited_by: "turns faster than the range",
     mended_by: "nothing: the sample is marked and the standard deviation grows; choose a wider range",
     at_source: "set a wider range in the sensor, or turn more slowly",
+    traits: &[Trait::Ceiling],
     aliases: &[
         Alias {
             id: "cubic-nonlinearity",

@@ -2,7 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Stage};
 use crate::Axis;
-use crate::headline::Measured;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -23,6 +23,7 @@ static CARD: Card = Card {
     excited_by: "both directions, several amplitudes",
     mended_by: "exactly, by iteration in the compensated rate",
     at_source: "it is the part's own: keep the correction, or take another part",
+    traits: &[],
     aliases: &[Alias {
         id: "quadratic-nonlinearity",
         when: "the motion has one amplitude",

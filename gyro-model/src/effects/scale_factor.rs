@@ -1,8 +1,8 @@
 //! `scale-factor`: the reading is the rate divided by α (the paper's equation (1)).
 
-use super::{Alias, Card, Effect, ParameterCard, Role, Stage};
+use super::{Alias, Card, Effect, ParameterCard, Role, Stage, Trait};
 use crate::Axis;
-use crate::headline::Measured;
+use crate::measured::Measured;
 
 /// The effect.
 pub static SCALE_FACTOR: ScaleFactor = ScaleFactor;
@@ -22,6 +22,7 @@ static CARD: Card = Card {
     excited_by: "any rotation",
     mended_by: "exactly",
     at_source: "every part differs by some per cent: keep the factor, or set it in the driver's conversion",
+    traits: &[Trait::Gain],
     aliases: &[
         Alias {
             id: "cross-axis",

@@ -1,8 +1,8 @@
 //! `supply-voltage`: zero-rate output against supply, φ = ΔV.
 
-use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
+use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage, Trait};
 use crate::Axis;
-use crate::headline::Measured;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -23,6 +23,7 @@ static CARD: Card = Card {
     excited_by: "a supply that changes by some 0.05 V or more",
     mended_by: "exactly, where the supply is measured at the sensor",
     at_source: "give the sensor a regulator of its own",
+    traits: &[Trait::Slow],
     aliases: &[
         Alias {
             id: "temperature-bias",

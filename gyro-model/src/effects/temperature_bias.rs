@@ -1,8 +1,8 @@
 //! `temperature-bias`: zero-rate output against temperature, φ = ΔT, ΔT².
 
-use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
+use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage, Trait};
 use crate::Axis;
-use crate::headline::Measured;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -23,6 +23,7 @@ static CARD: Card = Card {
     excited_by: "a temperature that changes by several kelvin, up and down",
     mended_by: "exactly, where temperature is measured at the sensor",
     at_source: "keep the sensor at one temperature: away from motors and regulators, or heated",
+    traits: &[Trait::Slow],
     aliases: &[
         Alias {
             id: "warm-up",

@@ -1,8 +1,8 @@
 //! `temperature-rate`: the bias follows heating, not heat, φ = dT/dt.
 
-use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
+use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage, Trait};
 use crate::Axis;
-use crate::headline::Measured;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -24,6 +24,7 @@ static CARD: Card = Card {
     excited_by: "heating and cooling, quick against the log",
     mended_by: "well, where temperature is measured at the sensor and not too noisily",
     at_source: "slow the change of temperature: a cover against wind, more copper or mass at the sensor",
+    traits: &[Trait::Slow],
     aliases: &[],
 };
 

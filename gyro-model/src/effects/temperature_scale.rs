@@ -2,7 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
 use crate::Axis;
-use crate::headline::Measured;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -22,6 +22,7 @@ static CARD: Card = Card {
     excited_by: "rotation at several temperatures",
     mended_by: "exactly, where temperature is measured at the sensor",
     at_source: "keep the sensor at one temperature: away from motors and regulators, or heated",
+    traits: &[],
     aliases: &[Alias {
         id: "temperature-bias",
         when: "the rate is constant",

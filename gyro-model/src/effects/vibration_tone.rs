@@ -1,8 +1,8 @@
 //! `vibration-tone`: a line in the spectrum that the shaft does not make, φ = sin, cos 2πft.
 
-use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage};
+use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage, Trait};
 use crate::Axis;
-use crate::headline::Measured;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -23,6 +23,7 @@ static CARD: Card = Card {
     excited_by: "any log; two logs show whether it stays",
     mended_by: "within this log: its phase is another one in the next",
     at_source: "find what turns at that frequency (fan, propeller, pump), balance it, or mount the sensor on something soft",
+    traits: &[Trait::Line],
     aliases: &[],
 };
 

@@ -1,8 +1,8 @@
 //! `warm-up`: the turn-on transient, φ = exp(−t/τ).
 
-use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage};
+use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage, Trait};
 use crate::Axis;
-use crate::headline::Measured;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -23,6 +23,7 @@ static CARD: Card = Card {
     excited_by: "power-on in the log",
     mended_by: "exactly, in a log that starts at power-on",
     at_source: "power the sensor some minutes before it is needed",
+    traits: &[Trait::Slow],
     aliases: &[
         Alias {
             id: "temperature-bias",

@@ -15,7 +15,7 @@ use super::{
 };
 use crate::{
     Axis, AxisModel, Model, Record, Term,
-    effects::{Role, Stage, derivative, steadied},
+    effects::{Role, Stage, Trait, derivative, steadied},
     order::median,
     record::ReferenceKind,
 };
@@ -318,7 +318,7 @@ const TURNS: f64 = 3.0;
 
 /// Whether this is the base model's scale factor.
 pub(super) fn is_scale(term: &Term) -> bool {
-    term.effect.card().id == "scale-factor"
+    term.effect.is(Trait::Gain)
 }
 
 /// Reads or writes one parameter of a model.

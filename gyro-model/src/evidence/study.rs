@@ -9,7 +9,11 @@ use super::{
     series::{Reading, Rest, Series},
     whiten::NoiseModel,
 };
-use crate::{Axis, Model, Record, effects::Role, nls};
+use crate::{
+    Axis, Model, Record,
+    effects::{Role, Trait},
+    nls,
+};
 use faer::Mat;
 
 /// A log ready to be fitted: everything that does not depend on the model.
@@ -168,6 +172,12 @@ impl<'a> Study<'a> {
             residual[reading.row] -= reading.off;
         }
         residual
+    }
+
+    /// Whether hardly any of the log is cut off or left out.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.evaluation.silent() < 0.01
     }
 
     /// Whether it leaves out samples that its model makes unsure.
@@ -351,7 +361,7 @@ impl<'a> Study<'a> {
 
 pub(super) fn is_tone(problem: &Problem, model: &Model, slot: Slot) -> bool {
     let terms = model.axes[problem.series[slot.series].axis.index()].as_ref().map_or(&[][..], |m| &m.terms);
-    terms[slot.term].effect.card().id == "vibration-tone"
+    terms[slot.term].effect.is(Trait::Line)
 }
 
 /// Precision with which the coefficients of effects are held near zero: one [`FAR`] times its typical size costs the

@@ -16,7 +16,7 @@ use super::{
 };
 use crate::{
     Model, Term,
-    effects::{Memory, Signals, Stage},
+    effects::{Memory, Signals, Stage, Trait},
 };
 use std::sync::Arc;
 
@@ -324,10 +324,8 @@ fn stamped(s: &Series, alpha: f64, rate: &[f64], terms: &[Term]) -> Vec<f64> {
 fn calibration(terms: &[Term]) -> (f64, f64) {
     let (mut alpha, mut delta) = (1.0, 0.0);
     for term in terms.iter().filter(|term| term.effect.stage() == Stage::Calibration) {
-        match term.effect.card().id {
-            "scale-factor" => alpha = term.values[0],
-            _ => delta = term.values[0],
-        }
+        let value = if term.effect.is(Trait::Gain) { &mut alpha } else { &mut delta };
+        *value = term.values[0];
     }
     (alpha, delta)
 }
@@ -360,7 +358,7 @@ fn felt(s: &Series, terms: &[Term], lost: &[bool]) -> Vec<f64> {
 
 /// Whether a response is that of what carries the sensor: what it adds is felt.
 fn is_of_mount(term: &Term) -> bool {
-    term.effect.card().id == "mount-resonance"
+    term.effect.is(Trait::Resonance)
 }
 
 /// Marks what is marked in `more` too; either may be empty, which marks nothing.

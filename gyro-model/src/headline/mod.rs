@@ -6,16 +6,14 @@
 //! error without it ──┘    at the source: "stamp the reading at the sensor's interrupt …"
 //! ```
 
-mod measured;
 #[cfg(test)]
 mod tests;
-
-pub use measured::{HUNDRED, Measured, amplitude, and, parts};
 
 use crate::{
     Axis,
     diagnosis::{AxisDiagnosis, AxisLadder, ErrorPoint, ParameterValue, Suspect, Verdict},
     effects::{self, Stage},
+    measured::{Measured, and},
     units,
 };
 

@@ -12,7 +12,6 @@ pub use growing::Growing;
 
 use crate::{
     Axis, Model, Record, Row,
-    diagnose::limits::Limits,
     evidence::{
         encoder::Encoder,
         integrate::integral,
@@ -20,6 +19,7 @@ use crate::{
         problem::Problem,
         series::{curve, holes},
     },
+    limits::Limits,
     order::median,
     record::{Means, Turned, Walk},
 };

@@ -1,6 +1,7 @@
 //! A result made ready to be read: human units, words, and what to run next. Text and HTML both lay this out.
 
 mod axis;
+mod explained;
 
 use super::{Against, Change, Context, next};
 use axis::{curve, falling, tone, words};
@@ -70,8 +71,34 @@ pub struct AxisView {
     pub steps: Vec<StepView>,
     /// Faults of the data, in words.
     pub data_faults: Vec<String>,
+    /// Why each effect was named or was not.
+    pub explained: Vec<ExplainedView>,
     /// Series for the charts, SI.
     pub detail: Option<AxisDetail>,
+}
+
+/// Why one effect was named or was not.
+#[derive(Clone, Debug, Serialize)]
+pub struct ExplainedView {
+    /// Effect id.
+    pub effect: String,
+    /// `named`, `refused by: share, held-out`, …
+    pub outcome: String,
+    /// Each test of it.
+    pub tests: Vec<TestView>,
+}
+
+/// One test of one suspect.
+#[derive(Clone, Debug, Serialize)]
+pub struct TestView {
+    /// `pass`, `fail`, `–` where it is not asked.
+    pub mark: &'static str,
+    /// Its name.
+    pub name: String,
+    /// What it asks.
+    pub asks: String,
+    /// The numbers that decided it.
+    pub numbers: String,
 }
 
 /// What limits a log, and what its error is made of.
@@ -222,7 +249,7 @@ impl Page {
     /// Of `ladder`.
     #[must_use]
     pub fn of_ladder(ladder: &Ladder, context: &Context) -> Self {
-        let next = next_of(ladder.axes.iter().map(|a| (a.axis, a.verdict, None, None)), context);
+        let next = next_of(ladder.axes.iter().map(|a| (a.axis, a.verdict, None, Vec::new())), context);
         page(
             "The ladder: adding what is missing",
             &ladder.log,
@@ -292,6 +319,9 @@ impl AxisView {
             at_source: spoken.at_source,
             label: match axis.verdict {
                 Verdict::Unexplained if !axis.searched => axis::NOT_SEARCHED.into(),
+                Verdict::MissingEffect if axis.missing.len() > 1 => {
+                    format!("missing effects: {}", axis.missing.join(", "))
+                }
                 verdict => words(verdict, suspect, axis.suspects.first().map_or(&[], |s| &s.aliases)),
             },
             tone: tone(axis.verdict),
@@ -319,6 +349,7 @@ impl AxisView {
             suspects: axis.suspects.iter().map(|s| axis::suspect(axis.axis, s)).collect(),
             steps: Vec::new(),
             data_faults: axis.data_faults.iter().map(axis::fault).collect(),
+            explained: axis.explained.iter().map(explained::view).collect(),
             detail: axis.detail.clone(),
         }
     }
@@ -397,16 +428,23 @@ impl AxisView {
             suspects: Vec::new(),
             steps,
             data_faults: axis.data_faults.iter().map(axis::fault).collect(),
+            explained: axis.explained.iter().map(explained::view).collect(),
             detail: axis.detail.clone(),
         }
     }
 }
 
-/// What the next command depends on: axis, verdict, error/floor, best suspect.
-type Attention<'a> = (Axis, Verdict, Option<f64>, Option<&'a str>);
+/// What the next command depends on: axis, verdict, error/floor, what is missing.
+type Attention<'a> = (Axis, Verdict, Option<f64>, Vec<&'a str>);
 
 fn attention(axis: &AxisDiagnosis) -> Attention<'_> {
-    (axis.axis, axis.verdict, axis.error_over_floor, axis.suspects.first().map(|s| s.effect.as_str()))
+    let missing = axis.missing.iter().map(String::as_str);
+    let suspects = if axis.missing.is_empty() {
+        axis.suspects.iter().take(1).map(|s| s.effect.as_str()).collect()
+    } else {
+        missing.collect()
+    };
+    (axis.axis, axis.verdict, axis.error_over_floor, suspects)
 }
 
 /// The axis that needs attention most decides.
@@ -423,8 +461,8 @@ fn next_of<'a>(axes: impl Iterator<Item = Attention<'a>>, context: &Context) -> 
     let worst = axes
         .iter()
         .max_by(|a, b| urgency(a.1).cmp(&urgency(b.1)).then(a.2.unwrap_or(0.0).total_cmp(&b.2.unwrap_or(0.0))));
-    worst.map_or_else(Vec::new, |&(axis, verdict, _, suspect)| {
-        let alone = axes.iter().any(|a| a.0 != axis && a.3 != suspect);
-        next::next(&next::Finding { axis, alone, verdict, suspect }, context)
+    worst.map_or_else(Vec::new, |(axis, verdict, _, suspects)| {
+        let alone = axes.iter().any(|a| a.0 != *axis && a.3 != *suspects);
+        next::next(&next::Finding { axis: *axis, alone, verdict: *verdict, suspects }, context)
     })
 }

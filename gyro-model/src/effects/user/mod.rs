@@ -22,8 +22,8 @@ mod parser;
 
 pub use definition::{Definition, DefinitionError, MOST_PARAMETERS, ParameterDefinition};
 
-use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Span, Stage};
-use crate::{Axis, headline::Measured, record::FREE_CHANNELS};
+use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Span, Stage, Trait};
+use crate::{Axis, measured::Measured, record::FREE_CHANNELS};
 use expression::Expression;
 use std::{
     borrow::Cow,
@@ -311,6 +311,9 @@ fn card(definition: &Definition, expression: &Expression<Variable>) -> Card {
         (Need::Temperature, uses(|v| v == Variable::Temperature)),
         (Need::Supply, uses(|v| v == Variable::Supply)),
     ];
+    let is_slow_signal = |v| matches!(v, Variable::Time | Variable::Temperature | Variable::Supply);
+    let is_parameter = |v| matches!(v, Variable::Parameter(_));
+    let is_slow = uses(is_slow_signal) && expression.variables().all(|v| is_slow_signal(v) || is_parameter(v));
     let needs: Vec<Need> = needs.into_iter().filter(|(_, used)| *used).map(|(need, _)| need).collect();
     let sizes: Vec<String> =
         definition.parameters.iter().map(|p| format!("{} = {:e} {}", p.name, p.typical, p.unit)).collect();
@@ -325,6 +328,7 @@ fn card(definition: &Definition, expression: &Expression<Variable>) -> Card {
         excited_by: "whatever moves the columns of its expression",
         mended_by: "exactly, where the columns of its expression are measured",
         at_source: "",
+        traits: if is_slow { &[Trait::Slow] } else { &[] },
         aliases: &[],
     }
 }

@@ -1,27 +1,20 @@
 //! Two suspects that hide one another: what one adds to the residual the other takes away again, and neither shows alone.
 
-use super::candidates::{Candidate, Scanner};
 use crate::{
     Axis,
     effects::{ParameterCard, Role, Stage, are_aliases},
     evidence::{noise::Gls, problem::Slot, study::Study},
     parallel,
+    scan::{Candidate, Scanner},
+    thresholds as limit,
 };
 use faer::Mat;
 use itertools::Itertools;
 use std::ops::Range;
 
-/// Rise of ln L that each of two effects has to make beside the other to be tried with it: a rise that is not found by
-/// chance among all pairs of the catalogue at all their shapes.
-const TOGETHER: f64 = 15.0;
-
-/// What two effects have to show each of its own to be tried together. On one sine, and on a drive that turns at one rate, large
-/// ones cancel but for a little: a hundredth of what each does is as much as their forms are right to.
-const APART: f64 = 0.01;
-
-/// The two of these candidates of one axis where each raises ln L most beside the other, by at least [`TOGETHER`], each at its
+/// The two of these candidates of one axis where each raises ln L most beside the other, by at least [`limit::TOGETHER`], each at its
 /// share: all pairs are held against the residual in one set of normal equations.
-pub(super) fn pair(scanner: &Scanner, axis: Axis, list: &[Candidate]) -> Option<[Candidate; 2]> {
+pub(in super::super) fn pair(scanner: &Scanner, axis: Axis, list: &[Candidate]) -> Option<[Candidate; 2]> {
     let mut each: Vec<&Candidate> =
         list.iter().filter(|c| c.term.effect.stage() != Stage::Reading && c.score.is_finite()).collect();
     each.sort_by(|a, b| b.score.total_cmp(&a.score));
@@ -39,11 +32,11 @@ pub(super) fn pair(scanner: &Scanner, axis: Axis, list: &[Candidate]) -> Option<
     let alone: Vec<f64> = own.iter().map(|own| all.part(own.clone()).rise(RANK).0).collect();
     let gained = |a: usize, b: usize| {
         let both = all.part(own[a].clone().chain(own[b].clone()));
-        (unshared(&both.matrix, own[a].len()) > APART).then_some(())?;
+        (unshared(&both.matrix, own[a].len()) > limit::OWN_OF_PAIR.value).then_some(())?;
         let (together, step) = both.rise(RANK);
         let (of_a, of_b) = step.split_at(own[a].len());
         let pair = [moved(each[a], axis, of_a)?, moved(each[b], axis, of_b)?];
-        Some((together - alone[a].max(alone[b]), pair)).filter(|(gain, _)| *gain > TOGETHER)
+        Some((together - alone[a].max(alone[b]), pair)).filter(|(gain, _)| *gain > limit::TOGETHER.value)
     };
     // The difference of two effects that look alike is a shape of its own, which is the physics of neither.
     let id = |k: usize| each[k].term.effect.card().id;
@@ -82,15 +75,12 @@ pub(super) fn beside_its_like(study: &Study, gls: &Gls, series: usize, id: &str)
         let (a, b) = (own(id), own(other));
         let rows = [a.as_slice(), b.as_slice()].concat();
         let own = unshared(&Mat::from_fn(rows.len(), rows.len(), |i, j| gls.covariance[(rows[i], rows[j])]), a.len());
-        own.is_nan() || own < OWN
+        own.is_nan() || own < limit::OWN_BESIDE_ALIAS.value
     };
     // Scale factor and bias stand in every model.
     let others = terms.iter().filter(|term| term.effect.stage() != Stage::Calibration);
     others.map(|term| term.effect.card().id).any(|other| are_aliases(id, other) && looks_like(other))
 }
-
-/// What two effects that may be taken for one another have to show each of its own.
-const OWN: f64 = 0.5;
 
 /// A candidate with these coefficients, or with this share of its size; `None` where that is not physical.
 fn moved(candidate: &Candidate, axis: Axis, by: &[f64]) -> Option<Candidate> {

@@ -5,9 +5,12 @@
 //! biased by it. Where the model leaves nothing but noise, a last step by generalised least squares (the noise
 //! identified by maximum likelihood) makes the estimates efficient. Standard errors are those of the identified noise.
 
+pub mod initial;
+pub mod judged;
+pub mod parts;
+
 use crate::{
     Axis, AxisModel, Model, Record, Term,
-    diagnose::{begin, judged::Judged, long, verdict::SILENT},
     effects::Need,
     evidence::{
         problem::HeldRate,
@@ -15,7 +18,9 @@ use crate::{
     },
     order::median,
     record::ReferenceKind,
+    thresholds::SILENT,
 };
+use judged::Judged;
 use thiserror::Error;
 
 /// Why a log cannot be fitted.
@@ -84,7 +89,7 @@ pub fn fit(record: &Record, start: &Model, axes: &[Axis]) -> Result<Model, FitEr
             let (silent, anywhere) = (anywhere.evaluation.silent(), anywhere.model);
             bench.problem.held_rate = HeldRate::AtTheEnd;
             let is_within = |study: &Study| (0..group.len()).all(|k| Judged::new(study, k, false).within());
-            let at_the_end = (silent > SILENT).then(|| fitted(record, &bench, &model)).filter(is_within);
+            let at_the_end = (silent > SILENT.value).then(|| fitted(record, &bench, &model)).filter(is_within);
             model = at_the_end.map_or(anywhere, |study| study.model);
         }
         // Where an axis sees the others they have to be as this fit leaves them.
@@ -99,8 +104,8 @@ pub fn fit(record: &Record, start: &Model, axes: &[Axis]) -> Result<Model, FitEr
 
 /// The axes of a bench fitted, effects that are new from where the log shows them.
 fn fitted<'a>(record: &Record, bench: &'a Bench, model: &Model) -> Study<'a> {
-    let start = begin::begun(record, bench, model);
-    settle(Study::fit(bench, &long::begun(record, bench, &start), None))
+    let start = initial::begun(record, bench, model);
+    settle(Study::fit(bench, &parts::begun(record, bench, &start), None))
 }
 
 /// Fits of all axes where one sees the rates of others.
@@ -127,7 +132,7 @@ pub(crate) fn calibrated(record: &Record, model: &Model) -> Model {
         for axis in &group {
             start.axes[axis.index()] = Some(base(axis));
         }
-        if let Some(bench) = long::brief(record, &group, &start) {
+        if let Some(bench) = parts::brief(record, &group, &start) {
             let found = Study::fit(&bench, &start, None).model;
             for axis in &group {
                 calibrated.axes[axis.index()].clone_from(&found.axes[axis.index()]);

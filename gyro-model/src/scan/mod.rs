@@ -3,11 +3,14 @@
 //! The scan is a score test in the whitened domain: with the noise identified for the present model, how much would
 //! ln L rise if this column joined, everything else re-fitted linearly. It only chooses who is refitted exactly.
 
-use super::{gate::is_whole, limits, tone, verdict::is_slow};
+pub mod read_off;
+pub mod tone;
+
 use crate::{
     AxisModel, Model, Term,
-    effects::{CATALOGUE, Effect, Need, ParameterCard, Role, Stage},
+    effects::{CATALOGUE, Effect, Need, ParameterCard, Role, Stage, Trait},
     evidence::{
+        draws::Draws,
         line::Line,
         noise::{self, Gls},
         prior,
@@ -47,10 +50,10 @@ pub fn can_show(effect: &dyn Effect, series: &Series) -> bool {
     let shows = match series.rest {
         Rest::None => true,
         Rest::OfReference => false,
-        Rest::Whole => is_slow(effect.card().id),
+        Rest::Whole => effect.is(Trait::Slow),
     };
     // On one line a mount is a gain and a lateness, which scale factor and delay are already.
-    if !shows || series.one_line.is_some() && effect.card().id == "mount-resonance" {
+    if !shows || series.one_line.is_some() && effect.is(Trait::Resonance) {
         return false;
     }
     let varies = |pick: &dyn Fn(usize) -> f64, least: f64| {
@@ -90,8 +93,26 @@ pub fn scan(study: &Study, gls: &Gls, draws: &[Vec<Vec<f64>>], extra: &[&'static
     parallel::map(&wanted, |&(series, effect)| scanner.best(effect, series)).concat()
 }
 
+/// What an effect may begin at beside a fitted model: by the likelihood and, where that is another, by the error.
+#[must_use]
+pub(crate) fn starts(study: &Study, effect: &'static dyn Effect, series: usize) -> Vec<Candidate> {
+    let gls = study.identify(&[]);
+    Scanner::new(study, &gls, &draws_of_noise(study, &gls)).best(effect, series)
+}
+
+/// Whitened draws of noise alone on the motion of a fitted model.
+#[must_use]
+pub(crate) fn draws_of_noise(study: &Study, gls: &Gls) -> Vec<Vec<Vec<f64>>> {
+    let whitener = noise::whitener(study, &gls.noise);
+    let noise_alone = Draws::anywhere(study, 0);
+    (0..DRAWS).map(|seed| whitener.apply_each(&noise_alone.read(seed))).collect()
+}
+
+/// Draws of noise alone.
+pub(crate) const DRAWS: u64 = 20;
+
 /// The score test of one study.
-pub(super) struct Scanner<'a> {
+pub(crate) struct Scanner<'a> {
     study: &'a Study<'a>,
     /// Whitened draws of noise alone.
     draws: &'a [Vec<Vec<f64>>],
@@ -113,7 +134,7 @@ struct Coarse {
 }
 
 impl<'a> Scanner<'a> {
-    pub(super) fn new(study: &'a Study<'a>, gls: &Gls, draws: &'a [Vec<Vec<f64>>]) -> Self {
+    pub(crate) fn new(study: &'a Study<'a>, gls: &Gls, draws: &'a [Vec<Vec<f64>>]) -> Self {
         let (normal, whitener) = noise::normal(study, &gls.noise);
         let (inverse, _) = nls::invert_observable(&normal.matrix, 1e-10);
         let residual = whitener.apply_each(&study.as_read());
@@ -143,12 +164,12 @@ impl<'a> Scanner<'a> {
     }
 
     /// One effect on one axis.
-    pub(super) fn best(&self, effect: &'static dyn Effect, index: usize) -> Vec<Candidate> {
+    pub(crate) fn best(&self, effect: &'static dyn Effect, index: usize) -> Vec<Candidate> {
         let series = &self.study.bench.problem.series[index];
         let parameters = effect.parameters(series.axis);
         let linear = parameters.iter().filter(|p| p.role == Role::Linear).count();
         if effect.stage() == Stage::Reading {
-            return limits::read_off(effect, series)
+            return read_off::read_off(effect, series)
                 .map(|value| Candidate {
                     series: index,
                     term: Term { effect, values: vec![value], std_errors: vec![f64::NAN] },
@@ -160,7 +181,7 @@ impl<'a> Scanner<'a> {
                 .collect();
         }
         let span = series.span();
-        let is_tone = effect.card().id == "vibration-tone";
+        let is_tone = effect.is(Trait::Line);
         let shapes: Vec<Vec<f64>> = if is_tone {
             self.tone(effect, index, series).map(|f| vec![f]).into_iter().collect()
         } else if linear == parameters.len() {
@@ -210,7 +231,7 @@ impl<'a> Scanner<'a> {
     fn tone(&self, effect: &'static dyn Effect, index: usize, series: &Series) -> Option<f64> {
         let t = self.study.bench.problem.times();
         // What is nonlinear makes of a sine lines at its first multiples, in the reading too; one whose peaks are cut off has all.
-        let most = if is_whole(self.study) { MULTIPLES } else { f64::INFINITY };
+        let most = if self.study.is_whole() { MULTIPLES } else { f64::INFINITY };
         let is_of_motion = |f: f64| {
             series.one_line.is_some_and(|own| {
                 let multiple = (f / own).round();
@@ -238,7 +259,7 @@ impl<'a> Scanner<'a> {
 
     /// Share of J that is left where all these candidates of one axis join at their shapes, everything refitted linearly: fewer
     /// of them leave no less.
-    pub(super) fn leaves(&self, list: &[&Candidate]) -> f64 {
+    pub(crate) fn leaves(&self, list: &[&Candidate]) -> f64 {
         let columns = parallel::map(list, |c| self.along(c.series, &c.term)).concat();
         1.0 - self.lowers(&columns, false, None).0
     }
@@ -333,7 +354,7 @@ impl<'a> Scanner<'a> {
     }
 
     /// The same whitened.
-    pub(super) fn white_along(&self, index: usize, term: &Term) -> Vec<Vec<Vec<f64>>> {
+    pub(crate) fn white_along(&self, index: usize, term: &Term) -> Vec<Vec<Vec<f64>>> {
         self.whitened(&self.along(index, term))
     }
 
@@ -364,7 +385,7 @@ impl<'a> Scanner<'a> {
     }
 
     /// Normal equations of whitened columns, the model's own fitted anew beside them.
-    pub(super) fn beside_model(&self, columns: &[&[Vec<f64>]]) -> nls::Normal {
+    pub(crate) fn beside_model(&self, columns: &[&[Vec<f64>]]) -> nls::Normal {
         let own: Vec<Vec<f64>> = columns.iter().map(|c| self.against_model(c)).collect();
         let mut normal = nls::Normal::zeros(columns.len());
         for (i, column) in columns.iter().enumerate() {
@@ -393,7 +414,7 @@ impl<'a> Scanner<'a> {
     }
 
     /// The same of a term's coefficients at its shapes.
-    pub(super) fn spans(&self, index: usize, term: &Term) -> bool {
+    pub(crate) fn spans(&self, index: usize, term: &Term) -> bool {
         let columns = self.white_along(index, term);
         Self::spanned(&self.beside_model(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>()), &columns)
     }
@@ -420,11 +441,6 @@ fn prior_floor(study: &Study) -> Vec<f64> {
         .collect()
 }
 
-/// Whether an effect is that of a whole sensor or reference rather than of an axis.
-pub(super) fn of_whole_sensor(effect: &dyn Effect) -> bool {
-    matches!(effect.stage(), Stage::Timing | Stage::Response)
-}
-
 /// The study's model with one more term and, where the axes make one orientation and the effect is of the whole sensor, with
 /// as much of it on every other axis that has nothing of the kind: what one axis reads late the others read late too, and
 /// their errors are carried into its own.
@@ -432,12 +448,12 @@ pub(super) fn of_whole_sensor(effect: &dyn Effect) -> bool {
 pub fn with_term_throughout(study: &Study, series: usize, term: &Term) -> Model {
     let mut model = with_term(study, series, term.clone());
     let problem = &study.bench.problem;
-    if problem.attitude().is_none() || !of_whole_sensor(term.effect) {
+    if problem.attitude().is_none() || !term.effect.is_of_whole_sensor() {
         return model;
     }
     for other in problem.series.iter().enumerate().filter(|(k, s)| *k != series && can_show(term.effect, s)) {
         let own = model.axes[other.1.axis.index()].get_or_insert_with(|| AxisModel::base(other.1.axis));
-        if !own.terms.iter().any(|t| of_whole_sensor(t.effect)) {
+        if !own.terms.iter().any(|t| t.effect.is_of_whole_sensor()) {
             own.terms.push(term.clone());
         }
     }

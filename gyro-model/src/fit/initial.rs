@@ -3,11 +3,12 @@
 //! A resonance at an infinite frequency, a tone at any, a step at any time: from there no fit finds the way. So a term
 //! whose values are still neutral takes what the scan of the suspects finds for it, its limit what the readings show.
 
-use super::{candidates::Candidate, long::Parts, refit::Present};
+use super::parts::Parts;
 use crate::{
     Axis, Model, Record, Term,
     effects::{Effect, Role},
     evidence::study::{Bench, Study},
+    scan::{Candidate, starts},
 };
 
 /// The error over its floor beyond which a suspect is worth what it takes from the error, not from the likelihood.
@@ -31,8 +32,8 @@ pub(crate) fn begun(record: &Record, bench: &Bench, model: &Model) -> Model {
     let looked_at = parts.as_ref().map_or_else(|| vec![bench], |parts| parts.each().to_vec());
     for (series, effect) in new {
         let found = looked_at.iter().filter_map(|part| {
-            let present = Present::new(Study::fit(part, &begun, None));
-            clearest(present.starts(effect, series), present.study.over_floor() > NEAR_THE_FLOOR)
+            let study = Study::fit(part, &begun, None);
+            clearest(starts(&study, effect, series), study.over_floor() > NEAR_THE_FLOOR)
         });
         let best = found.max_by(|a, b| a.score.total_cmp(&b.score));
         let axis = axes[series];

@@ -1,31 +1,9 @@
-//! Dead zone and saturation, read off the readings themselves.
+//! Dead zone and saturation, as the readings themselves show them.
 //!
 //! Both leave marks that no motion makes: a reading that is reached again and again and never passed, or a hole about
-//! zero that the readings jump over. The residual could not tell: where the information is gone it can be bridged, and
-//! bridging removes every error.
+//! zero that the readings jump over.
 
-use crate::{
-    effects::{Effect, white_noise},
-    evidence::{
-        prior::{gain, read_angle},
-        series::Series,
-    },
-};
 use statrs::distribution::{Binomial, DiscreteCDF};
-
-/// The limit that the readings show, if they do.
-#[must_use]
-pub fn read_off(effect: &dyn Effect, series: &Series) -> Option<f64> {
-    let readings: Vec<f64> = series.gyro.iter().zip(&series.read).filter(|(_, read)| **read).map(|(g, _)| *g).collect();
-    match effect.card().id {
-        "saturation" => {
-            let most = |rail| if stands_alone(&readings, rail) { BEYOND_ALONE } else { BEYOND };
-            rail(&readings).filter(|&rail| !is_held(series, rail, most(rail)))
-        }
-        "dead-zone" => hole(&readings),
-        _ => None,
-    }
-}
 
 /// Both limits of one axis' readings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -52,7 +30,7 @@ impl Limits {
 
 /// The largest |reading|, where it is reached far more often than the values just below it, or held longer than a motion
 /// can hold its turning point.
-fn rail(readings: &[f64]) -> Option<f64> {
+pub(crate) fn rail(readings: &[f64]) -> Option<f64> {
     let top = ceiling(readings)?;
     let mut size: Vec<f64> = readings.iter().map(|g| g.abs().min(top)).collect();
     let near = 1e-6 * top;
@@ -111,7 +89,7 @@ fn ceiling(readings: &[f64]) -> Option<f64> {
 const UNEQUAL: f64 = 0.01;
 
 /// Whether readings stand still at this rail as nowhere else, at rest included: elsewhere noise moves them, whatever rate is held.
-fn stands_alone(readings: &[f64], rail: f64) -> bool {
+pub(crate) fn stands_alone(readings: &[f64], rail: f64) -> bool {
     let edge = rail * (1.0 - 1e-6);
     let (mut here, mut elsewhere) = (0, 0);
     for run in readings.chunk_by(|a, b| a == b) {
@@ -124,65 +102,6 @@ fn stands_alone(readings: &[f64], rail: f64) -> bool {
 /// Readings after which noise has moved one, and times as many that stand still at the rail.
 const MOVED: usize = 10;
 const ALONE: usize = 4;
-
-/// Whether the reference shows that the rate itself stands wherever the reading stands at this rail, as on a rate table: it turns
-/// evenly, and as far as readings do elsewhere, or farther by less than `most` of the rail. What is cut off a motion is beyond the
-/// rail, or arched, faster in the middle of its time than near its ends.
-fn is_held(series: &Series, rail: f64, most: f64) -> bool {
-    let (t, angle) = (&series.reference_t, &series.reference_angle);
-    if angle.is_empty() {
-        return false;
-    }
-    let edge = rail - series.margin.max(1e-6 * rail);
-    let is_at = |step: &[usize]| series.gyro[step[0]..=step[1]].iter().all(|g| g.abs() > edge);
-    let at: Vec<bool> = series.reference_rows.windows(2).map(is_at).collect();
-    let read = read_angle(series);
-    let (alpha, delta) = calibration_off(&at, t, &read, angle);
-    // What the shaft turns beyond that in the middle half of each such time and in the rest of it, and how long these are.
-    let (mut middle, mut rest, mut count, mut first) = ((0.0, 0.0), (0.0, 0.0), 0.0, 0);
-    for run in at.chunk_by(|a, b| a == b) {
-        let (a, d) = (first, first + run.len());
-        first = d;
-        if run[0] && run.len() >= 4 {
-            let (b, c) = (a + run.len() / 4, d - run.len() / 4);
-            let side = series.gyro[series.reference_rows[a]].signum();
-            let beyond = |i: usize| side * (angle[i] - alpha * read[i] - delta * t[i]);
-            middle = (middle.0 + beyond(c) - beyond(b), middle.1 + t[c] - t[b]);
-            rest = (rest.0 + beyond(b) - beyond(a) + beyond(d) - beyond(c), rest.1 + t[b] - t[a] + t[d] - t[c]);
-            count += 1.0;
-        }
-    }
-    if count == 0.0 {
-        return false;
-    }
-    let arch = middle.0 / middle.1 - rest.0 / rest.1;
-    // Two rows bound the middle, four the rest.
-    let noise = white_noise(angle) * f64::sqrt(count) * (2_f64.sqrt() / middle.1 + 2.0 / rest.1);
-    let beyond = (middle.0 + rest.0) / (middle.1 + rest.1);
-    arch.abs() + 3.0 * noise < ARCHED * rail && beyond < most * rail
-}
-
-/// Scale factor and bias of the steps that are not marked, about: the reference's angle is α times the readings' and δ times t.
-fn calibration_off(marked: &[bool], t: &[f64], read: &[f64], reference: &[f64]) -> (f64, f64) {
-    let without = |values: &[f64]| -> Vec<f64> {
-        let steps = values.windows(2).zip(marked).filter(|(_, marked)| !**marked).map(|(pair, _)| pair[1] - pair[0]);
-        let sums = steps.scan(0.0, |sum, step| {
-            *sum += step;
-            Some(*sum)
-        });
-        std::iter::once(0.0).chain(sums).collect()
-    };
-    let [t, read, reference] = [t, read, reference].map(without);
-    let last = t.len() - 1;
-    let alpha = gain(&t, &read, &reference);
-    (alpha, (reference[last] - alpha * read[last]) / t[last])
-}
-
-/// Share of a rail by which the middle of a motion that is cut off is faster, and by which all of it is; a rate that reads too small
-/// by as little is taken for one that is held. Less where readings stand still there alone.
-const ARCHED: f64 = 2e-3;
-const BEYOND: f64 = 5e-3;
-const BEYOND_ALONE: f64 = 5e-4;
 
 /// How often a reading below `edge` stands there one time after the other: the median.
 fn repeats(readings: &[f64], edge: f64) -> usize {
@@ -225,7 +144,7 @@ const FEWEST_HELD: usize = 4;
 const STEPS: f64 = 6.0;
 
 /// Half width of the hole about zero: readings of exactly zero, and none up to the smallest other one.
-fn hole(readings: &[f64]) -> Option<f64> {
+pub(crate) fn hole(readings: &[f64]) -> Option<f64> {
     let zeros = readings.iter().filter(|g| **g == 0.0).count();
     if zeros < PASSAGES {
         return None;

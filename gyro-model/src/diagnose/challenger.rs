@@ -1,16 +1,16 @@
 //! A suspect refitted exactly, and what that is worth.
 
 use super::{
-    candidates::{Candidate, Scanner, can_show, of_whole_sensor, scan, with_term_throughout},
-    gate::chance,
-    pair::pair,
-    rank::{drop_driven, prefer_plainer, rank},
+    Options,
+    chance::chance,
+    comparison::{drop_driven, prefer_plainer, rank},
+    search::pair,
 };
 use crate::{
     Model, Term,
     effects::{Effect, Stage},
     evidence::{
-        draws::{Draws, draw_through},
+        draws::draw_through,
         increments::BLOCKS as BLOCKS_OF_INCREMENTS,
         noise::{self, Gls},
         problem::Warm,
@@ -19,13 +19,16 @@ use crate::{
     },
     nls, parallel,
     record::ReferenceKind,
+    scan::{Candidate, Scanner, can_show, draws_of_noise, scan, with_term_throughout},
+    statistics::Estimate,
+    thresholds as limit,
 };
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::sync::OnceLock;
 
-/// The present model: what suspects are measured against.
+/// The incumbent model: what suspects are measured against.
 #[derive(Clone, Debug)]
-pub struct Present<'a> {
+pub struct Incumbent<'a> {
     /// Fitted.
     pub study: Study<'a>,
     /// Whitened draws of noise alone.
@@ -46,6 +49,8 @@ struct Measure {
     log_likelihood: f64,
     held_out: Vec<f64>,
     excess: f64,
+    /// E/F, averaging time by averaging time.
+    curve: Vec<f64>,
     blocks: Vec<Option<f64>>,
 }
 
@@ -56,6 +61,7 @@ impl Measure {
             log_likelihood: gls.log_likelihood,
             held_out: gls.held_out.clone(),
             excess: held.excess(&weights),
+            curve: held.curve().iter().zip(&weights).map(|(error, floor)| error / floor).collect(),
             blocks: held.by_block(&weights),
         }
     }
@@ -63,27 +69,29 @@ impl Measure {
 
 /// One suspect at its exact optimum.
 #[derive(Clone, Debug)]
-pub struct Refit<'a> {
+pub struct Challenger<'a> {
     /// Where it came from.
     pub candidate: Candidate,
     /// The model with it, fitted.
     pub study: Study<'a>,
     /// Noise and likelihood with it.
     pub gls: Gls,
-    /// J of its axis with it (on the samples of the present model).
+    /// J of its axis with it (on the samples of the incumbent model).
     pub excess: f64,
     /// J on the samples that it does not leave out.
     pub(super) kept: f64,
+    /// The most that E grows by at any averaging time, beyond what noise leaves there.
+    pub(super) grows: f64,
     /// Rise of ln L.
     pub rise: f64,
     /// How much noise alone raises ln L beyond what white noise would.
     pub inflation: f64,
-    /// Rise of the held-out ln L over the blocks, and its standard error.
-    pub held_out: (f64, f64),
+    /// Gain in ln L on blocks that were not fitted, their sum.
+    pub held_out: Estimate,
     /// Chance of such a rise from noise, priced for the whole search.
     pub p_value: f64,
-    /// Fall of the held-out error: mean over blocks of ln(J₀/J₁), and its standard error.
-    pub fall: (f64, f64),
+    /// Fall of the held-out error, ln(J₀/J₁), mean over the blocks.
+    pub fall: Estimate,
     /// Rise of the held-out ln L, block by block.
     pub(super) gains: Vec<f64>,
     /// ln(J₀/J₁), block by block.
@@ -93,12 +101,8 @@ pub struct Refit<'a> {
 /// How many suspects of an axis are refitted exactly, by either measure: of an axis alone, and of one of several.
 const LEADERS: usize = 5;
 const LEADERS_OF_SEVERAL: usize = 3;
-/// Share of J that the scan has to promise for a refit that its likelihood does not ask for.
-const LOWERS: f64 = 0.02;
-/// Rise of ln L below which the scan's suspects are not refitted.
-const NOTICEABLE: f64 = 4.0;
 
-impl<'a> Present<'a> {
+impl<'a> Incumbent<'a> {
     /// Takes a fitted model's measure.
     #[must_use]
     pub fn new(study: Study<'a>) -> Self {
@@ -109,9 +113,7 @@ impl<'a> Present<'a> {
     /// The same with the noise known.
     #[must_use]
     pub fn with(study: Study<'a>, gls: Gls) -> Self {
-        let whitener = noise::whitener(&study, &gls.noise);
-        let noise_alone = Draws::anywhere(&study, 0);
-        let draws = (0..DRAWS).map(|seed| whitener.apply_each(&noise_alone.read(seed))).collect();
+        let draws = draws_of_noise(&study, &gls);
         let measures = (0..study.bench.problem.series.len()).map(|k| Measure::of(&study, &gls, k)).collect();
         Self { study, draws, gls, measures, seldom: OnceLock::new(), scanned: OnceLock::new() }
     }
@@ -121,13 +123,13 @@ impl<'a> Present<'a> {
     /// to the next. Over many rows the noise adds up to what it was, and the motion is still there.
     pub(super) fn beside(&self, effect: &dyn Effect, series: usize) -> &Self {
         let series = &self.study.bench.problem.series[series];
-        if self.study.every > 1 || !of_whole_sensor(effect) || series.kind != ReferenceKind::Rate {
+        if self.study.every > 1 || !effect.is_of_whole_sensor() || series.kind != ReferenceKind::Rate {
             return self;
         }
         let t = &series.reference_t;
         let often = series.readings.len() as f64 / (t[t.len() - 1] - t[0]);
         let every = (often / SELDOM).round().max(1.0) as usize;
-        self.seldom.get_or_init(|| Box::new(Present::new(self.study.clone().reading(every))))
+        self.seldom.get_or_init(|| Box::new(Incumbent::new(self.study.clone().reading(every))))
     }
 
     /// J, the mean over τ of (E/F)², held out, of one axis.
@@ -213,54 +215,60 @@ impl<'a> Present<'a> {
 
     /// The suspects of this model, refitted, axis by axis, best first.
     #[must_use]
-    pub fn suspects(&self, extra: &[&'static dyn Effect], mut progress: impl FnMut(&str)) -> Vec<Refit<'a>> {
-        let all = self.scanned(extra);
+    pub fn suspects(&self, options: &Options) -> Vec<Challenger<'a>> {
+        let all = self.scanned(options);
         let axes = self.study.bench.problem.series.len();
         let most = if axes > 1 { LEADERS_OF_SEVERAL } else { LEADERS };
         let of = |k: usize| all.iter().filter(|c| c.series == k).cloned().collect::<Vec<_>>();
         let list: Vec<Candidate> = (0..axes).flat_map(|k| leaders(of(k), most)).collect();
-        progress(&list.iter().map(|c| c.term.effect.card().id).collect::<Vec<_>>().join(", "));
+        (options.progress)(&list.iter().map(|c| c.term.effect.card().id).collect::<Vec<_>>().join(", "));
         let (first, rest): (Vec<Candidate>, Vec<Candidate>) = promising(list, axes);
-        let mut left = parallel::map(&first, |candidate| self.refit(candidate.clone()));
+        let refitted = |list: &[Candidate]| -> Vec<Challenger<'a>> {
+            let refit = |candidate: &Candidate| (!(options.stop)()).then(|| self.refit(candidate.clone()));
+            parallel::map(list, refit).into_iter().flatten().collect()
+        };
+        let mut left = refitted(&first);
         // What cannot come near the best by either measure is not refitted.
         let rest: Vec<Candidate> = rest.into_iter().filter(|c| self.may_win(c, &left)).collect();
-        left.extend(parallel::map(&rest, |candidate| self.refit(candidate.clone())));
-        let mut refits = Vec::new();
+        left.extend(refitted(&rest));
+        let mut challengers = Vec::new();
         for k in 0..axes {
             let mut own = left.extract_if(.., |r| r.candidate.series == k).collect();
             drop_driven(&mut own);
             rank(&mut own);
             prefer_plainer(&mut own, self);
-            refits.append(&mut own);
+            challengers.append(&mut own);
         }
         // Of one effect, the best that is not at the end of what is physical: from another start it may be.
-        let key = |r: &Refit| (r.candidate.series, r.candidate.term.effect.card().id);
+        let key = |r: &Challenger| (r.candidate.series, r.candidate.term.effect.card().id);
         let is_best = |k: usize| {
-            let own: Vec<usize> = (0..refits.len()).filter(|&i| key(&refits[i]) == key(&refits[k])).collect();
-            own.iter().find(|&&i| !refits[i].at_bound()).or(own.first()) == Some(&k)
+            let own: Vec<usize> =
+                (0..challengers.len()).filter(|&i| key(&challengers[i]) == key(&challengers[k])).collect();
+            own.iter().find(|&&i| !challengers[i].at_bound()).or(own.first()) == Some(&k)
         };
-        let mut best = (0..refits.len()).map(is_best).collect::<Vec<bool>>().into_iter();
-        refits.retain(|_| best.next() == Some(true));
-        refits
+        let mut best = (0..challengers.len()).map(is_best).collect::<Vec<bool>>().into_iter();
+        challengers.retain(|_| best.next() == Some(true));
+        challengers
     }
 
     /// Whether an exact refit of this candidate may come near the best of those fitted so far, by the error or by the
     /// likelihood.
-    fn may_win(&self, candidate: &Candidate, fitted: &[Refit]) -> bool {
+    fn may_win(&self, candidate: &Candidate, fitted: &[Challenger]) -> bool {
         let own = || fitted.iter().filter(|r| r.candidate.series == candidate.series && !r.at_bound());
         let least = own().map(|r| r.excess).fold(f64::INFINITY, f64::min);
         let most = own().map(|r| r.rise).filter(|rise| rise.is_finite()).fold(0.0, f64::max);
-        let left = GRID * (1.0 - candidate.removes) * self.excess(candidate.series);
+        let left = limit::GRID.value * (1.0 - candidate.removes) * self.excess(candidate.series);
         // What a whole sensor has is scanned on one axis, and fitted on all.
-        let is_scanned_in_part = of_whole_sensor(candidate.term.effect) && self.study.bench.problem.series.len() > 1;
+        let is_scanned_in_part =
+            candidate.term.effect.is_of_whole_sensor() && self.study.bench.problem.series.len() > 1;
         let is_read_off = candidate.term.effect.stage() == Stage::Reading;
-        is_read_off || is_scanned_in_part || left < least || candidate.score > GRID * most
+        is_read_off || is_scanned_in_part || left < least || candidate.score > limit::GRID.value * most
     }
 
-    /// What may be missing, at the shapes to start from: of the catalogue and of the `extra` effects, which are the same
+    /// What may be missing, at the shapes to start from: of the catalogue and of the user's own effects, which are the same
     /// throughout a search.
-    pub(super) fn scanned(&self, extra: &[&'static dyn Effect]) -> &[Candidate] {
-        self.scanned.get_or_init(|| scan(&self.study, &self.gls, &self.draws, extra))
+    pub(super) fn scanned(&self, options: &Options) -> &[Candidate] {
+        self.scanned.get_or_init(|| scan(&self.study, &self.gls, &self.draws, options.own_effects))
     }
 
     /// Whether an effect that the model does not have is worth an exact refit on any of its axes.
@@ -277,15 +285,15 @@ impl<'a> Present<'a> {
     }
 
     /// J of an axis with everything that the scan found for it, to first order: the least that any of it together may leave.
-    pub(super) fn reachable(&self, series: usize, extra: &[&'static dyn Effect]) -> f64 {
+    pub(super) fn reachable(&self, series: usize, options: &Options) -> f64 {
         let is_own = |c: &&Candidate| c.series == series && c.term.effect.stage() != Stage::Reading;
-        let own: Vec<&Candidate> = self.scanned(extra).iter().filter(is_own).collect();
+        let own: Vec<&Candidate> = self.scanned(options).iter().filter(is_own).collect();
         self.excess(series) * Scanner::new(&self.study, &self.gls, &self.draws).leaves(&own)
     }
 
     /// Two suspects of one axis that hide one another.
-    pub(super) fn pair(&self, series: usize, extra: &[&'static dyn Effect]) -> Option<[Candidate; 2]> {
-        let own: Vec<Candidate> = self.scanned(extra).iter().filter(|c| c.series == series).cloned().collect();
+    pub(super) fn pair(&self, series: usize, options: &Options) -> Option<[Candidate; 2]> {
+        let own: Vec<Candidate> = self.scanned(options).iter().filter(|c| c.series == series).cloned().collect();
         let axis = self.study.bench.problem.series[series].axis;
         pair(&Scanner::new(&self.study, &self.gls, &self.draws), axis, &own)
     }
@@ -296,10 +304,10 @@ impl<'a> Present<'a> {
         &self,
         series: usize,
         joint: &Model,
-        extra: &[&'static dyn Effect],
+        options: &Options,
         wanted: impl Fn(&str) -> bool,
-    ) -> Vec<Refit<'a>> {
-        let mut list = self.scanned(extra).to_vec();
+    ) -> Vec<Challenger<'a>> {
+        let mut list = self.scanned(options).to_vec();
         list.retain(|c| {
             c.series == series && c.term.effect.stage() != Stage::Reading && wanted(c.term.effect.card().id)
         });
@@ -307,17 +315,17 @@ impl<'a> Present<'a> {
     }
 
     /// A suspect at its exact optimum, held against this model.
-    pub(super) fn refit(&self, candidate: Candidate) -> Refit<'a> {
+    pub(super) fn refit(&self, candidate: Candidate) -> Challenger<'a> {
         self.refit_beside(candidate, &self.study.model)
     }
 
     /// The same, the other effects setting out from where they stand in `joint`, a model that has the suspect or its like:
     /// without it they have moved to take its place, and may not find back.
-    pub(super) fn refit_beside(&self, candidate: Candidate, joint: &Model) -> Refit<'a> {
+    pub(super) fn refit_beside(&self, candidate: Candidate, joint: &Model) -> Challenger<'a> {
         self.beside(candidate.term.effect, candidate.series).refit_there(candidate, joint)
     }
 
-    fn refit_there(&self, mut candidate: Candidate, joint: &Model) -> Refit<'a> {
+    fn refit_there(&self, mut candidate: Candidate, joint: &Model) -> Challenger<'a> {
         let series = candidate.series;
         let mut model = with_term_throughout(&self.study, series, &candidate.term);
         stand_as_in(&mut model, joint, candidate.term.effect);
@@ -329,7 +337,7 @@ impl<'a> Present<'a> {
         candidate.freedom *= self.study.bench.problem.series.iter().enumerate().filter(|s| has_more(*s)).count();
         let gls = study.identify(&[self.gls.noise]);
         let (study, gls) = study.refine_tones(gls);
-        // What the suspect leaves out, the present model has to be judged without; and a noise that was found beside the
+        // What the suspect leaves out, the incumbent model has to be judged without; and a noise that was found beside the
         // suspect may be the likelier one without it too.
         let other;
         let base = if study.leaves_out() {
@@ -357,15 +365,31 @@ impl<'a> Present<'a> {
             own.log_likelihood - base.log_likelihood - SHAPES * self.shaped(&study, &gls, &candidate)
         };
         let gains: Vec<f64> = own.held_out.iter().zip(&base.held_out).map(|(a, b)| a - b).collect();
-        let held_out = if read_off { (f64::INFINITY, 0.0) } else { total(&gains) };
+        let held_out = if read_off { Estimate::exact(f64::INFINITY) } else { Estimate::sum(&gains) };
         let falls: Vec<Option<f64>> =
             base.blocks.iter().zip(&own.blocks).map(|(a, b)| Some((a.as_ref()? / b.as_ref()?).ln())).collect();
-        let fall = mean(&falls.iter().copied().flatten().collect::<Vec<_>>());
+        let fall = Estimate::mean(&falls.iter().copied().flatten().collect::<Vec<_>>(), BLOCKS_APART);
         let inflation = self.inflation(&study);
         let p_value = chance(rise / inflation, &candidate, &study);
         let excess = own.excess * self.excess(series) / base.excess;
         let kept = own.excess;
-        Refit { candidate, study, gls, excess, kept, rise, inflation, held_out, p_value, fall, gains, falls }
+        let pairs = own.curve.iter().zip(&base.curve);
+        let grows = pairs.map(|(own, base)| own / base.max(limit::ABOVE.value)).fold(0.0, f64::max);
+        Challenger {
+            candidate,
+            study,
+            gls,
+            excess,
+            kept,
+            grows,
+            rise,
+            inflation,
+            held_out,
+            p_value,
+            fall,
+            gains,
+            falls,
+        }
     }
 }
 
@@ -397,18 +421,14 @@ fn promising(list: Vec<Candidate>, axes: usize) -> (Vec<Candidate>, Vec<Candidat
     (only(first), only(rest))
 }
 
-/// A shape is scanned on a grid, and its optimum lies between two points of it: an exact refit leaves at least this share of the
-/// error that the scan predicts, and gains at most as many times more in ln L.
-pub(super) const GRID: f64 = 0.4;
-
 /// Whether the scan promises that an effect lowers the error.
 fn lowers(candidate: &Candidate) -> bool {
-    candidate.removes > LOWERS
+    candidate.removes > limit::PROMISES.value
 }
 
 /// Whether the likelihood notices an effect.
 fn shows(candidate: &Candidate) -> bool {
-    candidate.score - candidate.freedom as f64 > NOTICEABLE - 1.0
+    candidate.score - candidate.freedom as f64 > limit::NOTICEABLE.value
 }
 
 /// The suspects that are worth an exact refit: first by the error that they remove, and by likelihood.
@@ -423,33 +443,8 @@ fn leaders(mut list: Vec<Candidate>, most: usize) -> Vec<Candidate> {
     chosen
 }
 
-/// Sum of block values and its standard error.
-pub(super) fn total(values: &[f64]) -> (f64, f64) {
-    let n = values.len() as f64;
-    if n < 2.0 {
-        return (values.iter().sum(), f64::INFINITY);
-    }
-    let mean = values.iter().sum::<f64>() / n;
-    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
-    (n * mean, (n * variance).sqrt())
-}
-
-/// Mean of block values and its standard error. The longest increments span three blocks, so neighbours are alike: their
-/// covariances count (Newey and West 1987).
-pub(super) fn mean(values: &[f64]) -> (f64, f64) {
-    let n = values.len();
-    if n < 4 {
-        return (values.iter().sum::<f64>() / n.max(1) as f64, f64::INFINITY);
-    }
-    let mean = values.iter().sum::<f64>() / n as f64;
-    let covariance =
-        |lag: usize| values.windows(lag + 1).map(|w| (w[0] - mean) * (w[lag] - mean)).sum::<f64>() / (n - 1) as f64;
-    let reach = BLOCKS_OF_INCREMENTS / 10;
-    let neighbours: f64 = (1..=reach).map(|k| 2.0 * (1.0 - k as f64 / (reach + 1) as f64) * covariance(k)).sum();
-    let variance = (covariance(0) + neighbours).max(0.5 * covariance(0));
-    (mean, (variance / n as f64).sqrt())
-}
-
+/// Blocks that the longest increments reach into: neighbours are alike.
+pub(super) const BLOCKS_APART: usize = BLOCKS_OF_INCREMENTS / 10;
 /// Readings a second of a reference that is a rate, where undoing a delay or a response filters the noise: many rows of
 /// it, and more than a shaft's motion needs.
 const SELDOM: f64 = 12.0;
@@ -459,5 +454,3 @@ const SHAPES: f64 = 2.0;
 const SHAPED: u64 = 4;
 /// Share of draws that white noise leaves below what the largest is compared with.
 const RARE: f64 = 0.99;
-/// Draws of noise alone.
-pub(super) const DRAWS: u64 = 20;

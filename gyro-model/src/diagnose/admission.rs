@@ -1,0 +1,258 @@
+//! Which suspects are let in, which are worth a mention, and which effects of a model stay.
+
+use super::{
+    case::{
+        AFTER, BEFORE, Case, FALL, GROWS, HELD_OUT, HELD_SHARE, HELD_SHARE_OF_ALL, IS_AT_BOUND, IS_BEYOND_WANDER,
+        IS_FIRST, IS_IN_READING, IS_LINE, IS_SHAPE_AT_BOUND, IS_SLOW, JUDGED, KEPT, LEAVES_NOISE, LEAVES_ROWS_OUT,
+        P_VALUE, RATIO, REMOVED, REMOVED_KEPT, SIZE, SWINGS,
+    },
+    decision::{
+        Condition::{self, Above, Below, Is, Not},
+        Test,
+    },
+};
+use crate::thresholds as limit;
+
+/// What other missing physics cannot hide: the error itself falls, and by much.
+const DOMINATES: [Condition<Case>; 4] = [
+    Above(&BEFORE, &limit::ROUGH),
+    Is(&IS_BEYOND_WANDER),
+    Above(&REMOVED, &limit::DOMINATES),
+    Above(&FALL, &limit::FALLS),
+];
+/// The same of an effect that goes slowly.
+const DOMINATES_SLOWLY: [Condition<Case>; 5] = [
+    Is(&IS_SLOW),
+    Above(&BEFORE, &limit::ROUGH),
+    Is(&IS_BEYOND_WANDER),
+    Above(&REMOVED, &limit::DOMINATES),
+    Above(&FALL, &limit::FALLS_SLOWLY),
+];
+/// A line that the sensor felt: no bias that wanders draws one.
+const PLAIN_LINE: [Condition<Case>; 4] =
+    [Is(&IS_LINE), Below(&P_VALUE, &limit::PLAIN), Is(&LEAVES_NOISE), Is(&IS_IN_READING)];
+
+/// What a suspect has to pass to be named, and to be added by the ladder.
+pub(super) static ADMISSION: &[Test<Case>] = &[
+    Test {
+        name: "bounds",
+        asks: "no parameter ran to the end of what is physical; a shape may where the effect dominates the error",
+        applies: &[JUDGED],
+        ways: &[
+            &[Not(&IS_AT_BOUND), Not(&IS_SHAPE_AT_BOUND)],
+            &[Not(&IS_AT_BOUND), DOMINATES[0], DOMINATES[1], DOMINATES[2], DOMINATES[3]],
+            &[
+                Not(&IS_AT_BOUND),
+                DOMINATES_SLOWLY[0],
+                DOMINATES_SLOWLY[1],
+                DOMINATES_SLOWLY[2],
+                DOMINATES_SLOWLY[3],
+                DOMINATES_SLOWLY[4],
+            ],
+        ],
+    },
+    Test {
+        name: "error",
+        asks: "the held-out error falls; near the floor it may scatter by 1 % where the likelihood is clear",
+        applies: &[JUDGED],
+        ways: &[
+            &[Below(&RATIO, &limit::LOWERS_BESIDE_OTHERS)],
+            &[Is(&IS_FIRST), Below(&RATIO, &limit::LOWERS)],
+            &[Is(&IS_LINE), Below(&RATIO, &limit::SCATTERS)],
+            &[Is(&IS_FIRST), Below(&BEFORE, &limit::NOISE), Is(&LEAVES_NOISE), Below(&RATIO, &limit::SCATTERS)],
+            &[
+                Below(&P_VALUE, &limit::PLAIN),
+                Above(&HELD_OUT, &limit::CLEAR),
+                Below(&BEFORE, &limit::NOISE),
+                Is(&LEAVES_NOISE),
+                Below(&RATIO, &limit::SCATTERS),
+            ],
+        ],
+    },
+    Test {
+        name: "every averaging time",
+        asks: "at no averaging time does the held-out error grow by a tenth, beyond what noise leaves",
+        applies: &[JUDGED],
+        ways: &[&[Below(&GROWS, &limit::GROWS)]],
+    },
+    Test {
+        name: "significance",
+        asks: "noise alone would hardly gain as much (likelihood-ratio test, corrected for the search), or it dominates the error",
+        applies: &[JUDGED],
+        ways: &[&[Below(&P_VALUE, &limit::SIGNIFICANCE)], &DOMINATES, &DOMINATES_SLOWLY],
+    },
+    Test {
+        name: "share",
+        asks: "it removes a tenth of the excess, or it is plain in what it keeps or beside a bias that wanders",
+        applies: &[JUDGED, Above(&BEFORE, &limit::NOISE)],
+        ways: &[
+            &[Above(&REMOVED, &limit::SHARE)],
+            &[
+                Is(&LEAVES_ROWS_OUT),
+                Below(&P_VALUE, &limit::PLAIN),
+                Above(&REMOVED_KEPT, &limit::SHARE),
+                Is(&LEAVES_NOISE),
+            ],
+            &[
+                Is(&LEAVES_ROWS_OUT),
+                Below(&P_VALUE, &limit::PLAIN),
+                Above(&REMOVED_KEPT, &limit::SHARE),
+                Below(&KEPT, &limit::ROUGH),
+            ],
+            &[Below(&BEFORE, &limit::ROUGH), Below(&P_VALUE, &limit::PLAIN), Is(&LEAVES_NOISE)],
+            &PLAIN_LINE,
+        ],
+    },
+    Test {
+        name: "size",
+        asks: "while much is left unexplained, no coefficient is far beyond what such sensors have",
+        applies: &[JUDGED, Above(&AFTER, &limit::ROUGH)],
+        ways: &[&[Below(&SIZE, &limit::OUTSIZED)], &[Is(&IS_IN_READING)]],
+    },
+    Test {
+        name: "line",
+        asks: "while much is left unexplained, a line stands in the gyro's own reading or dominates the error",
+        applies: &[JUDGED, Is(&IS_LINE), Above(&AFTER, &limit::ROUGH)],
+        ways: &[&PLAIN_LINE, &[Above(&REMOVED, &limit::DOMINATES)]],
+    },
+    Test {
+        name: "held-out",
+        asks: "it holds on blocks that it was not fitted on, in the likelihood or in the error",
+        applies: &[JUDGED],
+        ways: &[
+            &[Above(&HELD_SHARE, &limit::HOLDS), Above(&HELD_OUT, &limit::HELD_OUT)],
+            &[Above(&HELD_SHARE, &limit::HOLDS), Above(&FALL, &limit::FALLS_TOO)],
+            &[
+                Above(&HELD_SHARE, &limit::HOLDS),
+                Above(&HELD_SHARE_OF_ALL, &limit::HOLDS_AT_TIMES),
+                Below(&AFTER, &limit::ROUGH),
+                Below(&P_VALUE, &limit::PLAIN),
+            ],
+            &[Above(&FALL, &limit::FALLS)],
+        ],
+    },
+    Test {
+        name: "shown once",
+        asks: "what shows once in a log is plainer than a bias that wanders",
+        applies: &[JUDGED, Is(&IS_SLOW), Below(&SWINGS, &limit::SWINGS)],
+        ways: &[
+            &[Below(&P_VALUE, &limit::PLAIN)],
+            &[
+                Below(&P_VALUE, &limit::SMOOTH),
+                Above(&BEFORE, &limit::ROUGH),
+                Below(&AFTER, &limit::NOISE),
+                Above(&FALL, &limit::FALLS),
+            ],
+            &DOMINATES_SLOWLY,
+        ],
+    },
+];
+
+/// What a suspect has to pass to be listed, be it that it is not let in.
+pub(super) static MENTION: &[Test<Case>] = &[
+    Test {
+        name: "bounds",
+        asks: "no parameter ran to the end of what is physical",
+        applies: &[],
+        ways: &[&[Not(&IS_AT_BOUND), Not(&IS_SHAPE_AT_BOUND)]],
+    },
+    Test {
+        name: "significance",
+        asks: "noise alone would hardly gain as much",
+        applies: &[],
+        ways: &[&[Below(&P_VALUE, &limit::SIGNIFICANCE)]],
+    },
+    Test {
+        name: "held-out",
+        asks: "the likelihood holds on data that were not fitted, or the error falls",
+        applies: &[],
+        ways: &[&[Above(&HELD_OUT, &limit::NOTHING)], &[Above(&FALL, &limit::FALLS)]],
+    },
+];
+
+/// What an effect of a model has to pass to stay, the model without it being what stands.
+pub(super) static ELIMINATION: &[Test<Case>] = &[
+    Test {
+        name: "error",
+        asks: "the held-out error is larger without it; near the floor it may scatter by 1 %",
+        applies: &[],
+        ways: &[
+            &[Below(&RATIO, &limit::LOWERS)],
+            &[Below(&BEFORE, &limit::NOISE), Is(&LEAVES_NOISE), Below(&RATIO, &limit::SCATTERS)],
+        ],
+    },
+    Test {
+        name: "significance",
+        asks: "noise alone would hardly gain as much, or the error is larger by a tenth without it",
+        applies: &[],
+        ways: &[&[Below(&P_VALUE, &limit::SIGNIFICANCE)], &[Below(&RATIO, &limit::NEEDED)]],
+    },
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        diagnose::decision::{outcomes, passes},
+        statistics::Estimate,
+    };
+
+    /// The names of the tests that refuse a case.
+    fn refused(case: &Case) -> Vec<String> {
+        let all = outcomes(ADMISSION, case).into_iter();
+        all.filter(|outcome| !outcome.passed).map(|outcome| outcome.test).collect()
+    }
+
+    #[test]
+    fn an_effect_that_takes_all_of_an_error_is_let_in() {
+        assert_eq!(refused(&Case::UNKNOWN), [""; 0]);
+    }
+
+    #[test]
+    fn what_the_readings_show_is_let_in_whatever_the_error_does() {
+        assert!(passes(ADMISSION, &Case { is_read_off: true, after: 20.0, p_value: 1.0, ..Case::UNKNOWN }));
+    }
+
+    #[test]
+    fn each_test_refuses_what_it_is_for() {
+        let no_more = Estimate { value: 0.01, std_error: 0.1 };
+        let weak = Case { before: 1.4, after: 1.1, fall: no_more, is_beyond_wander: false, ..Case::UNKNOWN };
+        let cases = [
+            ("bounds", Case { is_at_bound: true, ..Case::UNKNOWN }),
+            ("bounds", Case { is_shape_at_bound: true, ..weak }),
+            ("error", Case { after: 10.1, ..Case::UNKNOWN }),
+            ("every averaging time", Case { grows: 1.5, ..Case::UNKNOWN }),
+            ("significance", Case { p_value: 0.01, ..weak }),
+            ("share", Case { after: 9.5, kept: 9.5, ..Case::UNKNOWN }),
+            ("size", Case { size: 50.0, after: 2.0, ..Case::UNKNOWN }),
+            ("line", Case { is_line: true, after: 8.0, ..Case::UNKNOWN }),
+            ("held-out", Case { held_out: Estimate { value: 80.0, std_error: 90.0 }, p_value: 1e-3, ..weak }),
+            ("held-out", Case { held_out: Estimate { value: -3.0, std_error: 1.0 }, ..weak }),
+            ("shown once", Case { is_slow: true, swings: 1.0, p_value: 6e-4, ..weak }),
+        ];
+        for (test, case) in cases {
+            assert!(refused(&case).iter().any(|name| name == test), "{test}: {:?} of {case:?}", refused(&case));
+        }
+    }
+
+    #[test]
+    fn a_shape_may_stand_at_its_bound_where_the_effect_is_what_is_missing() {
+        assert!(passes(ADMISSION, &Case { is_shape_at_bound: true, ..Case::UNKNOWN }));
+    }
+
+    #[test]
+    fn beside_other_effects_a_fall_of_the_error_within_their_forms_is_none() {
+        let slight = Case { before: 1.6, after: 1.598, ..Case::UNKNOWN };
+        assert!(!refused(&slight).contains(&"error".to_owned()));
+        assert!(refused(&Case { is_first: false, ..slight }).contains(&"error".to_owned()));
+    }
+
+    #[test]
+    fn an_effect_stays_where_it_is_significant_or_the_error_grows_without_it() {
+        let stays = |case: Case| passes(ELIMINATION, &case);
+        assert!(stays(Case { p_value: 0.5, ..Case::UNKNOWN }));
+        assert!(stays(Case { before: 1.02, after: 1.01, ..Case::UNKNOWN }));
+        assert!(!stays(Case { before: 1.02, after: 1.01, p_value: 0.5, ..Case::UNKNOWN }));
+        assert!(!stays(Case { before: 3.0, after: 3.1, ..Case::UNKNOWN }));
+    }
+}

@@ -1,0 +1,159 @@
+//! A suspect under judgement: plain numbers, so that a test of it needs no log.
+
+use super::decision::{Condition, Fact, Measure};
+use crate::{statistics::Estimate, thresholds as limit};
+
+/// What the tests see of one suspect beside the model as it stands.
+#[derive(Clone, Copy, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "facts that are independent of one another")]
+pub(super) struct Case {
+    /// Whether the readings themselves show it: a limit that they reach again and again.
+    pub is_read_off: bool,
+    /// Whether it is a sine of one frequency.
+    pub is_line: bool,
+    /// Whether it goes with time or with what changes slowly in it.
+    pub is_slow: bool,
+    /// How often its error swings from one side of its mean to the other.
+    pub swings: f64,
+    /// Whether the model has nothing but a scale factor and a bias.
+    pub is_first: bool,
+    /// J without it.
+    pub before: f64,
+    /// J with it, on the same rows.
+    pub after: f64,
+    /// J with it on the rows that it does not leave out.
+    pub kept: f64,
+    /// The most that the error grows by at any averaging time, E₁/max(E₀, 1.4 F).
+    pub grows: f64,
+    /// Chance of its gain in ln L from noise alone, corrected for the search.
+    pub p_value: f64,
+    /// Gain in ln L.
+    pub gain: f64,
+    /// Gain in ln L on blocks that were not fitted, their sum.
+    pub held_out: Estimate,
+    /// ln(J₀/J₁), mean over the blocks.
+    pub fall: Estimate,
+    /// Whether what the model leaves without it is more than a bias that wanders makes.
+    pub is_beyond_wander: bool,
+    /// Whether what it leaves is noise that sensors have.
+    pub leaves_noise: bool,
+    /// Whether it leaves rows out, of which it says that nobody knows the rate.
+    pub leaves_rows_out: bool,
+    /// Its largest coefficient over its typical size.
+    pub size: f64,
+    /// Whether the gyro's own reading has the line.
+    pub is_in_reading: bool,
+    /// Whether a parameter ran to the end of what is physical.
+    pub is_at_bound: bool,
+    /// The same of a shape that is nothing inside its bounds: other missing physics may press it there.
+    pub is_shape_at_bound: bool,
+}
+
+impl Case {
+    /// Nothing known: to be filled in.
+    #[cfg(test)]
+    pub(super) const UNKNOWN: Self = Self {
+        is_read_off: false,
+        is_line: false,
+        is_slow: false,
+        swings: f64::INFINITY,
+        is_first: true,
+        before: 10.0,
+        after: 1.0,
+        kept: 1.0,
+        grows: 0.5,
+        p_value: 1e-9,
+        gain: 100.0,
+        held_out: Estimate { value: 80.0, std_error: 10.0 },
+        fall: Estimate { value: 2.0, std_error: 0.1 },
+        is_beyond_wander: true,
+        leaves_noise: true,
+        leaves_rows_out: false,
+        size: 1.0,
+        is_in_reading: false,
+        is_at_bound: false,
+        is_shape_at_bound: false,
+    };
+
+    /// Share of J − 1 that is gone where `after` is left; nothing of it where J is 1.
+    fn share_gone(&self, after: f64) -> f64 {
+        if self.before > 1.0 { (self.before - after) / (self.before - 1.0) } else { f64::NAN }
+    }
+
+    /// What holds of a gain on data that were not fitted, as a share of the gain.
+    fn held_share(&self, most: f64) -> f64 {
+        let gain = self.gain.min(most);
+        let held = self.held_out.value;
+        if gain > 0.0 {
+            held / gain
+        } else if held > gain {
+            f64::INFINITY
+        } else {
+            f64::NEG_INFINITY
+        }
+    }
+}
+
+type M = Measure<Case>;
+type F = Fact<Case>;
+
+/// J without it.
+pub(super) static BEFORE: M = Measure { name: "J without it", of: |c| c.before };
+/// J with it.
+pub(super) static AFTER: M = Measure { name: "J with it", of: |c| c.after };
+/// J on the rows that are kept.
+pub(super) static KEPT: M = Measure { name: "J with it, on the rows that it keeps", of: |c| c.kept };
+/// Where the error grows most.
+pub(super) static GROWS: M =
+    Measure { name: "error with it over error without it at the worst averaging time", of: |c| c.grows };
+/// The ratio of both.
+pub(super) static RATIO: M = Measure { name: "J with it over J without it", of: |c| c.after / c.before };
+/// Share of J − 1 that it removes.
+pub(super) static REMOVED: M = Measure { name: "share of J − 1 that it removes", of: |c| c.share_gone(c.after) };
+/// The same on the rows that it keeps.
+pub(super) static REMOVED_KEPT: M =
+    Measure { name: "share of J − 1 that it removes on the rows that it keeps", of: |c| c.share_gone(c.kept) };
+/// p.
+pub(super) static P_VALUE: M = Measure { name: "p, corrected for the search", of: |c| c.p_value };
+/// The fall of the error.
+pub(super) static FALL: M = Measure { name: "fall of the error over the blocks", of: |c| c.fall.in_errors() };
+/// The held-out gain in ln L.
+pub(super) static HELD_OUT: M = Measure { name: "held-out gain in ln L", of: |c| c.held_out.in_errors() };
+/// What holds of the gain, as far as it counts.
+pub(super) static HELD_SHARE: M = Measure {
+    name: "held-out share of the gain in ln L, of which 40 count",
+    of: |c| c.held_share(limit::GAIN_COUNTED.value),
+};
+/// What holds of the whole gain.
+pub(super) static HELD_SHARE_OF_ALL: M =
+    Measure { name: "held-out share of the gain in ln L", of: |c| c.held_share(f64::INFINITY) };
+/// The size.
+pub(super) static SIZE: M = Measure { name: "largest coefficient over its typical size", of: |c| c.size };
+/// The swings.
+pub(super) static SWINGS: M = Measure { name: "swings of its error", of: |c| c.swings };
+
+/// The facts.
+pub(super) static IS_SLOW: F = Fact { says: "goes slowly", of: |c| c.is_slow };
+/// A line.
+pub(super) static IS_LINE: F = Fact { says: "a line", of: |c| c.is_line };
+/// The first beside the base model.
+pub(super) static IS_FIRST: F = Fact { says: "the first beside the base model", of: |c| c.is_first };
+/// More than a wander.
+pub(super) static IS_BEYOND_WANDER: F =
+    Fact { says: "more left without it than a bias that wanders makes", of: |c| c.is_beyond_wander };
+/// Leaves noise.
+pub(super) static LEAVES_NOISE: F = Fact { says: "leaving noise that sensors have", of: |c| c.leaves_noise };
+/// Leaves rows out.
+pub(super) static LEAVES_ROWS_OUT: F = Fact { says: "leaving rows out", of: |c| c.leaves_rows_out };
+/// In the reading.
+pub(super) static IS_IN_READING: F = Fact { says: "a line of the gyro's own reading", of: |c| c.is_in_reading };
+/// Read off.
+pub(super) static IS_READ_OFF: F = Fact { says: "read off the readings themselves", of: |c| c.is_read_off };
+/// A parameter at its bound.
+pub(super) static IS_AT_BOUND: F = Fact { says: "at the end of what is physical", of: |c| c.is_at_bound };
+/// A shape at its bound.
+pub(super) static IS_SHAPE_AT_BOUND: F =
+    Fact { says: "at the end of what is physical by a shape", of: |c| c.is_shape_at_bound };
+
+/// Whatever is not read off the readings.
+pub(super) const JUDGED: Condition<Case> = Condition::Not(&IS_READ_OFF);

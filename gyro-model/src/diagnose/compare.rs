@@ -1,0 +1,101 @@
+//! A model held against a log: its errors, and whether they are noise.
+
+use super::{
+    Options, Says, Standing, axis_diagnosis, bad_data, challenger::Incumbent, each_group, sorted, verdict, with,
+};
+use crate::{
+    Axis, Model, Record,
+    diagnosis::{AxisDiagnosis, Verdict},
+    effects::Stage,
+    evidence::study::{Bench, Study},
+    fit::{
+        FitError,
+        judged::{self, Judged},
+    },
+    thresholds,
+};
+
+/// Holds a model against a log.
+///
+/// # Errors
+/// Where an axis has no gyro, no reference or too few rows.
+pub fn compare(
+    record: &Record,
+    model: &Model,
+    axes: &[Axis],
+    options: &Options,
+) -> Result<Vec<AxisDiagnosis>, FitError> {
+    let work = |bench: &Bench, model: &Model, options: &Options| {
+        let study = Study::held(bench, model);
+        let gls = study.identify(&[]);
+        let incumbent = Incumbent::with(study, gls);
+        let found = (0..bench.problem.series.len())
+            .map(|k| {
+                let judged = Judged::new(&incumbent.study, k, !options.own_log);
+                let (mut verdict, mut says) = match verdict::unexcited(&incumbent.study, &incumbent.gls, k) {
+                    Some(says) => (Verdict::CannotTell, says),
+                    None => verdict::rest(&incumbent, &[], &judged, k),
+                };
+                if verdict == Verdict::Unexplained {
+                    says = format!(
+                        "the error is up to {:.1} times what noise leaves: `truerate diagnose` looks for what is missing.",
+                        judged.over_floor()
+                    );
+                }
+                bad_data(record, options.faults, bench, &mut verdict, &mut says);
+                let more = if options.own_log && verdict != Verdict::BadData { untold(&incumbent, k) } else { String::new() };
+                let of = (&incumbent.study, (&incumbent.study, &incumbent.gls.noise));
+                (axis_diagnosis(record, of, k, &judged, (verdict, says), None, options), more)
+            })
+            .collect::<Vec<_>>();
+        (model.clone(), found)
+    };
+    let standing = |found: &Vec<(AxisDiagnosis, String)>| {
+        let standing = Standing::of(found.iter().map(|(d, _)| (d.verdict, &d.effects[..], &d.error_curve[..])));
+        Standing { says: if standing.has_play { standing.says } else { Says::All }, ..standing }
+    };
+    let all = each_group(record, model, axes, options, work, standing)?;
+    let told = all.into_iter().flat_map(|(_, found)| found).map(|(found, more)| {
+        let found = unsearched(found);
+        AxisDiagnosis { says: with(found.says, &more), ..found }
+    });
+    Ok(sorted(told.collect(), |d| d.axis))
+}
+
+/// What noise could explain, an effect that nobody has looked for may explain as well.
+fn unsearched(axis: AxisDiagnosis) -> AxisDiagnosis {
+    let over = axis.error_over_floor.filter(|_| axis.within_floor == Some(false));
+    match over {
+        Some(over) if axis.verdict == Verdict::Adequate => AxisDiagnosis {
+            verdict: if over > thresholds::WANDER.value { Verdict::Unexplained } else { Verdict::CannotTell },
+            says: format!(
+                "the error is up to {over:.1} times what noise leaves: a bias that wanders would leave it, and so would a \
+                 missing effect. `truerate diagnose` tells."
+            ),
+            ..axis
+        },
+        _ => axis,
+    }
+}
+
+/// Standard errors that one effect which was asked for has to differ from nothing by.
+const TOLD: f64 = 2.0;
+
+/// What a model that was fitted to this log has and the log does not tell from nothing; empty where there is no such effect.
+fn untold(incumbent: &Incumbent, series: usize) -> String {
+    let axis = incumbent.study.bench.problem.series[series].axis;
+    let own = judged::axis_model(&incumbent.study.model, axis);
+    let size = |id: &&str| incumbent.study.size_in_errors(&incumbent.gls, series, id);
+    let added = own.terms.iter().filter(|term| term.effect.stage() != Stage::Calibration);
+    let untold: Vec<&str> =
+        added.map(|term| term.effect.card().id).filter(|id| size(id).is_some_and(|size| size < TOLD)).collect();
+    if untold.is_empty() {
+        return String::new();
+    }
+    let them = if untold.len() == 1 { "it" } else { "them" };
+    format!(
+        " This log does not tell {} from nothing (less than {} standard errors): `truerate remove` takes {them} out again.",
+        untold.join(" and "),
+        TOLD
+    )
+}

@@ -1,0 +1,145 @@
+//! A refitted suspect as the tests see it: its numbers beside the model as it stands.
+
+use super::{
+    admission::{ADMISSION, ELIMINATION, MENTION},
+    bounds::size,
+    case::Case,
+    challenger::{Challenger, Incumbent},
+    chance::{chance, swings_of_slow},
+    decision::{outcomes, passes},
+};
+use crate::{
+    Term,
+    diagnosis::TestOutcome,
+    effects::{Stage, Trait},
+    evidence::{
+        noise::{self, Gls},
+        study::Study,
+    },
+    scan::{Candidate, tone},
+    statistics::Estimate,
+    thresholds as limit,
+};
+
+impl Incumbent<'_> {
+    /// Whether its model of this axis is the base: a scale factor and a bias.
+    fn is_base(&self, series: usize) -> bool {
+        let axis = self.study.bench.problem.series[series].axis;
+        let terms = self.study.model.axes[axis.index()].as_ref().map_or(&[][..], |m| &m.terms);
+        terms.iter().all(|t| t.effect.stage() == Stage::Calibration)
+    }
+
+    /// Whether a model without `term`, of this series, needs it: `with` is this model and the term, fitted.
+    #[must_use]
+    pub fn needs(&self, with: &Incumbent, series: usize, term: &Term) -> bool {
+        let gls = |incumbent: &Incumbent| incumbent.beside(term.effect, series).gls.log_likelihood;
+        let gain = gls(with) - gls(self);
+        let candidate = Candidate { series, term: term.clone(), score: gain, removes: 0.0, freedom: term.values.len() };
+        let unknown = Estimate { value: f64::NAN, std_error: f64::NAN };
+        let case = Case {
+            is_read_off: false,
+            is_line: term.effect.is(Trait::Line),
+            is_slow: term.effect.is(Trait::Slow),
+            swings: f64::NAN,
+            is_first: self.is_base(series),
+            before: self.excess(series),
+            after: with.excess(series),
+            kept: with.excess(series),
+            grows: f64::NAN,
+            p_value: chance(gain, &candidate, &with.study),
+            gain,
+            held_out: unknown,
+            fall: unknown,
+            is_beyond_wander: self.gls.noise.beyond_wander(),
+            leaves_noise: is_noise(&with.study, &with.gls),
+            leaves_rows_out: with.study.leaves_out(),
+            size: f64::NAN,
+            is_in_reading: false,
+            is_at_bound: false,
+            is_shape_at_bound: false,
+        };
+        passes(ELIMINATION, &case)
+    }
+}
+
+impl Challenger<'_> {
+    /// J of its axis without it.
+    #[must_use]
+    pub fn before(&self, incumbent: &Incumbent) -> f64 {
+        incumbent.excess(self.candidate.series)
+    }
+
+    /// Share of J − 1 that it removes; `None` where there is none.
+    #[must_use]
+    pub fn share(&self, incumbent: &Incumbent) -> Option<f64> {
+        let before = self.before(incumbent);
+        (before > 1.0).then(|| (before - self.excess) / (before - 1.0))
+    }
+
+    /// Its numbers beside the model `incumbent`.
+    pub(super) fn case(&self, incumbent: &Incumbent) -> Case {
+        Case {
+            is_first: incumbent.is_base(self.candidate.series),
+            before: self.before(incumbent),
+            is_beyond_wander: incumbent.gls.noise.beyond_wander(),
+            ..self.alone()
+        }
+    }
+
+    /// Those numbers that the model which it joins has no part in.
+    fn alone(&self) -> Case {
+        let Candidate { series, ref term, .. } = self.candidate;
+        let (is_at_bound, is_shape_at_bound) = self.bounds_reached();
+        let is_line = term.effect.is(Trait::Line);
+        Case {
+            is_read_off: term.effect.stage() == Stage::Reading,
+            is_line,
+            is_slow: term.effect.is(Trait::Slow),
+            swings: swings_of_slow(self),
+            is_first: false,
+            before: f64::NAN,
+            after: self.excess,
+            kept: self.kept,
+            grows: self.grows,
+            p_value: self.p_value,
+            gain: self.rise,
+            held_out: self.held_out,
+            fall: self.fall,
+            is_beyond_wander: false,
+            leaves_noise: is_noise(&self.study, &self.gls),
+            leaves_rows_out: self.study.leaves_out(),
+            size: size(term, self.study.bench.problem.series[series].axis),
+            is_in_reading: is_line && tone::is_read(&self.study, series, term),
+            is_at_bound,
+            is_shape_at_bound,
+        }
+    }
+
+    /// Whether it is let in.
+    #[must_use]
+    pub fn passes(&self, incumbent: &Incumbent) -> bool {
+        passes(ADMISSION, &self.case(incumbent))
+    }
+
+    /// Each test of its admission, with its numbers.
+    pub(super) fn explained(&self, incumbent: &Incumbent) -> Vec<TestOutcome> {
+        outcomes(ADMISSION, &self.case(incumbent))
+    }
+
+    /// Whether it is worth a mention: significant, holding on data that were not fitted, and within its bounds.
+    #[must_use]
+    pub fn significant(&self) -> bool {
+        passes(MENTION, &self.alone())
+    }
+
+    /// Whether noise alone would hardly do as well.
+    #[must_use]
+    pub fn is_no_chance(&self) -> bool {
+        self.p_value < limit::SIGNIFICANCE.value
+    }
+}
+
+/// Whether what a model leaves is noise that sensors have.
+fn is_noise(study: &Study, gls: &Gls) -> bool {
+    noise::sober(study, &gls.noise).is_none()
+}

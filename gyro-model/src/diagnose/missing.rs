@@ -1,0 +1,304 @@
+//! Which physical effects are missing.
+//!
+//! One round of the search tells the best suspect. Where the error is still more than noise with it, more than one is missing, and
+//! the best of the first round may stand for several: then the search goes on to its end, and what it ends with is what is missing.
+
+use super::{
+    Options, Standing, axis_diagnosis, bad_data,
+    challenger::{Challenger, Incumbent},
+    each_group,
+    explain::explained,
+    ladder,
+    search::{Alike, added, search_on},
+    sorted, stopped, users,
+    verdict::{self, Together},
+    with,
+};
+use crate::{
+    Axis, Model, Record,
+    diagnosis::{AxisDiagnosis, Suspect, Verdict},
+    evidence::study::{Bench, Study},
+    fit::{
+        FitError,
+        judged::{self, Judged, finite},
+        parts::Parts,
+    },
+    scan::Candidate,
+    thresholds as limit,
+};
+use itertools::Itertools;
+
+/// Refits a model and says which physical effects are missing.
+///
+/// # Errors
+/// As [`super::compare`].
+pub fn diagnose(
+    record: &Record,
+    model: &Model,
+    axes: &[Axis],
+    options: &Options,
+) -> Result<Vec<AxisDiagnosis>, FitError> {
+    let work = |bench: &Bench, model: &Model, options: &Options| {
+        let parts = Parts::new(record, bench, model);
+        let mut incumbent = Incumbent::new(match &parts {
+            Some(parts) => parts.fit(bench, model),
+            None => Study::fit(bench, model, None),
+        });
+        let looked = match &parts {
+            Some(parts) => parts.suspects(model, options).into(),
+            None => vec![(incumbent.clone(), incumbent.suspects(options))],
+        };
+        let gls = incumbent.gls.clone();
+        incumbent.study.stamp(&gls);
+        let mut found: Vec<Finding> =
+            (0..bench.problem.series.len()).map(|k| Finding::of(&incumbent, &looked, k)).collect();
+        for (part, (seen, suspects)) in looked.iter().enumerate() {
+            let is_open = |found: &Finding| found.part == part && found.is_open();
+            if found.iter().any(is_open) && !(options.stop)() {
+                let sets = several(seen, suspects, model, options);
+                for (found, set) in found.iter_mut().zip(sets).filter(|(found, _)| found.part == part) {
+                    found.take(set);
+                }
+            }
+        }
+        let told = found.into_iter().enumerate().map(|(k, found)| {
+            let (seen, suspects) = &looked[found.part];
+            let mut says = with(found.says.clone(), &users::became(seen, &found.own, options.own_effects, k));
+            let mut verdict = found.verdict;
+            bad_data(record, options.faults, bench, &mut verdict, &mut says);
+            let before = if parts.is_some() { Judged::new(&seen.study, k, false) } else { found.judged.clone() };
+            let listed = if verdict == Verdict::BadData { Vec::new() } else { found.listed(seen, &before, k) };
+            let explained = if options.explain { explained(seen, suspects, k, options) } else { Vec::new() };
+            let unfinished = (options.stop)();
+            if unfinished && !matches!(verdict, Verdict::Adequate | Verdict::BadData) {
+                (verdict, says) = (Verdict::CannotTell, stopped(&says));
+            }
+            let missing = found.set.iter().map(|r| r.candidate.term.effect.card().id.to_owned());
+            let missing = if found.set.len() > 1 { missing.collect() } else { Vec::new() };
+            let lacks = matches!(verdict, Verdict::MissingEffect | Verdict::Ambiguous) && parts.is_none();
+            let rest = match (&found.top, found.own.first()) {
+                (Some(top), _) if lacks => (&top.study, &top.gls.noise),
+                (None, Some(first)) if lacks => (&first.study, &first.gls.noise),
+                _ => (&incumbent.study, &incumbent.gls.noise),
+            };
+            let of = (&incumbent.study, rest);
+            let after = found.top.as_ref().map(|top| Judged::new(&top.study, k, false).points());
+            let after = after.or_else(|| listed.first().map(|s: &Suspect| s.error_curve.clone())).unwrap_or_default();
+            let told = (verdict, says);
+            let axis = axis_diagnosis(record, of, k, &found.judged, told, Some((listed, after)), options);
+            AxisDiagnosis { missing, explained, unfinished, ..axis }
+        });
+        let told = of_one_orientation(told.collect());
+        (incumbent.study.model.clone(), told)
+    };
+    // What is missing may still be added: the error as it is counts for nothing yet.
+    let standing = |found: &Vec<AxisDiagnosis>| {
+        let standing = Standing::of(found.iter().map(|d| (d.verdict, &d.effects[..], &d.error_curve[..])));
+        Standing { within: true, ..standing }
+    };
+    let all = each_group(record, model, axes, options, work, standing)?;
+    Ok(sorted(all.into_iter().flat_map(|(_, found)| found).collect(), |d| d.axis))
+}
+
+/// What is found of one axis.
+struct Finding<'f, 'a> {
+    /// In which of the parts that were looked at.
+    part: usize,
+    judged: Judged,
+    verdict: Verdict,
+    says: String,
+    /// Its suspects, what is let in first, and what each cannot be told from.
+    own: Vec<&'f Challenger<'a>>,
+    aliases: Vec<Vec<String>>,
+    /// Whether the first is let in.
+    is_named: bool,
+    /// What is missing together, each beside the model as it stands, where the search went on.
+    set: Vec<Challenger<'a>>,
+    /// What each of these cannot be told from.
+    set_aliases: Vec<Vec<String>>,
+    /// The model with all of them.
+    top: Option<Incumbent<'a>>,
+}
+
+impl<'f, 'a> Finding<'f, 'a> {
+    /// What the first round shows; `incumbent` is the model on the whole log, `looked` that on its parts with the suspects there.
+    fn of(incumbent: &Incumbent, looked: &'f [(Incumbent<'a>, Vec<Challenger<'a>>)], series: usize) -> Self {
+        let judged = Judged::new(&incumbent.study, series, false);
+        let is_own = |refit: &Challenger| refit.candidate.series == series;
+        let shows = |(incumbent, suspects): &(Incumbent, Vec<Challenger>)| {
+            suspects.iter().any(|refit| is_own(refit) && refit.passes(incumbent))
+        };
+        let part = looked.iter().position(shows).unwrap_or(0);
+        let (seen, suspects) = &looked[part];
+        let mut own: Vec<usize> = (0..suspects.len()).filter(|&i| is_own(&suspects[i])).collect();
+        // What is let in leads, whatever else lowers the error.
+        let first = own.iter().position(|&i| suspects[i].passes(seen));
+        if let Some(first) = first {
+            own[..=first].rotate_right(1);
+        }
+        let aliases: Vec<Vec<String>> = own.iter().map(|&i| ladder::aliases(suspects, i, Some(seen))).collect();
+        let own: Vec<&Challenger> = own.iter().map(|&i| &suspects[i]).collect();
+        let (verdict, says) = verdict::verdict(incumbent, seen, &own, &aliases, &judged, series);
+        let is_named = first.is_some();
+        Self {
+            part,
+            judged,
+            verdict,
+            says,
+            own,
+            aliases,
+            is_named,
+            set: Vec::new(),
+            set_aliases: Vec::new(),
+            top: None,
+        }
+    }
+
+    /// Whether more may be missing than one effect: an error is left with the best one, or none was found alone.
+    fn is_open(&self) -> bool {
+        match self.verdict {
+            Verdict::MissingEffect | Verdict::Ambiguous => {
+                self.own.first().is_some_and(|r| r.excess > limit::NOISE.value)
+            }
+            verdict => verdict == Verdict::Unexplained,
+        }
+    }
+
+    /// What the search ended with.
+    fn take(&mut self, found: Several<'a>) {
+        let Several { set, aliases, over_floor, top } = found;
+        let is_the_same = set.len() == 1 && self.is_named && id_of(&set[0]) == id_of(self.own[0]);
+        if set.is_empty() || is_the_same || self.verdict == Verdict::CannotTell {
+            return;
+        }
+        let is_told_apart = aliases.iter().all(Vec::is_empty);
+        self.verdict = if is_told_apart { Verdict::MissingEffect } else { Verdict::Ambiguous };
+        let ids = set.iter().map(id_of).zip(aliases.iter().cloned());
+        self.says = verdict::together(&Together {
+            effects: ids.collect(),
+            before: self.judged.over_floor(),
+            after: over_floor,
+        });
+        (self.set, self.set_aliases, self.top) = (set, aliases, Some(top));
+    }
+
+    /// The suspects as reported: what is missing together, else the best of the first round.
+    fn listed(&self, seen: &Incumbent, before: &Judged, series: usize) -> Vec<Suspect> {
+        if !self.set.is_empty() {
+            return self.set.iter().zip(&self.set_aliases).map(|(r, a)| suspect(r, a, before, series)).collect();
+        }
+        let removes = |r: &Challenger| r.share(seen).is_none_or(|share| share > 0.0);
+        let is_listed = |r: &Challenger| r.passes(seen) || r.significant() && removes(r);
+        let listed = self.own.iter().zip(&self.aliases).filter(|(r, _)| is_listed(r)).take(LISTED);
+        listed.map(|(r, a)| suspect(r, a, before, series)).collect()
+    }
+}
+
+/// Suspects that are reported of one axis.
+const LISTED: usize = 5;
+
+fn id_of(refit: &Challenger) -> &'static str {
+    refit.candidate.term.effect.card().id
+}
+
+/// What one axis lacks together.
+struct Several<'a> {
+    /// Each refitted alone beside the model as it stands, what removes most first.
+    set: Vec<Challenger<'a>>,
+    /// What each cannot be told from.
+    aliases: Vec<Vec<String>>,
+    /// Largest error over floor with all of them.
+    over_floor: f64,
+    /// The model with all of them.
+    top: Incumbent<'a>,
+}
+
+/// What the search ends with that goes on from the suspects of `seen`, axis by axis.
+fn several<'a>(
+    seen: &Incumbent<'a>,
+    suspects: &[Challenger<'a>],
+    start: &Model,
+    options: &Options,
+) -> Vec<Several<'a>> {
+    let top = search_on(seen.clone(), Some(suspects.to_vec()), start, options, &mut |_, _| ());
+    let series = &seen.study.bench.problem.series;
+    let of = |k: usize| {
+        let own = judged::axis_model(&top.incumbent.study.model, series[k].axis);
+        let alone = added(&top.incumbent, start, series[k].axis).into_iter().filter_map(|id| {
+            let known = suspects.iter().find(|r| r.candidate.series == k && id_of(r) == id);
+            let refit = |term: &crate::Term| {
+                let freedom = term.values.len();
+                seen.refit(Candidate { series: k, term: term.clone(), score: 0.0, removes: 0.0, freedom })
+            };
+            known.cloned().or_else(|| own.term(id).map(refit))
+        });
+        let set: Vec<Challenger> = alone.sorted_by(|a, b| a.excess.total_cmp(&b.excess)).collect();
+        let of_effect = |id: &str| {
+            let alike = top.alike.iter().find(|alike: &&Alike| alike.series == k && alike.effect == id);
+            alike.map_or_else(Vec::new, |alike| alike.others.clone())
+        };
+        let aliases = set.iter().map(|refit| of_effect(id_of(refit))).collect();
+        let over_floor = Judged::new(&top.incumbent.study, k, false).over_floor();
+        Several { set, aliases, over_floor, top: top.incumbent.clone() }
+    };
+    (0..series.len()).map(of).collect()
+}
+
+/// Axes that share an orientation carry their errors into one another's: while one lacks an effect, what is left on the others may
+/// be its.
+fn of_one_orientation(mut found: Vec<AxisDiagnosis>) -> Vec<AxisDiagnosis> {
+    let lacks = |d: &AxisDiagnosis| matches!(d.verdict, Verdict::MissingEffect | Verdict::Ambiguous);
+    let Some((axis, effect)) =
+        found.iter().filter(|d| lacks(d)).find_map(|d| Some((d.axis, d.suspects.first()?.effect.clone())))
+    else {
+        return found;
+    };
+    let more = format!(
+        " But axes of one orientation carry their errors into one another's, and axis {axis} lacks {effect}: add it there first, and \
+         look again."
+    );
+    for other in found.iter_mut().filter(|d| d.verdict == Verdict::Unexplained) {
+        other.says = with(std::mem::take(&mut other.says), &more);
+    }
+    found
+}
+
+/// The parameters of a model that this log has otherwise, refitted, as `effect.name` with the standard errors between the two, the
+/// most first.
+#[must_use]
+pub fn moved(model: &Model, found: &AxisDiagnosis) -> Vec<(String, f64)> {
+    let Some(before) = &model.axes[found.axis.index()] else { return Vec::new() };
+    let known = before.terms.iter().flat_map(|term| {
+        let id = term.effect.card().id;
+        term.parameters(found.axis).map(move |(card, value, std_error)| (id, card.name, value, std_error))
+    });
+    let off = known.filter_map(|(id, name, value, std_error)| {
+        let now = found.parameters.iter().find(|p| p.effect == id && p.name == name)?;
+        let error = now.std_error?.hypot(if std_error.is_finite() { std_error } else { 0.0 });
+        let off = (now.value? - value).abs() / error;
+        (off > OTHERWISE).then(|| (format!("{id}.{name}"), off))
+    });
+    off.sorted_by(|a, b| b.1.total_cmp(&a.1)).collect()
+}
+
+/// Standard errors between a model's parameter and what a log has that are no chance.
+const OTHERWISE: f64 = 5.0;
+
+fn suspect(refit: &Challenger, aliases: &[String], before: &Judged, series: usize) -> Suspect {
+    let axis = refit.study.bench.problem.series[series].axis;
+    let after = Judged::new(&refit.study, series, false);
+    let (j0, j1) = (before.excess(), after.excess());
+    let mut study = refit.study.clone();
+    study.stamp(&refit.gls);
+    let own = judged::axis_model(&study.model, axis);
+    let card = refit.candidate.term.effect.card();
+    Suspect {
+        effect: card.id.to_owned(),
+        aliases: aliases.to_vec(),
+        separate_by: verdict::split_by(card.id, aliases),
+        p_value: finite(refit.p_value),
+        error_fall: (!before.within() && j0 > 1.0).then(|| finite((j0 - j1) / (j0 - 1.0))).flatten(),
+        parameters: judged::parameters(own.terms.last().map_or(&[], std::slice::from_ref), axis),
+        error_curve: after.points(),
+    }
+}

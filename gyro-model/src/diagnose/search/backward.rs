@@ -1,0 +1,42 @@
+//! Backward elimination: what was added and is no longer needed goes.
+
+use super::{super::challenger::Incumbent, Change, Search, added};
+use crate::{Axis, Term, effects::Stage, evidence::study::Study};
+
+/// The model without one effect, fitted on the same samples, and the term; `None` where the readings themselves show it.
+pub(in super::super) fn without<'a>(incumbent: &Incumbent<'a>, axis: Axis, id: &str) -> Option<(Incumbent<'a>, Term)> {
+    let mut model = incumbent.study.model.clone();
+    let own = model.axes[axis.index()].as_mut()?;
+    let place = own.terms.iter().position(|t| t.effect.card().id == id)?;
+    let term = own.terms.remove(place);
+    if term.effect.stage() == Stage::Reading {
+        return None;
+    }
+    Some((Incumbent::new(Study::fit(incumbent.study.bench, &model, Some(&incumbent.study.frozen()))), term))
+}
+
+impl Search<'_, '_> {
+    /// Each effect that was added, but the last one, which has just passed, goes where the model no longer needs it.
+    pub(super) fn eliminate(&mut self) {
+        for (k, axis) in self.axes.clone().into_iter().enumerate() {
+            let added = added(&self.incumbent, self.start, axis);
+            for id in added.iter().rev().skip(1).rev() {
+                (self.options.progress)(id);
+                let Some((without, term)) = without(&self.incumbent, axis, id) else { continue };
+                if !without.needs(&self.incumbent, k, &term) {
+                    self.incumbent = counting_again(without, &self.incumbent);
+                    (self.took)(&self.incumbent.study, Change::of(k, None, Some(id)));
+                }
+            }
+        }
+    }
+}
+
+/// A model without an effect of `incumbent`, on the samples too that the effect made unsure.
+pub(super) fn counting_again<'a>(without: Incumbent<'a>, incumbent: &Incumbent<'a>) -> Incumbent<'a> {
+    if incumbent.study.leaves_out() {
+        Incumbent::new(Study::fit(incumbent.study.bench, &without.study.model, Some(&incumbent.study.warm)))
+    } else {
+        without
+    }
+}

@@ -1,0 +1,247 @@
+//! The search: forward selection with look-ahead and exchange, backward elimination, pruning.
+//!
+//! ```text
+//! forward      the best suspect that passes every test of admission joins, one at a time; on several axes, alike on all
+//! exchange     an effect of the model gives way to one that it may be taken for, where that leaves less
+//! look-ahead   where no single suspect passes: two or three that hide one another, on trial
+//! backward     each effect that is no longer needed goes
+//! exchange     each effect once more beside those that it could not be told from
+//! pruning      what the final model does not tell from nothing goes (Wald test)
+//! ```
+
+mod backward;
+mod exchange;
+mod forward;
+mod lookahead;
+mod pair;
+mod prune;
+
+pub(super) use backward::without;
+pub(super) use exchange::Alike;
+pub(super) use lookahead::look_ahead;
+pub(super) use pair::pair;
+
+use super::{
+    Options,
+    challenger::{Challenger, Incumbent},
+    explain::explained,
+    ladder::aliases,
+};
+use crate::{
+    Axis, Model,
+    budget::Budget,
+    diagnosis::LadderStep,
+    effects::Stage,
+    evidence::study::{Bench, Study},
+    fit::judged::{self, Judged},
+    scan::{Candidate, with_term},
+    thresholds as limit,
+};
+use exchange::{Swapped, exchange, settle_doubts};
+use forward::{companion, next};
+
+/// A change of the model on the way up; neither added nor removed: where it began.
+#[derive(Clone, Debug)]
+pub(super) struct Change {
+    /// Index into the problem's series.
+    pub series: usize,
+    /// What came in.
+    pub added: Option<&'static str>,
+    /// What went.
+    pub removed: Option<&'static str>,
+    /// What the log could not tell it from.
+    pub aliases: Vec<String>,
+}
+
+impl Change {
+    pub(super) fn of(series: usize, added: Option<&'static str>, removed: Option<&'static str>) -> Self {
+        Self { series, added, removed, aliases: Vec::new() }
+    }
+
+    /// As reported.
+    pub(super) fn step(&self, judged: &Judged) -> LadderStep {
+        LadderStep {
+            added: self.added.map(str::to_owned),
+            removed: self.removed.map(str::to_owned),
+            aliases: self.aliases.clone(),
+            error_curve: judged.points(),
+            error_over_floor: judged::finite(judged.over_floor()),
+        }
+    }
+}
+
+impl LadderStep {
+    /// The same over the floor of the set-up as it is.
+    pub(super) fn on(&mut self, budget: &Budget) {
+        budget.raise_points(&mut self.error_curve);
+        let ratios = self.error_curve.iter().filter_map(|point| Some(point.error? / point.floor?));
+        self.error_over_floor = judged::finite(ratios.fold(0.0, f64::max));
+    }
+}
+
+/// What an effect could not be told from when it came in.
+pub(super) struct Doubt {
+    series: usize,
+    id: &'static str,
+    aliases: Vec<String>,
+}
+
+/// Where a search ended.
+pub(super) struct Top<'a> {
+    /// The model there.
+    pub incumbent: Incumbent<'a>,
+    /// What it was not worth while to add.
+    pub last: Vec<Challenger<'a>>,
+    /// What its effects may as well be.
+    pub alike: Vec<Alike>,
+}
+
+/// A search under way.
+struct Search<'a, 'o> {
+    start: &'o Model,
+    options: &'o Options<'o>,
+    axes: Vec<Axis>,
+    incumbent: Incumbent<'a>,
+    /// Its suspects, where they are known.
+    suspects: Option<Vec<Challenger<'a>>>,
+    doubts: Vec<Doubt>,
+    /// Told of each change, the model with it fitted.
+    took: &'o mut dyn FnMut(&Study, Change),
+}
+
+/// Runs every stage; `took` is told of each change, the model with it fitted.
+pub(super) fn search<'a>(
+    bench: &'a Bench,
+    start: &Model,
+    options: &Options,
+    took: &mut dyn FnMut(&Study, Change),
+) -> Top<'a> {
+    let incumbent = Incumbent::new(Study::fit(bench, start, None));
+    (0..bench.problem.series.len()).for_each(|k| took(&incumbent.study, Change::of(k, None, None)));
+    search_on(incumbent, None, start, options, took)
+}
+
+/// The same from a model that is fitted already, whose suspects may be known.
+pub(super) fn search_on<'a>(
+    incumbent: Incumbent<'a>,
+    suspects: Option<Vec<Challenger<'a>>>,
+    start: &Model,
+    options: &Options,
+    took: &mut dyn FnMut(&Study, Change),
+) -> Top<'a> {
+    let axes: Vec<Axis> = incumbent.study.bench.problem.series.iter().map(|s| s.axis).collect();
+    let mut search = Search { start, options, axes, incumbent, suspects, doubts: Vec::new(), took };
+    let mut last = Vec::new();
+    for _ in 0..options.steps * search.axes.len() {
+        match search.forward() {
+            Forward::Changed => {}
+            Forward::Ended(suspects) => {
+                last = suspects;
+                break;
+            }
+        }
+    }
+    let alike = if (options.stop)() { Vec::new() } else { search.look_back() };
+    Top { incumbent: search.incumbent, last, alike }
+}
+
+/// What one round came to.
+enum Forward<'a> {
+    Changed,
+    /// Nothing more is to be added: of these suspects, none is worth while.
+    Ended(Vec<Challenger<'a>>),
+}
+
+impl<'a> Search<'a, '_> {
+    /// One round forward: an exchange where one leaves less, else the best suspect, else what a look ahead finds.
+    fn forward(&mut self) -> Forward<'a> {
+        let suspects = self.suspects.take().unwrap_or_else(|| self.incumbent.suspects(self.options));
+        if self.options.explain {
+            for (k, &axis) in self.axes.iter().enumerate() {
+                (self.options.looked)(axis, &explained(&self.incumbent, &suspects, k, self.options));
+            }
+        }
+        if (self.options.stop)() {
+            return Forward::Ended(suspects);
+        }
+        let chosen = next(&self.incumbent, &suspects);
+        if let Some((swapped, study)) = self.exchanged(chosen.map(|k| &suspects[k])) {
+            let warm = self.incumbent.study.warm.clone();
+            self.incumbent = Incumbent::new(Study::fit(study.bench, &study.model, Some(&warm)));
+            self.tell_of(swapped);
+        } else if let Some(chosen) = chosen {
+            self.add(&suspects, chosen);
+        } else if let Some(way) = look_ahead(&self.incumbent, &suspects, self.options) {
+            for step in way {
+                self.doubts.push(Doubt { series: 0, id: step.id, aliases: step.aliases.clone() });
+                let change = Change { aliases: step.aliases, ..Change::of(0, Some(step.id), None) };
+                (self.took)(&step.incumbent.study, change);
+                self.incumbent = step.incumbent;
+            }
+        } else {
+            return Forward::Ended(suspects);
+        }
+        Forward::Changed
+    }
+
+    /// What came first was told from its aliases while much else was missing: one of them in its place may leave less than the
+    /// suspect that is next, or by a tenth less where none is.
+    fn exchanged(&self, next: Option<&Challenger>) -> Option<(Vec<Swapped>, Study<'a>)> {
+        let exchange = |series: usize, most: f64| exchange(&self.incumbent, self.start, series, most, self.options);
+        match next {
+            Some(refit) if refit.candidate.term.effect.stage() == Stage::Reading => None,
+            Some(refit) => exchange(refit.candidate.series, refit.excess),
+            None => {
+                (0..self.axes.len()).find_map(|k| exchange(k, (1.0 - limit::SHARE.value) * self.incumbent.excess(k)))
+            }
+        }
+    }
+
+    /// Adds a suspect, and the same on other axes that have it too.
+    fn add(&mut self, suspects: &[Challenger<'a>], chosen: usize) {
+        let Candidate { series, ref term, .. } = suspects[chosen].candidate;
+        let id = term.effect.card().id;
+        let aliases = aliases(suspects, chosen, Some(&self.incumbent));
+        self.doubts.push(Doubt { series, id, aliases: aliases.clone() });
+        self.take_over(&with_term(&self.incumbent.study, series, term.clone()));
+        let mut changes = vec![Change { aliases, ..Change::of(series, Some(id), None) }];
+        for other in (0..self.axes.len()).filter(|&other| other != series) {
+            if let Some(with) = companion(&self.incumbent, term, other) {
+                self.take_over(&with);
+                changes.push(Change::of(other, Some(id), None));
+            }
+        }
+        // Axes of one orientation carry their errors into one another's: what all have is judged once all have it.
+        for change in changes {
+            (self.took)(&self.incumbent.study, change);
+        }
+    }
+
+    /// Backward elimination, exchange, pruning; what the effects at the top may as well be.
+    fn look_back(&mut self) -> Vec<Alike> {
+        self.eliminate();
+        let (incumbent, swapped, alike) = settle_doubts(self.incumbent.clone(), self.start, &self.doubts, self.options);
+        self.incumbent = incumbent;
+        self.tell_of(swapped);
+        self.prune();
+        alike
+    }
+
+    fn take_over(&mut self, model: &Model) {
+        let Study { bench, ref warm, .. } = self.incumbent.study;
+        self.incumbent = Incumbent::new(Study::fit(bench, model, Some(warm)));
+    }
+
+    fn tell_of(&mut self, swapped: Vec<Swapped>) {
+        for Swapped { series, old, new } in swapped {
+            (self.took)(&self.incumbent.study, Change::of(series, Some(new), Some(old)));
+        }
+    }
+}
+
+/// What was added to the model that the ladder began with, in the order of adding.
+pub(super) fn added(incumbent: &Incumbent, start: &Model, axis: Axis) -> Vec<&'static str> {
+    let kept = judged::axis_model(start, axis).effect_ids();
+    let now = judged::axis_model(&incumbent.study.model, axis).effect_ids();
+    now.into_iter().filter(|id| !kept.contains(id)).collect()
+}
