@@ -71,6 +71,9 @@ fn diagnosed(verdict: Verdict, suspects: Vec<Suspect>, ratio: f64) -> AxisDiagno
         error_by_frequency: Vec::new(),
         limited_by: None,
         limited_says: String::new(),
+        explained: Vec::new(),
+        missing: Vec::new(),
+        unfinished: false,
         detail: None,
     }
 }
@@ -171,6 +174,8 @@ fn a_ladder_tells_all_that_it_added_at_once_and_what_was_before() {
         error_by_frequency: Vec::new(),
         limited_by: None,
         limited_says: String::new(),
+        explained: Vec::new(),
+        unfinished: false,
         detail: None,
     };
     let headline = of_ladder(&axis);
