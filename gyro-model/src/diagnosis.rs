@@ -44,9 +44,12 @@ pub struct AxisDiagnosis {
     pub verdict: Verdict,
     /// The verdict in one or two sentences, with what to do next.
     pub says: String,
-    /// The answer in one or two sentences, with its number.
+    /// The answer in a sentence or two, with its number ([`crate::headline`]).
     #[serde(default)]
     pub headline: String,
+    /// What to do about it on the vehicle; empty where nothing is to be done.
+    #[serde(default)]
+    pub at_source: String,
     /// What the model has.
     pub effects: Vec<String>,
     /// Its parameters.
@@ -383,9 +386,12 @@ pub struct AxisLadder {
     pub verdict: Verdict,
     /// The verdict in one or two sentences, with what to do next.
     pub says: String,
-    /// The answer in one or two sentences, with its number.
+    /// The answer in a sentence or two, with its number ([`crate::headline`]).
     #[serde(default)]
     pub headline: String,
+    /// What to do about it on the vehicle; empty where nothing is to be done.
+    #[serde(default)]
+    pub at_source: String,
     /// What the final model has.
     pub effects: Vec<String>,
     /// Its parameters.

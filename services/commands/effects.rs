@@ -75,6 +75,7 @@ fn card(effect: &dyn Effect) -> String {
     line("needs", &card.needs.iter().map(Need::to_string).collect::<Vec<_>>().join(", "));
     line("shows in", card.excited_by);
     line("mended by", card.mended_by);
+    line("at source", card.at_source);
     line("source", card.source);
     text.push_str("\nparameters\n");
     let mut seen = BTreeSet::new();

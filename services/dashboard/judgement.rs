@@ -31,6 +31,7 @@ fn axis_of(axis: Axis, a: &wire::AxisDiagnosis) -> AxisDiagnosis {
         verdict: serde_json::from_value(a.verdict.as_str().into()).unwrap_or(Verdict::CannotTell),
         says: String::new(),
         headline: String::new(),
+        at_source: String::new(),
         effects: Vec::new(),
         parameters: Vec::new(),
         noise: NoiseValue::default(),
@@ -189,7 +190,8 @@ mod tests {
         let diagnosis = of_message(&message);
         let page = page(&diagnosis);
         assert_eq!(page.axes.len(), 1);
-        assert_eq!(page.axes[0].headline, "missing effect: delay");
+        assert_eq!(page.axes[0].label, "missing effect: delay");
+        assert!(page.axes[0].headline.starts_with("'delay' is missing from the model."), "{}", page.axes[0].headline);
         assert!(!page.axes[0].suspects[0].card.equation.is_empty());
         let error = errors(&diagnosis, 3.0).next().unwrap();
         assert!((error.error.unwrap() - 0.1f64.to_degrees()).abs() < 1e-12 && error.ratio == Some(9.0));

@@ -3,17 +3,21 @@
 //! The overlay over time stays out: it is the log again, and `truerate apply` gives it in full.
 
 use super::{Against, Change};
-use gyro_model::diagnosis::{AxisDiagnosis, Diagnosis, Ladder};
+use gyro_model::{
+    diagnosis::{AxisDiagnosis, Diagnosis, Ladder},
+    headline::{self, Headline},
+};
 use serde::Serialize;
 
 /// `compare`, `diagnose`.
 pub(super) fn diagnosis(diagnosis: &Diagnosis) -> String {
-    line(&Diagnosis { axes: without_trace(&diagnosis.axes), ..diagnosis.clone() })
+    line(&Diagnosis { axes: spoken(&diagnosis.axes), ..diagnosis.clone() })
 }
 
 /// `ladder`.
 pub(super) fn ladder(ladder: &Ladder) -> String {
     let mut ladder = ladder.clone();
+    headline::fill_ladder(&mut ladder.axes);
     for detail in ladder.axes.iter_mut().filter_map(|a| a.detail.as_mut()) {
         detail.trace = gyro_model::detail::Trace::default();
     }
@@ -30,11 +34,17 @@ pub(super) fn change(change: &Change) -> String {
         removed: &'a [String],
         before: Vec<AxisDiagnosis>,
     }
+    let mut axes = spoken(&change.after.axes);
+    for axis in &mut axes {
+        let before = change.before.axes.iter().find(|b| b.axis == axis.axis);
+        let Headline { answer, at_source } = headline::of_change(change.added, change.removed, before, axis);
+        (axis.headline, axis.at_source) = (answer, at_source);
+    }
     line(&Json {
-        after: Diagnosis { axes: without_trace(&change.after.axes), ..change.after.clone() },
+        after: Diagnosis { axes, ..change.after.clone() },
         added: change.added,
         removed: change.removed,
-        before: without_trace(&change.before.axes),
+        before: spoken(&change.before.axes),
     })
 }
 
@@ -53,14 +63,16 @@ pub(super) fn against(against: &Against) -> String {
         against: Other<'a>,
     }
     line(&Json {
-        diagnosis: Diagnosis { axes: without_trace(&against.diagnosis.axes), ..against.diagnosis.clone() },
+        diagnosis: Diagnosis { axes: spoken(&against.diagnosis.axes), ..against.diagnosis.clone() },
         model: against.model,
-        against: Other { model: against.other_model, axes: without_trace(&against.other.axes) },
+        against: Other { model: against.other_model, axes: spoken(&against.other.axes) },
     })
 }
 
-fn without_trace(axes: &[AxisDiagnosis]) -> Vec<AxisDiagnosis> {
+/// With their headlines, and without the overlay.
+fn spoken(axes: &[AxisDiagnosis]) -> Vec<AxisDiagnosis> {
     let mut axes = axes.to_vec();
+    headline::fill(&mut axes);
     for detail in axes.iter_mut().filter_map(|a| a.detail.as_mut()) {
         detail.trace = gyro_model::detail::Trace::default();
     }

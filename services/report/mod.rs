@@ -13,7 +13,7 @@ mod json;
 mod next;
 mod terminal;
 mod text;
-pub mod units;
+pub use gyro_model::units;
 pub mod view;
 
 pub use next::Command;

@@ -54,6 +54,8 @@ fn late(verdict: Verdict) -> AxisDiagnosis {
         verdict,
         says: "The gyro is later than the reference by 12.1 ± 0.1 ms; adding `delay` removes 98 % of the excess."
             .into(),
+        headline: String::new(),
+        at_source: String::new(),
         effects: vec!["scale-factor".into(), "bias".into()],
         parameters: vec![
             parameter("scale-factor", "alpha", 0.9939, 1e-5, "1"),
@@ -107,7 +109,6 @@ fn late(verdict: Verdict) -> AxisDiagnosis {
             first_t: Some(12.5),
             says: "gyro_z jumps by more than 20 times its usual step; those rows are left out".into(),
         }],
-        headline: "the gyro is late".into(),
         floor_from: FloorFrom::Measured,
         budget: budget(),
         error_by_frequency: vec![],
@@ -157,6 +158,8 @@ fn ladder() -> Ladder {
             axis: Axis::Z,
             verdict: Verdict::Adequate,
             says: "Nothing is missing: what is left is noise.".into(),
+            headline: String::new(),
+            at_source: String::new(),
             effects: vec!["scale-factor".into(), "bias".into(), "delay".into()],
             parameters: axis.parameters,
             noise: axis.noise,
@@ -168,7 +171,6 @@ fn ladder() -> Ladder {
             explained: vec![],
             unfinished: false,
             data_faults: vec![],
-            headline: String::new(),
             floor_from: axis.floor_from,
             budget: axis.budget,
             error_by_frequency: axis.error_by_frequency,

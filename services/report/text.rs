@@ -86,9 +86,14 @@ impl Screen {
             _ => Ink::Warn,
         };
         self.text.push('\n');
-        let headline = self.terminal.paint(ink, &axis.headline);
-        self.line(&format!("axis {}  {headline}", axis.axis));
-        self.wrapped("        ", &axis.says, Ink::Plain);
+        let start = self.text.len();
+        self.wrapped("        ", &axis.headline, ink);
+        self.text.replace_range(start..start + 8, &format!("axis {}  ", axis.axis));
+        if !axis.at_source.is_empty() {
+            self.wrapped("        ", &format!("At the source: {}.", axis.at_source), Ink::Plain);
+        }
+        self.wrapped("        ", &format!("Verdict: {}.", axis.label), Ink::Quiet);
+        self.wrapped("        ", &axis.says, Ink::Quiet);
         self.limit(axis);
         self.steps(axis);
         self.curve(axis);
@@ -127,7 +132,7 @@ impl Screen {
         if shown.is_empty() {
             return;
         }
-        let taus: Vec<String> = shown.iter().map(|&k| format!("{:>9}", time(limit.tau[k]))).collect();
+        let taus: Vec<String> = shown.iter().map(|&k| format!("{:>9}", units::time(limit.tau[k]))).collect();
         let lead = self.terminal.paint(Ink::Quiet, "share of the error²");
         self.line(&format!("  {lead} {}", taus.concat()));
         for part in &limit.parts {
@@ -156,7 +161,7 @@ impl Screen {
 
     fn curve(&mut self, axis: &AxisView) {
         let mut rows = bars::rows(axis);
-        rows.dedup_by_key(|row| time(row.tau));
+        rows.dedup_by_key(|row| units::time(row.tau));
         if rows.is_empty() {
             return;
         }
@@ -193,7 +198,7 @@ impl Screen {
             let upper = if band { format!("{:>9}", show(row.floor_99)) } else { String::new() };
             self.line(&format!(
                 "  {:>8}{before}{:>9}{:>9}{upper}{ratio:>7}  {bar}",
-                time(row.tau),
+                units::time(row.tau),
                 show(row.error),
                 show(row.floor)
             ));
@@ -284,13 +289,4 @@ impl Screen {
             }
         }
     }
-}
-
-/// `20 ms`, `1.5 s`, `15 s`.
-fn time(tau: f64) -> String {
-    let (value, unit) = if tau < 0.0995 { (tau * 1e3, "ms") } else { (tau, "s") };
-    let digits = (1.0 - value.abs().log10().floor()).clamp(0.0, 3.0) as usize;
-    let text = format!("{value:.digits$}");
-    let text = if digits > 0 { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    format!("{text} {unit}")
 }

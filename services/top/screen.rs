@@ -20,7 +20,7 @@ use ratatui::{
 pub(super) fn draw(frame: &mut Frame, scene: &Scene) {
     let area = frame.area();
     let [head, middle, motion, bottom, foot] = Layout::vertical([
-        Constraint::Length(4),
+        Constraint::Length(if area.height >= 30 { 7 } else { 5 }),
         Constraint::Min(8),
         Constraint::Length(if area.height >= 30 { 5 } else { 0 }),
         Constraint::Length(if area.height >= 24 { 10 } else { 0 }),
@@ -59,14 +59,16 @@ fn verdict(frame: &mut Frame, area: Rect, scene: &Scene, view: Option<&AxisView>
     };
     let headline = view.map_or_else(
         || "looking: the first diagnosis comes after some seconds of motion".to_owned(),
-        |v| {
-            let ratio =
-                v.error_over_floor.map_or_else(String::new, |r| format!("   error / floor {}", units::ratio(r)));
-            format!("axis {}  {}{ratio}", v.axis, v.headline)
-        },
+        |v| format!("axis {}  {}", v.axis, v.headline),
     );
-    let says = view.map_or("", |v| v.says.as_str());
-    let text = vec![Line::styled(headline, Style::new().fg(colour).add_modifier(Modifier::BOLD)), Line::raw(says)];
+    let label = view.map_or_else(String::new, |v| {
+        let ratio = v.error_over_floor.map_or_else(String::new, |r| format!("   error / floor {}", units::ratio(r)));
+        format!("{}{ratio}", v.label)
+    });
+    let source = view.filter(|v| !v.at_source.is_empty()).map(|v| format!("at the source: {}", v.at_source));
+    let mut text = vec![Line::styled(headline, Style::new().fg(colour).add_modifier(Modifier::BOLD))];
+    text.extend(source.map(Line::raw));
+    text.push(Line::styled(label, Style::new().add_modifier(Modifier::DIM)));
     let title = format!(" truerate: {} ", scene.instance);
     frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }).block(Block::bordered().title(title)), area);
 }

@@ -175,7 +175,7 @@
     const figure = (of, value, floor) => h('.figure', h('.of', of), h('.value', value), h('.of', floor));
     const nearest = tau => judged?.tau.length && tau > 0.7 * judged.tau[0] && tau < 1.4 * judged.tau.at(-1) ? judged.tau.reduce((best, t, k) => (Math.abs(Math.log(t / tau)) < Math.abs(Math.log(judged.tau[best] / tau)) ? k : best), 0) : null;
     const figures = [0.1, 1, 10].map(tau => { const k = nearest(tau); return k == null ? null : figure(`error at ${Charts.seconds(judged.tau[k])} s`, `${number(judged.error[k])} °/s`, `floor ${number(judged.floor[k])} °/s`); });
-    fill('verdict', h('p.soft.small', `axis ${axis}`), h('h2', view.headline[0].toUpperCase() + view.headline.slice(1)), view.says ? h('p', Parts.prose(view.says)) : null,
+    fill('verdict', h('p.soft.small', `axis ${axis}`), Parts.answer(view),
       h('.figures', figures, view.error_over_floor == null ? null : figure('largest error / floor', number(view.error_over_floor), view.within_floor ? 'within the band of noise alone' : 'above the band of noise alone')));
     drawCurve(view);
     drawLimit(view.limit);

@@ -18,6 +18,9 @@ const Parts = (() => {
   // A sentence in which `commands` stand.
   const prose = text => text.split('`').map((part, k) => (k % 2 ? h('code', part) : part));
 
+  // The answer in the page's largest words, what to do about it on the vehicle, and the verdict's own sentence.
+  const answer = view => [h('h2.answer', view.headline), view.at_source ? h('p', h('b', 'At the source: '), `${view.at_source}.`) : null, h('p.soft.small', h('b', `${view.label[0].toUpperCase()}${view.label.slice(1)}. `), Parts.prose(view.says))];
+
   const panel = (size, heading, ...content) => h('section.panel' + (size ? '.' + size : ''), heading ? h('h3', heading) : null, ...content);
 
   function copyButton(text) {
@@ -71,5 +74,5 @@ const Parts = (() => {
 
   const list = items => h('ul.plain', items.map(i => h('li', i)));
 
-  return { h, panel, prose, command, card, parameters, suspect, steps, list, copyButton };
+  return { h, panel, prose, answer, command, card, parameters, suspect, steps, list, copyButton };
 })();

@@ -24,7 +24,7 @@
   function section(axis) {
     const judged = axis.curves[axis.judged];
     const verdict = h('.grid.' + axis.tone, { id: 'axis-' + axis.axis },
-      h('section.panel.verdict', h('p.soft.small', `axis ${axis.axis}`), h('h2', axis.headline[0].toUpperCase() + axis.headline.slice(1)), h('p', Parts.prose(axis.says)), judged ? figures(axis, judged) : null, several || !page.next.length ? null : Parts.command(page.next[0])));
+      h('section.panel.verdict', h('p.soft.small', `axis ${axis.axis}`), Parts.answer(axis), judged ? figures(axis, judged) : null, several || !page.next.length ? null : Parts.command(page.next[0])));
     return [verdict, limit(axis), curves(axis), suspects(axis), explained(axis), overlay(axis), fails(axis), spectra(axis), model(axis)].filter(Boolean);
   }
 

@@ -94,8 +94,9 @@ pub(super) fn conclude(
             AxisLadder {
                 axis,
                 verdict,
-                headline: says.clone(),
                 says,
+                headline: String::new(),
+                at_source: String::new(),
                 effects: own.effect_ids().into_iter().map(str::to_owned).collect(),
                 parameters: judged::parameters(&own.terms, axis),
                 noise: judged::noise(&own),

@@ -2,6 +2,7 @@
 
 use super::{Card, Effect, ParameterCard, Role, Stage};
 use crate::Axis;
+use crate::measured::Measured;
 
 /// The effect.
 pub static BIAS: Bias = Bias;
@@ -19,6 +20,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "any log",
     mended_by: "exactly, as long as it does not wander",
+    at_source: "average a few seconds at rest after every start, if the vehicle can stand still",
     traits: &[],
     aliases: &[],
 };
@@ -44,5 +46,9 @@ impl Effect for Bias {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        format!("your gyro's zero is off by {}", p[0].times(-1.0).signed("rad/s"))
     }
 }

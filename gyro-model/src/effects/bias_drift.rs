@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Stage, Trait};
 use crate::Axis;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -20,6 +21,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "a long log",
     mended_by: "within this log; a ramp says nothing about the next one",
+    at_source: "find what changes all the time (temperature, supply, stress on the board) and record it",
     traits: &[Trait::Slow],
     aliases: &[
         Alias {
@@ -61,6 +63,10 @@ impl Effect for BiasDrift {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        format!("your gyro's zero {} by {} a minute", p[0].goes(), p[0].times(60.0).size("rad/s"))
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

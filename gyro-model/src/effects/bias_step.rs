@@ -2,6 +2,7 @@
 
 use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage, Trait};
 use crate::Axis;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -21,6 +22,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "a log that holds the instant",
     mended_by: "exactly after the instant; before the next jump nothing warns",
+    at_source: "find what happens at that time: a knock, a brown-out, a motor that starts",
     traits: &[Trait::Slow, Trait::Onset],
     aliases: &[],
 };
@@ -57,6 +59,10 @@ impl Effect for BiasStep {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        format!("your gyro's zero {} by {} at once, at {}", p[0].goes(), p[0].size("rad/s"), p[1].signed("s"))
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

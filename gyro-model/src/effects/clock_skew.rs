@@ -2,6 +2,7 @@
 
 use super::{Card, Effect, ParameterCard, Role, Span, Stage};
 use crate::Axis;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -21,6 +22,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "a long log with changing rates throughout",
     mended_by: "re-stamping",
+    at_source: "stamp gyro and reference by one clock",
     traits: &[],
     aliases: &[],
 };
@@ -46,6 +48,10 @@ impl Effect for ClockSkew {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        format!("your gyro's clock is {} {}", p[0].size("1"), if p[0].value > 0.0 { "slow" } else { "fast" })
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

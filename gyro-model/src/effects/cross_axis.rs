@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
 use crate::Axis;
+use crate::measured::{Measured, parts};
 use std::borrow::Cow;
 
 /// The effect.
@@ -21,6 +22,7 @@ static CARD: Card = Card {
     needs: &[Need::OtherGyros],
     excited_by: "rotation about the other axes, independent of this one",
     mended_by: "exactly",
+    at_source: "square the sensor to the axis of rotation (1.7 % is one degree of tilt)",
     traits: &[],
     aliases: &[Alias {
         id: "scale-factor",
@@ -58,6 +60,11 @@ impl Effect for CrossAxis {
 
     fn parameters(&self, axis: Axis) -> &'static [ParameterCard] {
         &PARAMETERS[axis.index()]
+    }
+
+    fn says(&self, axis: Axis, p: &[Measured]) -> String {
+        let names = OTHERS[axis.index()].map(|other| format!("turning about {}", Axis::ALL[other]));
+        format!("your gyro feels {}", parts(p, &names, |m| format!("{} of", m.signed("1"))))
     }
 
     fn in_c(&self, axis: Axis) -> Option<Cow<'static, str>> {

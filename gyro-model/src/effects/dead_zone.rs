@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, ParameterCard, Role, Span, Stage, Trait};
 use crate::Axis;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -21,6 +22,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "slow turns",
     mended_by: "nothing: the sample is marked and the standard deviation grows; switch the threshold off",
+    at_source: "switch the driver's dead zone or threshold off",
     traits: &[Trait::Hole],
     aliases: &[
         Alias {
@@ -57,6 +59,10 @@ impl Effect for DeadZone {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        format!("your gyro, or its driver, puts out zero for every reading below {}", p[0].signed("rad/s"))
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

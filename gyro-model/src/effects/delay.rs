@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, ParameterCard, Role, Span, Stage};
 use crate::Axis;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -21,6 +22,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "changing rates, more than one frequency",
     mended_by: "re-stamping: the estimate is valid at t − d, live and in logs",
+    at_source: "stamp the reading at the sensor's interrupt (and the reference likewise), not where it is received; raise the sensor's low-pass filter",
     traits: &[],
     aliases: &[
         Alias {
@@ -57,6 +59,10 @@ impl Effect for Delay {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        format!("your gyro is {} {}", p[0].size("s"), if p[0].value < 0.0 { "early" } else { "late" })
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

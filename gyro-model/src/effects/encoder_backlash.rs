@@ -2,6 +2,7 @@
 
 use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Span, Stage, play};
 use crate::Axis;
+use crate::measured::Measured;
 
 /// The effect.
 pub static ENCODER_BACKLASH: EncoderBacklash = EncoderBacklash;
@@ -20,6 +21,7 @@ static CARD: Card = Card {
     needs: &[Need::AngleReference],
     excited_by: "reversals",
     mended_by: "taken out of the reference",
+    at_source: "take the play out: fix the encoder to the shaft itself, without coupling or gear",
     traits: &[],
     aliases: &[],
 };
@@ -45,6 +47,10 @@ impl Effect for EncoderBacklash {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        format!("the encoder has {} of play against the shaft", p[0].size("rad"))
     }
 
     /// Memory, besides that of the play: [1], [2] where the encoder may stand, since nobody knows where in the clearance a log

@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
 use crate::Axis;
+use crate::measured::{Measured, amplitude};
 
 /// The effect.
 pub static ENCODER_ECCENTRICITY: EncoderEccentricity = EncoderEccentricity;
@@ -20,6 +21,7 @@ static CARD: Card = Card {
     needs: &[Need::AngleReference],
     excited_by: "most of a turn",
     mended_by: "taken out of the reference",
+    at_source: "centre the magnet or code wheel on the axis",
     traits: &[],
     aliases: &[
         Alias {
@@ -69,6 +71,10 @@ impl Effect for EncoderEccentricity {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        format!("the encoder is off by {} once a turn", amplitude(p).size("rad"))
     }
 
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {

@@ -2,6 +2,7 @@
 
 use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Span, Stage};
 use crate::Axis;
+use crate::measured::{Measured, amplitude};
 
 /// The effect.
 pub static ENCODER_SUBDIVISION: EncoderSubdivision = EncoderSubdivision;
@@ -20,6 +21,7 @@ static CARD: Card = Card {
     needs: &[Need::AngleReference],
     excited_by: "most of a turn",
     mended_by: "taken out of the reference",
+    at_source: "run the encoder's own linearisation, or trim amplitude and phase of its two tracks",
     traits: &[],
     aliases: &[],
 };
@@ -65,6 +67,10 @@ impl Effect for EncoderSubdivision {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        format!("the encoder is off by {} {} times a turn", amplitude(p).size("rad"), p[2].value.round())
     }
 
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {

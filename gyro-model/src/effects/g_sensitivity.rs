@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
 use crate::Axis;
+use crate::measured::{Measured, parts};
 use std::borrow::Cow;
 
 /// The effect.
@@ -21,6 +22,7 @@ static CARD: Card = Card {
     needs: &[Need::Accelerometer],
     excited_by: "a horizontal axis (gravity turns), or an arm and changing rates",
     mended_by: "exactly, where acceleration is measured at the sensor",
+    at_source: "mount the sensor near the axis of rotation and on something soft, or use a part with less of it",
     traits: &[],
     aliases: &[
         Alias {
@@ -88,6 +90,11 @@ impl Effect for GSensitivity {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        let names = Axis::ALL.map(|along| format!("along {along}"));
+        format!("your gyro takes acceleration for rotation: {}", parts(p, &names, |m| m.signed("rad/s per m/s²")))
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

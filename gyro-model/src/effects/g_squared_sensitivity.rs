@@ -2,6 +2,7 @@
 
 use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
 use crate::Axis;
+use crate::measured::{Measured, parts};
 use std::borrow::Cow;
 
 /// The effect.
@@ -21,6 +22,7 @@ static CARD: Card = Card {
     needs: &[Need::Accelerometer],
     excited_by: "a horizontal axis, or vibration of changing strength",
     mended_by: "exactly, where acceleration is measured without aliasing",
+    at_source: "keep vibration away from the sensor: balance what turns, mount the sensor on something soft",
     traits: &[],
     aliases: &[],
 };
@@ -71,6 +73,11 @@ impl Effect for GSquaredSensitivity {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        let names = Axis::ALL.map(|along| format!("along {along}"));
+        format!("your gyro takes shaking for rotation: {}", parts(p, &names, |m| m.signed("rad/s per (m/s²)²")))
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

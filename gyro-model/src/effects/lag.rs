@@ -2,6 +2,8 @@
 
 use super::{Alias, Card, Effect, Memory, ParameterCard, Role, STEADY, Span, Stage, derivative, low_pass, steadied};
 use crate::Axis;
+use crate::measured::Measured;
+use crate::units;
 use std::borrow::Cow;
 
 /// The effect.
@@ -21,6 +23,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "content near 1/(2πτ), steps",
     mended_by: "the inverse filter, which amplifies noise above 1/(2πτ)",
+    at_source: "raise the sensor's low-pass filter",
     traits: &[],
     aliases: &[
         Alias {
@@ -73,6 +76,15 @@ impl Effect for Lag {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        let corner = 1.0 / (std::f64::consts::TAU * p[0].value);
+        format!(
+            "your gyro follows the rate slowly, with a time constant of {} (a bandwidth of {} Hz)",
+            p[0].signed("s"),
+            units::number(corner)
+        )
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

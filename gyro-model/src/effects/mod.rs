@@ -11,6 +11,7 @@ pub(crate) use operators::{
 
 use crate::{
     Axis, Record, Row,
+    measured::Measured,
     record::{FREE_CHANNELS, ReferenceKind},
 };
 use std::{borrow::Cow, fmt};
@@ -260,6 +261,8 @@ pub struct Card {
     pub excited_by: &'static str,
     /// What compensation can do about it.
     pub mended_by: &'static str,
+    /// What to do where it comes from, on the vehicle; empty where nothing is known.
+    pub at_source: &'static str,
     /// What those have to know who search for it.
     pub traits: &'static [Trait],
     /// What it can be confused with.
@@ -423,6 +426,12 @@ pub trait Effect: Send + Sync {
     /// `Reference`: whether the error that left this in memory is a guess yet: where it starts from nobody knows.
     fn is_guess(&self, _p: &[f64], _memory: &Memory) -> bool {
         false
+    }
+
+    /// What it does, with its numbers, as a clause with its subject: "your gyro is 10.05 ± 0.05 ms late". `p` is the parameters in the
+    /// order of [`Effect::parameters`], all finite.
+    fn says(&self, _axis: Axis, _p: &[Measured]) -> String {
+        format!("your gyro has '{}'", self.card().id)
     }
 
     /// The body of a C99 function of doubles that does what compensation does, parameters by their names (those of a user's own effect

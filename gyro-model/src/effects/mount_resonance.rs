@@ -4,6 +4,7 @@ use super::{
     Card, Effect, Memory, ParameterCard, Role, Span, Stage, Trait, low_pass, low_passed, second_derivative, slowed,
 };
 use crate::Axis;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -23,6 +24,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "content up to f",
     mended_by: "the inverse D = ω − ω_f, 2ζω_n D' + ω_n² D = ω_f'', which amplifies noise above f",
+    at_source: "mount the sensor stiffly: screws in place of tape or foam, a thicker plate",
     traits: &[Trait::Resonance],
     aliases: &[],
 };
@@ -80,6 +82,10 @@ impl Effect for MountResonance {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        format!("your gyro swings on its mount at {}, with a damping ratio of {}", p[0].signed("Hz"), p[1].plain())
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Stage};
 use crate::Axis;
+use crate::measured::{HUNDRED, Measured};
 use std::borrow::Cow;
 
 /// The effect.
@@ -22,6 +23,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "at least two amplitudes",
     mended_by: "exactly, by iteration in the compensated rate",
+    at_source: "choose a wider range if the sensor has one: its middle is straighter",
     traits: &[],
     aliases: &[
         Alias {
@@ -58,6 +60,15 @@ impl Effect for QuadraticNonlinearity {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        let at = p[0].times(HUNDRED * HUNDRED);
+        format!(
+            "your gyro reads {} too {} at 100 °/s, whichever way it turns, and four times that at twice the rate",
+            at.size("rad/s"),
+            if at.value > 0.0 { "high" } else { "low" }
+        )
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

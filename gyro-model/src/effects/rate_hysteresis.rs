@@ -5,6 +5,7 @@ mod turn;
 use self::turn::{Reading, TURN, Turn, Way};
 use super::{Card, Effect, ErrorWhole, Memory, ParameterCard, Role, Signals, Span, Stage, play};
 use crate::Axis;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -24,6 +25,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "reversals of the acceleration, several amplitudes, a rate that goes on changing",
     mended_by: "well, where noise is smaller than h",
+    at_source: "it is the part's own: keep the correction, or take another part",
     traits: &[],
     aliases: &[],
 };
@@ -94,6 +96,13 @@ impl Effect for RateHysteresis {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        format!(
+            "your gyro's reading depends on whether the rate came from above or from below: it stays {} behind at every turn",
+            p[0].size("rad/s")
+        )
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, ParameterCard, Role, Span, Stage, Trait};
 use crate::Axis;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -20,6 +21,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "turns faster than the range",
     mended_by: "nothing: the sample is marked and the standard deviation grows; choose a wider range",
+    at_source: "set a wider range in the sensor, or turn more slowly",
     traits: &[Trait::Ceiling],
     aliases: &[
         Alias {
@@ -59,6 +61,10 @@ impl Effect for Saturation {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        format!("your gyro's range ends at {}", p[0].signed("rad/s"))
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

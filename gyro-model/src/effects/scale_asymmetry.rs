@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Stage};
 use crate::Axis;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -21,6 +22,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "both directions, several amplitudes",
     mended_by: "exactly, by iteration in the compensated rate",
+    at_source: "it is the part's own: keep the correction, or take another part",
     traits: &[],
     aliases: &[Alias {
         id: "quadratic-nonlinearity",
@@ -50,6 +52,14 @@ impl Effect for ScaleAsymmetry {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        let (more, less) = if p[0].value > 0.0 { ("positive", "negative") } else { ("negative", "positive") };
+        format!(
+            "your gyro reads {} too much turning in the {more} direction, and as much too little in the {less} one",
+            p[0].size("1")
+        )
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

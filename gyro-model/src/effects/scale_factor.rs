@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, ParameterCard, Role, Stage, Trait};
 use crate::Axis;
+use crate::measured::Measured;
 
 /// The effect.
 pub static SCALE_FACTOR: ScaleFactor = ScaleFactor;
@@ -20,6 +21,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "any rotation",
     mended_by: "exactly",
+    at_source: "every part differs by some per cent: keep the factor, or set it in the driver's conversion",
     traits: &[Trait::Gain],
     aliases: &[
         Alias {
@@ -57,5 +59,10 @@ impl Effect for ScaleFactor {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        let share = Measured { value: 1.0 / p[0].value - 1.0, std_error: p[0].std_error / (p[0].value * p[0].value) };
+        format!("your gyro reads {} too {}", share.size("1"), if share.value > 0.0 { "high" } else { "low" })
     }
 }

@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage, Trait};
 use crate::Axis;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -21,6 +22,7 @@ static CARD: Card = Card {
     needs: &[Need::Supply],
     excited_by: "a supply that changes by some 0.05 V or more",
     mended_by: "exactly, where the supply is measured at the sensor",
+    at_source: "give the sensor a regulator of its own",
     traits: &[Trait::Slow],
     aliases: &[
         Alias {
@@ -62,6 +64,10 @@ impl Effect for SupplyVoltage {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        format!("your gyro's zero {} by {}", p[0].goes(), p[0].size("rad/s/V"))
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage, Trait};
 use crate::Axis;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -21,6 +22,7 @@ static CARD: Card = Card {
     needs: &[Need::Temperature],
     excited_by: "a temperature that changes by several kelvin, up and down",
     mended_by: "exactly, where temperature is measured at the sensor",
+    at_source: "keep the sensor at one temperature: away from motors and regulators, or heated",
     traits: &[Trait::Slow],
     aliases: &[
         Alias {
@@ -78,6 +80,11 @@ impl Effect for TemperatureBias {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        let bends = if p[1].is_seen() { ", bending as it goes" } else { "" };
+        format!("your gyro's zero {} by {} (at 25 °C){bends}", p[0].goes(), p[0].size("rad/s/K"))
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

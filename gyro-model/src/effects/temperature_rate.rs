@@ -2,6 +2,7 @@
 
 use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage, Trait};
 use crate::Axis;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -22,6 +23,7 @@ static CARD: Card = Card {
     needs: &[Need::Temperature],
     excited_by: "heating and cooling, quick against the log",
     mended_by: "well, where temperature is measured at the sensor and not too noisily",
+    at_source: "slow the change of temperature: a cover against wind, more copper or mass at the sensor",
     traits: &[Trait::Slow],
     aliases: &[],
 };
@@ -77,6 +79,10 @@ impl Effect for TemperatureRate {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        format!("your gyro's zero moves while its temperature changes, by {}", p[0].signed("rad/s per K/s"))
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
 use crate::Axis;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -20,6 +21,7 @@ static CARD: Card = Card {
     needs: &[Need::Temperature],
     excited_by: "rotation at several temperatures",
     mended_by: "exactly, where temperature is measured at the sensor",
+    at_source: "keep the sensor at one temperature: away from motors and regulators, or heated",
     traits: &[],
     aliases: &[Alias {
         id: "temperature-bias",
@@ -49,6 +51,10 @@ impl Effect for TemperatureScale {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        format!("your gyro's reading of a turn {} by {}", p[0].goes(), p[0].size("1/K"))
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

@@ -2,6 +2,7 @@
 
 use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage, Trait};
 use crate::Axis;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -21,6 +22,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "any log; two logs show whether it stays",
     mended_by: "within this log: its phase is another one in the next",
+    at_source: "find what turns at that frequency (fan, propeller, pump), balance it, or mount the sensor on something soft",
     traits: &[Trait::Line],
     aliases: &[],
 };
@@ -71,6 +73,13 @@ impl Effect for VibrationTone {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        let amplitude = p[0].value.hypot(p[1].value);
+        let along = (p[0].value * p[0].std_error).hypot(p[1].value * p[1].std_error) / amplitude;
+        let amplitude = Measured { value: amplitude, std_error: along };
+        format!("your gyro is shaken by {} at {}", amplitude.size("rad/s"), p[2].signed("Hz"))
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

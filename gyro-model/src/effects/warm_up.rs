@@ -2,6 +2,7 @@
 
 use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage, Trait};
 use crate::Axis;
+use crate::measured::Measured;
 use std::borrow::Cow;
 
 /// The effect.
@@ -21,6 +22,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "power-on in the log",
     mended_by: "exactly, in a log that starts at power-on",
+    at_source: "power the sensor some minutes before it is needed",
     traits: &[Trait::Slow],
     aliases: &[
         Alias {
@@ -73,6 +75,15 @@ impl Effect for WarmUp {
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
+    }
+
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        format!(
+            "your gyro's zero starts {} too {} and settles with a time constant of {}",
+            p[0].size("rad/s"),
+            if p[0].value > 0.0 { "high" } else { "low" },
+            p[1].signed("s")
+        )
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

@@ -9,6 +9,7 @@ use gyro_model::{
     Axis,
     detail::{AxisDetail, fails_where},
     diagnosis::{AxisDiagnosis, AxisLadder, Diagnosis, ErrorPoint, FloorFrom, Ladder, Verdict},
+    headline,
 };
 use serde::Serialize;
 
@@ -34,8 +35,12 @@ pub struct AxisView {
     pub axis: &'static str,
     /// `missing-effect`, …
     pub verdict: Verdict,
-    /// `missing effect: delay`.
+    /// The answer with its number: `Your gyro is 10.05 ± 0.05 ms late. That makes …`.
     pub headline: String,
+    /// What to do where it comes from; empty where nothing is to be done.
+    pub at_source: String,
+    /// `missing effect: delay`.
+    pub label: String,
     /// `good`, `warn`, `bad`, `unknown`.
     pub tone: &'static str,
     /// In a sentence or two.
@@ -268,7 +273,10 @@ impl Page {
             .iter()
             .map(|after| {
                 let before = change.before.axes.iter().find(|b| b.axis == after.axis);
-                AxisView::of_pair(before, "before", after, "after")
+                let spoken = headline::of_change(change.added, change.removed, before, after);
+                let mut view = AxisView::of_pair(before, "before", after, "after");
+                (view.headline, view.at_source) = (spoken.answer, spoken.at_source);
+                view
             })
             .collect();
         let next = next_of(change.after.axes.iter().map(attention), context);
@@ -303,10 +311,13 @@ impl AxisView {
             curves.push(curve(&format!("with {}", best.effect), &best.error_curve));
         }
         let suspect = axis.suspects.first().map(|s| s.effect.as_str());
+        let spoken = headline::of_diagnosis(axis);
         Self {
             axis: axis.axis.letter(),
             verdict: axis.verdict,
-            headline: match axis.verdict {
+            headline: spoken.answer,
+            at_source: spoken.at_source,
+            label: match axis.verdict {
                 Verdict::Unexplained if !axis.searched => axis::NOT_SEARCHED.into(),
                 Verdict::MissingEffect if axis.missing.len() > 1 => {
                     format!("missing effects: {}", axis.missing.join(", "))
@@ -384,10 +395,13 @@ impl AxisView {
         let last = axis.steps.last();
         let is_within = |p: &ErrorPoint| p.error.zip(p.floor_99).is_none_or(|(error, top)| error <= top);
         let within_floor = last.map(|step| step.error_curve.iter().all(is_within));
+        let spoken = headline::of_ladder(axis);
         Self {
             axis: axis.axis.letter(),
             verdict: axis.verdict,
-            headline: words(axis.verdict, named, aliases),
+            headline: spoken.answer,
+            at_source: spoken.at_source,
+            label: words(axis.verdict, named, aliases),
             tone: tone(axis.verdict),
             says: axis::sentence(&axis.says),
             effects: axis.effects.iter().map(|id| axis::card(id)).collect(),

@@ -23,7 +23,7 @@ mod parser;
 pub use definition::{Definition, DefinitionError, MOST_PARAMETERS, ParameterDefinition};
 
 use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Span, Stage, Trait};
-use crate::{Axis, record::FREE_CHANNELS};
+use crate::{Axis, measured::Measured, record::FREE_CHANNELS};
 use expression::Expression;
 use std::{
     borrow::Cow,
@@ -229,6 +229,12 @@ impl Effect for UserEffect {
         self.parameters
     }
 
+    fn says(&self, _: Axis, p: &[Measured]) -> String {
+        let values =
+            self.parameters.iter().zip(p).map(|(card, value)| format!("{} = {}", card.name, value.signed(card.unit)));
+        format!("your own effect '{}' is there, with {}", self.card.id, values.collect::<Vec<_>>().join(", "))
+    }
+
     /// Memory: the last value of each free channel.
     fn error(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
         let value = self.value(p, s, memory);
@@ -321,6 +327,7 @@ fn card(definition: &Definition, expression: &Expression<Variable>) -> Card {
         needs: needs.leak(),
         excited_by: "whatever moves the columns of its expression",
         mended_by: "exactly, where the columns of its expression are measured",
+        at_source: "",
         traits: if is_slow { &[Trait::Slow] } else { &[] },
         aliases: &[],
     }

@@ -95,6 +95,16 @@ pub fn ratio(value: f64) -> String {
     signed(value, digits)
 }
 
+/// A time: `20 ms`, `1.5 s`, `15 s`.
+#[must_use]
+pub fn time(seconds: f64) -> String {
+    let (value, unit) = if seconds < 0.0995 { (seconds * 1e3, "ms") } else { (seconds, "s") };
+    let digits = (1.0 - value.abs().log10().floor()).clamp(0.0, 3.0) as usize;
+    let text = format!("{value:.digits$}");
+    let text = if digits > 0 { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    format!("{text} {unit}")
+}
+
 fn signed(value: f64, digits: usize) -> String {
     format!("{value:.digits$}").replace('-', "−")
 }

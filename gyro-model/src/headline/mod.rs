@@ -1,0 +1,325 @@
+//! The answer in a sentence or two: what the gyro does, with its number, what that makes of error, and what is left once it is taken out.
+//!
+//! ```text
+//! effect's sentence ─┐
+//! error at 1 s ──────┼─▶ "Your gyro is 10.05 ± 0.05 ms late. That makes 0.51 °/s of error over 1 s; corrected, 0.035 is left, which is noise."
+//! error without it ──┘    at the source: "stamp the reading at the sensor's interrupt …"
+//! ```
+
+#[cfg(test)]
+mod tests;
+
+use crate::{
+    Axis,
+    diagnosis::{AxisDiagnosis, AxisLadder, ErrorPoint, ParameterValue, Suspect, Verdict},
+    effects::{self, Stage},
+    measured::{Measured, and},
+    units,
+};
+
+/// Averaging time at which errors are said, s.
+const SAID_AT: f64 = 1.0;
+/// A curve that ends earlier, by this factor, is said at its end.
+const NEAR: f64 = 1.5;
+
+/// The answer, and what to do where it comes from.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Headline {
+    /// One to three sentences.
+    pub answer: String,
+    /// What to do on the vehicle, a sentence without its beginning; empty where nothing is to be done.
+    pub at_source: String,
+}
+
+/// Of `compare` and `diagnose`.
+#[must_use]
+pub fn of_diagnosis(axis: &AxisDiagnosis) -> Headline {
+    let here = said(&axis.error_curve);
+    match (axis.verdict, axis.suspects.first()) {
+        (Verdict::MissingEffect, Some(best)) => missing(axis.axis, best, &axis.error_curve),
+        (Verdict::Ambiguous, Some(best)) => ambiguous(axis, best),
+        (Verdict::MissingEffect | Verdict::Ambiguous, None) => {
+            only(format!("An effect is missing: {}.", left(here, axis.error_over_floor)))
+        }
+        (Verdict::Adequate, _) => only(adequate(here, axis.within_floor)),
+        (Verdict::Unexplained, _) if axis.searched => only(format!(
+            "More than noise is left, and no effect of the catalogue explains it: {}.",
+            left(here, axis.error_over_floor)
+        )),
+        (Verdict::Unexplained, _) => {
+            only(format!("This model leaves more than noise: {}.", left(here, axis.error_over_floor)))
+        }
+        (Verdict::CannotTell, _) => only(first_sentence("This log cannot tell", &axis.says)),
+        (Verdict::BadData, _) => {
+            let fault = axis.data_faults.iter().find(|fault| fault.axis.is_none_or(|own| own == axis.axis));
+            let says = fault.map_or(axis.says.as_str(), |fault| fault.says.as_str());
+            only(first_sentence("The data are at fault", if axis.says.is_empty() { says } else { &axis.says }))
+        }
+    }
+}
+
+/// Of `ladder`: what was added is the answer.
+#[must_use]
+pub fn of_ladder(axis: &AxisLadder) -> Headline {
+    let (Some(first), Some(last)) = (axis.steps.first(), axis.steps.last()) else { return Headline::default() };
+    let started: Vec<&str> = axis.steps.iter().filter_map(|step| step.added.as_deref()).collect();
+    let added: Vec<&str> = started.into_iter().filter(|id| axis.effects.iter().any(|e| e == id)).collect();
+    let here = said(&last.error_curve);
+    let is_within = |p: &ErrorPoint| p.error.zip(p.floor_99).is_none_or(|(error, top)| error <= top);
+    let within = last.error_curve.iter().all(is_within);
+    if matches!(axis.verdict, Verdict::CannotTell | Verdict::BadData) && added.is_empty() {
+        let lead = if axis.verdict == Verdict::BadData { "The data are at fault" } else { "This log cannot tell" };
+        return only(first_sentence(lead, &axis.says));
+    }
+    if added.is_empty() {
+        return match axis.verdict {
+            Verdict::Adequate => only(adequate(here, Some(within))),
+            _ => only(format!(
+                "More than noise is left, and no effect of the catalogue explains it: {}.",
+                left(here, last.error_over_floor)
+            )),
+        };
+    }
+    let clauses: Vec<String> = added.iter().map(|id| clause(axis.axis, id, &axis.parameters)).collect();
+    let mut answer = sentence(&joined(&clauses));
+    if let Some((before, after)) = said(&first.error_curve).zip(here) {
+        let after_is_noise = matches!(axis.verdict, Verdict::Adequate | Verdict::Ambiguous) || within;
+        answer.push_str(&makes(before, after, added.len(), after_is_noise));
+    }
+    if axis.verdict == Verdict::Ambiguous {
+        let aliases: Vec<String> = axis.steps.iter().flat_map(|step| step.aliases.iter().map(|id| name(id))).collect();
+        answer = format!("{answer} It may also be {}: this log cannot tell.", either(&aliases));
+    }
+    Headline { answer, at_source: sources(&added) }
+}
+
+/// Of `add` and `remove`: the change is the answer.
+#[must_use]
+pub fn of_change(
+    added: &[String],
+    removed: &[String],
+    before: Option<&AxisDiagnosis>,
+    after: &AxisDiagnosis,
+) -> Headline {
+    let changes: Vec<String> = added
+        .iter()
+        .filter(|id| after.effects.contains(id))
+        .map(|id| format!("{} added", name(id)))
+        .chain(removed.iter().map(|id| format!("{} removed", name(id))))
+        .collect();
+    let pair = before.and_then(|b| same_time(&b.error_curve, &after.error_curve));
+    let fall = pair.map_or_else(String::new, |(old, new)| {
+        format!(
+            ": the error over {} goes from {} to {} °/s{}",
+            units::time(new.tau_s),
+            units::rate(old.error),
+            units::rate(new.error),
+            if is_noise(&new) { ", which is noise" } else { "" }
+        )
+    });
+    let ids: Vec<&str> = added.iter().map(String::as_str).filter(|id| after.effects.iter().any(|e| e == id)).collect();
+    if !ids.is_empty() && !ids.iter().any(|id| is_told(after.axis, id, &after.parameters)) {
+        let answer = sentence(&format!("{}{fall}", and(&changes))) + " But this log does not tell it from nothing.";
+        return only(answer);
+    }
+    let clauses: Vec<String> = ids.iter().map(|id| clause(after.axis, id, &after.parameters)).collect();
+    let says = if clauses.is_empty() { String::new() } else { format!(" {}", sentence(&joined(&clauses))) };
+    Headline { answer: format!("{}{says}", sentence(&format!("{}{fall}", and(&changes)))), at_source: sources(&ids) }
+}
+
+/// Puts the headlines into results.
+pub fn fill(axes: &mut [AxisDiagnosis]) {
+    for axis in axes {
+        let headline = of_diagnosis(axis);
+        (axis.headline, axis.at_source) = (headline.answer, headline.at_source);
+    }
+}
+
+/// The same for a ladder.
+pub fn fill_ladder(axes: &mut [AxisLadder]) {
+    for axis in axes {
+        let headline = of_ladder(axis);
+        (axis.headline, axis.at_source) = (headline.answer, headline.at_source);
+    }
+}
+
+/// What an effect does with these parameters, as a clause; its name where a parameter has no value.
+#[must_use]
+pub fn clause(axis: Axis, id: &str, parameters: &[ParameterValue]) -> String {
+    let Some(effect) = effects::find(id) else { return own_clause(id, parameters) };
+    let value = |name: &str| {
+        let found = parameters.iter().find(|p| p.effect == id && p.name == name)?;
+        Some(Measured { value: found.value?, std_error: found.std_error.unwrap_or(f64::NAN) })
+    };
+    let values: Option<Vec<Measured>> =
+        effect.parameters(axis).iter().map(|card| value(card.name).filter(|m| m.value.is_finite())).collect();
+    match values {
+        Some(values) => effect.says(axis, &values),
+        None => format!("'{id}' is missing from the model"),
+    }
+}
+
+/// Whether a parameter that is nothing without the effect differs from nothing by more than its error, or has none.
+fn is_told(axis: Axis, id: &str, parameters: &[ParameterValue]) -> bool {
+    let nothing = |p: &ParameterValue| {
+        effects::find(id)
+            .is_none_or(|e| e.parameters(axis).iter().any(|card| card.name == p.name && card.neutral == 0.0))
+    };
+    let mut own = parameters.iter().filter(|p| p.effect == id && nothing(p)).peekable();
+    own.peek().is_none()
+        || own.any(|p| {
+            let measured = Measured { value: p.value.unwrap_or(0.0), std_error: p.std_error.unwrap_or(f64::NAN) };
+            measured.is_seen()
+        })
+}
+
+/// A user's own effect, which the catalogue does not know.
+fn own_clause(id: &str, parameters: &[ParameterValue]) -> String {
+    let own = parameters.iter().filter(|p| p.effect == id);
+    let values: Vec<String> = own
+        .map(|p| format!("{} = {}", p.name, units::uncertain(p.value, p.std_error, &units::shown(&p.unit, &[p.value]))))
+        .collect();
+    let with = if values.is_empty() { String::new() } else { format!(", with {}", values.join(", ")) };
+    format!("your own effect '{id}' is there{with}")
+}
+
+fn missing(axis: Axis, best: &Suspect, before: &[ErrorPoint]) -> Headline {
+    let mut answer = sentence(&clause(axis, &best.effect, &best.parameters));
+    if let Some((before, after)) = same_time(before, &best.error_curve) {
+        answer.push_str(&makes(before, after, 1, is_noise(&after)));
+    }
+    if effects::find(&best.effect).is_some_and(|effect| effect.stage() == Stage::Reference) {
+        answer.push_str(" Your gyro is not the cause.");
+    }
+    Headline { answer, at_source: sources(&[&best.effect]) }
+}
+
+fn ambiguous(axis: &AxisDiagnosis, best: &Suspect) -> Headline {
+    let known = |id: &str| axis.suspects.iter().find(|s| s.effect == id);
+    let mut group = vec![clause(axis.axis, &best.effect, &best.parameters)];
+    group.extend(best.aliases.iter().map(|id| match known(id) {
+        Some(suspect) => clause(axis.axis, id, &suspect.parameters),
+        None => format!("it has {}", name(id)),
+    }));
+    let mut answer = format!("Either {}; this log cannot tell which.", group.join(", or "));
+    if let Some((before, after)) = same_time(&axis.error_curve, &best.error_curve) {
+        answer.push_str(&makes(before, after, 1, is_noise(&after)).replacen(" That makes", " It makes", 1));
+    }
+    if !best.separate_by.is_empty() {
+        answer = format!("{answer} To tell them apart: {}.", best.separate_by.trim_end_matches('.'));
+    }
+    only(answer)
+}
+
+/// ` That makes 0.51 °/s of error over 1 s; corrected, 0.035 is left, which is noise.`
+fn makes(before: ErrorPoint, after: ErrorPoint, causes: usize, is_noise: bool) -> String {
+    let subject = if causes > 1 { "Together they make" } else { "That makes" };
+    let rest = match after.error.zip(after.floor).filter(|(_, floor)| *floor > 0.0) {
+        _ if is_noise => ", which is noise".to_owned(),
+        Some((error, floor)) => format!(", {} times what noise alone makes", units::ratio(error / floor)),
+        None => String::new(),
+    };
+    format!(
+        " {subject} {} °/s of error over {}; corrected, {} is left{rest}.",
+        units::rate(before.error),
+        units::time(before.tau_s),
+        units::rate(after.error)
+    )
+}
+
+fn adequate(here: Option<ErrorPoint>, within: Option<bool>) -> String {
+    let Some(point) = here else { return "Nothing is missing that this log could show.".into() };
+    let (error, over) = (units::rate(point.error), units::time(point.tau_s));
+    if within == Some(false) {
+        return format!(
+            "No effect is missing: over {over} the error is {error} °/s (white noise alone: {}), and what is more is noise that wanders.",
+            units::rate(point.floor)
+        );
+    }
+    format!("Nothing is missing: over {over} the error is {error} °/s, which is noise.")
+}
+
+/// `0.51 °/s of error over 1 s, up to 14 times what noise alone makes`.
+fn left(here: Option<ErrorPoint>, ratio: Option<f64>) -> String {
+    let over =
+        ratio.filter(|r| r.is_finite()).map(|r| format!("up to {} times what noise alone makes", units::ratio(r)));
+    let error = here.map(|p| format!("{} °/s of error over {}", units::rate(p.error), units::time(p.tau_s)));
+    let parts: Vec<String> = error.into_iter().chain(over).collect();
+    if parts.is_empty() { "how much, this log does not say".into() } else { parts.join(", ") }
+}
+
+/// The point of a curve at which errors are said: 1 s, or its end where it ends before.
+fn said(curve: &[ErrorPoint]) -> Option<ErrorPoint> {
+    let known = || curve.iter().filter(|p| p.error.is_some_and(f64::is_finite));
+    let far = |p: &ErrorPoint| (p.tau_s / SAID_AT).ln().abs();
+    let near = known().min_by(|a, b| far(a).total_cmp(&far(b)))?;
+    Some(if far(near) < NEAR.ln() { *near } else { *known().next_back()? })
+}
+
+/// Where the second curve is best said, and the same time of the first: 1 s, or where most falls if nothing does there.
+fn same_time(before: &[ErrorPoint], after: &[ErrorPoint]) -> Option<(ErrorPoint, ErrorPoint)> {
+    let at = |tau: f64| after.iter().copied().find(|p| (p.tau_s / tau - 1.0).abs() < 1e-6 && p.error.is_some());
+    let usual = said(before).and_then(|p| at(p.tau_s).map(|q| (p, q)));
+    let fall = |(p, q): &(ErrorPoint, ErrorPoint)| p.error.zip(q.error).map_or(0.0, |(p, q)| p / q);
+    match usual {
+        Some(pair) if !is_noise(&pair.0) => Some(pair),
+        _ => {
+            let pairs = before.iter().filter_map(|p| at(p.tau_s).map(|q| (*p, q))).filter(|(p, _)| !is_noise(p));
+            pairs.max_by(|a, b| fall(a).total_cmp(&fall(b))).or(usual)
+        }
+    }
+}
+
+fn is_noise(p: &ErrorPoint) -> bool {
+    p.error.zip(p.floor_99).is_some_and(|(error, top)| error <= top)
+}
+
+/// What to do about these, where they come from.
+fn sources(ids: &[&str]) -> String {
+    let mut all: Vec<String> = Vec::new();
+    for says in ids.iter().filter_map(|id| effects::find(id)).map(|effect| effect.card().at_source) {
+        if !says.is_empty() && !all.iter().any(|known| known == says) {
+            all.push(says.to_owned());
+        }
+    }
+    all.join("; ")
+}
+
+/// Clauses of one subject share it: `your gyro is late and feels …`.
+fn joined(clauses: &[String]) -> String {
+    const GYRO: &str = "your gyro ";
+    // Only where all have it: in a mixed list the subject of the last named would be taken on.
+    if clauses.iter().all(|clause| clause.starts_with(GYRO)) {
+        let rest: Vec<String> = clauses.iter().map(|clause| clause[GYRO.len()..].to_owned()).collect();
+        return format!("{GYRO}{}", and(&rest));
+    }
+    and(clauses)
+}
+
+/// An effect's name in a sentence.
+fn name(id: &str) -> String {
+    id.replace('-', " ")
+}
+
+/// `a`, `a or b`.
+fn either(list: &[String]) -> String {
+    list.join(" or ")
+}
+
+fn only(answer: String) -> Headline {
+    Headline { answer, at_source: String::new() }
+}
+
+/// With a capital letter in front and a full stop behind.
+fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    let text: String = letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect());
+    if text.ends_with(['.', '?', '!']) { text } else { text + "." }
+}
+
+/// What a verdict says first, behind a lead.
+fn first_sentence(lead: &str, says: &str) -> String {
+    let end = says.find(". ").into_iter().chain(says.find(": ")).min().unwrap_or(says.len());
+    let first = says[..end].trim_end_matches('.');
+    if first.is_empty() { format!("{lead}.") } else { format!("{lead}: {first}.") }
+}

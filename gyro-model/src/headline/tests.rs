@@ -1,0 +1,204 @@
+use super::*;
+use crate::{
+    diagnosis::{FloorFrom, NoiseValue},
+    effects::CATALOGUE,
+};
+
+/// Made-up numbers: each parameter a little off its typical size, known to 2 %; `sign` turns coefficients round.
+fn made_up(axis: Axis, id: &str, sign: f64) -> Vec<ParameterValue> {
+    let effect = effects::find(id).unwrap();
+    let typical = |card: &effects::ParameterCard| match (card.typical, card.neutral) {
+        (0.0, _) => 0.3 * effect.parameters(axis)[0].typical,
+        (typical, neutral) if card.bounds.0 < 0.0 && neutral == 0.0 => sign * typical,
+        (typical, 1.0) if sign < 0.0 => 2.0 - typical,
+        (typical, _) => typical,
+    };
+    let value = |card: &effects::ParameterCard| ParameterValue {
+        effect: id.into(),
+        name: card.name.into(),
+        value: Some(1.005 * typical(card)),
+        std_error: Some((0.02 * typical(card)).abs()),
+        unit: card.unit.into(),
+        typical: Some(card.typical),
+    };
+    effect.parameters(axis).iter().map(value).collect()
+}
+
+/// An error curve that lies at so many times its floor.
+fn curve(ratio: f64) -> Vec<ErrorPoint> {
+    [0.02, 0.1, 1.0, 6.0]
+        .map(|tau_s: f64| {
+            let floor = 6e-4 / tau_s.sqrt();
+            ErrorPoint { tau_s, error: Some(ratio * floor), floor: Some(floor), floor_99: Some(1.3 * floor) }
+        })
+        .to_vec()
+}
+
+fn suspect(id: &str, aliases: &[&str], sign: f64) -> Suspect {
+    Suspect {
+        effect: id.into(),
+        aliases: aliases.iter().map(|&a| a.into()).collect(),
+        separate_by: "sharp steps".into(),
+        p_value: Some(1e-9),
+        error_fall: Some(0.99),
+        parameters: made_up(Axis::Z, id, sign),
+        error_curve: curve(1.05),
+    }
+}
+
+fn diagnosed(verdict: Verdict, suspects: Vec<Suspect>, ratio: f64) -> AxisDiagnosis {
+    AxisDiagnosis {
+        axis: Axis::Z,
+        verdict,
+        says:
+            "axis z hardly turns in this log, so its scale factor is not known to better than 12 %: turn it to and fro"
+                .into(),
+        headline: String::new(),
+        at_source: String::new(),
+        effects: vec!["scale-factor".into(), "bias".into()],
+        parameters: Vec::new(),
+        noise: NoiseValue::default(),
+        error_curve: curve(ratio),
+        error_over_floor: Some(ratio),
+        within_floor: Some(ratio < 1.3),
+        floor_source: String::new(),
+        fails_where: Vec::new(),
+        searched: true,
+        suspects,
+        data_faults: Vec::new(),
+        floor_from: FloorFrom::Measured,
+        budget: Vec::new(),
+        error_by_frequency: Vec::new(),
+        limited_by: None,
+        limited_says: String::new(),
+        explained: Vec::new(),
+        missing: Vec::new(),
+        unfinished: false,
+        detail: None,
+    }
+}
+
+#[test]
+fn each_effect_says_what_it_does_with_its_number_and_what_to_do_about_it() {
+    for effect in CATALOGUE {
+        let id = effect.card().id;
+        for sign in [1.0, -1.0] {
+            let headline = of_diagnosis(&diagnosed(Verdict::MissingEffect, vec![suspect(id, &[], sign)], 14.0));
+            // `cargo test -p gyro-model headline -- --nocapture` prints them to be read.
+            println!("{id}: {}\n    At the source: {}.", headline.answer, headline.at_source);
+            let first = headline.answer.split(". ").next().unwrap();
+            assert!(first.chars().any(|c| c.is_ascii_digit()) && first.contains('±'), "{id}: {first}");
+            assert!(!first.contains(id) && first.starts_with(['Y', 'T']), "{id}: {first}");
+            assert!(headline.answer.contains(" °/s of error over 1 s; corrected, "), "{id}: {}", headline.answer);
+            assert!(headline.answer.contains("is left, which is noise."), "{id}: {}", headline.answer);
+            assert!(!headline.at_source.is_empty() && !headline.at_source.ends_with('.'), "{id}");
+            assert!(!headline.answer.contains("NaN") && !headline.answer.contains("inf"), "{id}: {}", headline.answer);
+        }
+        let encoder = effect.stage() == Stage::Reference;
+        let says = of_diagnosis(&diagnosed(Verdict::MissingEffect, vec![suspect(id, &[], 1.0)], 14.0)).answer;
+        assert_eq!(says.contains("Your gyro is not the cause."), encoder, "{says}");
+    }
+}
+
+#[test]
+fn each_sentence_has_the_sign_that_its_equation_has() {
+    let says = |id: &str, sign: f64| clause(Axis::Z, id, &made_up(Axis::Z, id, sign));
+    assert_eq!(says("delay", 1.0), "your gyro is 10.05 ± 0.20 ms late");
+    assert_eq!(says("delay", -1.0), "your gyro is 10.05 ± 0.20 ms early");
+    // ω̂ = α ω_g: with α below 1 the reading is too large.
+    assert!(says("scale-factor", 1.0).contains("too high"), "{}", says("scale-factor", 1.0));
+    // ω_f = ω + k2 ω², k2 = 1.5e-3 s/rad at 1.745 rad/s is 0.26 °/s.
+    assert!(says("quadratic-nonlinearity", 1.0).contains("0.2631 ± 0.0052 °/s too high at 100 °/s"));
+    assert!(says("quadratic-nonlinearity", -1.0).contains("too low"));
+    // A reading stamped t belongs to t (1 + s): its clock has counted too little.
+    assert!(says("clock-skew", 1.0).ends_with("slow") && says("clock-skew", -1.0).ends_with("fast"));
+    assert!(says("cross-axis", 1.0).contains("of turning about x and 2.010 ± 0.040 % of turning about y"));
+    assert!(says("warm-up", -1.0).contains("too low"));
+}
+
+#[test]
+fn each_verdict_has_its_answer_with_a_number() {
+    let group = vec![suspect("delay", &["lag"], 1.0), suspect("lag", &["delay"], 1.0)];
+    let cases = [
+        (diagnosed(Verdict::Ambiguous, group, 14.0), "Either your gyro is 10.05 ± 0.20 ms late, or your gyro follows"),
+        (
+            diagnosed(Verdict::Adequate, Vec::new(), 1.02),
+            "Nothing is missing: over 1 s the error is 0.0351 °/s, which is noise.",
+        ),
+        (
+            diagnosed(Verdict::Adequate, Vec::new(), 1.9),
+            "No effect is missing: over 1 s the error is 0.0653 °/s (white noise alone: 0.0344)",
+        ),
+        (diagnosed(Verdict::Unexplained, Vec::new(), 14.0), "up to 14 times what noise alone makes"),
+        (
+            AxisDiagnosis { searched: false, ..diagnosed(Verdict::Unexplained, Vec::new(), 14.0) },
+            "This model leaves more than noise: 0.481 °/s of error over 1 s",
+        ),
+        (
+            diagnosed(Verdict::CannotTell, Vec::new(), 14.0),
+            "This log cannot tell: axis z hardly turns in this log, so its scale factor",
+        ),
+        (diagnosed(Verdict::BadData, Vec::new(), 14.0), "The data are at fault: axis z hardly turns"),
+    ];
+    for (axis, wanted) in cases {
+        let answer = of_diagnosis(&axis).answer;
+        println!("{:?}: {answer}", axis.verdict);
+        assert!(answer.contains(wanted), "{:?}: {answer}", axis.verdict);
+    }
+}
+
+#[test]
+fn a_ladder_tells_all_that_it_added_at_once_and_what_was_before() {
+    let step = |added: Option<&str>, ratio: f64| crate::diagnosis::LadderStep {
+        added: added.map(Into::into),
+        removed: None,
+        aliases: Vec::new(),
+        error_curve: curve(ratio),
+        error_over_floor: Some(ratio),
+    };
+    let mut parameters = made_up(Axis::Z, "delay", 1.0);
+    parameters.extend(made_up(Axis::Z, "encoder-backlash", 1.0));
+    let axis = AxisLadder {
+        axis: Axis::Z,
+        verdict: Verdict::Adequate,
+        says: String::new(),
+        headline: String::new(),
+        at_source: String::new(),
+        effects: ["scale-factor", "bias", "delay", "encoder-backlash"].map(Into::into).to_vec(),
+        parameters,
+        noise: NoiseValue::default(),
+        steps: vec![step(None, 14.0), step(Some("delay"), 4.0), step(Some("encoder-backlash"), 1.02)],
+        data_faults: Vec::new(),
+        floor_from: FloorFrom::Measured,
+        budget: Vec::new(),
+        error_by_frequency: Vec::new(),
+        limited_by: None,
+        limited_says: String::new(),
+        explained: Vec::new(),
+        unfinished: false,
+        detail: None,
+    };
+    let headline = of_ladder(&axis);
+    assert_eq!(
+        headline.answer,
+        "Your gyro is 10.05 ± 0.20 ms late and the encoder has 0.576 ± 0.011° of play against the shaft. Together they make 0.481 °/s of \
+         error over 1 s; corrected, 0.0351 is left, which is noise."
+    );
+    assert!(headline.at_source.contains("interrupt") && headline.at_source.contains("take the play out"));
+}
+
+#[test]
+fn a_change_tells_what_it_did_to_the_error() {
+    let before = diagnosed(Verdict::MissingEffect, vec![suspect("delay", &[], 1.0)], 14.0);
+    let mut after = diagnosed(Verdict::Adequate, Vec::new(), 1.02);
+    after.effects.push("delay".into());
+    after.parameters = made_up(Axis::Z, "delay", 1.0);
+    let headline = of_change(&["delay".into()], &[], Some(&before), &after);
+    assert_eq!(
+        headline.answer,
+        "Delay added: the error over 1 s goes from 0.481 to 0.0351 °/s, which is noise. Your gyro is 10.05 ± 0.20 ms late."
+    );
+    after.parameters[0].std_error = Some(0.02);
+    let needless = of_change(&["delay".into()], &[], Some(&before), &after);
+    assert!(needless.answer.ends_with("this log does not tell it from nothing.") && needless.at_source.is_empty());
+}
