@@ -115,7 +115,7 @@ thresholds! {
     /// J₁/J₀ that a removed effect may not cost, whatever its significance.
     NEEDED = 0.9, "1", ByHand;
     /// Size of an effect in its own standard errors, all that the model knows of its parameters used, that keeps it (Wald test).
-    WALD = 3.0, "standard errors", Derived("26 effects looked for: noise brings one beyond two in every other log");
+    WALD = 3.0, "standard errors", Derived("of 26 effects that are nothing, noise brings 1.2 beyond two standard errors and 0.07 beyond three");
     /// The same where an error is left without it that is not noise.
     WALD_NEEDED = 2.0, "standard errors", Literature("two-sided 95 %");
     /// J that all suspects together leave, by the score test, beyond which no three of them end in noise.
@@ -123,13 +123,13 @@ thresholds! {
     /// Largest error over floor at one averaging time that is worth a look ahead.
     ABOVE = 1.4, "1", ByHand;
     /// Gain in ln L of each of two effects beside the other that is no chance among all pairs.
-    TOGETHER = 15.0, "1", Derived("p = 1e-4 after Bonferroni over 325 pairs at some hundred shapes each");
+    TOGETHER = 15.0, "1", Derived("χ² with one degree of freedom: p = 4e-8, and 1.4e-5 after Bonferroni over 325 pairs");
     /// Share of its own that each of two effects has to show to be tried together.
     OWN_OF_PAIR = 0.01, "1", ByHand;
     /// The same of an effect beside one that it may be taken for.
     OWN_BESIDE_ALIAS = 0.5, "1", ByHand;
     /// An exact refit leaves at least this share of the error that the score test predicts, and gains at most its inverse in ln L.
-    GRID = 0.4, "1", Calibrated("make_cases --seed 301, 302, 303 --count 20: no refit lay beyond");
+    GRID = 0.4, "1", Calibrated("make_cases --seed 301, 302, 303 --count 20: the names were those of the full search");
     /// Share of J that the score test has to promise for an exact refit.
     PROMISES = 0.02, "1", ByHand;
     /// Gain in ln L, less its degrees of freedom, that the score test has to promise for an exact refit.

@@ -27,9 +27,9 @@ Examples:
   truerate ladder log.csv.gz --axis z --report page.html   with charts of every step
   truerate ladder log.csv.gz --budget 30                   the best model that 30 s find
 
-Each step adds the effect that removes most of the held-out error, refits, and re-tests all; a last
-pass takes back what has become needless. It stops at the floor that noise alone leaves, or says what
-is left and where.")]
+Each step adds the effect that removes most of the held-out error and refits the model. At the end,
+what is no longer needed is taken out again. It stops at the floor, which noise alone leaves, or
+says what is left and where.")]
 pub struct Args {
     #[command(flatten)]
     log: LogArgs,

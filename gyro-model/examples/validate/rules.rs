@@ -98,7 +98,8 @@ fn passing(test: &TestOutcome) -> Vec<usize> {
 fn words(way: &[TestCondition]) -> String {
     let one = |condition: &TestCondition| match condition.threshold {
         Some(threshold) => format!("{} {} {threshold}", condition.measure, condition.relation),
-        None => format!("{} {}", condition.relation, condition.measure),
+        None if condition.relation == "is" => condition.measure.clone(),
+        None => format!("not {}", condition.measure),
     };
     way.iter().map(one).collect::<Vec<_>>().join("; ")
 }

@@ -1,9 +1,9 @@
 //! What the error that is left is made of: whose fault it is, and what to do.
 //!
 //! After a model is compensated its held-out error² is divided, averaging time by averaging time, among the parts of
-//! [`Part`]. Each component ([`COMPONENTS`]) has evidence of its own in the spectra of error, gyro and reference
-//! ([`spectra`]) and takes, band by band, no more than that evidence says. What goes with the catalogue's columns
-//! ([`coherent`]) or with the gyro's rate, and is not named, no component of noise gets: it is `unattributed`, as is all that
+//! [`Part`]. Each component (`COMPONENTS`) has evidence of its own in the spectra of error, gyro and reference
+//! (`spectra`) and takes, band by band, no more than that evidence says. What goes with the catalogue's columns
+//! (`coherent`) or with the gyro's rate, and is not named, no component of noise gets: it is `unattributed`, as is all that
 //! nothing claims.
 //!
 //! ```text
@@ -208,9 +208,11 @@ impl Budget {
     /// The floor of the set-up as it is: what it adds to a floor of gyro and reference alone.
     pub fn raise(&self, judged: &mut Judged) {
         for ((floor, upper), more) in judged.floor.floor.iter_mut().zip(&mut judged.floor.upper).zip(&self.set_up) {
-            let raised = (*floor * *floor + more).sqrt();
-            *upper *= raised / *floor;
-            *floor = raised;
+            if *floor > 0.0 {
+                let raised = (*floor * *floor + more).sqrt();
+                *upper *= raised / *floor;
+                *floor = raised;
+            }
         }
     }
 

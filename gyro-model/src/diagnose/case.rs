@@ -133,16 +133,16 @@ pub(super) static SIZE: M = Measure { name: "largest coefficient over its typica
 pub(super) static SWINGS: M = Measure { name: "swings of its error", of: |c| c.swings };
 
 /// The facts.
-pub(super) static IS_SLOW: F = Fact { says: "goes slowly", of: |c| c.is_slow };
+pub(super) static IS_SLOW: F = Fact { says: "slow", of: |c| c.is_slow };
 /// A line.
 pub(super) static IS_LINE: F = Fact { says: "a line", of: |c| c.is_line };
 /// The first beside the base model.
 pub(super) static IS_FIRST: F = Fact { says: "the first beside the base model", of: |c| c.is_first };
 /// More than a wander.
 pub(super) static IS_BEYOND_WANDER: F =
-    Fact { says: "more left without it than a bias that wanders makes", of: |c| c.is_beyond_wander };
+    Fact { says: "without it, more left than a bias that wanders makes", of: |c| c.is_beyond_wander };
 /// Leaves noise.
-pub(super) static LEAVES_NOISE: F = Fact { says: "leaving noise that sensors have", of: |c| c.leaves_noise };
+pub(super) static LEAVES_NOISE: F = Fact { says: "with it, only noise that sensors have left", of: |c| c.leaves_noise };
 /// Leaves rows out.
 pub(super) static LEAVES_ROWS_OUT: F = Fact { says: "leaving rows out", of: |c| c.leaves_rows_out };
 /// In the reading.

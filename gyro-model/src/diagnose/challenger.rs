@@ -1,11 +1,6 @@
 //! A suspect refitted exactly, and what that is worth.
 
-use super::{
-    Options,
-    chance::chance,
-    comparison::{drop_driven, prefer_plainer, rank},
-    search::pair,
-};
+use super::{Options, chance::chance};
 use crate::{
     Model, Term,
     effects::{Effect, Stage},
@@ -19,7 +14,7 @@ use crate::{
     },
     nls, parallel,
     record::ReferenceKind,
-    scan::{Candidate, Scanner, can_show, draws_of_noise, scan, with_term_throughout},
+    scan::{Candidate, Scanner, draws_of_noise, scan, with_term_throughout},
     statistics::Estimate,
     thresholds as limit,
 };
@@ -97,10 +92,6 @@ pub struct Challenger<'a> {
     /// ln(J₀/J₁), block by block.
     pub(super) falls: Vec<Option<f64>>,
 }
-
-/// How many suspects of an axis are refitted exactly, by either measure: of an axis alone, and of one of several.
-const LEADERS: usize = 5;
-const LEADERS_OF_SEVERAL: usize = 3;
 
 impl<'a> Incumbent<'a> {
     /// Takes a fitted model's measure.
@@ -207,62 +198,15 @@ impl<'a> Incumbent<'a> {
         (gains.sum::<f64>() / SHAPED as f64 * bench.problem.channels() as f64).max(0.0)
     }
 
+    /// The score test beside this model.
+    pub(super) fn scanner(&self) -> Scanner<'_> {
+        Scanner::new(&self.study, &self.gls, &self.draws)
+    }
+
     /// What the scan says an effect may begin at: by the likelihood and, where that is another, by the error.
     #[must_use]
     pub fn starts(&self, effect: &'static dyn Effect, series: usize) -> Vec<Candidate> {
-        Scanner::new(&self.study, &self.gls, &self.draws).best(effect, series)
-    }
-
-    /// The suspects of this model, refitted, axis by axis, best first.
-    #[must_use]
-    pub fn suspects(&self, options: &Options) -> Vec<Challenger<'a>> {
-        let all = self.scanned(options);
-        let axes = self.study.bench.problem.series.len();
-        let most = if axes > 1 { LEADERS_OF_SEVERAL } else { LEADERS };
-        let of = |k: usize| all.iter().filter(|c| c.series == k).cloned().collect::<Vec<_>>();
-        let list: Vec<Candidate> = (0..axes).flat_map(|k| leaders(of(k), most)).collect();
-        (options.progress)(&list.iter().map(|c| c.term.effect.card().id).collect::<Vec<_>>().join(", "));
-        let (first, rest): (Vec<Candidate>, Vec<Candidate>) = promising(list, axes);
-        let refitted = |list: &[Candidate]| -> Vec<Challenger<'a>> {
-            let refit = |candidate: &Candidate| (!(options.stop)()).then(|| self.refit(candidate.clone()));
-            parallel::map(list, refit).into_iter().flatten().collect()
-        };
-        let mut left = refitted(&first);
-        // What cannot come near the best by either measure is not refitted.
-        let rest: Vec<Candidate> = rest.into_iter().filter(|c| self.may_win(c, &left)).collect();
-        left.extend(refitted(&rest));
-        let mut challengers = Vec::new();
-        for k in 0..axes {
-            let mut own = left.extract_if(.., |r| r.candidate.series == k).collect();
-            drop_driven(&mut own);
-            rank(&mut own);
-            prefer_plainer(&mut own, self);
-            challengers.append(&mut own);
-        }
-        // Of one effect, the best that is not at the end of what is physical: from another start it may be.
-        let key = |r: &Challenger| (r.candidate.series, r.candidate.term.effect.card().id);
-        let is_best = |k: usize| {
-            let own: Vec<usize> =
-                (0..challengers.len()).filter(|&i| key(&challengers[i]) == key(&challengers[k])).collect();
-            own.iter().find(|&&i| !challengers[i].at_bound()).or(own.first()) == Some(&k)
-        };
-        let mut best = (0..challengers.len()).map(is_best).collect::<Vec<bool>>().into_iter();
-        challengers.retain(|_| best.next() == Some(true));
-        challengers
-    }
-
-    /// Whether an exact refit of this candidate may come near the best of those fitted so far, by the error or by the
-    /// likelihood.
-    fn may_win(&self, candidate: &Candidate, fitted: &[Challenger]) -> bool {
-        let own = || fitted.iter().filter(|r| r.candidate.series == candidate.series && !r.at_bound());
-        let least = own().map(|r| r.excess).fold(f64::INFINITY, f64::min);
-        let most = own().map(|r| r.rise).filter(|rise| rise.is_finite()).fold(0.0, f64::max);
-        let left = limit::GRID.value * (1.0 - candidate.removes) * self.excess(candidate.series);
-        // What a whole sensor has is scanned on one axis, and fitted on all.
-        let is_scanned_in_part =
-            candidate.term.effect.is_of_whole_sensor() && self.study.bench.problem.series.len() > 1;
-        let is_read_off = candidate.term.effect.stage() == Stage::Reading;
-        is_read_off || is_scanned_in_part || left < least || candidate.score > limit::GRID.value * most
+        self.scanner().best(effect, series)
     }
 
     /// What may be missing, at the shapes to start from: of the catalogue and of the user's own effects, which are the same
@@ -271,31 +215,9 @@ impl<'a> Incumbent<'a> {
         self.scanned.get_or_init(|| scan(&self.study, &self.gls, &self.draws, options.own_effects))
     }
 
-    /// Whether an effect that the model does not have is worth an exact refit on any of its axes.
-    pub(super) fn may_lack(&self, effect: &'static dyn Effect) -> bool {
-        let series = &self.study.bench.problem.series;
-        let scanner = Scanner::new(&self.study, &self.gls, &self.draws);
-        let own = (0..series.len()).filter(|&k| can_show(effect, &series[k]));
-        own.flat_map(|k| scanner.best(effect, k)).any(|candidate| lowers(&candidate) || shows(&candidate))
-    }
-
     /// Whether what the model has already makes all that a term could.
     pub(super) fn spans(&self, term: &Term, series: usize) -> bool {
-        Scanner::new(&self.study, &self.gls, &self.draws).spans(series, term)
-    }
-
-    /// J of an axis with everything that the scan found for it, to first order: the least that any of it together may leave.
-    pub(super) fn reachable(&self, series: usize, options: &Options) -> f64 {
-        let is_own = |c: &&Candidate| c.series == series && c.term.effect.stage() != Stage::Reading;
-        let own: Vec<&Candidate> = self.scanned(options).iter().filter(is_own).collect();
-        self.excess(series) * Scanner::new(&self.study, &self.gls, &self.draws).leaves(&own)
-    }
-
-    /// Two suspects of one axis that hide one another.
-    pub(super) fn pair(&self, series: usize, options: &Options) -> Option<[Candidate; 2]> {
-        let own: Vec<Candidate> = self.scanned(options).iter().filter(|c| c.series == series).cloned().collect();
-        let axis = self.study.bench.problem.series[series].axis;
-        pair(&Scanner::new(&self.study, &self.gls, &self.draws), axis, &own)
+        self.scanner().spans(series, term)
     }
 
     /// Those suspects of one axis that `wanted` names, refitted beside the others as they stand in `joint`.
@@ -403,44 +325,6 @@ fn stand_as_in(model: &mut Model, joint: &Model, but: &dyn Effect) {
             }
         }
     }
-}
-
-/// The candidates of each axis that promise most, by either measure, and the rest.
-fn promising(list: Vec<Candidate>, axes: usize) -> (Vec<Candidate>, Vec<Candidate>) {
-    let mut first = vec![false; list.len()];
-    for axis in 0..axes {
-        for by in [|c: &Candidate| c.removes, |c: &Candidate| c.score] {
-            let own = (0..list.len()).filter(|&k| list[k].series == axis && !first[k]);
-            if let Some(best) = own.max_by(|&a, &b| by(&list[a]).total_cmp(&by(&list[b]))) {
-                first[best] = true;
-            }
-        }
-    }
-    let (first, rest): (Vec<_>, Vec<_>) = list.into_iter().zip(first).partition(|(_, first)| *first);
-    let only = |list: Vec<(Candidate, bool)>| list.into_iter().map(|(candidate, _)| candidate).collect();
-    (only(first), only(rest))
-}
-
-/// Whether the scan promises that an effect lowers the error.
-fn lowers(candidate: &Candidate) -> bool {
-    candidate.removes > limit::PROMISES.value
-}
-
-/// Whether the likelihood notices an effect.
-fn shows(candidate: &Candidate) -> bool {
-    candidate.score - candidate.freedom as f64 > limit::NOTICEABLE.value
-}
-
-/// The suspects that are worth an exact refit: first by the error that they remove, and by likelihood.
-fn leaders(mut list: Vec<Candidate>, most: usize) -> Vec<Candidate> {
-    list.sort_by(|a, b| b.removes.total_cmp(&a.removes));
-    let mut chosen: Vec<Candidate> = list.extract_if(.., |c| lowers(c)).collect();
-    list.extend(chosen.drain(most.min(chosen.len())..));
-    list.retain(shows);
-    list.sort_by(|a, b| b.score.total_cmp(&a.score));
-    list.truncate(most);
-    chosen.extend(list);
-    chosen
 }
 
 /// Blocks that the longest increments reach into: neighbours are alike.

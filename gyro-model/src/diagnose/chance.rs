@@ -5,9 +5,9 @@
 //! at every shape that its grid tells apart. Neighbouring shapes of a grid are correlated, and √n of n are counted; whole numbers
 //! and lines of a spectrum are not, and all are.
 
-use super::challenger::Challenger;
 use crate::{
-    effects::{Memory, Role, Trait},
+    Term,
+    effects::{Memory, Role, Signals, Trait},
     evidence::study::Study,
     scan::{Candidate, tone},
 };
@@ -37,13 +37,11 @@ pub(super) fn chance(rise: f64, candidate: &Candidate, study: &Study) -> f64 {
 }
 
 /// How often the error of a slow effect swings; without end for one that is not slow.
-pub(super) fn swings_of_slow(refit: &Challenger) -> f64 {
-    let term = &refit.candidate.term;
+pub(super) fn swings_of_slow(term: &Term, signals: &[Signals]) -> f64 {
     if !term.effect.is(Trait::Slow) {
         return f64::INFINITY;
     }
     let mut memory = Memory::default();
-    let signals = &refit.study.bench.problem.series[refit.candidate.series].signals;
     let error: Vec<f64> = signals.iter().map(|s| term.effect.error(&term.values, s, &mut memory)).collect();
     swings(&error) as f64
 }

@@ -95,7 +95,7 @@ impl Challenger<'_> {
             is_read_off: term.effect.stage() == Stage::Reading,
             is_line,
             is_slow: term.effect.is(Trait::Slow),
-            swings: swings_of_slow(self),
+            swings: swings_of_slow(term, &self.study.bench.problem.series[series].signals),
             is_first: false,
             before: f64::NAN,
             after: self.excess,

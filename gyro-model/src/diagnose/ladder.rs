@@ -3,6 +3,7 @@
 use super::{
     Options,
     challenger::{Challenger, Incumbent},
+    comparison::ALIASES,
     explain::explained,
     search::{Alike, Change, search},
     users, verdict,
@@ -11,7 +12,6 @@ use crate::{
     AxisModel, Model, Record,
     budget::Budget,
     diagnosis::{AxisLadder, LadderStep, Verdict},
-    effects::{Stage, are_aliases},
     evidence::study::Bench,
     fit::{
         self,
@@ -148,28 +148,3 @@ fn unsplit(steps: &[LadderStep], stayed: &[&str]) -> Vec<String> {
     };
     steps.iter().filter_map(says).collect()
 }
-
-/// Suspects that this log cannot tell from `suspects[k]`, and that noise alone does not explain, `incumbent` would let in, or the
-/// catalogue has for aliases and which leave no more error: at most three, best first.
-#[must_use]
-pub fn aliases(suspects: &[Challenger], k: usize, incumbent: Option<&Incumbent>) -> Vec<String> {
-    let own = &suspects[k];
-    if own.candidate.term.effect.stage() == Stage::Reading {
-        return Vec::new();
-    }
-    let id = |refit: &Challenger| refit.candidate.term.effect.card().id;
-    let is_as_good = |r: &Challenger| are_aliases(id(own), id(r)) && r.excess <= own.excess && !r.at_bound();
-    let is_real =
-        |r: &Challenger| r.significant() || is_as_good(r) || incumbent.is_some_and(|incumbent| r.passes(incumbent));
-    suspects
-        .iter()
-        .enumerate()
-        .filter(|(i, r)| *i != k && r.candidate.series == own.candidate.series && is_real(r))
-        .filter(|(_, r)| own.alike(r) && incumbent.is_none_or(|incumbent| own.may_be(r, incumbent)))
-        .map(|(_, r)| id(r).to_owned())
-        .take(ALIASES)
-        .collect()
-}
-
-/// Aliases that are told of one effect.
-const ALIASES: usize = 3;

@@ -6,9 +6,10 @@
 use super::{
     Options, Standing, apart, axis_diagnosis, bad_data,
     challenger::{Challenger, Incumbent},
+    comparison::aliases,
     each_group,
     explain::explained,
-    ladder, say_ratio,
+    say_ratio,
     search::{Alike, added, search_on},
     sorted, stopped, users,
     verdict::{self, Together},
@@ -144,7 +145,7 @@ impl<'f, 'a> Finding<'f, 'a> {
         if let Some(first) = first {
             own[..=first].rotate_right(1);
         }
-        let aliases: Vec<Vec<String>> = own.iter().map(|&i| ladder::aliases(suspects, i, Some(seen))).collect();
+        let aliases: Vec<Vec<String>> = own.iter().map(|&i| aliases(suspects, i, Some(seen))).collect();
         let own: Vec<&Challenger> = own.iter().map(|&i| &suspects[i]).collect();
         let (verdict, says) = verdict::verdict(incumbent, seen, &own, &aliases, &judged, series);
         let is_named = first.is_some();

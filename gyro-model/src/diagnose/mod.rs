@@ -1,10 +1,10 @@
 //! Which physical effect is missing: compare, diagnose, climb.
 //!
-//! One search answers all three. The incumbent model is fitted; every absent effect is scanned by a score test in the
-//! whitened domain ([`candidates`]); the leaders are refitted exactly and measured twice ([`refit`]): by the held-out
-//! error curve, which is honest about models that are still wrong, and by the likelihood of the identified noise, which
-//! is the sharper of the two once the model is nearly right. Significance is priced for the whole search and against
-//! draws of noise alone on this very motion.
+//! One search answers all three. The model as it stands ([`challenger::Incumbent`]) is fitted. Every effect that it has not is screened
+//! by a score test ([`crate::scan`]). The best are refitted exactly ([`challenger::Challenger`]) and measured twice: by the held-out
+//! error curve, which holds under models that are still wrong, and by the likelihood of the identified noise, which is the sharper of
+//! the two once the model is nearly right. What these numbers decide stands in lists of tests (`admission`, `contrast`), and every number
+//! that they are held against in [`crate::thresholds`]. `docs/method.md` has the equations.
 
 mod admission;
 mod apart;
@@ -24,6 +24,7 @@ pub mod ladder;
 pub mod long;
 mod missing;
 mod search;
+mod suspects;
 mod users;
 pub mod verdict;
 

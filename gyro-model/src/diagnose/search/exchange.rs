@@ -5,7 +5,7 @@ use super::{
         Options,
         bounds::is_at_bound,
         challenger::{Challenger, Incumbent},
-        ladder::aliases,
+        comparison::aliases,
     },
     Doubt, added, without,
 };

@@ -11,12 +11,13 @@ use super::{
         Options,
         bounds::size,
         challenger::{Challenger, Incumbent},
-        ladder::aliases,
+        comparison::aliases,
     },
     pair::beside_its_like,
     without,
 };
 use crate::{
+    effects::Stage,
     evidence::study::Study,
     fit::judged::Judged,
     scan::{Candidate, with_term},
@@ -91,6 +92,15 @@ fn two<'a>(incumbent: &Incumbent<'a>, options: &Options) -> Option<Vec<Step<'a>>
         way.push(Step { incumbent: with, id, aliases: Vec::new() });
     }
     holds(&way).then_some(way)
+}
+
+impl Incumbent<'_> {
+    /// J of an axis with everything that the scan found for it, to first order: the least that any of it together may leave.
+    pub(super) fn reachable(&self, series: usize, options: &Options) -> f64 {
+        let is_own = |c: &&Candidate| c.series == series && c.term.effect.stage() != Stage::Reading;
+        let own: Vec<&Candidate> = self.scanned(options).iter().filter(is_own).collect();
+        self.excess(series) * self.scanner().leaves(&own)
+    }
 }
 
 /// Whether the error lies above what noise leaves: in the mean, or far at one averaging time.

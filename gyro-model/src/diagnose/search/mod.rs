@@ -19,13 +19,12 @@ mod prune;
 pub(super) use backward::without;
 pub(super) use exchange::Alike;
 pub(super) use lookahead::look_ahead;
-pub(super) use pair::pair;
 
 use super::{
     Options,
     challenger::{Challenger, Incumbent},
+    comparison::aliases,
     explain::explained,
-    ladder::aliases,
 };
 use crate::{
     Axis, Model,

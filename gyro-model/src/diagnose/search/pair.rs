@@ -1,5 +1,6 @@
 //! Two suspects that hide one another: what one adds to the residual the other takes away again, and neither shows alone.
 
+use super::super::{Options, challenger::Incumbent};
 use crate::{
     Axis,
     effects::{ParameterCard, Role, Stage, are_aliases},
@@ -12,9 +13,18 @@ use faer::Mat;
 use itertools::Itertools;
 use std::ops::Range;
 
+impl Incumbent<'_> {
+    /// Two suspects of one axis that hide one another.
+    pub(super) fn pair(&self, series: usize, options: &Options) -> Option<[Candidate; 2]> {
+        let own: Vec<Candidate> = self.scanned(options).iter().filter(|c| c.series == series).cloned().collect();
+        let axis = self.study.bench.problem.series[series].axis;
+        pair(&self.scanner(), axis, &own)
+    }
+}
+
 /// The two of these candidates of one axis where each raises ln L most beside the other, by at least [`limit::TOGETHER`], each at its
 /// share: all pairs are held against the residual in one set of normal equations.
-pub(in super::super) fn pair(scanner: &Scanner, axis: Axis, list: &[Candidate]) -> Option<[Candidate; 2]> {
+fn pair(scanner: &Scanner, axis: Axis, list: &[Candidate]) -> Option<[Candidate; 2]> {
     let mut each: Vec<&Candidate> =
         list.iter().filter(|c| c.term.effect.stage() != Stage::Reading && c.score.is_finite()).collect();
     each.sort_by(|a, b| b.score.total_cmp(&a.score));

@@ -1,0 +1,117 @@
+//! Which candidates of the score test are refitted exactly, and in which order they stand.
+
+use super::{
+    Options,
+    challenger::{Challenger, Incumbent},
+    comparison::{drop_driven, prefer_plainer, rank},
+};
+use crate::{
+    effects::{Effect, Stage},
+    parallel,
+    scan::{Candidate, can_show},
+    thresholds as limit,
+};
+
+/// How many suspects of an axis are refitted exactly, by either measure: of an axis alone, and of one of several.
+const LEADERS: usize = 5;
+const LEADERS_OF_SEVERAL: usize = 3;
+
+impl<'a> Incumbent<'a> {
+    /// The suspects of this model, refitted, axis by axis, best first.
+    #[must_use]
+    pub fn suspects(&self, options: &Options) -> Vec<Challenger<'a>> {
+        let all = self.scanned(options);
+        let axes = self.study.bench.problem.series.len();
+        let most = if axes > 1 { LEADERS_OF_SEVERAL } else { LEADERS };
+        let of = |k: usize| all.iter().filter(|c| c.series == k).cloned().collect::<Vec<_>>();
+        let list: Vec<Candidate> = (0..axes).flat_map(|k| leaders(of(k), most)).collect();
+        (options.progress)(&list.iter().map(|c| c.term.effect.card().id).collect::<Vec<_>>().join(", "));
+        let (first, rest): (Vec<Candidate>, Vec<Candidate>) = promising(list, axes);
+        let refitted = |list: &[Candidate]| -> Vec<Challenger<'a>> {
+            let refit = |candidate: &Candidate| (!(options.stop)()).then(|| self.refit(candidate.clone()));
+            parallel::map(list, refit).into_iter().flatten().collect()
+        };
+        let mut left = refitted(&first);
+        // What cannot come near the best by either measure is not refitted.
+        let rest: Vec<Candidate> = rest.into_iter().filter(|c| self.may_win(c, &left)).collect();
+        left.extend(refitted(&rest));
+        let mut challengers = Vec::new();
+        for k in 0..axes {
+            let mut own = left.extract_if(.., |r| r.candidate.series == k).collect();
+            drop_driven(&mut own);
+            rank(&mut own);
+            prefer_plainer(&mut own, self);
+            challengers.append(&mut own);
+        }
+        // Of one effect, the best that is not at the end of what is physical: from another start it may be.
+        let key = |r: &Challenger| (r.candidate.series, r.candidate.term.effect.card().id);
+        let is_best = |k: usize| {
+            let own: Vec<usize> =
+                (0..challengers.len()).filter(|&i| key(&challengers[i]) == key(&challengers[k])).collect();
+            own.iter().find(|&&i| !challengers[i].at_bound()).or(own.first()) == Some(&k)
+        };
+        let mut best = (0..challengers.len()).map(is_best).collect::<Vec<bool>>().into_iter();
+        challengers.retain(|_| best.next() == Some(true));
+        challengers
+    }
+
+    /// Whether an exact refit of this candidate may come near the best of those fitted so far, by the error or by the
+    /// likelihood.
+    fn may_win(&self, candidate: &Candidate, fitted: &[Challenger]) -> bool {
+        let own = || fitted.iter().filter(|r| r.candidate.series == candidate.series && !r.at_bound());
+        let least = own().map(|r| r.excess).fold(f64::INFINITY, f64::min);
+        let most = own().map(|r| r.rise).filter(|rise| rise.is_finite()).fold(0.0, f64::max);
+        let left = limit::GRID.value * (1.0 - candidate.removes) * self.excess(candidate.series);
+        // What a whole sensor has is scanned on one axis, and fitted on all.
+        let is_scanned_in_part =
+            candidate.term.effect.is_of_whole_sensor() && self.study.bench.problem.series.len() > 1;
+        let is_read_off = candidate.term.effect.stage() == Stage::Reading;
+        is_read_off || is_scanned_in_part || left < least || candidate.score > limit::GRID.value * most
+    }
+
+    /// Whether an effect that the model does not have is worth an exact refit on any of its axes.
+    pub(super) fn may_lack(&self, effect: &'static dyn Effect) -> bool {
+        let series = &self.study.bench.problem.series;
+        let scanner = self.scanner();
+        let own = (0..series.len()).filter(|&k| can_show(effect, &series[k]));
+        own.flat_map(|k| scanner.best(effect, k)).any(|candidate| lowers(&candidate) || shows(&candidate))
+    }
+}
+
+/// The candidates of each axis that promise most, by either measure, and the rest.
+fn promising(list: Vec<Candidate>, axes: usize) -> (Vec<Candidate>, Vec<Candidate>) {
+    let mut first = vec![false; list.len()];
+    for axis in 0..axes {
+        for by in [|c: &Candidate| c.removes, |c: &Candidate| c.score] {
+            let own = (0..list.len()).filter(|&k| list[k].series == axis && !first[k]);
+            if let Some(best) = own.max_by(|&a, &b| by(&list[a]).total_cmp(&by(&list[b]))) {
+                first[best] = true;
+            }
+        }
+    }
+    let (first, rest): (Vec<_>, Vec<_>) = list.into_iter().zip(first).partition(|(_, first)| *first);
+    let only = |list: Vec<(Candidate, bool)>| list.into_iter().map(|(candidate, _)| candidate).collect();
+    (only(first), only(rest))
+}
+
+/// Whether the scan promises that an effect lowers the error.
+fn lowers(candidate: &Candidate) -> bool {
+    candidate.removes > limit::PROMISES.value
+}
+
+/// Whether the likelihood notices an effect.
+fn shows(candidate: &Candidate) -> bool {
+    candidate.score - candidate.freedom as f64 > limit::NOTICEABLE.value
+}
+
+/// The suspects that are worth an exact refit: first by the error that they remove, and by likelihood.
+fn leaders(mut list: Vec<Candidate>, most: usize) -> Vec<Candidate> {
+    list.sort_by(|a, b| b.removes.total_cmp(&a.removes));
+    let mut chosen: Vec<Candidate> = list.extract_if(.., |c| lowers(c)).collect();
+    list.extend(chosen.drain(most.min(chosen.len())..));
+    list.retain(shows);
+    list.sort_by(|a, b| b.score.total_cmp(&a.score));
+    list.truncate(most);
+    chosen.extend(list);
+    chosen
+}
