@@ -15,13 +15,21 @@ check(/truerate \w+/.test(await page.locator('.command code').last().innerText()
 check(await page.locator('.suspect, .steps .fall i').count() > 0, 'neither a suspect nor a step');
 check(await page.locator('details dl').first().evaluate(d => d.children.length > 6), 'the card of an effect is empty');
 
-// Hovering says the value with its unit; dragging zooms; the keyboard too, and back.
-const chart = page.locator('.chart').first();
-await chart.scrollIntoViewIfNeeded();
-const over = await chart.locator('.u-over').boundingBox();
-await page.mouse.move(over.x + over.width / 2, over.y + over.height / 2);
-const legend = await chart.locator('.u-legend').innerText();
-check(legend.includes('°/s') && /τ:?\s*[\d.]/.test(legend), `hovering says "${legend}"`);
+// Hovering says the value with its unit, on every chart in view; dragging zooms; the keyboard too, and back.
+const hover = async chart => {
+  await chart.scrollIntoViewIfNeeded();
+  const over = await chart.locator('.u-over').boundingBox();
+  await page.mouse.move(over.x + over.width / 2, over.y + over.height / 2);
+  return { over, legend: await chart.locator('.u-legend').innerText() };
+};
+const visible = await page.locator('.chart:visible').all();
+const legends = [];
+for (const chart of visible) legends.push((await hover(chart)).legend);
+check(legends.every(legend => /\d/.test(legend)), `hovering says nothing: ${JSON.stringify(legends)}`);
+check(legends.some(legend => legend.includes('°/s') && /τ:?\s*[\d.]/.test(legend)), `no error curve among ${JSON.stringify(legends)}`);
+check(legends.some(legend => legend.includes('%') && /τ:?\s*[\d.]/.test(legend)), `no budget among ${JSON.stringify(legends)}`);
+const chart = visible[0];
+const { over } = await hover(chart);
 await page.mouse.down();
 await page.mouse.move(over.x + over.width * 0.7, over.y + over.height * 0.7, { steps: 4 });
 await page.mouse.up();
