@@ -222,7 +222,7 @@ fn what_is_hidden_is_told_from_nothing_and_what_is_not_is_not() {
         let effect = *CATALOGUE.iter().find(|effect| effect.card().id == fitted).unwrap();
         model.axes[0].as_mut().unwrap().terms.push(Term::neutral(effect, Axis::X));
         let bench = Bench::new(&simulated.record, &[Axis::X], &model).unwrap();
-        let (mut study, gls) = Study::fit(&bench, &model, None).refine(&[]);
+        let (mut study, gls) = Study::fit(&bench, &model, None).refine();
         study.stamp(&gls);
         study.size_in_errors(&gls, 0, fitted).unwrap()
     };

@@ -85,13 +85,13 @@ fn is_right_or_ambiguous(scenario: &Scenario, outcome: &Outcome) -> bool {
 fn stands_out(simulated: &Simulated, axis: Axis) -> Option<f64> {
     let bench = Bench::new(&simulated.record, &[axis], &simulated.truth)?;
     let with = Study::fit(&bench, &simulated.truth, None);
-    let all = with.identify(&[]);
+    let all = with.identify();
     let terms = &simulated.truth.axes[axis.index()].as_ref()?.terms;
     let is_hidden = |k: &usize| !matches!(terms[*k].effect.stage(), Stage::Calibration | Stage::Reading);
     let rise = |k: usize| {
         let mut model = with.model.clone();
         model.axes[axis.index()].as_mut()?.terms.remove(k);
-        let without = Study::fit(&bench, &model, Some(&with.frozen())).identify(&[all.noise]);
+        let without = Study::fit(&bench, &model, Some(&with.frozen())).identify_near(&all.noise);
         Some(all.log_likelihood - without.log_likelihood)
     };
     let rises: Option<Vec<f64>> = (0..terms.len()).filter(is_hidden).map(rise).collect();

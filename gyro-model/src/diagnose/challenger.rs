@@ -6,15 +6,17 @@ use crate::{
     effects::{Effect, Stage},
     evidence::{
         draws::draw_through,
+        identify,
         increments::BLOCKS as BLOCKS_OF_INCREMENTS,
         noise::{self, Gls},
         problem::Warm,
         series::Series,
         study::Study,
+        whiten::NoiseModel,
     },
     nls, parallel,
     record::ReferenceKind,
-    scan::{Candidate, Scanner, draws_of_noise, scan, with_term_throughout},
+    scan::{Candidate, Scanner, draws_of_noise, scan_for, with_term_throughout},
     statistics::Estimate,
     thresholds as limit,
 };
@@ -97,7 +99,14 @@ impl<'a> Incumbent<'a> {
     /// Takes a fitted model's measure.
     #[must_use]
     pub fn new(study: Study<'a>) -> Self {
-        let gls = study.identify(&[]);
+        let gls = study.identify();
+        Self::with(study, gls)
+    }
+
+    /// The same beside a noise that is known to be near.
+    #[must_use]
+    pub fn near(study: Study<'a>, noise: &NoiseModel) -> Self {
+        let gls = study.identify_near(noise);
         Self::with(study, gls)
     }
 
@@ -120,7 +129,7 @@ impl<'a> Incumbent<'a> {
         let t = &series.reference_t;
         let often = series.readings.len() as f64 / (t[t.len() - 1] - t[0]);
         let every = (often / SELDOM).round().max(1.0) as usize;
-        self.seldom.get_or_init(|| Box::new(Incumbent::new(self.study.clone().reading(every))))
+        self.seldom.get_or_init(|| Box::new(Incumbent::near(self.study.clone().reading(every), &self.gls.noise)))
     }
 
     /// J, the mean over τ of (E/F)², held out, of one axis.
@@ -212,7 +221,7 @@ impl<'a> Incumbent<'a> {
     /// What may be missing, at the shapes to start from: of the catalogue and of the user's own effects, which are the same
     /// throughout a search.
     pub(super) fn scanned(&self, options: &Options) -> &[Candidate] {
-        self.scanned.get_or_init(|| scan(&self.study, &self.gls, &self.draws, options.own_effects))
+        self.scanned.get_or_init(|| scan_for(&self.scanner(), options.own_effects, |_, _| true))
     }
 
     /// Whether what the model has already makes all that a term could.
@@ -229,10 +238,13 @@ impl<'a> Incumbent<'a> {
         options: &Options,
         wanted: impl Fn(&str) -> bool,
     ) -> Vec<Challenger<'a>> {
-        let mut list = self.scanned(options).to_vec();
-        list.retain(|c| {
-            c.series == series && c.term.effect.stage() != Stage::Reading && wanted(c.term.effect.card().id)
-        });
+        let list: Vec<Candidate> = match self.scanned.get() {
+            Some(all) => {
+                all.iter().filter(|c| c.series == series && wanted(c.term.effect.card().id)).cloned().collect()
+            }
+            None => scan_for(&self.scanner(), options.own_effects, |k, id| k == series && wanted(id)),
+        };
+        let list: Vec<Candidate> = { list.into_iter() }.filter(|c| c.term.effect.stage() != Stage::Reading).collect();
         parallel::map(&list, |candidate| self.refit_beside(candidate.clone(), joint))
     }
 
@@ -247,65 +259,83 @@ impl<'a> Incumbent<'a> {
         self.beside(candidate.term.effect, candidate.series).refit_there(candidate, joint)
     }
 
-    fn refit_there(&self, mut candidate: Candidate, joint: &Model) -> Challenger<'a> {
-        let series = candidate.series;
-        let mut model = with_term_throughout(&self.study, series, &candidate.term);
+    fn refit_there(&self, candidate: Candidate, joint: &Model) -> Challenger<'a> {
+        let trial = self.trial(&candidate, joint);
+        self.judged(&trial, candidate)
+    }
+
+    /// Candidates that are one and the same model, since what a whole sensor has joins on every axis of an orientation: fitted
+    /// once, from `start`, and judged about each axis.
+    pub(super) fn refit_throughout(&self, start: &Candidate, each: Vec<Candidate>) -> Vec<Challenger<'a>> {
+        let trial = self.trial(start, &self.study.model);
+        each.into_iter().map(|candidate| self.judged(&trial, candidate)).collect()
+    }
+
+    fn trial(&self, candidate: &Candidate, joint: &Model) -> Trial<'a> {
+        let mut model = with_term_throughout(&self.study, candidate.series, &candidate.term);
         stand_as_in(&mut model, joint, candidate.term.effect);
         let every = self.study.every;
         let study = self.study.fit_from(&model, &self.study.frozen()).reading(every);
         let has_more = |(k, s): (usize, &Series)| {
             model.axes[s.axis.index()].as_ref().is_some_and(|model| model.terms.len() > self.terms(k))
         };
-        candidate.freedom *= self.study.bench.problem.series.iter().enumerate().filter(|s| has_more(*s)).count();
-        let gls = study.identify(&[self.gls.noise]);
+        let axes = self.study.bench.problem.series.iter().enumerate().filter(|s| has_more(*s)).count();
+        let gls = study.identify_near(&self.gls.noise);
         let (study, gls) = study.refine_tones(gls);
-        // What the suspect leaves out, the incumbent model has to be judged without; and a noise that was found beside the
-        // suspect may be the likelier one without it too.
-        let other;
-        let base = if study.leaves_out() {
+        let without = if study.leaves_out() {
             let warm: Vec<Warm> = self.study.warm.iter().zip(&study.warm).map(|(w, own)| w.without(own)).collect();
             let base = Study::fit(self.study.bench, &self.study.model, Some(&warm)).reading(every);
-            let gls = base.identify(&[self.gls.noise]);
-            other = Measure::of(&base, &gls, series);
-            &other
-        } else if let Some(gls) = noise::likelier(&self.study, &self.gls, &gls.noise) {
-            let measure = self.measures[series].clone();
-            other = Measure { log_likelihood: gls.log_likelihood, held_out: gls.held_out, ..measure };
-            &other
+            let gls = base.identify_near(&self.gls.noise);
+            Without::LeftOut(Box::new(base), gls)
         } else {
-            &self.measures[series]
+            identify::likelier(&self.study, &self.gls, &gls.noise).map_or(Without::AsItIs, Without::Likelier)
+        };
+        let inflation = self.inflation(&study);
+        Trial { study, gls, axes, inflation, without }
+    }
+
+    fn judged(&self, trial: &Trial<'a>, mut candidate: Candidate) -> Challenger<'a> {
+        let Trial { study, gls, axes, inflation, without } = trial;
+        let series = candidate.series;
+        candidate.freedom *= axes;
+        let base = match without {
+            Without::AsItIs => self.measures[series].clone(),
+            Without::Likelier(gls) => {
+                let measure = self.measures[series].clone();
+                Measure { log_likelihood: gls.log_likelihood, held_out: gls.held_out.clone(), ..measure }
+            }
+            Without::LeftOut(base, gls) => Measure::of(base, gls, series),
         };
         let axis = study.bench.problem.series[series].axis;
         if let Some(term) = study.model.axes[axis.index()].as_ref().and_then(|m| m.terms.last()) {
             candidate.term = term.clone();
         }
-        let own = Measure::of(&study, &gls, series);
+        let own = Measure::of(study, gls, series);
         let read_off = candidate.term.effect.stage() == Stage::Reading;
         let rise = if read_off {
             f64::INFINITY
         } else {
-            own.log_likelihood - base.log_likelihood - SHAPES * self.shaped(&study, &gls, &candidate)
+            own.log_likelihood - base.log_likelihood - SHAPES * self.shaped(study, gls, &candidate)
         };
         let gains: Vec<f64> = own.held_out.iter().zip(&base.held_out).map(|(a, b)| a - b).collect();
         let held_out = if read_off { Estimate::exact(f64::INFINITY) } else { Estimate::sum(&gains) };
         let falls: Vec<Option<f64>> =
             base.blocks.iter().zip(&own.blocks).map(|(a, b)| Some((a.as_ref()? / b.as_ref()?).ln())).collect();
         let fall = Estimate::mean(&falls.iter().copied().flatten().collect::<Vec<_>>(), BLOCKS_APART);
-        let inflation = self.inflation(&study);
-        let p_value = chance(rise / inflation, &candidate, &study);
+        let p_value = chance(rise / inflation, &candidate, study);
         let excess = own.excess * self.excess(series) / base.excess;
         let kept = own.excess;
         let pairs = own.curve.iter().zip(&base.curve);
         let grows = pairs.map(|(own, base)| own / base.max(limit::ABOVE.value)).fold(0.0, f64::max);
         Challenger {
             candidate,
-            study,
-            gls,
+            study: study.clone(),
+            gls: gls.clone(),
             excess,
             kept,
             grows,
             rise,
-            inflation,
+            inflation: *inflation,
             held_out,
             p_value,
             fall,
@@ -313,6 +343,26 @@ impl<'a> Incumbent<'a> {
             falls,
         }
     }
+}
+
+/// The incumbent with one suspect, fitted.
+struct Trial<'a> {
+    study: Study<'a>,
+    gls: Gls,
+    /// How many axes it joined on.
+    axes: usize,
+    inflation: f64,
+    without: Without<'a>,
+}
+
+/// The incumbent that a trial is held against.
+enum Without<'a> {
+    /// As it stands.
+    AsItIs,
+    /// Under the noise that was found beside the suspect, which is the likelier one without it too.
+    Likelier(Gls),
+    /// On the samples that the suspect does not leave out.
+    LeftOut(Box<Study<'a>>, Gls),
 }
 
 /// Puts the terms of a model, but those of one effect, where they stand in another one.

@@ -31,7 +31,7 @@ pub fn compare(
     }
     let work = |bench: &Bench, model: &Model, options: &Options| {
         let study = Study::held(bench, model);
-        let gls = study.identify(&[]);
+        let gls = study.identify();
         let incumbent = Incumbent::with(study, gls);
         let found = (0..bench.problem.series.len())
             .map(|k| {

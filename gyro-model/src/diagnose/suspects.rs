@@ -7,10 +7,12 @@ use super::{
 };
 use crate::{
     effects::{Effect, Stage},
+    evidence::series::Series,
     parallel,
-    scan::{Candidate, can_show},
+    scan::{Candidate, can_show, is_near},
     thresholds as limit,
 };
+use itertools::Itertools;
 
 /// How many suspects of an axis are refitted exactly, by either measure: of an axis alone, and of one of several.
 const LEADERS: usize = 5;
@@ -28,8 +30,12 @@ impl<'a> Incumbent<'a> {
         (options.progress)(&list.iter().map(|c| c.term.effect.card().id).collect::<Vec<_>>().join(", "));
         let (first, rest): (Vec<Candidate>, Vec<Candidate>) = promising(list, axes);
         let refitted = |list: &[Candidate]| -> Vec<Challenger<'a>> {
-            let refit = |candidate: &Candidate| (!(options.stop)()).then(|| self.refit(candidate.clone()));
-            parallel::map(list, refit).into_iter().flatten().collect()
+            let refit = |(start, each): &(Candidate, Vec<Candidate>)| match each.as_slice() {
+                _ if (options.stop)() => Vec::new(),
+                [one] => vec![self.refit(one.clone())],
+                several => self.refit_throughout(start, several.to_vec()),
+            };
+            parallel::map(&self.trials(list), refit).concat()
         };
         let mut left = refitted(&first);
         // What cannot come near the best by either measure is not refitted.
@@ -55,6 +61,35 @@ impl<'a> Incumbent<'a> {
         challengers
     }
 
+    /// Where the trials of these candidates begin, and whom each of them judges: on the axes of an orientation what a whole sensor
+    /// has is one model, tried from the likeliest start and from that which removes most.
+    fn trials(&self, list: &[Candidate]) -> Vec<(Candidate, Vec<Candidate>)> {
+        let (whole, single): (Vec<&Candidate>, Vec<&Candidate>) = list.iter().partition(|c| self.joins_throughout(c));
+        let mut trials: Vec<_> = single.into_iter().map(|one| (one.clone(), vec![one.clone()])).collect();
+        let by_id = whole.into_iter().into_group_map_by(|c| c.term.effect.card().id);
+        for own in by_id.into_values().sorted_by_key(|own| own[0].term.effect.card().id) {
+            let starts = own.iter().max_by(|a, b| a.score.total_cmp(&b.score)).into_iter();
+            let starts = starts.chain(own.iter().max_by(|a, b| a.removes.total_cmp(&b.removes)));
+            let each: Vec<Candidate> = own.iter().unique_by(|c| c.series).map(|c| (*c).clone()).collect();
+            let apart = starts.dedup_by(|a, b| is_near(&a.term, &b.term));
+            trials.extend(apart.map(|start| ((*start).clone(), each.clone())));
+        }
+        trials
+    }
+
+    /// Whether a candidate of one axis joins on all axes of an orientation, none of which has anything of the kind.
+    fn joins_throughout(&self, candidate: &Candidate) -> bool {
+        let problem = &self.study.bench.problem;
+        let has_none = |s: &Series| {
+            let own = self.study.model.axes[s.axis.index()].as_ref();
+            own.is_none_or(|own| !own.terms.iter().any(|t| t.effect.is_of_whole_sensor()))
+                && can_show(candidate.term.effect, s)
+        };
+        candidate.term.effect.is_of_whole_sensor()
+            && problem.attitude().is_some()
+            && problem.series.iter().all(has_none)
+    }
+
     /// Whether an exact refit of this candidate may come near the best of those fitted so far, by the error or by the
     /// likelihood.
     fn may_win(&self, candidate: &Candidate, fitted: &[Challenger]) -> bool {
@@ -69,12 +104,14 @@ impl<'a> Incumbent<'a> {
         is_read_off || is_scanned_in_part || left < least || candidate.score > limit::GRID.value * most
     }
 
-    /// Whether an effect that the model does not have is worth an exact refit on any of its axes.
+    /// Whether an effect that the model does not have would be let in on any of its axes.
     pub(super) fn may_lack(&self, effect: &'static dyn Effect) -> bool {
         let series = &self.study.bench.problem.series;
         let scanner = self.scanner();
         let own = (0..series.len()).filter(|&k| can_show(effect, &series[k]));
-        own.flat_map(|k| scanner.best(effect, k)).any(|candidate| lowers(&candidate) || shows(&candidate))
+        let promising =
+            own.flat_map(|k| scanner.best(effect, k)).filter(|candidate| lowers(candidate) || shows(candidate));
+        { promising }.any(|candidate| self.refit(candidate).passes(self))
     }
 }
 
@@ -88,6 +125,12 @@ fn promising(list: Vec<Candidate>, axes: usize) -> (Vec<Candidate>, Vec<Candidat
                 first[best] = true;
             }
         }
+    }
+    // What is one model on all axes is fitted but once.
+    let one_model = |c: &Candidate| axes > 1 && c.term.effect.is_of_whole_sensor();
+    for k in 0..list.len() {
+        let id = list[k].term.effect.card().id;
+        first[k] |= one_model(&list[k]) && (0..list.len()).any(|j| first[j] && list[j].term.effect.card().id == id);
     }
     let (first, rest): (Vec<_>, Vec<_>) = list.into_iter().zip(first).partition(|(_, first)| *first);
     let only = |list: Vec<(Candidate, bool)>| list.into_iter().map(|(candidate, _)| candidate).collect();

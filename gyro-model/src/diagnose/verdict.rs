@@ -5,6 +5,7 @@ use crate::{
     diagnosis::Verdict,
     effects::{Card, Stage, Trait},
     evidence::{
+        identify,
         noise::{self, Gls},
         series::Rest,
         study::Study,
@@ -225,7 +226,7 @@ pub fn rest(incumbent: &Incumbent, suspects: &[&Challenger], judged: &Judged, se
     }
     let largest = noise::of_sensors(prior);
     // Many noises may explain what is left: physics is missing where none of those that sensors have does.
-    let noise_alone = noise::cost_of_limits(&incumbent.study, &incumbent.gls, &largest) < limit::UNUSUAL.value;
+    let noise_alone = identify::cost_of_limits(&incumbent.study, &incumbent.gls, &largest) < limit::UNUSUAL.value;
     let slow = suspects
         .iter()
         .find(|r| is_wander && r.rise > limit::SLOW_HIDDEN.value && r.candidate.term.effect.is(Trait::Slow));

@@ -2,7 +2,7 @@
 
 use super::series::Series;
 use crate::Record;
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 /// Reference attitudes at the reference rows.
 #[derive(Clone, Debug)]
@@ -12,7 +12,7 @@ pub struct Attitude {
     /// Rotation vector of each step in the body frame; zero at the first row.
     increments: Vec<Vector3<f64>>,
     /// World from the frame at the middle of each step.
-    middle: Vec<UnitQuaternion<f64>>,
+    middle: Vec<Matrix3<f64>>,
     /// The body axes that have a gyro and are asked about.
     axes: Vec<usize>,
 }
@@ -30,11 +30,11 @@ impl Attitude {
             })
             .collect();
         let mut increments = vec![Vector3::zeros()];
-        let mut middle = vec![world_from_body.first().copied().unwrap_or_default()];
+        let mut middle = vec![world_from_body.first().copied().unwrap_or_default().to_rotation_matrix().into_inner()];
         for pair in world_from_body.windows(2) {
             let step = (pair[0].inverse() * pair[1]).scaled_axis();
             increments.push(step);
-            middle.push(pair[0] * UnitQuaternion::from_scaled_axis(0.5 * step));
+            middle.push((pair[0] * UnitQuaternion::from_scaled_axis(0.5 * step)).to_rotation_matrix().into_inner());
         }
         Self { world_from_body, increments, middle, axes }
     }
@@ -85,7 +85,7 @@ impl Attitude {
             .map(|i| {
                 if i > 0 {
                     let step = Vector3::from_fn(|c, _| world[c][i] - world[c][i - 1]);
-                    sum += (self.middle[i].inverse() * step)[axis];
+                    sum += self.middle[i].column(axis).dot(&step);
                 }
                 sum
             })
@@ -108,6 +108,38 @@ impl Attitude {
                 let error = turned - self.increments[i];
                 sum += if self.is_whole() { self.middle[i] * error } else { error };
             }
+            for (k, channel) in out.iter_mut().enumerate() {
+                channel[i] = sum[if self.is_whole() { k } else { self.axes[k] }];
+            }
+        }
+        out
+    }
+
+    /// What [`Attitude::residual`] changes by where the angle of one axis becomes `new`, step by step:
+    ///
+    /// ```text
+    /// Δ(θᵢ + θᵢ₋₁ × θᵢ / 12) = Δᵢ + (Δᵢ₋₁ × θᵢ' + θᵢ₋₁ × Δᵢ) / 12,   Δ along the axis, θ' = θ + Δ
+    /// ```
+    #[must_use]
+    pub fn difference(&self, angle: [Option<&[f64]>; 3], axis: usize, new: &[f64], lost: &[bool]) -> Vec<Vec<f64>> {
+        let n = self.middle.len();
+        let mut out = vec![vec![0.0; n]; self.channels()];
+        let own = angle[axis].unwrap_or(new);
+        let mut sum = Vector3::zeros();
+        let (mut before, mut moved_before) = (Vector3::zeros(), 0.0);
+        let (next, other) = ((axis + 1) % 3, (axis + 2) % 3);
+        for i in 1..n {
+            let step = Vector3::from_fn(|a, _| angle[a].map_or(self.increments[i][a], |angle| angle[i] - angle[i - 1]));
+            let moved = (new[i] - own[i]) - (new[i - 1] - own[i - 1]);
+            if !lost[i] {
+                // e_a × v has −v_(a+2) along a + 1 and v_(a+1) along a + 2; v × e_a the opposite.
+                let mut error = Vector3::zeros();
+                error[axis] = moved;
+                error[next] = (before[other] * moved - moved_before * step[other]) / 12.0;
+                error[other] = (moved_before * step[next] - before[next] * moved) / 12.0;
+                sum += if self.is_whole() { self.middle[i] * error } else { error };
+            }
+            (before, moved_before) = (step, moved);
             for (k, channel) in out.iter_mut().enumerate() {
                 channel[i] = sum[if self.is_whole() { k } else { self.axes[k] }];
             }

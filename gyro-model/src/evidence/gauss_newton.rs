@@ -25,6 +25,8 @@ const ROUNDS: usize = 6;
 /// Rounds of a fit whose regressors still move by more than [`MOVES`]: the inverse of a strong nonlinearity, found by
 /// substitution, converges linearly, its error falling to a third in each round.
 const MOST_ROUNDS: usize = 20;
+/// The same of a model on trial, which begins from a fitted one.
+const TRIAL_ROUNDS: usize = 8;
 /// Share of the rate by which the regressors of a settled fit may still move.
 const MOVES: f64 = 1e-6;
 /// Share of f by which a round has to lower it for the derivatives by shapes to be taken anew.
@@ -97,6 +99,7 @@ pub(super) fn fit<'a>(bench: &'a Bench, start: &Model, warm: Option<&[Warm]>, kn
     let z = bench.increments(&at.residual);
     let mut last = nls::dot(&z, &z);
     let mut jacobian = descent.jacobian(&at, known);
+    let longest = if known.is_some() { TRIAL_ROUNDS } else { MOST_ROUNDS };
     let (mut round, mut settled, mut again) = (0, false, 0);
     loop {
         round += 1;
@@ -113,11 +116,11 @@ pub(super) fn fit<'a>(bench: &'a Bench, start: &Model, warm: Option<&[Warm]>, kn
         let still = (last - done.cost).abs() <= SETTLED * done.cost;
         let bent = last - done.cost > BENT * done.cost && descent.has_shapes();
         last = done.cost;
-        let most = if moved > MOVES { MOST_ROUNDS } else { ROUNDS };
+        let most = if moved > MOVES { longest } else { ROUNDS };
         if settled && still || round >= most {
             jacobian = descent.jacobian(&at, None);
             again += 1;
-            if again > AGAIN || round >= MOST_ROUNDS || !descent.leads_on(&jacobian, &at, &hold) {
+            if again > AGAIN || round >= longest || !descent.leads_on(&jacobian, &at, &hold) {
                 return Study::assembled(
                     bench,
                     descent.model,

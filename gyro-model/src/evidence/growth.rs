@@ -1,8 +1,7 @@
 //! Noise that grows with the rate: whether a residual has it, and how much.
 
 use super::{
-    likelihood::{self, Limits},
-    noise::{AFTER, WORTH},
+    likelihood::{self, AFTER, Limits, WORTH},
     study::Study,
     whiten::{NoiseModel, Rows, Whitener},
 };

@@ -26,6 +26,11 @@ const METRIC: usize = 4;
 const H: f64 = 1e-5;
 /// Fall of −2 ln L with which a step is the last.
 const ENOUGH: f64 = 1e-3;
+/// Steps from a start that is one of several, and from the best of them on.
+pub(super) const FIRST: usize = 4;
+pub(super) const AFTER: usize = 12;
+/// What two more parameters of the noise have to raise ln L by.
+pub(super) const WORTH: f64 = 6.0;
 /// Variance of the constant rate that a residual may have, (rad/s)²: any. Its bias was fitted, and a walk that was fitted away
 /// with it looks smaller than it is; integrated over what was fitted, the likelihood is not fooled (restricted maximum
 /// likelihood, Patterson and Thompson 1971), and does not hang on where the fit stood.
@@ -55,6 +60,19 @@ pub fn seek(
     residual: &[Vec<f64>],
     limits: &Limits,
     steps: usize,
+) -> (NoiseModel, f64) {
+    seek_to(start, rows, residual, limits, steps, ENOUGH)
+}
+
+/// The same where a fall of −2 ln L by less than `enough` is not sought.
+#[must_use]
+pub fn seek_to(
+    start: &NoiseModel,
+    rows: &Rows,
+    residual: &[Vec<f64>],
+    limits: &Limits,
+    steps: usize,
+    enough: f64,
 ) -> (NoiseModel, f64) {
     let p = start.logs();
     let most = limits.most.with_the_parts_of(start).logs();
@@ -89,7 +107,7 @@ pub fn seek(
     };
     let options = nls::Options {
         max_iterations: steps,
-        absolute: ENOUGH,
+        absolute: enough,
         damping: 1e-2,
         longest_step: STRIDE,
         ..nls::Options::default()

@@ -17,7 +17,8 @@
 //! | [`line`] | one line of a signal's spectrum |
 //! | `incoherent` | what of a reference the gyro knows nothing of, whatever its errors |
 //! | [`prior`] | the noise that the sensors' own signals show |
-//! | [`noise`] | the noise of a model's residual, identified |
+//! | [`noise`] | the noise of a model's residual, and generalised least squares under it |
+//! | `identify` | how it is found: from nothing, or from one that is near |
 //! | [`whittle`] | where to look for it: the periodogram |
 //! | [`whiten`] | the noise as a state-space model: likelihood, generalised least squares |
 //! | [`likelihood`] | the likeliest noise |
@@ -33,6 +34,7 @@ pub mod floor;
 mod gauss_newton;
 mod growth;
 mod heating;
+pub(crate) mod identify;
 pub(crate) mod incoherent;
 pub mod increments;
 pub mod integrate;

@@ -1,17 +1,14 @@
-//! Identifies the noise of a residual by maximum likelihood, and estimates with it.
+//! The noise of a model's residual, and generalised least squares under it.
 //!
-//! Noise and parameters are sought in turn: the noise that is likeliest for the present residual, then generalised
-//! least squares with that noise, three times over. What comes out besides is the log likelihood block by block, each
-//! block judged with the parameters of the others: the currency in which models are compared.
+//! What comes out besides the parameters' step and covariance is the log likelihood block by block, each block judged with
+//! the parameters of the others: by that models are compared.
 
 use super::{
     draws::Draws,
     growth,
-    likelihood::{self, Limits},
     prior::Prior,
     study::Study,
     whiten::{NoiseModel, Rows, Whitener},
-    whittle::Periodogram,
 };
 use crate::{model::Noise, nls};
 use faer::Mat;
@@ -45,9 +42,9 @@ impl Gls {
 /// Size of a correlated rate error that still counts as bias instability, rad/s (0.14 °/s).
 const WANDER: f64 = 2.5e-3;
 /// Share of a log that a correlated rate may last.
-const LASTS: f64 = 0.1;
+pub(super) const LASTS: f64 = 0.1;
 /// Bias random walk that still counts as wander, rad/s/√s.
-const WALK: f64 = 3e-4;
+pub(super) const WALK: f64 = 3e-4;
 
 /// Angle random walk per rate that still counts as noise, √s: 1 % of the rate in each of a hundred readings a second.
 const RATE_WALK: f64 = 1e-3;
@@ -150,18 +147,11 @@ pub(crate) fn of_sensors(prior: &Prior) -> NoiseModel {
 
 /// How far the noise may lie above its prior and still be noise.
 const ABOVE_PRIOR: f64 = 2.0;
-/// How far it may lie below.
-const BELOW_PRIOR: f64 = 0.1;
 /// N of a poor MEMS gyro, rad/√s (0.03 °/√s): noise of this size needs no physics.
 const POOR: f64 = 5.2e-4;
 
-/// Rows that the search for the noise looks at: where nothing is known of it, and beside a noise that is known to be near. The
-/// estimate itself uses every row.
-const SEARCH_ROWS: usize = 20_000;
-const NEAR_ROWS: usize = 8_000;
-
 /// The readings of a study, every one that its likelihood is made of or one in so many of those.
-fn rows(study: &Study, every: usize) -> Rows {
+pub(super) fn rows(study: &Study, every: usize) -> Rows {
     let problem = &study.bench.problem;
     let (t, lost) = (problem.times(), &study.evaluation.lost);
     let mut rows = Rows { rows: t.len(), ..Rows::default() };
@@ -258,7 +248,7 @@ fn white(study: &Study, whitener: &Whitener) -> Vec<Vec<Vec<f64>>> {
 }
 
 /// Least squares on whitened normal equations: step, covariance, remaining sum of squares.
-fn solve(normal: &nls::Normal) -> (Vec<f64>, Mat<f64>, f64) {
+pub(super) fn solve(normal: &nls::Normal) -> (Vec<f64>, Mat<f64>, f64) {
     let n = normal.gradient.len();
     let (inverse, unobservable) = nls::invert_observable(&normal.matrix, 1e-10);
     let step: Vec<f64> = (0..n).map(|i| -(0..n).map(|j| inverse[(i, j)] * normal.gradient[j]).sum::<f64>()).collect();
@@ -271,7 +261,7 @@ fn solve(normal: &nls::Normal) -> (Vec<f64>, Mat<f64>, f64) {
 }
 
 /// The residual after a step of the parameters, to first order.
-fn moved(study: &Study, step: &[f64]) -> Vec<Vec<f64>> {
+pub(super) fn moved(study: &Study, step: &[f64]) -> Vec<Vec<f64>> {
     let mut residual = study.as_read();
     for (column, s) in study.columns.iter().zip(step) {
         for (r, c) in residual.iter_mut().zip(column) {
@@ -282,220 +272,6 @@ fn moved(study: &Study, step: &[f64]) -> Vec<Vec<f64>> {
     }
     residual
 }
-
-/// The readings over which noise is searched for.
-fn search_rows(study: &Study, most: usize) -> Rows {
-    rows(study, (study.bench.problem.series[0].readings.len() / study.every).div_ceil(most).max(1))
-}
-
-/// Any noise, but for how short and how long a correlated rate may last: below two rows it is white, beyond a share of the
-/// log a drift. And but for how little white noise there is: a reading between two rows counts half on either side, so
-/// beside a reference that is as good as exact the noise looks smoother than white, and less and less of it does as well.
-fn limits(study: &Study, rows: &Rows) -> Limits {
-    let span = rows.t.last().unwrap_or(&0.0) - rows.t.first().unwrap_or(&0.0);
-    let step = rows.t.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
-    let most = NoiseModel { correlation_time: (1.0 - 1e-9) * LASTS * span, ..NoiseModel::UNLIMITED };
-    let quietest = BELOW_PRIOR * study.bench.prior[0].angle_random_walk;
-    Limits { most, shortest: 2.0 * step, quietest }
-}
-
-/// By how much ln L falls where no parameter of the noise may be larger than in `most`.
-pub(crate) fn cost_of_limits(study: &Study, gls: &Gls, most: &NoiseModel) -> f64 {
-    let rows = search_rows(study, SEARCH_ROWS);
-    let residual = moved(study, &gls.step);
-    let any = limits(study, &rows);
-    let limited = Limits { most: NoiseModel { correlation_time: any.most.correlation_time, ..*most }, ..any };
-    let correlated = |time: f64| NoiseModel { correlated: most.correlated, correlation_time: time, ..gls.noise };
-    let longest = any.most.correlation_time;
-    let starts = [gls.noise, correlated(longest), correlated(0.1 * longest), correlated(0.01 * longest)];
-    let seek = |start: &NoiseModel| likelihood::seek(start, &rows, &residual, &limited, FIRST + AFTER).1;
-    let least = starts.iter().map(seek).fold(f64::INFINITY, f64::min);
-    least - likelihood::seek(&gls.noise, &rows, &residual, &any, FIRST + AFTER).1
-}
-
-/// Maximum-likelihood noise with the parameters profiled out. `starts` are noises to begin from besides the prior.
-pub(crate) fn identify(study: &Study, starts: &[NoiseModel]) -> Gls {
-    let is_near = !starts.is_empty();
-    let rows = search_rows(study, if is_near { NEAR_ROWS } else { SEARCH_ROWS });
-    let prior = &study.bench.prior[0];
-    let n = prior.angle_random_walk.max(1e-12);
-    let first = NoiseModel {
-        angle_random_walk: n,
-        bias_random_walk: 0.01 * n,
-        encoder: prior.encoder.max(1e-12),
-        correlated: 0.0,
-        correlation_time: 1.0,
-        rate_random_walk: 0.0,
-    };
-    let mut step = vec![0.0; study.columns.len()];
-    let span = rows.t.last().unwrap_or(&0.0) - rows.t.first().unwrap_or(&0.0);
-    let mut noise = first;
-    let mut before = f64::INFINITY;
-    let is_wide_likely = !is_near || starts.iter().any(|noise| noise.correlated > 0.0);
-    let mut known: Vec<NoiseModel> = std::iter::once(first).chain(starts.iter().copied()).collect();
-    for round in 0..ROUNDS {
-        let residual = moved(study, &step);
-        let mut from = known;
-        let periodogram = Periodogram::new(&residual, study.bench.problem.times());
-        // What two more parameters may bring, by the approximate likelihood: infinite where that cannot tell.
-        let mut promised = f64::INFINITY;
-        if let Some(periodogram) = &periodogram {
-            let (few, many) = periodogram.search(&first);
-            promised = periodogram.cost(&few) - periodogram.cost(&many);
-            from.extend([few, many]);
-        }
-        let seek =
-            |start: &NoiseModel, steps: usize| likelihood::seek(start, &rows, &residual, &limits(study, &rows), steps);
-        // A pass over the log tells which start is the likelier; the periodogram tells the same of many at once.
-        let by_periodogram = periodogram.filter(|_| is_near && from.iter().all(|noise| noise.rate_random_walk == 0.0));
-        let unlikely = |noise: &NoiseModel| match &by_periodogram {
-            Some(periodogram) => periodogram.cost(noise),
-            None => seek(noise, 0).1,
-        };
-        // From the likelier starts for a while, from the best of them to the end.
-        let polish = |from: &[NoiseModel], wide: bool, enough: f64| {
-            let starts = from.iter().filter(|noise| (noise.correlated > 0.0) == wide);
-            let mut starts: Vec<_> = starts.map(|start| (*start, unlikely(start))).collect();
-            starts.sort_by(|a, b| a.1.total_cmp(&b.1));
-            starts.truncate(if round == 0 { TRIED } else { 1 });
-            let best = starts.iter().map(|start| seek(&start.0, FIRST)).min_by(|a, b| a.1.total_cmp(&b.1))?;
-            (best.1 < enough).then(|| seek(&best.0, AFTER))
-        };
-        let few = polish(&from, false, f64::INFINITY);
-        if let Some((few, _)) = &few {
-            // White noise may as well forget within some rows.
-            let time = 2.0 * limits(study, &rows).shortest;
-            let correlated = 0.5 * few.angle_random_walk / time.sqrt();
-            let angle_random_walk = 0.7 * few.angle_random_walk;
-            from.push(NoiseModel { angle_random_walk, correlated, correlation_time: time, ..*few });
-            // A walk that rules the longer half of the averaging times may as well be a rate that forgets.
-            let long = 0.05 * span;
-            if few.bias_random_walk * long > few.angle_random_walk {
-                from.extend(FORGETS.map(|share| {
-                    let time = share * span;
-                    let correlated = few.bias_random_walk * (0.5 * time).sqrt();
-                    NoiseModel {
-                        bias_random_walk: 1e-3 * few.bias_random_walk,
-                        correlated,
-                        correlation_time: time,
-                        ..*few
-                    }
-                }));
-            }
-        }
-        // A wider noise that comes no nearer will not come to be worth its two parameters.
-        let is_tried = is_wide_likely || promised > PROMISED;
-        let many = is_tried.then(|| polish(&from, true, few.as_ref().map_or(f64::INFINITY, |few| few.1))).flatten();
-        known = few.iter().chain(&many).map(|found| found.0).collect();
-        let best = match (few, many) {
-            (Some(few), Some(many)) if many.1 < few.1 - WORTH => many,
-            (Some(few), _) => few,
-            (None, Some(many)) => many,
-            (None, None) => break,
-        };
-        noise = best.0;
-        if best.1 > before - SETTLED {
-            break;
-        }
-        before = best.1;
-        step = solve(&normal(study, &noise).0).0;
-    }
-    if let Some(growing) = growth::growing(&noise, &rows, &moved(study, &step), &limits(study, &rows)) {
-        noise = growing;
-        step = solve(&normal(study, &noise).0).0;
-    }
-    noise = on_every_row(study, noise, &step, rows.index.len());
-    // The search near a known noise looks at fewer rows, and may end in a worse one: the known one is tried on all rows too.
-    let found = at_noise(study, &noise);
-    starts.iter().fold(found, |found, start| likelier(study, &found, start).unwrap_or(found))
-}
-
-/// The likeliest noise on every row, from one that was found on so many of them, the parameters having moved by `step`.
-fn on_every_row(study: &Study, found: NoiseModel, step: &[f64], rows: usize) -> NoiseModel {
-    let mut noise = found;
-    // What was found on some of the rows is not the likeliest on all: noise that goes on from row to row looks another way
-    // where every other row is left out.
-    let all = self::rows(study, 1);
-    if all.index.len() > rows {
-        let (residual, limits) = (moved(study, step), limits(study, &all));
-        let mut before = f64::INFINITY;
-        for _ in 0..ROUNDS {
-            let (found, cost) = likelihood::seek(&noise, &all, &residual, &limits, AFTER);
-            noise = found;
-            if cost > before - SETTLED {
-                break;
-            }
-            before = cost;
-        }
-    }
-    // A walk that hardly raises ln L is found now here, now there: none is as likely.
-    let still = NoiseModel { bias_random_walk: NO_WALK * noise.angle_random_walk, ..noise };
-    if noise.bias_random_walk > still.bias_random_walk {
-        let (residual, limits) = (moved(study, step), limits(study, &all));
-        let cost = |noise: &NoiseModel| likelihood::seek(noise, &all, &residual, &limits, 0).1;
-        if cost(&still) < cost(&noise) + UNSEEN {
-            noise = still;
-        }
-    }
-    noise
-}
-
-/// Bias random walk over the angle's that is as good as none, 1/s.
-const NO_WALK: f64 = 1e-6;
-/// Fall of ln L up to which nobody sees a walk.
-const UNSEEN: f64 = 0.5;
-
-/// Starts that are tried at first: the likeliest ones.
-const TRIED: usize = 2;
-/// Rise of the approximate ln L with a correlated rate that is worth a look by the exact one: less than [`WORTH`], since the
-/// two differ by a few.
-const PROMISED: f64 = 2.0;
-/// Steps of the likelihood from each of them, and from the best of them on.
-const FIRST: usize = 4;
-pub(super) const AFTER: usize = 12;
-/// Turns of noise and parameters at most.
-const ROUNDS: usize = 4;
-/// Rise of ln L from one turn to the next below which both are found.
-const SETTLED: f64 = 0.05;
-/// Correlation times that such a rate is tried with, as shares of the log.
-const FORGETS: [f64; 2] = [5e-3, 0.05];
-/// What two more noise parameters have to raise ln L by.
-pub(super) const WORTH: f64 = 6.0;
-
-/// Generalised least squares under the noise that is likeliest from `start` on, where that is likelier than `known`: what
-/// is found for one model is tried on the other before the two are compared.
-pub(crate) fn likelier(study: &Study, known: &Gls, start: &NoiseModel) -> Option<Gls> {
-    let rows = rows(study, 1);
-    let residual = moved(study, &known.step);
-    let seek =
-        |start: &NoiseModel, steps: usize| likelihood::seek(start, &rows, &residual, &limits(study, &rows), steps);
-    // From a walk that is nothing none would come back.
-    let start = NoiseModel { bias_random_walk: start.bias_random_walk.max(known.noise.bias_random_walk), ..*start };
-    let ((noise, cost), (_, before)) = (seek(&start, AFTER), seek(&known.noise, 0));
-    let more = noise.logs().len().saturating_sub(known.noise.logs().len());
-    let worth = SETTLED.max(0.5 * WORTH * more as f64);
-    (cost < before - worth).then(|| at_noise(study, &noise)).filter(|gls| gls.log_likelihood > known.log_likelihood)
-}
-
-/// Generalised least squares under the largest bias random walk that the log does not speak against, ln L falling by at most
-/// [`MAY_WALK`]: a walk too small to be seen still makes the bias of a log another than that of the next.
-pub(crate) fn with_unseen_walk(study: &Study, gls: &Gls) -> Gls {
-    let (rows, residual) = (search_rows(study, SEARCH_ROWS), moved(study, &gls.step));
-    let walking = |walk: f64| NoiseModel { bias_random_walk: walk, ..gls.noise };
-    let cost = |walk: f64| likelihood::seek(&walking(walk), &rows, &residual, &limits(study, &rows), 0).1;
-    let (mut low, mut high) = (gls.noise.bias_random_walk.max(1e-4 * WALK), WALK);
-    let most = cost(gls.noise.bias_random_walk) + MAY_WALK;
-    for _ in 0..HALVINGS {
-        let middle = (low * high).sqrt();
-        *(if cost(middle) < most { &mut low } else { &mut high }) = middle;
-    }
-    if low > gls.noise.bias_random_walk { at_noise(study, &walking(low)) } else { gls.clone() }
-}
-
-/// Fall of ln L up to which a walk may well be there.
-const MAY_WALK: f64 = 0.75;
-/// Halvings of the range of such a walk, by its logarithm: it is found to a fifth.
-const HALVINGS: usize = 6;
 
 /// Share of what the whole log tells of a direction that has to stand outside a block, for the rest to be asked about it:
 /// what happened once, in this block, nothing else can know.

@@ -266,14 +266,21 @@ impl Problem {
                 }
                 vec![r]
             }
-            Some(attitude) => {
-                let angle: [Option<&[f64]>; 3] = std::array::from_fn(|a| {
-                    self.series.iter().position(|s| s.axis.index() == a).map(|i| &tracks[i].angle[..])
-                });
-                attitude.residual(angle, &lost)
-            }
+            Some(attitude) => attitude.residual(self.angles(&tracks), &lost),
         };
         Evaluation { residual, lost, tracks }
+    }
+
+    /// The angle of each body axis that has a track.
+    fn angles<'a>(&self, tracks: &'a [Arc<Track>]) -> [Option<&'a [f64]>; 3] {
+        std::array::from_fn(|a| self.series.iter().position(|s| s.axis.index() == a).map(|i| &tracks[i].angle[..]))
+    }
+
+    /// What the residual changes by where the angle of one axis is another one; of an orientation.
+    pub(super) fn turned_otherwise(&self, at: &Evaluation, series: usize, angle: &[f64]) -> Vec<Vec<f64>> {
+        let axis = self.series[series].axis.index();
+        let difference = |attitude: &Attitude| attitude.difference(self.angles(&at.tracks), axis, angle, &at.lost);
+        self.attitude.as_ref().map(difference).unwrap_or_default()
     }
 
     /// Steps between reference rows in which the compensation of one axis is a guess; `None` where it never is.

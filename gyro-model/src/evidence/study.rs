@@ -1,7 +1,7 @@
 //! A model fitted to a log: its parameters, its residual, and the derivatives there.
 
 use super::{
-    gauss_newton, growth,
+    gauss_newton, growth, identify,
     increments::{Grams, HeldOut, Windows},
     noise::{self, Gls},
     prior::{self, Prior},
@@ -222,15 +222,21 @@ impl<'a> Study<'a> {
 
     /// Identifies the noise of the residual, and with it generalised least squares about the present parameters.
     #[must_use]
-    pub fn identify(&self, starts: &[NoiseModel]) -> Gls {
-        noise::identify(self, starts)
+    pub fn identify(&self) -> Gls {
+        identify::identify(self)
+    }
+
+    /// The same beside a noise that is known to be near.
+    #[must_use]
+    pub fn identify_near(&self, known: &NoiseModel) -> Gls {
+        identify::near(self, known)
     }
 
     /// Moves the parameters to the generalised least-squares optimum, the noise being identified anew each time, and
     /// gives the noise and the covariance there.
     #[must_use]
-    pub fn refine(self, starts: &[NoiseModel]) -> (Self, Gls) {
-        let gls = self.identify(starts);
+    pub fn refine(self) -> (Self, Gls) {
+        let gls = self.identify();
         self.refine_by(gls, |_, gls| gls.step.clone())
     }
 
@@ -239,7 +245,9 @@ impl<'a> Study<'a> {
     pub fn refine_tones(self, gls: Gls) -> (Self, Gls) {
         let is_tone = |slot: &Slot| is_tone(&self.bench.problem, &self.model, *slot);
         let tones: Vec<bool> = self.slots.iter().map(is_tone).collect();
-        if !tones.contains(&true) {
+        // To first order the likelihood has moved them already: as far as that holds they need no more.
+        let stands = |k: usize| !tones[k] || gls.step[k].abs() < gls.std_error(k);
+        if (0..tones.len()).all(stands) {
             return (self, gls);
         }
         let step = |study: &Self, gls: &Gls| {
@@ -335,7 +343,7 @@ impl<'a> Study<'a> {
         let sober = noise::sober(self, &gls.noise);
         let scatter = sober.map(|_| self.grams.scatter(&self.bench.windows.tau, &self.bench.weights, &self.hold));
         let beyond = noise::beyond_white(self, gls);
-        let walking = noise::with_unseen_walk(self, gls);
+        let walking = identify::with_unseen_walk(self, gls);
         for (k, slot) in self.slots.iter().enumerate() {
             let axis = self.bench.problem.series[slot.series].axis.index();
             if let Some(model) = &mut self.model.axes[axis] {

@@ -214,7 +214,7 @@ impl Problem {
         }
         let mut track = Track::clone(own);
         match moved {
-            Moved::Angle(angle) => track.angle = angle,
+            Moved::Angle(angle) => return self.turned_otherwise(at, series, &angle),
             Moved::Reference(reference) => track.reference = reference,
         }
         let mut tracks = at.tracks.clone();

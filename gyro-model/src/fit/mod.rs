@@ -154,10 +154,10 @@ const ASTRAY: f64 = 1.25;
 #[must_use]
 pub(crate) fn settle(study: Study<'_>) -> Study<'_> {
     let over_floor = study.over_floor();
-    let refined = (over_floor < NOISE_ALONE).then(|| study.clone().refine(&[]));
+    let refined = (over_floor < NOISE_ALONE).then(|| study.clone().refine());
     let (mut study, gls) =
         refined.filter(|(refined, _)| refined.over_floor_as_is() < ASTRAY * over_floor.max(1.0)).unwrap_or_else(|| {
-            let gls = study.identify(&[]);
+            let gls = study.identify();
             (study, gls)
         });
     study.stamp(&gls);

@@ -73,10 +73,14 @@ pub fn can_show(effect: &dyn Effect, series: &Series) -> bool {
 }
 
 /// Every absent effect that this log can show: at the grid point that raises ln L most, and at the one that lowers the
-/// error most where that is another.
+/// error most where that is another. Only those effects of those series that `of` says.
 #[must_use]
-pub fn scan(study: &Study, gls: &Gls, draws: &[Vec<Vec<f64>>], extra: &[&'static dyn Effect]) -> Vec<Candidate> {
-    let scanner = Scanner::new(study, gls, draws);
+pub(crate) fn scan_for(
+    scanner: &Scanner,
+    extra: &[&'static dyn Effect],
+    of: impl Fn(usize, &str) -> bool,
+) -> Vec<Candidate> {
+    let study = scanner.study;
     let mut wanted: Vec<(usize, &'static dyn Effect)> = Vec::new();
     for (index, series) in study.bench.problem.series.iter().enumerate() {
         let axis = series.axis;
@@ -84,7 +88,7 @@ pub fn scan(study: &Study, gls: &Gls, draws: &[Vec<Vec<f64>>], extra: &[&'static
         let model = study.model.axes[axis.index()].as_ref().unwrap_or(&empty);
         for effect in CATALOGUE.iter().chain(extra) {
             let present = model.terms.iter().filter(|t| t.effect.card().id == effect.card().id).count();
-            if present > 0 || !can_show(*effect, series) {
+            if present > 0 || !of(index, effect.card().id) || !can_show(*effect, series) {
                 continue;
             }
             wanted.push((index, *effect));
@@ -96,7 +100,7 @@ pub fn scan(study: &Study, gls: &Gls, draws: &[Vec<Vec<f64>>], extra: &[&'static
 /// What an effect may begin at beside a fitted model: by the likelihood and, where that is another, by the error.
 #[must_use]
 pub(crate) fn starts(study: &Study, effect: &'static dyn Effect, series: usize) -> Vec<Candidate> {
-    let gls = study.identify(&[]);
+    let gls = study.identify();
     Scanner::new(study, &gls, &draws_of_noise(study, &gls)).best(effect, series)
 }
 
@@ -222,7 +226,7 @@ impl<'a> Scanner<'a> {
             keep(&mut lowest, &by_error, &|b| removes > b.removes);
         }
         match (likeliest, lowest) {
-            (Some(a), Some(b)) if a.0 == b.0 => vec![a.1],
+            (Some(a), Some(b)) if a.0 == b.0 || linear == 0 && is_near(&a.1.term, &b.1.term) => vec![a.1],
             (a, b) => a.into_iter().chain(b).map(|(_, candidate)| candidate).collect(),
         }
     }
@@ -428,6 +432,14 @@ impl<'a> Scanner<'a> {
         (-share * (cr + 0.5 * share * cc), share)
     }
 }
+
+/// Whether two terms of one effect begin so near one another that a fit ends at the same place.
+pub(crate) fn is_near(a: &Term, b: &Term) -> bool {
+    a.values.iter().zip(&b.values).all(|(a, b)| a * b > 0.0 && (a / b).ln().abs() < NEAR)
+}
+
+/// ln of the ratio of two such values: neighbours on a grid.
+const NEAR: f64 = 0.5;
 
 /// From one shape of a grid to the next smaller one.
 const SMALLER: f64 = 0.3;

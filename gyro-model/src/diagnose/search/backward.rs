@@ -12,7 +12,8 @@ pub(in super::super) fn without<'a>(incumbent: &Incumbent<'a>, axis: Axis, id: &
     if term.effect.stage() == Stage::Reading {
         return None;
     }
-    Some((Incumbent::new(Study::fit(incumbent.study.bench, &model, Some(&incumbent.study.frozen()))), term))
+    let study = Study::fit(incumbent.study.bench, &model, Some(&incumbent.study.frozen()));
+    Some((Incumbent::near(study, &incumbent.gls.noise), term))
 }
 
 impl Search<'_, '_> {
@@ -35,7 +36,8 @@ impl Search<'_, '_> {
 /// A model without an effect of `incumbent`, on the samples too that the effect made unsure.
 pub(super) fn counting_again<'a>(without: Incumbent<'a>, incumbent: &Incumbent<'a>) -> Incumbent<'a> {
     if incumbent.study.leaves_out() {
-        Incumbent::new(Study::fit(incumbent.study.bench, &without.study.model, Some(&incumbent.study.warm)))
+        let study = Study::fit(incumbent.study.bench, &without.study.model, Some(&incumbent.study.warm));
+        Incumbent::near(study, &without.gls.noise)
     } else {
         without
     }

@@ -169,7 +169,7 @@ pub(super) fn settle_doubts<'a>(
             if let Some((better, new, study)) = better {
                 alike.push(Alike::of(&rivals, better));
                 swapped.push(Swapped { series: k, old: id, new });
-                incumbent = Incumbent::new(study);
+                incumbent = Incumbent::near(study, &incumbent.gls.noise);
             } else if let Some(own) = own {
                 alike.push(Alike::of(&rivals, own));
             }

@@ -88,7 +88,7 @@ fn two<'a>(incumbent: &Incumbent<'a>, options: &Options) -> Option<Vec<Step<'a>>
         let id = candidate.term.effect.card().id;
         (options.progress)(id);
         let model = with_term(&last.study, 0, candidate.term);
-        let with = Incumbent::new(Study::fit(incumbent.study.bench, &model, Some(&last.study.warm)));
+        let with = Incumbent::near(Study::fit(incumbent.study.bench, &model, Some(&last.study.warm)), &last.gls.noise);
         way.push(Step { incumbent: with, id, aliases: Vec::new() });
     }
     holds(&way).then_some(way)
@@ -117,9 +117,10 @@ fn best(list: &[Challenger], worth: impl Fn(&Challenger) -> f64) -> Option<usize
 }
 
 fn step<'a>(incumbent: &Incumbent<'a>, suspects: &[Challenger<'a>], chosen: usize) -> Step<'a> {
-    let study = &suspects[chosen].study;
+    let Challenger { study, gls, .. } = &suspects[chosen];
+    let study = Study::fit(incumbent.study.bench, &study.model, Some(&incumbent.study.warm));
     Step {
-        incumbent: Incumbent::new(Study::fit(incumbent.study.bench, &study.model, Some(&incumbent.study.warm))),
+        incumbent: Incumbent::near(study, &gls.noise),
         id: suspects[chosen].candidate.term.effect.card().id,
         aliases: aliases(suspects, chosen, Some(incumbent)),
     }

@@ -31,7 +31,10 @@ use crate::{
     budget::Budget,
     diagnosis::LadderStep,
     effects::Stage,
-    evidence::study::{Bench, Study},
+    evidence::{
+        study::{Bench, Study},
+        whiten::NoiseModel,
+    },
     fit::judged::{self, Judged},
     scan::{Candidate, with_term},
     thresholds as limit,
@@ -190,7 +193,8 @@ impl<'a> Search<'a, '_> {
         let chosen = next(&self.incumbent, &suspects);
         if let Some((swapped, study)) = self.exchanged(chosen.map(|k| &suspects[k])) {
             let warm = self.incumbent.study.warm.clone();
-            self.incumbent = Incumbent::new(Study::fit(study.bench, &study.model, Some(&warm)));
+            let study = Study::fit(study.bench, &study.model, Some(&warm));
+            self.incumbent = Incumbent::near(study, &self.incumbent.gls.noise);
             self.tell_of(swapped);
         } else if let Some(chosen) = chosen {
             self.add(&suspects, chosen);
@@ -226,11 +230,11 @@ impl<'a> Search<'a, '_> {
         let id = term.effect.card().id;
         let aliases = aliases(suspects, chosen, Some(&self.incumbent));
         self.doubts.push(Doubt { series, id, aliases: aliases.clone() });
-        self.take_over(&with_term(&self.incumbent.study, series, term.clone()));
+        self.take_over(&with_term(&self.incumbent.study, series, term.clone()), &suspects[chosen].gls.noise);
         let mut changes = vec![Change { aliases, ..Change::of(series, Some(id), None) }];
         for other in (0..self.axes.len()).filter(|&other| other != series) {
             if let Some(with) = companion(&self.incumbent, term, other) {
-                self.take_over(&with);
+                self.take_over(&with, &self.incumbent.gls.noise.clone());
                 changes.push(Change::of(other, Some(id), None));
             }
         }
@@ -250,9 +254,9 @@ impl<'a> Search<'a, '_> {
         alike
     }
 
-    fn take_over(&mut self, model: &Model) {
+    fn take_over(&mut self, model: &Model, noise: &NoiseModel) {
         let Study { bench, ref warm, .. } = self.incumbent.study;
-        self.incumbent = Incumbent::new(Study::fit(bench, model, Some(warm)));
+        self.incumbent = Incumbent::near(Study::fit(bench, model, Some(warm)), noise);
     }
 
     fn tell_of(&mut self, swapped: Vec<Swapped>) {

@@ -13,7 +13,7 @@ impl Search<'_, '_> {
         let mut kept = Vec::new();
         loop {
             let settled = fit::settle(self.incumbent.study.clone());
-            let gls = settled.identify(&[self.incumbent.gls.noise]);
+            let gls = settled.identify_near(&self.incumbent.gls.noise);
             let sizes = self.axes.iter().enumerate().flat_map(|(k, &axis)| {
                 let size = |id| Some((k, axis, id, settled.size_in_errors(&gls, k, id)?));
                 added(&self.incumbent, self.start, axis).into_iter().filter_map(size).collect::<Vec<_>>()
