@@ -113,7 +113,7 @@ impl Player {
         }
         let letter = Axis::ALL[place].letter();
         print(&format!(
-            "compare:  the error of axis {letter} is up to {before:.2} times its floor after {seconds:.0} s of driving"
+            "compare:  the error of axis {letter} is up to {before:.2} times noise after {seconds:.0} s of driving"
         ))?;
         let aliases = suspect.aliases.as_str();
         let aliases = if aliases.is_empty() { String::new() } else { format!(" (looks the same here: {aliases})") };
@@ -131,9 +131,9 @@ impl Player {
         let reply = ask(&self.watch.hub, command)?;
         print(&format!("add:      {}", reply.says))?;
         let Some(after) = self.wait_for_fall(place, &named, reply.epoch, stop)? else { return Ok(None) };
-        let band = if after.within_floor == 1 { ", inside the band of what noise alone leaves" } else { "" };
+        let band = if after.within_floor == 1 { ", which noise alone makes as well" } else { "" };
         let after = after.error_over_floor;
-        print(&format!("compare:  the error is up to {after:.2} times its floor{band}"))?;
+        print(&format!("compare:  the error is up to {after:.2} times noise{band}"))?;
         Ok(Some(Played { named, before, after }))
     }
 

@@ -9,7 +9,7 @@ use std::process::ExitCode;
 #[command(after_long_help = "\
 Examples:
   truerate add log.csv.gz delay -o late.toml                     the base model and a delay
-  truerate add log.csv.gz delay g-sensitivity --axis z --model model.toml -o new.toml
+  truerate add log.csv.gz g-sensitivity lag --axis x --model late.toml -o new.toml
 
 Both models are refitted to the log and judged on data that they did not see.")]
 pub struct Args {

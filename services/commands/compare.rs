@@ -13,9 +13,9 @@ use std::{path::PathBuf, process::ExitCode};
 #[derive(clap::Args, Debug, Clone)]
 #[command(after_long_help = "\
 Examples:
-  truerate compare log.csv.gz                                 the base model, fitted to this log
-  truerate compare new.csv.gz --model model.toml              a model on a log that it has not seen
-  truerate compare log.csv.gz --model a.toml --against b.toml two models on the same samples
+  truerate compare log.csv.gz                                   the base model, fitted to this log
+  truerate compare new.csv.gz --model model.toml                a model on a log that it has not seen
+  truerate compare log.csv.gz --model a.toml --against b.toml  two models on the same samples
   truerate compare log.csv.gz --model model.toml --report page.html
 
 The model's parameters are held. Where it was fitted on this very log, which its provenance tells,
@@ -62,7 +62,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         Ok(diagnosis)
     };
     let diagnosis = judge(&start, args.model.is_some())?;
+    let warning = args.model.as_ref().and_then(|_| subject.hotter(&start.file)).unwrap_or_default();
     let context = subject.context(Command::Compare, &args.log, args.axis, args.model.as_deref(), None);
+    let context = report::Context { warning, ..context };
     let context = |file: bool| if file { context.for_file() } else { context.clone() };
     if let (Some(against), Some(other)) = (&args.against, &other) {
         let other = judge(other, true)?;

@@ -20,7 +20,7 @@ use std::{
 #[derive(clap::Args, Debug, Clone)]
 #[command(after_long_help = "\
 Examples:
-  truerate control add g-sensitivity --axis z
+  truerate control add g-sensitivity --axis x
   truerate control undo
   truerate control save model.toml
   truerate control hide delay:d=0.012")]

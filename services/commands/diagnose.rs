@@ -18,7 +18,7 @@ use std::{path::PathBuf, process::ExitCode};
 Examples:
   truerate diagnose log.csv.gz                          what the base model is missing
   truerate diagnose log.csv.gz --model model.toml       what this model is missing
-  truerate diagnose log.csv.gz --axis z --format json   for programs
+  truerate diagnose log.csv.gz --axis x --format json   for programs
   truerate diagnose log.csv.gz --explain                why each effect was named or was not: every test
                                                         with its number and its threshold
   truerate diagnose log.csv.gz --model model.toml --fail-on missing-effect

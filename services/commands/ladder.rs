@@ -24,7 +24,7 @@ use std::{
 Examples:
   truerate ladder log.csv.gz -o model.toml                 from the base model up
   truerate ladder log.csv.gz --model model.toml -o new.toml
-  truerate ladder log.csv.gz --axis z --report page.html   with charts of every step
+  truerate ladder log.csv.gz --axis x --report page.html   with charts of every step
   truerate ladder log.csv.gz --budget 30                   the best model that 30 s find
 
 Each step adds the effect that removes most of the held-out error and refits the model. At the end,

@@ -20,9 +20,9 @@ use std::{
 #[derive(clap::Args, Debug, Clone)]
 #[command(after_long_help = "\
 Examples:
-  truerate simulate -o clean.csv.gz                             nothing hidden
-  truerate simulate --hide delay:d=0.012 -o late.csv.gz         the gyro is 12 ms late
-  truerate simulate --hide warm-up --hide cross-axis -o two.csv two effects at their typical sizes
+  truerate simulate -o clean.csv.gz                              nothing hidden
+  truerate simulate --hide delay:d=0.012 -o late.csv.gz          the gyro is 12 ms late
+  truerate simulate --hide warm-up --hide cross-axis -o two.csv  two effects at their typical sizes
   truerate simulate --motion drive --seconds 300 --rate 200 --seed 7 -o drive.csv.gz
   truerate simulate --reference orientation --reference-noise 3e-4:10-70 --rate 286 -o cameras.csv.gz
                                                                 noise of cameras between 10 and 70 Hz

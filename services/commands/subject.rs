@@ -94,6 +94,21 @@ impl Subject {
         Ok(Start { file: self.fitted(self.fit(&self.base())?, Vec::new()), own_log: true })
     }
 
+    /// What is said where this log was recorded at other temperatures than those that a model was fitted at.
+    #[must_use]
+    pub fn hotter(&self, file: &ModelFile) -> Option<String> {
+        let (fitted, here) = file.provenance.as_ref().and_then(|p| p.temperature).zip(self.provenance.temperature)?;
+        let beyond = (here.1 - fitted.1).max(fitted.0 - here.0);
+        let word = if here.1 - fitted.1 >= fitted.0 - here.0 { "hotter" } else { "colder" };
+        (beyond > OTHER_TEMPERATURE).then(|| {
+            format!(
+                "This log is up to {beyond:.0} K {word} than the model's: it was recorded at {:.1} to {:.1} °C, and the model was fitted at \
+                 {:.1} to {:.1} °C.",
+                here.0, here.1, fitted.0, fitted.1
+            )
+        })
+    }
+
     /// The base model of the axes that are meant, not fitted yet.
     #[must_use]
     pub fn base(&self) -> Model {
@@ -215,6 +230,9 @@ impl Subject {
         ModelFile { model, provenance: Some(Provenance::now(&self.provenance)), own_effects }
     }
 }
+
+/// Temperatures that differ by more make a difference to most gyros (0.01–0.08 °/s per K in data sheets), K.
+const OTHER_TEMPERATURE: f64 = 5.0;
 
 /// Says on standard error which channels were taken without being named.
 pub fn say_chosen(args: &LogArgs, provenance: &log::Provenance) {

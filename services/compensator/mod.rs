@@ -24,7 +24,7 @@ use crate::{
 };
 use budget::Budget;
 use current::{Current, Proposal};
-use gyro_model::{Model, fit::FitError};
+use gyro_model::{Model, fit::FitError, units};
 use ipc_types::{
     Command, Diagnosis, MARK_DATA, Parameters, Reply, Sample, ServiceId, State,
     diagnosis::{Trial, TrialState},
@@ -51,6 +51,8 @@ const LIVE_RATE_HZ: f64 = 1000.0;
 const SEARCH_PERIODS: f64 = 4.0;
 /// Share of the time that there is at which rows are aimed: a busy machine takes longer now and then.
 const AIM: f64 = 0.6;
+/// Standard errors from which on an effect on trial is certain to be there.
+const CERTAIN: f64 = 5.0;
 /// Who asks for a trial is told after this at the latest that it goes on, ns.
 const TRIAL_TOLD_NS: u64 = 2_500_000_000;
 /// A trial that is not won by then is given up, ns.
@@ -433,9 +435,10 @@ impl Compensator<'_> {
         let (id, axis, effect) = (challenger.command.id, challenger.command.axis, challenger.command.effect);
         let won = solution.is_won();
         let trial = solution.trial;
-        let size = solution.told.map_or_else(String::new, |told| format!(", {told:.1} standard errors from nothing"));
         let figures = trial.as_ref().map(learner::Trial::excess).map_or_else(String::new, |(before, after)| {
-            format!(" (held-out error over floor {:.2} -> {:.2}{size})", before.sqrt(), after.sqrt())
+            let (before, after) = (units::ratio(before.sqrt()), units::ratio(after.sqrt()));
+            let sure = if solution.told.is_some_and(|told| told > CERTAIN) { ", certain" } else { "" };
+            format!(" (error ÷ noise {before} → {after}{sure})")
         });
         let mut state = TrialState::GivenUp;
         let mut proposed = None;
@@ -449,14 +452,16 @@ impl Compensator<'_> {
             // Too few data yet are no verdict either: after a crash there are none at first.
             Ok(_) | Err(_) if !challenger.last && now_ns() < challenger.since_ns + TRIAL_NS => {
                 if now_ns() > challenger.since_ns + TRIAL_TOLD_NS && self.answers.of(id).is_none() {
-                    let says = format!("{effect} is on trial: it takes over when it is better{figures}");
+                    let says = format!(
+                        "{effect} is not better so far{figures}: not in use. It is watched on; forget it with `undo`"
+                    );
                     self.answers.settle(id, self.current.epoch(), Ok(says));
                 }
                 self.challenger = Some(challenger);
                 state = TrialState::OnTrial;
             }
             Ok(_) => {
-                let lost = anyhow::anyhow!("{effect} was not better and is given up{figures}");
+                let lost = anyhow::anyhow!("{effect} was not better{figures}: given up, not in use");
                 self.answers.settle(id, self.current.epoch(), Err(lost));
             }
             Err(error) => self.answers.settle(id, self.current.epoch(), Err(error.into())),
@@ -465,7 +470,7 @@ impl Compensator<'_> {
         match proposed {
             // Told when the model is in its file.
             Some(proposed) => {
-                let says = format!("{effect} added{figures}");
+                let says = format!("{effect} added{figures}: in use");
                 self.keep(proposed, Then::TakeOver(id, says, Box::new(told)));
             }
             None => self.trial = told,

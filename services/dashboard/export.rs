@@ -49,6 +49,7 @@ fn page(scene: &Scene, folder: &RunFolder) -> Download {
     let name = folder.source().map_or_else(|_| diagnosis.log.clone(), |facts| facts.name);
     // Commands that read a log are run on the export of the last minutes.
     let context = Context {
+        warning: String::new(),
         command: Command::Diagnose,
         log: "log.csv".into(),
         model: None,

@@ -79,6 +79,7 @@ fn axis_of(axis: Axis, a: &wire::AxisDiagnosis) -> AxisDiagnosis {
 #[must_use]
 pub fn page(diagnosis: &Diagnosis) -> Page {
     let context = Context {
+        warning: String::new(),
         command: Command::Diagnose,
         log: "live".into(),
         model: None,

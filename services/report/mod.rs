@@ -39,6 +39,8 @@ pub struct Context {
     pub moved: bool,
     /// Whether the search was stopped before its end.
     pub unfinished: bool,
+    /// What has to be known before anything else; empty where there is nothing.
+    pub warning: String,
     /// The terminal that text is for.
     pub terminal: Terminal,
 }
@@ -55,6 +57,7 @@ impl Context {
             flags: Vec::new(),
             moved: false,
             unfinished: false,
+            warning: String::new(),
             terminal: Terminal::detect(),
         }
     }
@@ -129,6 +132,7 @@ pub fn render_against(against: &Against, format: Format, context: &Context) -> S
 }
 
 fn page(page: &view::Page, format: Format, context: &Context) -> String {
+    let page = &view::Page { warning: context.warning.clone(), ..page.clone() };
     if format == Format::Html { html::render(page) } else { text::render(page, context.terminal) }
 }
 

@@ -189,7 +189,7 @@ fn context(command: Command) -> Context {
 fn text_opens_with_the_verdict_and_ends_with_the_next_command() {
     let text = render(&diagnosis(Verdict::MissingEffect), Format::Text, &context(Command::Diagnose));
     let verdict = text.find("missing effect: delay").expect("the verdict");
-    let table = text.find("held-out error").expect("the curve");
+    let table = text.find("drift over a time τ").expect("the curve");
     let next = text.find("truerate add yaw.csv.gz delay -o model.toml").expect("the next command");
     assert!(verdict < table && table < next, "{text}");
     assert!(text.contains("°/s") && text.contains("12.10 ± 0.10 ms") && text.contains("98 %"), "{text}");
@@ -249,10 +249,7 @@ fn what_is_not_known_is_not_shown_as_if_it_were() {
         adequate.contains("Noise: angle random walk") && !adequate.contains("random walk of the bias"),
         "{adequate}"
     );
-    assert!(
-        unexplained.contains("Noise, what is missing counted in as far as it might be noise: angle random walk"),
-        "{unexplained}"
-    );
+    assert!(unexplained.contains("Noise (too high while an effect is missing): angle random walk"), "{unexplained}");
     assert!(unexplained.contains("where it fails") && !adequate.contains("where it fails"), "{adequate}");
 }
 

@@ -14,6 +14,9 @@ const SUSPECTS: usize = 4;
 pub(super) fn render(page: &Page, terminal: Terminal) -> String {
     let mut screen = Screen { terminal, text: String::new() };
     screen.line(&format!("{}  {}", terminal.paint(Ink::Strong, &page.title), terminal.paint(Ink::Quiet, &page.log)));
+    if !page.warning.is_empty() {
+        screen.wrapped("", &page.warning, Ink::Warn);
+    }
     for axis in &page.axes {
         screen.axis(axis);
     }
@@ -33,6 +36,8 @@ const SHOWN: [f64; 4] = [0.03, 0.1, 1.0, 10.0];
 
 /// Columns of a terminal from which on the upper end of the floor's band has one.
 const BANDED: usize = 90;
+/// Columns from which on the angle has one.
+const DRIFTED: usize = 72;
 
 struct Screen {
     terminal: Terminal,
@@ -145,7 +150,7 @@ impl Screen {
         if axis.steps.is_empty() {
             return;
         }
-        self.heading("largest error / floor");
+        self.heading("error ÷ floor at its worst, step by step (bar: log scale)");
         let wide = axis.steps.iter().map(|s| s.label.chars().count()).max().unwrap_or(0);
         let room = self.terminal.width.saturating_sub(wide + 30).clamp(10, 50);
         for (step, cells) in axis.steps.iter().zip(bars::step_cells(&axis.steps, room)) {
@@ -166,22 +171,38 @@ impl Screen {
             return;
         }
         let pair = rows.iter().any(|r| r.before.is_some());
-        self.heading("held-out error, open loop, °/s");
+        self.heading("drift over a time τ, on data not used for the fit");
         let band = self.terminal.width >= BANDED;
-        let columns = 37 + if pair { 10 } else { 0 } + if band { 9 } else { 0 };
+        let drift = self.terminal.width >= DRIFTED;
+        let columns = 39 + if pair { 10 } else { 0 } + if band { 14 } else { 0 } + if drift { 9 } else { 0 };
         let width = self.terminal.width.saturating_sub(columns).clamp(8, 48);
         let scale = Scale::around(rows.iter().flat_map(|r| [r.before, r.error, r.floor, r.floor_99]).flatten(), width);
         let other = axis.curves.first().map_or("", |curve| curve.label.as_str());
         let other = if other.chars().count() < 10 { other } else { "other" };
         let before = if pair { format!("{other:>10}") } else { String::new() };
         let legend = match width {
-            44.. => "█ noise alone  ▒ more than noise (log scale)",
-            32.. => "█ noise alone  ▒ more than noise",
+            28.. => "█ noise  ▒ more than noise",
             _ => "▒ not noise",
         };
+        let scale_says = match (width, pair) {
+            (40.., true) => "· before the change; log scale",
+            (28.., true) => "· before; log scale",
+            (12.., true) => "· before",
+            (12.., false) => "log scale",
+            _ => "",
+        };
         let legend = self.terminal.paint(Ink::Quiet, if width >= 12 { legend } else { "" });
-        let upper = if band { format!("{:>9}", "99 %") } else { String::new() };
-        self.line(&format!("  {:>8}{before}{:>9}{:>9}{upper}{:>7}  {legend}", "τ", "error", "floor", "×"));
+        let scale_says = self.terminal.paint(Ink::Quiet, scale_says);
+        let head = |upper: &str, angle: &str| {
+            let upper = if band { format!("{upper:>14}") } else { String::new() };
+            let angle = if drift { format!("{angle:>9}") } else { String::new() };
+            (angle, upper)
+        };
+        let (angle, upper) = head("noise stays", "angle");
+        self.line(&format!("  {:>8}{before}{:>9}{angle}{:>9}{upper}{:>9}  {legend}", "τ", "error", "floor", "error ÷"));
+        let (angle, upper) = head("below (99 %)", "in τ");
+        let before = if pair { format!("{:>10}", "°/s") } else { String::new() };
+        self.line(&format!("  {:>8}{before}{:>9}{angle}{:>9}{upper}{:>9}  {scale_says}", "", "°/s", "°/s", "floor"));
         for row in &rows {
             let (within, above, before_cells) = bars::parts(row, &scale);
             let above_ink = if above > 0 { Ink::Warn } else { Ink::Plain };
@@ -195,16 +216,21 @@ impl Screen {
             let before = if pair { format!("{:>10}", show(row.before)) } else { String::new() };
             let ratio =
                 row.error.zip(row.floor).filter(|r| r.1 > 0.0).map_or_else(|| "–".into(), |(e, f)| units::ratio(e / f));
-            let upper = if band { format!("{:>9}", show(row.floor_99)) } else { String::new() };
+            let angle = row.error.map_or_else(|| "–".into(), |error| format!("{}°", units::number(error * row.tau)));
+            let (angle, upper) = head(&show(row.floor_99), &angle);
             self.line(&format!(
-                "  {:>8}{before}{:>9}{:>9}{upper}{ratio:>7}  {bar}",
+                "  {:>8}{before}{:>9}{angle}{:>9}{upper}{ratio:>9}  {bar}",
                 units::time(row.tau),
                 show(row.error),
                 show(row.floor)
             ));
         }
         if !axis.floor_source.is_empty() {
-            self.wrapped("  ", &format!("floor: {}", axis.floor_source), Ink::Quiet);
+            self.wrapped(
+                "  ",
+                &format!("floor: what the noise of gyro and reference alone would leave ({})", axis.floor_source),
+                Ink::Quiet,
+            );
         }
     }
 
@@ -224,11 +250,10 @@ impl Screen {
         let wide = parameters.iter().map(|p| name(p).chars().count()).max().unwrap_or(0);
         let shown = parameters.iter().map(|p| p.shown.chars().count()).max().unwrap_or(0);
         for p in parameters {
-            let typical = if p.typical.is_empty() { p.says.clone() } else { format!("typical {}", p.typical) };
             let room = self.terminal.width.saturating_sub(indent.len() + wide + shown + 4);
-            let typical: String = if typical.chars().count() > room { String::new() } else { typical };
-            let typical = self.terminal.paint(Ink::Quiet, &typical);
-            self.line(&format!("{indent}{:wide$}  {:shown$}  {typical}", name(p), p.shown));
+            let says: String = if p.says.chars().count() > room { String::new() } else { p.says.clone() };
+            let says = self.terminal.paint(Ink::Quiet, &says);
+            self.line(&format!("{indent}{:wide$}  {:shown$}  {says}", name(p), p.shown));
         }
     }
 
@@ -238,21 +263,20 @@ impl Screen {
         }
         self.heading("suspects, likeliest first, and what each removes alone");
         for suspect in axis.suspects.iter().take(SUSPECTS) {
-            let values: Vec<String> = suspect
-                .parameters
-                .iter()
-                .map(|p| {
-                    let typical =
-                        if p.typical.is_empty() { String::new() } else { format!(" (typical {})", p.typical) };
-                    format!("{} = {}{typical}", p.name, p.shown)
-                })
-                .collect();
+            let values: Vec<String> = suspect.parameters.iter().map(|p| format!("{} = {}", p.name, p.shown)).collect();
             let name = self.terminal.paint(Ink::Strong, &suspect.effect);
             let pad = " ".repeat(24usize.saturating_sub(suspect.effect.chars().count()));
             let room = self.terminal.width >= 36 + suspect.card.title.chars().count();
             let title = if room { suspect.card.title.as_str() } else { "" };
             self.line(&format!("{:>6}  {name}{pad} {title}", suspect.removes));
             self.wrapped("          ", &values.join(", "), Ink::Plain);
+            if !suspect.significance.is_empty() {
+                let says = format!("chance that noise alone looks like it: {}", suspect.significance);
+                self.wrapped("          ", &says, Ink::Quiet);
+            }
+            if !suspect.card.typical.is_empty() {
+                self.wrapped("          ", &format!("usual: {}", suspect.card.typical), Ink::Quiet);
+            }
             if !suspect.aliases.is_empty() {
                 let ids: Vec<&str> = suspect.aliases.iter().map(|a| a.id.as_str()).collect();
                 self.wrapped(

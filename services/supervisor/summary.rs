@@ -6,7 +6,7 @@ use crate::{
     model_file,
     run_folder::{Run, RunFolder},
 };
-use gyro_model::{Axis, Model};
+use gyro_model::{Axis, Model, units};
 use ipc_types::ServiceId;
 use std::fmt::Write;
 
@@ -32,7 +32,7 @@ pub fn text(run: &Run, folder: &RunFolder, board: &Board) -> String {
                 let times = before / after;
                 let _ = writeln!(
                     out,
-                    "axis {}: open-loop error over {:.1} s {} -> {} ({times:.1} times less)",
+                    "axis {}: drift rate over {:.1} s {} → {} ({times:.1} times less)",
                     axis.axis,
                     axis.tau,
                     rate(before),
@@ -56,10 +56,9 @@ fn parameters(out: &mut String, model: &Model) {
         for term in &of_axis.terms {
             for (card, value, std_error) in term.parameters(axis) {
                 let name = format!("{}.{}", term.effect.card().id, card.name);
-                let error = if std_error.is_finite() { format!(" ± {std_error:.2e}") } else { String::new() };
-                let unit = if card.unit == "1" { "" } else { card.unit };
-                let shown = if card.unit == "rad/s" { format!("   ({})", rate(value)) } else { String::new() };
-                let _ = writeln!(out, "axis {axis}: {name:<28} {value:>14.8}{error} {unit}{shown}");
+                let unit = units::shown(card.unit, &[Some(value), Some(std_error)]);
+                let shown = units::uncertain(Some(value), Some(std_error), &unit);
+                let _ = writeln!(out, "axis {axis}: {name:<28} {shown}");
             }
         }
     }

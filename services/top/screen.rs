@@ -62,7 +62,7 @@ fn verdict(frame: &mut Frame, area: Rect, scene: &Scene, view: Option<&AxisView>
         |v| format!("axis {}  {}", v.axis, v.headline),
     );
     let label = view.map_or_else(String::new, |v| {
-        let ratio = v.error_over_floor.map_or_else(String::new, |r| format!("   error / floor {}", units::ratio(r)));
+        let ratio = v.error_over_floor.map_or_else(String::new, |r| format!("   error ÷ noise {}", units::ratio(r)));
         format!("{}{ratio}", v.label)
     });
     let source = view.filter(|v| !v.at_source.is_empty()).map(|v| format!("at the source: {}", v.at_source));
@@ -80,7 +80,7 @@ fn logarithms(tau: &[f64], values: &[Option<f64>]) -> Vec<(f64, f64)> {
 }
 
 fn curve(frame: &mut Frame, area: Rect, view: Option<&AxisView>) {
-    let block = Block::bordered().title(" held-out error and floor, °/s over τ ");
+    let block = Block::bordered().title(" drift rate and its floor, °/s over τ ");
     let Some(judged) = view.and_then(|v| v.curves.get(v.judged)).filter(|c| !c.tau.is_empty()) else {
         frame.render_widget(block, area);
         return;
@@ -230,7 +230,7 @@ mod tests {
     #[test]
     fn the_verdict_the_suspect_and_the_curve_are_on_the_screen() {
         let screen = picture(&scene(), 110, 40);
-        for text in ["missing effect: delay", "error / floor 9.0", "97 %", "held-out error", "q quit"] {
+        for text in ["missing effect: delay", "error ÷ noise 9.0", "97 %", "drift rate", "q quit"] {
             assert!(screen.contains(text), "{text}:\n{screen}");
         }
         assert!(screen.chars().any(|c| ('\u{2801}'..='\u{28ff}').contains(&c)), "no curve:\n{screen}");

@@ -45,8 +45,8 @@ const Parts = (() => {
   function parameters(list, withEffect) {
     if (!list.length) return h('p.soft', 'No parameters yet.');
     return h('.scroll', h('table.values',
-      h('thead', h('tr', withEffect ? h('th', 'effect') : null, h('th', ''), h('th', 'value ± standard error'), h('th', 'typical'), h('th.says', ''))),
-      h('tbody', list.map(p => h('tr', withEffect ? h('td', p.effect) : null, h('td', h('code', p.name)), h('td.number', p.shown), h('td.number', p.typical || ''), h('td.soft.says', p.says))))));
+      h('thead', h('tr', withEffect ? h('th', 'effect') : null, h('th', ''), h('th', 'value ± standard error'), h('th.says', ''), h('th.says', 'usual on low-cost sensors'))),
+      h('tbody', list.map(p => h('tr', withEffect ? h('td', p.effect) : null, h('td', h('code', p.name)), h('td.number', p.shown), h('td.soft.says', p.says), h('td.soft.says', p.typical || ''))))));
   }
 
   // extra: nodes behind the title (the dashboard's Add button)
@@ -55,7 +55,8 @@ const Parts = (() => {
       h('.head', h('b', s.effect), h('span.soft', s.card.title), extra || null),
       h('.share', { title: `removes ${s.removes} of the excess error` }, h('i', { style: `width:${100 * (s.share ?? 0)}%` })),
       h('p.small', `removes ${s.removes} of the excess error`, s.significance ? `, ${s.significance}` : ''),
-      s.parameters.length ? h('p.number', s.parameters.map(p => h('', `${p.name} = ${p.shown}`, p.typical ? h('span.soft', `   typical ${p.typical}`) : null))) : null,
+      s.parameters.length ? h('p.number', s.parameters.map(p => h('', `${p.name} = ${p.shown}`))) : null,
+      s.card.typical ? h('p.soft.small', `Usual: ${s.card.typical}.`) : null,
       s.aliases.map(a => h('.alias', h('p', `On this log it cannot be told from `, h('b', a.id), a.title ? ` (${a.title})` : '', '.'), a.when ? h('p.soft.small', `They look alike when ${a.when}.`) : null, a.split_by ? h('p.small', `To tell them apart: ${a.split_by}.`) : null)),
       s.aliases.length && s.separate_by ? h('p', h('b', 'Manoeuvre: '), s.separate_by) : null,
       card(s.card));
@@ -67,8 +68,8 @@ const Parts = (() => {
     const wide = r => (r == null ? 0 : 4 + 96 * Math.log(Math.max(1, r)) / Math.log(most));
     return h('.steps', list.map(s => [
       h('.label', s.label, s.aliases.length ? h('span.or.soft.small', `or ${s.aliases.join(' or ')}`) : null),
-      h('.number', s.ratio == null ? '–' : `${Charts.number(s.ratio)} × floor`),
-      h('.fall', { title: `largest error/floor ${Charts.number(s.ratio)}` + (s.error_1s != null ? `, ${Charts.number(s.error_1s)} °/s at 1 s` : '') }, h('i' + (s.ratio != null && s.ratio < 1.35 ? '.floor' : ''), { style: `width:${wide(s.ratio)}%` })),
+      h('.number', s.ratio == null ? '–' : `${Charts.number(s.ratio)} × noise`),
+      h('.fall', { title: `error ÷ floor at its worst ${Charts.number(s.ratio)}` + (s.error_1s != null ? `, ${Charts.number(s.error_1s)} °/s at 1 s` : '') }, h('i' + (s.ratio != null && s.ratio < 1.35 ? '.floor' : ''), { style: `width:${wide(s.ratio)}%` })),
     ]));
   }
 

@@ -68,7 +68,8 @@ finish();
 
 async function theLoop() {
   const headline = () => page.locator('#verdict h2').innerText();
-  const ratio = async () => +(await page.locator('#verdict .figure .value').last().innerText().catch(() => 'NaN')).replace(/[^\d.e-]/g, '');
+  // `27 × noise`.
+  const ratio = async () => parseFloat(await page.locator('#verdict .figure .value').last().innerText().catch(() => 'NaN'));
   const chips = () => page.locator('#model .chip').allInnerTexts();
   const card = page.locator(`#suspects .suspect[data-effect="${effect}"]`);
   await until(`${effect} among the suspects`, 120, async () => await card.count() > 0);

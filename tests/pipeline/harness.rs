@@ -246,12 +246,19 @@ pub fn counted(out: &str, process: &str, column: &str) -> u64 {
     row[place].parse().unwrap()
 }
 
-/// (value, standard error) of a parameter in a summary.
+/// (value, standard error) of a parameter in a summary, SI.
 pub fn parameter(out: &str, axis: &str, name: &str) -> (f64, f64) {
     let line = out
         .lines()
         .find(|line| line.starts_with(&format!("axis {axis}: {name} ")))
         .unwrap_or_else(|| panic!("no {name} of axis {axis}:\n{out}"));
     let words: Vec<&str> = line.split_whitespace().collect();
-    (words[3].parse().unwrap(), words[5].parse().unwrap())
+    let factor = match words.get(6).copied() {
+        None | Some("s") => 1.0,
+        Some("°/s") => 1f64.to_radians(),
+        Some("ms") => 1e-3,
+        Some(unit) => panic!("{unit} is not read here: {line}"),
+    };
+    let number = |word: &str| factor * word.replace('−', "-").parse::<f64>().unwrap();
+    (number(words[3]), number(words[5]))
 }

@@ -249,7 +249,7 @@ fn an_effect_is_removed_while_the_vehicle_drives() {
     pipeline.until("the challenger's victory", |_| model.effects().contains(&"delay".to_owned()));
     // What is on trial has the other effects in it.
     let tried = control(&place, &["add", "supply-voltage", "--axis", letter]);
-    assert!(String::from_utf8_lossy(&tried.stdout).contains("supply-voltage is on trial"), "{tried:?}");
+    assert!(String::from_utf8_lossy(&tried.stdout).contains("supply-voltage is not better so far"), "{tried:?}");
     refused("delay", "supply-voltage is on trial: wait for its end, or undo it first");
     assert!(control(&place, &["undo"]).status.success());
     assert_eq!(model.effects(), ["scale-factor", "bias", "delay"]);

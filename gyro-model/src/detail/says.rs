@@ -1,9 +1,13 @@
 //! The worst regimes in words: "above 31 °C the rate reads 0.70 ± 0.02 °/s high; elsewhere it is within its noise".
 
 use super::{AxisDetail, FailsWhere, Regime, RegimeBin, Spectrum, channels::FREE};
+use crate::units::{self, Shown};
+use statrs::distribution::{ContinuousCDF, Normal};
 
-/// A bin counts as off when its mean is so many standard errors from zero: 16 bins × 10 regressors are looked at.
-const SIGNIFICANT: f64 = 4.0;
+/// Chance that noise alone makes one of all bins that are looked at stand out.
+const CHANCE: f64 = 0.01;
+/// Standard errors that a mean is off by at least, however few bins there are.
+const LEAST: f64 = 4.0;
 /// Sentences at most.
 const SENTENCES: usize = 5;
 
@@ -11,15 +15,24 @@ const SENTENCES: usize = 5;
 #[must_use]
 pub fn fails_where(detail: &AxisDetail) -> Vec<FailsWhere> {
     let most = detail.regimes.first().map_or(0.0, |r| r.explains);
-    let mut found: Vec<FailsWhere> = detail
-        .regimes
-        .iter()
-        .filter(|r| r.explains > 0.25 * most)
-        .filter_map(worst_stretch)
+    let off = significant(detail.regimes.iter().map(|r| r.bins.len()).sum());
+    let shown = detail.regimes.iter().filter(|r| r.explains > 0.25 * most);
+    let mut throughout = false;
+    let mut found: Vec<FailsWhere> = shown
+        .filter_map(|regime| worst_stretch(regime, off))
+        // What is off throughout is so by whatever it is sorted: said once.
+        .filter(|(whole, _)| !whole || !std::mem::replace(&mut throughout, true))
+        .map(|(_, fails)| fails)
         .take(SENTENCES - 1)
         .collect();
     found.extend(worst_band(&detail.spectrum));
     found
+}
+
+/// Standard errors from zero from which on a mean stands out among so many.
+fn significant(bins: usize) -> f64 {
+    let normal = Normal::standard();
+    normal.inverse_cdf(1.0 - 0.5 * CHANCE / bins.max(1) as f64).max(LEAST)
 }
 
 /// A run of neighbouring bins that are off to the same side.
@@ -31,19 +44,25 @@ struct Stretch {
     std_error: f64,
 }
 
-fn worst_stretch(regime: &Regime) -> Option<FailsWhere> {
+/// The worst stretch of a regime, and whether it is the whole of it.
+fn worst_stretch(regime: &Regime, off: f64) -> Option<(bool, FailsWhere)> {
     let bins = &regime.bins;
-    let mut stretches = stretches(bins);
+    let mut stretches = stretches(bins, off);
     stretches.sort_by(|a, b| weight(b).total_cmp(&weight(a)));
     let worst = stretches.first()?;
     let (from, to) = (bins[worst.first].from, bins[worst.last].to);
-    let mut says = format!("{} {}", place(regime, worst), reads(worst));
+    let whole = worst.first == 0 && worst.last + 1 == bins.len();
+    let mut says = if whole {
+        reads(worst).replacen("the rate reads", "it reads", 1) + " throughout"
+    } else {
+        format!("{} {}", place(regime, worst), reads(worst))
+    };
     if let Some(other) = stretches.iter().skip(1).find(|s| s.mean * worst.mean < 0.0) {
         says = format!("{says}; {} {}", place(regime, other), reads(other));
-    } else if quiet_elsewhere(bins, worst) {
+    } else if quiet_elsewhere(bins, worst, off) {
         says.push_str("; elsewhere it is within its noise");
     }
-    Some(FailsWhere {
+    let fails = FailsWhere {
         regressor: regime.regressor.clone(),
         from: Some(from),
         to: Some(to),
@@ -51,15 +70,16 @@ fn worst_stretch(regime: &Regime) -> Option<FailsWhere> {
         mean_error: Some(worst.mean),
         std_error: Some(worst.std_error),
         says,
-    })
+    };
+    Some((whole, fails))
 }
 
 fn weight(stretch: &Stretch) -> f64 {
     stretch.samples as f64 * stretch.mean * stretch.mean
 }
 
-fn stretches(bins: &[RegimeBin]) -> Vec<Stretch> {
-    let off = |b: &RegimeBin| b.mean.abs() > SIGNIFICANT * b.std_error;
+fn stretches(bins: &[RegimeBin], significant: f64) -> Vec<Stretch> {
+    let off = |b: &RegimeBin| b.mean.abs() > significant * b.std_error;
     let mut found = Vec::new();
     let mut first = 0;
     while first < bins.len() {
@@ -84,17 +104,16 @@ fn stretches(bins: &[RegimeBin]) -> Vec<Stretch> {
     found
 }
 
-fn quiet_elsewhere(bins: &[RegimeBin], worst: &Stretch) -> bool {
+fn quiet_elsewhere(bins: &[RegimeBin], worst: &Stretch, off: f64) -> bool {
     let mut others = bins.iter().enumerate().filter(|(i, _)| !(worst.first..=worst.last).contains(i)).peekable();
-    others.peek().is_some()
-        && others.all(|(_, b)| b.mean.abs() < (SIGNIFICANT * b.std_error).min(0.5 * worst.mean.abs()))
+    others.peek().is_some() && others.all(|(_, b)| b.mean.abs() < (off * b.std_error).min(0.5 * worst.mean.abs()))
 }
 
 fn reads(stretch: &Stretch) -> String {
     let (mean, error) = (stretch.mean.to_degrees(), stretch.std_error.to_degrees());
     let side = if mean > 0.0 { "high" } else { "low" };
-    let digits = (1.0 - error.max(1e-6).log10().floor()).clamp(0.0, 6.0) as usize;
-    format!("the rate reads {:.digits$} ± {error:.digits$} °/s {side}", mean.abs())
+    let mean = units::uncertain(Some(mean.abs()), Some(error), &Shown { factor: 1.0, unit: " °/s".into() });
+    format!("the rate reads {mean} {side}")
 }
 
 /// "above 31 °C", "while turning in the positive direction", "from 20 to 45 s".
@@ -130,8 +149,7 @@ fn place(regime: &Regime, stretch: &Stretch) -> String {
     }
     let by = if is("rate-change") { "by " } else { "" };
     match (stretch.first == 0, stretch.last + 1 == bins.len()) {
-        (true, true) if regime.unit == FREE => format!("over the whole range of {}", regime.regressor),
-        (true, true) => "over the whole range of ".to_string() + &regime.regressor.replace('-', " "),
+        (true, true) => "throughout".into(),
         (false, true) if is("time") => format!("from {a} s on"),
         (true, false) if is("time") => format!("until {b} s"),
         (false, true) => format!("{what}{by}above {a}{unit}"),
@@ -202,11 +220,20 @@ fn worst_band(spectrum: &Spectrum) -> Option<FailsWhere> {
         samples,
         mean_error: None,
         std_error: None,
-        says: format!(
-            "between {} and {} Hz the error is {} times what noise alone makes",
-            number(from),
-            number(to),
-            number(ratio)
-        ),
+        says: band_says(from, to, ratio),
     })
+}
+
+/// Frequency below which an error is said by its period, Hz.
+const SLOW: f64 = 1.0;
+
+/// `a slow error, period about 6 s: 12 times noise in amplitude`.
+fn band_says(from: f64, to: f64, ratio: f64) -> String {
+    let middle = (from * to).sqrt();
+    let what = if middle < SLOW {
+        format!("a slow error, period about {}", units::time(1.0 / middle))
+    } else {
+        format!("an error at {} to {} Hz", number(from), number(to))
+    };
+    format!("{what}: {} times noise in amplitude", number(ratio))
 }

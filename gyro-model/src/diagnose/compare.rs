@@ -13,7 +13,7 @@ use crate::{
         FitError,
         judged::{self, Judged},
     },
-    thresholds,
+    thresholds, units,
 };
 
 /// Holds a model against a log.
@@ -78,8 +78,13 @@ fn unsearched(axis: AxisDiagnosis) -> AxisDiagnosis {
         Some(over) if axis.verdict == Verdict::Adequate => AxisDiagnosis {
             verdict: if over > thresholds::WANDER.value { Verdict::Unexplained } else { Verdict::CannotTell },
             says: format!(
-                "the error is up to {over:.1} times what noise leaves: a bias that wanders would leave it, and so would a \
-                 missing effect. `truerate diagnose` tells."
+                "{}: the error is up to {} times the floor. Next: `truerate diagnose` looks for the effect.",
+                if over > thresholds::WANDER.value {
+                    "this is not noise"
+                } else {
+                    "noise that wanders or a small effect"
+                },
+                units::ratio(over)
             ),
             ..axis
         },

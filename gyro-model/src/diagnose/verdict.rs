@@ -167,8 +167,8 @@ pub fn last_word(incumbent: &Incumbent, suspects: &[&Challenger], judged: &Judge
         return (
             Verdict::CannotTell,
             format!(
-                "the error is up to {over:.1} times what white noise leaves, and no effect of the catalogue stands out: a bias that \
-                 wanders would leave it, and so would something that is not in the catalogue. Record a second log, and one at rest."
+                "the error is up to {over:.1} times what white noise leaves, and no effect of the catalogue stands out. It may be a zero \
+                 that drifts, or something that is not in the catalogue. Record a second log, and one at rest."
             ),
         );
     }
@@ -240,7 +240,7 @@ pub fn rest(incumbent: &Incumbent, suspects: &[&Challenger], judged: &Judged, se
         (true, Some(r), _) => (
             Verdict::CannotTell,
             format!(
-                "a slow error is left that a wandering bias ({wanders}) and {} explain alike: record \
+                "a slow error is left that a drift of the zero ({wanders}) and {} explain alike: record \
                  a second cycle (heat and cool, restart hot, or twice as long)",
                 r.candidate.term.effect.card().id
             ),
@@ -257,10 +257,7 @@ pub fn rest(incumbent: &Incumbent, suspects: &[&Challenger], judged: &Judged, se
         }
         (true, None, None) if is_wander => (
             Verdict::Adequate,
-            format!(
-                "what is left is noise: the bias wanders by about {wanders}, which no parameter can \
-                 take out and a filter with a reference must follow.",
-            ),
+            format!("what is left is noise: the zero drifts by {wanders}; only a live reference can follow that."),
         ),
         (true, None, None) => (
             Verdict::Adequate,

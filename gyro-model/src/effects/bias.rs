@@ -12,7 +12,7 @@ pub struct Bias;
 
 static CARD: Card = Card {
     id: "bias",
-    title: "zero-rate output",
+    title: "zero-rate output: what it reads at rest",
     physics: "At rest the sensor does not read zero. Integrated, the bias is an angle that grows with time.",
     equation: "ω̂ = α ω_g + δ; the reading at rest is −δ/α",
     typical: "0.1–20 °/s on MEMS parts",

@@ -13,7 +13,7 @@ pub struct BiasDrift;
 
 static CARD: Card = Card {
     id: "bias-drift",
-    title: "rate ramp",
+    title: "the zero runs off steadily",
     physics: "The bias moves steadily through the log: ageing, settling stress, or a cause that nobody measures.",
     equation: "ω_f = ω + r t, t from the log's first row",
     typical: "0.001–0.1 °/s per minute (3e-7–3e-5 rad/s²), more while settling",

@@ -13,7 +13,7 @@ pub struct BiasStep;
 
 static CARD: Card = Card {
     id: "bias-step",
-    title: "bias step",
+    title: "the zero jumps once and stays there",
     physics: "A shock, a clipped temperature, a brown-out or a crack shifts the bias from one instant to the next, \
               and it stays there.",
     equation: "ω_f = ω + j for t > t0",

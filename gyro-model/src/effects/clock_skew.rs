@@ -13,7 +13,7 @@ pub struct ClockSkew;
 
 static CARD: Card = Card {
     id: "clock-skew",
-    title: "clocks that run apart",
+    title: "the clocks of gyro and reference run apart",
     physics: "Sensor and reference are stamped by two oscillators. What begins in step is apart by s·t later, so the \
               error grows with the length of the log.",
     equation: "ω_f(t) = ω(t (1 + s)), t from the log's first row",

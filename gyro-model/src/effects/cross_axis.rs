@@ -13,7 +13,7 @@ pub struct CrossAxis;
 
 static CARD: Card = Card {
     id: "cross-axis",
-    title: "misalignment, cross-axis sensitivity",
+    title: "misalignment: turning about another axis is read too",
     physics: "The sensitive axis is tilted against the axis of rotation, by its mounting and inside the package, so \
               a share of the other two rates is felt.",
     equation: "ω_f = ω + Σ m_k ω_k, over the two other axes k",

@@ -13,7 +13,7 @@ pub struct CubicNonlinearity;
 
 static CARD: Card = Card {
     id: "cubic-nonlinearity",
-    title: "cubic nonlinearity",
+    title: "an error that grows with the cube of the rate",
     physics: "Springs stiffen and amplifiers bend before they clip: the scale factor at fast turns differs from that \
               at slow turns, the same both ways.",
     equation: "ω_f = ω + k3 ω³",

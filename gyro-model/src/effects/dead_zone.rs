@@ -13,7 +13,7 @@ pub struct DeadZone;
 
 static CARD: Card = Card {
     id: "dead-zone",
-    title: "dead zone",
+    title: "slow rates are read as zero",
     physics: "A threshold in the sensor or its driver sets small readings to zero, so slow turns are never seen. The \
               zone lies around a reading of zero, not around zero rate.",
     equation: "ω_g = 0 where |ω_g| < w",

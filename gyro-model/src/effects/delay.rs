@@ -13,7 +13,7 @@ pub struct Delay;
 
 static CARD: Card = Card {
     id: "delay",
-    title: "the gyro is later than the reference by d (negative: earlier)",
+    title: "the gyro is later than the reference (negative: earlier)",
     physics: "The sensor's digital filter, its bus and the time-stamping at the receiver all take time, so the \
               reading stamped t belongs to t − d. At rate ω the angle is wrong by about ω d.",
     equation: "ω_f(t) = ω(t − d)",

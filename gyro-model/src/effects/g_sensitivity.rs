@@ -13,7 +13,7 @@ pub struct GSensitivity;
 
 static CARD: Card = Card {
     id: "g-sensitivity",
-    title: "linear acceleration sensitivity",
+    title: "acceleration is read as rate",
     physics: "Acceleration bends the suspension of the vibrating mass, and the sense electrodes take that for \
               rotation. Gravity turning in the body frame does the same as shaking.",
     equation: "ω_f = ω + g_x a_x + g_y a_y + g_z a_z, a the specific force",

@@ -13,7 +13,7 @@ pub struct GSquaredSensitivity;
 
 static CARD: Card = Card {
     id: "g-squared-sensitivity",
-    title: "vibration rectification",
+    title: "vibration rectification: vibration shifts the zero",
     physics: "A nonlinear suspension turns acceleration either way into an error of one sign: vibration whose mean \
               is zero moves the bias.",
     equation: "ω_f = ω + g_x a_x² + g_y a_y² + g_z a_z², a the specific force",

@@ -14,7 +14,7 @@ pub struct Lag;
 
 static CARD: Card = Card {
     id: "lag",
-    title: "first-order sensor bandwidth",
+    title: "first-order bandwidth: the gyro smooths the rate",
     physics: "The sensor's own low-pass filter follows the rate with a time constant: quick changes come late and \
               smaller.",
     equation: "τ dω_f/dt + ω_f = ω",

@@ -15,7 +15,7 @@ pub struct MountResonance;
 
 static CARD: Card = Card {
     id: "mount-resonance",
-    title: "springy mount",
+    title: "the mount is springy and rings at its own frequency",
     physics: "Tape, foam or a thin plate between shaft and gyro is a spring with damping: quick motion is magnified \
               up to the resonance and swallowed above it.",
     equation: "ω_f = ω through (2ζω_n s + ω_n²)/(s² + 2ζω_n s + ω_n²), ω_n = 2πf",

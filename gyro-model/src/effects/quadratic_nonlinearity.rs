@@ -13,7 +13,7 @@ pub struct QuadraticNonlinearity;
 
 static CARD: Card = Card {
     id: "quadratic-nonlinearity",
-    title: "quadratic nonlinearity",
+    title: "an error that grows with the square of the rate",
     physics: "The drive and sense electrodes are not quite linear: the scale factor rises with rate one way and \
               falls the other way.",
     equation: "ω_f = ω + k2 ω²",

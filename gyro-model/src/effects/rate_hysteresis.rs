@@ -16,7 +16,7 @@ pub struct RateHysteresis;
 
 static CARD: Card = Card {
     id: "rate-hysteresis",
-    title: "hysteresis in rate",
+    title: "the reading depends on whether the rate came from above or below",
     physics: "Friction in the suspension or charge in the dielectric holds the output back until the rate has \
               changed by h, at every turn of the acceleration.",
     equation: "ω_f = P_h(ω): stands still until ω has left the clearance ±h/2 about it",

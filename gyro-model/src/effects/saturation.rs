@@ -13,7 +13,7 @@ pub struct Saturation;
 
 static CARD: Card = Card {
     id: "saturation",
-    title: "end of range",
+    title: "end of range: faster rates are cut off",
     physics: "Beyond its range the sensor puts out its largest reading, whatever the rate.",
     equation: "ω_g held within ±l",
     typical: "97 % of the printed full scale",

@@ -13,7 +13,7 @@ pub struct ScaleAsymmetry;
 
 static CARD: Card = Card {
     id: "scale-asymmetry",
-    title: "scale-factor asymmetry",
+    title: "reads one direction of turning more than the other",
     physics: "Positive and negative rates go through different halves of the sense electronics, so the two \
               directions scale differently. To and fro, the angle drifts although the bias is right.",
     equation: "ω_f = ω + a |ω|",

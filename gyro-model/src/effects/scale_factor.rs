@@ -12,7 +12,7 @@ pub struct ScaleFactor;
 
 static CARD: Card = Card {
     id: "scale-factor",
-    title: "scale factor",
+    title: "reads every rate too large or too small by one factor",
     physics: "The sensor's gain differs from its data sheet's, from part to part and with mounting. A turn of 360° \
               is read as 360°/α.",
     equation: "ω̂ = α ω_g + δ",

@@ -13,7 +13,7 @@ pub struct SupplyVoltage;
 
 static CARD: Card = Card {
     id: "supply-voltage",
-    title: "zero-rate output against supply voltage",
+    title: "the zero-rate output goes with the supply voltage",
     physics: "The drive amplitude and the references of the converter hang on the supply, and with them the bias. A \
               motor that starts pulls the supply down and the reading off.",
     equation: "ω_f = ω + c ΔV, ΔV = V less the median of the log on which the model was fitted",

@@ -13,7 +13,7 @@ pub struct TemperatureBias;
 
 static CARD: Card = Card {
     id: "temperature-bias",
-    title: "zero-rate output against temperature",
+    title: "the zero-rate output goes with the temperature",
     physics: "The silicon and its package expand, the quadrature error leaks differently, and the reading at rest \
               moves with the sensor's temperature.",
     equation: "ω_f = ω + c1 ΔT + c2 ΔT²,  ΔT = T − 25 °C",

@@ -13,7 +13,7 @@ pub struct TemperatureRate;
 
 static CARD: Card = Card {
     id: "temperature-rate",
-    title: "bias against heating rate",
+    title: "the zero goes with how fast it heats up",
     physics: "While it heats or cools the package is not at one temperature: its gradients bend the structure, and \
               the error goes when the temperature stands still.",
     equation: "ω_f = ω + c dT/dt, dT/dt of the measured temperature: on a log from cubics as wide as its readings ask \

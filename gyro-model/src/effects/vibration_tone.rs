@@ -13,7 +13,7 @@ pub struct VibrationTone;
 
 static CARD: Card = Card {
     id: "vibration-tone",
-    title: "vibration tone",
+    title: "a vibration at one frequency reads as rate",
     physics: "A fan, a propeller or the supply's ripple shakes the sensor or its electronics at one frequency; the \
               shaft does not turn with it.",
     equation: "ω_f = ω + a_sin sin 2πft + a_cos cos 2πft, f ≥ 1 Hz, t from the log's first row",

@@ -13,7 +13,7 @@ pub struct WarmUp;
 
 static CARD: Card = Card {
     id: "warm-up",
-    title: "turn-on transient",
+    title: "turn-on transient: the zero settles after switching on",
     physics: "After power-on the sensor heats itself and its loops settle: the bias starts off and creeps to its \
               final value.",
     equation: "ω_f = ω + a exp(−t/τ), t from the log's first row",

@@ -297,11 +297,11 @@ fn prior(series: &Series, reference: &[f64]) -> Prior {
     let (variance, gyro_says) = if assumed {
         (poor, "a poor MEMS sensor's data sheet (0.03 °/s/√Hz): the motion is jerky and never rests")
     } else if was_found {
-        (series.walk.gyro.powi(2) / dt, "the readings that these are means of")
+        (series.walk.gyro.powi(2) / dt, "the readings, measured before they were averaged")
     } else if jerky {
         (gyro.quiet, "the quietest stretches (the motion is jerky)")
     } else {
-        (gyro.mean, "sixth differences of the reading")
+        (gyro.mean, "the reading, measured on this log")
     };
     let variance = variance.max(lsb * lsb / 12.0);
     let rounding = Rounding::of(series, lsb);
@@ -316,7 +316,7 @@ fn prior(series: &Series, reference: &[f64]) -> Prior {
         let (least, of) =
             if beside.mean < angle.mean { (beside, "the reference less the gyro") } else { (angle, "the reference") };
         let variance = if least.uneven() { least.quiet } else { least.mean };
-        (variance.sqrt().max(1e-9), format!("sixth differences of {of}"))
+        (variance.sqrt().max(1e-9), format!("{of}, measured on this log"))
     };
     let walk = (variance * dt).sqrt().max(1e-9);
     Prior {

@@ -11,7 +11,7 @@ mod tests;
 
 use crate::{
     Axis,
-    diagnosis::{AxisDiagnosis, AxisLadder, ErrorPoint, ParameterValue, Suspect, Verdict},
+    diagnosis::{AxisDiagnosis, AxisLadder, ErrorPoint, LimitedBy, ParameterValue, Suspect, Verdict},
     effects::{self, Stage},
     measured::{Measured, and},
     units,
@@ -42,10 +42,9 @@ pub fn of_diagnosis(axis: &AxisDiagnosis) -> Headline {
             only(format!("An effect is missing: {}.", left(here, axis.error_over_floor)))
         }
         (Verdict::Adequate, _) => only(adequate(here, axis.within_floor)),
-        (Verdict::Unexplained, _) if axis.searched => only(format!(
-            "More than noise is left, and no effect of the catalogue explains it: {}.",
-            left(here, axis.error_over_floor)
-        )),
+        (Verdict::Unexplained, _) if axis.searched => {
+            unexplained(&left(here, axis.error_over_floor), axis.limited_by, &axis.limited_says)
+        }
         (Verdict::Unexplained, _) => {
             only(format!("This model leaves more than noise: {}.", left(here, axis.error_over_floor)))
         }
@@ -74,10 +73,7 @@ pub fn of_ladder(axis: &AxisLadder) -> Headline {
     if added.is_empty() {
         return match axis.verdict {
             Verdict::Adequate => only(adequate(here, Some(within))),
-            _ => only(format!(
-                "More than noise is left, and no effect of the catalogue explains it: {}.",
-                left(here, last.error_over_floor)
-            )),
+            _ => unexplained(&left(here, last.error_over_floor), axis.limited_by, &axis.limited_says),
         };
     }
     let clauses: Vec<String> = added.iter().map(|id| clause(axis.axis, id, &axis.parameters)).collect();
@@ -227,12 +223,35 @@ fn makes(before: ErrorPoint, after: ErrorPoint, causes: usize, is_noise: bool) -
     )
 }
 
+/// No effect explains what is left: what limits the log is the answer where that is known.
+fn unexplained(left: &str, by: Option<LimitedBy>, says: &str) -> Headline {
+    let known = by.filter(|by| !matches!(by, LimitedBy::Unattributed | LimitedBy::MissingEffect));
+    match known {
+        Some(_) if !says.is_empty() => {
+            let (what, remedy) = says.split_once("). ").unwrap_or((says, ""));
+            let what = what.rsplit_once(" (").map_or(what, |(what, _)| what);
+            Headline {
+                answer: format!("More than noise is left, and no effect explains it: {left}. Most of it: {what}."),
+                at_source: first_small(remedy),
+            }
+        }
+        _ => only(format!("More than noise is left, and no effect of the catalogue explains it: {left}.")),
+    }
+}
+
+/// As what stands behind a colon: without its capital letter and its full stop.
+fn first_small(text: &str) -> String {
+    let text = text.trim_end_matches('.');
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
+}
+
 fn adequate(here: Option<ErrorPoint>, within: Option<bool>) -> String {
     let Some(point) = here else { return "Nothing is missing that this log could show.".into() };
     let (error, over) = (units::rate(point.error), units::time(point.tau_s));
     if within == Some(false) {
         return format!(
-            "No effect is missing: over {over} the error is {error} °/s (white noise alone: {}), and what is more is noise that wanders.",
+            "No effect is missing: over {over} the error is {error} °/s (white noise alone: {}), and the rest is a zero that drifts.",
             units::rate(point.floor)
         );
     }

@@ -131,6 +131,16 @@ fn each_verdict_has_its_answer_with_a_number() {
         ),
         (diagnosed(Verdict::Unexplained, Vec::new(), 14.0), "up to 14 times what noise alone makes"),
         (
+            AxisDiagnosis {
+                limited_by: Some(LimitedBy::Timing),
+                limited_says: "the stamps of gyro and reference scatter by 3 ms against each other (90 % of the error² at 1 s). Stamp \
+                               in hardware, or log both with one clock."
+                    .into(),
+                ..diagnosed(Verdict::Unexplained, Vec::new(), 14.0)
+            },
+            "Most of it: the stamps of gyro and reference scatter by 3 ms against each other.",
+        ),
+        (
             AxisDiagnosis { searched: false, ..diagnosed(Verdict::Unexplained, Vec::new(), 14.0) },
             "This model leaves more than noise: 0.481 °/s of error over 1 s",
         ),

@@ -111,31 +111,24 @@ pub(super) fn falling(label: String, points: &[ErrorPoint], ratio: Option<f64>, 
     }
 }
 
-/// Parameters with their typical sizes; with `rest`, the reading at rest is added behind the bias.
+/// Parameters with what is usual of their effect; with `rest`, a bias is said as what the gyro reads at rest.
 pub(super) fn parameters(axis: Axis, values: &[ParameterValue], rest: bool) -> Vec<ParameterView> {
     let mut views: Vec<ParameterView> = values.iter().map(|p| parameter(axis, p, values)).collect();
     let find = |effect: &str| values.iter().find(|p| p.effect == effect).and_then(|p| p.value);
-    if let (true, Some(delta)) = (rest, find("bias")) {
-        let alpha = find("scale-factor").unwrap_or(1.0);
-        let place = views.iter().position(|v| v.effect == "bias").map_or(views.len(), |i| i + 1);
-        views.insert(
-            place,
-            ParameterView {
-                effect: "bias".into(),
-                name: "−δ/α".into(),
-                says: "what the gyro reads at rest".into(),
-                shown: units::uncertain(
-                    Some(-delta / alpha),
-                    values
-                        .iter()
-                        .find(|p| p.effect == "bias")
-                        .and_then(|p| p.std_error)
-                        .map(|error| error / alpha.abs()),
-                    &units::shown("rad/s", &[]),
-                ),
-                typical: String::new(),
-            },
-        );
+    if let (true, Some(delta), Some(view)) = (rest, find("bias"), views.iter_mut().find(|view| view.effect == "bias")) {
+        let reads =
+            units::uncertain(Some(-delta / find("scale-factor").unwrap_or(1.0)), None, &units::shown("rad/s", &[]));
+        view.says = format!("the gyro reads {reads} at rest");
+        view.typical = String::new();
+    }
+    // What is usual of an effect is said once.
+    let mut told: Vec<String> = Vec::new();
+    for view in &mut views {
+        if told.contains(&view.effect) {
+            view.typical = String::new();
+        } else {
+            told.push(view.effect.clone());
+        }
     }
     views
 }
@@ -165,10 +158,7 @@ fn parameter(axis: Axis, p: &ParameterValue, all: &[ParameterValue]) -> Paramete
         } else {
             units::uncertain(p.value, p.std_error, &unit)
         },
-        typical: p
-            .typical
-            .filter(|t| t.is_finite() && *t != 0.0 && !is_plain)
-            .map_or_else(String::new, |t| format!("{}{}", units::round(t * unit.factor), unit.unit)),
+        typical: effects::find(&p.effect).map_or("", |effect| effect.card().typical).into(),
     }
 }
 
@@ -206,9 +196,7 @@ pub(super) fn noise(noise: &NoiseValue, verdict: Verdict) -> String {
     ];
     let parts: Vec<String> = parts.into_iter().flatten().collect();
     let more = match verdict {
-        Verdict::MissingEffect | Verdict::Ambiguous | Verdict::Unexplained => {
-            ", what is missing counted in as far as it might be noise"
-        }
+        Verdict::MissingEffect | Verdict::Ambiguous | Verdict::Unexplained => " (too high while an effect is missing)",
         _ => "",
     };
     if parts.is_empty() { String::new() } else { format!("Noise{more}: {}", parts.join(", ")) }
@@ -268,14 +256,14 @@ pub(super) fn suspect(axis: Axis, s: &Suspect) -> SuspectView {
     SuspectView {
         effect: s.effect.clone(),
         card: card(&s.effect),
-        removes: share.map_or_else(|| "–".into(), units::percent),
+        removes: share.map_or_else(|| "–".into(), |share| units::percent(share.clamp(0.0, 1.0))),
         share: share.map(|f| f.clamp(0.0, 1.0)),
         significance: s.p_value.filter(|p| p.is_finite()).map_or_else(String::new, |p| {
             if p < 1e-6 { "p < 10⁻⁶".into() } else { format!("p = {}", units::number(p)) }
         }),
         parameters: parameters(
             axis,
-            &s.parameters.iter().filter(|p| p.effect == s.effect).cloned().collect::<Vec<_>>(),
+            &s.parameters.iter().filter(|p| p.effect == s.effect && p.value.is_some()).cloned().collect::<Vec<_>>(),
             false,
         ),
         aliases,

@@ -20,6 +20,8 @@ pub struct Page {
     pub title: String,
     /// The log.
     pub log: String,
+    /// What has to be known before anything else.
+    pub warning: String,
     /// One entry an axis.
     pub axes: Vec<AxisView>,
     /// What to run next, best first.
@@ -161,7 +163,7 @@ pub struct ParameterView {
     pub says: String,
     /// `12.10 ± 0.12 ms`.
     pub shown: String,
-    /// The size typical of such sensors, in the same unit.
+    /// What is usual of its effect on low-cost sensors, where that is not said yet.
     pub typical: String,
 }
 
@@ -301,7 +303,8 @@ impl Page {
 }
 
 fn page(title: &str, log: &str, axes: Vec<AxisView>, next: Vec<next::Next>) -> Page {
-    Page { title: title.into(), log: log.into(), axes, next, version: env!("CARGO_PKG_VERSION") }
+    let version = env!("CARGO_PKG_VERSION");
+    Page { title: title.into(), log: log.into(), warning: String::new(), axes, next, version }
 }
 
 impl AxisView {
