@@ -6,7 +6,7 @@
 
 use super::{Claim, seen::Seen, spectra::Band};
 use crate::{
-    evidence::spectrum::{hann, transform},
+    evidence::spectrum::{fast_length, hann, power, transform},
     order::median,
 };
 use realfft::num_complex::Complex;
@@ -37,7 +37,7 @@ const STRONG: (f64, f64) = (10.0, 4.0);
 
 /// What it makes of the error that is `left`, band by band.
 pub fn claim(seen: &Seen, left: &[f64]) -> Option<Claim> {
-    let lines = lines(seen);
+    let lines = &seen.folded;
     let beyond = beyond(seen);
     if lines.is_empty() && beyond.is_none() {
         return None;
@@ -54,9 +54,10 @@ pub fn claim(seen: &Seen, left: &[f64]) -> Option<Claim> {
             _ => 0.0,
         }
     };
-    let strongest = lines.iter().max_by(|a, b| a.power.total_cmp(&b.power));
-    let numbers =
-        strongest.map_or([0.0, beyond.unwrap_or(0.0).sqrt(), 0.0], |line| [line.frequency, line.truly, line.rate]);
+    let numbers = match fundamental(lines, 1.0 / seen.dt) {
+        Some(line) => [line.frequency, line.truly, line.rate],
+        None => [0.0, beyond.unwrap_or(0.0).sqrt(), 0.0],
+    };
     Some(Claim::exactly(left, part).saying(numbers))
 }
 
@@ -72,9 +73,50 @@ fn beyond(seen: &Seen) -> Option<f64> {
     (gyro.min(reference) > STRONG.0 * seen.white() && reference > STRONG.1 * noise).then(|| mean(&|band| band.gyro))
 }
 
+/// The line that tells most of the motion: of the strongest at one rate, that whose multiples, folded, are the others too, at
+/// the lowest frequency that does. The proportion of gyro to reference alone does not say where a line came from, for the
+/// gyro shows less of what is fast.
+fn fundamental(lines: &[Line], sampling: f64) -> Option<Line> {
+    let strongest = lines.iter().max_by(|a, b| a.power.total_cmp(&b.power))?;
+    let own: Vec<&Line> = lines.iter().filter(|line| (line.rate / strongest.rate - 1.0).abs() < ONE_RATE).collect();
+    let explained = |truly: f64| -> f64 {
+        let shows = |line: &&&Line| {
+            (1..=MULTIPLES).any(|m| (folded(f64::from(m) * truly, sampling) - line.frequency).abs() < SAME)
+        };
+        own.iter().filter(shows).map(|line| line.power).sum()
+    };
+    let tried = own.iter().flat_map(|line| {
+        let from = [sampling - line.frequency, sampling + line.frequency, 2.0 * sampling - line.frequency];
+        from.map(|truly| Line { truly, ..**line })
+    });
+    tried.max_by(|a, b| explained(a.truly).total_cmp(&explained(b.truly)).then(b.truly.total_cmp(&a.truly)))
+}
+
+/// Where a frequency shows that is sampled so often, Hz.
+fn folded(frequency: f64, sampling: f64) -> f64 {
+    let rest = frequency.rem_euclid(sampling);
+    rest.min(sampling - rest)
+}
+
+/// Multiples of a line that are looked at, and how near one has to lie, Hz.
+const MULTIPLES: u32 = 4;
+const SAME: f64 = 0.8;
+
+/// Share of the power of an error's steps that stands within a line's width of these lines.
+pub fn share(lines: &[Line], error: &[f64], dt: f64) -> f64 {
+    let mut own = error.to_vec();
+    own.truncate(fast_length(own.len()));
+    let width = 1.0 / (ROWS as f64 * dt);
+    let bin = 1.0 / (own.len() as f64 * dt);
+    let power = power(&mut own);
+    let inside = |k: &usize| lines.iter().any(|line| (*k as f64 * bin - line.frequency).abs() < width);
+    let within: f64 = (0..power.len()).filter(inside).map(|k| power[k]).sum();
+    within / power.iter().sum::<f64>().max(1e-300)
+}
+
 /// A line of folded motion.
 #[derive(Clone, Copy, Debug)]
-struct Line {
+pub struct Line {
     /// Where it shows, Hz.
     frequency: f64,
     /// Where it is, Hz, as near as the proportion of the two says.
@@ -93,10 +135,11 @@ struct Stretch {
     first: usize,
 }
 
-fn lines(seen: &Seen) -> Vec<Line> {
-    let n = seen.error.len();
-    let mean = |first: usize, rows: usize| seen.reference[first..first + rows].iter().sum::<f64>() / rows as f64;
-    let fastest = seen.gyro.iter().fold(0.0_f64, |most, step| most.max(step.abs()));
+/// The lines of the steps of an error, of a gyro and of a reference, so far apart, s.
+pub fn lines([error, gyro, reference]: [&[f64]; 3], dt: f64) -> Vec<Line> {
+    let n = error.len();
+    let mean = |first: usize, rows: usize| reference[first..first + rows].iter().sum::<f64>() / rows as f64;
+    let fastest = gyro.iter().fold(0.0_f64, |most, step| most.max(step.abs()));
     let even = |first: usize| {
         let [whole, one, other] = [mean(first, ROWS), mean(first, ROWS / 2), mean(first + ROWS / 2, ROWS / 2)];
         let is_even = (one - whole).abs().max((other - whole).abs()) < EVEN * whole.abs();
@@ -109,7 +152,7 @@ fn lines(seen: &Seen) -> Vec<Line> {
         let is_one = |s: &Stretch| (s.rate / rate - 1.0).abs() < ONE_RATE;
         let group: Vec<usize> = left.iter().filter(|s| is_one(s)).map(|s| s.first).collect();
         if group.len() >= STRETCHES {
-            lines.extend(of_group(seen, &group, rate / seen.dt));
+            lines.extend(of_group([error, gyro, reference], &group, rate / dt, dt));
         }
         left.retain(|s| !is_one(s));
     }
@@ -117,7 +160,7 @@ fn lines(seen: &Seen) -> Vec<Line> {
 }
 
 /// The lines that stretches of one rate show.
-fn of_group(seen: &Seen, group: &[usize], rate: f64) -> Vec<Line> {
+fn of_group(series: [&[f64]; 3], group: &[usize], rate: f64, dt: f64) -> Vec<Line> {
     let taper = hann(ROWS);
     let spectrum = |values: &[f64]| {
         let mean = values.iter().sum::<f64>() / ROWS as f64;
@@ -129,7 +172,7 @@ fn of_group(seen: &Seen, group: &[usize], rate: f64) -> Vec<Line> {
     let (mut error, mut gyro, mut reference) = (vec![0.0; many], vec![0.0; many], vec![0.0; many]);
     let mut cross = vec![Complex::new(0.0, 0.0); many];
     for &first in group {
-        let [e, g, r] = [&seen.error, &seen.gyro, &seen.reference].map(|series| spectrum(&series[first..first + ROWS]));
+        let [e, g, r] = series.map(|series| spectrum(&series[first..first + ROWS]));
         for k in 0..many {
             error[k] += e[k].norm_sqr();
             gyro[k] += g[k].norm_sqr();
@@ -144,12 +187,12 @@ fn of_group(seen: &Seen, group: &[usize], rate: f64) -> Vec<Line> {
         let near = k.saturating_sub(PADDED / ROWS / 2)..(k + PADDED / ROWS / 2 + 1).min(many);
         error[k] > LINE * usual && error[near].iter().all(|other| *other <= error[k])
     };
-    let sampling = 1.0 / seen.dt;
+    let sampling = 1.0 / dt;
     let line = |k: usize| {
         let proportion = cross[k] / reference[k].max(1e-300);
         let coherence = cross[k].norm_sqr() / (gyro[k] * reference[k]).max(1e-300);
         let is_folded = coherence > COHERENT && (proportion.norm() > LARGER || proportion.re < TURNED);
-        let frequency = k as f64 / (PADDED as f64 * seen.dt);
+        let frequency = k as f64 / (PADDED as f64 * dt);
         let wanted = proportion.norm() * frequency;
         let truly = [sampling - frequency, sampling + frequency]
             .into_iter()

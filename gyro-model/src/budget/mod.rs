@@ -22,7 +22,8 @@ pub mod spectra;
 mod timing;
 
 use crate::{
-    diagnosis::{BudgetPoint, ErrorPoint, FloorFrom, FrequencyShare, LimitedBy, Verdict},
+    Axis,
+    diagnosis::{BudgetPoint, DataFault, ErrorPoint, FloorFrom, FrequencyShare, LimitedBy, Verdict},
     evidence::{study::Study, whiten::NoiseModel},
     fit::judged::{Judged, finite},
 };
@@ -113,6 +114,9 @@ pub struct Budget {
     pub set_up: Vec<f64>,
     /// Share of the error² over the middle of the curve that no component takes.
     pub unattributed: f64,
+    /// A line of motion faster than half the sampling rate: where it shows and where it is, Hz, and the rate that it is seen at,
+    /// rad/s; where it makes much of the error.
+    folded: Option<[f64; 3]>,
 }
 
 impl Budget {
@@ -175,7 +179,13 @@ impl Budget {
         let limited_says = says::says(limited_by, &points, &seen, &numbers);
         let by_frequency = seen.bands.iter().zip(&left).map(|(band, left)| by_frequency(band, *left)).collect();
         let floor_from = if seen.prior.assumed { FloorFrom::Assumed } else { FloorFrom::Measured };
-        Self { points, by_frequency, limited_by, limited_says, floor_from, set_up, unattributed }
+        let much = |point: &BudgetPoint| {
+            let all = point.parts().iter().sum::<f64>();
+            point.folded_motion.is_some_and(|folded| folded > MUCH * all)
+        };
+        let is_line = |numbers: &[f64; 3]| numbers[0] > 0.0;
+        let folded = numbers(Part::FoldedMotion).filter(|numbers| is_line(numbers) && points.iter().any(much));
+        Self { points, by_frequency, limited_by, limited_says, floor_from, set_up, unattributed, folded }
     }
 }
 
@@ -249,6 +259,29 @@ impl Budget {
         (Verdict::CannotTell, says)
     }
 }
+
+impl Budget {
+    /// Motion that is folded, as a fault of the data of an axis.
+    #[must_use]
+    pub fn fault(&self, axis: Axis) -> Option<DataFault> {
+        let [shows, truly, rate] = self.folded?;
+        Some(DataFault {
+            fault: "aliased-motion".to_owned(),
+            axis: Some(axis),
+            count: 1,
+            first_t: None,
+            says: format!(
+                "motion of about {truly:.1} Hz is faster than half the sampling rate and shows at {shows:.1} Hz while the shaft turns \
+                 with {:.0} °/s: gyro and reference both have the line, in another proportion than motion of {shows:.1} Hz. No effect \
+                 is made of it. Sample faster, or filter both before sampling",
+                rate.to_degrees()
+            ),
+        })
+    }
+}
+
+/// Share of the error² of an averaging time that makes folded motion a fault.
+const MUCH: f64 = 0.2;
 
 /// Share of the error² that may be attributed to nothing where the rest explains it.
 const EXPLAINED: f64 = 0.2;

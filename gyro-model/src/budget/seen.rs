@@ -1,7 +1,8 @@
 //! What the components of a budget look at: one axis' error, step by step, beside gyro and reference.
 
 use super::{
-    coherent,
+    coherent::{self, Conditioned},
+    folded_motion::{self, Line},
     spectra::{Band, bands},
 };
 use crate::{
@@ -24,12 +25,12 @@ pub struct Seen<'a> {
     pub error: Vec<f64>,
     /// Steps of the compensated gyro's angle, rad.
     pub gyro: Vec<f64>,
-    /// Steps of the reference's angle, rad.
-    pub reference: Vec<f64>,
     /// By how much the reference's rate changes from one step to the next, about all axes that it is of, rad/s.
     pub bends: Vec<f64>,
-    /// Spectra of the three.
+    /// Spectra of error, gyro and reference.
     pub bands: Vec<Band>,
+    /// Lines of motion faster than half the sampling rate.
+    pub folded: Vec<Line>,
     /// Share of the error² of each averaging time that goes with the catalogue's columns.
     pub with_columns: Vec<f64>,
     /// One step of the reference where it is an encoder, rad.
@@ -66,8 +67,16 @@ impl<'a> Seen<'a> {
         };
         let tau = &study.bench.windows.tau;
         let whole = read_angle(s);
-        let found = coherent::conditioned(s, &whole, &error, tau, dt);
         let reference = steps(&angle);
+        let raw = steps(&error);
+        let read: Vec<f64> = reference.iter().zip(&raw).map(|(r, e)| r + e).collect();
+        let folded = folded_motion::lines([&raw, &read, &reference], dt);
+        // The columns are made of the gyro, which shows folded motion too: what is most of the error is not theirs.
+        let found = if folded_motion::share(&folded, &raw, dt) > MOST {
+            Conditioned { rest: error, share: vec![0.0; tau.len()] }
+        } else {
+            coherent::conditioned(s, &whole, &error, tau, dt)
+        };
         let error = steps(&found.rest);
         let gyro: Vec<f64> = reference.iter().zip(&error).map(|(r, e)| r + e).collect();
         let bands = bands([&error, &gyro, &reference], dt);
@@ -82,9 +91,9 @@ impl<'a> Seen<'a> {
             dt,
             error,
             gyro,
-            reference,
             bends,
             bands,
+            folded,
             with_columns: found.share,
             count: s.encoder.step,
             rests: s.rest == Rest::Whole,
@@ -112,6 +121,9 @@ impl<'a> Seen<'a> {
         2.0 * self.dt * (2.0 * sigma * (std::f64::consts::PI * band.frequency() * self.dt).sin() / self.dt).powi(2)
     }
 }
+
+/// Share of the error in lines of folded motion from which on its columns are not asked.
+const MOST: f64 = 0.3;
 
 /// By how much the reference's rate changes from one step to the next: of an orientation, about all of its axes together.
 fn bends(study: &Study, t: &[f64]) -> Vec<f64> {

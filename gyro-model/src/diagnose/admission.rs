@@ -3,8 +3,8 @@
 use super::{
     case::{
         AFTER, BEFORE, Case, FALL, GROWS, HELD_OUT, HELD_SHARE, HELD_SHARE_OF_ALL, IS_AT_BOUND, IS_BEYOND_WANDER,
-        IS_FIRST, IS_IN_READING, IS_LINE, IS_SHAPE_AT_BOUND, IS_SLOW, JUDGED, KEPT, LEAVES_NOISE, LEAVES_ROWS_OUT,
-        P_VALUE, RATIO, REMOVED, REMOVED_KEPT, SIZE, SWINGS,
+        IS_FIRST, IS_IN_READING, IS_IN_REFERENCE, IS_LINE, IS_SHAPE_AT_BOUND, IS_SLOW, JUDGED, KEPT, LEAVES_NOISE,
+        LEAVES_ROWS_OUT, P_VALUE, RATIO, REMOVED, REMOVED_KEPT, SIZE, SWINGS,
     },
     decision::{
         Condition::{self, Above, Below, Is, Not},
@@ -114,6 +114,12 @@ pub(super) static ADMISSION: &[Test<Case>] = &[
         asks: "while much is left unexplained, a line stands in the gyro's own reading or dominates the error",
         applies: &[JUDGED, Is(&IS_LINE), Above(&AFTER, &limit::ROUGH)],
         ways: &[&PLAIN_LINE, &[Above(&REMOVED, &limit::DOMINATES)]],
+    },
+    Test {
+        name: "motion",
+        asks: "a line far beyond what such sensors have is not in the reference too: what both show is motion, folded perhaps",
+        applies: &[JUDGED, Is(&IS_LINE), Above(&SIZE, &limit::OUTSIZED)],
+        ways: &[&[Not(&IS_IN_REFERENCE)]],
     },
     Test {
         name: "held-out",
@@ -226,6 +232,7 @@ mod tests {
             ("share", Case { after: 9.5, kept: 9.5, ..Case::UNKNOWN }),
             ("size", Case { size: 50.0, after: 2.0, ..Case::UNKNOWN }),
             ("line", Case { is_line: true, after: 8.0, ..Case::UNKNOWN }),
+            ("motion", Case { is_line: true, size: 50.0, is_in_reading: true, is_in_reference: true, ..Case::UNKNOWN }),
             ("held-out", Case { held_out: Estimate { value: 80.0, std_error: 90.0 }, p_value: 1e-3, ..weak }),
             ("held-out", Case { held_out: Estimate { value: -3.0, std_error: 1.0 }, ..weak }),
             ("shown once", Case { is_slow: true, swings: 1.0, p_value: 6e-4, ..weak }),

@@ -43,6 +43,8 @@ pub(super) struct Case {
     pub size: f64,
     /// Whether the gyro's own reading has the line.
     pub is_in_reading: bool,
+    /// Whether the reference has the line too, of a tenth of its size at least.
+    pub is_in_reference: bool,
     /// Whether a parameter ran to the end of what is physical.
     pub is_at_bound: bool,
     /// The same of a shape that is nothing inside its bounds: other missing physics may press it there.
@@ -71,6 +73,7 @@ impl Case {
         leaves_rows_out: false,
         size: 1.0,
         is_in_reading: false,
+        is_in_reference: false,
         is_at_bound: false,
         is_shape_at_bound: false,
     };
@@ -147,6 +150,8 @@ pub(super) static LEAVES_NOISE: F = Fact { says: "with it, only noise that senso
 pub(super) static LEAVES_ROWS_OUT: F = Fact { says: "leaving rows out", of: |c| c.leaves_rows_out };
 /// In the reading.
 pub(super) static IS_IN_READING: F = Fact { says: "a line of the gyro's own reading", of: |c| c.is_in_reading };
+/// In the reference.
+pub(super) static IS_IN_REFERENCE: F = Fact { says: "a line of the reference too", of: |c| c.is_in_reference };
 /// Read off.
 pub(super) static IS_READ_OFF: F = Fact { says: "read off the readings themselves", of: |c| c.is_read_off };
 /// A parameter at its bound.

@@ -55,6 +55,7 @@ impl Incumbent<'_> {
             leaves_rows_out: with.study.leaves_out(),
             size: f64::NAN,
             is_in_reading: false,
+            is_in_reference: false,
             is_at_bound: false,
             is_shape_at_bound: false,
         };
@@ -110,6 +111,7 @@ impl Challenger<'_> {
             leaves_rows_out: self.study.leaves_out(),
             size: size(term, self.study.bench.problem.series[series].axis),
             is_in_reading: is_line && tone::is_read(&self.study, series, term),
+            is_in_reference: is_line && tone::is_in_reference(&self.study, series, term),
             is_at_bound,
             is_shape_at_bound,
         }

@@ -103,7 +103,7 @@ pub(super) fn conclude(
                 steps,
                 explained,
                 unfinished,
-                data_faults: options.faults.to_vec(),
+                data_faults: options.faults.iter().cloned().chain(budget.fault(axis)).collect(),
                 floor_from: budget.floor_from,
                 budget: budget.points,
                 error_by_frequency: budget.by_frequency,

@@ -333,7 +333,7 @@ fn axis_diagnosis(
         missing: Vec::new(),
         explained: Vec::new(),
         unfinished: false,
-        data_faults: options.faults.to_vec(),
+        data_faults: options.faults.iter().cloned().chain(budget.fault(axis)).collect(),
         floor_from: budget.floor_from,
         budget: budget.points,
         error_by_frequency: budget.by_frequency,

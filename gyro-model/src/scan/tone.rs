@@ -15,7 +15,7 @@ use crate::{
     },
     order::median,
 };
-use std::{cell::LazyCell, ops::RangeInclusive};
+use std::{borrow::Cow, cell::LazyCell, ops::RangeInclusive};
 
 /// How many separate lines a log has room for.
 #[must_use]
@@ -215,6 +215,33 @@ pub fn is_read(study: &Study, series: usize, term: &Term) -> bool {
     let [sine, cosine, frequency] = term.values[..] else { return false };
     is_felt(study, series, Line { frequency, sine, cosine })
 }
+
+/// Whether the reference shows the line of a fitted tone too: of a tenth of its size as a rate, and well above what stands beside
+/// it. An error of the gyro alone is not seen there.
+#[must_use]
+pub fn is_in_reference(study: &Study, series: usize, term: &Term) -> bool {
+    let [sine, cosine, frequency] = term.values[..] else { return false };
+    let problem = &study.bench.problem;
+    let own = &problem.series[series];
+    let t = &own.reference_t;
+    let angle = match problem.attitude() {
+        None => Cow::from(&own.reference_angle),
+        Some(attitude) => Cow::from(attitude.turned_about(own.axis.index())),
+    };
+    let span = t[t.len() - 1] - t[0];
+    let steps: Vec<f64> = angle.windows(2).zip(t.windows(2)).map(|(a, t)| (a[1] - a[0]) / (t[1] - t[0])).collect();
+    let middle: Vec<f64> = t.windows(2).map(|t| 0.5 * (t[0] + t[1])).collect();
+    let size = |frequency: f64| Line::at(frequency, &middle, &steps).size();
+    let beside = ASIDE.map(|bins| size(frequency + bins / span)).to_vec();
+    let own = size(frequency);
+    own > SHOWN * sine.hypot(cosine) && own > OUTSTANDING * median(beside).unwrap_or(0.0)
+}
+
+/// Share of a tone that the reference has to show, and times what stands beside it that its line has to have.
+const SHOWN: f64 = 0.1;
+const OUTSTANDING: f64 = 4.0;
+/// Bins of the log's own spectrum beside the line that tell what else the reference holds there.
+const ASIDE: [f64; 8] = [-15.0, -11.0, -8.0, -5.0, 5.0, 8.0, 11.0, 15.0];
 
 /// Whether the sensor, as a model has it, felt this line to half its size, rad/s.
 #[must_use]
