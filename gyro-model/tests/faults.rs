@@ -6,7 +6,7 @@ use gyro_model::{
     diagnose::{self, Options},
     diagnosis::{AxisLadder, DataFault, Verdict},
     faults,
-    simulate::{Hidden, Motion, Reference, Scenario, SensorSpec, simulate},
+    simulate::{Hidden, Motion, Reference, Scenario, SensorSpec, SetUp, Simulator, simulate},
 };
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -240,4 +240,25 @@ fn what_looks_like_a_fault_and_is_physics_is_still_found() {
             climbed.ladders[0].effects
         );
     }
+}
+
+/// Torque ripple that is 80 Hz fast at the fastest turns, at 100 rows a second; the rate at which it is told says where it truly is.
+#[test]
+fn motion_that_is_folded_is_told_with_its_true_frequency_and_no_tone_is_made_of_it() {
+    let sensor = SensorSpec { reference: Reference::Encoder(0), ..SensorSpec::default() };
+    let motion = Motion::RateTable { rate: 2.0, hold: 15.0 };
+    let scenario = Scenario { motion, seconds: 240.0, seed: 5, sensor, ..Scenario::default() };
+    let samples: Vec<_> = Simulator::new(&scenario).take(24_000).collect();
+    let fastest = samples.iter().map(|s| s.true_rate[0].abs()).fold(0.0, f64::max).to_degrees();
+    let rows = SetUp { fold: 80.0, ..SetUp::default() }.applied(&samples, Axis::X, 100.0, 5);
+    let climbed = climb(Record { rows, ..Record::default() });
+    let ladder = &climbed.ladders[0];
+    assert!(!ladder.effects.iter().any(|id| id == "vibration-tone"), "{:?}", ladder.effects);
+    let fault = ladder.data_faults.iter().find(|fault| fault.fault == "aliased-motion").expect(&ladder.says);
+    let before = |unit: &str| -> f64 {
+        let text = fault.says.split(unit).next().unwrap();
+        text.rsplit(' ').find(|word| !word.is_empty()).unwrap().parse().unwrap()
+    };
+    let (truly, rate) = (before(" Hz"), before(" °/s"));
+    assert!((truly - 80.0 * rate / fastest).abs() < 3.0, "at {rate} of {fastest} °/s: {}", fault.says);
 }

@@ -12,11 +12,12 @@
 
 mod bias_wander;
 mod coherent;
+mod folded_lines;
 mod folded_motion;
 mod gyro_noise;
 mod reference_bandwidth;
 mod reference_noise;
-mod says;
+pub(crate) mod says;
 mod seen;
 pub mod spectra;
 mod timing;
@@ -27,6 +28,7 @@ use crate::{
     evidence::{study::Study, whiten::NoiseModel},
     fit::judged::{Judged, finite},
 };
+use folded_lines::Motion;
 use seen::Seen;
 use spectra::Band;
 
@@ -114,9 +116,8 @@ pub struct Budget {
     pub set_up: Vec<f64>,
     /// Share of the error² over the middle of the curve that no component takes.
     pub unattributed: f64,
-    /// A line of motion faster than half the sampling rate: where it shows and where it is, Hz, and the rate that it is seen at,
-    /// rad/s; where it makes much of the error.
-    folded: Option<[f64; 3]>,
+    /// Motion faster than half the sampling rate, where it makes much of the error.
+    folded: Option<Motion>,
 }
 
 impl Budget {
@@ -179,12 +180,8 @@ impl Budget {
         let limited_says = says::says(limited_by, &points, &seen, &numbers);
         let by_frequency = seen.bands.iter().zip(&left).map(|(band, left)| by_frequency(band, *left)).collect();
         let floor_from = if seen.prior.assumed { FloorFrom::Assumed } else { FloorFrom::Measured };
-        let much = |point: &BudgetPoint| {
-            let all = point.parts().iter().sum::<f64>();
-            point.folded_motion.is_some_and(|folded| folded > MUCH * all)
-        };
-        let is_line = |numbers: &[f64; 3]| numbers[0] > 0.0;
-        let folded = numbers(Part::FoldedMotion).filter(|numbers| is_line(numbers) && points.iter().any(much));
+        let much = |point: &BudgetPoint| point.folded_motion.is_some_and(|folded| folded > MUCH * point.total());
+        let folded = Motion::behind(&seen.folded, seen.dt).filter(|_| points.iter().any(much));
         Self { points, by_frequency, limited_by, limited_says, floor_from, set_up, unattributed, folded }
     }
 }
@@ -258,25 +255,16 @@ impl Budget {
         );
         (Verdict::CannotTell, says)
     }
-}
 
-impl Budget {
     /// Motion that is folded, as a fault of the data of an axis.
     #[must_use]
     pub fn fault(&self, axis: Axis) -> Option<DataFault> {
-        let [shows, truly, rate] = self.folded?;
-        Some(DataFault {
-            fault: "aliased-motion".to_owned(),
-            axis: Some(axis),
-            count: 1,
-            first_t: None,
-            says: format!(
-                "motion of about {truly:.1} Hz is faster than half the sampling rate and shows at {shows:.1} Hz while the shaft turns \
-                 with {:.0} °/s: gyro and reference both have the line, in another proportion than motion of {shows:.1} Hz. No effect \
-                 is made of it. Sample faster, or filter both before sampling",
-                rate.to_degrees()
-            ),
-        })
+        let says = format!(
+            "{}. Gyro and reference both show it, but not in the proportion of motion of that frequency, so no effect is made of it. Sample \
+             faster, or filter both before sampling",
+            self.folded?.says()
+        );
+        Some(DataFault { fault: "aliased-motion".to_owned(), axis: Some(axis), count: 1, first_t: None, says })
     }
 }
 

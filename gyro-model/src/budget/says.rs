@@ -1,6 +1,6 @@
 //! The budget in words: what limits a log most, by how much, and what to do about it.
 
-use super::{Part, reference_bandwidth::missing_at, seen::Seen};
+use super::{Part, folded_lines::Motion, reference_bandwidth::missing_at, seen::Seen};
 use crate::diagnosis::{BudgetPoint, LimitedBy};
 
 /// The averaging times over which a log's limit is told: from four samples to a thirtieth of the log.
@@ -101,27 +101,27 @@ pub fn says(
             "the stamps of gyro and reference scatter by {} against each other ({part}). Stamp in hardware, or log both with one clock.",
             seconds(of(Part::Timing)[0])
         ),
-        LimitedBy::FoldedMotion => {
-            let [frequency, truly, rate] = of(Part::FoldedMotion);
-            if frequency == 0.0 {
-                return format!(
-                    "the motion is still strong at half the sampling rate ({} °/s/√Hz), and what is faster comes back folded ({part}). \
-                     Sample faster, or filter both before sampling.",
-                    digits(truly.to_degrees())
-                );
-            }
-            format!(
-                "motion of about {truly:.1} Hz, faster than half the sampling rate, shows at {frequency:.1} Hz while the shaft turns with \
-                 {:.0} °/s ({part}). Sample faster, or filter both before sampling.",
-                rate.to_degrees()
-            )
-        }
+        LimitedBy::FoldedMotion => match Motion::behind(&seen.folded, seen.dt) {
+            Some(motion) => format!("{} ({part}). Sample faster, or filter both before sampling.", motion.says()),
+            None => format!(
+                "the motion is still strong at half the sampling rate ({} °/s/√Hz), and what is faster comes back folded ({part}). Sample \
+                 faster, or filter both before sampling.",
+                digits(of(Part::FoldedMotion)[0].to_degrees())
+            ),
+        },
         LimitedBy::MissingEffect => format!("an effect that the model lacks ({part}). Add it and look again."),
         LimitedBy::Unattributed => format!(
             "an error that goes with no noise of gyro, reference or clock that this log shows ({part}). See where it fails; check the \
              reference and its mounting."
         ),
     }
+}
+
+/// What such a sentence says limits the log, and its remedy: what stands before the share in brackets, and behind it.
+#[must_use]
+pub fn what_and_remedy(says: &str) -> (&str, &str) {
+    let (what, remedy) = says.split_once("). ").unwrap_or((says, ""));
+    (what.rsplit_once(" (").map_or(what, |(what, _)| what), remedy)
 }
 
 /// A number that is not negative, to two figures.

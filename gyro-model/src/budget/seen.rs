@@ -2,7 +2,7 @@
 
 use super::{
     coherent::{self, Conditioned},
-    folded_motion::{self, Line},
+    folded_lines::{self, Line},
     spectra::{Band, bands},
 };
 use crate::{
@@ -70,9 +70,9 @@ impl<'a> Seen<'a> {
         let reference = steps(&angle);
         let raw = steps(&error);
         let read: Vec<f64> = reference.iter().zip(&raw).map(|(r, e)| r + e).collect();
-        let folded = folded_motion::lines([&raw, &read, &reference], dt);
+        let folded = folded_lines::lines([&raw, &read, &reference], dt);
         // The columns are made of the gyro, which shows folded motion too: what is most of the error is not theirs.
-        let found = if folded_motion::share(&folded, &raw, dt) > MOST {
+        let found = if folded_lines::share(&folded, &raw, dt) > MOST {
             Conditioned { rest: error, share: vec![0.0; tau.len()] }
         } else {
             coherent::conditioned(s, &whole, &error, tau, dt)

@@ -238,13 +238,13 @@ impl<'a> Incumbent<'a> {
         options: &Options,
         wanted: impl Fn(&str) -> bool,
     ) -> Vec<Challenger<'a>> {
-        let list: Vec<Candidate> = match self.scanned.get() {
+        let mut list: Vec<Candidate> = match self.scanned.get() {
             Some(all) => {
                 all.iter().filter(|c| c.series == series && wanted(c.term.effect.card().id)).cloned().collect()
             }
             None => scan_for(&self.scanner(), options.own_effects, |k, id| k == series && wanted(id)),
         };
-        let list: Vec<Candidate> = { list.into_iter() }.filter(|c| c.term.effect.stage() != Stage::Reading).collect();
+        list.retain(|c| c.term.effect.stage() != Stage::Reading);
         parallel::map(&list, |candidate| self.refit_beside(candidate.clone(), joint))
     }
 

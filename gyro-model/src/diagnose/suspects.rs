@@ -32,7 +32,7 @@ impl<'a> Incumbent<'a> {
         let refitted = |list: &[Candidate]| -> Vec<Challenger<'a>> {
             let refit = |(start, each): &(Candidate, Vec<Candidate>)| match each.as_slice() {
                 _ if (options.stop)() => Vec::new(),
-                [one] => vec![self.refit(one.clone())],
+                [_] => vec![self.refit(start.clone())],
                 several => self.refit_throughout(start, several.to_vec()),
             };
             parallel::map(&self.trials(list), refit).concat()
@@ -61,7 +61,7 @@ impl<'a> Incumbent<'a> {
         challengers
     }
 
-    /// Where the trials of these candidates begin, and whom each of them judges: on the axes of an orientation what a whole sensor
+    /// Where the trials of these candidates begin, and which candidates each of them judges: on the axes of an orientation what a whole sensor
     /// has is one model, tried from the likeliest start and from that which removes most.
     fn trials(&self, list: &[Candidate]) -> Vec<(Candidate, Vec<Candidate>)> {
         let (whole, single): (Vec<&Candidate>, Vec<&Candidate>) = list.iter().partition(|c| self.joins_throughout(c));
@@ -109,9 +109,8 @@ impl<'a> Incumbent<'a> {
         let series = &self.study.bench.problem.series;
         let scanner = self.scanner();
         let own = (0..series.len()).filter(|&k| can_show(effect, &series[k]));
-        let promising =
-            own.flat_map(|k| scanner.best(effect, k)).filter(|candidate| lowers(candidate) || shows(candidate));
-        { promising }.any(|candidate| self.refit(candidate).passes(self))
+        let mut promising = own.flat_map(|k| scanner.best(effect, k)).filter(|c| lowers(c) || shows(c));
+        promising.any(|candidate| self.refit(candidate).passes(self))
     }
 }
 

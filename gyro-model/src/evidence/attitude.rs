@@ -147,3 +147,45 @@ impl Attitude {
         out
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Axis, Model, Row};
+
+    /// A body that turns about all three axes.
+    fn record() -> Record {
+        let rows = (0..300).map(|k| {
+            let t = f64::from(k) * 0.01;
+            let turn = Vector3::new((3.0 * t).sin(), 0.7 * (5.0 * t).cos(), 0.4 * t);
+            let q = UnitQuaternion::from_scaled_axis(turn).into_inner();
+            let gyro = [3.0 * (3.0 * t).cos(), -3.5 * (5.0 * t).sin(), 0.4];
+            Row { t_ns: i64::from(k) * 10_000_000, gyro, ref_quaternion: [q.w, q.i, q.j, q.k], ..Row::EMPTY }
+        });
+        Record { rows: rows.collect(), ..Record::default() }
+    }
+
+    #[test]
+    fn a_difference_is_that_of_two_residuals() {
+        let record = record();
+        let series = Series::new(&record, Axis::X, &Model::base_for(&record)).unwrap();
+        let attitude = Attitude::new(&record, &series, vec![0, 1, 2]);
+        let n = series.reference_rows.len();
+        let angle = |f: f64| -> Vec<f64> { (0..n).map(|i| (f * 0.01 * i as f64).sin()).collect() };
+        let angles = [angle(3.0), angle(5.0), angle(1.0)];
+        let lost: Vec<bool> = (0..n).map(|i| (100..110).contains(&i)).collect();
+        let of = |angles: &[Vec<f64>; 3]| attitude.residual(angles.each_ref().map(|a| Some(&a[..])), &lost);
+        let before = of(&angles);
+        for axis in 0..3 {
+            let mut moved = angles.clone();
+            moved[axis].iter_mut().enumerate().for_each(|(i, a)| *a += 1e-2 * (0.07 * i as f64).sin());
+            let exact = of(&moved);
+            let angles = angles.each_ref().map(|a| Some(&a[..]));
+            let difference = attitude.difference(angles, axis, &moved[axis], &lost);
+            for (channel, own) in difference.iter().enumerate() {
+                let off = (0..n).map(|i| (exact[channel][i] - before[channel][i] - own[i]).abs()).fold(0.0, f64::max);
+                assert!(off < 1e-12, "axis {axis}, channel {channel}: {off}");
+            }
+        }
+    }
+}

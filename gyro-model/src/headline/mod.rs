@@ -11,6 +11,7 @@ mod tests;
 
 use crate::{
     Axis,
+    budget::says::what_and_remedy,
     diagnosis::{AxisDiagnosis, AxisLadder, ErrorPoint, LimitedBy, ParameterValue, Suspect, Verdict},
     effects::{self, Stage},
     measured::{Measured, and},
@@ -228,8 +229,7 @@ fn unexplained(left: &str, by: Option<LimitedBy>, says: &str) -> Headline {
     let known = by.filter(|by| !matches!(by, LimitedBy::Unattributed | LimitedBy::MissingEffect));
     match known {
         Some(_) if !says.is_empty() => {
-            let (what, remedy) = says.split_once("). ").unwrap_or((says, ""));
-            let what = what.rsplit_once(" (").map_or(what, |(what, _)| what);
+            let (what, remedy) = what_and_remedy(says);
             Headline {
                 answer: format!("More than noise is left, and no effect explains it: {left}. Most of it: {what}."),
                 at_source: first_small(remedy),
