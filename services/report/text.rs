@@ -181,8 +181,8 @@ impl Screen {
         let other = if other.chars().count() < 10 { other } else { "other" };
         let before = if pair { format!("{other:>10}") } else { String::new() };
         let legend = match width {
-            28.. => "█ noise  ▒ more than noise",
-            _ => "▒ not noise",
+            28.. => "█ within the floor  ▒ above",
+            _ => "▒ above floor",
         };
         let scale_says = match (width, pair) {
             (40.., true) => "· before the change; log scale",
@@ -198,7 +198,7 @@ impl Screen {
             let angle = if drift { format!("{angle:>9}") } else { String::new() };
             (angle, upper)
         };
-        let (angle, upper) = head("noise stays", "angle");
+        let (angle, upper) = head("floor stays", "angle");
         self.line(&format!("  {:>8}{before}{:>9}{angle}{:>9}{upper}{:>9}  {legend}", "τ", "error", "floor", "error ÷"));
         let (angle, upper) = head("below (99 %)", "in τ");
         let before = if pair { format!("{:>10}", "°/s") } else { String::new() };
@@ -228,7 +228,7 @@ impl Screen {
         if !axis.floor_source.is_empty() {
             self.wrapped(
                 "  ",
-                &format!("floor: what the noise of gyro and reference alone would leave ({})", axis.floor_source),
+                &format!("floor: what noise and the limits of the set-up alone would leave ({})", axis.floor_source),
                 Ink::Quiet,
             );
         }

@@ -174,9 +174,9 @@
     $('verdict').className = `panel two-thirds verdict ${view.tone}`;
     const figure = (of, value, floor) => h('.figure', h('.of', of), h('.value', value), h('.of', floor));
     const nearest = tau => judged?.tau.length && tau > 0.7 * judged.tau[0] && tau < 1.4 * judged.tau.at(-1) ? judged.tau.reduce((best, t, k) => (Math.abs(Math.log(t / tau)) < Math.abs(Math.log(judged.tau[best] / tau)) ? k : best), 0) : null;
-    const figures = [0.1, 1, 10].map(tau => { const k = nearest(tau); return k == null ? null : figure(`error at ${Charts.seconds(judged.tau[k])} s`, `${number(judged.error[k])} °/s`, `${number(judged.error[k] * judged.tau[k])}° in that time; noise: ${number(judged.floor[k])} °/s`); });
+    const figures = [0.1, 1, 10].map(tau => { const k = nearest(tau); return k == null ? null : figure(`error at ${Charts.seconds(judged.tau[k])} s`, `${number(judged.error[k])} °/s`, `${number(judged.error[k] * judged.tau[k])}° in that time; floor: ${number(judged.floor[k])} °/s`); });
     fill('verdict', h('p.soft.small', `axis ${axis}`), Parts.answer(view),
-      h('.figures', figures, view.error_over_floor == null ? null : figure('error at its worst', `${number(view.error_over_floor)} × noise`, view.within_floor ? 'noise alone makes as much' : 'more than noise makes')));
+      h('.figures', figures, view.error_over_floor == null ? null : figure('error at its worst', `${number(view.error_over_floor)} × floor`, view.within_floor ? 'no more than noise and set-up make' : 'more than noise and set-up make')));
     drawCurve(view);
     drawLimit(view.limit);
     fill('suspects', h('h3', 'What may be missing'), view.suspects.length ? view.suspects.map((s, i) => Parts.suspect(s, h(i ? 'button' : 'button.primary', { type: 'button', 'data-do': 'add', 'data-effect': s.effect, 'data-axis': axis, title: i ? `Add ${s.effect} to the model` : `Add ${s.effect} to the model (a)`, disabled: busy ? '' : null }, 'Add'))) : h('p.soft', view.verdict === 'adequate' ? 'Nothing: what is left is noise.' : 'No suspect stands out yet.'));
@@ -216,7 +216,7 @@
     if (!trial) return;
     $('trial-panel').hidden = false;
     const tone = { 'took over': 'good', 'given up': 'bad' }[trial.state] ?? 'warn';
-    const times = v => (v == null ? '–' : `${number(v)} × noise`);
+    const times = v => (v == null ? '–' : `${number(v)} × floor`);
     fill('trial-says', h('p', h('b', trial.effect), ` on axis ${trial.axis} `, h('span.pill.' + tone, trial.state), h('span.soft', ` epoch ${trial.epoch}`)),
       h('.figures', [['model in use', trial.present], [`with ${trial.effect}`, trial.other]].map(([of, c]) => h('.figure', h('.of', `largest error, ${of}`), h('.value', times(c.error_over_floor))))));
     if (!trial.other.tau.length) return;

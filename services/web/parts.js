@@ -68,7 +68,7 @@ const Parts = (() => {
     const wide = r => (r == null ? 0 : 4 + 96 * Math.log(Math.max(1, r)) / Math.log(most));
     return h('.steps', list.map(s => [
       h('.label', s.label, s.aliases.length ? h('span.or.soft.small', `or ${s.aliases.join(' or ')}`) : null),
-      h('.number', s.ratio == null ? '–' : `${Charts.number(s.ratio)} × noise`),
+      h('.number', s.ratio == null ? '–' : `${Charts.number(s.ratio)} × floor`),
       h('.fall', { title: `error ÷ floor at its worst ${Charts.number(s.ratio)}` + (s.error_1s != null ? `, ${Charts.number(s.error_1s)} °/s at 1 s` : '') }, h('i' + (s.ratio != null && s.ratio < 1.35 ? '.floor' : ''), { style: `width:${wide(s.ratio)}%` })),
     ]));
   }

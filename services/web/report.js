@@ -32,17 +32,17 @@
     const at = tau => {
       if (!judged.tau.length || tau < 0.7 * judged.tau[0] || tau > 1.4 * judged.tau.at(-1)) return null;
       const i = judged.tau.reduce((best, t, k) => (Math.abs(Math.log(t / tau)) < Math.abs(Math.log(judged.tau[best] / tau)) ? k : best), 0);
-      return h('.figure', h('.of', `error at ${Charts.seconds(judged.tau[i])} s`), h('.value', `${number(judged.error[i])} °/s`), h('.of', `${number(judged.error[i] * judged.tau[i])}° in that time; noise: ${number(judged.floor[i])} °/s`));
+      return h('.figure', h('.of', `error at ${Charts.seconds(judged.tau[i])} s`), h('.value', `${number(judged.error[i])} °/s`), h('.of', `${number(judged.error[i] * judged.tau[i])}° in that time; floor: ${number(judged.floor[i])} °/s`));
     };
-    const within = axis.within_floor == null ? '' : axis.within_floor ? 'noise alone makes as much' : 'more than noise makes';
-    return h('.figures', at(0.1), at(1), at(10), axis.error_over_floor == null ? null : h('.figure', h('.of', 'error at its worst'), h('.value', `${number(axis.error_over_floor)} × noise`), h('.of', within)));
+    const within = axis.within_floor == null ? '' : axis.within_floor ? 'no more than noise and set-up make' : 'more than noise and set-up make';
+    return h('.figures', at(0.1), at(1), at(10), axis.error_over_floor == null ? null : h('.figure', h('.of', 'error at its worst'), h('.value', `${number(axis.error_over_floor)} × floor`), h('.of', within)));
   }
 
   function curves(axis) {
     if (!axis.curves.length || !axis.curves[0].tau.length) return null;
     const place = h('');
     later.push(() => Charts.errorCurve(place, axis.curves, axis.judged));
-    const about = `Floor: what the noise of gyro and reference alone would leave${axis.floor_source ? ` (${axis.floor_source})` : ''}. The gap between curve and floor is missing physics; where it opens says fast (left) or slow (right).`;
+    const about = `Floor: what noise and the limits of the set-up alone would leave${axis.floor_source ? ` (${axis.floor_source})` : ''}. The gap between curve and floor is missing physics; where it opens says fast (left) or slow (right).`;
     return h('.grid', panel(axis.steps.length ? 'two-thirds' : '', 'Drift rate over a time τ, on data not used for the fit', place, h('p.soft.small', about)), axis.steps.length ? panel('third', 'Error ÷ floor at its worst, step by step (log scale)', Parts.steps(axis.steps)) : null);
   }
 
@@ -136,7 +136,7 @@
     const test = (place, name, xs, ys, band) => later.push(() => Charts.make(place, { name, x: { label: 'lag', unit: 's' }, y: { label: 'correlation', unit: '' }, height: 190, series: [{ label: 'correlation', ink: 'residual', width: 1.2, points: 4 }, { label: '99 % band', ink: 'floor', width: 1, dash: [5, 4] }, { label: '', ink: 'floor', width: 1, dash: [5, 4] }], data: [xs, ys, xs.map(() => band), xs.map(() => -band)] }));
     test(a, 'Autocorrelation of the residual', whiteness.lag_s, whiteness.autocorrelation, whiteness.band_99);
     test(c, 'Correlation of the residual with the motion', whiteness.cross_lag_s, whiteness.motion_correlation, whiteness.motion_band_99);
-    return h('.grid', panel('half', 'Spectrum', s), heat_maps.length ? panel('half', 'Error ÷ noise by regime and frequency', heat(heat_maps)) : null, panel('half', 'Is the residual white? Its autocorrelation', a), panel('half', 'Does it follow the motion? Correlation with it', c));
+    return h('.grid', panel('half', 'Spectrum', s), heat_maps.length ? panel('half', 'Error ÷ floor by regime and frequency', heat(heat_maps)) : null, panel('half', 'Is the residual white? Its autocorrelation', a), panel('half', 'Does it follow the motion? Correlation with it', c));
   }
 
   function heat(maps) {
@@ -156,11 +156,11 @@
         order.forEach(j => {
           const [rms, v] = [row[j], values[i][j]];
           const style = v == null ? 'background: var(--faint)' : `background: color-mix(in oklab, var(--excess) ${(8 + 82 * shade(v)).toFixed(0)}%, var(--panel))`;
-          grid.append(h('', { style, title: v == null ? 'too few samples' : `${number(rms * DEGREES)} °/s at ${number(map.frequency[j])} Hz${known ? `, ${number(v)} × noise` : ''}` }, v == null ? '' : v >= 9.95 ? Math.round(v) : v.toFixed(1)));
+          grid.append(h('', { style, title: v == null ? 'too few samples' : `${number(rms * DEGREES)} °/s at ${number(map.frequency[j])} Hz${known ? `, ${number(v)} × floor` : ''}` }, v == null ? '' : v >= 9.95 ? Math.round(v) : v.toFixed(1)));
         });
       });
       grid.append(h('.edge', 'Hz'), ...order.map(j => map.frequency[j]).map(f => h('.column', f >= 9.95 ? String(Math.round(f)) : String(+f.toPrecision(2)))));
-      place.replaceChildren(grid, h('p.soft.small', `Rows: ${spoken(map.regressor)}${name ? ` in ${name}` : ''}. ${known ? 'Numbers: error ÷ noise.' : 'Numbers: error in °/s.'}`));
+      place.replaceChildren(grid, h('p.soft.small', `Rows: ${spoken(map.regressor)}${name ? ` in ${name}` : ''}. ${known ? 'Numbers: error ÷ floor.' : 'Numbers: error in °/s.'}`));
       [...choices.children].forEach(b => b.setAttribute('aria-pressed', b.textContent === spoken(map.regressor)));
     };
     maps.forEach(map => choices.append(h('button', { type: 'button', onclick: () => show(map) }, spoken(map.regressor))));

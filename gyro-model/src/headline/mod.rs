@@ -80,8 +80,12 @@ pub fn of_ladder(axis: &AxisLadder) -> Headline {
     let clauses: Vec<String> = added.iter().map(|id| clause(axis.axis, id, &axis.parameters)).collect();
     let mut answer = sentence(&joined(&clauses));
     if let Some((before, after)) = said(&first.error_curve).zip(here) {
-        let after_is_noise = matches!(axis.verdict, Verdict::Adequate | Verdict::Ambiguous) || within;
-        answer.push_str(&makes(before, after, added.len(), after_is_noise));
+        let settled = matches!(axis.verdict, Verdict::Adequate | Verdict::Ambiguous);
+        let rest = match limit(axis.limited_by, &axis.limited_says) {
+            Some((what, _)) if !settled => format!(". Most of that: {what}"),
+            _ => rest(&after, settled || within),
+        };
+        answer.push_str(&makes(before, after, added.len(), &rest));
     }
     if axis.verdict == Verdict::Ambiguous {
         let aliases: Vec<String> = axis.steps.iter().flat_map(|step| step.aliases.iter().map(|id| name(id))).collect();
@@ -183,7 +187,7 @@ fn own_clause(id: &str, parameters: &[ParameterValue]) -> String {
 fn missing(axis: Axis, best: &Suspect, before: &[ErrorPoint]) -> Headline {
     let mut answer = sentence(&clause(axis, &best.effect, &best.parameters));
     if let Some((before, after)) = same_time(before, &best.error_curve) {
-        answer.push_str(&makes(before, after, 1, is_noise(&after)));
+        answer.push_str(&makes(before, after, 1, &rest(&after, is_noise(&after))));
     }
     if effects::find(&best.effect).is_some_and(|effect| effect.stage() == Stage::Reference) {
         answer.push_str(" Your gyro is not the cause.");
@@ -200,7 +204,8 @@ fn ambiguous(axis: &AxisDiagnosis, best: &Suspect) -> Headline {
     }));
     let mut answer = format!("Either {}; this log cannot tell which.", group.join(", or "));
     if let Some((before, after)) = same_time(&axis.error_curve, &best.error_curve) {
-        answer.push_str(&makes(before, after, 1, is_noise(&after)).replacen(" That makes", " It makes", 1));
+        let rest = rest(&after, is_noise(&after));
+        answer.push_str(&makes(before, after, 1, &rest).replacen(" That makes", " It makes", 1));
     }
     if !best.separate_by.is_empty() {
         answer = format!("{answer} To tell them apart: {}.", best.separate_by.trim_end_matches('.'));
@@ -209,13 +214,8 @@ fn ambiguous(axis: &AxisDiagnosis, best: &Suspect) -> Headline {
 }
 
 /// ` That makes 0.51 °/s of error over 1 s; corrected, 0.035 is left, which is noise.`
-fn makes(before: ErrorPoint, after: ErrorPoint, causes: usize, is_noise: bool) -> String {
+fn makes(before: ErrorPoint, after: ErrorPoint, causes: usize, rest: &str) -> String {
     let subject = if causes > 1 { "Together they make" } else { "That makes" };
-    let rest = match after.error.zip(after.floor).filter(|(_, floor)| *floor > 0.0) {
-        _ if is_noise => ", which is noise".to_owned(),
-        Some((error, floor)) => format!(", {} times what noise alone makes", units::ratio(error / floor)),
-        None => String::new(),
-    };
     format!(
         " {subject} {} °/s of error over {}; corrected, {} is left{rest}.",
         units::rate(before.error),
@@ -224,19 +224,33 @@ fn makes(before: ErrorPoint, after: ErrorPoint, causes: usize, is_noise: bool) -
     )
 }
 
+/// What is said of an error that is left, behind its number.
+fn rest(after: &ErrorPoint, is_noise: bool) -> String {
+    match after.error.zip(after.floor).filter(|(_, floor)| *floor > 0.0) {
+        _ if is_noise => ", which is noise".to_owned(),
+        Some((error, floor)) => format!(", {} times {FLOOR}", units::ratio(error / floor)),
+        None => String::new(),
+    }
+}
+
+/// What makes the floor.
+const FLOOR: &str = "what noise and the set-up alone make";
+
 /// No effect explains what is left: what limits the log is the answer where that is known.
 fn unexplained(left: &str, by: Option<LimitedBy>, says: &str) -> Headline {
-    let known = by.filter(|by| !matches!(by, LimitedBy::Unattributed | LimitedBy::MissingEffect));
-    match known {
-        Some(_) if !says.is_empty() => {
-            let (what, remedy) = what_and_remedy(says);
-            Headline {
-                answer: format!("More than noise is left, and no effect explains it: {left}. Most of it: {what}."),
-                at_source: first_small(remedy),
-            }
-        }
-        _ => only(format!("More than noise is left, and no effect of the catalogue explains it: {left}.")),
+    match limit(by, says) {
+        Some((what, remedy)) => Headline {
+            answer: format!("More than noise is left, and no effect explains it: {left}. Most of it: {what}."),
+            at_source: first_small(remedy),
+        },
+        None => only(format!("More than noise is left, and no effect of the catalogue explains it: {left}.")),
     }
+}
+
+/// What limits a log and its remedy, where that is known.
+fn limit(by: Option<LimitedBy>, says: &str) -> Option<(&str, &str)> {
+    by.filter(|by| !says.is_empty() && !matches!(by, LimitedBy::Unattributed | LimitedBy::MissingEffect))
+        .map(|_| what_and_remedy(says))
 }
 
 /// As what stands behind a colon: without its capital letter and its full stop.
@@ -258,10 +272,9 @@ fn adequate(here: Option<ErrorPoint>, within: Option<bool>) -> String {
     format!("Nothing is missing: over {over} the error is {error} °/s, which is noise.")
 }
 
-/// `0.51 °/s of error over 1 s, up to 14 times what noise alone makes`.
+/// `0.51 °/s of error over 1 s, up to 14 times what noise and the set-up alone make`.
 fn left(here: Option<ErrorPoint>, ratio: Option<f64>) -> String {
-    let over =
-        ratio.filter(|r| r.is_finite()).map(|r| format!("up to {} times what noise alone makes", units::ratio(r)));
+    let over = ratio.filter(|r| r.is_finite()).map(|r| format!("up to {} times {FLOOR}", units::ratio(r)));
     let error = here.map(|p| format!("{} °/s of error over {}", units::rate(p.error), units::time(p.tau_s)));
     let parts: Vec<String> = error.into_iter().chain(over).collect();
     if parts.is_empty() { "how much, this log does not say".into() } else { parts.join(", ") }

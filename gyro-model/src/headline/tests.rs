@@ -129,7 +129,7 @@ fn each_verdict_has_its_answer_with_a_number() {
             diagnosed(Verdict::Adequate, Vec::new(), 1.9),
             "No effect is missing: over 1 s the error is 0.0653 °/s (white noise alone: 0.0344)",
         ),
-        (diagnosed(Verdict::Unexplained, Vec::new(), 14.0), "up to 14 times what noise alone makes"),
+        (diagnosed(Verdict::Unexplained, Vec::new(), 14.0), "up to 14 times what noise and the set-up alone make"),
         (
             AxisDiagnosis {
                 limited_by: Some(LimitedBy::Timing),
@@ -157,8 +157,8 @@ fn each_verdict_has_its_answer_with_a_number() {
     }
 }
 
-#[test]
-fn a_ladder_tells_all_that_it_added_at_once_and_what_was_before() {
+/// A ladder that added a delay, then a backlash, and came to this many times its floor.
+fn climbed(verdict: Verdict, ratio: f64) -> AxisLadder {
     let step = |added: Option<&str>, ratio: f64| crate::diagnosis::LadderStep {
         added: added.map(Into::into),
         removed: None,
@@ -168,16 +168,16 @@ fn a_ladder_tells_all_that_it_added_at_once_and_what_was_before() {
     };
     let mut parameters = made_up(Axis::Z, "delay", 1.0);
     parameters.extend(made_up(Axis::Z, "encoder-backlash", 1.0));
-    let axis = AxisLadder {
+    AxisLadder {
         axis: Axis::Z,
-        verdict: Verdict::Adequate,
+        verdict,
         says: String::new(),
         headline: String::new(),
         at_source: String::new(),
         effects: ["scale-factor", "bias", "delay", "encoder-backlash"].map(Into::into).to_vec(),
         parameters,
         noise: NoiseValue::default(),
-        steps: vec![step(None, 14.0), step(Some("delay"), 4.0), step(Some("encoder-backlash"), 1.02)],
+        steps: vec![step(None, 14.0), step(Some("delay"), 4.0), step(Some("encoder-backlash"), ratio)],
         data_faults: Vec::new(),
         floor_from: FloorFrom::Measured,
         budget: Vec::new(),
@@ -187,14 +187,35 @@ fn a_ladder_tells_all_that_it_added_at_once_and_what_was_before() {
         explained: Vec::new(),
         unfinished: false,
         detail: None,
-    };
-    let headline = of_ladder(&axis);
+    }
+}
+
+#[test]
+fn a_ladder_tells_all_that_it_added_at_once_and_what_was_before() {
+    let headline = of_ladder(&climbed(Verdict::Adequate, 1.02));
     assert_eq!(
         headline.answer,
         "Your gyro is 10.05 ± 0.20 ms late and the encoder has 0.576 ± 0.011° of play against the shaft. Together they make 0.481 °/s of \
          error over 1 s; corrected, 0.0351 is left, which is noise."
     );
     assert!(headline.at_source.contains("interrupt") && headline.at_source.contains("take the play out"));
+}
+
+#[test]
+fn what_a_ladder_leaves_by_the_set_up_s_fault_is_no_noise() {
+    let limited = AxisLadder {
+        limited_by: Some(LimitedBy::FoldedMotion),
+        limited_says: "the rate swings by ±60 °/s at 83 Hz, beyond half the sampling rate (67 % of the error² at 0.1 s). Sample faster."
+            .into(),
+        ..climbed(Verdict::CannotTell, 1.07)
+    };
+    let answer = of_ladder(&limited).answer;
+    assert!(
+        answer.ends_with("is left. Most of that: the rate swings by ±60 °/s at 83 Hz, beyond half the sampling rate."),
+        "{answer}"
+    );
+    let unknown = AxisLadder { limited_by: Some(LimitedBy::Unattributed), ..climbed(Verdict::Unexplained, 3.0) };
+    assert!(of_ladder(&unknown).answer.ends_with("is left, 3.0 times what noise and the set-up alone make."));
 }
 
 #[test]
