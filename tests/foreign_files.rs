@@ -143,9 +143,10 @@ fn an_independent_reference_is_judged_and_a_dependent_one_is_named() {
     assert!(axes[0]["says"].as_str().unwrap().contains("the autopilot's estimator computed it"), "{axes}");
 }
 
-/// Writes a log of three axes as a bag: gyro and orientation a topic each, at the rows' own times.
+/// Writes a log of three axes as a bag: gyro and orientation a topic each, at the rows' own times. The kind of a ROS 2 bag says
+/// what it is stored as, whether it is split in two, whether it is without definitions, and what is packed.
 const BAG: &str = "
-import sys, csv, pathlib, json
+import sys, csv, pathlib, sqlite3
 from rosbags.typesys import Stores, get_typestore
 kind, source, target = sys.argv[1:4]
 from rosbags.rosbag1 import Writer as Writer1
@@ -158,29 +159,58 @@ Imu, Pose, Point, Stamped = T['sensor_msgs/msg/Imu'], T['geometry_msgs/msg/Pose'
 import numpy
 none = numpy.zeros(9)
 if kind.startswith('ros1'):
-    writer = Writer1(target)
-    if kind != 'ros1':
-        writer.set_compression(Writer1.CompressionFormat.LZ4 if kind == 'ros1-lz4' else Writer1.CompressionFormat.BZ2)
     header = lambda s, n: Header(seq=0, stamp=Time(sec=s, nanosec=n), frame_id='body')
     pack = store.serialize_ros1
 else:
-    writer = Writer2(target, version=8, storage_plugin=StoragePlugin.MCAP)
-    if kind == 'ros2-zstd':
-        writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
     header = lambda s, n: Header(stamp=Time(sec=s, nanosec=n), frame_id='body')
     pack = store.serialize_cdr
-with writer:
-    imu = writer.add_connection('/imu', 'sensor_msgs/msg/Imu', typestore=store)
-    pose = writer.add_connection('/vicon/body', 'geometry_msgs/msg/PoseStamped', typestore=store)
-    for row in rows:
-        ns = 1_700_000_000_000_000_000 + round(float(row['t']) * 1e9)
-        f = lambda *names: [float(row[n]) for n in names]
-        head = header(*divmod(ns, 10**9))
-        message = Imu(head, Quaternion(0.0, 0.0, 0.0, 0.0), none, Vector(*f('gyro_x', 'gyro_y', 'gyro_z')), none, Vector(0.0, 0.0, 0.0), none)
-        writer.write(imu, ns + 3_000_000, pack(message, 'sensor_msgs/msg/Imu'))
-        message = Stamped(head, Pose(Point(0.0, 0.0, 0.0), Quaternion(*f('ref_qx', 'ref_qy', 'ref_qz', 'ref_qw'))))
-        writer.write(pose, ns + 5_000_000, pack(message, 'geometry_msgs/msg/PoseStamped'))
-print(json.dumps([str(p) for p in sorted(pathlib.Path(target).iterdir())] if pathlib.Path(target).is_dir() else [target]))";
+
+def opened(target):
+    if kind.startswith('ros1'):
+        writer = Writer1(target)
+        if kind != 'ros1':
+            writer.set_compression(Writer1.CompressionFormat.LZ4 if kind == 'ros1-lz4' else Writer1.CompressionFormat.BZ2)
+        return writer
+    writer = Writer2(target, version=9, storage_plugin=StoragePlugin.SQLITE3 if 'db3' in kind else StoragePlugin.MCAP)
+    modes = {'file': CompressionMode.FILE, 'message': CompressionMode.MESSAGE, 'chunk': CompressionMode.STORAGE}
+    mode = modes.get(kind.split('-')[-1])
+    if mode is not None:
+        writer.set_compression(mode, CompressionFormat.ZSTD)
+    return writer
+
+def write(target, rows):
+    with opened(target) as writer:
+        imu = writer.add_connection('/imu', 'sensor_msgs/msg/Imu', typestore=store)
+        pose = writer.add_connection('/vicon/body', 'geometry_msgs/msg/PoseStamped', typestore=store)
+        for row in rows:
+            ns = 1_700_000_000_000_000_000 + round(float(row['t']) * 1e9)
+            f = lambda *names: [float(row[n]) for n in names]
+            head = header(*divmod(ns, 10**9))
+            message = Imu(head, Quaternion(0.0, 0.0, 0.0, 0.0), none, Vector(*f('gyro_x', 'gyro_y', 'gyro_z')), none, Vector(0.0, 0.0, 0.0), none)
+            writer.write(imu, ns + 3_000_000, pack(message, 'sensor_msgs/msg/Imu'))
+            message = Stamped(head, Pose(Point(0.0, 0.0, 0.0), Quaternion(*f('ref_qx', 'ref_qy', 'ref_qz', 'ref_qw'))))
+            writer.write(pose, ns + 5_000_000, pack(message, 'geometry_msgs/msg/PoseStamped'))
+
+if 'split' in kind:
+    # The later half in the folder of the earlier one, the list of which names both; what else lies there is no part of it.
+    target = pathlib.Path(target)
+    later = target.with_name(target.name + 'later')
+    write(target, rows[:len(rows) // 2])
+    write(later, rows[len(rows) // 2:])
+    first, second = next(target.glob('*.*[3p]')), next(later.glob('*.*[3p]'))
+    first.rename(target / f'recording_1{first.suffix}')
+    second.rename(target / f'recording_0{first.suffix}')
+    (target / f'recording_2{first.suffix}').write_text('of another recording')
+    list_ = target / 'metadata.yaml'
+    list_.write_text(list_.read_text().replace(f'- {first.name}', f'- recording_1{first.suffix}\\n  - recording_0{first.suffix}'))
+    assert 'recording_0' in list_.read_text(), list_.read_text()
+else:
+    write(target, rows)
+if 'old' in kind:
+    base = sqlite3.connect(next(pathlib.Path(target).glob('*.db3')))
+    base.executescript('DROP TABLE message_definitions; DROP TABLE schema; DROP TABLE metadata; VACUUM;')
+    base.close()
+print('null')";
 
 #[test]
 fn a_bag_of_an_independent_writer_has_the_very_verdict_of_the_csv() {
@@ -212,18 +242,34 @@ fn a_bag_of_an_independent_writer_has_the_very_verdict_of_the_csv() {
     };
     let wanted = parameters(&["three.csv"]);
     assert_eq!(wanted.len(), 3);
-    for kind in ["ros1", "ros1-lz4", "ros1-bz2", "ros2"] {
+    for kind in [
+        "ros1",
+        "ros1-lz4",
+        "ros1-bz2",
+        "ros2-mcap",
+        "ros2-mcap-split",
+        "ros2-mcap-zstd-chunk",
+        "ros2-mcap-zstd-message",
+        "ros2-db3",
+        "ros2-db3-split",
+        "ros2-db3-old",
+        "ros2-db3-zstd-message",
+        "ros2-db3-zstd-file",
+    ] {
+        // A recording of ROS 2 is a folder.
         let target = bench.path(&format!("{kind}.bag")).display().to_string();
-        let files = independent(python, BAG, &[kind, &bench.path("three.csv").display().to_string(), &target]);
-        let file =
-            files.as_array().unwrap().iter().map(|f| f.as_str().unwrap()).find(|f| !f.contains("metadata")).unwrap();
+        independent(python, BAG, &[kind, &bench.path("three.csv").display().to_string(), &target]);
         assert_eq!(
-            counted(&bench, file),
+            counted(&bench, &target),
             BTreeMap::from([("/imu".to_owned(), 3000), ("/vicon/body".to_owned(), 3000)]),
             "{kind}"
         );
-        assert_eq!(parameters(&[file]), wanted, "{kind}");
+        assert_eq!(parameters(&[&target]), wanted, "{kind}");
     }
+    // Of a recording of which a file is missing nothing is guessed.
+    std::fs::remove_file(bench.path("ros2-mcap-split.bag").join("recording_0.mcap")).unwrap();
+    let line = bench.refused(&["diagnose", "ros2-mcap-split.bag"]);
+    assert!(line.contains("recording_0.mcap") && line.contains("not there"), "{line}");
 }
 
 /// Time, gyros and an orientation made of the angle about z, of a simulated log.

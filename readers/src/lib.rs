@@ -6,6 +6,7 @@
 //! | [`format`] | what all formats have in common: topics, messages, notes |
 //! | [`formats`] | one format a file, one static list |
 //! | `bytes` | bytes taken in order, lengths never trusted |
+//! | [`packed`] | bytes that were packed with zstd |
 //! | [`survey`] | what a file holds, channel by channel |
 //! | [`meaning`] | what names and units say, and a map to the names of our logs |
 //! | [`text`] | delimited text, row by row |
@@ -15,6 +16,7 @@ mod bytes;
 pub mod format;
 pub mod formats;
 pub mod meaning;
+pub mod packed;
 pub mod survey;
 pub mod text;
 pub mod unit;

@@ -21,7 +21,7 @@ Examples:
 A channel is taken under a name of a log with `--map NAME=CHANNEL`, on every command that takes a log.
 What stands under `map` is taken without being named; what stands under `likely` has to be chosen.")]
 pub struct Args {
-    /// The file: text, ULog, ArduPilot .bin, MCAP, …, plain or .gz
+    /// The file: text, ULog, ArduPilot .bin, MCAP, ROS bag, …, plain or packed, or the folder of a ROS 2 bag
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// What is printed to standard output

@@ -1,5 +1,6 @@
 //! Why a log is refused: what, where, what to do, in one line.
 
+use super::input::Packing;
 use crate::toml_error::{TomlError, quoted};
 use std::{fmt, io, ops::Deref};
 
@@ -35,6 +36,24 @@ pub enum Problem {
     /// The packed file ends early or is damaged.
     #[error("truncated or corrupt gzip ({0}): copy the file anew, or save what is whole with `gzip -dc`")]
     Gzip(io::Error),
+    /// A file packed with zstd ends early or is damaged.
+    #[error("truncated or corrupt zstd ({0}): copy the file anew, or save what is whole with `zstd -dc`")]
+    Zstd(io::Error),
+    /// A database whose last messages lie beside it.
+    #[error(
+        "has messages beside it that are not written into it yet ({}): close the recorder, or write them in with \
+         `sqlite3 FILE 'PRAGMA wal_checkpoint(TRUNCATE)'`",
+        quoted(.0)
+    )]
+    Unwritten(String),
+    /// A recording of which a file is missing.
+    #[error("lists {} that is not there: copy the whole folder, or name the files that there are one by one", quoted(.0))]
+    Incomplete(String),
+    /// The list of a recording's files cannot be understood.
+    #[error(
+        "has a metadata.yaml that cannot be read ({0}): make it anew with `ros2 bag reindex`, or name a file of the folder"
+    )]
+    Metadata(String),
     /// Named .gz, but not packed.
     #[error("is named .gz but is not gzip: copy the file anew, or name it .csv if it is plain text")]
     NotGzip,
@@ -262,8 +281,12 @@ fn clause(begins: &str, text: &str) -> String {
 
 impl Problem {
     /// What a failed read means.
-    pub(super) fn reading(error: io::Error, packed: bool) -> Self {
-        if packed { Self::Gzip(error) } else { Self::Read(error) }
+    pub(super) fn reading(error: io::Error, packing: Packing) -> Self {
+        match packing {
+            Packing::Plain => Self::Read(error),
+            Packing::Gzip => Self::Gzip(error),
+            Packing::Zstd => Self::Zstd(error),
+        }
     }
 }
 

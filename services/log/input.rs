@@ -6,6 +6,7 @@ use flate2::read::MultiGzDecoder;
 use log_readers::{
     format::{Format, START},
     formats::{Unread, recognise, unread},
+    packed,
 };
 use sha2::{Digest, Sha256};
 use std::{
@@ -23,9 +24,20 @@ pub const STANDARD_INPUT: &str = "standard input";
 pub struct Input {
     bytes: Box<dyn Read + Send>,
     hash: Arc<Mutex<Sha256>>,
-    packed: bool,
+    packing: Packing,
     format: &'static dyn Format,
     unread: Option<Unread>,
+}
+
+/// How the bytes of a file are packed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Packing {
+    /// Not at all.
+    Plain,
+    /// With gzip.
+    Gzip,
+    /// With zstd.
+    Zstd,
 }
 
 /// The bytes as stored, hashed while they pass.
@@ -45,7 +57,7 @@ impl<R: Read> Read for Hashing<R> {
 }
 
 impl Input {
-    /// Opens a file, or standard input for `-`; unpacks what begins like gzip, and takes the samples out of a recording of ours.
+    /// Opens a file, or standard input for `-`; unpacks what begins like gzip or zstd, and takes the samples out of a recording of ours.
     pub fn open(path: &Path) -> Result<Self, Problem> {
         let source: Box<dyn Read + Send> = if path == Path::new("-") {
             Box::new(io::stdin())
@@ -54,6 +66,7 @@ impl Input {
             if file.metadata().map_err(Problem::Open)?.is_dir() {
                 return Err(Problem::Folder);
             }
+            unwritten(path)?;
             Box::new(file)
         };
         let is_gz = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"));
@@ -64,23 +77,26 @@ impl Input {
     pub fn of(source: Box<dyn Read + Send>, is_gz: bool) -> Result<Self, Problem> {
         let hash = Arc::new(Mutex::new(Sha256::new()));
         let mut source = BufReader::with_capacity(1 << 18, Hashing { inner: source, hash: hash.clone() });
-        let start = start(&mut source, 2).map_err(Problem::Read)?;
-        let packed = start.starts_with(&[0x1f, 0x8b]);
-        if start.is_empty() {
-            return Err(Problem::Empty);
-        }
-        if !packed && is_gz {
-            return Err(Problem::NotGzip);
-        }
+        let start = start(&mut source, packed::ZSTD.len()).map_err(Problem::Read)?;
+        let packing = match start.as_slice() {
+            [] => return Err(Problem::Empty),
+            [0x1f, 0x8b, ..] => Packing::Gzip,
+            start if start == packed::ZSTD => Packing::Zstd,
+            _ if is_gz => return Err(Problem::NotGzip),
+            _ => Packing::Plain,
+        };
         let whole = Cursor::new(start).chain(source);
-        let mut bytes: Box<dyn Read + Send> =
-            if packed { Box::new(MultiGzDecoder::new(whole)) } else { Box::new(whole) };
-        let start = self::start(&mut bytes, START).map_err(|error| Problem::reading(error, packed))?;
+        let mut bytes: Box<dyn Read + Send> = match packing {
+            Packing::Plain => Box::new(whole),
+            Packing::Gzip => Box::new(MultiGzDecoder::new(whole)),
+            Packing::Zstd => Box::new(packed::zstd(whole).map_err(|error| Problem::reading(error, packing))?),
+        };
+        let start = self::start(&mut bytes, START).map_err(|error| Problem::reading(error, packing))?;
         let (own, format) = (is_own(&start), recognise(if is_own(&start) { b"t" } else { &start }));
         let unread = if own || !is_text(format) { None } else { unread(&start) };
         let whole = Cursor::new(start).chain(bytes);
         let bytes: Box<dyn Read + Send> = if own { Box::new(AsCsv::new(whole)) } else { Box::new(whole) };
-        Ok(Self { bytes, hash, packed, format, unread })
+        Ok(Self { bytes, hash, packing, format, unread })
     }
 
     /// Whether it is read row by row, as text is.
@@ -98,9 +114,9 @@ impl Input {
         self.format
     }
 
-    /// Whether it is unpacked on the way.
-    pub fn is_packed(&self) -> bool {
-        self.packed
+    /// How it is packed.
+    pub fn packing(&self) -> Packing {
+        self.packing
     }
 
     /// SHA-256 of what was read so far, in hexadecimal.
@@ -121,6 +137,17 @@ impl Read for Input {
 
 fn is_text(format: &dyn Format) -> bool {
     format.name() == recognise(b"t").name()
+}
+
+/// Refuses a database beside which messages lie that were not written into it yet.
+fn unwritten(path: &Path) -> Result<(), Problem> {
+    let mut log = path.as_os_str().to_owned();
+    log.push("-wal");
+    let is_database = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("db3"));
+    if is_database && std::fs::metadata(&log).is_ok_and(|of| of.len() > 0) {
+        return Err(Problem::Unwritten(Path::new(&log).display().to_string()));
+    }
+    Ok(())
 }
 
 /// The first bytes of a source: those of its first line, where that comes alone.

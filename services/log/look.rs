@@ -40,7 +40,7 @@ pub fn look(path: &Path) -> Result<Look, LogError> {
     if let Some(unread) = input.unread() {
         return Err(refuse(Problem::Unread { what: unread.what, remedy: unread.remedy }));
     }
-    let (format, packed, is_text) = (input.format(), input.is_packed(), input.is_text());
+    let (format, packing, is_text) = (input.format(), input.packing(), input.is_text());
     let mut survey = Survey::default();
     let mut all = Continued::new(&mut survey);
     for (k, file) in files.iter().enumerate() {
@@ -50,7 +50,7 @@ pub fn look(path: &Path) -> Result<Look, LogError> {
         all.next_file();
         format.read(&mut input, &mut all).map_err(|cause| {
             refuse(match cause {
-                Unreadable::Read(error) => Problem::reading(error, packed),
+                Unreadable::Read(error) => Problem::reading(error, packing),
                 cause => Problem::Unreadable { format: format.name(), cause },
             })
         })?;

@@ -96,8 +96,8 @@ impl Twice {
             return Ok(Self { files: files.to_vec(), first: Some(first), kept: None, sha256: String::new() });
         }
         let mut kept = Vec::new();
-        let packed = first.is_packed();
-        first.read_to_end(&mut kept).map_err(|error| Problem::reading(error, packed))?;
+        let packing = first.packing();
+        first.read_to_end(&mut kept).map_err(|error| Problem::reading(error, packing))?;
         Ok(Self { files: Vec::new(), sha256: first.sha256(), first: None, kept: Some(kept) })
     }
 
@@ -123,9 +123,9 @@ impl Twice {
 }
 
 fn read_one(input: &mut Input, sink: &mut dyn Sink) -> Result<(), Problem> {
-    let (format, packed) = (input.format(), input.is_packed());
+    let (format, packing) = (input.format(), input.packing());
     format.read(input, sink).map_err(|cause| match cause {
-        Unreadable::Read(error) => Problem::reading(error, packed),
+        Unreadable::Read(error) => Problem::reading(error, packing),
         cause => Problem::Unreadable { format: format.name(), cause },
     })
 }

@@ -321,7 +321,7 @@ impl Reader {
                 Rows::Text { table, parser } => {
                     let line = table.line() + 1;
                     self.skip_times.look(table.skipped(), last);
-                    let packed = table.source().is_packed();
+                    let packing = table.source().packing();
                     match table.next_row() {
                         Ok(Some(row)) => {
                             self.rows += 1;
@@ -332,7 +332,7 @@ impl Reader {
                             self.skip_times.look(table.skipped(), last);
                             return Ok(None);
                         }
-                        Err(error) => return Err(self.error(line, None, line_problem(error, packed))),
+                        Err(error) => return Err(self.error(line, None, line_problem(error, packing))),
                     }
                 }
             };

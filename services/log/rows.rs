@@ -5,7 +5,7 @@ use super::{
     error::Problem,
     folder,
     header::Layout,
-    input::Input,
+    input::{Input, Packing},
     messages::{self, Messages},
     row::RowParser,
     tally::Tally,
@@ -48,9 +48,9 @@ pub fn begin(log: &str, path: &Path, maps: &Maps) -> Result<(Layout, Rows, Tally
     if let Some(Unread { what, remedy }) = input.unread() {
         return Err(of_file(Problem::Unread { what, remedy }));
     }
-    let packed = input.is_packed();
+    let packing = input.packing();
     let table = Table::open(input, &|names| maps.know(names)).map_err(|error| {
-        let (line, problem) = head_problem(error, packed);
+        let (line, problem) = head_problem(error, packing);
         refuse(line, None, problem)
     })?;
     let head = table.head();
@@ -60,20 +60,20 @@ pub fn begin(log: &str, path: &Path, maps: &Maps) -> Result<(Layout, Rows, Tally
     Ok((layout, Rows::Text { table: Box::new(table), parser }, Tally::default(), line))
 }
 
-fn head_problem(error: HeadError, packed: bool) -> (Option<u64>, Problem) {
+fn head_problem(error: HeadError, packing: Packing) -> (Option<u64>, Problem) {
     match error {
         HeadError::Empty => (None, Problem::Empty),
         HeadError::DecimalCommas { line, found, names } => {
             (Some(line), Problem::DecimalCommas { found, wanted: names })
         }
-        HeadError::Line(error) => (Some(1), line_problem(error, packed)),
+        HeadError::Line(error) => (Some(1), line_problem(error, packing)),
     }
 }
 
 /// What a line that cannot be read means.
-pub fn line_problem(error: LineError, packed: bool) -> Problem {
+pub fn line_problem(error: LineError, packing: Packing) -> Problem {
     match error {
         LineError::TooLong => Problem::LongLine(LONGEST_LINE),
-        LineError::Read(error) => Problem::reading(error, packed),
+        LineError::Read(error) => Problem::reading(error, packing),
     }
 }

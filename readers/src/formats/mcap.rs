@@ -4,6 +4,7 @@ use super::ros::{Connections, Wire};
 use crate::{
     bytes::{Bytes, Cursor, LONGEST},
     format::{Format, Note, Place, Sink, Unreadable},
+    packed,
 };
 use std::{
     collections::HashMap,
@@ -141,12 +142,12 @@ impl File<'_> {
             self.connections.note(Note::Damaged { at: Place::Byte(at), bytes: length });
             return bytes.skip(left);
         }
-        let packed = bytes.peek(stored as usize)?;
-        let whole = packed.len() as u64 == stored;
+        let stored_bytes = bytes.peek(stored as usize)?;
+        let whole = stored_bytes.len() as u64 == stored;
         let ended = match name.as_slice() {
-            b"" => self.within(&mut &packed[..]),
-            b"lz4" => self.within(&mut lz4_flex::frame::FrameDecoder::new(packed)),
-            b"zstd" => match ruzstd::decoding::StreamingDecoder::new(packed) {
+            b"" => self.within(&mut &stored_bytes[..]),
+            b"lz4" => self.within(&mut lz4_flex::frame::FrameDecoder::new(stored_bytes)),
+            b"zstd" => match packed::zstd(stored_bytes) {
                 Ok(mut decoder) => self.within(&mut decoder),
                 Err(_) => Ok(End::Broken),
             },

@@ -2,6 +2,7 @@
 
 mod ardupilot;
 mod bag;
+mod db3;
 mod delimited;
 mod mcap;
 mod primitive;
@@ -14,7 +15,8 @@ pub use unread::{Unread, unread};
 use crate::format::{Format, START};
 
 /// The formats, the surest sign first. Text is what is none of the others.
-pub static FORMATS: [&dyn Format; 5] = [&ulog::Ulog, &mcap::Mcap, &bag::Bag, &ardupilot::ArduPilot, &delimited::Text];
+pub static FORMATS: [&dyn Format; 6] =
+    [&ulog::Ulog, &mcap::Mcap, &db3::Db3, &bag::Bag, &ardupilot::ArduPilot, &delimited::Text];
 
 /// The format of a file that begins like this, at most [`START`] bytes of it.
 #[must_use]
@@ -29,7 +31,7 @@ mod tests {
 
     #[test]
     fn what_is_not_read_is_named_with_a_way_out_and_text_is_not_taken_for_it() {
-        assert!(unread(b"SQLite format 3\0....").is_some_and(|unread| unread.remedy.contains("ros2 bag convert")));
+        assert!(unread(b"PAR1....").is_some_and(|unread| unread.remedy.contains("read_parquet")));
         assert!(unread(&[0, 1, 2, 3, 4, 200, 201]).is_some());
         for text in
             [&b"t,gyro_x\r\n0,1\r\n"[..], b"", b"\xef\xbb\xbft,gyro", "Zeit;Drehrate (°/s)\n".as_bytes(), b"0,\xff\xfe"]

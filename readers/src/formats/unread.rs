@@ -10,14 +10,12 @@ pub struct Unread {
 }
 
 const KNOWN: &[(&[u8], &str, &str)] = &[
-    (b"SQLite format 3", "an SQLite database (a ROS 2 .db3?)", "make an MCAP of it: `ros2 bag convert`"),
     (b"PAR1", "a Parquet file", "write it as CSV: pandas.read_parquet(F).to_csv(G, index=False)"),
     (b"PK\x03\x04", "a zip archive (an .xlsx, or a phone's export)", "unpack it, or save the sheet as CSV"),
     (b"\xd0\xcf\x11\xe0", "an old Excel sheet", "save it as CSV"),
     (b"H Product:Blackbox", "a raw Betaflight log", "decode it: `blackbox_decode LOG.BBL`"),
     (b"\x89HDF", "an HDF5 file (a new .mat?)", "write it as CSV: in MATLAB, writetimetable(T, \"log.csv\")"),
     (b"MATLAB 5.0", "a .mat file", "write it as CSV: writetimetable(T, \"log.csv\")"),
-    (b"\x28\xb5\x2f\xfd", "packed with zstd", "unpack it: `zstd -d`"),
     (b"BZh", "packed with bzip2", "unpack it: `bunzip2`"),
     (b"\xfd7zXZ", "packed with xz", "unpack it: `unxz`"),
     (b"7z\xbc\xaf", "a 7z archive", "unpack it"),

@@ -2,7 +2,11 @@
 
 #![allow(dead_code, clippy::cast_lossless)] // each test file uses a part
 
+mod db3;
+
 use std::io::Write;
+
+pub use db3::db3;
 
 /// Messages in each file.
 pub const MESSAGES: u64 = 200;
@@ -16,6 +20,7 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("MCAP", mcap("")),
         ("MCAP", mcap("lz4")),
         ("MCAP", mcap("zstd")),
+        ("ROS 2 .db3", db3()),
         ("ROS 1 bag", bag("none")),
         ("ROS 1 bag", bag("lz4")),
         ("ROS 1 bag", bag("bz2")),

@@ -1,5 +1,6 @@
 //! Definitions of ROS messages, turned into the steps that read one.
 
+use super::known;
 use crate::formats::primitive::Kind;
 use std::collections::HashMap;
 
@@ -53,7 +54,9 @@ pub fn program(kind: &str, text: &str, of: &str) -> Option<Program> {
             }
             None => part,
         };
-        definitions.entry(name.clone()).or_insert(body);
+        if !body.trim().is_empty() {
+            definitions.entry(name.clone()).or_insert(body);
+        }
     }
     let mut compiler = Compiler { definitions, program: Program::default(), named: false, steps: 0 };
     let steps = compiler.message(&bare(of), "", 0, true)?;
@@ -80,7 +83,8 @@ impl Compiler<'_> {
         if depth > DEEPEST {
             return None;
         }
-        let text: &str = self.definitions.get(kind).copied().or_else(|| well_known(kind))?;
+        let text =
+            self.definitions.get(kind).map_or_else(|| known::definition(kind), |text| Some((*text).to_owned()))?;
         let package = kind.rsplit_once('/').map_or("", |(package, _)| package);
         let mut steps = Vec::new();
         for line in text.lines() {
@@ -182,15 +186,6 @@ fn number(kind: &str) -> Option<Kind> {
         "uint64" => Kind::U64,
         "float32" => Kind::F32,
         "float64" => Kind::F64,
-        _ => return None,
-    })
-}
-
-/// Kinds that definitions may leave out.
-fn well_known(kind: &str) -> Option<&'static str> {
-    Some(match kind {
-        "builtin_interfaces/Time" | "builtin_interfaces/Duration" => "int32 sec\nuint32 nanosec",
-        "std_msgs/Header" => "builtin_interfaces/Time stamp\nstring frame_id",
         _ => return None,
     })
 }

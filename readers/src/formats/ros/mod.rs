@@ -2,14 +2,20 @@
 
 mod decode;
 mod definition;
+mod known;
 
 pub use decode::Wire;
 
-use crate::format::{Field, Note, Sink, Topic};
+use crate::{
+    bytes::LONGEST,
+    format::{Field, Note, Sink, Topic},
+    packed,
+};
 use decode::{Message, Reading};
 use definition::{Program, Step};
 use std::{
     collections::{BTreeMap, HashMap},
+    io::Read,
     rc::Rc,
 };
 
@@ -19,6 +25,8 @@ pub struct Connections<'a> {
     topics: usize,
     by_id: BTreeMap<u32, Connection>,
     message: Message,
+    /// Of a message that was packed.
+    unpacked: Vec<u8>,
 }
 
 struct Connection {
@@ -72,7 +80,7 @@ impl Stamps {
 impl<'a> Connections<'a> {
     /// Of a file whose messages go there.
     pub fn new(sink: &'a mut dyn Sink) -> Self {
-        Self { sink, topics: 0, by_id: BTreeMap::new(), message: Message::default() }
+        Self { sink, topics: 0, by_id: BTreeMap::new(), message: Message::default(), unpacked: Vec::new() }
     }
 
     /// Something to be known of the file.
@@ -122,6 +130,17 @@ impl<'a> Connections<'a> {
     /// One message, with the log's time of it.
     pub fn message(&mut self, id: u32, log_ns: i64, bytes: &[u8]) {
         let Some(of) = self.by_id.get_mut(&id) else { return };
+        // ROS 2 packs messages one by one where it is told to.
+        if of.wire == Wire::Cdr && bytes.starts_with(&packed::ZSTD) {
+            let mut unpacked = std::mem::take(&mut self.unpacked);
+            unpacked.clear();
+            let whole = packed::zstd(bytes).and_then(|of| of.take(LONGEST as u64).read_to_end(&mut unpacked)).is_ok();
+            if whole && !unpacked.starts_with(&packed::ZSTD) {
+                self.message(id, log_ns, &unpacked);
+            }
+            self.unpacked = unpacked;
+            return;
+        }
         // Where no part is wanted and there is but one, nothing need be read.
         if of.parts.len() == 1
             && !of.transforms
