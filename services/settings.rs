@@ -439,9 +439,11 @@ mod tests {
     use std::path::Path;
 
     #[test]
-    fn the_deployed_file_is_read_and_says_the_defaults() {
+    fn the_deployed_file_takes_a_sensor_gives_the_rate_and_says_the_defaults() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("deploy/truerate.toml");
-        assert_eq!(Settings::read(&path).unwrap(), Settings::default());
+        let Settings { source, out, .. } = Settings::read(&path).unwrap();
+        assert!(source.is_live() && !out.is_empty(), "{source:?} {out:?}");
+        assert_eq!(Settings { source, out, ..Settings::default() }, Settings::read(&path).unwrap());
     }
 
     #[test]

@@ -14,8 +14,8 @@ use rustix::{
     thread::futex,
 };
 use std::{
-    fs::{self, File, OpenOptions},
-    os::unix::fs::OpenOptionsExt,
+    fs::{self, File, OpenOptions, Permissions},
+    os::unix::fs::{OpenOptionsExt, PermissionsExt},
     path::{Path, PathBuf},
     ptr,
     sync::atomic::{AtomicU32, AtomicU64, Ordering, fence},
@@ -50,7 +50,9 @@ impl Ring {
         let part = path.with_extension("part");
         let _ = fs::remove_file(&part);
         let file =
-            OpenOptions::new().read(true).write(true).create_new(true).mode(0o640).open(&part).with_context(what)?;
+            OpenOptions::new().read(true).write(true).create_new(true).mode(0o600).open(&part).with_context(what)?;
+        // The group reads it, whatever the umask.
+        file.set_permissions(Permissions::from_mode(0o640)).with_context(what)?;
         // Taken now, so that no row ever finds the memory full.
         fallocate(&file, FallocateFlags::empty(), 0, RING as u64).with_context(what)?;
         let ring = Self::map(&file).with_context(what)?;

@@ -5,6 +5,7 @@
 
 pub mod board;
 mod janitor;
+mod manager;
 pub mod process;
 pub mod summary;
 pub mod vitals;
@@ -22,11 +23,13 @@ use anyhow::{Context, bail};
 use board::Board;
 use ipc_types::{
     Health, ServiceId, State,
+    health::Link,
     port::{Held, Hub, Reader, Writer},
     topic,
     wait::Wait,
 };
 use janitor::Janitor;
+use manager::Manager;
 use process::{Fate, Process};
 use std::{
     fs,
@@ -76,7 +79,7 @@ struct Pipeline {
     started_ns: Vec<u64>,
     watchdog: Watchdog,
     status_ns: u64,
-    ready: bool,
+    manager: Manager,
 }
 
 /// What an ended run comes to.
@@ -97,6 +100,7 @@ pub struct Ending {
 pub fn supervise(instance: &str, settings: Settings, stop: &Stop) -> anyhow::Result<Ending> {
     let mut pipeline = Pipeline::claim(instance, settings)?;
     let ended = pipeline.watch(stop);
+    pipeline.manager.end();
     pipeline.publish(ended.is_ok());
     pipeline.end_processes();
     let summary = summary::text(&pipeline.run, &pipeline.folder, &pipeline.board);
@@ -176,7 +180,7 @@ impl Pipeline {
             started_ns,
             watchdog: Watchdog::default(),
             status_ns: 0,
-            ready: false,
+            manager: Manager::of_this_process(),
         };
         pipeline.open()?;
         Ok(pipeline)
@@ -215,6 +219,7 @@ impl Pipeline {
             }
             // What came meanwhile is heard before anybody is called silent.
             self.hear()?;
+            self.manager.beat();
             self.watchdog.look();
             if let Some(end) = self.look_at_processes()? {
                 return Ok(end);
@@ -287,10 +292,9 @@ impl Pipeline {
         if now_ns() >= self.status_ns + STATUS_NS {
             self.publish(false);
         }
-        if !self.ready && self.all_are(State::Running) {
-            self.ready = true;
-            tracing::info!("all processes are at work");
-            let _ = sd_notify::notify(&[sd_notify::NotifyState::Ready]);
+        // Not that they have anything to do: a sensor may come later.
+        if self.all_were_heard() && self.manager.is_ready() {
+            tracing::info!("all processes are there");
         }
         Ok(())
     }
@@ -320,13 +324,17 @@ impl Pipeline {
             (p.service, p.pid(), p.restarts, state)
         });
         let status = self.board.status(self.run.number, finished, list);
+        if status.source.link != Link::None as u32 {
+            self.manager.tell(&format!("source: {}", Link::name(status.source.link)));
+        }
         if let Some(Err(error)) = self.ports.as_ref().map(|p| p.status.give(status)) {
             tracing::warn!("status: {error}");
         }
     }
 
-    fn all_are(&self, state: State) -> bool {
-        self.processes.iter().all(|p| p.is_over() || (p.pid().is_some() && self.board.is(p.service, p.pid(), state)))
+    fn all_were_heard(&self) -> bool {
+        let heard = |p: &Process| self.board.of(p.service).is_some_and(|health| Some(health.pid) == p.pid());
+        self.processes.iter().all(|p| p.is_over() || heard(p))
     }
 
     fn is_complete(&self) -> bool {
@@ -337,9 +345,9 @@ impl Pipeline {
     }
 
     fn end_processes(&mut self) {
-        let _ = sd_notify::notify(&[sd_notify::NotifyState::Stopping]);
         let mut processes = std::mem::take(&mut self.processes);
         end(&mut processes, || {
+            self.manager.beat();
             if let Err(error) = self.hear() {
                 tracing::debug!("the last news: {error:#}");
             }

@@ -103,6 +103,10 @@ impl Process {
             // glibc otherwise raises this with each large block that is freed, up to 32 MB, and keeps what is smaller:
             // a process that judges one log after another would grow with every one.
             .env("MALLOC_MMAP_THRESHOLD_", LARGE_BLOCK)
+            // The service manager hears the supervisor alone.
+            .env_remove("NOTIFY_SOCKET")
+            .env_remove("WATCHDOG_USEC")
+            .env_remove("WATCHDOG_PID")
             .stdin(if input { Stdio::inherit() } else { Stdio::null() })
             .stdout(if output { Stdio::inherit() } else { Stdio::null() })
             .stderr(Stdio::inherit())

@@ -25,13 +25,15 @@ static COUNT: AtomicU32 = AtomicU32::new(0);
 pub struct Place {
     pub base: PathBuf,
     pub files: tempfile::TempDir,
+    /// What every program finds in its environment beside this place.
+    pub environment: Vec<(&'static str, String)>,
 }
 
 impl Place {
     pub fn new() -> Self {
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
         let base = PathBuf::from(format!("/tmp/trt-{}-{number}", std::process::id()));
-        Self { base, files: tempfile::tempdir().unwrap() }
+        Self { base, files: tempfile::tempdir().unwrap(), environment: Vec::new() }
     }
 
     pub fn file(&self, name: &str) -> PathBuf {
@@ -45,6 +47,7 @@ impl Place {
     pub fn truerate(&self) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_truerate"));
         command.env("TRUERATE_RUNTIME_DIR", &self.base).env("TRUERATE_LOG", "truerate=info");
+        command.envs(self.environment.iter().cloned());
         command
     }
 
