@@ -95,8 +95,9 @@ pub fn run(args: &ChangeArgs, direction: Direction) -> Result<ExitCode> {
     }
     after.epoch = start.file.model.epoch + 1;
     let (old, new) = (subject.compare(&before, true)?, subject.compare(&after, true)?);
+    let file = subject.fitted(after, start.file.own_effects);
     if let Some(path) = &args.output {
-        model_file::save(path, &subject.fitted(after, start.file.own_effects))?;
+        model_file::save(path, &file)?;
     }
     let none: &[String] = &[];
     let (command, added, removed) = match direction {
@@ -104,7 +105,8 @@ pub fn run(args: &ChangeArgs, direction: Direction) -> Result<ExitCode> {
         Direction::Remove => (Command::Remove, none, args.effects.as_slice()),
     };
     let change = Change { added, removed, before: &old, after: &new };
-    let context = subject.context(command, &args.log, args.axis, args.model.as_deref(), args.output.as_deref());
+    let mut context = subject.context(command, &args.log, args.axis, args.model.as_deref(), args.output.as_deref());
+    context.product = Subject::product(&file, args.output.as_deref());
     args.report.emit(args.output.as_deref(), |format, file| {
         report::render_change(&change, format, &if file { context.for_file() } else { context.clone() })
     })?;

@@ -7,7 +7,10 @@ use crate::{
 };
 use anyhow::Result;
 use gyro_model::{Axis, diagnosis::Diagnosis};
-use std::{path::PathBuf, process::ExitCode};
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
 
 /// What `truerate compare` takes.
 #[derive(clap::Args, Debug, Clone)]
@@ -68,12 +71,20 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let context = |file: bool| if file { context.for_file() } else { context.clone() };
     if let (Some(against), Some(other)) = (&args.against, &other) {
         let other = judge(other, true)?;
-        let model = args.model.as_ref().map_or_else(|| "base model".to_owned(), |m| m.display().to_string());
-        let against = against.display().to_string();
+        let model = args.model.as_ref().map_or_else(|| "base model".to_owned(), |path| label(path, against));
+        let against = args.model.as_ref().map_or_else(|| label(against, Path::new("")), |model| label(against, model));
         let both = Against { model: &model, diagnosis: &diagnosis, other_model: &against, other: &other };
         args.report.emit(None, |format, file| report::render_against(&both, format, &context(file)))?;
     } else {
         args.report.emit(None, |format, file| report::render(&diagnosis, format, &context(file)))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// A model's name: its file's, or its path where that of the other has the same.
+fn label(path: &Path, other: &Path) -> String {
+    match path.file_name().filter(|name| other.file_name() != Some(name)) {
+        Some(name) => name.to_string_lossy().into_owned(),
+        None => path.display().to_string(),
+    }
 }

@@ -65,7 +65,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     if let Some(path) = &args.output {
         model_file::save(path, &file)?;
     }
-    let context = subject.context(Command::Fit, &args.log, args.axis, args.model.as_deref(), args.output.as_deref());
+    let mut context =
+        subject.context(Command::Fit, &args.log, args.axis, args.model.as_deref(), args.output.as_deref());
+    context.product = Subject::product(&file, args.output.as_deref());
     args.report.emit(args.output.as_deref(), |format, file| {
         report::render(&diagnosis, format, &if file { context.for_file() } else { context.clone() })
     })?;

@@ -94,12 +94,14 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             (axis.verdict, axis.says) = (verdict, says.to_owned());
         }
     }
+    let file = subject.fitted(model, start.file.own_effects);
     if let Some(path) = &args.output {
-        model_file::save(path, &subject.fitted(model, start.file.own_effects))?;
+        model_file::save(path, &file)?;
     }
     let ladder = Ladder { schema: "truerate.ladder/1".to_owned(), log: subject.name.clone(), axes };
     let mut context =
         subject.context(Command::Ladder, &args.log, args.axis, args.model.as_deref(), args.output.as_deref());
+    context.product = Subject::product(&file, args.output.as_deref());
     context.unfinished = ladder.axes.iter().any(|axis| axis.unfinished);
     args.report.emit(args.output.as_deref(), |format, file| {
         report::render_ladder(&ladder, format, &if file { context.for_file() } else { context.clone() })

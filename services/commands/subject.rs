@@ -14,8 +14,9 @@ use gyro_model::{
     Axis, Model, Record, diagnose,
     diagnosis::{AxisDiagnosis, DataFault, Diagnosis, Verdict},
     effects::Effect,
-    fit,
+    fit, units,
 };
+use jiff::Timestamp;
 use log_readers::meaning::Pick;
 use std::path::Path;
 
@@ -220,8 +221,45 @@ impl Subject {
             model: shown(model),
             output: shown(output),
             flags,
+            about: self.about(model),
             ..report::Context::new(command, self.name.clone())
         }
+    }
+
+    /// What the log is, in a few words each.
+    fn about(&self, model: Option<&Path>) -> Vec<String> {
+        let mut about = Vec::new();
+        let mut steps: Vec<i64> = self.record.rows.windows(2).map(|pair| pair[1].t_ns - pair[0].t_ns).collect();
+        if !steps.is_empty() {
+            let middle = steps.len() / 2;
+            let step = 1e-9 * *steps.select_nth_unstable(middle).1 as f64;
+            about.push(format!("{} at {} Hz", length(self.record.duration()), units::round(1.0 / step)));
+        }
+        about.push(format!("{} rows", thousands(self.provenance.samples)));
+        if let Some((low, high)) = self.provenance.temperature {
+            about.push(format!("{low:.1} to {high:.1} °C"));
+        }
+        // Clocks that count from when they were switched on say no date.
+        let start = Timestamp::from_nanosecond(self.provenance.start_ns).ok();
+        if let Some(start) = start.filter(|start| start.as_second() > FIRST_DATE) {
+            about.push(format!("recorded {} UTC", start.strftime("%Y-%m-%d %H:%M")));
+        }
+        about.push(match model.and_then(Path::file_name) {
+            Some(name) => format!("model: {}", name.to_string_lossy()),
+            None => "model at the start: scale factor and bias".to_owned(),
+        });
+        about
+    }
+
+    /// The model that a command made, to be taken along with its page.
+    #[must_use]
+    pub fn product(file: &ModelFile, output: Option<&Path>) -> Option<report::Product> {
+        let name = output.and_then(Path::file_name).filter(|name| *name != "-");
+        model_file::refuse_unseen(&file.model).ok()?;
+        Some(report::Product {
+            name: name.map_or_else(|| "model.toml".to_owned(), |name| name.to_string_lossy().into_owned()),
+            text: model_file::render(file),
+        })
     }
 
     /// A model with this log as its provenance, and the user's own effects that its file defines.
@@ -229,6 +267,28 @@ impl Subject {
     pub fn fitted(&self, model: Model, own_effects: Vec<&'static dyn Effect>) -> ModelFile {
         ModelFile { model, provenance: Some(Provenance::now(&self.provenance)), own_effects }
     }
+}
+
+/// A date before this one is a clock that was never set: the beginning of 2000, s since 1970.
+const FIRST_DATE: i64 = 946_684_800;
+
+/// `42.0 s`, `3 min 20 s`, `2 h 5 min`.
+fn length(seconds: f64) -> String {
+    let whole = seconds.round() as u64;
+    match whole {
+        0..120 => format!("{seconds:.1} s"),
+        120..7200 => format!("{} min {} s", whole / 60, whole % 60),
+        _ => format!("{} h {} min", whole / 3600, whole % 3600 / 60),
+    }
+}
+
+/// `12 345`.
+fn thousands(count: u64) -> String {
+    let digits = count.to_string();
+    let lead = digits.len() % 3;
+    let groups = digits.as_bytes()[lead..].chunks(3).map(|group| String::from_utf8_lossy(group).into_owned());
+    let lead = (lead > 0).then(|| digits[..lead].to_owned());
+    lead.into_iter().chain(groups).collect::<Vec<_>>().join("\u{a0}")
 }
 
 /// Temperatures that differ by more make a difference to most gyros (0.01–0.08 °/s per K in data sheets), K.

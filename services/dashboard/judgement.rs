@@ -78,18 +78,8 @@ fn axis_of(axis: Axis, a: &wire::AxisDiagnosis) -> AxisDiagnosis {
 /// As the page shows it: words, human units, cards.
 #[must_use]
 pub fn page(diagnosis: &Diagnosis) -> Page {
-    let context = Context {
-        warning: String::new(),
-        command: Command::Diagnose,
-        log: "live".into(),
-        model: None,
-        output: None,
-        flags: Vec::new(),
-        moved: false,
-        unfinished: false,
-        terminal: Terminal::PLAIN,
-    };
-    let mut page = Page::of_diagnosis(diagnosis, &context);
+    let context = Context { terminal: Terminal::PLAIN, ..Context::new(Command::Diagnose, "live") };
+    let mut page = Page::axis_by_axis(diagnosis, &context);
     for axis in &mut page.axes {
         axis.detail = None;
     }

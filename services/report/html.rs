@@ -1,6 +1,6 @@
 //! One self-contained page: styles, scripts and data inside, nothing fetched. It works from disk, offline.
 
-use super::view::Page;
+use super::{terminal::Terminal, text, view::Page};
 
 const PAGE: &str = include_str!("page.html");
 const STYLES: [&str; 2] = [include_str!("../web/uplot/uPlot.min.css"), include_str!("../web/style.css")];
@@ -21,6 +21,8 @@ pub(super) fn render(page: &Page) -> String {
         ("styles", STYLES.join("\n")),
         ("heading", escaped(&page.title)),
         ("log", escaped(&page.log)),
+        ("about", escaped(&page.about.join(" · "))),
+        ("words", escaped(&text::render(page, Terminal::PLAIN))),
         ("data", data),
         ("licence", LICENCE.replace("--", "–")),
         ("scripts", SCRIPTS.join("\n")),

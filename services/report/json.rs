@@ -5,13 +5,23 @@
 use super::{Against, Change};
 use gyro_model::{
     diagnosis::{AxisDiagnosis, Diagnosis, Ladder},
-    headline::{self, Headline},
+    headline::{self, Headline, Named, Together},
 };
 use serde::Serialize;
 
+/// A result, and what its axes have in common.
+#[derive(Serialize)]
+struct WithTogether<T: Serialize> {
+    #[serde(flatten)]
+    result: T,
+    #[serde(flatten)]
+    together: Together,
+}
+
 /// `compare`, `diagnose`.
 pub(super) fn diagnosis(diagnosis: &Diagnosis) -> String {
-    line(&Diagnosis { axes: spoken(&diagnosis.axes), ..diagnosis.clone() })
+    let together = Together::of(&diagnosis.axes.iter().map(Named::by_diagnosis).collect::<Vec<_>>());
+    line(&WithTogether { result: Diagnosis { axes: spoken(&diagnosis.axes), ..diagnosis.clone() }, together })
 }
 
 /// `ladder`.
@@ -21,7 +31,8 @@ pub(super) fn ladder(ladder: &Ladder) -> String {
     for detail in ladder.axes.iter_mut().filter_map(|a| a.detail.as_mut()) {
         detail.trace = gyro_model::detail::Trace::default();
     }
-    line(&ladder)
+    let together = Together::of(&ladder.axes.iter().map(Named::by_ladder).collect::<Vec<_>>());
+    line(&WithTogether { result: ladder, together })
 }
 
 /// `add`, `remove`: the new model's diagnosis, with `added`, `removed` and the axes `before`.

@@ -21,6 +21,8 @@ pub use terminal::Terminal;
 
 use crate::cli::Format;
 use gyro_model::diagnosis::{Diagnosis, Ladder};
+use serde::Serialize;
+use std::path::Path;
 
 /// What the result itself doesn't say: how the command was called, and where its output goes.
 #[derive(Clone, Debug)]
@@ -41,8 +43,23 @@ pub struct Context {
     pub unfinished: bool,
     /// What has to be known before anything else; empty where there is nothing.
     pub warning: String,
+    /// What the log is, in a few words each: its length, its rate, when it was recorded.
+    pub about: Vec<String>,
+    /// The new model.
+    pub product: Option<Product>,
+    /// Whether the result leaves this machine: then no folder of it is named.
+    pub mailed: bool,
     /// The terminal that text is for.
     pub terminal: Terminal,
+}
+
+/// The model that a command made, to be taken along with its page.
+#[derive(Clone, Debug, Serialize)]
+pub struct Product {
+    /// A file's name.
+    pub name: String,
+    /// What stands in it.
+    pub text: String,
 }
 
 impl Context {
@@ -58,15 +75,43 @@ impl Context {
             moved: false,
             unfinished: false,
             warning: String::new(),
+            about: Vec::new(),
+            product: None,
+            mailed: false,
             terminal: Terminal::detect(),
         }
     }
 
-    /// The same with output that goes to a file: no colour, a fixed width.
+    /// The same with output that goes to a file: no colour, a fixed width, and no folder of this machine, for it will be mailed.
     #[must_use]
     pub fn for_file(&self) -> Self {
-        Self { terminal: Terminal::PLAIN, ..self.clone() }
+        let name = |path: &String| file_name(path);
+        let mut flags = self.flags.clone();
+        for k in 1..flags.len() {
+            if matches!(flags[k - 1].as_str(), "--columns" | "--reference") {
+                flags[k] = file_name(&flags[k]);
+            }
+        }
+        Self {
+            terminal: Terminal::PLAIN,
+            mailed: true,
+            log: file_name(&self.log),
+            model: self.model.as_ref().map(name),
+            output: self.output.as_ref().map(name),
+            flags,
+            ..self.clone()
+        }
     }
+
+    /// A page is mailed, wherever it is printed to.
+    fn for_format(&self, format: Format) -> Self {
+        if format == Format::Html { self.for_file() } else { self.clone() }
+    }
+}
+
+/// What stands behind the last slash of a path; what is no path stays.
+fn file_name(path: &str) -> String {
+    Path::new(path).file_name().map_or_else(|| path.to_owned(), |name| name.to_string_lossy().into_owned())
 }
 
 /// `add` and `remove`: one model before, another after, on the same samples.
@@ -100,7 +145,7 @@ pub struct Against<'a> {
 pub fn render(diagnosis: &Diagnosis, format: Format, context: &Context) -> String {
     match format {
         Format::Json => json::diagnosis(diagnosis),
-        _ => page(&view::Page::of_diagnosis(diagnosis, context), format, context),
+        _ => page(diagnosis, view::Page::of_diagnosis, format, context),
     }
 }
 
@@ -109,7 +154,7 @@ pub fn render(diagnosis: &Diagnosis, format: Format, context: &Context) -> Strin
 pub fn render_ladder(ladder: &Ladder, format: Format, context: &Context) -> String {
     match format {
         Format::Json => json::ladder(ladder),
-        _ => page(&view::Page::of_ladder(ladder, context), format, context),
+        _ => page(ladder, view::Page::of_ladder, format, context),
     }
 }
 
@@ -118,7 +163,7 @@ pub fn render_ladder(ladder: &Ladder, format: Format, context: &Context) -> Stri
 pub fn render_change(change: &Change, format: Format, context: &Context) -> String {
     match format {
         Format::Json => json::change(change),
-        _ => page(&view::Page::of_change(change, context), format, context),
+        _ => page(change, view::Page::of_change, format, context),
     }
 }
 
@@ -127,13 +172,21 @@ pub fn render_change(change: &Change, format: Format, context: &Context) -> Stri
 pub fn render_against(against: &Against, format: Format, context: &Context) -> String {
     match format {
         Format::Json => json::against(against),
-        _ => page(&view::Page::of_against(against, context), format, context),
+        _ => page(against, view::Page::of_against, format, context),
     }
 }
 
-fn page(page: &view::Page, format: Format, context: &Context) -> String {
-    let page = &view::Page { warning: context.warning.clone(), ..page.clone() };
-    if format == Format::Html { html::render(page) } else { text::render(page, context.terminal) }
+fn page<T>(result: &T, view: fn(&T, &Context) -> view::Page, format: Format, context: &Context) -> String {
+    let context = context.for_format(format);
+    let page = view(result, &context);
+    let page = view::Page {
+        warning: context.warning.clone(),
+        about: context.about.clone(),
+        log: if context.mailed { file_name(&page.log) } else { page.log },
+        product: context.product.clone(),
+        ..page
+    };
+    if format == Format::Html { html::render(&page) } else { text::render(&page, context.terminal) }
 }
 
 #[cfg(test)]

@@ -315,14 +315,81 @@ fn json_has_null_where_a_number_is_not_finite() {
 #[test]
 fn html_is_one_file_that_fetches_nothing_and_holds_text_as_text() {
     let mut diagnosis = diagnosis(Verdict::MissingEffect);
-    diagnosis.log = "</script><b>{{scripts}}.csv".into();
+    diagnosis.log = "<script><b>{{scripts}}.csv".into();
+    diagnosis.axes[0].says = "</script><b>".into();
     let html = render(&diagnosis, Format::Html, &context(Command::Diagnose));
     for fetching in ["src=\"", "@import", "url(http", "<link rel=\"stylesheet\""] {
         assert!(!html.contains(fetching), "{fetching}");
     }
     assert!(html.contains("default-src 'none'") && html.contains("MIT"));
-    assert!(!html.contains("</script><b>"), "the log's name ends the script");
-    assert!(html.contains("&lt;/script&gt;&lt;b&gt;{{scripts}}.csv"));
+    assert!(!html.contains("</script><b>"), "a text ends the script");
+    assert!(html.contains("&lt;script&gt;&lt;b&gt;{{scripts}}.csv"));
+}
+
+/// Three axes, each 12.1 ms late to within its error; z has a play of its encoder as well.
+fn three_axes() -> Ladder {
+    let mut ladder = ladder();
+    let of = |axis: Axis, late: f64, more: &str| {
+        let mut own = ladder.axes[0].clone();
+        own.axis = axis;
+        own.effects.push(more.into());
+        own.parameters.push(parameter("delay", "d", late, 1e-4, "s"));
+        own.parameters.push(parameter("encoder-backlash", "b", 0.004, 5e-5, "rad"));
+        own
+    };
+    let axes =
+        vec![of(Axis::X, 0.01212, "bias"), of(Axis::Y, 0.01205, "bias"), of(Axis::Z, 0.0121, "encoder-backlash")];
+    ladder.axes = axes;
+    ladder
+}
+
+#[test]
+fn several_axes_are_one_story_and_what_they_share_is_said_once() {
+    let ladder = three_axes();
+    let faulty = DataFault {
+        fault: "dropouts".into(),
+        axis: None,
+        count: 1,
+        first_t: Some(0.5),
+        says: "1 gap; nothing is assumed inside".into(),
+    };
+    let axes = ladder.axes.into_iter().map(|axis| AxisLadder { data_faults: vec![faulty.clone()], ..axis }).collect();
+    let ladder = Ladder { axes, ..ladder };
+    let text = render_ladder(&ladder, Format::Text, &context(Command::Ladder));
+    println!("{text}");
+    assert_eq!(text.matches("ms late").count(), 1, "{text}");
+    assert!(text.contains("Your gyro is 12.090 ± 0.058 ms late, on all three axes."), "{text}");
+    let table = text.find("axis   what").unwrap();
+    assert!(table < text.find("axis x  ").unwrap(), "{text}");
+    let row = |start: &str| text.lines().find(|line| line.starts_with(start)).unwrap_or_default().to_owned();
+    assert!(row("x y z  delay").contains("12.090 ± 0.058 ms"), "{text}");
+    assert!(row("x      nothing else").contains(" °/s over 1"), "{text}");
+    assert!(row("z      encoder-backlash").contains("0.2292"), "{text}");
+    assert_eq!(text.matches("1 gap").count(), 1, "{text}");
+    let json: serde_json::Value =
+        serde_json::from_str(&render_ladder(&ladder, Format::Json, &context(Command::Ladder))).unwrap();
+    assert_eq!(json["shared"][0]["effect"], "delay");
+    assert_eq!(json["shared"][0]["axes"].as_array().unwrap().len(), 3);
+    assert!(json["rotation"].is_null() && json["axes"][0]["headline"].as_str().unwrap().contains("ms late"));
+}
+
+#[test]
+fn what_is_mailed_names_no_folder_and_brings_the_model() {
+    let context = Context {
+        log: "/home/me/logs/yaw.csv.gz".into(),
+        output: Some("/home/me/new model.toml".into()),
+        flags: vec!["--reference".into(), "/home/me/mocap.csv".into(), "--map".into(), "ref_q=/mocap/pose".into()],
+        product: Some(Product { name: "new model.toml".into(), text: "schema = 1".into() }),
+        ..context(Command::Ladder)
+    };
+    let ladder = Ladder { log: context.log.clone(), ..ladder() };
+    let html = render_ladder(&ladder, Format::Html, &context);
+    assert!(!html.contains("/home/me") && html.contains("yaw.csv.gz"));
+    assert!(html.contains("ref_q=/mocap/pose") && html.contains(r#""text":"schema = 1""#));
+    assert!(!render_ladder(&ladder, Format::Text, &context.for_file()).contains("/home/me"));
+    assert!(render_ladder(&ladder, Format::Text, &context).contains("/home/me"));
+    // Where no script runs the words stand there.
+    assert!(html.contains("<noscript>") && html.contains("error ÷ floor at its worst, step by step (bar"));
 }
 
 #[test]

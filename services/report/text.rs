@@ -4,7 +4,7 @@ use super::{
     bars::{self, Scale},
     terminal::{Ink, Terminal},
     units,
-    view::{AxisView, Page, ParameterView},
+    view::{AxisView, Page, ParameterView, Row, Story},
 };
 
 /// Suspects shown: the rest removes less and only distracts; JSON and HTML have them all.
@@ -14,11 +14,20 @@ const SUSPECTS: usize = 4;
 pub(super) fn render(page: &Page, terminal: Terminal) -> String {
     let mut screen = Screen { terminal, text: String::new() };
     screen.line(&format!("{}  {}", terminal.paint(Ink::Strong, &page.title), terminal.paint(Ink::Quiet, &page.log)));
+    if !page.about.is_empty() {
+        screen.wrapped("", &page.about.join(" · "), Ink::Quiet);
+    }
     if !page.warning.is_empty() {
         screen.wrapped("", &page.warning, Ink::Warn);
     }
+    if let Some(story) = &page.story {
+        screen.story(story);
+    }
     for axis in &page.axes {
         screen.axis(axis);
+    }
+    if let Some(story) = &page.story {
+        screen.faults("data faults of all axes", &story.faults);
     }
     if page.axes.is_empty() {
         screen.line("No axis was examined: none has both a gyro column and a reference.");
@@ -84,6 +93,34 @@ impl Screen {
         self.text.replace_range(start..start + indent.len(), bullet);
     }
 
+    /// What the axes share, and the table of all.
+    fn story(&mut self, story: &Story) {
+        self.text.push('\n');
+        for shared in &story.shared {
+            self.wrapped("", &shared.says, Ink::Warn);
+            if !shared.at_source.is_empty() {
+                self.wrapped("  ", &format!("At the source: {}.", shared.at_source.trim_end_matches('.')), Ink::Plain);
+            }
+        }
+        let wide = |of: &dyn Fn(&Row) -> &str, head: &str| {
+            let longest = story.rows.iter().map(|row| of(row).chars().count()).max().unwrap_or(0);
+            longest.max(head.len())
+        };
+        let (a, w, s) = (wide(&|r| &r.axis, "axis"), wide(&|r| &r.what, "what"), wide(&|r| &r.size, "size"));
+        let head = self.terminal.paint(Ink::Quiet, &format!("{:a$}  {:w$}  {:s$}  left", "axis", "what", "size"));
+        self.line(&format!("\n{head}"));
+        for row in &story.rows {
+            let what = self.terminal.paint(Ink::Strong, &format!("{:w$}", row.what));
+            if a + w + s + row.left.chars().count() + 6 > self.terminal.width && !row.left.is_empty() {
+                // Too narrow: what is left has a line of its own.
+                self.line(&format!("{:a$}  {what}  {:s$}", row.axis, row.size));
+                self.line(&format!("{:a$}  {}", "", row.left));
+            } else {
+                self.line(&format!("{:a$}  {what}  {:s$}  {}", row.axis, row.size, row.left));
+            }
+        }
+    }
+
     fn axis(&mut self, axis: &AxisView) {
         let ink = match axis.tone {
             "good" => Ink::Good,
@@ -111,9 +148,13 @@ impl Screen {
         }
         self.suspects(axis);
         self.explained(axis);
-        if !axis.data_faults.is_empty() {
-            self.heading("data faults");
-            for says in &axis.data_faults {
+        self.faults("data faults", &axis.data_faults);
+    }
+
+    fn faults(&mut self, heading: &str, faults: &[String]) {
+        if !faults.is_empty() {
+            self.heading(heading);
+            for says in faults {
                 self.item("  ! ", says);
             }
         }
@@ -123,7 +164,9 @@ impl Screen {
     fn limit(&mut self, axis: &AxisView) {
         let Some(limit) = &axis.limit else { return };
         self.heading(&format!("what limits this log: {}", limit.by));
-        if !axis.says.contains(limit.says.trim_end_matches('.')) && !limit.says.is_empty() {
+        // The verdict says it too, in the middle of a sentence.
+        let said = axis.says.to_lowercase().contains(limit.says.trim_end_matches('.').to_lowercase().as_str());
+        if !said && !limit.says.is_empty() {
             self.wrapped("  ", &limit.says, Ink::Plain);
         }
         let shown: Vec<usize> = SHOWN

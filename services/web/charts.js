@@ -71,6 +71,8 @@ const Charts = (() => {
       hooks: {
         draw: spec.draw ? [spec.draw] : [],
         setSelect: [], setScale: [],
+        // Names alone until a value is pointed at.
+        setCursor: [u => place.classList.toggle('hovered', u.cursor.idx != null && u.cursor.left >= 0)],
       },
     };
     const chart = { u: null, zoomed: false, place };
@@ -90,7 +92,8 @@ const Charts = (() => {
     plot.over.addEventListener('dblclick', () => mark(false));
     zoomByKeys(chart, mark);
     zoomByPinch(chart, mark);
-    const observer = new ResizeObserver(() => { if (width() !== plot.width) plot.setSize({ width: width(), height: plot.height }); });
+    // A chart in a tab that is not shown has no width.
+    const observer = new ResizeObserver(() => { if (place.clientWidth && width() !== plot.width) plot.setSize({ width: width(), height: plot.height }); });
     observer.observe(place);
     chart.destroy = () => { observer.disconnect(); all.delete(chart); plot.destroy(); place.replaceChildren(); };
     all.add(chart);
@@ -185,8 +188,8 @@ const Charts = (() => {
   const positive = values => values.map(v => (v != null && v > 0 ? v : null));
 
   // Error curves against the floor. curves: [{ label, tau, error, floor, floor_99 }] in °/s, the judged one at `judged`.
-  function errorCurve(place, curves, judged, height) {
-    return make(place, { ...errorCurveSpec(curves, judged), height: height || 320 });
+  function errorCurve(place, curves, judged, height, sync) {
+    return make(place, { ...errorCurveSpec(curves, judged), height: height || 320, sync });
   }
   function errorCurveSpec(curves, judged) {
     const axis = [...new Set(curves.flatMap(c => c.tau))].sort((a, b) => a - b);
@@ -223,7 +226,7 @@ const Charts = (() => {
       data: [limit.tau, ...order.map(k => sums[k])],
     };
   }
-  function budget(place, limit) { return make(place, { ...budgetSpec(limit), height: 280 }); }
+  function budget(place, limit, sync) { return make(place, { ...budgetSpec(limit), height: 280, sync }); }
 
   return { make, budget, budgetSpec, seconds, errorCurve, errorCurveSpec, number, ink, themeButton, positive, DEGREES };
 })();

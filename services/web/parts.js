@@ -73,7 +73,37 @@ const Parts = (() => {
     ]));
   }
 
+  // Several axes: what they share, and a table of what each has.
+  function story(s) {
+    return [
+      s.shared.map(shared => [h('h2.answer', shared.says), shared.at_source ? h('p', h('b', 'At the source: '), `${shared.at_source.replace(/\.$/, '')}.`) : null]),
+      h('.scroll', h('table.values.story', h('thead', h('tr', ['axis', 'what', 'size', 'left of its error'].map(head => h('th', head)))),
+        h('tbody', s.rows.map(r => h('tr' + (r.tone ? '.' + r.tone : ''), h('td', r.axis), h('td', h('b', r.what)), h('td.number', r.size), h('td.number', r.left)))))),
+    ];
+  }
+
+  // One of several places at a time; on paper all of them. tabs: [{ label, says, tone, place }]
+  function tabs(list) {
+    const buttons = list.map((tab, i) => h('button.tab.' + tab.tone, { type: 'button', role: 'tab', id: 'tab-' + i, onclick: () => show(i) }, h('b', tab.label), h('span.soft', ` ${tab.says}`)));
+    const show = at => list.forEach((tab, i) => {
+      tab.place.classList.toggle('away', i !== at);
+      buttons[i].setAttribute('aria-selected', i === at);
+      buttons[i].tabIndex = i === at ? 0 : -1;
+    });
+    list.forEach((tab, i) => { tab.place.setAttribute('role', 'tabpanel'); tab.place.setAttribute('aria-labelledby', 'tab-' + i); });
+    const bar = h('.tabs.screen', { role: 'tablist', onkeydown: event => {
+      const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+      if (!step) return;
+      const next = (buttons.indexOf(document.activeElement) + step + buttons.length) % buttons.length;
+      show(next);
+      buttons[next].focus();
+      event.preventDefault();
+    } }, buttons);
+    bar.show = show;
+    return bar;
+  }
+
   const list = items => h('ul.plain', items.map(i => h('li', i)));
 
-  return { h, panel, prose, answer, command, card, parameters, suspect, steps, list, copyButton };
+  return { h, panel, prose, answer, command, card, parameters, suspect, steps, story, tabs, list, copyButton };
 })();

@@ -130,8 +130,28 @@ fn reports_open_offline_from_disk() {
     };
     run(&["simulate", "--hide", "delay:d=0.02", "--seconds", "40", "--rate", "100", "--seed", "5", "-o", "log.csv"]);
     run(&["diagnose", "log.csv", "--report", "report.html"]);
-    run(&["ladder", "log.csv", "--report", "ladder.html"]);
-    for report in ["report.html", "ladder.html"] {
-        drive("report.mjs", &[folder.path().join(report).to_str().unwrap()]);
+    run(&["ladder", "log.csv", "--report", "ladder.html", "-o", "new.toml"]);
+    run(&["fit", "log.csv", "-o", "base.toml"]);
+    run(&["compare", "log.csv", "--model", "new.toml", "--against", "base.toml", "--report", "two.html"]);
+    run(&[
+        "simulate",
+        "--hide",
+        "delay:d=0.02",
+        "--reference",
+        "orientation",
+        "--seconds",
+        "40",
+        "--seed",
+        "5",
+        "-o",
+        "three.csv",
+    ]);
+    run(&["ladder", "three.csv", "--report", "three.html"]);
+    for (report, wanted) in
+        [("report", &[][..]), ("ladder", &["model"]), ("two", &["two-models"]), ("three", &["model"])]
+    {
+        let file = folder.path().join(format!("{report}.html"));
+        let arguments: Vec<&str> = [file.to_str().unwrap(), report].into_iter().chain(wanted.iter().copied()).collect();
+        drive("report.mjs", &arguments);
     }
 }

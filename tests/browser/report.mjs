@@ -1,4 +1,4 @@
-// node report.mjs FILE: an HTML report opens from disk, offline, and is whole.
+// node report.mjs FILE [NAME [model] [two-models]]: an HTML report opens from disk, offline, and is whole.
 import { check, finish, launch, looks, open } from './browser.mjs';
 
 const file = `file://${process.argv[2]}`;
@@ -41,6 +41,54 @@ await page.keyboard.press('+');
 check(await chart.evaluate(c => c.classList.contains('zoomed')), 'the key + does not zoom');
 await page.keyboard.press('0');
 
-await looks(page, 'report');
+// Untouched, a legend names its lines and shows no empty value.
+await page.mouse.move(2, 2);
+await page.waitForTimeout(100);
+const idle = await visible[0].locator('.u-legend').innerText();
+check(!idle.includes('–') && /[a-z]/.test(idle), `an untouched legend reads ${JSON.stringify(idle)}`);
+
+// One cursor over all charts of one quantity.
+const { over: place } = await hover(page.locator('.chart[aria-label^="Rate"]').first());
+check(place && await page.locator('.chart[aria-label^="Residual"]').first().evaluate(c => c.classList.contains('hovered')), 'the residual does not follow the cursor over the rate');
+
+// Several axes: one at a time on the screen, all on paper.
+const tabs = page.locator('[role=tab]');
+const sections = page.locator('.axis');
+const shown = async () => (await sections.evaluateAll(all => all.filter(a => a.offsetHeight > 0).length));
+if (await tabs.count()) {
+  check(await tabs.count() === await sections.count() && await shown() === 1, 'not one axis at a time');
+  await tabs.nth(1).click();
+  check(await sections.nth(1).isVisible() && !await sections.nth(0).isVisible(), 'the second tab does not show the second axis');
+  check(await sections.nth(1).locator('.chart canvas').count() >= 6, 'the second axis has no charts');
+  const legend = (await hover(sections.nth(1).locator('.chart').first())).legend;
+  check(/\d/.test(legend), `hovering says nothing on the second axis: ${legend}`);
+  await tabs.nth(1).press('ArrowLeft');
+  check(await sections.nth(0).isVisible(), 'the arrow keys do not go through the tabs');
+  await page.emulateMedia({ media: 'print' });
+  check(await shown() === await sections.count(), 'an axis is missing on paper');
+  await page.emulateMedia({ media: null });
+  check(await page.locator('table.story tbody tr').count() >= await tabs.count(), 'no table of all axes');
+}
+
+// Two models are switched off and on.
+const models = page.locator('button[data-model]');
+for (const model of await models.all()) {
+  const before = await page.locator('.chart[aria-label^="Rate"] canvas').first().evaluate(c => c.toDataURL());
+  await model.click();
+  await page.waitForTimeout(100);
+  check(await page.locator('.chart[aria-label^="Rate"] canvas').first().evaluate(c => c.toDataURL()) !== before, 'a model is not switched off');
+  await model.click();
+}
+if (process.argv.includes('two-models')) check(await models.count() === 2, 'two models have no two switches');
+
+// The new model comes along.
+const button = page.getByRole('button', { name: 'Download the new model' });
+if (await button.count()) {
+  const [download] = await Promise.all([page.waitForEvent('download'), button.click()]);
+  const text = (await import('node:fs')).readFileSync(await download.path(), 'utf8');
+  check(download.suggestedFilename().endsWith('.toml') && text.includes('truerate.model/1'), 'what is downloaded is no model');
+} else check(!process.argv.includes('model'), 'no button for the new model');
+
+await looks(page, process.argv[3] || 'report');
 await browser.close();
 finish();

@@ -6,8 +6,15 @@
 //! error without it ──┘    at the source: "stamp the reading at the sensor's interrupt …"
 //! ```
 
+mod left;
+mod rotation;
 #[cfg(test)]
 mod tests;
+mod together;
+
+pub use left::Fall;
+pub use rotation::Rotation;
+pub use together::{Named, Shared, Together};
 
 use crate::{
     Axis,
@@ -17,11 +24,7 @@ use crate::{
     measured::{Measured, and},
     units,
 };
-
-/// Averaging time at which errors are said, s.
-const SAID_AT: f64 = 1.0;
-/// A curve that ends earlier, by this factor, is said at its end.
-const NEAR: f64 = 1.5;
+use left::{is_noise, left, makes, rest, said, same_time};
 
 /// The answer, and what to do where it comes from.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -35,9 +38,15 @@ pub struct Headline {
 /// Of `compare` and `diagnose`.
 #[must_use]
 pub fn of_diagnosis(axis: &AxisDiagnosis) -> Headline {
+    of_diagnosis_beside(axis, &[])
+}
+
+/// The same where some causes have been `told`, for several axes share them.
+#[must_use]
+pub fn of_diagnosis_beside(axis: &AxisDiagnosis, told: &[&str]) -> Headline {
     let here = said(&axis.error_curve);
     match (axis.verdict, axis.suspects.first()) {
-        (Verdict::MissingEffect, Some(best)) => missing(axis.axis, best, &axis.error_curve),
+        (Verdict::MissingEffect, Some(best)) => missing(axis, best, told),
         (Verdict::Ambiguous, Some(best)) => ambiguous(axis, best),
         (Verdict::MissingEffect | Verdict::Ambiguous, None) => {
             only(format!("An effect is missing: {}.", left(here, axis.error_over_floor)))
@@ -58,12 +67,23 @@ pub fn of_diagnosis(axis: &AxisDiagnosis) -> Headline {
     }
 }
 
+/// The effects that a ladder added and kept.
+fn added(axis: &AxisLadder) -> Vec<&str> {
+    let started = axis.steps.iter().filter_map(|step| step.added.as_deref());
+    started.filter(|id| axis.effects.iter().any(|e| e == id)).collect()
+}
+
 /// Of `ladder`: what was added is the answer.
 #[must_use]
 pub fn of_ladder(axis: &AxisLadder) -> Headline {
+    of_ladder_beside(axis, &[])
+}
+
+/// The same where some causes have been `told`, for several axes share them.
+#[must_use]
+pub fn of_ladder_beside(axis: &AxisLadder, told: &[&str]) -> Headline {
     let (Some(first), Some(last)) = (axis.steps.first(), axis.steps.last()) else { return Headline::default() };
-    let started: Vec<&str> = axis.steps.iter().filter_map(|step| step.added.as_deref()).collect();
-    let added: Vec<&str> = started.into_iter().filter(|id| axis.effects.iter().any(|e| e == id)).collect();
+    let added = added(axis);
     let here = said(&last.error_curve);
     let is_within = |p: &ErrorPoint| p.error.zip(p.floor_99).is_none_or(|(error, top)| error <= top);
     let within = last.error_curve.iter().all(is_within);
@@ -77,21 +97,22 @@ pub fn of_ladder(axis: &AxisLadder) -> Headline {
             _ => unexplained(&left(here, last.error_over_floor), axis.limited_by, &axis.limited_says),
         };
     }
-    let clauses: Vec<String> = added.iter().map(|id| clause(axis.axis, id, &axis.parameters)).collect();
-    let mut answer = sentence(&joined(&clauses));
+    let own: Vec<&str> = added.iter().copied().filter(|id| !told.contains(id)).collect();
+    let clauses: Vec<String> = own.iter().map(|id| clause(axis.axis, id, &axis.parameters)).collect();
+    let mut answer = if own.is_empty() { String::new() } else { sentence(&joined(&clauses)) };
     if let Some((before, after)) = said(&first.error_curve).zip(here) {
         let settled = matches!(axis.verdict, Verdict::Adequate | Verdict::Ambiguous);
         let rest = match limit(axis.limited_by, &axis.limited_says) {
             Some((what, _)) if !settled => format!(". Most of that: {what}"),
             _ => rest(&after, settled || within),
         };
-        answer.push_str(&makes(before, after, added.len(), &rest));
+        answer.push_str(&makes(subject(own.len(), added.len() - own.len()), before, after, &rest));
     }
     if axis.verdict == Verdict::Ambiguous {
         let aliases: Vec<String> = axis.steps.iter().flat_map(|step| step.aliases.iter().map(|id| name(id))).collect();
         answer = format!("{answer} It may also be {}: this log cannot tell.", either(&aliases));
     }
-    Headline { answer, at_source: sources(&added) }
+    Headline { answer: answer.trim_start().to_owned(), at_source: sources(&own) }
 }
 
 /// Of `add` and `remove`: the change is the answer.
@@ -184,15 +205,28 @@ fn own_clause(id: &str, parameters: &[ParameterValue]) -> String {
     format!("your own effect '{id}' is there{with}")
 }
 
-fn missing(axis: Axis, best: &Suspect, before: &[ErrorPoint]) -> Headline {
-    let mut answer = sentence(&clause(axis, &best.effect, &best.parameters));
-    if let Some((before, after)) = same_time(before, &best.error_curve) {
-        answer.push_str(&makes(before, after, 1, &rest(&after, is_noise(&after))));
+fn missing(axis: &AxisDiagnosis, best: &Suspect, told: &[&str]) -> Headline {
+    let is_told = told.contains(&best.effect.as_str());
+    let mut answer = if is_told { String::new() } else { sentence(&clause(axis.axis, &best.effect, &best.parameters)) };
+    if let Some((before, after)) = same_time(&axis.error_curve, &best.error_curve) {
+        let subject = subject(usize::from(!is_told), usize::from(is_told));
+        answer.push_str(&makes(subject, before, after, &rest(&after, is_noise(&after))));
     }
     if effects::find(&best.effect).is_some_and(|effect| effect.stage() == Stage::Reference) {
         answer.push_str(" Your gyro is not the cause.");
     }
-    Headline { answer, at_source: sources(&[&best.effect]) }
+    let at_source = if is_told { String::new() } else { sources(&[&best.effect]) };
+    Headline { answer: answer.trim_start().to_owned(), at_source }
+}
+
+/// What makes an error: so many causes of the axis' own, and so many that it shares.
+const fn subject(own: usize, shared: usize) -> &'static str {
+    match (own, shared) {
+        (0, _) => "What the axes share makes",
+        (1, 0) => "That makes",
+        (_, 0) => "Together they make",
+        _ => "With what the axes share that makes",
+    }
 }
 
 fn ambiguous(axis: &AxisDiagnosis, best: &Suspect) -> Headline {
@@ -205,36 +239,13 @@ fn ambiguous(axis: &AxisDiagnosis, best: &Suspect) -> Headline {
     let mut answer = format!("Either {}; this log cannot tell which.", group.join(", or "));
     if let Some((before, after)) = same_time(&axis.error_curve, &best.error_curve) {
         let rest = rest(&after, is_noise(&after));
-        answer.push_str(&makes(before, after, 1, &rest).replacen(" That makes", " It makes", 1));
+        answer.push_str(&makes("It makes", before, after, &rest));
     }
     if !best.separate_by.is_empty() {
         answer = format!("{answer} To tell them apart: {}.", best.separate_by.trim_end_matches('.'));
     }
     only(answer)
 }
-
-/// ` That makes 0.51 °/s of error over 1 s; corrected, 0.035 is left, which is noise.`
-fn makes(before: ErrorPoint, after: ErrorPoint, causes: usize, rest: &str) -> String {
-    let subject = if causes > 1 { "Together they make" } else { "That makes" };
-    format!(
-        " {subject} {} °/s of error over {}; corrected, {} is left{rest}.",
-        units::rate(before.error),
-        units::time(before.tau_s),
-        units::rate(after.error)
-    )
-}
-
-/// What is said of an error that is left, behind its number.
-fn rest(after: &ErrorPoint, is_noise: bool) -> String {
-    match after.error.zip(after.floor).filter(|(_, floor)| *floor > 0.0) {
-        _ if is_noise => ", which is noise".to_owned(),
-        Some((error, floor)) => format!(", {} times {FLOOR}", units::ratio(error / floor)),
-        None => String::new(),
-    }
-}
-
-/// What makes the floor.
-const FLOOR: &str = "what noise and the set-up alone make";
 
 /// No effect explains what is left: what limits the log is the answer where that is known.
 fn unexplained(left: &str, by: Option<LimitedBy>, says: &str) -> Headline {
@@ -270,40 +281,6 @@ fn adequate(here: Option<ErrorPoint>, within: Option<bool>) -> String {
         );
     }
     format!("Nothing is missing: over {over} the error is {error} °/s, which is noise.")
-}
-
-/// `0.51 °/s of error over 1 s, up to 14 times what noise and the set-up alone make`.
-fn left(here: Option<ErrorPoint>, ratio: Option<f64>) -> String {
-    let over = ratio.filter(|r| r.is_finite()).map(|r| format!("up to {} times {FLOOR}", units::ratio(r)));
-    let error = here.map(|p| format!("{} °/s of error over {}", units::rate(p.error), units::time(p.tau_s)));
-    let parts: Vec<String> = error.into_iter().chain(over).collect();
-    if parts.is_empty() { "how much, this log does not say".into() } else { parts.join(", ") }
-}
-
-/// The point of a curve at which errors are said: 1 s, or its end where it ends before.
-fn said(curve: &[ErrorPoint]) -> Option<ErrorPoint> {
-    let known = || curve.iter().filter(|p| p.error.is_some_and(f64::is_finite));
-    let far = |p: &ErrorPoint| (p.tau_s / SAID_AT).ln().abs();
-    let near = known().min_by(|a, b| far(a).total_cmp(&far(b)))?;
-    Some(if far(near) < NEAR.ln() { *near } else { *known().next_back()? })
-}
-
-/// Where the second curve is best said, and the same time of the first: 1 s, or where most falls if nothing does there.
-fn same_time(before: &[ErrorPoint], after: &[ErrorPoint]) -> Option<(ErrorPoint, ErrorPoint)> {
-    let at = |tau: f64| after.iter().copied().find(|p| (p.tau_s / tau - 1.0).abs() < 1e-6 && p.error.is_some());
-    let usual = said(before).and_then(|p| at(p.tau_s).map(|q| (p, q)));
-    let fall = |(p, q): &(ErrorPoint, ErrorPoint)| p.error.zip(q.error).map_or(0.0, |(p, q)| p / q);
-    match usual {
-        Some(pair) if !is_noise(&pair.0) => Some(pair),
-        _ => {
-            let pairs = before.iter().filter_map(|p| at(p.tau_s).map(|q| (*p, q))).filter(|(p, _)| !is_noise(p));
-            pairs.max_by(|a, b| fall(a).total_cmp(&fall(b))).or(usual)
-        }
-    }
-}
-
-fn is_noise(p: &ErrorPoint) -> bool {
-    p.error.zip(p.floor_99).is_some_and(|(error, top)| error <= top)
 }
 
 /// What to do about these, where they come from.

@@ -2,14 +2,21 @@
 
 mod axis;
 mod explained;
+mod parts;
+mod story;
 
-use super::{Against, Change, Context, next};
+pub use parts::{
+    AliasView, CardView, Curve, ExplainedView, LimitView, ParameterView, PartView, StepView, SuspectView, TestView,
+};
+pub use story::{Row, Story};
+
+use super::{Against, Change, Context, Product, next};
 use axis::{curve, falling, tone, words};
 use gyro_model::{
     Axis,
-    detail::{AxisDetail, fails_where},
-    diagnosis::{AxisDiagnosis, AxisLadder, Diagnosis, ErrorPoint, FloorFrom, Ladder, Verdict},
-    headline,
+    detail::{AxisDetail, Trace, fails_where},
+    diagnosis::{AxisDiagnosis, AxisLadder, Diagnosis, ErrorPoint, Ladder, Verdict},
+    headline::{self, Fall, Headline, Named, Together},
 };
 use serde::Serialize;
 
@@ -20,12 +27,18 @@ pub struct Page {
     pub title: String,
     /// The log.
     pub log: String,
+    /// What the log is, in a few words each.
+    pub about: Vec<String>,
     /// What has to be known before anything else.
     pub warning: String,
+    /// Several axes at once; `None` where there is one.
+    pub story: Option<Story>,
     /// One entry an axis.
     pub axes: Vec<AxisView>,
     /// What to run next, best first.
     pub next: Vec<next::Next>,
+    /// The new model, to be taken along.
+    pub product: Option<Product>,
     /// Of the program.
     pub version: &'static str,
 }
@@ -77,168 +90,28 @@ pub struct AxisView {
     pub explained: Vec<ExplainedView>,
     /// Series for the charts, SI.
     pub detail: Option<AxisDetail>,
-}
-
-/// Why one effect was named or was not.
-#[derive(Clone, Debug, Serialize)]
-pub struct ExplainedView {
-    /// Effect id.
-    pub effect: String,
-    /// `named`, `refused by: share, held-out`, …
-    pub outcome: String,
-    /// Each test of it.
-    pub tests: Vec<TestView>,
-}
-
-/// One test of one suspect.
-#[derive(Clone, Debug, Serialize)]
-pub struct TestView {
-    /// `pass`, `fail`, `–` where it is not asked.
-    pub mark: &'static str,
-    /// Its name.
-    pub name: String,
-    /// What it asks.
-    pub asks: String,
-    /// The numbers that decided it.
-    pub numbers: String,
-}
-
-/// What limits a log, and what its error is made of.
-#[derive(Clone, Debug, Serialize)]
-pub struct LimitView {
-    /// `reference noise`, …
-    pub by: &'static str,
-    /// In one sentence, with the remedy.
-    pub says: String,
-    /// `measured`, `assumed` or `unknown`: where the floor's noise is known from.
-    pub floor_from: FloorFrom,
-    /// Averaging time, s.
-    pub tau: Vec<f64>,
-    /// The parts that make a hundredth somewhere, largest over all first; what none explains last.
-    pub parts: Vec<PartView>,
-    /// Whose error it is, frequency by frequency, °/s/√Hz.
-    pub frequency: Vec<f64>,
-    /// The error.
-    pub error: Vec<Option<f64>>,
-    /// What the gyro shows in all.
-    pub gyro: Vec<Option<f64>>,
-    /// The error that only the reference shows.
-    pub of_reference: Vec<Option<f64>>,
-    /// The error that only the gyro shows.
-    pub of_gyro: Vec<Option<f64>>,
-}
-
-/// One part of an error.
-#[derive(Clone, Debug, Serialize)]
-pub struct PartView {
-    /// `reference noise`, …
-    pub name: &'static str,
-    /// Its share of the error² of each averaging time, %.
-    pub share: Vec<f64>,
-}
-
-/// An error curve, °/s over s.
-#[derive(Clone, Debug, Serialize)]
-pub struct Curve {
-    /// What it belongs to: `model`, `with delay`, `before`, …
-    pub label: String,
-    /// Averaging time, s.
-    pub tau: Vec<f64>,
-    /// Held-out error.
-    pub error: Vec<Option<f64>>,
-    /// Floor.
-    pub floor: Vec<Option<f64>>,
-    /// Upper end of the floor's 99 % band.
-    pub floor_99: Vec<Option<f64>>,
-}
-
-/// A parameter.
-#[derive(Clone, Debug, Serialize)]
-pub struct ParameterView {
-    /// Effect id.
-    pub effect: String,
-    /// Name as in model files.
-    pub name: String,
-    /// What it is.
-    pub says: String,
-    /// `12.10 ± 0.12 ms`.
-    pub shown: String,
-    /// What is usual of its effect on low-cost sensors, where that is not said yet.
-    pub typical: String,
-}
-
-/// What the catalogue says of an effect.
-#[derive(Clone, Debug, Serialize)]
-pub struct CardView {
-    /// Effect id.
-    pub id: String,
-    /// What it is, half a line.
-    pub title: String,
-    /// What happens physically.
-    pub physics: String,
-    /// Equation.
-    pub equation: String,
-    /// Typical size, in words.
-    pub typical: String,
-    /// What shows it.
-    pub excited_by: String,
-    /// What compensation can do about it.
-    pub mended_by: String,
-    /// Where this is from.
-    pub source: String,
-}
-
-/// A suspect.
-#[derive(Clone, Debug, Serialize)]
-pub struct SuspectView {
-    /// Effect id.
-    pub effect: String,
-    /// Its card.
-    pub card: CardView,
-    /// `removes 98 % of the excess`, or a dash.
-    pub removes: String,
-    /// The same as a number from 0 to 1, for a bar.
-    pub share: Option<f64>,
-    /// Significance in words.
-    pub significance: String,
-    /// Its parameters after a refit.
-    pub parameters: Vec<ParameterView>,
-    /// What it cannot be told from on this log.
-    pub aliases: Vec<AliasView>,
-    /// The manoeuvre that would.
-    pub separate_by: String,
-}
-
-/// An alias on this log.
-#[derive(Clone, Debug, Serialize)]
-pub struct AliasView {
-    /// Effect id.
-    pub id: String,
-    /// What it is, half a line.
-    pub title: String,
-    /// When the two look alike.
-    pub when: String,
-    /// What splits the two.
-    pub split_by: String,
-}
-
-/// One step of a ladder.
-#[derive(Clone, Debug, Serialize)]
-pub struct StepView {
-    /// `start`, `+ delay`, `− lag`.
-    pub label: String,
-    /// Largest error/floor after the step.
-    pub ratio: Option<f64>,
-    /// Error at about 1 s, °/s.
-    pub error_1s: Option<f64>,
-    /// Aliases on this log.
-    pub aliases: Vec<String>,
+    /// Where two models are compared: what the other makes of the rate over time.
+    pub other_trace: Option<Trace>,
 }
 
 impl Page {
     /// Of `compare` and `diagnose`.
     #[must_use]
     pub fn of_diagnosis(diagnosis: &Diagnosis, context: &Context) -> Self {
+        let named: Vec<Named> = diagnosis.axes.iter().map(Named::by_diagnosis).collect();
+        let together = Together::of(&named);
+        let mut page = Self::axis_by_axis(diagnosis, context);
+        for (view, axis) in page.axes.iter_mut().zip(&diagnosis.axes) {
+            view.answer(headline::of_diagnosis_beside(axis, &together.told(axis.axis)));
+        }
+        let falls: Vec<Option<Fall>> = diagnosis.axes.iter().map(Fall::of_diagnosis).collect();
+        page.story = Story::of(&together, &named, &mut page.axes, &falls);
+        page
+    }
+
+    /// The same for a page that shows one axis at a time: each says all that it has.
+    #[must_use]
+    pub fn axis_by_axis(diagnosis: &Diagnosis, context: &Context) -> Self {
         let title = match context.command {
             next::Command::Diagnose => "Which physics is missing",
             next::Command::Fit => "The fitted model against measurements",
@@ -252,12 +125,15 @@ impl Page {
     #[must_use]
     pub fn of_ladder(ladder: &Ladder, context: &Context) -> Self {
         let next = next_of(ladder.axes.iter().map(|a| (a.axis, a.verdict, None, Vec::new())), context);
-        page(
-            "The ladder: adding what is missing",
-            &ladder.log,
-            ladder.axes.iter().map(AxisView::of_ladder).collect(),
-            next,
-        )
+        let named: Vec<Named> = ladder.axes.iter().map(Named::by_ladder).collect();
+        let together = Together::of(&named);
+        let mut axes: Vec<AxisView> = ladder.axes.iter().map(AxisView::of_ladder).collect();
+        for (view, axis) in axes.iter_mut().zip(&ladder.axes) {
+            view.answer(headline::of_ladder_beside(axis, &together.told(axis.axis)));
+        }
+        let falls: Vec<Option<Fall>> = ladder.axes.iter().map(Fall::of_ladder).collect();
+        let story = Story::of(&together, &named, &mut axes, &falls);
+        Self { story, ..page("The ladder: adding what is missing", &ladder.log, axes, next) }
     }
 
     /// Of `add` and `remove`.
@@ -277,7 +153,7 @@ impl Page {
                 let before = change.before.axes.iter().find(|b| b.axis == after.axis);
                 let spoken = headline::of_change(change.added, change.removed, before, after);
                 let mut view = AxisView::of_pair(before, "before", after, "after");
-                (view.headline, view.at_source) = (spoken.answer, spoken.at_source);
+                view.answer(spoken);
                 view
             })
             .collect();
@@ -304,10 +180,24 @@ impl Page {
 
 fn page(title: &str, log: &str, axes: Vec<AxisView>, next: Vec<next::Next>) -> Page {
     let version = env!("CARGO_PKG_VERSION");
-    Page { title: title.into(), log: log.into(), warning: String::new(), axes, next, version }
+    Page {
+        title: title.into(),
+        log: log.into(),
+        about: Vec::new(),
+        warning: String::new(),
+        story: None,
+        axes,
+        next,
+        product: None,
+        version,
+    }
 }
 
 impl AxisView {
+    fn answer(&mut self, spoken: Headline) {
+        (self.headline, self.at_source) = (spoken.answer, spoken.at_source);
+    }
+
     fn of_diagnosis(axis: &AxisDiagnosis) -> Self {
         let mut curves = vec![curve("model", &axis.error_curve)];
         if let Some(best) = axis.suspects.first().filter(|s| !s.error_curve.is_empty()) {
@@ -354,6 +244,7 @@ impl AxisView {
             data_faults: axis.data_faults.iter().map(axis::fault).collect(),
             explained: axis.explained.iter().map(explained::view).collect(),
             detail: axis.detail.clone(),
+            other_trace: None,
         }
     }
 
@@ -364,6 +255,7 @@ impl AxisView {
         if let Some(before) = before {
             view.curves.insert(0, curve(before_label, &before.error_curve));
             view.judged = 1;
+            view.other_trace = before.detail.as_ref().map(|detail| detail.trace.clone());
             view.steps = vec![
                 falling(before_label.into(), &before.error_curve, before.error_over_floor, &[]),
                 falling(label.into(), &after.error_curve, after.error_over_floor, &[]),
@@ -433,6 +325,7 @@ impl AxisView {
             data_faults: axis.data_faults.iter().map(axis::fault).collect(),
             explained: axis.explained.iter().map(explained::view).collect(),
             detail: axis.detail.clone(),
+            other_trace: None,
         }
     }
 }

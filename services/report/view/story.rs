@@ -1,0 +1,122 @@
+//! Several axes, one story: what they share said once, and a row for each thing that an axis has of its own.
+
+use super::{AxisView, axis};
+use gyro_model::{
+    Axis,
+    diagnosis::{ErrorPoint, ParameterValue, Verdict},
+    headline::{Fall, Named, Shared, Together},
+    units,
+};
+use serde::Serialize;
+
+/// What all axes come to.
+#[derive(Clone, Debug, Serialize)]
+pub struct Story {
+    /// What several axes share, a sentence each, with what to do about it.
+    pub shared: Vec<Shared>,
+    /// The table.
+    pub rows: Vec<Row>,
+    /// Faults of the data that are every axis'.
+    pub faults: Vec<String>,
+}
+
+/// One row: what a sensor, or one axis of it, has.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Row {
+    /// `x`, or `x y z` of what they share; empty below another row of the axis.
+    pub axis: String,
+    /// What it has: an effect, or what the verdict is.
+    pub what: String,
+    /// How large that is; empty where it has no size.
+    pub size: String,
+    /// What is left of the axis' error.
+    pub left: String,
+    /// The verdict's colour; empty where the row is no axis' first.
+    pub tone: &'static str,
+}
+
+impl Story {
+    /// Of the axes in their order; `None` where there is one alone. What all of them have is taken out of each.
+    pub(super) fn of(
+        together: &Together,
+        named: &[Named],
+        axes: &mut [AxisView],
+        falls: &[Option<Fall>],
+    ) -> Option<Self> {
+        if axes.len() < 2 {
+            return None;
+        }
+        let mut rows: Vec<Row> = together.shared.iter().map(|shared| of_several(shared, together)).collect();
+        for ((named, view), fall) in named.iter().zip(axes.iter()).zip(falls) {
+            let told = together.told(named.axis);
+            let own = named.effects.iter().filter(|id| !told.contains(id));
+            let mut own: Vec<Row> =
+                own.map(|id| Row { what: (*id).to_owned(), size: size(named, id), ..Row::default() }).collect();
+            if own.is_empty() {
+                own.push(Row { what: without(view, !told.is_empty()), ..Row::default() });
+            }
+            (own[0].axis, own[0].tone) = (view.axis.to_owned(), view.tone);
+            own[0].left = fall.as_ref().map_or_else(String::new, left);
+            rows.append(&mut own);
+        }
+        let is_everywhere = |fault: &&String| axes.iter().all(|axis| axis.data_faults.contains(fault));
+        let faults: Vec<String> = axes[0].data_faults.iter().filter(is_everywhere).cloned().collect();
+        for axis in axes {
+            axis.data_faults.retain(|fault| !faults.contains(fault));
+        }
+        Some(Self { shared: together.shared.clone(), rows, faults })
+    }
+}
+
+/// The row of what several axes share.
+fn of_several(shared: &Shared, together: &Together) -> Row {
+    let letters: Vec<&str> = shared.axes.iter().map(|axis| axis.letter()).collect();
+    let rotation = together.rotation.as_ref().filter(|_| shared.effect == "cross-axis");
+    let (what, size) = match rotation {
+        Some(rotation) => {
+            let angle = units::shown("rad", &[]);
+            ("a turned sensor".to_owned(), units::uncertain(Some(rotation.angle), Some(rotation.std_error), &angle))
+        }
+        None => (shared.effect.clone(), size_of(shared.axes[0], &shared.effect, &shared.parameters)),
+    };
+    Row { axis: letters.join(" "), what, size, ..Row::default() }
+}
+
+/// What stands in place of an effect on an axis that has none of its own.
+fn without(view: &AxisView, shares: bool) -> String {
+    match view.verdict {
+        Verdict::Adequate | Verdict::MissingEffect if shares => "nothing else".to_owned(),
+        Verdict::Adequate => "nothing is missing".to_owned(),
+        Verdict::CannotTell if shares => "cannot tell more".to_owned(),
+        _ => view.label.split(": ").next().unwrap_or_default().to_owned(),
+    }
+}
+
+/// The size of an effect on one axis.
+fn size(named: &Named, id: &str) -> String {
+    let own: Vec<ParameterValue> = named.parameters.iter().copied().filter(|p| p.effect == id).cloned().collect();
+    size_of(named.axis, id, &own)
+}
+
+/// Its first parameter; with its name where there are more.
+fn size_of(axis: Axis, id: &str, own: &[ParameterValue]) -> String {
+    let views = axis::parameters(axis, own, false);
+    let mut views = views.iter().filter(|view| view.effect == id);
+    match (views.next(), views.next()) {
+        (Some(one), None) => one.shown.clone(),
+        (Some(first), Some(_)) => format!("{} = {}, …", first.name, first.shown),
+        (None, _) => String::new(),
+    }
+}
+
+/// `0.51 → 0.035 °/s over 1 s, noise`.
+fn left(fall: &Fall) -> String {
+    let number = |p: &ErrorPoint| units::rate(p.error);
+    let before = fall.before.as_ref().map_or_else(String::new, |before| format!("{} → ", number(before)));
+    let rest = match fall.after.error.zip(fall.after.floor).filter(|(_, floor)| *floor > 0.0) {
+        _ if fall.is_noise => ", noise".to_owned(),
+        Some((error, floor)) => format!(", {} × floor", units::ratio(error / floor)),
+        None => String::new(),
+    };
+    format!("{before}{} °/s over {}{rest}", number(&fall.after), units::time(fall.after.tau_s))
+}
