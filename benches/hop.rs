@@ -49,7 +49,7 @@ impl Ours {
         let folder = tempfile::tempdir().unwrap();
         let domain = Domain::new(folder.path(), "bench").unwrap();
         std::fs::create_dir(domain.folder()).unwrap();
-        domain.begin_generation(1_000_000).unwrap();
+        domain.begin_generation().unwrap();
         let hub = Hub::join(&domain, "bench").unwrap();
         let held = hub.create_all().unwrap();
         let samples = (hub.writer(&SAMPLE).unwrap(), hub.reader(&SAMPLE, None, wait).unwrap());

@@ -4,9 +4,9 @@ use anyhow::{Context, bail};
 use ipc_types::domain::Domain;
 use std::{
     env,
-    fs::{self, DirBuilder, File, OpenOptions, TryLockError},
-    io::{ErrorKind, Read, Seek, Write},
-    os::unix::fs::{DirBuilderExt, MetadataExt},
+    fs::{self, DirBuilder, File, OpenOptions, Permissions, TryLockError},
+    io::{ErrorKind, Read, Write},
+    os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt},
     path::{Path, PathBuf},
     time::{Duration, Instant},
 };
@@ -32,11 +32,36 @@ pub fn place(instance: &str) -> anyhow::Result<Domain> {
 /// Where no such pipeline runs, or it is another user's.
 pub fn existing(instance: &str) -> anyhow::Result<Domain> {
     let domain = place(instance)?;
-    if !domain.root().is_dir() {
-        bail!("no pipeline '{instance}' runs here ({}): start one with `truerate run`", domain.folder().display());
+    match fs::metadata(domain.root()) {
+        Ok(_) => {}
+        Err(error) if error.kind() == ErrorKind::PermissionDenied => {
+            let mut upper = domain.folder().ancestors();
+            let owner = upper.find_map(|folder| fs::metadata(folder).ok()).map_or(0, |meta| meta.uid());
+            bail!(
+                "{} belongs to another user{}: use that one, `sudo -u USER`",
+                domain.folder().display(),
+                if owner == 0 { String::new() } else { format!(" ({owner})") }
+            );
+        }
+        Err(_) => {
+            bail!("no pipeline '{instance}' runs here ({}): start one with `truerate run`", domain.folder().display())
+        }
     }
     check_owner(domain.folder())?;
     Ok(domain)
+}
+
+/// Nobody but its owner may put another folder in the place of one that lies here.
+fn check_base(base: &Path) -> anyhow::Result<()> {
+    check_owner(base)?;
+    let mode = fs::metadata(base).with_context(|| base.display().to_string())?.mode();
+    if mode & 0o1002 == 0o002 {
+        bail!(
+            "{}: every user may write here: chmod o-w, or set TRUERATE_RUNTIME_DIR to another folder",
+            base.display()
+        );
+    }
+    Ok(())
 }
 
 fn check_owner(folder: &Path) -> anyhow::Result<()> {
@@ -75,8 +100,10 @@ impl Claim {
                     domain.folder().display()
                 )
             })?;
-            check_owner(base)?;
+            check_base(base)?;
             check_owner(domain.folder())?;
+            fs::set_permissions(domain.folder(), Permissions::from_mode(0o700))
+                .with_context(|| domain.folder().display().to_string())?;
             let path = domain.folder().join("lock");
             let Some(lock) = Lock::take(&path)? else {
                 let pid = Lock::holder(&path).map_or_else(String::new, |pid| format!(" (process {pid})"));
@@ -134,9 +161,12 @@ fn clear_folder(folder: &Path) -> anyhow::Result<()> {
     }
 }
 
+/// What another user left under our names is none of ours, and is never opened.
 fn clear_memory(prefix: &str) -> anyhow::Result<()> {
+    let me = rustix::process::geteuid().as_raw();
     for entry in fs::read_dir("/dev/shm").context("/dev/shm")?.flatten() {
-        if entry.file_name().to_string_lossy().starts_with(prefix) {
+        let ours = || entry.metadata().is_ok_and(|meta| meta.uid() == me);
+        if entry.file_name().to_string_lossy().starts_with(prefix) && ours() {
             let path = entry.path();
             match fs::remove_file(&path) {
                 Err(e) if e.kind() != ErrorKind::NotFound => {
@@ -167,9 +197,8 @@ impl Lock {
             Err(TryLockError::WouldBlock) => return Ok(None),
             Err(TryLockError::Error(e)) => return Err(e).with_context(what),
         }
-        file.set_len(0).with_context(what)?;
-        file.rewind().with_context(what)?;
-        write!(file, "{}", std::process::id()).with_context(what)?;
+        // Of one length always: where the disk is full the next holder still finds room.
+        write!(file, "{:<10}", std::process::id()).with_context(what)?;
         Ok(Some(Self(file)))
     }
 

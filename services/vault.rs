@@ -2,9 +2,12 @@
 //! process can be killed at any moment and one of them is whole. Saving is a copy in memory: no call, no allocation.
 
 use anyhow::Context;
-use rustix::mm::{MapFlags, ProtFlags, mmap, munmap};
+use rustix::{
+    fs::{FallocateFlags, MemfdFlags, fallocate, memfd_create},
+    mm::{MapFlags, ProtFlags, mmap, munmap},
+};
 use std::{
-    fs::OpenOptions,
+    fs::{File, OpenOptions},
     marker::PhantomData,
     os::unix::fs::MetadataExt,
     path::Path,
@@ -48,9 +51,14 @@ impl<T: Copy> Vault<T> {
     pub fn open(path: &Path, run: u64) -> anyhow::Result<Self> {
         let what = || path.display().to_string();
         let length = size_of::<Owner>() + 2 * size_of::<Slot<T>>() + 64;
-        let file =
+        let mut file: File =
             OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).with_context(what)?;
-        file.set_len(length as u64).with_context(what)?;
+        // Taken now, so that no save ever finds the disk full.
+        if let Err(error) = fallocate(&file, FallocateFlags::empty(), 0, length as u64) {
+            tracing::error!("{}: {error}: going on, but nothing survives this process", path.display());
+            file = memfd_create("vault", MemfdFlags::CLOEXEC).with_context(what)?.into();
+            file.set_len(length as u64).with_context(what)?;
+        }
         // SAFETY: a fresh shared mapping of `length` bytes of a file of that length; nobody else in this process maps it,
         // and the service's lock keeps other processes away.
         let base =

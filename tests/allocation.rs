@@ -47,7 +47,7 @@ fn the_hot_loop_of_kalman_allocates_one_loan_a_sample_and_nothing_else() {
     let base = std::env::temp_dir().join(format!("trt-a-{}", std::process::id()));
     let domain = Domain::new(&base, "alloc").unwrap();
     std::fs::create_dir_all(domain.root()).unwrap();
-    domain.begin_generation(1_000_000).unwrap();
+    domain.begin_generation().unwrap();
     let folder = RunFolder::of(&domain);
     folder.set_source(&SourceFacts::default()).unwrap();
     let hub = Hub::join(&domain, "test").unwrap();

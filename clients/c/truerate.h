@@ -14,6 +14,7 @@
 #include <linux/futex.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <string.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
@@ -65,14 +66,22 @@ static inline void truerate_close(struct truerate *rate) {
     rate->base = NULL;
 }
 
-/* 0, or -1 with errno: ENOENT while nothing runs, EPROTO where it is another version. */
+/* 0, or -1 with errno: ENOENT while nothing runs, EPROTO where it is another version, EACCES where another user made it:
+   in /dev/shm anyone may make a file, and truerate-UID-… is to be that user's. */
 static inline int truerate_open(struct truerate *rate, const char *path) {
     struct stat there;
+    unsigned owner;
     memset(rate, 0, sizeof *rate);
     int file = open(path, O_RDONLY | O_CLOEXEC);
     if (file < 0) return -1;
     void *base = MAP_FAILED;
-    if (fstat(file, &there) == 0 && there.st_size >= TRUERATE_HEAD)
+    int known = fstat(file, &there) == 0;
+    if (known && sscanf(path, "/dev/shm/truerate-%u-", &owner) == 1 && there.st_uid != owner) {
+        close(file);
+        errno = EACCES;
+        return -1;
+    }
+    if (known && there.st_size >= TRUERATE_HEAD)
         base = mmap(NULL, (size_t)there.st_size, PROT_READ, MAP_SHARED, file, 0);
     close(file);
     if (base == MAP_FAILED) { errno = EPROTO; return -1; }

@@ -13,6 +13,7 @@ import ctypes
 import mmap
 import os
 import platform
+import re
 import socket
 import struct
 import time
@@ -61,6 +62,10 @@ class Shared:
 
     def __init__(self, path: str):
         with open(path, "rb") as file:
+            # In /dev/shm anyone may make a file: truerate-UID-… is to be that user's.
+            owner = re.match(r"/dev/shm/truerate-(\d+)-", path)
+            if owner and os.fstat(file.fileno()).st_uid != int(owner[1]):
+                raise PermissionError(path + ": was made by another user")
             self._map = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
         version, row, self._slots = struct.unpack_from("<3I", self._map, 8)
         if self._map[:8] != b"truerate" or version != VERSION or row != ROW.size:

@@ -1,20 +1,25 @@
 //! Where a pipeline lives: one private iceoryx2 domain for each instance, by root path **and** prefix, so that several
 //! run side by side on a machine and tests never meet.
 
-use iceoryx2::prelude::{Config, FileName, Path as IoxPath, SemanticString};
+use iceoryx2::prelude::{Config, FileName, NodeBuilder, Path as IoxPath, SemanticString, SignalHandlingMode, ipc};
 use std::{
-    fs, io,
+    fs::{self, OpenOptions},
+    hash::{BuildHasher, Hasher, RandomState},
+    io::{self, Read, Write},
+    os::unix::fs::{MetadataExt, OpenOptionsExt},
     path::{Path, PathBuf},
 };
 
 /// The longest name of an instance: socket paths below the root have room for 108 bytes in all.
 pub const LONGEST_NAME: usize = 24;
 
-/// The longest path of an instance's folder: a socket's adds `/i/truerate_HHHHHHHH_GGGG_` and an id of 31 digits with `.event`
+/// The longest path of an instance's folder: a socket's adds `/i/truerate_HHHHHH_GGGGGG_` and an id of 31 digits with `.event`
 /// to it, and has room for 107 bytes.
 const LONGEST_PATH: usize = 44;
 /// The file that names the generation.
 const GENERATION: &str = "generation";
+/// Where shared memory lies.
+const MEMORY: &str = "/dev/shm";
 
 /// One instance's place.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -36,6 +41,16 @@ pub enum DomainError {
     /// Too deep a folder.
     #[error("{0}: this path is too long for the sockets below it; set TRUERATE_RUNTIME_DIR to a shorter one")]
     Path(PathBuf),
+    /// It cannot be made anew.
+    #[error("pipeline '{name}' finds no place in {folder} or {MEMORY}: {cause}")]
+    Making {
+        /// Whose.
+        name: String,
+        /// Its folder.
+        folder: PathBuf,
+        /// Why not.
+        cause: String,
+    },
 }
 
 impl Domain {
@@ -53,7 +68,7 @@ impl Domain {
         if path.len() > LONGEST_PATH {
             return Err(DomainError::Path(folder));
         }
-        let prefix = format!("truerate_{:08x}_", crate::schema(path) >> 32);
+        let prefix = format!("truerate_{:06x}_", crate::schema(path) >> 40);
         Ok(Self { name: name.to_owned(), folder, prefix })
     }
 
@@ -86,18 +101,29 @@ impl Domain {
     #[must_use]
     pub fn generation(&self) -> Option<String> {
         let text = fs::read_to_string(self.folder.join(GENERATION)).ok()?;
-        let good = !text.is_empty() && text.len() == 4 && text.bytes().all(|b| b.is_ascii_hexdigit());
+        let good = text.len() == 6 && text.bytes().all(|b| b.is_ascii_hexdigit());
         good.then_some(text)
     }
 
-    /// Begins another generation, named after a clock, ns: from now on that is where everybody joins.
+    /// Begins another generation, whose name nobody can foresee: from now on that is where everybody joins. Its shared memory
+    /// is this user's alone.
     ///
     /// # Errors
-    /// Where the folder cannot be written.
-    pub fn begin_generation(&self, clock_ns: u64) -> io::Result<()> {
-        let part = self.folder.join("generation.part");
-        fs::write(&part, format!("{:04x}", clock_ns / 1_000_000 % (1 << 16)))?;
-        fs::rename(part, self.folder.join(GENERATION))
+    /// Where the folder or shared memory cannot be written.
+    pub fn begin_generation(&self) -> Result<(), DomainError> {
+        let cause = |cause: String| DomainError::Making { name: self.name.clone(), folder: self.folder.clone(), cause };
+        let generation = format!("{:06x}", RandomState::new().build_hasher().finish() >> 40);
+        // The first node of a domain makes one file that everybody may write (iceoryx2 0.10). Nobody else knows its name yet.
+        let config = self.config_of(&generation)?;
+        let founder = NodeBuilder::new().config(&config).signal_handling_mode(SignalHandlingMode::Disabled);
+        drop(founder.create::<ipc::Service>().map_err(|e| cause(format!("{e:?}")))?);
+        let done = || -> io::Result<()> {
+            make_private(&format!("{}{generation}_", self.prefix))?;
+            let part = self.folder.join("generation.part");
+            fs::write(&part, &generation)?;
+            fs::rename(part, self.folder.join(GENERATION))
+        };
+        done().map_err(|e| cause(e.to_string()))
     }
 
     /// iceoryx2's configuration for this domain as it is now; of files, only the generation's is read.
@@ -105,10 +131,13 @@ impl Domain {
     /// # Errors
     /// A domain that nobody has made yet, a path that iceoryx2 refuses.
     pub fn config(&self) -> Result<Config, DomainError> {
+        // Whoever joined before it is made would leave something in its place.
+        self.config_of(&self.generation().ok_or_else(|| DomainError::NotThere(self.name.clone()))?)
+    }
+
+    fn config_of(&self, generation: &str) -> Result<Config, DomainError> {
         let wrong = || DomainError::Path(self.folder.clone());
         let mut config = Config::default();
-        // Whoever joined before it is made would leave something in its place.
-        let generation = self.generation().ok_or_else(|| DomainError::NotThere(self.name.clone()))?;
         let root = self.root();
         let root = IoxPath::new(root.to_str().ok_or_else(wrong)?.as_bytes()).map_err(|_| wrong())?;
         config.global.set_root_path(&root);
@@ -116,6 +145,21 @@ impl Domain {
             FileName::new(format!("{}{generation}_", self.prefix).as_bytes()).map_err(|_| wrong())?;
         Ok(config)
     }
+}
+
+/// Puts a copy that is this user's alone in the place of each file of shared memory that others may open: whoever has opened it
+/// already keeps the old one.
+fn make_private(prefix: &str) -> io::Result<()> {
+    for entry in fs::read_dir(MEMORY)?.flatten() {
+        if entry.file_name().to_string_lossy().starts_with(prefix) && entry.metadata()?.mode() & 0o077 != 0 {
+            let mut bytes = Vec::new();
+            fs::File::open(entry.path())?.read_to_end(&mut bytes)?;
+            let part = Path::new(MEMORY).join(format!("{prefix}part"));
+            OpenOptions::new().write(true).create_new(true).mode(0o600).open(&part)?.write_all(&bytes)?;
+            fs::rename(part, entry.path())?;
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -37,7 +37,7 @@ pub const QUEUE: usize = 4096;
 
 /// acquisition → kalman, compensator.
 pub const SAMPLE: Topic<Sample> =
-    Topic { wakes: true, ..Topic::new("sample", schema(include_str!("sample.rs")), QUEUE) };
+    Topic { wakes: true, readers: 8, ..Topic::new("sample", schema(include_str!("sample.rs")), QUEUE) };
 
 /// kalman → recorder, dashboard, the vehicle, acquisition.
 pub const ESTIMATE: Topic<Estimate> =

@@ -16,7 +16,7 @@ impl Place {
         let base = std::env::temp_dir().join(format!("truerate-ports-{}", std::process::id()));
         let domain = Domain::new(&base, name).unwrap();
         std::fs::create_dir_all(domain.root()).unwrap();
-        domain.begin_generation(1_000_000).unwrap();
+        domain.begin_generation().unwrap();
         Self(domain, base)
     }
 }

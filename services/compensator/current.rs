@@ -67,7 +67,9 @@ impl Current {
         let mut current =
             Self { model: left.model, message, first: told.model, own: told.own_effects, before, samples: 0 };
         left.own_effects.into_iter().for_each(|effect| current.know(effect));
-        current.save(folder)?;
+        if let Err(error) = current.save(folder) {
+            tracing::error!("{error:#}: going on without");
+        }
         Ok(current)
     }
 

@@ -121,6 +121,8 @@ struct Compensator<'a> {
     ending: Ending,
     paused: bool,
     rests_for: Option<String>,
+    /// It was said that the disk is full.
+    keeps_nothing: bool,
 }
 
 /// The process.
@@ -183,6 +185,7 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
         ending: Ending::Not,
         paused: settings.freeze,
         rests_for: None,
+        keeps_nothing: false,
     };
     compensator.give()?;
     compensator.receive()?;
@@ -406,7 +409,14 @@ impl Compensator<'_> {
     }
 
     /// The files are written: the model counts, and what had to wait for it follows.
-    fn kept(&mut self, keeping: Keeping, result: anyhow::Result<()>) -> anyhow::Result<()> {
+    fn kept(&mut self, keeping: Keeping, mut result: anyhow::Result<()>) -> anyhow::Result<()> {
+        if let (Then::Give | Then::Finish(..), Err(error)) = (&keeping.then, &result) {
+            // A full disk is no reason to stop learning.
+            if !std::mem::replace(&mut self.keeps_nothing, true) {
+                tracing::error!("{error:#}: learning goes on, but what is learned now does not survive this process");
+            }
+            result = Ok(());
+        }
         if result.is_ok()
             && let Some(proposal) = keeping.proposal
         {

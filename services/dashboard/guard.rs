@@ -1,8 +1,8 @@
-//! Who may look and who may change: the page of this very dashboard, from this machine or with the token.
+//! Who may look and who may change: the page of this very dashboard, for this user on this machine, or with the token.
 //!
 //! A web page of another origin can make a browser send requests here. It is told apart by `Origin` and
 //! `Sec-Fetch-Site`, and one that gave itself our address (DNS rebinding) by `Host`. Beyond loopback anyone can
-//! connect, so there everything wants the token.
+//! connect, and over it every user of this machine, so of those everything wants the token.
 
 use axum::http::{HeaderMap, Method, header};
 use std::{
@@ -18,7 +18,7 @@ pub const COOKIE: &str = "truerate-token";
 #[derive(Clone, Debug)]
 pub struct Guard {
     address: SocketAddr,
-    token: Option<String>,
+    token: String,
 }
 
 /// Why a request is refused.
@@ -30,36 +30,35 @@ pub enum Refused {
     /// A page of another origin asks.
     #[error("commands are taken from this dashboard's own page only")]
     Origin,
-    /// Beyond loopback, without the token.
-    #[error("this dashboard wants its token: open the whole address that `truerate run` printed, with ?token=…")]
+    /// From another machine or user, without the token.
+    #[error(
+        "this dashboard wants its token from everybody but the user that runs it: open its address with ?token=…, which \
+         stands in the pipeline's folder, dashboard.token"
+    )]
     Token,
 }
 
 impl Guard {
-    /// For a dashboard that listens here; beyond loopback it keeps the token that it had, or draws one.
+    /// For a dashboard that listens here; it keeps the token that it had, or draws one.
     ///
     /// # Errors
     /// Where the system has no random numbers.
     pub fn of(address: SocketAddr, kept: Option<String>) -> std::io::Result<Self> {
         let kept = kept.filter(|t| t.len() == 32 && t.bytes().all(|b| b.is_ascii_hexdigit()));
-        let token = match kept {
-            _ if address.ip().is_loopback() => None,
-            Some(token) => Some(token),
-            None => Some(random_token()?),
-        };
+        let token = kept.map_or_else(random_token, Ok)?;
         Ok(Self { address, token })
     }
 
-    /// The token, where one is wanted.
+    /// The token.
     #[must_use]
-    pub fn token(&self) -> Option<&str> {
-        self.token.as_deref()
+    pub fn token(&self) -> &str {
+        &self.token
     }
 
-    /// The address to open; on this machine, where it listens at every address.
+    /// The address to open for the user who runs it; on this machine, where it listens at every address.
     #[must_use]
     pub fn url(&self) -> String {
-        let token = self.token.as_ref().map_or_else(String::new, |t| format!("?token={t}"));
+        let token = if self.is_local() { String::new() } else { format!("?token={}", self.token) };
         let mut address = self.address;
         if self.is_everywhere() {
             address.set_ip(if address.is_ipv4() { Ipv4Addr::LOCALHOST.into() } else { Ipv6Addr::LOCALHOST.into() });
@@ -73,17 +72,26 @@ impl Guard {
         self.address.ip().is_unspecified()
     }
 
-    /// Checks one request.
+    /// Whether it listens to this machine alone.
+    #[must_use]
+    pub fn is_local(&self) -> bool {
+        self.address.ip().is_loopback()
+    }
+
+    /// Checks one request, of a connection that is this user's own over loopback, or another.
     ///
     /// # Errors
     /// Why it is refused.
-    pub fn check(&self, method: &Method, headers: &HeaderMap, query: Option<&str>) -> Result<(), Refused> {
+    pub fn check(&self, own: bool, method: &Method, headers: &HeaderMap, query: Option<&str>) -> Result<(), Refused> {
         let text = |name| headers.get(name).and_then(|v| v.to_str().ok());
         let host = text(header::HOST).ok_or(Refused::Host)?;
-        match &self.token {
-            None if !self.is_ours(host) => return Err(Refused::Host),
-            Some(token) if !presented(headers, query).any(|t| same(t, token)) => return Err(Refused::Token),
-            _ => {}
+        if !presented(headers, query).any(|t| same(t, &self.token)) {
+            if !(own && self.is_local()) {
+                return Err(Refused::Token);
+            }
+            if !self.is_ours(host) {
+                return Err(Refused::Host);
+            }
         }
         let origin = text(header::ORIGIN);
         let foreign = origin.is_some_and(|o| o.strip_prefix("http://") != Some(host))
@@ -142,7 +150,7 @@ mod tests {
         for host in ["127.0.0.1:7777", "localhost:7777"] {
             let origin = format!("http://{host}");
             let h = headers(&[("host", host), ("origin", &origin), ("sec-fetch-site", "same-origin")]);
-            assert_eq!(local().check(&Method::POST, &h, None), Ok(()));
+            assert_eq!(local().check(true, &Method::POST, &h, None), Ok(()));
         }
     }
 
@@ -150,38 +158,47 @@ mod tests {
     fn a_page_of_another_origin_may_neither_command_nor_read() {
         for (name, value) in [("origin", "http://evil.example"), ("origin", "null"), ("sec-fetch-site", "cross-site")] {
             let h = headers(&[("host", "127.0.0.1:7777"), (name, value)]);
-            assert_eq!(local().check(&Method::POST, &h, None), Err(Refused::Origin), "{name}: {value}");
-            assert_eq!(local().check(&Method::GET, &h, None), Err(Refused::Origin), "{name}: {value}");
+            assert_eq!(local().check(true, &Method::POST, &h, None), Err(Refused::Origin), "{name}: {value}");
+            assert_eq!(local().check(true, &Method::GET, &h, None), Err(Refused::Origin), "{name}: {value}");
         }
     }
 
     #[test]
     fn a_name_that_was_bent_to_our_address_is_refused() {
         let h = headers(&[("host", "evil.example:7777"), ("origin", "http://evil.example:7777")]);
-        assert_eq!(local().check(&Method::POST, &h, None), Err(Refused::Host));
-        assert_eq!(local().check(&Method::GET, &HeaderMap::new(), None), Err(Refused::Host));
+        assert_eq!(local().check(true, &Method::POST, &h, None), Err(Refused::Host));
+        assert_eq!(local().check(true, &Method::GET, &HeaderMap::new(), None), Err(Refused::Host));
     }
 
     #[test]
     fn a_link_from_elsewhere_opens_the_page() {
         let h =
             headers(&[("host", "localhost:7777"), ("sec-fetch-site", "cross-site"), ("sec-fetch-mode", "navigate")]);
-        assert_eq!(local().check(&Method::GET, &h, None), Ok(()));
-        assert_eq!(local().check(&Method::POST, &h, None), Err(Refused::Origin));
+        assert_eq!(local().check(true, &Method::GET, &h, None), Ok(()));
+        assert_eq!(local().check(true, &Method::POST, &h, None), Err(Refused::Origin));
     }
 
     #[test]
     fn beyond_loopback_everything_wants_the_token() {
         let guard = Guard::of("192.168.1.5:7777".parse().unwrap(), None).unwrap();
-        let token = guard.token().unwrap().to_string();
+        let token = guard.token().to_owned();
         let h = headers(&[("host", "192.168.1.5:7777")]);
-        assert_eq!(guard.check(&Method::GET, &h, None), Err(Refused::Token));
-        assert_eq!(guard.check(&Method::GET, &h, Some("token=00")), Err(Refused::Token));
-        assert_eq!(guard.check(&Method::GET, &h, Some(&format!("token={token}"))), Ok(()));
+        assert_eq!(guard.check(true, &Method::GET, &h, None), Err(Refused::Token));
+        assert_eq!(guard.check(true, &Method::GET, &h, Some("token=00")), Err(Refused::Token));
+        assert_eq!(guard.check(true, &Method::GET, &h, Some(&format!("token={token}"))), Ok(()));
         let cookie = format!("a=b; {COOKIE}={token}");
         let h = headers(&[("host", "192.168.1.5:7777"), ("cookie", &cookie)]);
-        assert_eq!(guard.check(&Method::POST, &h, None), Ok(()));
-        assert!(local().token().is_none());
+        assert_eq!(guard.check(true, &Method::POST, &h, None), Ok(()));
+    }
+
+    #[test]
+    fn another_user_of_this_machine_wants_the_token() {
+        let h = headers(&[("host", "127.0.0.1:7777")]);
+        let guard = local();
+        assert_eq!(guard.check(false, &Method::GET, &h, None), Err(Refused::Token));
+        let query = format!("token={}", guard.token());
+        assert_eq!(guard.check(false, &Method::GET, &h, Some(&query)), Ok(()));
+        assert!(!guard.url().contains("token"), "its own user needs none");
     }
 
     #[test]

@@ -15,6 +15,7 @@ pub mod judgement;
 pub mod model;
 pub mod motion;
 pub mod order;
+mod peer;
 pub mod scene;
 pub mod server;
 
@@ -120,9 +121,7 @@ fn serve(listener: TcpListener, folder: &RunFolder, shop: impl FnOnce(Guard) -> 
     let kept = folder.mark("dashboard.token");
     // A dashboard that is started again keeps its token, so that open pages go on.
     let guard = Guard::of(address, std::fs::read_to_string(&kept).ok()).context("a token")?;
-    if let Some(token) = guard.token() {
-        write_for(For::Run, &kept, token.as_bytes())?;
-    }
+    write_for(For::Run, &kept, guard.token().as_bytes())?;
     write_for(For::Run, &folder.mark("dashboard.url"), guard.url().as_bytes())?;
     let elsewhere = if guard.is_everywhere() { " (from another machine: at this one's name)" } else { "" };
     eprintln!("dashboard: {}{elsewhere}", guard.url());

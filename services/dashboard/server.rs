@@ -3,10 +3,11 @@
 use super::{
     guard::{COOKIE, Guard},
     order::Order,
+    peer,
     scene::Scene,
 };
 use axum::{
-    Json, Router,
+    Extension, Json, Router,
     body::Body,
     extract::{DefaultBodyLimit, FromRequest, Path as UrlPath, Request, State},
     http::{HeaderValue, StatusCode, header},
@@ -55,6 +56,10 @@ pub struct Shop {
     pub export: Arc<Exporter>,
 }
 
+/// Whether a connection is this very user's, over loopback.
+#[derive(Clone, Copy)]
+struct Own(bool);
+
 /// The files of the page: name, type, content.
 const FILES: [(&str, &str, &str); 7] = [
     ("", "text/html; charset=utf-8", include_str!("../web/dashboard.html")),
@@ -87,19 +92,21 @@ pub fn serve(listener: TcpListener, shop: Shop) -> io::Result<()> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     runtime.block_on(async {
         let listener = tokio::net::TcpListener::from_std(listener)?;
-        let service = TowerToHyperService::new(router(shop));
+        let (local, pages) = (shop.guard.is_local(), router(shop));
         let room = Arc::new(Semaphore::new(CONNECTIONS));
         loop {
             let place = Arc::clone(&room).acquire_owned().await.map_err(io::Error::other)?;
-            let Ok((stream, _)) = listener.accept().await else {
+            let Ok((stream, peer)) = listener.accept().await else {
                 tokio::time::sleep(PAUSE).await;
                 continue;
             };
+            let own = Own(local && stream.local_addr().is_ok_and(|here| peer::is_ours(peer, here)));
+            let service = TowerToHyperService::new(pages.clone().layer(Extension(own)));
             // A head that does not come to its end ends its connection, as does one that stays silent.
             let connection = http1::Builder::new()
                 .timer(TokioTimer::new())
                 .header_read_timeout(REQUEST)
-                .serve_connection(TokioIo::new(stream), service.clone());
+                .serve_connection(TokioIo::new(stream), service);
             tokio::spawn(async move {
                 let _ = connection.await;
                 drop(place);
@@ -121,9 +128,14 @@ fn router(shop: Shop) -> Router {
 }
 
 /// Nothing is answered before the guard has looked.
-async fn guarded(State(shop): State<Shop>, request: Request, next: Next) -> Response {
+async fn guarded(
+    State(shop): State<Shop>,
+    Extension(Own(own)): Extension<Own>,
+    request: Request,
+    next: Next,
+) -> Response {
     let query = request.uri().query().map(str::to_owned);
-    if let Err(refused) = shop.guard.check(request.method(), request.headers(), query.as_deref()) {
+    if let Err(refused) = shop.guard.check(own, request.method(), request.headers(), query.as_deref()) {
         return (StatusCode::FORBIDDEN, refused.to_string()).into_response();
     }
     let length = request.headers().get(header::CONTENT_LENGTH).and_then(|value| value.to_str().ok()?.parse().ok());
@@ -141,8 +153,8 @@ async fn guarded(State(shop): State<Shop>, request: Request, next: Next) -> Resp
     ] {
         headers.insert(name, HeaderValue::from_static(value));
     }
-    let cookie = shop.guard.token().map(|t| format!("{COOKIE}={t}; HttpOnly; SameSite=Strict; Path=/"));
-    if let Some(cookie) = cookie.filter(|_| first).and_then(|c| HeaderValue::from_str(&c).ok()) {
+    let cookie = format!("{COOKIE}={}; HttpOnly; SameSite=Strict; Path=/", shop.guard.token());
+    if let (true, Ok(cookie)) = (first, HeaderValue::from_str(&cookie)) {
         headers.insert(header::SET_COOKIE, cookie);
     }
     response

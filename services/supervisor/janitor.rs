@@ -1,9 +1,10 @@
-//! Removes shared memory whose maker was killed before giving it a size.
+//! Removes shared memory whose maker was killed before giving it a size, and takes what the others promise.
 //!
 //! Whoever clears the dead maker's node opens that memory, and iceoryx2 0.10 waits for its size without end
 //! (`dynamic_storage::posix_shared_memory`): the supervisor in its sweep, every other process at its start. Once it is
 //! gone they go on. The janitor uses nothing of iceoryx2, on a thread of its own, so that it never waits with them.
 
+use super::room::Reserve;
 use anyhow::Context;
 use std::{
     collections::HashSet,
@@ -34,9 +35,10 @@ impl Janitor {
         let (stop, stopped) = channel();
         let prefix = prefix.to_owned();
         let work = move || {
-            let mut suspects = HashSet::new();
+            let (mut suspects, mut reserve) = (HashSet::new(), Reserve::default());
             while stopped.recv_timeout(ROUND) == Err(RecvTimeoutError::Timeout) {
                 suspects = round(&prefix, &suspects);
+                reserve.take(&prefix);
             }
         };
         let thread = std::thread::Builder::new().name("janitor".to_owned()).spawn(work).context("the janitor")?;

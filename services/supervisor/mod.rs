@@ -7,6 +7,7 @@ pub mod board;
 mod janitor;
 mod manager;
 pub mod process;
+mod room;
 pub mod summary;
 pub mod vitals;
 pub mod watchdog;
@@ -158,7 +159,8 @@ impl Pipeline {
                 }
                 claim.wipe()?;
                 clear(&claim)?;
-                claim.domain().begin_generation(now_ns())?;
+                room::check(claim.domain())?;
+                claim.domain().begin_generation()?;
                 let began_ns = now_ns();
                 let run = Run { number: began_ns ^ (u64::from(std::process::id()) << 44), began_ns, settings };
                 folder.set_run(&run)?;
@@ -202,7 +204,7 @@ impl Pipeline {
         self.ports = None;
         self.end_processes();
         self.claim.wipe()?;
-        self.claim.domain().begin_generation(now_ns())?;
+        self.claim.domain().begin_generation()?;
         self.ports = Some(Ports::open(&self.claim).context("a fresh domain")?);
         for process in &mut self.processes {
             let restarts = process.restarts + 1;
@@ -245,6 +247,9 @@ impl Pipeline {
                 Fate::Hopeless => return Ok(Some(End::Hopeless)),
                 Fate::Died(words) => {
                     process.restarts += 1;
+                    if let Some(shortage) = room::shortage(self.claim.domain()) {
+                        tracing::error!("{shortage}, which {name} may have died of: free some");
+                    }
                     tracing::warn!("{name} {words}; it is started again");
                     if process.service == ServiceId::Acquisition && self.run.settings.source.comes_once() {
                         bail!("acquisition {words}, and what it read cannot be read again: run it on a file");

@@ -4,6 +4,7 @@ use crate::{clock::now_ns, domain::Lock, run_folder::RunFolder, settings::Settin
 use anyhow::Context;
 use ipc_types::ServiceId;
 use rustix::process::{Pid, Signal, kill_process, test_kill_process};
+use signal_hook::consts::SIGBUS;
 use std::{
     collections::VecDeque,
     os::unix::process::{CommandExt, ExitStatusExt},
@@ -201,6 +202,7 @@ impl Process {
 fn in_words(status: ExitStatus) -> String {
     match (status.code(), status.signal()) {
         (Some(code), _) => format!("ended with code {code}"),
+        (None, Some(SIGBUS)) => "was killed by SIGBUS: memory that it shares is full, or was cut short".to_owned(),
         (None, Some(signal)) => format!("was killed by signal {signal}"),
         _ => "ended".to_owned(),
     }

@@ -27,13 +27,15 @@ pub struct Place {
     pub files: tempfile::TempDir,
     /// What every program finds in its environment beside this place.
     pub environment: Vec<(&'static str, String)>,
+    /// What every program is run by: as another user, in another mount namespace.
+    pub wrapper: Vec<String>,
 }
 
 impl Place {
     pub fn new() -> Self {
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
         let base = PathBuf::from(format!("/tmp/trt-{}-{number}", std::process::id()));
-        Self { base, files: tempfile::tempdir().unwrap(), environment: Vec::new() }
+        Self { base, files: tempfile::tempdir().unwrap(), environment: Vec::new(), wrapper: Vec::new() }
     }
 
     pub fn file(&self, name: &str) -> PathBuf {
@@ -45,7 +47,9 @@ impl Place {
     }
 
     pub fn truerate(&self) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_truerate"));
+        let words = [self.wrapper.clone(), vec![env!("CARGO_BIN_EXE_truerate").to_owned()]].concat();
+        let mut command = Command::new(&words[0]);
+        command.args(&words[1..]);
         command.env("TRUERATE_RUNTIME_DIR", &self.base).env("TRUERATE_LOG", "truerate=info");
         command.envs(self.environment.iter().cloned());
         command
@@ -210,6 +214,15 @@ impl Drop for Pipeline {
             }
         }
     }
+}
+
+/// Whether this is root, who may try other users and mounts; else it is said that the test is skipped.
+pub fn is_root() -> bool {
+    let root = rustix::process::geteuid().is_root();
+    if !root {
+        eprintln!("skipped: only root may try other users and mounts");
+    }
+    root
 }
 
 pub fn signal(pid: u32, signal: rustix::process::Signal) {

@@ -8,9 +8,11 @@ mod harness;
 mod live;
 mod rate_out;
 mod recording;
+mod room;
 mod soak;
 mod sources;
 mod table;
+mod trust;
 
 use gyro_model::{Axis, Model, fit::fit};
 use harness::{Place, counted, log, parameter};
