@@ -45,12 +45,14 @@ impl Watchdog {
         {
             self.before.insert(service, (beat, vitals));
         }
-        let silent = now_ns().saturating_sub(beat.max(started_ns));
-        if silent <= SILENCE_NS {
+        let now = now_ns();
+        let silent = now.saturating_sub(beat.max(started_ns));
+        // Where the supervisor itself stood still since it looked, what came meanwhile is not heard yet.
+        if silent <= SILENCE_NS || now > self.looked_ns + LATE_NS {
             return None;
         }
         let at_work = health.is_some_and(|health| health.state != State::Starting as u32);
-        let fair = at_work && replaceable && now_ns() > self.late_ns + SILENCE_NS;
+        let fair = at_work && replaceable && now > self.late_ns + SILENCE_NS;
         let patience = match (self.before.get(&service), Vitals::of(pid)) {
             (Some((_, before)), Some(now)) if fair => now.patience_ns(before, silent),
             _ => LONGEST_NS,

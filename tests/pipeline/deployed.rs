@@ -90,7 +90,7 @@ fn the_beat_for_the_manager_is_the_supervisors_own() {
     signal(supervisor, Signal::CONT);
     manager.until("WATCHDOG=1");
     // Its own pause tells it nothing of the others.
-    assert_eq!(SERVICES.map(|service| pipeline.pid(service)), before);
+    assert_eq!(SERVICES.map(|service| pipeline.pid(service)), before, "{}", pipeline.errors());
     pipeline.until("all processes", |p| SERVICES.iter().all(|service| p.pid(service).is_some()));
     assert_eq!(pipeline.interrupt().code, Some(0));
 }
