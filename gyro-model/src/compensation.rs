@@ -138,6 +138,11 @@ impl AxisPast {
         true
     }
 
+    /// dω̂/dt between the last two samples.
+    fn last_slope(&self) -> f64 {
+        if self.count > 1 && self.step > 0.0 { (self.rates[0] - self.rates[1]) / self.step } else { 0.0 }
+    }
+
     /// dω̂/dt at a new rate, `dt` after the last: the slope there of the parabola through the last three.
     fn slope(&self, rate: f64, dt: f64) -> f64 {
         if self.count == 0 || dt <= 0.0 {
@@ -241,7 +246,7 @@ impl Plan {
             sensor: Placed::of(model, |e| e.stage() == Stage::Response && !of_the_mount(e)),
             felt: at(Stage::Felt),
             mount: Placed::of(model, of_the_mount),
-            reference: at(Stage::Reference),
+            reference: Placed::of(model, |e| e.stage().is_of_reference()),
         }
     }
 
@@ -286,7 +291,7 @@ impl Plan {
     }
 }
 
-/// What an encoder errs by.
+/// What a reference errs by.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReferenceError {
     /// Σ κψ, rad.
@@ -516,7 +521,7 @@ impl Compensation {
         }
     }
 
-    /// What the encoder of this axis errs by at this true angle, rad. Call once a reference reading, in time order, with
+    /// What the reference of this axis errs by at this true angle, rad. Call once a reference reading, in time order, with
     /// `commit`; without it nothing is remembered.
     pub fn reference_error(&mut self, axis: usize, t_ns: i64, angle: f64, commit: bool) -> ReferenceError {
         let plan = &mut self.plans[axis];
@@ -524,7 +529,8 @@ impl Compensation {
             return ReferenceError::default();
         }
         let rates = self.past.map(|past| past.output);
-        let signals = Signals { axis, rates, angle, ..self.environment.signals(t_ns) };
+        let rate_dot = self.past[axis].last_slope();
+        let signals = Signals { axis, rates, rate_dot, angle, ..self.environment.signals(t_ns) };
         plan.reference.iter_mut().fold(ReferenceError::default(), |whole, p| {
             let error = p.error(&signals, commit);
             ReferenceError { sum: whole.sum + error, silent: whole.silent || p.effect.silent(&p.values, error) }

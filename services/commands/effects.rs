@@ -111,6 +111,7 @@ fn acts_on(stage: Stage) -> &'static str {
         Stage::Response => "the way from the true rate to the felt one, as a filter",
         Stage::Reading => "the reading itself",
         Stage::Reference => "the reference angle",
+        Stage::Shown => "what the reference shows of the motion",
     }
 }
 

@@ -37,7 +37,7 @@ pub fn header(file: &ModelFile, heading: &str, channels: &[String]) -> Exported 
             let id = term.effect.card().id;
             match (term.effect.in_c(axis), term.effect.stage()) {
                 (_, Stage::Calibration) => {}
-                (_, Stage::Reference) => {
+                (_, Stage::Reference | Stage::Shown) => {
                     notes.push(format!(
                         "Axis {axis}: '{id}' is an error of the reference: there is nothing to undo in the gyro."
                     ));

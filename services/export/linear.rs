@@ -92,7 +92,7 @@ impl Linear {
 
 fn kind(term: &Term, axis: Axis) -> Kind {
     match term.effect.stage() {
-        Stage::Calibration | Stage::Reference => return Kind::Nothing,
+        Stage::Calibration | Stage::Reference | Stage::Shown => return Kind::Nothing,
         Stage::Felt => {}
         Stage::Timing | Stage::Response | Stage::Reading => return Kind::Other,
     }
@@ -200,7 +200,7 @@ mod tests {
             !matches!(kind(&term, Axis::Y), Kind::Other)
         };
         let held: Vec<&str> = effects::CATALOGUE.iter().filter(holds).map(|e| e.card().id).collect();
-        let encoder = ["encoder-eccentricity", "encoder-subdivision", "encoder-backlash"];
+        let encoder = ["encoder-eccentricity", "encoder-subdivision", "encoder-backlash", "reference-smoothing"];
         let wanted: Vec<&str> =
             ["scale-factor", "bias", "cross-axis", "temperature-bias"].into_iter().chain(encoder).collect();
         assert_eq!(held, wanted);

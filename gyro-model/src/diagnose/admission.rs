@@ -3,8 +3,8 @@
 use super::{
     case::{
         AFTER, BEFORE, Case, FALL, GROWS, HELD_OUT, HELD_SHARE, HELD_SHARE_OF_ALL, IS_AT_BOUND, IS_BEYOND_WANDER,
-        IS_FIRST, IS_IN_READING, IS_IN_REFERENCE, IS_LINE, IS_SHAPE_AT_BOUND, IS_SLOW, JUDGED, KEPT, LEAVES_NOISE,
-        LEAVES_ROWS_OUT, P_VALUE, RATIO, REMOVED, REMOVED_KEPT, SIZE, SWINGS,
+        IS_FIRST, IS_IN_READING, IS_IN_REFERENCE, IS_LINE, IS_MEAN, IS_SHAPE_AT_BOUND, IS_SLOW, JUDGED, KEPT,
+        LEAVES_NOISE, LEAVES_ROWS_OUT, P_VALUE, RATIO, REMOVED, REMOVED_KEPT, SIZE, SWINGS,
     },
     decision::{
         Condition::{self, Above, Below, Is, Not},
@@ -122,6 +122,12 @@ pub(super) static ADMISSION: &[Test<Case>] = &[
         ways: &[&[Not(&IS_IN_REFERENCE)]],
     },
     Test {
+        name: "mean",
+        asks: "a mean over time makes noise less too: it is named only where the error is more than noise",
+        applies: &[JUDGED, Is(&IS_MEAN)],
+        ways: &[&[Above(&BEFORE, &limit::NOISE)]],
+    },
+    Test {
         name: "held-out",
         asks: "it holds on blocks that it was not fitted on, in the likelihood or in the error",
         applies: &[JUDGED],
@@ -233,6 +239,7 @@ mod tests {
             ("size", Case { size: 50.0, after: 2.0, ..Case::UNKNOWN }),
             ("line", Case { is_line: true, after: 8.0, ..Case::UNKNOWN }),
             ("motion", Case { is_line: true, size: 50.0, is_in_reading: true, is_in_reference: true, ..Case::UNKNOWN }),
+            ("mean", Case { is_mean: true, before: 1.1, ..weak }),
             ("held-out", Case { held_out: Estimate { value: 80.0, std_error: 90.0 }, p_value: 1e-3, ..weak }),
             ("held-out", Case { held_out: Estimate { value: -3.0, std_error: 1.0 }, ..weak }),
             ("shown once", Case { is_slow: true, swings: 1.0, p_value: 6e-4, ..weak }),

@@ -3,7 +3,7 @@
 use super::challenger::Challenger;
 use crate::{
     Axis, Term,
-    effects::{ParameterCard, Role, Trait},
+    effects::{ParameterCard, Role, Stage, Trait},
     evidence::{problem::Slot, series::Series},
     scan::Candidate,
 };
@@ -74,6 +74,10 @@ fn ends(term: &Term, series: &Series) -> Vec<usize> {
         if is_onset(k) && !(first..last).contains(&v) {
             return true;
         }
+        // Between two samples a motion is guessed: a window as narrow as that stands for what the guess is off by.
+        if term.effect.stage() == Stage::Shown && v < BETWEEN_SAMPLES * span.dt {
+            return true;
+        }
         let near = |bound: f64| bound.is_finite() && (v - bound).abs() <= 1e-6 * bound.abs().max(1e-12);
         near(card.bounds.0) || near(card.bounds.1) || (card.unit == "Hz" && v > nyquist)
     };
@@ -87,6 +91,8 @@ pub(super) fn size(term: &Term, axis: Axis) -> f64 {
     sizes.map(|(card, v)| (v / card.typical).abs()).fold(0.0, f64::max)
 }
 
+/// Share of a sample's interval that a window has to be as wide as.
+const BETWEEN_SAMPLES: f64 = 0.5;
 /// Share of the log at its ends where no step is looked for.
 const ENDS: f64 = 0.05;
 /// Standard errors beyond such an end that are no chance.

@@ -11,6 +11,8 @@ pub(super) struct Case {
     pub is_read_off: bool,
     /// Whether it is a sine of one frequency.
     pub is_line: bool,
+    /// Whether it makes a mean over time of what the gyro turned, noise included.
+    pub is_mean: bool,
     /// Whether it goes with time or with what changes slowly in it.
     pub is_slow: bool,
     /// How often its error swings from one side of its mean to the other.
@@ -57,6 +59,7 @@ impl Case {
     pub(super) const UNKNOWN: Self = Self {
         is_read_off: false,
         is_line: false,
+        is_mean: false,
         is_slow: false,
         swings: f64::INFINITY,
         is_first: true,
@@ -139,6 +142,8 @@ pub(super) static SWINGS: M = Measure { name: "swings of its error", of: |c| c.s
 pub(super) static IS_SLOW: F = Fact { says: "slow", of: |c| c.is_slow };
 /// A line.
 pub(super) static IS_LINE: F = Fact { says: "a line", of: |c| c.is_line };
+/// A mean.
+pub(super) static IS_MEAN: F = Fact { says: "a mean over time", of: |c| c.is_mean };
 /// The first beside the base model.
 pub(super) static IS_FIRST: F = Fact { says: "the first beside the base model", of: |c| c.is_first };
 /// More than a wander.

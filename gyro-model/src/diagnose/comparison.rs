@@ -56,6 +56,25 @@ pub(super) fn drop_driven(challengers: &mut Vec<Challenger>) {
     challengers.append(&mut resonances);
 }
 
+/// Whether a suspect does as well as the smoothing of a reference whose readings are whole counts, which it may be taken for: such a
+/// reference is not smoothed, unless it counts afterwards.
+fn stands_for_smoothed_counts(other: &Challenger, smoothed: &Challenger) -> bool {
+    let id = |r: &Challenger| r.candidate.term.effect.card().id;
+    let series = &smoothed.study.bench.problem.series[smoothed.candidate.series];
+    smoothed.candidate.term.effect.stage() == Stage::Shown
+        && series.encoder.step > 0.0
+        && other.candidate.series == smoothed.candidate.series
+        && are_aliases(id(other), id(smoothed))
+        && (other.excess < limit::SCATTERS.value * smoothed.excess || smoothed.alike(other))
+}
+
+/// Takes out the smoothing of whole counts where another suspect may stand for it.
+pub(super) fn take_smoothed_counts<'a>(challengers: &mut Vec<Challenger<'a>>) -> Vec<Challenger<'a>> {
+    let stands = |k: &usize| challengers.iter().any(|other| stands_for_smoothed_counts(other, &challengers[*k]));
+    let taken: Vec<usize> = (0..challengers.len()).filter(stands).collect();
+    taken.into_iter().rev().map(|k| challengers.remove(k)).collect()
+}
+
 /// Frequencies, over its own, of lines that the inverse of a resonance makes much smaller or turns over: it multiplies them by
 /// 1 − (f/f₀)², but for the damping.
 const TAKEN_OUT: Range<f64> = 0.5..SQRT_2;
@@ -93,7 +112,10 @@ pub fn aliases(suspects: &[Challenger], k: usize, incumbent: Option<&Incumbent>)
         .iter()
         .enumerate()
         .filter(|(i, r)| *i != k && r.candidate.series == own.candidate.series && is_real(r))
-        .filter(|(_, r)| own.alike(r) && incumbent.is_none_or(|incumbent| own.may_be(r, incumbent)))
+        .filter(|(_, r)| {
+            own.alike(r) || r.excess < limit::SCATTERS.value * own.excess && stands_for_smoothed_counts(own, r)
+        })
+        .filter(|(_, r)| incumbent.is_none_or(|incumbent| own.may_be(r, incumbent)))
         .map(|(_, r)| id(r).to_owned())
         .take(ALIASES)
         .collect()

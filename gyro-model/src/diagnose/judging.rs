@@ -39,6 +39,7 @@ impl Incumbent<'_> {
         let case = Case {
             is_read_off: false,
             is_line: term.effect.is(Trait::Line),
+            is_mean: term.effect.stage() == Stage::Shown,
             is_slow: term.effect.is(Trait::Slow),
             swings: f64::NAN,
             is_first: self.is_base(series),
@@ -95,6 +96,7 @@ impl Challenger<'_> {
         Case {
             is_read_off: term.effect.stage() == Stage::Reading,
             is_line,
+            is_mean: term.effect.stage() == Stage::Shown,
             is_slow: term.effect.is(Trait::Slow),
             swings: swings_of_slow(term, &self.study.bench.problem.series[series].signals),
             is_first: false,

@@ -3,7 +3,7 @@
 use super::{
     Options,
     challenger::{Challenger, Incumbent},
-    comparison::{drop_driven, prefer_plainer, rank},
+    comparison::{drop_driven, prefer_plainer, rank, take_smoothed_counts},
 };
 use crate::{
     effects::{Effect, Stage},
@@ -45,9 +45,11 @@ impl<'a> Incumbent<'a> {
         for k in 0..axes {
             let mut own = left.extract_if(.., |r| r.candidate.series == k).collect();
             drop_driven(&mut own);
+            let mut unlikely = take_smoothed_counts(&mut own);
             rank(&mut own);
             prefer_plainer(&mut own, self);
             challengers.append(&mut own);
+            challengers.append(&mut unlikely);
         }
         // Of one effect, the best that is not at the end of what is physical: from another start it may be.
         let key = |r: &Challenger| (r.candidate.series, r.candidate.term.effect.card().id);
@@ -82,7 +84,7 @@ impl<'a> Incumbent<'a> {
         let problem = &self.study.bench.problem;
         let has_none = |s: &Series| {
             let own = self.study.model.axes[s.axis.index()].as_ref();
-            own.is_none_or(|own| !own.terms.iter().any(|t| t.effect.is_of_whole_sensor()))
+            own.is_none_or(|own| !own.terms.iter().any(|t| t.effect.is_like(candidate.term.effect)))
                 && can_show(candidate.term.effect, s)
         };
         candidate.term.effect.is_of_whole_sensor()

@@ -36,6 +36,16 @@ static CARD: Card = Card {
             when: "the motion has one amplitude",
             split_by: "several amplitudes: a dead zone stays where it is, a curve does not",
         },
+        Alias {
+            id: "reference-smoothing",
+            when: "the motion is fast only where it is large",
+            split_by: "a slower and a faster motion of one size; or the filter settings of the reference",
+        },
+        Alias {
+            id: "mount-resonance",
+            when: "the motion is fast only where it is large",
+            split_by: "a slower and a faster motion of one size",
+        },
     ],
 };
 

@@ -20,6 +20,7 @@ pub mod bias;
 pub mod bias_drift;
 pub mod bias_step;
 pub mod clock_skew;
+pub mod clock_step;
 pub mod cross_axis;
 pub mod cubic_nonlinearity;
 pub mod dead_zone;
@@ -34,6 +35,7 @@ pub mod mount_resonance;
 mod operators;
 pub mod quadratic_nonlinearity;
 pub mod rate_hysteresis;
+pub mod reference_smoothing;
 pub mod saturation;
 pub mod scale_asymmetry;
 pub mod scale_factor;
@@ -65,6 +67,7 @@ pub static CATALOGUE: &[&dyn Effect] = &[
     &lag::LAG,
     &delay::DELAY,
     &clock_skew::CLOCK_SKEW,
+    &clock_step::CLOCK_STEP,
     &dead_zone::DEAD_ZONE,
     &saturation::SATURATION,
     &rate_hysteresis::RATE_HYSTERESIS,
@@ -73,6 +76,7 @@ pub static CATALOGUE: &[&dyn Effect] = &[
     &encoder_eccentricity::ENCODER_ECCENTRICITY,
     &encoder_subdivision::ENCODER_SUBDIVISION,
     &encoder_backlash::ENCODER_BACKLASH,
+    &reference_smoothing::REFERENCE_SMOOTHING,
 ];
 
 /// The effect of this id.
@@ -105,7 +109,7 @@ pub fn are_aliases(a: &str, b: &str) -> bool {
 /// Where an effect acts between the true motion and the two readings.
 ///
 /// Forward order: true rate → `Timing` → `Response` of the mount → `Felt` → `Response` of the sensor →
-/// `Calibration` → `Reading` → noise and quantisation; and for the reference, true angle → `Reference` → noise.
+/// `Calibration` → `Reading` → noise and quantisation; and for the reference, true angle → `Shown` → `Reference` → noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// `scale-factor` and `bias`: ω̂ = α ω_g + δ − …
@@ -120,6 +124,16 @@ pub enum Stage {
     Reading,
     /// Adds [`Effect::error`] to the reference angle, rad.
     Reference,
+    /// The reference shows a mean of the motion about each instant, [`Effect::shown`].
+    Shown,
+}
+
+impl Stage {
+    /// Whether what acts here is the reference's, and the gyro is not to blame.
+    #[must_use]
+    pub fn is_of_reference(self) -> bool {
+        matches!(self, Self::Reference | Self::Shown)
+    }
 }
 
 /// How a parameter enters.
@@ -361,7 +375,7 @@ pub trait Effect: Send + Sync {
     /// Its parameters on this axis: coefficients first, then shapes.
     fn parameters(&self, axis: Axis) -> &'static [ParameterCard];
 
-    /// `Felt`: Σβφ, rad/s. `Reference`: Σκψ, rad. Called once a sample in time order; zero when `p` is neutral.
+    /// `Felt`: Σβφ, rad/s. `Reference`: Σκψ, rad. `Shown`: to first order, from what is known at that instant, rad. Called once a sample in time order; zero when `p` is neutral.
     fn error(&self, _p: &[f64], _signals: &Signals, _memory: &mut Memory) -> f64 {
         0.0
     }
@@ -403,7 +417,13 @@ pub trait Effect: Send + Sync {
         felt.to_vec()
     }
 
-    /// `Response`, backward: how far a reading reaches into the rates beside it, beyond two samples, s.
+    /// `Shown`: what the reference shows where the true angle, rad, is `at` this many seconds from now; `dt` apart are the samples.
+    fn shown(&self, _p: &[f64], _dt: f64, at: &mut dyn FnMut(f64) -> f64) -> f64 {
+        at(0.0)
+    }
+
+    /// `Response`, backward: how far a reading reaches into the rates beside it, beyond two samples, s. `Shown`: how far what is shown
+    /// reaches into the motion before and after.
     fn reach(&self, _p: &[f64]) -> f64 {
         0.0
     }
@@ -464,10 +484,16 @@ impl dyn Effect + '_ {
         self.card().traits.contains(&wanted)
     }
 
+    /// Whether both act at the same place of a whole sensor or reference.
+    #[must_use]
+    pub fn is_like(&self, other: &dyn Effect) -> bool {
+        self.is_of_whole_sensor() && self.stage() == other.stage()
+    }
+
     /// Whether it is that of a whole sensor or reference, the same on all its axes.
     #[must_use]
     pub fn is_of_whole_sensor(&self) -> bool {
-        matches!(self.stage(), Stage::Timing | Stage::Response)
+        matches!(self.stage(), Stage::Timing | Stage::Response | Stage::Shown)
     }
 }
 

@@ -1,7 +1,8 @@
 //! `mount-resonance`: a springy plate between shaft and gyro, a second-order response.
 
 use super::{
-    Card, Effect, Memory, ParameterCard, Role, Span, Stage, Trait, low_pass, low_passed, second_derivative, slowed,
+    Alias, Card, Effect, Memory, ParameterCard, Role, Span, Stage, Trait, low_pass, low_passed, second_derivative,
+    slowed,
 };
 use crate::Axis;
 use crate::measured::Measured;
@@ -26,7 +27,18 @@ static CARD: Card = Card {
     mended_by: "the inverse D = ω − ω_f, 2ζω_n D' + ω_n² D = ω_f'', which amplifies noise above f",
     at_source: "mount the sensor stiffly: screws in place of tape or foam, a thicker plate",
     traits: &[Trait::Resonance],
-    aliases: &[],
+    aliases: &[
+        Alias {
+            id: "reference-smoothing",
+            when: "the motion stays far below the resonance: both make the gyro turn more by the square of the frequency",
+            split_by: "motion up to the resonance; or the filter settings of the reference",
+        },
+        Alias {
+            id: "cubic-nonlinearity",
+            when: "the motion is fast only where it is large",
+            split_by: "a slower and a faster motion of one size",
+        },
+    ],
 };
 
 static PARAMETERS: [ParameterCard; 2] = [

@@ -18,7 +18,7 @@ fn a_slip_of_the_pen_is_guessed() {
     assert_eq!(meant(""), "");
 }
 
-const IDS: [&str; 26] = [
+const IDS: [&str; 28] = [
     "scale-factor",
     "bias",
     "cross-axis",
@@ -37,6 +37,7 @@ const IDS: [&str; 26] = [
     "lag",
     "delay",
     "clock-skew",
+    "clock-step",
     "dead-zone",
     "saturation",
     "rate-hysteresis",
@@ -45,10 +46,11 @@ const IDS: [&str; 26] = [
     "encoder-eccentricity",
     "encoder-subdivision",
     "encoder-backlash",
+    "reference-smoothing",
 ];
 
 /// The table of the effects' aliases, both ways.
-const PAIRS: [[&str; 2]; 18] = [
+const PAIRS: [[&str; 2]; 21] = [
     ["delay", "g-sensitivity"],
     ["quadratic-nonlinearity", "g-sensitivity"],
     ["delay", "lag"],
@@ -67,6 +69,9 @@ const PAIRS: [[&str; 2]; 18] = [
     ["cubic-nonlinearity", "saturation"],
     ["cubic-nonlinearity", "dead-zone"],
     ["saturation", "dead-zone"],
+    ["reference-smoothing", "mount-resonance"],
+    ["reference-smoothing", "cubic-nonlinearity"],
+    ["mount-resonance", "cubic-nonlinearity"],
 ];
 
 const SPAN: Span = Span { start: 0.0, duration: 120.0, dt: 0.01, reading_min: 0.001, reading_max: 4.0, travel: 5.0 };
@@ -171,6 +176,7 @@ fn neutral_parameters_change_nothing() {
             assert_eq!(effect.undo_response(&p, s.rate(), 0.01, &mut backward), s.rate(), "{id} undoes");
             assert_eq!(effect.limit(&p, s.rate()), s.rate(), "{id} limits");
             assert!(!effect.lost(&p, s.rate()), "{id} loses");
+            assert_eq!(effect.shown(&p, 0.01, &mut |u| signals(t + u, axis).angle), s.angle, "{id} shows");
         }
         let t: Vec<f64> = (0..50).map(|k| f64::from(k) * 0.01).collect();
         let felt: Vec<f64> = t.iter().map(|&t| signals(t, axis).rate()).collect();

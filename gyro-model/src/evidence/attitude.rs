@@ -94,15 +94,23 @@ impl Attitude {
 
     /// Sum of step errors: the gyro's rotation vector of each step (its three angles' increments, with the coning
     /// correction of two successive steps) less the reference's. What turned about an axis without gyro is the reference's.
+    ///
+    /// A reference that shows another orientation, R exp(o), has turned in a step by log(exp(−oᵢ₋₁) exp(θ) exp(oᵢ)).
     #[must_use]
-    pub fn residual(&self, angle: [Option<&[f64]>; 3], lost: &[bool]) -> Vec<Vec<f64>> {
+    pub fn residual(&self, angle: [Option<&[f64]>; 3], off: [Option<&[f64]>; 3], lost: &[bool]) -> Vec<Vec<f64>> {
         let n = self.middle.len();
+        let is_off = off.iter().any(Option::is_some);
         let mut out = vec![vec![0.0; n]; self.channels()];
         let mut sum = Vector3::zeros();
         let mut before = Vector3::zeros();
         for i in 1..n {
             let step = Vector3::from_fn(|a, _| angle[a].map_or(self.increments[i][a], |angle| angle[i] - angle[i - 1]));
-            let turned = step + before.cross(&step) / 12.0;
+            let mut turned = step + before.cross(&step) / 12.0;
+            if is_off {
+                let off = |i: usize| Vector3::from_fn(|a, _| off[a].map_or(0.0, |off| off[i]));
+                let [before, own, after] = [-off(i - 1), turned, off(i)].map(UnitQuaternion::from_scaled_axis);
+                turned = (before * own * after).scaled_axis();
+            }
             before = step;
             if !lost[i] {
                 let error = turned - self.increments[i];
@@ -174,7 +182,7 @@ mod tests {
         let angle = |f: f64| -> Vec<f64> { (0..n).map(|i| (f * 0.01 * i as f64).sin()).collect() };
         let angles = [angle(3.0), angle(5.0), angle(1.0)];
         let lost: Vec<bool> = (0..n).map(|i| (100..110).contains(&i)).collect();
-        let of = |angles: &[Vec<f64>; 3]| attitude.residual(angles.each_ref().map(|a| Some(&a[..])), &lost);
+        let of = |angles: &[Vec<f64>; 3]| attitude.residual(angles.each_ref().map(|a| Some(&a[..])), [None; 3], &lost);
         let before = of(&angles);
         for axis in 0..3 {
             let mut moved = angles.clone();

@@ -13,10 +13,14 @@
 //! Linear and Nonlinear Equations, ch. 5), and taken anew at the end: where it then still leads downhill, the fit goes on.
 
 use super::{
-    problem::{Evaluation, Slot, Warm},
+    problem::{Evaluation, Problem, Slot, Warm},
     study::{Bench, Study, assign, columns, hold, is_tone, parameter_card, values},
 };
-use crate::{Model, effects::Role, nls};
+use crate::{
+    Model,
+    effects::{Role, Stage, Trait},
+    nls,
+};
 
 /// Share by which f may still change from one refreshing of the regressors to the next.
 const SETTLED: f64 = 1e-4;
@@ -31,6 +35,10 @@ const TRIAL_ROUNDS: usize = 8;
 const MOVES: f64 = 1e-6;
 /// Share of f by which a round has to lower it for the derivatives by shapes to be taken anew.
 const BENT: f64 = 0.02;
+/// Parts of a log from one instant to the next where a grid has looked for what begins.
+const INSTANTS: f64 = 60.0;
+/// Times that they are sought.
+const SEEKS: usize = 3;
 /// Times that the derivatives at the end may send the fit on.
 const AGAIN: usize = 3;
 
@@ -101,6 +109,9 @@ pub(super) fn fit<'a>(bench: &'a Bench, start: &Model, warm: Option<&[Warm]>, kn
     let mut jacobian = descent.jacobian(&at, known);
     let longest = if known.is_some() { TRIAL_ROUNDS } else { MOST_ROUNDS };
     let (mut round, mut settled, mut again) = (0, false, 0);
+    // An instant that `known` has stands where it was found.
+    let knows = |study: &Study| descent.onsets().len() == onsets(problem, &study.model, &study.slots).len();
+    let mut seeks = if known.is_some_and(knows) || descent.onsets().is_empty() { 0 } else { SEEKS };
     loop {
         round += 1;
         if jacobian.lost != at.lost {
@@ -117,6 +128,19 @@ pub(super) fn fit<'a>(bench: &'a Bench, start: &Model, warm: Option<&[Warm]>, kn
         let bent = last - done.cost > BENT * done.cost && descent.has_shapes();
         last = done.cost;
         let most = if moved > MOVES { longest } else { ROUNDS };
+        if (settled && still || round >= most) && seeks > 0 {
+            round = 0;
+            seeks -= 1;
+            if descent.seek_onsets(last) {
+                at = problem.evaluate(&descent.model, &descent.warm);
+                descent.warm = problem.warm(&at, &descent.warm);
+                at = problem.evaluate(&descent.model, &descent.warm);
+                jacobian = descent.jacobian(&at, None);
+                settled = false;
+                continue;
+            }
+            seeks = 0;
+        }
         if settled && still || round >= most {
             jacobian = descent.jacobian(&at, None);
             again += 1;
@@ -141,7 +165,63 @@ pub(super) fn fit<'a>(bench: &'a Bench, start: &Model, warm: Option<&[Warm]>, kn
     }
 }
 
+/// The instants at which something begins, each with all slots that hold it: a clock is one for all axes.
+fn onsets(problem: &Problem, model: &Model, slots: &[Slot]) -> Vec<Vec<Slot>> {
+    let mut groups: Vec<(&str, Vec<Slot>)> = Vec::new();
+    for slot in slots {
+        let series = &problem.series[slot.series];
+        let Some(term) = problem.axis(model, series).terms.get(slot.term) else { continue };
+        let effect = term.effect;
+        if !effect.is(Trait::Onset) || slot.parameter + 1 != term.values.len() {
+            continue;
+        }
+        let id = effect.card().id;
+        match groups.iter_mut().find(|(known, _)| *known == id).filter(|_| effect.is_of_whole_sensor()) {
+            Some((_, group)) => group.push(*slot),
+            None => groups.push((id, vec![*slot])),
+        }
+    }
+    groups.into_iter().map(|(_, group)| group).collect()
+}
+
 impl Descent<'_> {
+    fn onsets(&self) -> Vec<Vec<Slot>> {
+        onsets(&self.bench.problem, &self.model, &self.slots)
+    }
+
+    /// Moves instants to where f is least, the other parameters standing: a derivative sees no farther than a sample. By halves, from the
+    /// spacing of a grid down to a sample. Whether f has fallen.
+    fn seek_onsets(&mut self, last: f64) -> bool {
+        let problem = &self.bench.problem;
+        let mut least = last;
+        for group in self.onsets() {
+            let span = problem.series[group[0].series].span();
+            let mut step = span.duration / INSTANTS;
+            let value = |slot: &Slot| values(problem, &mut self.model.clone(), &[*slot])[0];
+            let mut best = value(&group[0]);
+            let mut tried: Vec<f64> = group.iter().map(value).collect();
+            while step > 0.5 * span.dt {
+                tried.extend([best - step, best + step]);
+                for instant in std::mem::take(&mut tried) {
+                    let mut trial = self.model.clone();
+                    assign(problem, &mut trial, &group, &vec![instant; group.len()]);
+                    let at = problem.evaluate(&trial, &self.warm);
+                    // What is a guess is so about the instant that is tried.
+                    let warm: Vec<Warm> =
+                        self.warm.iter().zip(&at.tracks).map(|(warm, track)| warm.unsure_as(track)).collect();
+                    let z = self.bench.increments(&problem.evaluate(&trial, &warm).residual);
+                    let cost = nls::dot(&z, &z);
+                    if cost < least {
+                        (least, best) = (cost, instant);
+                        self.model = trial;
+                    }
+                }
+                step *= 0.5;
+            }
+        }
+        least < (1.0 - SETTLED) * last
+    }
+
     fn has_shapes(&self) -> bool {
         self.slots.iter().any(|slot| parameter_card(&self.bench.problem, &self.model, *slot).role != Role::Linear)
     }
@@ -175,21 +255,27 @@ impl Descent<'_> {
             normal.gradient[k] += precision * value;
             normal.matrix[(k, k)] += precision;
         }
-        // A tone hardly moves the increments: what the likelihood says of it stands.
-        for k in (0..p.len()).filter(|&k| is_tone(&self.bench.problem, &self.model, self.slots[k])) {
+        for k in (0..p.len()).filter(|&k| self.stands(self.slots[k])) {
             normal.fix(k);
         }
         normal
     }
 
+    /// Whether these steps leave a parameter where it is: a tone hardly moves the increments, so what the likelihood says of it stands;
+    /// and a clock that is set a moment later moves no more than that moment, which a derivative sees nothing of.
+    fn stands(&self, slot: Slot) -> bool {
+        let problem = &self.bench.problem;
+        let clock = |slot: &Slot| {
+            let terms = &problem.axis(&self.model, &problem.series[slot.series]).terms;
+            terms[slot.term].effect.stage() == Stage::Timing
+        };
+        is_tone(problem, &self.model, slot) || self.onsets().concat().iter().any(|onset| *onset == slot && clock(onset))
+    }
+
     fn bounds(&self, p: &[f64]) -> Vec<(f64, f64)> {
         let problem = &self.bench.problem;
         let of = |(slot, at): (&Slot, &f64)| {
-            if is_tone(problem, &self.model, *slot) {
-                (*at, *at)
-            } else {
-                parameter_card(problem, &self.model, *slot).bounds
-            }
+            if self.stands(*slot) { (*at, *at) } else { parameter_card(problem, &self.model, *slot).bounds }
         };
         self.slots.iter().zip(p).map(of).collect()
     }

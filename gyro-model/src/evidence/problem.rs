@@ -15,11 +15,11 @@ use super::{
 };
 use crate::{
     Axis, AxisModel, Model, Record, Term,
-    effects::{Role, Stage, Trait, derivative, steadied},
+    effects::{Role, Stage, Trait, derivative, quieted, steadied},
     order::median,
     record::ReferenceKind,
 };
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// One log, laid out for evaluating models of the axes that share a reference.
 #[derive(Clone, Debug)]
@@ -51,6 +51,9 @@ pub struct Warm {
     pub(crate) rate_dot: Vec<f64>,
     /// What the sensor felt of it, the ringing of its mount still in it, rad/s; empty where that is the same.
     pub(super) felt: Vec<f64>,
+    /// The integral of the compensated rate, re-stamped, at the samples, rad.
+    whole: Arc<Vec<f64>>,
+    motion: OnceLock<Quiet>,
     /// Best known angle at the samples: the gyro's shape on the reference's level, rad.
     pub angle: Vec<f64>,
     /// The same on the reference's level over so short a time that it is as near to the true angle as can be, with the
@@ -62,7 +65,30 @@ pub struct Warm {
     pub left_out: Vec<bool>,
 }
 
+/// A motion without the gyro's noise, as far as it is slower than that.
+#[derive(Clone, Debug)]
+pub(super) struct Quiet {
+    /// At the samples, rad.
+    pub angle: Vec<f64>,
+    /// Its derivative, rad/s.
+    pub rate: Vec<f64>,
+}
+
 impl Warm {
+    /// What a reference shows a part of: with the noise in it, a mean over several samples would make the residual's noise less.
+    pub(super) fn motion(&self, t: &[f64]) -> &Quiet {
+        self.motion.get_or_init(|| {
+            let (rate, _) = quieted(t, &derivative(t, &self.whole));
+            Quiet { angle: integral(t, &rate), rate }
+        })
+    }
+
+    /// The same with what is a guess on this track.
+    pub(super) fn unsure_as(&self, track: &Track) -> Self {
+        let unsure = if self.left_out.is_empty() { track.unsure.clone() } else { Vec::new() };
+        Self { unsure, ..self.clone() }
+    }
+
     /// What an encoder's quantisation is drawn along.
     #[must_use]
     pub fn drawn_along(&self) -> &[f64] {
@@ -200,8 +226,11 @@ impl Problem {
             .iter()
             .map(|s| {
                 let rate = steadied(&s.t, &s.gyro);
+                let whole = Arc::new(angle_of(s, 1.0, &s.gyro, &s.t));
                 Warm {
-                    angle: best_angle(s, &s.reference_angle, &[], &angle_of(s, 1.0, &s.gyro, &s.t), &s.missing, LEVEL),
+                    angle: best_angle(s, &s.reference_angle, &[], &whole, &s.missing, LEVEL),
+                    whole,
+                    motion: OnceLock::new(),
                     close: Vec::new(),
                     rate_dot: derivative(&s.t, &rate),
                     rate,
@@ -226,6 +255,8 @@ impl Problem {
                 stand(&s.t, &track.rate, &mut angle);
                 Warm {
                     angle,
+                    whole: track.whole.clone(),
+                    motion: OnceLock::new(),
                     close: nearness(s).map_or_else(Vec::new, |half| counted_angle(s, track, half)),
                     rate_dot: derivative(&s.t, &rate),
                     rate,
@@ -261,12 +292,14 @@ impl Problem {
                 let track = &tracks[0];
                 let mut r = vec![0.0; n];
                 for i in 1..n {
-                    let step = (track.angle[i] - track.angle[i - 1]) - (track.reference[i] - track.reference[i - 1]);
+                    let off = if track.off.is_empty() { 0.0 } else { track.off[i] - track.off[i - 1] };
+                    let step =
+                        track.angle[i] - track.angle[i - 1] + off - (track.reference[i] - track.reference[i - 1]);
                     r[i] = r[i - 1] + if lost[i] { 0.0 } else { step };
                 }
                 vec![r]
             }
-            Some(attitude) => attitude.residual(self.angles(&tracks), &lost),
+            Some(attitude) => attitude.residual(self.angles(&tracks), self.offs(&tracks), &lost),
         };
         Evaluation { residual, lost, tracks }
     }
@@ -276,7 +309,13 @@ impl Problem {
         std::array::from_fn(|a| self.series.iter().position(|s| s.axis.index() == a).map(|i| &tracks[i].angle[..]))
     }
 
-    /// What the residual changes by where the angle of one axis is another one; of an orientation.
+    /// What the reference shows of these angles beside them, where that is another.
+    fn offs<'a>(&self, tracks: &'a [Arc<Track>]) -> [Option<&'a [f64]>; 3] {
+        let off = |i: usize| Some(&tracks[i].off[..]).filter(|off| !off.is_empty());
+        std::array::from_fn(|a| self.series.iter().position(|s| s.axis.index() == a).and_then(off))
+    }
+
+    /// What the residual changes by where the angle of one axis is another one; of an orientation that shows what it is.
     pub(super) fn turned_otherwise(&self, at: &Evaluation, series: usize, angle: &[f64]) -> Vec<Vec<f64>> {
         let axis = self.series[series].axis.index();
         let difference = |attitude: &Attitude| attitude.difference(self.angles(&at.tracks), axis, angle, &at.lost);

@@ -3,6 +3,7 @@
 //! ```text
 //! reading → α, δ → response of the sensor undone → errors subtracted → response of the mount undone → re-stamped angle
 //! reference angle → errors of the reference subtracted
+//! re-stamped angle → what the reference shows of it, evaluated at the motion that is known
 //! ```
 //!
 //! Everything is linear in the rate but a play, and errors of different terms add up. So where one term changes, only
@@ -16,7 +17,7 @@ use super::{
 };
 use crate::{
     Model, Term,
-    effects::{Memory, Signals, Stage, Trait},
+    effects::{Memory, Signals, Stage, Trait, derivative},
 };
 use std::sync::Arc;
 
@@ -33,6 +34,8 @@ pub struct Track {
     pub(super) whole: Arc<Vec<f64>>,
     /// The same at the reference's rows, rad.
     pub(super) angle: Vec<f64>,
+    /// What the reference shows of that angle, less the angle, rad; empty where it shows the angle itself.
+    pub(super) off: Vec<f64>,
     /// The reference less its own errors, rad.
     pub(super) reference: Vec<f64>,
     /// Reference rows that say nothing of the angle.
@@ -95,7 +98,12 @@ impl Problem {
         }
         let felt = felt.map(Arc::new);
         let whole = stamped(s, calibration(terms).0, &rate, terms);
-        let angle = s.reference_rows.iter().map(|&k| whole[k]).collect();
+        let angle = at_rows(s, &whole);
+        let off = off(s, terms, &warm[index]);
+        if let Some(reach) = of(Stage::Shown).map(|term| term.effect.reach(&term.values)).reduce(f64::max) {
+            let (first, last) = (s.t[0] + reach, s.t[s.t.len() - 1] - reach);
+            merge(&mut unsure, &s.t.iter().map(|t| *t < first || *t > last).collect::<Vec<_>>());
+        }
         let mut reference = s.reference_angle.clone();
         let mut silent = vec![false; reference.len()];
         for term in of(Stage::Reference) {
@@ -119,6 +127,7 @@ impl Problem {
             errors: Arc::new(errors),
             whole: Arc::new(whole),
             angle,
+            off,
             reference,
             silent,
             lost,
@@ -198,14 +207,18 @@ impl Problem {
         };
         let own = &at.tracks[series];
         if self.attitude().is_none() {
-            let (angle, reference) = match &moved {
-                Moved::Angle(angle) => (angle, &own.reference),
-                Moved::Reference(reference) => (&own.angle, reference),
+            let change: Vec<f64> = match &moved {
+                Moved::Angle(angle) => angle.iter().zip(&own.angle).map(|(new, own)| new - own).collect(),
+                Moved::Off(off) if own.off.is_empty() => off.clone(),
+                Moved::Off(off) => off.iter().zip(&own.off).map(|(new, own)| new - own).collect(),
+                Moved::Reference(reference) => {
+                    reference.iter().zip(&own.reference).map(|(new, own)| own - new).collect()
+                }
             };
             let mut sum = 0.0;
-            let mut before = (angle[0] - own.angle[0]) - (reference[0] - own.reference[0]);
-            let steps = (0..angle.len()).map(|i| {
-                let now = (angle[i] - own.angle[i]) - (reference[i] - own.reference[i]);
+            let mut before = change[0];
+            let steps = (0..change.len()).map(|i| {
+                let now = change[i];
                 sum += if at.lost[i] { 0.0 } else { now - before };
                 before = now;
                 sum
@@ -214,7 +227,11 @@ impl Problem {
         }
         let mut track = Track::clone(own);
         match moved {
-            Moved::Angle(angle) => return self.turned_otherwise(at, series, &angle),
+            Moved::Angle(angle) if at.tracks.iter().all(|track| track.off.is_empty()) => {
+                return self.turned_otherwise(at, series, &angle);
+            }
+            Moved::Angle(angle) => track.angle = angle,
+            Moved::Off(off) => track.off = off,
             Moved::Reference(reference) => track.reference = reference,
         }
         let mut tracks = at.tracks.clone();
@@ -233,7 +250,7 @@ impl Problem {
     ) -> Option<Moved> {
         let s = &self.series[index];
         let (was, now) = (terms.get(place), &other[place]);
-        let at_rows = |whole: &[f64]| s.reference_rows.iter().map(|&k| whole[k]).collect::<Vec<f64>>();
+
         let has_play = other.iter().any(|term| term.effect.is_play());
         let rate_of = |felt: Vec<f64>| {
             let mounts = other.iter().filter(|term| is_of_mount(term));
@@ -248,12 +265,10 @@ impl Problem {
                     before - now.effect.error_seen(&now.values, &signals, &mut new)
                 });
                 let whole = stamped(s, 0.0, &rate_of(change.collect()), other);
-                Some(Moved::Angle(at.angle.iter().zip(at_rows(&whole)).map(|(a, b)| a + b).collect()))
+                Some(Moved::Angle(at.angle.iter().zip(at_rows(s, &whole)).map(|(a, b)| a + b).collect()))
             }
-            Stage::Timing => {
-                let whole = stamped(s, calibration(other).0, &at.rate, other);
-                Some(Moved::Angle(at_rows(&whole)))
-            }
+            Stage::Timing => Some(Moved::Angle(at_rows(s, &stamped(s, calibration(other).0, &at.rate, other)))),
+            Stage::Shown => Some(Moved::Off(off(s, other, &warm[index]))),
             Stage::Calibration | Stage::Response if !has_play => {
                 let bridges = |terms: &[Term]| terms.iter().any(|term| term.effect.stage() == Stage::Response);
                 let mut lost = Vec::new();
@@ -266,8 +281,7 @@ impl Problem {
                 let mut felt = felt(s, other, &lost);
                 felt.iter_mut().zip(at.errors.iter()).for_each(|(rate, error)| *rate -= error);
                 let rate = rate_of(felt);
-                let whole = stamped(s, calibration(other).0, &rate, other);
-                Some(Moved::Angle(at_rows(&whole)))
+                Some(Moved::Angle(at_rows(s, &stamped(s, calibration(other).0, &rate, other))))
             }
             Stage::Reference => {
                 let mut reference = at.reference.clone();
@@ -286,6 +300,8 @@ impl Problem {
 enum Moved {
     /// The compensated angle.
     Angle(Vec<f64>),
+    /// What the reference shows of it less the angle.
+    Off(Vec<f64>),
     /// The reference less its own errors.
     Reference(Vec<f64>),
 }
@@ -318,6 +334,26 @@ fn reference_errors(s: &Series, term: &Term, warm: &Warm, mut take: impl FnMut(u
 fn stamped(s: &Series, alpha: f64, rate: &[f64], terms: &[Term]) -> Vec<f64> {
     let timing: Vec<&Term> = terms.iter().filter(|term| term.effect.stage() == Stage::Timing).collect();
     if timing.is_empty() { angle_of(s, alpha, rate, &s.t) } else { restamped(s, alpha, rate, &timing) }
+}
+
+/// Values of the samples at the reference's rows.
+fn at_rows(s: &Series, whole: &[f64]) -> Vec<f64> {
+    s.reference_rows.iter().map(|&k| whole[k]).collect()
+}
+
+/// What the reference shows of the motion less the motion itself, at its rows, rad; empty where no term says that it shows another.
+fn off(s: &Series, terms: &[Term], warm: &Warm) -> Vec<f64> {
+    let shown: Vec<&Term> = terms.iter().filter(|term| term.effect.stage() == Stage::Shown).collect();
+    if shown.is_empty() {
+        return Vec::new();
+    }
+    let (motion, dt, mut hint) = (warm.motion(&s.t), s.span().dt, 0);
+    let rows = s.reference_rows.iter().map(|&k| {
+        let mut at = |u: f64| hermite(&s.t, &motion.angle, &motion.rate, s.t[k] + u, &mut hint);
+        let own = at(0.0);
+        shown.iter().map(|term| term.effect.shown(&term.values, dt, &mut at) - own).sum()
+    });
+    rows.collect()
 }
 
 /// α and δ of the calibration ω̂ = α ω_g + δ.
@@ -399,17 +435,22 @@ fn displaced(t: &[f64], lost: &[bool], response: &[&Term], timing: &[&Term]) -> 
     marks
 }
 
-/// Samples at the log's ends that lie further from all times at which readings are valid than samples of one log lie apart: a clock
-/// that runs slow leaves the last seconds without. Empty where there are none.
+/// Samples that lie further from all times at which readings are valid than samples of one log lie apart: a clock that runs slow
+/// leaves the last seconds without, one that was set some in between. Empty where there are none.
 fn beyond(t: &[f64], timing: &[&Term]) -> Vec<bool> {
     let (Some(&first), Some(&last)) = (t.first(), t.last()) else { return Vec::new() };
-    let valid = |t: f64| timing.iter().fold(t, |t, term| term.effect.valid_time(&term.values, t));
     let reach = HOLE * (last - first) / (t.len() - 1).max(1) as f64;
-    let (from, to) = (valid(first) - reach, valid(last) + reach);
-    if from <= first && to >= last {
+    let valid = |t: f64| timing.iter().fold(t, |t, term| term.effect.valid_time(&term.values, t));
+    let mut stretches = vec![(f64::NEG_INFINITY, valid(first) - reach), (valid(last) + reach, f64::INFINITY)];
+    if timing.iter().any(|term| term.effect.is(Trait::Onset)) {
+        let skipped = t.windows(2).map(|pair| (valid(pair[0]), valid(pair[1]))).filter(|(from, to)| to - from > reach);
+        stretches.extend(skipped);
+    }
+    stretches.retain(|(from, to)| *from < last && *to > first);
+    if stretches.is_empty() {
         return Vec::new();
     }
-    t.iter().map(|t| *t < from || *t > to).collect()
+    t.iter().map(|t| stretches.iter().any(|(from, to)| from < t && t < to)).collect()
 }
 
 /// Puts a cubic over each stretch of lost samples, with the value and the slope that the rate has on either side: undoing a
@@ -461,6 +502,34 @@ pub(super) fn angle_of(s: &Series, alpha: f64, rate: &[f64], times: &[f64]) -> V
 fn restamped(s: &Series, alpha: f64, rate: &[f64], timing: &[&Term]) -> Vec<f64> {
     let at = |&t: &f64| timing.iter().fold(t, |t, term| term.effect.valid_time(&term.values, t));
     let valid: Vec<f64> = s.t.iter().map(at).collect();
-    let (whole, mut hint) = (angle_of(s, alpha, rate, &valid), 0);
+    let (mut whole, mut hint) = (angle_of(s, alpha, rate, &valid), 0);
+    if timing.iter().any(|term| term.effect.is(Trait::Onset)) {
+        over_set_clocks(&s.t, &valid, rate, &mut whole);
+    }
     s.t.iter().map(|&t| hermite(&valid, &whole, rate, t, &mut hint)).collect()
 }
+
+/// Integrates anew over the instants at which a clock was set. Where it was set back, the readings before reach as far as the first one
+/// after; where it was set ahead, a cubic bridges what nobody read.
+fn over_set_clocks(t: &[f64], valid: &[f64], rate: &[f64], whole: &mut [f64]) {
+    let slope = derivative(t, rate);
+    for k in 1..t.len() {
+        let (usual, step) = (t[k] - t[k - 1], valid[k] - valid[k - 1]);
+        if (step - usual).abs() <= SET * usual {
+            continue;
+        }
+        let turned = if step < 0.0 && k > 1 {
+            let mut hint = k - 2;
+            hermite(&valid[..k], &whole[..k], &rate[..k], valid[k], &mut hint) - whole[k - 1]
+        } else {
+            // The slopes of the samples next to it, which hold none of the step.
+            let (rises, ends) = (slope[k.saturating_sub(3)], slope[(k + 2).min(t.len() - 1)]);
+            0.5 * step * (rate[k - 1] + rate[k]) + step * step / 12.0 * (rises - ends)
+        };
+        let off = turned - (whole[k] - whole[k - 1]);
+        whole[k..].iter_mut().for_each(|angle| *angle += off);
+    }
+}
+
+/// Share of its usual length by which a step between two readings may be another where no clock was set.
+const SET: f64 = 0.1;

@@ -20,7 +20,7 @@ use crate::{
     Axis,
     budget::says::what_and_remedy,
     diagnosis::{AxisDiagnosis, AxisLadder, ErrorPoint, LimitedBy, ParameterValue, Suspect, Verdict},
-    effects::{self, Stage},
+    effects,
     measured::{Measured, and},
     units,
 };
@@ -212,7 +212,7 @@ fn missing(axis: &AxisDiagnosis, best: &Suspect, told: &[&str]) -> Headline {
         let subject = subject(usize::from(!is_told), usize::from(is_told));
         answer.push_str(&makes(subject, before, after, &rest(&after, is_noise(&after))));
     }
-    if effects::find(&best.effect).is_some_and(|effect| effect.stage() == Stage::Reference) {
+    if effects::find(&best.effect).is_some_and(|effect| effect.stage().is_of_reference()) {
         answer.push_str(" Your gyro is not the cause.");
     }
     let at_source = if is_told { String::new() } else { sources(&[&best.effect]) };

@@ -94,7 +94,7 @@ fn each_effect_says_what_it_does_with_its_number_and_what_to_do_about_it() {
             assert!(!headline.at_source.is_empty() && !headline.at_source.ends_with('.'), "{id}");
             assert!(!headline.answer.contains("NaN") && !headline.answer.contains("inf"), "{id}: {}", headline.answer);
         }
-        let encoder = effect.stage() == Stage::Reference;
+        let encoder = effect.stage().is_of_reference();
         let says = of_diagnosis(&diagnosed(Verdict::MissingEffect, vec![suspect(id, &[], 1.0)], 14.0)).answer;
         assert_eq!(says.contains("Your gyro is not the cause."), encoder, "{says}");
     }

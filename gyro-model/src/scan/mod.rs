@@ -465,7 +465,7 @@ pub fn with_term_throughout(study: &Study, series: usize, term: &Term) -> Model 
     }
     for other in problem.series.iter().enumerate().filter(|(k, s)| *k != series && can_show(term.effect, s)) {
         let own = model.axes[other.1.axis.index()].get_or_insert_with(|| AxisModel::base(other.1.axis));
-        if !own.terms.iter().any(|t| t.effect.is_of_whole_sensor()) {
+        if !own.terms.iter().any(|t| t.effect.is_like(term.effect)) {
             own.terms.push(term.clone());
         }
     }

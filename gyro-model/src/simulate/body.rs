@@ -72,10 +72,11 @@ impl Body {
         }
     }
 
-    /// The attitude as motion capture sees it: w, x, y, z, off by `noise` rad about each axis.
-    pub fn seen(&self, noise: f64, random: &mut ChaCha8Rng) -> [f64; 4] {
+    /// The attitude as motion capture sees it: w, x, y, z, turned by `off` rad about the body's axes, and by `noise` rad about each.
+    pub fn seen(&self, off: [f64; 3], noise: f64, random: &mut ChaCha8Rng) -> [f64; 4] {
         let error = UnitQuaternion::from_scaled_axis(Vector3::from_fn(|_, _| normal(random, noise)));
-        let seen: Quaternion<f64> = (self.attitude * error).into_inner();
+        let shown = self.attitude * UnitQuaternion::from_scaled_axis(Vector3::from(off));
+        let seen: Quaternion<f64> = (shown * error).into_inner();
         [seen.w, seen.i, seen.j, seen.k]
     }
 }

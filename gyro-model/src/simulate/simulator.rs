@@ -131,7 +131,8 @@ impl Simulator {
             truth.terms[0].values[0] = sensor.alpha;
             truth.terms[1].values[0] = self.delta(axis);
             truth.terms.iter_mut().for_each(|term| term.std_errors = vec![0.0]);
-            let here = |acting: &&Acting| axis == sensor.axis || acting.hidden.effect.stage() == Stage::Timing;
+            let of_all = |acting: &Acting| matches!(acting.hidden.effect.stage(), Stage::Timing | Stage::Shown);
+            let here = |acting: &&Acting| axis == sensor.axis || of_all(acting);
             truth.terms.extend(self.hidden.iter().filter(here).map(|acting| acting.hidden.term()));
             truth.noise = Noise {
                 angle_random_walk: sensor.alpha * sensor.noise_density / 2_f64.sqrt(),
@@ -246,6 +247,7 @@ impl Simulator {
 
     fn read_reference(&mut self, row: &mut Row, axis: usize, now: [Instant; 3]) {
         let noise = self.sensor.reference_noise;
+        let now = self.shown(row.t_ns as f64 * 1e-9, now);
         match self.sensor.reference {
             Reference::Encoder(_) => {
                 let errors = self.hidden.iter().filter(|a| a.hidden.effect.stage() == Stage::Reference);
@@ -254,8 +256,27 @@ impl Simulator {
                 row.ref_angle[axis] = quantise(angle, self.sensor.count());
             }
             Reference::Rate => row.ref_rate[axis] = now[axis].rate + normal(&mut self.reference, noise),
-            Reference::Quaternion => row.ref_quaternion = self.body.seen(noise, &mut self.reference),
+            Reference::Quaternion => {
+                let true_angle = self.at(row.t_ns as f64 * 1e-9).map(|instant| instant.angle);
+                let off = std::array::from_fn(|i| now[i].angle - true_angle[i]);
+                row.ref_quaternion = self.body.seen(off, noise, &mut self.reference);
+            }
         }
+    }
+
+    /// The motion as the reference shows it at `t`, s. About the axes of a body, whose turns within a window are small.
+    fn shown(&mut self, t: f64, now: [Instant; 3]) -> [Instant; 3] {
+        let Self { hidden, shafts, rate_hz, .. } = self;
+        let mut acting = hidden.iter().map(|acting| &acting.hidden).filter(|h| h.effect.stage() == Stage::Shown);
+        let Some(own) = acting.next() else { return now };
+        let mean = |of: &dyn Fn(Instant) -> f64, shaft: &mut Shaft| {
+            own.effect.shown(&own.values, 1.0 / *rate_hz, &mut |u| of(shaft.at(t + u)))
+        };
+        std::array::from_fn(|i| Instant {
+            angle: mean(&|instant| instant.angle, &mut shafts[i]),
+            rate: mean(&|instant| instant.rate, &mut shafts[i]),
+            ..now[i]
+        })
     }
 
     /// Whether all three axes turn and are referenced.

@@ -218,6 +218,7 @@ fn timing_effects_read_the_rate_of_another_time() {
         ("delay:d=0.02", (|t| t - 0.02) as fn(f64) -> f64),
         ("clock-skew:s=0.002", |t| t * 1.002),
         ("clock-skew:s=-0.002", |t| t * 0.998),
+        ("clock-step:j=0.03,t0=20", |t| if t > 20.0 { t - 0.03 } else { t }),
     ] {
         for motion in ["multisine", "drive", "rate-table"] {
             let motion: Motion = motion.parse().unwrap();
