@@ -290,6 +290,9 @@ pub struct Suspect {
     pub p_value: Option<f64>,
     /// Share of the held-out excess that adding it removes.
     pub error_fall: Option<f64>,
+    /// What ln L gains by it, over what noise alone gains beyond white noise; `None` where no likelihood says so.
+    #[serde(default)]
+    pub log_likelihood_gain: Option<f64>,
     /// Its parameters after an exact refit.
     pub parameters: Vec<ParameterValue>,
     /// The error curve with it added.

@@ -105,6 +105,16 @@ pub fn time(seconds: f64) -> String {
     format!("{text} {unit}")
 }
 
+/// A count in groups of three: `12 345`.
+#[must_use]
+pub fn thousands(count: u64) -> String {
+    let digits = count.to_string();
+    let lead = digits.len() % 3;
+    let groups = digits.as_bytes()[lead..].chunks(3).map(|group| String::from_utf8_lossy(group).into_owned());
+    let lead = (lead > 0).then(|| digits[..lead].to_owned());
+    lead.into_iter().chain(groups).collect::<Vec<_>>().join("\u{a0}")
+}
+
 fn signed(value: f64, digits: usize) -> String {
     format!("{value:.digits$}").replace('-', "−")
 }

@@ -235,7 +235,7 @@ impl Subject {
             let step = 1e-9 * *steps.select_nth_unstable(middle).1 as f64;
             about.push(format!("{} at {} Hz", length(self.record.duration()), units::round(1.0 / step)));
         }
-        about.push(format!("{} rows", thousands(self.provenance.samples)));
+        about.push(format!("{} rows", units::thousands(self.provenance.samples)));
         if let Some((low, high)) = self.provenance.temperature {
             about.push(format!("{low:.1} to {high:.1} °C"));
         }
@@ -280,15 +280,6 @@ fn length(seconds: f64) -> String {
         120..7200 => format!("{} min {} s", whole / 60, whole % 60),
         _ => format!("{} h {} min", whole / 3600, whole % 3600 / 60),
     }
-}
-
-/// `12 345`.
-fn thousands(count: u64) -> String {
-    let digits = count.to_string();
-    let lead = digits.len() % 3;
-    let groups = digits.as_bytes()[lead..].chunks(3).map(|group| String::from_utf8_lossy(group).into_owned());
-    let lead = (lead > 0).then(|| digits[..lead].to_owned());
-    lead.into_iter().chain(groups).collect::<Vec<_>>().join("\u{a0}")
 }
 
 /// Temperatures that differ by more make a difference to most gyros (0.01–0.08 °/s per K in data sheets), K.

@@ -61,6 +61,7 @@ fn axis_of(axis: Axis, a: &wire::AxisDiagnosis) -> AxisDiagnosis {
                 separate_by: String::new(),
                 p_value: finite(s.p_value),
                 error_fall: finite(s.error_fall),
+                log_likelihood_gain: None,
                 parameters: Vec::new(),
                 error_curve: Vec::new(),
             })

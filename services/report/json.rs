@@ -44,6 +44,8 @@ pub(super) fn change(change: &Change) -> String {
         added: &'a [String],
         removed: &'a [String],
         before: Vec<AxisDiagnosis>,
+        #[serde(flatten)]
+        together: Together,
     }
     let mut axes = spoken(&change.after.axes);
     for axis in &mut axes {
@@ -56,6 +58,9 @@ pub(super) fn change(change: &Change) -> String {
         added: change.added,
         removed: change.removed,
         before: spoken(&change.before.axes),
+        together: Together::of(
+            &change.after.axes.iter().map(|axis| Named::by_change(change.added, axis)).collect::<Vec<_>>(),
+        ),
     })
 }
 

@@ -89,6 +89,7 @@ fn late(verdict: Verdict) -> AxisDiagnosis {
                 separate_by: "turn faster than 20 times a second: only a lag loses amplitude".into(),
                 p_value: Some(1e-12),
                 error_fall: Some(0.98),
+                log_likelihood_gain: Some(61.0),
                 parameters: vec![parameter("delay", "d", 0.0121, 1e-4, "s")],
                 error_curve: curve(1e-4),
             },
@@ -98,6 +99,7 @@ fn late(verdict: Verdict) -> AxisDiagnosis {
                 separate_by: String::new(),
                 p_value: Some(0.02),
                 error_fall: Some(0.31),
+                log_likelihood_gain: Some(53.0),
                 parameters: vec![parameter("encoder-backlash", "b", 0.004, 5e-4, "rad")],
                 error_curve: curve(0.03),
             },
@@ -193,6 +195,7 @@ fn text_opens_with_the_verdict_and_ends_with_the_next_command() {
     let next = text.find("truerate add yaw.csv.gz delay -o model.toml").expect("the next command");
     assert!(verdict < table && table < next, "{text}");
     assert!(text.contains("°/s") && text.contains("12.10 ± 0.10 ms") && text.contains("98 %"), "{text}");
+    assert!(text.contains("odds against the next suspect: 2\u{a0}981 to 1 (encoder-backlash)"), "{text}");
     assert!(text.contains("above 31 °C") && text.contains("outliers"), "{text}");
     assert!(!text.contains('\x1b') && !text.contains("NaN"), "{text}");
 }

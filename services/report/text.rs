@@ -317,6 +317,10 @@ impl Screen {
                 let says = format!("chance that noise alone looks like it: {}", suspect.significance);
                 self.wrapped("          ", &says, Ink::Quiet);
             }
+            if !suspect.odds.is_empty() {
+                let says = format!("odds against the next suspect: {}", suspect.odds);
+                self.wrapped("          ", &says, Ink::Quiet);
+            }
             if !suspect.card.typical.is_empty() {
                 self.wrapped("          ", &format!("usual: {}", suspect.card.typical), Ink::Quiet);
             }

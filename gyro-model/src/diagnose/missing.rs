@@ -318,6 +318,7 @@ fn suspect(refit: &Challenger, aliases: &[String], before: &Judged, series: usiz
         separate_by: verdict::split_by(card.id, aliases),
         p_value: finite(refit.p_value),
         error_fall: (!before.within() && j0 > 1.0).then(|| finite((j0 - j1) / (j0 - 1.0))).flatten(),
+        log_likelihood_gain: finite(refit.rise / refit.inflation),
         parameters: judged::parameters(own.terms.last().map_or(&[], std::slice::from_ref), axis),
         error_curve: after.points(),
     }

@@ -98,4 +98,16 @@ impl Fall {
         };
         Some(Self { before, after, is_noise: axis.verdict == Verdict::Adequate || is_noise(&after) })
     }
+
+    /// What a change made of the error.
+    #[must_use]
+    pub fn of_change(before: Option<&AxisDiagnosis>, after: &AxisDiagnosis) -> Option<Self> {
+        let pair = before.and_then(|before| same_time(&before.error_curve, &after.error_curve));
+        let (before, after_point) = match pair {
+            Some((before, after)) => (Some(before), after),
+            None => (None, said(&after.error_curve)?),
+        };
+        let is_noise = after.verdict == Verdict::Adequate || is_noise(&after_point);
+        Some(Self { before, after: after_point, is_noise })
+    }
 }

@@ -108,13 +108,14 @@ impl Rotation {
         format!("the sensor is turned by {angle} about {about} against the reference{beyond}")
     }
 
-    /// What to do with it: the quaternion and the matrix to use, a sentence each.
+    /// What to do with it: the matrix and the quaternion to use.
     #[must_use]
     pub fn to_use(&self) -> String {
-        let number = |value: f64| format!("{value:.5}").replace('-', "−");
+        // What rounds to nothing has no sign.
+        let number = |value: f64| format!("{:.5}", (value * 1e5).round() * 1e-5 + 0.0).replace('-', "−");
         let rows = self.reference_from_sensor.map(|row| format!("[{}]", row.map(number).join(" ")));
         format!(
-            "Square it, or turn its readings: rate = R · reading, with R = {}; as a quaternion (w x y z) {}.",
+            "square it, or turn its readings: rate = R · reading, with R = {}; as a quaternion (w x y z) {}",
             rows.join(" "),
             self.quaternion.map(number).join(" ")
         )

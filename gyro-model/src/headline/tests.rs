@@ -41,6 +41,7 @@ fn suspect(id: &str, aliases: &[&str], sign: f64) -> Suspect {
         separate_by: "sharp steps".into(),
         p_value: Some(1e-9),
         error_fall: Some(0.99),
+        log_likelihood_gain: Some(80.0),
         parameters: made_up(Axis::Z, id, sign),
         error_curve: curve(1.05),
     }

@@ -32,6 +32,13 @@ impl<'a> Named<'a> {
         Self { axis: axis.axis, effects: added(axis), parameters: axis.parameters.iter().collect() }
     }
 
+    /// What was added and stayed.
+    #[must_use]
+    pub fn by_change(added: &'a [String], after: &'a AxisDiagnosis) -> Self {
+        let effects = added.iter().filter(|id| after.effects.contains(id)).map(String::as_str).collect();
+        Self { axis: after.axis, effects, parameters: after.parameters.iter().collect() }
+    }
+
     /// What a diagnosis says is missing.
     #[must_use]
     pub fn by_diagnosis(axis: &'a AxisDiagnosis) -> Self {

@@ -234,8 +234,36 @@ pub(super) fn card(id: &str) -> CardView {
     }
 }
 
+/// The suspects, the first with its odds against the next.
+pub(super) fn suspects(axis: Axis, all: &[Suspect]) -> Vec<SuspectView> {
+    let mut views: Vec<SuspectView> = all.iter().map(|s| suspect(axis, s)).collect();
+    if let ([first, second, ..], Some(view)) = (all, views.first_mut()) {
+        view.odds = odds(first, second).unwrap_or_default();
+    }
+    views
+}
+
+/// Odds beyond which nobody doubts, ln.
+const CERTAIN: f64 = 13.8;
+
+/// How much likelier one suspect is than another: the ratio of their likelihoods, a factor of e charged for each parameter more.
+fn odds(first: &Suspect, second: &Suspect) -> Option<String> {
+    let parameters = |s: &Suspect| s.parameters.iter().filter(|p| p.effect == s.effect).count() as f64;
+    let worth = |s: &Suspect| s.log_likelihood_gain.map(|gain| gain - parameters(s));
+    let apart = worth(first)? - worth(second)?;
+    let ratio = if apart > CERTAIN {
+        "more than a million to 1".to_owned()
+    } else if apart > 0.0 {
+        let times = apart.exp();
+        format!("{} to 1", if times < 10.0 { units::round(times) } else { units::thousands(times.round() as u64) })
+    } else {
+        "none, by likelihood alone".to_owned()
+    };
+    Some(format!("{ratio} ({})", second.effect))
+}
+
 /// A suspect with its card and aliases.
-pub(super) fn suspect(axis: Axis, s: &Suspect) -> SuspectView {
+fn suspect(axis: Axis, s: &Suspect) -> SuspectView {
     let share = s.error_fall.filter(|f| f.is_finite());
     let pairs = effects::find(&s.effect).map_or(&[][..], |e| e.card().aliases);
     let aliases: Vec<AliasView> = s
@@ -261,6 +289,7 @@ pub(super) fn suspect(axis: Axis, s: &Suspect) -> SuspectView {
         significance: s.p_value.filter(|p| p.is_finite()).map_or_else(String::new, |p| {
             if p < 1e-6 { "p < 10⁻⁶".into() } else { format!("p = {}", units::number(p)) }
         }),
+        odds: String::new(),
         parameters: parameters(
             axis,
             &s.parameters.iter().filter(|p| p.effect == s.effect && p.value.is_some()).cloned().collect::<Vec<_>>(),

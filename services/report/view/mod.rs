@@ -145,20 +145,25 @@ impl Page {
             .map(|e| format!("{e} added"))
             .chain(change.removed.iter().map(|e| format!("{e} removed")))
             .collect();
-        let axes = change
+        let mut axes: Vec<AxisView> = change
             .after
             .axes
             .iter()
             .map(|after| {
                 let before = change.before.axes.iter().find(|b| b.axis == after.axis);
-                let spoken = headline::of_change(change.added, change.removed, before, after);
                 let mut view = AxisView::of_pair(before, "before", after, "after");
-                view.answer(spoken);
+                view.answer(headline::of_change(change.added, change.removed, before, after));
                 view
             })
             .collect();
+        let named: Vec<Named> = change.after.axes.iter().map(|axis| Named::by_change(change.added, axis)).collect();
+        let before = |axis: Axis| change.before.axes.iter().find(|b| b.axis == axis);
+        let falls: Vec<Option<Fall>> =
+            change.after.axes.iter().map(|axis| Fall::of_change(before(axis.axis), axis)).collect();
+        let story = Story::of(&Together::of(&named), &named, &mut axes, &falls);
         let next = next_of(change.after.axes.iter().map(attention), context);
-        page(&format!("Before and after: {}", changes.join(", ")), &change.after.log, axes, next)
+        let title = format!("Before and after: {}", changes.join(", "));
+        Self { story, ..page(&title, &change.after.log, axes, next) }
     }
 
     /// Of `compare --against`.
@@ -239,7 +244,7 @@ impl AxisView {
                 Verdict::Adequate => Vec::new(),
                 _ => axis.fails_where.iter().map(|f| f.says.clone()).collect(),
             },
-            suspects: axis.suspects.iter().map(|s| axis::suspect(axis.axis, s)).collect(),
+            suspects: axis::suspects(axis.axis, &axis.suspects),
             steps: Vec::new(),
             data_faults: axis.data_faults.iter().map(axis::fault).collect(),
             explained: axis.explained.iter().map(explained::view).collect(),

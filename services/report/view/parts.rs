@@ -125,6 +125,8 @@ pub struct SuspectView {
     pub share: Option<f64>,
     /// Significance in words.
     pub significance: String,
+    /// Of the first: `2 981 to 1 (lag)`, how much likelier it is than the next; empty of the others.
+    pub odds: String,
     /// Its parameters after a refit.
     pub parameters: Vec<ParameterView>,
     /// What it cannot be told from on this log.
