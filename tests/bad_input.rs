@@ -79,7 +79,7 @@ fn refused() -> Vec<(&'static str, Vec<u8>, Vec<&'static str>)> {
             vec!["text.csv", "line 57", "column 2", "gyro_z", "'abc' is not a number"],
         ),
         ("text-t.csv", text(with_field(&whole, 12, 1, "12:30")), vec!["line 12", "column 1", "(t)", "'12:30'"]),
-        ("text-ref.csv", text(with_field(&whole, 301, 3, "n/a")), vec!["line 301", "ref_angle_z", "'n/a'"]),
+        ("text-ref.csv", text(with_field(&whole, 301, 3, "lost")), vec!["line 301", "ref_angle_z", "'lost'"]),
         ("binary.csv", text(with_field(&whole, 57, 2, "\u{1}\u{2}\u{7f}")), vec!["line 57", "not a number"]),
         (
             "short-row.csv",

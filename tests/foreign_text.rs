@@ -83,6 +83,147 @@ fn one_log_in_many_shapes_has_one_answer() {
     }
 }
 
+/// Bytes of a text in an older encoding.
+fn encoded(text: &str, as_utf16: bool) -> Vec<u8> {
+    if as_utf16 {
+        std::iter::once(0xfeff).chain(text.encode_utf16()).flat_map(u16::to_le_bytes).collect()
+    } else {
+        text.chars().map(|c| u8::try_from(u32::from(c)).unwrap()).collect()
+    }
+}
+
+#[test]
+fn what_people_and_their_programs_write_is_understood() {
+    let bench = Bench::new();
+    bench.file("own.csv", log(2000));
+    let wanted = fitted(&bench, &["own.csv"]);
+    let degrees = |g: f64, a: f64| (g.to_degrees(), a.to_degrees());
+    let groups = |x: i64| if x < 1000 { x.to_string() } else { format!("{},{:03}", x / 1000, x % 1000) };
+    let header = "t,gyro_z,ref_angle_z\n";
+    let plain = |[t, g, a]: &[f64; 3]| format!("{t},{g},{a}");
+    let instrument = "LabVIEW Measurement\t\nWriter_Version\t2\n***End_of_Header***\t\n\nSamples\t2000\t2000\n\
+        Date\t2026/11/25\t2026/11/25\nTime\t12:30:00\t12:30:00\nDelta_X\t0.01\t0.01\nX_Value\tgyro_z\tref_angle_z\tComment\n";
+    let shapes: Vec<(&str, Vec<u8>)> = vec![
+        (
+            "german",
+            written("Zeit [s];Drehrate Z [°/s];Drehgeber Z [°]\r\n", |[t, g, a]| {
+                let (g, a) = degrees(*g, *a);
+                format!("{t};{g};{a}\r").replace('.', ",")
+            })
+            .into_bytes(),
+        ),
+        (
+            "latin-1",
+            encoded(
+                &written("time (s),gyro z (°/s),encoder angle (°)\n", |[t, g, a]| {
+                    let (g, a) = degrees(*g, *a);
+                    format!("{t},{g},{a}")
+                }),
+                false,
+            ),
+        ),
+        ("utf-16", encoded(&written("t\tgyro_z\tref_angle_z\r\n", |[t, g, a]| format!("{t}\t{g}\t{a}\r")), true)),
+        ("index", written(",t,gyro_z,ref_angle_z\n", |[t, g, a]| format!("{:.0},{t},{g},{a}", t * 100.0)).into_bytes()),
+        (
+            "dates",
+            written(",gyro_z,ref_angle_z\n", |[t, g, a]| format!("2026-11-25 12:30:{t:05.2},{g},{a}")).into_bytes(),
+        ),
+        (
+            "durations",
+            written("time,gyro_z,ref_angle_z\n", |[t, g, a]| format!("0 days 00:00:{t:09.6},{g},{a}")).into_bytes(),
+        ),
+        (
+            "days",
+            written("time,gyro_z,ref_angle_z\n", |[t, g, a]| format!("{:.12},{g},{a}", 45_986.5 + t / 86_400.0))
+                .into_bytes(),
+        ),
+        (
+            "serial-monitor",
+            written("12:29:59.123 -> gyro_z,ref_angle_z\n", |[t, g, a]| format!("12:30:{t:06.3} -> {g},{a}"))
+                .into_bytes(),
+        ),
+        ("labels", written("", |[t, g, a]| format!("t:{t},gyro_z:{g},ref_angle_z:{a}")).into_bytes()),
+        (
+            "records",
+            written("", |[t, g, a]| format!("{{\"t\": {t}, \"gyro_z\": {g}, \"ref_angle_z\": {a}}}")).into_bytes(),
+        ),
+        (
+            "counter",
+            written("micros,gyro_z,ref_angle_z\n", |[t, g, a]| {
+                format!("{},{g},{a}", (4_290_000_000 + (t * 1e6).round() as i64) % (1 << 32))
+            })
+            .into_bytes(),
+        ),
+        ("no-value", (header.to_owned() + "-1.0,NA,0\n-0.9,null,0\n-0.8,--,0\n" + &written("", plain)).into_bytes()),
+        (
+            "groups",
+            written("t_ms,gyro_z,ref_angle_z\n", |[t, g, a]| {
+                format!("\"{}\",{g},{a}", groups((t * 1e3).round() as i64))
+            })
+            .into_bytes(),
+        ),
+        ("minus", written(header, |row| plain(row).replace('-', "−")).into_bytes()),
+        ("below", (written(header, plain) + "\nTotal rows: 2000\nMean rate,0.03\n").into_bytes()),
+        ("instrument", written(instrument, |[t, g, a]| format!("{t}\t{g}\t{a}\t")).into_bytes()),
+        ("twice", written("t,flag,gyro_z,flag,ref_angle_z\n", |[t, g, a]| format!("{t},1,{g},2,{a}")).into_bytes()),
+        (
+            "flight",
+            written("time_boot_ms,yawspeed,encoder_z [rad]\n", |[t, g, a]| format!("{:.0},{g},{a}", t * 1e3))
+                .into_bytes(),
+        ),
+    ];
+    for (name, text) in shapes {
+        let file = format!("{name}.csv");
+        bench.file(&file, text);
+        let found = fitted(&bench, &[&file]);
+        assert!(
+            (found.0 - wanted.0).abs() < 5e-6 && (found.1 - wanted.1).abs() < 5e-6,
+            "{name}: {found:?}, not {wanted:?}"
+        );
+    }
+}
+
+#[test]
+fn a_motion_capture_systems_rows_of_names_tell_its_columns_apart() {
+    let bench = Bench::new();
+    bench.file("own.csv", log(4000));
+    let wanted = fitted(&bench, &["own.csv"]);
+    let rows = |row: &dyn Fn([f64; 3]) -> String| -> String {
+        let number = |field: &str| field.parse::<f64>().unwrap();
+        let of = log(4000);
+        of.lines()
+            .skip(1)
+            .map(|line| row(line.split(',').map(number).collect::<Vec<_>>().try_into().unwrap()) + "\n")
+            .collect()
+    };
+    bench.file("gyro.csv", "t,gyro_z\n".to_owned() + &rows(&|[t, g, _]| format!("{t},{g}")));
+    let names = "Format Version,1.23,Take Name,Take 1,Capture Frame Rate,100\n\n,,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body\n\
+        ,,body,body,body,body,body\n,,Rotation,Rotation,Rotation,Rotation,Position\nFrame,Time (Seconds),X,Y,Z,W,X\n";
+    let turns = |[t, _, a]: [f64; 3]| format!("{:.0},{t},0,0,{},{},0.1", t * 100.0, (a / 2.0).sin(), (a / 2.0).cos());
+    bench.file("capture.csv", names.to_owned() + &rows(&turns));
+    let found = fitted(&bench, &["gyro.csv", "--reference", "capture.csv"]);
+    assert!((found.0 - wanted.0).abs() < 1e-4 && (found.1 - wanted.1).abs() < 1e-4, "{found:?} {wanted:?}");
+}
+
+#[test]
+fn times_without_digits_are_said_and_a_counter_that_overflows_is_counted() {
+    let bench = Bench::new();
+    bench.file(
+        "whole.csv",
+        written("time,gyro_z,ref_angle_z\n", |[t, g, a]| format!("2026-11-25 12:30:{:02.0},{g},{a}", t.floor())),
+    );
+    let line = bench.refused(&["fit", "whole.csv"]);
+    assert!(line.contains("too few digits: it changes by 1 s"), "{line}");
+    bench.file(
+        "timer.csv",
+        written("t_ms,gyro_z,ref_angle_z\n", |[t, g, a]| {
+            format!("{},{g},{a}", (60_000 + (t * 1e3).round() as i64) % 65_536)
+        }),
+    );
+    let out = bench.ok(&["compare", "timer.csv", "--format", "json"]);
+    assert!(out.contains("timer-overflow") && !out.contains("time-going-back"), "{out}");
+}
+
 #[test]
 fn a_map_names_channels_with_factor_offset_and_number() {
     let bench = Bench::new();

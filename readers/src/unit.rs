@@ -54,6 +54,8 @@ pub const MILLISECONDS: Unit = Unit::new(Quantity::Time, "ms", "_ms");
 pub const MICROSECONDS: Unit = Unit::new(Quantity::Time, "us", "_us");
 /// ns
 pub const NANOSECONDS: Unit = Unit::new(Quantity::Time, "ns", "_ns");
+/// days
+pub const DAYS: Unit = Unit::scaled(Quantity::Time, "days", "", 86_400.0);
 /// m/s²
 pub const METRES_PER_SECOND_SQUARED: Unit = Unit::new(Quantity::Acceleration, "m/s^2", "");
 /// °C

@@ -69,7 +69,13 @@ impl Layout {
         let mut layout = Self { offered: proposal.offered.clone(), chosen: names.chosen.clone(), ..Self::default() };
         let mut seen: HashMap<Key, usize> = HashMap::new();
         for (i, name) in names.renamed.iter().enumerate() {
-            let name = if name.is_empty() { format!("column_{}", i + 1) } else { name.clone() };
+            // What no map and no name of the format means may stand there twice.
+            let again = names.renamed[..i].contains(name) && matches!(unit::name(name), Name::Free);
+            let name = match name.as_str() {
+                "" => format!("column_{}", i + 1),
+                name if again => format!("{name}_{}", i + 1),
+                name => name.to_owned(),
+            };
             let (channel, conversion) = match unit::name(&name) {
                 _ if names.displaced[i] => (Channel::Unused, Conversion::NONE),
                 Name::Known(channel, conversion) => (channel, conversion),

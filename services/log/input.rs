@@ -7,6 +7,7 @@ use log_readers::{
     format::{Format, START},
     formats::{Unread, recognise, unread},
     packed,
+    text::{Utf16, is_utf16},
 };
 use sha2::{Digest, Sha256};
 use std::{
@@ -91,7 +92,11 @@ impl Input {
             Packing::Gzip => Box::new(MultiGzDecoder::new(whole)),
             Packing::Zstd => Box::new(packed::zstd(whole).map_err(|error| Problem::reading(error, packing))?),
         };
-        let start = self::start(&mut bytes, START).map_err(|error| Problem::reading(error, packing))?;
+        let mut start = self::start(&mut bytes, START).map_err(|error| Problem::reading(error, packing))?;
+        if is_utf16(&start) {
+            bytes = Box::new(Utf16::new(Cursor::new(start).chain(bytes)));
+            start = self::start(&mut bytes, START).map_err(|error| Problem::reading(error, packing))?;
+        }
         let (own, format) = (is_own(&start), recognise(if is_own(&start) { b"t" } else { &start }));
         let unread = if own || !is_text(format) { None } else { unread(&start) };
         let whole = Cursor::new(start).chain(bytes);

@@ -31,6 +31,11 @@ impl MapFlag {
         self.name.starts_with("ref_")
     }
 
+    /// Whether it names the time.
+    pub fn is_of_time(&self) -> bool {
+        self.name == "t" || self.name.starts_with("t_")
+    }
+
     /// Whether the channel is meant by its name, not by its number.
     pub fn is_named(&self) -> bool {
         readings(&self.channel).iter().all(|(_, channel, _)| channel.parse::<usize>().is_err())
@@ -101,16 +106,22 @@ fn resolve(text: &str, channels: &[String]) -> Option<String> {
 /// The four parts of an orientation that begin with this name.
 fn parts_of(prefix: &str, channels: &[String]) -> Option<[String; 4]> {
     let numbered = ["[0]", "[1]", "[2]", "[3]"];
-    let endings: [[String; 4]; 5] = [
+    let endings: [[String; 4]; 6] = [
         PARTS.map(|part| format!(".{part}")),
         PARTS.map(str::to_owned),
         PARTS.map(|part| format!("_{part}")),
+        PARTS.map(|part| format!(" {part}")),
         numbered.map(str::to_owned),
         ["0", "1", "2", "3"].map(str::to_owned),
     ];
     endings.iter().find_map(|endings| {
-        let names = endings.clone().map(|ending| format!("{prefix}{ending}"));
-        names.iter().all(|name| channels.contains(name)).then_some(names)
+        let named = |ending: &String| {
+            let name = format!("{prefix}{ending}");
+            let alike = |channel: &&String| channel.eq_ignore_ascii_case(&name);
+            channels.iter().find(|channel| **channel == name).or_else(|| channels.iter().find(alike)).cloned()
+        };
+        let found: Vec<String> = endings.iter().map_while(named).collect();
+        found.try_into().ok()
     })
 }
 
@@ -154,8 +165,22 @@ mod tests {
 
     #[test]
     fn an_orientation_is_four_channels() {
-        let channels = ["p.w", "p.x", "p.y", "p.z", "q[0]", "q[1]", "q[2]", "q[3]"].map(str::to_owned);
-        for (text, last) in [("ref_q=p", "p.z"), ("ref_q=q", "q[3]")] {
+        let channels = [
+            "p.w",
+            "p.x",
+            "p.y",
+            "p.z",
+            "q[0]",
+            "q[1]",
+            "q[2]",
+            "q[3]",
+            "b Rotation X",
+            "b Rotation Y",
+            "b Rotation Z",
+            "b Rotation W",
+        ];
+        let channels = channels.map(str::to_owned);
+        for (text, last) in [("ref_q=p", "p.z"), ("ref_q=q", "q[3]"), ("ref_q=b Rotation", "b Rotation Z")] {
             let picks = MapFlag::parse(text).unwrap().picks(&channels).unwrap();
             assert_eq!((picks.len(), picks[0].name.as_str(), picks[3].channel.as_str()), (4, "ref_qw", last));
         }

@@ -24,6 +24,7 @@ mod skipped;
 mod tally;
 #[cfg(test)]
 mod tests;
+mod timer;
 mod unit;
 mod whole;
 mod writer;
@@ -100,7 +101,9 @@ impl Maps {
             names.iter().any(|name| matches!(unit::name(name), unit::Name::Known(channel, _) if is(&channel)))
         };
         let own = has(|c| *c == Channel::Time) && has(|c| matches!(c, Channel::Gyro(_)) || c.is_reference());
-        let flagged = !self.flags.is_empty() && self.flags.iter().all(|flag| flag.picks(names).is_ok());
+        // A time that nobody named is known by its first rows.
+        let timed = has(|c| *c == Channel::Time) || self.flags.iter().any(MapFlag::is_of_time);
+        let flagged = timed && !self.flags.is_empty() && self.flags.iter().all(|flag| flag.picks(names).is_ok());
         let renamed = self.columns.as_ref().is_some_and(|map| map.rename(names).is_ok());
         own || names.len() > 1 && (flagged && self.flags.iter().all(MapFlag::is_named) || renamed)
     }

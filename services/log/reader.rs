@@ -349,8 +349,7 @@ impl Reader {
             || self.last.and_then(|last| self.seconds(last)),
             |time| Some(self.seconds(time).unwrap_or(0.0)),
         );
-        // A text column is a note about the column; it makes no row faulty.
-        let marked = parsed.faults.iter().any(|&(fault, _)| fault != RowFault::TextColumn);
+        let marked = parsed.faults.iter().any(|(fault, _)| fault.costs());
         self.faulty += u64::from(marked);
         for &(fault, column) in &parsed.faults {
             self.tally.add(fault, column, line, t);

@@ -4,7 +4,8 @@ use super::{
     error::Problem,
     header::{Column, Layout},
     tally::RowFault,
-    unit::Channel,
+    timer::Timer,
+    unit::{Channel, Conversion},
 };
 use gyro_model::Row;
 use log_readers::text::{self, Dialect, Field, Form, TextRow, TimeField};
@@ -14,6 +15,9 @@ pub(super) const IMPOSSIBLE: f64 = 1e9;
 
 /// Bytes of a field that are shown in a message.
 const SHOWN: usize = 400;
+
+/// Powers of ten by which a time in a unit of its own is read finer than in nanoseconds: a day has 10¹⁴ of them.
+const FINE: i32 = 6;
 
 /// A day, ns.
 const DAY: i128 = 86_400_000_000_000;
@@ -25,6 +29,8 @@ pub struct RowParser {
     /// The last time of day, and the midnights passed since the first, ns.
     clock: Option<i128>,
     midnights: i128,
+    /// Of a time that is counted.
+    timer: Timer,
     /// The finest power of ten of a second that a time was written to.
     finest: i32,
     /// Whether a row was read.
@@ -53,7 +59,7 @@ impl RowParser {
     #[must_use]
     pub fn new(layout: &Layout, dialect: Dialect) -> Self {
         let free = vec![FreeKind::Unknown; layout.columns.len()];
-        Self { free, dialect, clock: None, midnights: 0, finest: i32::MAX, begun: false }
+        Self { free, dialect, clock: None, midnights: 0, timer: Timer::default(), finest: i32::MAX, begun: false }
     }
 
     /// What the last digit of a time is worth, the finest of all so far, s.
@@ -80,7 +86,11 @@ impl RowParser {
             match column.channel {
                 Channel::Unused => {}
                 Channel::Time => match self.time(field, column, fields) {
-                    TimeField::Nanoseconds(ns) => time = Some(ns),
+                    TimeField::Nanoseconds(ns) => {
+                        let overflows;
+                        (time, overflows) = self.uninterrupted(ns, column);
+                        faults.extend(overflows.then_some((RowFault::TimerOverflow, i)));
+                    }
                     TimeField::NoTime => faults.push((RowFault::NoTime, i)),
                     TimeField::OutOfRange => return Err((Some(i), Problem::TimeRange(shown(field)))),
                     TimeField::Text => return Err((Some(i), Problem::Text(shown(field)))),
@@ -114,14 +124,16 @@ impl RowParser {
                 if let Some(last) = text::last_digit(field, point) {
                     self.finest = self.finest.min(last + exponent - 9);
                 }
-                let scaled = |ns: i128| (ns as f64 * column.conversion.scale + column.conversion.offset * 1e9) as i128;
-                match text::time(field, point, exponent) {
-                    TimeField::Nanoseconds(ns) if column.is_scaled_time() => TimeField::Nanoseconds(scaled(ns)),
-                    time => time,
-                }
+                text::time(field, point, exponent + if column.is_scaled_time() { FINE } else { 0 })
             }
-            Form::DateTime | Form::DayFirst => whole(text::date_time(field), field),
-            Form::Clock => whole(text::clock(field).map(|clock| self.with_midnights(clock)), field),
+            Form::DateTime | Form::DayFirst => {
+                self.finest = self.finest.min(text::last_digit_of_clock(field));
+                whole(text::date_time(field), field)
+            }
+            Form::Clock => {
+                self.finest = self.finest.min(text::last_digit_of_clock(field));
+                whole(text::clock(field).map(|clock| self.with_midnights(clock)), field)
+            }
             Form::Parts(place) => match (text::time(field, point, 9), text::time(other(place), point, 0)) {
                 (TimeField::Nanoseconds(seconds), TimeField::Nanoseconds(ns)) => TimeField::Nanoseconds(seconds + ns),
                 (TimeField::Nanoseconds(_), bad) | (bad, _) => bad,
@@ -129,10 +141,28 @@ impl RowParser {
             Form::DateAndClock(place) => {
                 let (date, clock) =
                     if text::date(field).is_some() { (field, other(place)) } else { (other(place), field) };
+                self.finest = self.finest.min(text::last_digit_of_clock(clock));
                 let sum = text::date(date).zip(text::clock(clock)).map(|((day, _), clock)| day * DAY + clock);
                 whole(sum, field)
             }
         }
+    }
+
+    /// A time past the overflows of its counter, in the unit that a map gives it; whether one lies right before it.
+    fn uninterrupted(&mut self, ns: i128, column: &Column) -> (Option<i128>, bool) {
+        let Form::Number(exponent) = column.form else { return (Some(ns), false) };
+        if !column.is_scaled_time() {
+            let (ns, overflows) = self.timer.follow(ns, exponent);
+            return (Some(ns), overflows);
+        }
+        let (fine, overflows) = self.timer.follow(ns, exponent + FINE);
+        let Conversion { scale, offset, .. } = column.conversion;
+        let scaled = if scale.fract() == 0.0 && scale.abs() < 1e9 {
+            fine * scale as i128 / 10_i128.pow(FINE.unsigned_abs())
+        } else {
+            (fine as f64 * scale / 10_f64.powi(FINE)) as i128
+        };
+        (Some(scaled + (offset * 1e9) as i128), overflows)
     }
 
     /// A time of day goes on past midnight.

@@ -22,6 +22,15 @@ pub enum RowFault {
     NotARotation,
     /// A free channel of text.
     TextColumn,
+    /// The first time after an overflow of the counter that times are counted with.
+    TimerOverflow,
+}
+
+impl RowFault {
+    /// Whether the row lacks something for it.
+    pub fn costs(self) -> bool {
+        !matches!(self, Self::TextColumn | Self::TimerOverflow)
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -81,6 +90,13 @@ impl Tally {
                     }
                     RowFault::NotARotation => {
                         ("outliers", format!("the reference quaternion is not of length 1 in {rows}: no value there"))
+                    }
+                    RowFault::TimerOverflow => {
+                        let times = if n == 1 { "once".to_owned() } else { format!("{n} times") };
+                        (
+                            "timer-overflow",
+                            format!("the counter of {name} overflows {times}: its times go on from there"),
+                        )
                     }
                     RowFault::TextColumn => ("unused-columns", format!("{name} holds text in {rows}: no value there")),
                 };

@@ -48,9 +48,12 @@ pub(crate) fn fault(record: &Record, axis: Axis, models: &[AxisModel]) -> Option
     Some(DataFault { fault: "wrong-ratio".to_owned(), axis: Some(axis), count, first_t: Some(0.0), says })
 }
 
+/// Beyond this the fit ran to its end: gyro and reference do not go together, and no ratio is known.
+const KNOWN: f64 = 50.0;
+
 /// Whether no gyro has this scale factor.
 fn is_beyond(alpha: f64) -> bool {
-    alpha.is_finite() && !(1.0 - SCALE..=1.0 / (1.0 - SCALE)).contains(&alpha)
+    (1.0 / KNOWN..=KNOWN).contains(&alpha) && !(1.0 - SCALE..=1.0 / (1.0 - SCALE)).contains(&alpha)
 }
 
 /// Whether the range's end holds the fastest readings: the ratio is then that of what is cut off.
@@ -104,6 +107,7 @@ mod tests {
     #[test]
     fn a_ratio_beyond_any_scale_factor_is_said_with_the_nearest_one() {
         assert_eq!((said(&[1.05]), said(&[0.93])), (None, None));
+        assert_eq!(said(&[0.01]), None);
         assert!(said(&[1.26]).unwrap().contains("5 : 4"), "{:?}", said(&[1.26]));
         assert!(said(&[0.667]).unwrap().contains("2 : 3"), "{:?}", said(&[0.667]));
         assert!(said(&[1.19]).unwrap().contains("1.190 times"), "{:?}", said(&[1.19]));

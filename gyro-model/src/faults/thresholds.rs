@@ -62,6 +62,9 @@ pub(super) const LEADING: usize = 3;
 /// Size of a jump of the reading, over its largest value (1), that may be a wrap: it is nearly two of the range.
 pub(super) const WRAP: f64 = 1.5;
 
+/// Size of a jump of a reading that lost its sign, over its largest value (1): nearly the whole of it.
+pub(super) const SIGN_LOST: f64 = 0.8;
+
 /// Steps beside a wrap, over its own (1).
 pub(super) const BESIDE_WRAP: f64 = 0.2;
 

@@ -3,11 +3,14 @@
 //! A reading beyond the range R that is stored in too short a word comes out 2R lower (or higher, on the other side): it
 //! jumps by nearly 2R, goes on from there as before, and jumps back. Each jump tells 2R; the reference, where there is one,
 //! tells that the shaft did not turn round.
+//!
+//! A reading whose sign was lost, stored in a word without one, comes out 2R higher where it is negative: no reading is
+//! below zero, and it jumps by 2R wherever it passes zero.
 
 use super::{
     Report,
     channel::{Channel, Readings},
-    thresholds::{BESIDE_WRAP, ONE_RANGE, WRAP},
+    thresholds::{BESIDE_WRAP, ONE_RANGE, SIGN_LOST, WRAP},
     witness::Witness,
 };
 use crate::{Axis, Record, order::median};
@@ -21,8 +24,14 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
     for axis in Axis::ALL {
         let channel = Channel::Gyro(axis);
         let readings = Readings::of(record, channel);
-        let Some(Wraps { twice, jumps }) = wraps(&readings.values) else { continue };
-        let Some(unwrapped) = unwrapped(&readings.values, twice, &jumps) else { continue };
+        let of_range = wraps(&readings.values).and_then(|found| {
+            let unwrapped = unwrapped(&readings.values, found.twice, &found.jumps)?;
+            Some((found, unwrapped, false))
+        });
+        let Some((Wraps { twice, jumps }, unwrapped, signless)) = of_range.or_else(|| signless(&readings.values))
+        else {
+            continue;
+        };
         let over = stretches(&readings.values, &unwrapped);
         let shown = Witness::of(record, axis).and_then(|witness| witness.shows(&readings, &unwrapped, &over));
         if shown.unwrap_or(jumps.len() < ALONE) {
@@ -32,13 +41,21 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
         for &k in &rows {
             *channel.place(&mut record.rows[readings.rows[k]]) = unwrapped[k];
         }
-        let says = format!(
-            "gyro_{axis} runs over its range of ±{:.0} °/s {} ({}) and comes out with the other sign: put back. Set a larger \
-             range, or store what is beyond as the range's end",
-            (0.5 * twice).to_degrees(),
-            if over.len() == 1 { "once".to_owned() } else { format!("{} times", over.len()) },
-            super::counted(rows.len(), "row")
-        );
+        let rows_of = super::counted(rows.len(), "row");
+        let says = if signless {
+            format!(
+                "gyro_{axis} is stored without its sign: what is negative comes out {:.1} °/s higher ({rows_of}): put back. Read the \
+                 sensor's word as a signed one",
+                twice.to_degrees()
+            )
+        } else {
+            format!(
+                "gyro_{axis} runs over its range of ±{:.0} °/s {} ({rows_of}) and comes out with the other sign: put back. Set a \
+                 larger range, or store what is beyond as the range's end",
+                (0.5 * twice).to_degrees(),
+                if over.len() == 1 { "once".to_owned() } else { format!("{} times", over.len()) },
+            )
+        };
         report.add_on(axis, "wrapped", rows.len() as u64, Some(readings.t[rows[0]]), says);
     }
 }
@@ -53,8 +70,27 @@ struct Wraps {
 
 fn wraps(values: &[f64]) -> Option<Wraps> {
     let most = values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let found = jumps_of_one_size(values, WRAP * most)?;
+    (0.97..1.2).contains(&(0.5 * found.twice / most)).then_some(found)
+}
+
+/// Readings that lost their sign, and what they are with it: `None` where one is below zero, or none passes it.
+fn signless(values: &[f64]) -> Option<(Wraps, Vec<f64>, bool)> {
+    let (least, most) = values.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), x| (a.min(*x), b.max(*x)));
+    if least < 0.0 {
+        return None;
+    }
+    let found = jumps_of_one_size(values, SIGN_LOST * most).filter(|found| found.jumps.len() >= ALONE)?;
+    let signed: Vec<f64> = values.iter().map(|x| if *x > 0.5 * found.twice { x - found.twice } else { *x }).collect();
+    let (low, high) = signed.iter().fold((0.0_f64, 0.0_f64), |(a, b), x| (a.min(*x), b.max(*x)));
+    // It has to turn both ways, and no reading may lie beyond the word's range.
+    (most <= found.twice && low < 0.0 && high > 0.0).then_some((found, signed, true))
+}
+
+/// Jumps of at least this size that are all of one size.
+fn jumps_of_one_size(values: &[f64], least: f64) -> Option<Wraps> {
     let steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let is_jump = |k: usize| steps[k].abs() > WRAP * most;
+    let is_jump = |k: usize| steps[k].abs() > least;
     let jumps: Vec<usize> = (1..steps.len().saturating_sub(1)).filter(|&k| is_jump(k)).collect();
     let ranges: Vec<f64> = jumps
         .iter()
@@ -68,8 +104,8 @@ fn wraps(values: &[f64]) -> Option<Wraps> {
     let middle = median(ranges.clone())?;
     let of_one: Vec<f64> = ranges.iter().copied().filter(|x| (x / middle - 1.0).abs() < ONE_RANGE).collect();
     let twice = of_one.iter().sum::<f64>() / of_one.len() as f64;
-    let is_range = jumps.len() >= 2 && of_one.len() == jumps.len() && (0.97..1.2).contains(&(0.5 * twice / most));
-    is_range.then(|| Wraps { twice, jumps: jumps.iter().map(|&k| (k + 1, steps[k] < 0.0)).collect() })
+    (jumps.len() >= 2 && of_one.len() == jumps.len())
+        .then(|| Wraps { twice, jumps: jumps.iter().map(|&k| (k + 1, steps[k] < 0.0)).collect() })
 }
 
 /// The readings put back; `None` where they would not come back into the range.
@@ -115,6 +151,17 @@ mod tests {
         assert!((twice - 10.0).abs() < 0.01, "{twice}");
         let back = unwrapped(&wrapped, twice, &jumps).unwrap();
         assert!(back.iter().zip(turning()).all(|(a, b)| (a - b).abs() < 0.02));
+    }
+
+    #[test]
+    fn a_sign_that_was_lost_is_found_again() {
+        let slow: Vec<f64> = turning().iter().map(|x| 0.3 * x).collect();
+        let stored: Vec<f64> = slow.iter().map(|x| x.rem_euclid(10.0)).collect();
+        let (found, signed, _) = signless(&stored).unwrap();
+        assert!((found.twice - 10.0).abs() < 0.05, "{}", found.twice);
+        assert!(signed.iter().zip(slow).all(|(a, b)| (a - b).abs() < 0.05));
+        let one_way: Vec<f64> = turning().iter().map(|x| x.abs()).collect();
+        assert!(signless(&turning()).is_none() && signless(&one_way).is_none());
     }
 
     #[test]

@@ -33,6 +33,7 @@ mod tests {
     fn what_is_not_read_is_named_with_a_way_out_and_text_is_not_taken_for_it() {
         assert!(unread(b"PAR1....").is_some_and(|unread| unread.remedy.contains("read_parquet")));
         assert!(unread(&[0, 1, 2, 3, 4, 200, 201]).is_some());
+        assert!(unread(b"{\"imu\": [{\"t\": 1").is_some() && unread(b"{\"t\": 0.01, \"gz\":").is_none());
         for text in
             [&b"t,gyro_x\r\n0,1\r\n"[..], b"", b"\xef\xbb\xbft,gyro", "Zeit;Drehrate (°/s)\n".as_bytes(), b"0,\xff\xfe"]
         {

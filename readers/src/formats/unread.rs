@@ -9,6 +9,9 @@ pub struct Unread {
     pub remedy: &'static str,
 }
 
+const JSON: &str =
+    "write it as CSV: pandas.read_json(F).to_csv(G, index=False), with lines=True where each line is a record";
+
 const KNOWN: &[(&[u8], &str, &str)] = &[
     (b"PAR1", "a Parquet file", "write it as CSV: pandas.read_parquet(F).to_csv(G, index=False)"),
     (b"PK\x03\x04", "a zip archive (an .xlsx, or a phone's export)", "unpack it, or save the sheet as CSV"),
@@ -19,19 +22,30 @@ const KNOWN: &[(&[u8], &str, &str)] = &[
     (b"BZh", "packed with bzip2", "unpack it: `bunzip2`"),
     (b"\xfd7zXZ", "packed with xz", "unpack it: `unxz`"),
     (b"7z\xbc\xaf", "a 7z archive", "unpack it"),
-    (b"\xff\xfe", "text in UTF-16", "save it as UTF-8: `iconv -f UTF-16 -t UTF-8`"),
-    (b"\xfe\xff", "text in UTF-16", "save it as UTF-8: `iconv -f UTF-16 -t UTF-8`"),
     (b"\x93NUMPY", "a NumPy array", "write it as text: numpy.savetxt with a header"),
     (b"\xa3\x95", "an ArduPilot log without its beginning", "copy it anew"),
     (b"<?xml", "XML", "export it as CSV"),
-    (b"{", "JSON", "write it as CSV: pandas.read_json(F).to_csv(G, index=False)"),
+    (b"{", "JSON", JSON),
+    (b"[", "JSON", JSON),
 ];
+
+/// Whether a line of JSON names numbers, one after the other: that is read as text.
+fn is_record(start: &[u8]) -> bool {
+    let Some((name, rest)) = start.strip_prefix(b"{\"").and_then(|rest| {
+        let at = rest.iter().position(|&b| b == b'"')?;
+        Some((&rest[..at], rest[at + 1..].trim_ascii_start()))
+    }) else {
+        return false;
+    };
+    let value = rest.strip_prefix(b":").map(<[u8]>::trim_ascii_start).and_then(<[u8]>::first);
+    !name.is_empty() && value.is_some_and(|b| b.is_ascii_digit() || *b == b'-')
+}
 
 /// What a file that begins like this is, where it is none that is read.
 #[must_use]
 pub fn unread(start: &[u8]) -> Option<Unread> {
     let known = KNOWN.iter().find(|(magic, ..)| start.starts_with(magic));
-    if let Some(&(_, what, remedy)) = known {
+    if let Some(&(_, what, remedy)) = known.filter(|(magic, ..)| *magic != b"{" || !is_record(start)) {
         return Some(Unread { what, remedy });
     }
     let binary = start.iter().filter(|&&b| b < b' ' && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0c)).count();

@@ -21,6 +21,7 @@ pub fn of_text(head: &Head, taken: &dyn Fn(&str) -> bool) -> Proposal {
     of.single("supply", What::Supply);
     of.orientation(has_gyro);
     of.angles();
+    of.letters(has_gyro);
     of.found
 }
 
@@ -47,6 +48,11 @@ impl Of<'_> {
         }
         let times = self.meanings.iter().filter(|(_, meaning)| meaning.what == What::Time);
         let Some(&(column, ref meaning)) = times.min_by_key(|(column, meaning)| (meaning.rank, *column)) else {
+            // Whatever its name is: nothing but a time is written so.
+            let written = |field: &Vec<u8>| text::form(field).is_some();
+            if let Some(column) = self.head.samples.first().and_then(|row| row.iter().position(written)) {
+                self.found.chosen.push(self.pick("t", column, None));
+            }
             return;
         };
         let unit = meaning.unit.or_else(|| time_unit(self.head, column));
@@ -85,6 +91,24 @@ impl Of<'_> {
             if first { &mut self.found.chosen } else { &mut self.found.offered }.push(pick);
         }
         !sensors.is_empty()
+    }
+
+    /// Bare letters say nothing surely: p, q, r are rates of turn in flight, x, y, z may be anything.
+    fn letters(&mut self, has_gyro: bool) {
+        if has_gyro {
+            return;
+        }
+        for letters in [["p", "q", "r"], AXES] {
+            let place =
+                |letter: &str| self.head.names.iter().position(|name| unit::split(name).0.eq_ignore_ascii_case(letter));
+            if let [Some(x), Some(y), Some(z)] = letters.map(place) {
+                for (axis, column) in AXES.iter().zip([x, y, z]) {
+                    let pick = self.pick(&format!("gyro_{axis}"), column, self.head.units[column]);
+                    self.found.offered.push(pick);
+                }
+                return;
+            }
+        }
     }
 
     /// The axes of the first sensor that has them.
@@ -163,16 +187,23 @@ impl Of<'_> {
 pub fn time_unit(head: &Head, column: usize) -> Option<Unit> {
     let point = head.dialect.point;
     let times: Vec<f64> = (head.samples.iter())
-        .filter_map(|row| match text::time(row.get(column)?, point, 3) {
-            TimeField::Nanoseconds(thousandths) => Some(thousandths as f64 / 1e3),
+        .filter_map(|row| match text::time(row.get(column)?, point, 9) {
+            TimeField::Nanoseconds(parts) => Some(parts as f64 / 1e9),
             _ => None,
         })
         .collect();
     let first = *times.first()?;
-    if let Some(unit) = epoch_unit(first) {
+    let step = times.windows(2).map(|pair| pair[1] - pair[0]).find(|step| *step > 0.0);
+    // A counter of microseconds that is as large as an epoch in seconds takes steps that no log of a gyro has.
+    let likely = |unit: &Unit| step.is_none_or(|step| step < 100.0 || *unit != unit::SECONDS);
+    if let Some(unit) = epoch_unit(first).filter(likely) {
         return Some(unit);
     }
-    let step = times.windows(2).map(|pair| pair[1] - pair[0]).find(|step| *step > 0.0)?;
+    let step = step?;
+    // Days since 1900, as a sheet counts them, or since the year 0, as MATLAB does.
+    if step < 1e-5 && ((3e4..8e4).contains(&first) || (6.9e5..8e5).contains(&first)) {
+        return Some(unit::DAYS);
+    }
     Some(match step {
         ..0.1 => unit::SECONDS,
         0.1..100.0 => unit::MILLISECONDS,

@@ -65,6 +65,8 @@ const REFERENCE: &[&str] = &[
     "cameras",
     "opti",
     "qtm",
+    "drehgeber",
+    "referenz",
 ];
 /// What is computed of a reading, or is none.
 const NOT_A_READING: &[&str] = &[
@@ -141,7 +143,7 @@ fn axis(word: &str) -> Option<usize> {
     match word {
         "x" | "0" | "roll" => Some(0),
         "y" | "1" | "pitch" => Some(1),
-        "z" | "2" | "yaw" => Some(2),
+        "z" | "2" | "yaw" | "heading" => Some(2),
         _ => None,
     }
 }
@@ -179,7 +181,9 @@ pub fn understand(name: &str, unit: Option<Unit>) -> Option<Meaning> {
     if let Some(rank) = time_rank(&words)
         && has(Quantity::Time)
     {
-        return meaning(What::Time, rank, String::new());
+        // `millis` is a time and its unit.
+        let unit = unit.or_else(|| unit::parse(&words[0]).filter(|u| words.len() == 1 && u.quantity == Quantity::Time));
+        return Some(Meaning { what: What::Time, who, unit, sensor: String::new(), rank });
     }
     let last = words.last()?.clone();
     let sensor = |parts: usize| words[..words.len().saturating_sub(parts)].join("_");
@@ -202,12 +206,20 @@ pub fn understand(name: &str, unit: Option<Unit>) -> Option<Meaning> {
     let turns = is(&["gyr", "gyro", "gyroadc", "gyros", "gyroscope", "omega", "angvel"])
         || is(&["angular", "rotation", "rot", "turn"]) && is(&["velocity", "vel", "rate", "rates", "speed"])
         || words.windows(2).any(|pair| pair == ["w", "rs"] || pair == ["rate", "gyro"])
-        || is(&["rate"]) && unit.is_some_and(|u| u.quantity == Quantity::Rate);
+        || is(&["drehrate", "winkelgeschwindigkeit"])
+        // Nothing but a rate of turn has such a unit.
+        || unit.is_some_and(|u| u.quantity == Quantity::Rate);
     if turns
         && has(Quantity::Rate)
         && let Some(axis) = axis(&last)
     {
         return meaning(What::Rate(axis), 0, sensor(1));
+    }
+    // `yaw rate`, `yawspeed`: about the axis of an angle.
+    if has(Quantity::Rate)
+        && let Some((axis, sensor)) = rate_of_angle(&words)
+    {
+        return meaning(What::Rate(axis), 1, sensor);
     }
     let pushes = is(&["acc", "accel", "accelerometer", "acceleration", "accsmooth", "specific"])
         || words.windows(2).any(|pair| pair == ["a", "rs"]);
@@ -236,6 +248,19 @@ pub fn understand(name: &str, unit: Option<Unit>) -> Option<Meaning> {
     None
 }
 
+/// The axis that a rate of turn is about which is named after an angle, and the rest of the name.
+fn rate_of_angle(words: &[String]) -> Option<(usize, String)> {
+    const RATES: [&str; 5] = ["rate", "speed", "velocity", "vel", "rates"];
+    let angle = |word: &str| if word.len() > 1 { axis(word) } else { None };
+    let (place, axis, length) = words.iter().enumerate().find_map(|(i, word)| {
+        let squeezed = RATES.iter().find_map(|rate| angle(word.strip_suffix(rate)?));
+        let apart = words.get(i + 1).filter(|next| RATES.contains(&next.as_str())).and_then(|_| angle(word));
+        squeezed.map(|axis| (i, axis, 1)).or(apart.map(|axis| (i, axis, 2)))
+    })?;
+    let rest: Vec<&str> = words[..place].iter().chain(&words[place + length..]).map(String::as_str).collect();
+    Some((axis, rest.join("_")))
+}
+
 /// Whether a name is a time's, and which of several is the better: one that counts from the recording's start before one that
 /// counts from an epoch.
 fn time_rank(words: &[String]) -> Option<u8> {
@@ -245,6 +270,13 @@ fn time_rank(words: &[String]) -> Option<u8> {
         "seconds_elapsed" | "elapsed" | "elapsed_time" | "time_elapsed" | "time_startup" | "sample_time_fine"
         | "relative_time" => 1,
         "time"
+        | "x_value"
+        | "zeit"
+        | "uhrzeit"
+        | "zeitstempel"
+        | "temps"
+        | "tiempo"
+        | "tempo"
         | "timestamp"
         | "timestamps"
         | "time_stamp"
@@ -262,9 +294,10 @@ fn time_rank(words: &[String]) -> Option<u8> {
         | "field_header_stamp_secs" => 2,
         "datetime" | "date_time" | "sec" | "secs" | "seconds" | "second" | "millis" | "micros" | "ms" | "us" | "ns"
         | "s" => 3,
-        "logging_time" | "unix_time" | "epoch" | "epoch_time" | "utc_time" | "system_time" | "host_time"
-        | "device_time" => 4,
+        "time_boot" | "logging_time" | "unix_time" | "epoch" | "epoch_time" | "utc_time" | "system_time"
+        | "host_time" | "device_time" => 4,
         _ if joined.ends_with("_timestamp") || joined.ends_with("_time") && words.len() == 2 => 5,
+        _ if words.iter().any(|word| word == "timestamp") => 6,
         _ => return None,
     })
 }
@@ -302,6 +335,14 @@ mod tests {
             ("Time (s)", What::Time),
             ("SampleTimeFine", What::Time),
             ("t", What::Time),
+            ("yawspeed", What::Rate(2)),
+            ("YawRate[deg/s]", What::Rate(2)),
+            ("roll_rate", What::Rate(0)),
+            ("Drehrate Z [°/s]", What::Rate(2)),
+            ("motionRotationRateX(rad/s)", What::Rate(0)),
+            ("motionTimestamp_sinceReboot(s)", What::Time),
+            ("time_boot_ms", What::Time),
+            ("Zeit [s]", What::Time),
             ("Turntable (deg)", What::Angle(None)),
             ("encoder_z [deg]", What::Angle(Some(2))),
             ("Temperature", What::Temperature),

@@ -1,6 +1,9 @@
 //! One line cut into its fields.
 
-use super::number::{self, Field, Point};
+use super::{
+    moment,
+    number::{self, Field, Point},
+};
 use std::{borrow::Cow, ops::Range};
 
 /// What stands between two fields.
@@ -33,18 +36,73 @@ pub struct Dialect {
     pub separator: Separator,
     /// Between whole and broken part of a number.
     pub point: Point,
+    /// Whether the time of day and an arrow stand before each line, as the Arduino IDE puts them there: that is the first field.
+    pub stamped: bool,
+    /// Whether each field begins with its name, `gx: 0.1` or `gx=0.1`.
+    pub labelled: bool,
 }
 
 /// As the format of our own logs has it.
-pub const CSV: Dialect = Dialect { separator: Separator::Byte(b','), point: Point::Dot };
+pub const CSV: Dialect = Dialect::new(Separator::Byte(b','), Point::Dot);
+
+/// Between the stamp of a line and the line.
+const ARROW: &[u8] = b" -> ";
 
 impl Dialect {
+    /// Of fields without names in lines without stamps.
+    #[must_use]
+    pub const fn new(separator: Separator, point: Point) -> Self {
+        Self { separator, point, stamped: false, labelled: false }
+    }
+
+    /// The same for lines like this one, which may be stamped and its fields labelled.
+    #[must_use]
+    pub fn dressed(self, line: &[u8]) -> Self {
+        let stamped = Self { stamped: stamp(line).is_some(), ..self };
+        let labelled = Self { labelled: true, ..stamped };
+        let names = labelled.labels(line);
+        let all = names.len() > 1 && names.iter().skip(usize::from(stamped.stamped)).all(Option::is_some);
+        if all { labelled } else { stamped }
+    }
+
+    /// The names before the fields of a line.
+    #[must_use]
+    pub fn labels(self, line: &[u8]) -> Vec<Option<&[u8]>> {
+        let mut places = Vec::new();
+        self.cut(line, &mut places);
+        places.into_iter().map(|place| label(&line[place]).map(|(name, _)| name)).collect()
+    }
+
     /// The places of a line's fields, in order; surrounding blanks and quotation marks are not part of them.
     pub fn split(self, line: &[u8], fields: &mut Vec<Range<usize>>) {
+        self.cut(line, fields);
+        if self.labelled {
+            for place in fields {
+                if let Some((_, after)) = label(&line[place.clone()]) {
+                    *place = trimmed(line, place.start + after..place.end);
+                }
+            }
+        }
+    }
+
+    /// The same with the names that stand before the fields.
+    fn cut(self, line: &[u8], fields: &mut Vec<Range<usize>>) {
         fields.clear();
+        let mut line = line;
+        let mut from = 0;
+        if let Some(end) = stamp(line).filter(|_| self.stamped) {
+            fields.push(0..end);
+            from = end + ARROW.len();
+        }
+        if self.labelled {
+            // A record of JSON.
+            line = line.trim_ascii_end();
+            line = line.strip_suffix(b"}").unwrap_or(line);
+            from += usize::from(line.get(from) == Some(&b'{'));
+        }
         match self.separator {
-            Separator::Byte(separator) => split_at(line, separator, fields),
-            Separator::Blanks => split_at_blanks(line, fields),
+            Separator::Byte(separator) => split_at(line, from, separator, fields),
+            Separator::Blanks => split_at_blanks(line, from, self.labelled, fields),
         }
     }
 
@@ -63,8 +121,24 @@ impl Dialect {
     }
 }
 
-fn split_at(line: &[u8], separator: u8, fields: &mut Vec<Range<usize>>) {
-    let mut start = 0;
+/// Where the stamp ends that stands before a line.
+fn stamp(line: &[u8]) -> Option<usize> {
+    const LONGEST: usize = 40;
+    let at = memchr::memmem::find(&line[..line.len().min(LONGEST)], ARROW)?;
+    moment::form(&line[..at]).map(|_| at)
+}
+
+/// The name that a field begins with, and where what follows its colon begins.
+fn label(field: &[u8]) -> Option<(&[u8], usize)> {
+    let at = field.iter().position(|&b| matches!(b, b':' | b'='))?;
+    let name = field[..at].trim_ascii();
+    let name = name.strip_prefix(b"\"").and_then(|rest| rest.strip_suffix(b"\"")).unwrap_or(name);
+    let begins = name.first().is_some_and(|&b| b.is_ascii_alphabetic() || b == b'_' || b >= 0x80);
+    (begins && !name.contains(&b'"')).then_some((name, at + 1))
+}
+
+fn split_at(line: &[u8], from: usize, separator: u8, fields: &mut Vec<Range<usize>>) {
+    let mut start = from;
     loop {
         while start < line.len() && line[start] == b' ' && separator != b' ' {
             start += 1;
@@ -85,9 +159,9 @@ fn split_at(line: &[u8], separator: u8, fields: &mut Vec<Range<usize>>) {
     }
 }
 
-fn split_at_blanks(line: &[u8], fields: &mut Vec<Range<usize>>) {
+fn split_at_blanks(line: &[u8], from: usize, labelled: bool, fields: &mut Vec<Range<usize>>) {
     let blank = |b: u8| b == b' ' || b == b'\t';
-    let mut start = 0;
+    let mut start = from;
     loop {
         while start < line.len() && blank(line[start]) {
             start += 1;
@@ -96,8 +170,17 @@ fn split_at_blanks(line: &[u8], fields: &mut Vec<Range<usize>>) {
             return;
         }
         let mut end = if line[start] == b'"' { closing(line, start) } else { start };
-        while end < line.len() && !blank(line[end]) {
-            end += 1;
+        loop {
+            while end < line.len() && !blank(line[end]) {
+                end += 1;
+            }
+            // A blank between name and value separates nothing.
+            if !labelled || end >= line.len() || !matches!(line[end - 1], b':' | b'=') {
+                break;
+            }
+            while end < line.len() && blank(line[end]) {
+                end += 1;
+            }
         }
         fields.push(trimmed(line, start..end));
         start = end;
@@ -133,10 +216,13 @@ fn trimmed(line: &[u8], mut place: Range<usize>) -> Range<usize> {
     place
 }
 
-/// A field as a name: two quotation marks in it stand for one.
+/// A field as a name: two quotation marks in it stand for one. What is no UTF-8 is Latin-1, as older programs write `°`.
 #[must_use]
 pub fn name(field: &[u8]) -> String {
-    let text = String::from_utf8_lossy(field);
+    let text: Cow<str> = match std::str::from_utf8(field) {
+        Ok(text) => text.into(),
+        Err(_) => field.iter().map(|&b| char::from(b)).collect::<String>().into(),
+    };
     let text: Cow<str> = if text.contains("\"\"") { text.replace("\"\"", "\"").into() } else { text };
     text.trim().to_owned()
 }
@@ -146,7 +232,7 @@ mod tests {
     use super::*;
 
     fn cut(separator: Separator, line: &str) -> Vec<String> {
-        let dialect = Dialect { separator, point: Point::Dot };
+        let dialect = Dialect::new(separator, Point::Dot);
         dialect.fields(line.as_bytes()).into_iter().map(name).collect()
     }
 
@@ -157,6 +243,7 @@ mod tests {
         assert_eq!(cut(comma, ""), [""]);
         assert_eq!(cut(comma, "1,,2"), ["1", "", "2"]);
         assert_eq!(cut(comma, "\"open, 1"), ["\"open, 1"]);
+        assert_eq!(name(b"gyro (\xb0/s)"), "gyro (°/s)");
     }
 
     #[test]
@@ -164,5 +251,31 @@ mod tests {
         assert_eq!(cut(Separator::Blanks, "  1 \t 2   \"a b\" "), ["1", "2", "a b"]);
         assert_eq!(cut(Separator::Blanks, "   "), Vec::<String>::new());
         assert_eq!(cut(Separator::Byte(b'\t'), "1\t\t2"), ["1", "", "2"]);
+    }
+
+    #[test]
+    fn stamps_and_names_are_taken_off() {
+        let dressed = |separator: Separator, line: &'static str| {
+            let dialect = Dialect::new(separator, Point::Dot).dressed(line.as_bytes());
+            let names =
+                dialect.labels(line.as_bytes()).into_iter().map(|name| name.map_or_else(String::new, self::name));
+            (dialect.fields(line.as_bytes()).into_iter().map(name).collect::<Vec<_>>(), names.collect::<Vec<_>>())
+        };
+        let comma = Separator::Byte(b',');
+        assert_eq!(dressed(comma, "12:30:00.123 -> 1.5,-2").0, ["12:30:00.123", "1.5", "-2"]);
+        for (separator, line) in [
+            (comma, "t:0.5,gz: -1"),
+            (Separator::Blanks, "t: 0.5  gz: -1"),
+            (Separator::Blanks, "t=0.5 gz=-1"),
+            (comma, "{\"t\": 0.5, \"gz\": -1}"),
+        ] {
+            assert_eq!(
+                dressed(separator, line),
+                (vec!["0.5".into(), "-1".into()], vec!["t".into(), "gz".into()]),
+                "{line}"
+            );
+        }
+        assert_eq!(dressed(comma, "12:30:00,1.5").1, ["", ""]);
+        assert_eq!(dressed(comma, "a -> 1,2").0, ["a -> 1", "2"]);
     }
 }

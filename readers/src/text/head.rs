@@ -8,13 +8,15 @@ use super::{
     skipped::{Skip, Skipped},
 };
 use crate::unit::{self, Unit};
-use std::io::Read;
+use std::{collections::HashSet, io::Read};
 
 /// Bytes and lines that may stand above a table.
 const LOOK_BYTES: usize = 1 << 17;
 const LOOK_LINES: usize = 2000;
 /// Data rows that are looked at before the first is given.
 const SAMPLES: usize = 3;
+/// Rows of names above a header that are looked at.
+const MOST_NAME_ROWS: usize = 6;
 
 /// What was found.
 #[derive(Clone, Debug)]
@@ -111,7 +113,6 @@ pub(super) fn find<R: Read>(
 ) -> Result<Head, HeadError> {
     let mut looked: Vec<Looked> = Vec::new();
     let (mut bytes_seen, mut known, mut data) = (0, None, None);
-    let mut wanted_after = SAMPLES;
     lines.look(|bytes, number| {
         bytes_seen += bytes.len();
         looked.push(Looked { bytes: bytes.to_vec(), number });
@@ -127,10 +128,7 @@ pub(super) fn find<R: Read>(
         if known.is_some() {
             return false;
         }
-        if data.is_some() {
-            wanted_after -= 1;
-            return wanted_after > 1;
-        }
+        // The three rows that are alike are the samples.
         data = first_row(&looked);
         data.is_none() && bytes_seen < LOOK_BYTES && looked.len() < LOOK_LINES
     })?;
@@ -142,10 +140,13 @@ pub(super) fn find<R: Read>(
             .iter()
             .position(|line| !line.is_blank() && !line.bare().1 && !is_separator_line(line.bytes.trim_ascii()));
         let header = header.ok_or(HeadError::Empty)?;
-        let dialect = Dialect { separator: most_fields(&looked[header].bytes), point: Point::Dot };
+        let dialect = Dialect::new(most_fields(&looked[header].bytes), Point::Dot);
         return Ok(begin(lines, &looked, header, dialect, skipped)?);
     };
     let found = dialect.fields(&looked[first].bytes).len();
+    if dialect.labelled {
+        return Ok(named_in_the_rows(lines, &looked, first, dialect, skipped)?);
+    }
     match header_above(&looked, first, dialect, found) {
         Above::Header(header) => Ok(begin(lines, &looked, header, dialect, skipped)?),
         Above::DecimalCommas(names) => Err(HeadError::DecimalCommas { line: looked[first].number, found, names }),
@@ -155,6 +156,49 @@ pub(super) fn find<R: Read>(
             lines.skip(first)?;
             let names = (1..=found).map(|i| format!("column_{i}")).collect();
             Ok(Head { names, units: vec![None; found], line: None, dialect, samples, raw: Vec::new() })
+        }
+    }
+}
+
+/// Takes the names that stand before the fields of the first row.
+fn named_in_the_rows<R: Read>(
+    lines: &mut Lines<R>,
+    looked: &[Looked],
+    first: usize,
+    dialect: Dialect,
+    skipped: &mut Skipped,
+) -> Result<Head, LineError> {
+    note_above(&looked[..first], skipped);
+    let row = &looked[first];
+    let names: Vec<String> = dialect
+        .labels(&row.bytes)
+        .into_iter()
+        .map(|name| name.map_or_else(|| STAMP.to_owned(), fields::name))
+        .collect();
+    let samples = samples(&looked[first..], dialect);
+    lines.skip(first)?;
+    Ok(Head { units: vec![None; names.len()], names, line: Some(row.number), dialect, samples, raw: Vec::new() })
+}
+
+/// What the stamp before each line is called.
+const STAMP: &str = "time";
+
+/// Makes names that stand there twice differ by what stands above them: a motion capture system names a rotation's X and a
+/// position's X so.
+fn tell_apart(names: &mut Vec<String>, above: &[Looked], dialect: Dialect) {
+    let distinct = |names: &[String]| names.iter().collect::<HashSet<_>>().len();
+    for line in above.iter().rev().filter(|line| !line.is_blank()).take(MOST_NAME_ROWS) {
+        if distinct(names) == names.len() {
+            return;
+        }
+        let over = line.names(dialect);
+        if over.len() != names.len() {
+            return;
+        }
+        let joined: Vec<String> =
+            over.iter().zip(&*names).map(|(over, name)| format!("{over} {name}").trim().to_owned()).collect();
+        if distinct(&joined) > distinct(names) {
+            *names = joined;
         }
     }
 }
@@ -169,6 +213,10 @@ fn begin<R: Read>(
 ) -> Result<Head, LineError> {
     note_above(&looked[..header], skipped);
     let mut names = looked[header].names(dialect);
+    tell_apart(&mut names, &looked[..header], dialect);
+    if let Some(first) = names.first_mut().filter(|first| dialect.stamped && moment::form(first.as_bytes()).is_some()) {
+        STAMP.clone_into(first);
+    }
     let mut after = header + 1;
     let below = looked[after..].iter().position(|line| !line.is_blank()).map(|i| i + after);
     let mut units = vec![None; names.len()];
@@ -183,6 +231,9 @@ fn begin<R: Read>(
     // A separator at the end of the header, and none at the end of the rows.
     if names.last().is_some_and(String::is_empty) && samples.first().is_some_and(|row| row.len() + 1 == names.len()) {
         names.pop();
+    }
+    for (i, name) in names.iter_mut().enumerate().filter(|(_, name)| name.is_empty()) {
+        *name = format!("column_{}", i + 1);
     }
     units.resize(names.len(), None);
     lines.skip(after)?;
@@ -204,24 +255,51 @@ fn note_above(above: &[Looked], skipped: &mut Skipped) {
     }
 }
 
-/// The last line but one, where it and the last are rows of one length: a single line of numbers may be a remark.
+/// The first of the last three lines, where they are rows alike: one or two lines of numbers may be part of a preamble.
 fn first_row(looked: &[Looked]) -> Option<(usize, Dialect)> {
-    let mut rows = looked.iter().enumerate().rev().filter(|(_, line)| !line.is_blank());
-    let ((_, last), (place, before)) = (rows.next()?, rows.next()?);
-    let found = row_of(&before.bytes)?;
-    let same = row_of(&last.bytes).is_some_and(|other| other.separator == found.separator);
-    let length = |line: &Looked| found.fields(&line.bytes).len();
-    // One row may hold a decimal comma where the other has a whole number.
-    let comma = |line: &Looked| row_of(&line.bytes).is_some_and(|dialect| dialect.point == Point::Comma);
-    let point = if comma(before) || comma(last) { Point::Comma } else { Point::Dot };
-    (same && (length(before) == length(last) || found.separator == Separator::Byte(b',')))
-        .then_some((place, Dialect { point, ..found }))
+    alike(looked, 3)
 }
 
-/// The only row of a text that has no second.
+/// The first row of a text that has no more than two.
 fn only_row(looked: &[Looked]) -> Option<(usize, Dialect)> {
-    let (place, last) = looked.iter().enumerate().rev().find(|(_, line)| !line.is_blank())?;
-    row_of(&last.bytes).map(|dialect| (place, dialect))
+    alike(looked, 2).or_else(|| alike(looked, 1))
+}
+
+/// The first of the last so many lines, where all are rows of one kind.
+fn alike(looked: &[Looked], count: usize) -> Option<(usize, Dialect)> {
+    let mut rows: Vec<(usize, &Looked)> =
+        looked.iter().enumerate().rev().filter(|(_, line)| !line.is_blank()).take(count).collect();
+    rows.reverse();
+    let &(place, first) = rows.first().filter(|_| rows.len() == count)?;
+    let found = row_of(&first.bytes)?;
+    let dialects: Vec<Dialect> = rows.iter().map(|(_, line)| row_of(&line.bytes)).collect::<Option<_>>()?;
+    // One row may hold a decimal comma where the other has a whole number.
+    let comma = dialects.iter().any(|dialect| dialect.point == Point::Comma);
+    let dialect = Dialect { point: if comma { Point::Comma } else { Point::Dot }, ..found };
+    if dialects.iter().any(|other| Dialect { point: dialect.point, ..*other } != dialect) {
+        return None;
+    }
+    let lengths: Vec<usize> = rows.iter().map(|(_, line)| dialect.fields(&line.bytes).len()).collect();
+    let even = lengths.iter().all(|length| *length == lengths[0]);
+    // Decimal commas between commas make rows of many lengths, all longer than the header.
+    let above = looked[..place].iter().rev().find(|line| !line.is_blank()).map(|line| line.names(dialect).len());
+    let longer =
+        dialect.separator == Separator::Byte(b',') && above.is_some_and(|above| lengths.iter().all(|n| *n > above));
+    let same_kinds = rows.iter().all(|(_, line)| kinds_agree(dialect, &first.bytes, &line.bytes));
+    (even && same_kinds || longer).then_some((place, dialect))
+}
+
+/// Whether each field of one row is of the kind of the other's: a number, a time or a text. What is empty may be any.
+fn kinds_agree(dialect: Dialect, a: &[u8], b: &[u8]) -> bool {
+    let kind = |field: &[u8]| match dialect.value(field) {
+        Field::Empty | Field::Nan | Field::Infinite => None,
+        Field::Number(_) => Some(0),
+        Field::Text if moment::form(field).is_some() => Some(1),
+        Field::Text if moment::date(field).is_some() => Some(2),
+        Field::Text => Some(3),
+    };
+    let pairs = dialect.fields(a).into_iter().zip(dialect.fields(b));
+    pairs.into_iter().all(|(a, b)| kind(a).zip(kind(b)).is_none_or(|(a, b)| a == b))
 }
 
 /// How a line is written that holds numbers for the most part.
@@ -232,10 +310,13 @@ fn row_of(line: &[u8]) -> Option<Dialect> {
     [Separator::Byte(b';'), Separator::Byte(b'\t'), Separator::Byte(b','), Separator::Byte(b'|'), Separator::Blanks]
         .into_iter()
         .find_map(|separator| {
-            let points: &[Point] =
-                if separator == Separator::Byte(b',') { &[Point::Dot] } else { &[Point::Dot, Point::Comma] };
+            let points: &[Point] = if separator == Separator::Byte(b',') && !line.contains(&b'"') {
+                &[Point::Dot]
+            } else {
+                &[Point::Dot, Point::Comma]
+            };
             let counts = points.iter().map(|&point| {
-                let dialect = Dialect { separator, point };
+                let dialect = Dialect::new(separator, point).dressed(line);
                 (dialect, counted(dialect, line))
             });
             let (dialect, (numbers, filled, fields)) = counts.reduce(|a, b| if b.1.0 > a.1.0 { b } else { a })?;
@@ -253,7 +334,9 @@ fn counted(dialect: Dialect, line: &[u8]) -> (usize, usize, usize) {
 /// Whether a field is a number or a time.
 pub(super) fn is_number(dialect: Dialect, field: &[u8]) -> bool {
     match dialect.value(field) {
-        Field::Number(_) | Field::Nan | Field::Infinite => true,
+        Field::Number(_) | Field::Infinite => true,
+        // Other words for no value may be names.
+        Field::Nan => field.to_ascii_lowercase().ends_with(b"nan"),
         Field::Empty => false,
         Field::Text => moment::form(field).is_some() || moment::date(field).is_some(),
     }
@@ -312,7 +395,7 @@ fn most_fields(line: &[u8]) -> Separator {
         Separator::Byte(b'|'),
         Separator::Blanks,
     ];
-    let count = |separator| Dialect { separator, point: Point::Dot }.fields(line).len();
+    let count = |separator| Dialect::new(separator, Point::Dot).fields(line).len();
     let sure = candidates[..4].iter().copied().max_by_key(|&s| count(s)).filter(|&s| count(s) > 1);
     sure.unwrap_or(if count(Separator::Blanks) > 2 { Separator::Blanks } else { Separator::Byte(b',') })
 }

@@ -39,6 +39,7 @@ pub fn clock(field: &[u8]) -> Option<i128> {
         [rest @ .., b' ', b'A' | b'a', b'M' | b'm'] => (rest, Some(false)),
         _ => (text, None),
     };
+    let (days, text) = days_before(text).unwrap_or((0, text));
     let mut parts = text.split(|&b| b == b':');
     let (first, second, third) = (parts.next()?, parts.next()?, parts.next());
     if parts.next().is_some() {
@@ -56,7 +57,23 @@ pub fn clock(field: &[u8]) -> Option<i128> {
         Some(after) => hours % 12 + if after { 12 } else { 0 },
         None => hours,
     };
-    Some((hours * 3600 + minutes * 60) * SECOND + seconds)
+    Some(days * DAY + (hours * 3600 + minutes * 60) * SECOND + seconds)
+}
+
+/// The power of ten of a second of the last digit that a time of day is written with.
+#[must_use]
+pub fn last_digit_of_clock(field: &[u8]) -> i32 {
+    let seconds = field.rsplit(|&b| b == b':').next().unwrap_or_default();
+    let broken = seconds.iter().position(|b| matches!(b, b'.' | b',')).map_or(&b""[..], |at| &seconds[at + 1..]);
+    broken.iter().take_while(|b| b.is_ascii_digit()).fold(0, |power, _| power - 1)
+}
+
+/// The days of a duration, `2 days 01:02:03`, and what follows them.
+fn days_before(text: &[u8]) -> Option<(i128, &[u8])> {
+    let (count, rest) = text.split_at_checked(text.iter().position(|&b| b == b' ')?)?;
+    let rest = rest.trim_ascii_start();
+    let rest = rest.strip_prefix(b"days").or_else(|| rest.strip_prefix(b"day"))?;
+    Some((whole(count, 6)?, rest.strip_prefix(b",").unwrap_or(rest).trim_ascii_start()))
 }
 
 /// Date and time of day, as nanoseconds from 1970; the zone is taken off.
@@ -178,7 +195,9 @@ mod tests {
     fn times_of_day_and_durations() {
         assert_eq!(clock(b"01:02:03.000000001"), Some(3_723_000_000_001));
         assert_eq!(clock(b"1:02.5"), Some(62_500_000_000));
+        assert_eq!(clock(b"1 days 00:00:02.5"), Some(DAY + 2_500_000_000));
         assert_eq!(form(b"21:46:21"), Some(Form::Clock));
+        assert_eq!((last_digit_of_clock(b"1:02"), last_digit_of_clock(b"2016-05-23 1:02:03,125 PM")), (0, -3));
         assert_eq!(form(b"2016-05-23 21:46:21"), Some(Form::DateTime));
         for text in
             ["", ":", "1:2:3:4", "12:61:00", "2016-05-23", "-1:2", "12:30:99", "a:b:c", "1.5", "2016-13-01 00:00:00"]

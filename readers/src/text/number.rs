@@ -136,8 +136,59 @@ pub fn value(bytes: &[u8], point: Point) -> Field {
         Some(x) if x.is_finite() => Field::Number(x),
         Some(x) if x.is_nan() => Field::Nan,
         Some(_) => Field::Infinite,
-        None => Field::Text,
+        None => unusual(bytes, point),
     }
+}
+
+/// What programs write where there is no value.
+const NO_VALUE: [&str; 16] = [
+    "na",
+    "n/a",
+    "#n/a",
+    "<na>",
+    "nat",
+    "null",
+    "none",
+    "nil",
+    "missing",
+    "\\n",
+    "?",
+    "-",
+    "--",
+    "nan(ind)",
+    "-nan(ind)",
+    "1.#qnan",
+];
+
+/// A number written as numbers seldom are: a long minus sign, groups of three digits, or a word for no value.
+fn unusual(bytes: &[u8], point: Point) -> Field {
+    const LONGEST: usize = 40;
+    let Some(text) = std::str::from_utf8(bytes).ok().filter(|text| text.len() <= LONGEST) else { return Field::Text };
+    let lower = text.to_ascii_lowercase();
+    if NO_VALUE.contains(&lower.as_str()) || lower.contains("#ind") || lower.starts_with("-1.#qnan") {
+        return Field::Nan;
+    }
+    if lower.contains("1.#inf") {
+        return Field::Infinite;
+    }
+    if let Some(rest) = text.strip_prefix('−') {
+        return match value(rest.as_bytes(), point) {
+            Field::Number(x) => Field::Number(-x),
+            _ => Field::Text,
+        };
+    }
+    ungrouped(text, point).map_or(Field::Text, |plain| value(plain.as_bytes(), point))
+}
+
+/// A number without the commas between groups of three digits, `12,345.6`.
+fn ungrouped(text: &str, point: Point) -> Option<String> {
+    let grouped = point == Point::Dot && text.contains(',');
+    let digits = text.strip_prefix('-').unwrap_or(text);
+    let (whole, _) = digits.split_once('.').unwrap_or((digits, ""));
+    let mut groups = whole.split(',');
+    let first = groups.next().filter(|first| (1..=3).contains(&first.len()) && !first.starts_with('0'))?;
+    let all = |group: &str| group.bytes().all(|b| b.is_ascii_digit());
+    (grouped && all(first) && groups.all(|group| group.len() == 3 && all(group))).then(|| text.replace(',', ""))
 }
 
 /// A time as written, in whole nanoseconds, the nearest where it has more digits.
@@ -163,7 +214,11 @@ pub fn time(bytes: &[u8], point: Point, exponent: i32) -> TimeField {
     match value(bytes, point) {
         Field::Empty | Field::Nan | Field::Infinite => TimeField::NoTime,
         Field::Text => TimeField::Text,
-        Field::Number(_) => decimal(bytes, point, exponent).map_or(TimeField::OutOfRange, TimeField::Nanoseconds),
+        Field::Number(_) => {
+            let plain = std::str::from_utf8(bytes).ok().and_then(|text| ungrouped(text, point));
+            let bytes = plain.as_ref().map_or(bytes, String::as_bytes);
+            decimal(bytes, point, exponent).map_or(TimeField::OutOfRange, TimeField::Nanoseconds)
+        }
     }
 }
 
@@ -268,10 +323,21 @@ mod tests {
         assert_eq!(read(b"nan"), Field::Nan);
         assert_eq!(read(b"-Infinity"), Field::Infinite);
         assert_eq!(read(b"1e999"), Field::Infinite);
-        for text in [&b"0x10"[..], b"\xff\xfe", b".", b"-", b"1.2.3", b"1e", b"1e5x", b"1 2"] {
+        for text in [&b"0x10"[..], b"\xff\xfe", b".", b"1.2.3", b"1e", b"1e5x", b"1 2", b"1,23", b"0,123", b"1,2345"] {
             assert_eq!(read(text), Field::Text, "{text:?}");
         }
         assert_eq!(read(&b"9".repeat(1_000_000)), Field::Infinite);
+    }
+
+    #[test]
+    fn numbers_and_gaps_as_some_programs_write_them() {
+        assert_eq!(read("−1.5".as_bytes()), Field::Number(-1.5));
+        assert_eq!(read(b"-12,345.5"), Field::Number(-12_345.5));
+        assert_eq!(time(b"1,234,567", Point::Dot, 3), TimeField::Nanoseconds(1_234_567_000));
+        for text in ["NA", "n/a", "#N/A", "null", "None", "-", "--", "-nan(ind)", "1.#QNAN", "-1.#IND", "?"] {
+            assert_eq!(read(text.as_bytes()), Field::Nan, "{text}");
+        }
+        assert_eq!(read(b"1.#INF"), Field::Infinite);
     }
 
     #[test]

@@ -97,6 +97,7 @@ impl<R: Read> Table<R> {
             }
             let kind = match bytes.first() {
                 None => continue,
+                Some(_) if self.head.dialect.labelled && self.is_mislabelled(bytes) => Some(Skip::Text),
                 // Almost every row of almost every text.
                 Some(b'0'..=b'9' | b'-' | b'.') if line.ended => None,
                 Some(_) if bytes.trim_ascii().is_empty() => continue,
@@ -110,6 +111,14 @@ impl<R: Read> Table<R> {
         }
     }
 
+    /// Whether the names before a line's fields are not those of the first row.
+    fn is_mislabelled(&self, line: &[u8]) -> bool {
+        let labels = self.head.dialect.labels(line);
+        let own = self.head.names.iter().map(String::as_bytes);
+        labels.len() != own.len()
+            || labels.into_iter().zip(own).any(|(label, own)| label.is_some_and(|label| label != own))
+    }
+
     /// What a line is where it is no row.
     fn no_row(&self, line: &Line) -> Option<Skip> {
         let bytes = self.lines.bytes(line);
@@ -121,6 +130,13 @@ impl<R: Read> Table<R> {
         }
         if !line.ended && (self.fields.len() < self.head.names.len() || bytes.contains(&0)) {
             return Some(Skip::Torn);
+        }
+        // Text at the beginning of a line that is no row in the number of its fields either.
+        let begins = |field: &[u8]| !field.is_empty() && !is_number(self.head.dialect, field);
+        let first = self.fields.first().is_some_and(|place| begins(&bytes[place.clone()]));
+        let usual = self.head.samples.first().and_then(|row| row.first()).is_some_and(|field| !begins(field));
+        if first && usual && self.fields.len() != self.head.names.len() {
+            return Some(Skip::Text);
         }
         let mut fields =
             self.fields.iter().map(|place| &bytes[place.clone()]).filter(|field| !field.is_empty()).peekable();

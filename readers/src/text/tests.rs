@@ -19,10 +19,10 @@ fn read(text: &str) -> Read {
 }
 
 fn says(separator: char, comma: bool) -> Dialect {
-    Dialect {
-        separator: if separator == ' ' { Separator::Blanks } else { Separator::Byte(separator as u8) },
-        point: if comma { Point::Comma } else { Point::Dot },
-    }
+    Dialect::new(
+        if separator == ' ' { Separator::Blanks } else { Separator::Byte(separator as u8) },
+        if comma { Point::Comma } else { Point::Dot },
+    )
 }
 
 #[test]

@@ -100,7 +100,7 @@ impl Lines {
             Ok(parsed) => {
                 for &(fault, column) in &parsed.faults {
                     let fault = match fault {
-                        RowFault::TextColumn => continue,
+                        RowFault::TextColumn | RowFault::TimerOverflow => continue,
                         RowFault::NoTime => Fault::Time,
                         _ => Fault::Value,
                     };

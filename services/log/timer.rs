@@ -1,0 +1,82 @@
+//! Times of a counter that overflows: `micros()` begins at 0 again after 71 minutes, a timer of 16 bits after 65 ms or s.
+
+/// Bits of counters.
+const BITS: [u32; 3] = [16, 24, 32];
+
+/// Follows the times of a column.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Timer {
+    /// The last time as written, ns.
+    last: Option<i128>,
+    /// The last step forward, ns.
+    step: i128,
+    /// What the overflows so far come to, ns.
+    added: i128,
+}
+
+impl Timer {
+    /// A time in units of 10^`exponent` ns without its overflows, and whether this is the first after one.
+    pub fn follow(&mut self, ns: i128, exponent: i32) -> (i128, bool) {
+        let before = self.last.replace(ns);
+        let step = before.map_or(0, |before| ns - before);
+        if step > 0 {
+            self.step = step;
+        }
+        let range = if step < 0 { before.and_then(|before| self.overflow(before, ns, exponent)) } else { None };
+        self.added += range.unwrap_or(0);
+        (ns + self.added, range.is_some())
+    }
+
+    /// The range of the counter that overflowed between two times, from 0 on or about 0.
+    fn overflow(&self, before: i128, now: i128, exponent: i32) -> Option<i128> {
+        let range = |bits: u32, exponent: i32| (1_i128 << bits) * 10_i128.pow(exponent.unsigned_abs());
+        // Seconds were counted in microseconds or milliseconds.
+        let ranges: &[i128] = match exponent {
+            9 => &[range(16, 6), range(32, 3), range(32, 6)],
+            _ => &BITS.map(|bits| range(bits, exponent)),
+        };
+        // It goes on from one end to the other, and the next step may be somewhat longer than the last.
+        let near = 3 * self.step / 2;
+        ranges.iter().copied().filter(|range| 4 * near <= *range).find(|range| {
+            [(0, *range), (-range / 2, range / 2)]
+                .into_iter()
+                .any(|(low, high)| (high - near..=high).contains(&before) && (low..=low + near).contains(&now))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn followed(times: &[i128], exponent: i32) -> (Vec<i128>, usize) {
+        let mut timer = Timer::default();
+        let all: Vec<_> = times.iter().map(|time| timer.follow(*time, exponent)).collect();
+        (all.iter().map(|of| of.0).collect(), all.iter().filter(|of| of.1).count())
+    }
+
+    #[test]
+    fn a_counter_goes_on_past_its_end() {
+        let end = (1_i128 << 32) * 1000;
+        let step = 5_000_000;
+        assert_eq!(
+            followed(&[end - 2 * step, end - step + 700, 1000, step], 3),
+            (vec![end - 2 * step, end - step + 700, end + 1000, end + step], 1)
+        );
+        // Signed, and in seconds.
+        assert_eq!(followed(&[end / 2 - 2 * step, end / 2 - step, -end / 2], 3).0[2], end / 2);
+        assert_eq!(followed(&[end - 2 * step, end - step, 0], 9).0[2], end);
+        let short: Vec<i128> = (0..40).map(|k| (k * 10_000_000) % 65_536_000).collect();
+        let (times, overflows) = followed(&short, 3);
+        assert!(times.windows(2).all(|pair| pair[1] - pair[0] == 10_000_000) && overflows == 5, "{times:?}");
+    }
+
+    #[test]
+    fn a_clock_that_begins_again_elsewhere_is_none() {
+        for times in
+            [&[0, 5_000_000, 0_i128][..], &[600_000_000_000, 600_005_000_000, 0], &[10_000_000, 20_000_000, 15_000_000]]
+        {
+            assert_eq!(followed(times, 3), (times.to_vec(), 0));
+        }
+    }
+}
