@@ -28,6 +28,7 @@ pub enum RowFault {
 
 impl RowFault {
     /// Whether the row lacks something for it.
+    #[must_use]
     pub fn costs(self) -> bool {
         !matches!(self, Self::TextColumn | Self::TimerOverflow)
     }
