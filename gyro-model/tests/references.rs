@@ -118,6 +118,68 @@ fn a_suspect_of_a_whole_sensor_is_fitted_on_every_axis_of_an_orientation() {
 
 /// How far a shaft turned inside a dead zone an encoder knows to whole counts only: each passage costs as much, and the
 /// floor has it.
+/// A sensor that is turned by 2° about z feels on x what y turns, and on y what x turns; what one axis alone takes out, the other leaves.
+#[test]
+fn a_sensor_that_is_turned_is_found_on_all_axes_at_once() {
+    let sensor = SensorSpec { reference: Reference::Quaternion, ..SensorSpec::default() };
+    let motion = Motion::Drive { rate: 1.2, hold: 2.0 };
+    let mut record = simulate(&Scenario { motion, sensor, seed: 3, seconds: 60.0, ..Scenario::default() }).record;
+    let (sin, cos) = 2_f64.to_radians().sin_cos();
+    for row in &mut record.rows {
+        let [x, y, z] = row.gyro;
+        row.gyro = [cos * x + sin * y, cos * y - sin * x, z];
+    }
+    let (_, ladders) = diagnose::ladder(&record, &Model::base_for(&record), &Axis::ALL, &Options::default()).unwrap();
+    for ladder in &ladders[..2] {
+        assert_eq!(ladder.effects, ["scale-factor", "bias", "cross-axis"], "{}: {}", ladder.axis, ladder.says);
+    }
+    for ladder in &ladders {
+        assert_eq!(ladder.verdict, Verdict::Adequate, "{}: {}", ladder.axis, ladder.says);
+    }
+}
+
+/// A clock that is set back or ahead between two samples of a grid: how far to a permille, when to a sample, on all axes alike.
+#[test]
+fn a_clock_that_is_set_is_found_to_a_sample() {
+    for (reference, hidden, step) in [
+        (Reference::Encoder(4096), "clock-step:j=-0.1,t0=41.234", -0.1),
+        (Reference::Quaternion, "clock-step:j=0.05,t0=41.234", 0.05),
+    ] {
+        let sensor = SensorSpec { reference, ..SensorSpec::default() };
+        let hidden = vec![Hidden::parse(hidden, Axis::X).unwrap()];
+        let scenario = Scenario { sensor, hidden, seed: 3, seconds: 60.0, ..Scenario::default() };
+        let record = simulate(&scenario).record;
+        let axes: &[Axis] = if reference == Reference::Quaternion { &Axis::ALL } else { &[Axis::X] };
+        let (_, ladders) = diagnose::ladder(&record, &Model::base_for(&record), axes, &Options::default()).unwrap();
+        for ladder in ladders {
+            assert_eq!(ladder.effects, ["scale-factor", "bias", "clock-step"], "{}: {}", ladder.axis, ladder.says);
+            let value = |name: &str| ladder.parameters.iter().find(|p| p.name == name).and_then(|p| p.value).unwrap();
+            assert!((value("j") / step - 1.0).abs() < 1e-3, "{}: {}", ladder.axis, value("j"));
+            assert!((value("t0") - 41.234).abs() < 0.015, "{}: {}", ladder.axis, value("t0"));
+        }
+    }
+}
+
+/// A camera system's curve through its frames: a Gaussian window, on all axes alike, and nothing else.
+#[test]
+fn a_reference_that_is_smoothed_is_found_with_its_window() {
+    for reference in [Reference::Rate, Reference::Quaternion] {
+        let sensor = SensorSpec { reference, ..SensorSpec::default() };
+        let hidden = vec![Hidden::parse("reference-smoothing:w=0.015", Axis::X).unwrap()];
+        let motion = Motion::Multisine { travel: 5.0 };
+        let record =
+            simulate(&Scenario { motion, sensor, hidden, seed: 2, seconds: 60.0, ..Scenario::default() }).record;
+        let axes: &[Axis] = if reference == Reference::Quaternion { &Axis::ALL } else { &[Axis::X] };
+        let (_, ladders) = diagnose::ladder(&record, &Model::base_for(&record), axes, &Options::default()).unwrap();
+        for ladder in ladders {
+            let own = ["scale-factor", "bias", "reference-smoothing"];
+            assert_eq!(ladder.effects, own, "{}: {}", ladder.axis, ladder.says);
+            let w = ladder.parameters.iter().find(|p| p.name == "w").and_then(|p| p.value).unwrap();
+            assert!((w - 0.015).abs() < 3e-4, "{}: {w}", ladder.axis);
+        }
+    }
+}
+
 #[test]
 fn the_floor_has_what_each_passage_of_a_dead_zone_costs() {
     for seed in 1..=3 {

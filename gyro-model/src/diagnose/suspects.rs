@@ -87,9 +87,7 @@ impl<'a> Incumbent<'a> {
             own.is_none_or(|own| !own.terms.iter().any(|t| t.effect.is_like(candidate.term.effect)))
                 && can_show(candidate.term.effect, s)
         };
-        candidate.term.effect.is_of_whole_sensor()
-            && problem.attitude().is_some()
-            && problem.series.iter().all(has_none)
+        candidate.term.effect.joins_throughout() && problem.attitude().is_some() && problem.series.iter().all(has_none)
     }
 
     /// Whether an exact refit of this candidate may come near the best of those fitted so far, by the error or by the
@@ -100,8 +98,7 @@ impl<'a> Incumbent<'a> {
         let most = own().map(|r| r.rise).filter(|rise| rise.is_finite()).fold(0.0, f64::max);
         let left = limit::GRID.value * (1.0 - candidate.removes) * self.excess(candidate.series);
         // What a whole sensor has is scanned on one axis, and fitted on all.
-        let is_scanned_in_part =
-            candidate.term.effect.is_of_whole_sensor() && self.study.bench.problem.series.len() > 1;
+        let is_scanned_in_part = candidate.term.effect.joins_throughout() && self.study.bench.problem.series.len() > 1;
         let is_read_off = candidate.term.effect.stage() == Stage::Reading;
         is_read_off || is_scanned_in_part || left < least || candidate.score > limit::GRID.value * most
     }
@@ -128,7 +125,7 @@ fn promising(list: Vec<Candidate>, axes: usize) -> (Vec<Candidate>, Vec<Candidat
         }
     }
     // What is one model on all axes is fitted but once.
-    let one_model = |c: &Candidate| axes > 1 && c.term.effect.is_of_whole_sensor();
+    let one_model = |c: &Candidate| axes > 1 && c.term.effect.joins_throughout();
     for k in 0..list.len() {
         let id = list[k].term.effect.card().id;
         first[k] |= one_model(&list[k]) && (0..list.len()).any(|j| first[j] && list[j].term.effect.card().id == id);

@@ -1,6 +1,6 @@
 //! `cross-axis`: misalignment and cross-axis sensitivity, φ = the other two rates.
 
-use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
+use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage, Trait};
 use crate::Axis;
 use crate::measured::{Measured, parts};
 use std::borrow::Cow;
@@ -23,7 +23,7 @@ static CARD: Card = Card {
     excited_by: "rotation about the other axes, independent of this one",
     mended_by: "exactly",
     at_source: "square the sensor to the axis of rotation (1.7 % is one degree of tilt)",
-    traits: &[],
+    traits: &[Trait::Turn],
     aliases: &[Alias {
         id: "scale-factor",
         when: "one axis turns alone, or the other axes turn in proportion",

@@ -187,6 +187,8 @@ pub enum Trait {
     Onset,
     /// Multiplies the whole rate.
     Gain,
+    /// Turns the sensor against the body: on an orientation all axes have their share, and one alone carries the others' errors.
+    Turn,
     /// A sine of one frequency and one phase throughout the log.
     Line,
     /// A resonance of what carries the sensor. Its inverse is a notch, which takes out any line near its frequency.
@@ -484,10 +486,16 @@ impl dyn Effect + '_ {
         self.card().traits.contains(&wanted)
     }
 
+    /// Whether it joins on all axes of an orientation at once: what a whole sensor has, and a sensor that is turned.
+    #[must_use]
+    pub fn joins_throughout(&self) -> bool {
+        self.is_of_whole_sensor() || self.is(Trait::Turn)
+    }
+
     /// Whether both act at the same place of a whole sensor or reference.
     #[must_use]
     pub fn is_like(&self, other: &dyn Effect) -> bool {
-        self.is_of_whole_sensor() && self.stage() == other.stage()
+        self.joins_throughout() && other.joins_throughout() && self.stage() == other.stage()
     }
 
     /// Whether it is that of a whole sensor or reference, the same on all its axes.

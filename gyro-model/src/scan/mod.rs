@@ -453,20 +453,21 @@ fn prior_floor(study: &Study) -> Vec<f64> {
         .collect()
 }
 
-/// The study's model with one more term and, where the axes make one orientation and the effect is of the whole sensor, with
-/// as much of it on every other axis that has nothing of the kind: what one axis reads late the others read late too, and
-/// their errors are carried into its own.
+/// The study's model with one more term and, where the axes make one orientation and the effect joins on all of them, with it on
+/// every other axis that has nothing of the kind: what one axis reads late the others read late too, as much of it, and a sensor that is
+/// turned is so for all; and their errors are carried into its own.
 #[must_use]
 pub fn with_term_throughout(study: &Study, series: usize, term: &Term) -> Model {
     let mut model = with_term(study, series, term.clone());
     let problem = &study.bench.problem;
-    if problem.attitude().is_none() || !term.effect.is_of_whole_sensor() {
+    if problem.attitude().is_none() || !term.effect.joins_throughout() {
         return model;
     }
     for other in problem.series.iter().enumerate().filter(|(k, s)| *k != series && can_show(term.effect, s)) {
         let own = model.axes[other.1.axis.index()].get_or_insert_with(|| AxisModel::base(other.1.axis));
         if !own.terms.iter().any(|t| t.effect.is_like(term.effect)) {
-            own.terms.push(term.clone());
+            let as_much = term.effect.is_of_whole_sensor();
+            own.terms.push(if as_much { term.clone() } else { Term::neutral(term.effect, other.1.axis) });
         }
     }
     model
