@@ -136,10 +136,18 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), FitError> {
             .filter(|p| middle(p.tau_s))
             .map(|p| p.unattributed.unwrap_or(0.0) / p.total())
             .collect();
-        let known = |id: &str| gyro_model::effects::find(id).is_some_and(|effect| effect.stage() == Stage::Calibration);
+        // A smoothed reference is an effect of its own: named, it limits nothing any more.
+        let is_there =
+            |stage: Stage| stage == Stage::Calibration || matches!(kind, Kind::Wheels) && stage == Stage::Shown;
+        let known = |id: &str| gyro_model::effects::find(id).is_some_and(|effect| is_there(effect.stage()));
+        let smoothing = outcome.added.iter().any(|added| added.id == "reference-smoothing");
         Ok(End {
             kind,
-            told: outcome.ladder.limited_by,
+            told: if smoothing && matches!(kind, Kind::Wheels) {
+                Some(LimitedBy::ReferenceBandwidth)
+            } else {
+                outcome.ladder.limited_by
+            },
             unattributed: budget.iter().sum::<f64>() / budget.len().max(1) as f64,
             invented: outcome.added.iter().map(|added| added.id.clone()).filter(|id| !known(id)).collect(),
             over: over.iter().fold((f64::INFINITY, 0.0), |(low, high), ratio| (low.min(*ratio), high.max(*ratio))),

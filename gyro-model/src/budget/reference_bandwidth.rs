@@ -5,7 +5,6 @@
 //! between them, and what it makes of the motion beyond a quarter of 1/h is its own.
 
 use super::{Claim, seen::Seen, spectra::Band};
-use crate::order::median;
 use std::f64::consts::TAU;
 
 /// How a reference fails to follow.
@@ -56,7 +55,7 @@ pub fn claim(seen: &Seen, left: &[f64]) -> Option<Claim> {
 /// Whether the reference follows, and how not.
 #[must_use]
 pub fn slow(seen: &Seen) -> Option<Slow> {
-    knots(seen).map(Slow::Knots).or_else(|| smoothed(seen).map(Slow::Smoothed))
+    seen.knots.map(Slow::Knots).or_else(|| smoothed(seen).map(Slow::Smoothed))
 }
 
 /// 1 − H.
@@ -91,39 +90,6 @@ fn smoothed(seen: &Seen) -> Option<f64> {
     // As well as a law of one parameter can.
     (plain && misfit(best) < 0.5 * misfit(0.0)).then_some(best)
 }
-
-/// How far apart the knots are between which the reference turns evenly, s.
-fn knots(seen: &Seen) -> Option<f64> {
-    let bends = &seen.bends;
-    let mut sorted = bends.clone();
-    sorted.sort_by(f64::total_cmp);
-    let large = sorted[sorted.len() * 49 / 50];
-    if large <= 0.0 {
-        return None;
-    }
-    // A knot between two rows bends two steps.
-    let is_knot = |k: usize| bends[k] > BEND * large && (k == 0 || bends[k - 1] <= BEND * large);
-    let at: Vec<usize> = (0..bends.len()).filter(|&k| is_knot(k)).collect();
-    let pairs: Vec<(usize, usize)> =
-        at.windows(2).map(|pair| (pair[0], pair[1])).filter(|(a, b)| (3..64).contains(&(b - a))).collect();
-    if pairs.len() < KNOTS {
-        return None;
-    }
-    let usual = median(pairs.iter().map(|(a, b)| (b - a) as f64).collect())?;
-    let alike = pairs.iter().filter(|(a, b)| ((b - a) as f64 - usual).abs() <= 1.0).count();
-    let straight = |&(a, b): &(usize, usize)| {
-        let between = median(bends[a + 2..b].to_vec()).unwrap_or(0.0);
-        between < STRAIGHT * (bends[a] + bends[a + 1]).max(bends[b])
-    };
-    let even = pairs.iter().filter(|pair| straight(pair)).count();
-    (2 * alike > pairs.len() && 4 * even > 3 * pairs.len()).then_some(usual * seen.dt)
-}
-
-/// Knots that show how far they are apart.
-const KNOTS: usize = 40;
-/// Share of the largest bends from which one is a knot, and of a knot's below which there is none.
-const BEND: f64 = 0.1;
-const STRAIGHT: f64 = 0.05;
 
 /// The frequency, Hz, at which a smoothing of this width leaves a share away.
 #[must_use]

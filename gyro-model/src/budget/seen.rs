@@ -25,8 +25,8 @@ pub struct Seen<'a> {
     pub error: Vec<f64>,
     /// Steps of the compensated gyro's angle, rad.
     pub gyro: Vec<f64>,
-    /// By how much the reference's rate changes from one step to the next, about all axes that it is of, rad/s.
-    pub bends: Vec<f64>,
+    /// How far apart the knots are between which the reference turns evenly, s.
+    pub knots: Option<f64>,
     /// Spectra of error, gyro and reference.
     pub bands: Vec<Band>,
     /// Lines of motion faster than half the sampling rate.
@@ -60,7 +60,6 @@ impl<'a> Seen<'a> {
             || study.evaluation.tracks[series].reference().to_vec(),
             |attitude| attitude.turned_about(s.axis.index()),
         );
-        let bends = bends(study, t);
         let lost = &study.evaluation.lost;
         let steps = |angle: &[f64]| -> Vec<f64> {
             (1..angle.len()).map(|k| if lost[k] { 0.0 } else { angle[k] - angle[k - 1] }).collect()
@@ -91,7 +90,7 @@ impl<'a> Seen<'a> {
             dt,
             error,
             gyro,
-            bends,
+            knots: s.knots,
             bands,
             folded,
             with_columns: found.share,
@@ -124,20 +123,3 @@ impl<'a> Seen<'a> {
 
 /// Share of the error in lines of folded motion from which on its columns are not asked.
 const MOST: f64 = 0.3;
-
-/// By how much the reference's rate changes from one step to the next: of an orientation, about all of its axes together.
-fn bends(study: &Study, t: &[f64]) -> Vec<f64> {
-    let problem = &study.bench.problem;
-    let angles: Vec<Vec<f64>> = problem.attitude().map_or_else(
-        || vec![problem.series[0].reference_angle.clone()],
-        |attitude| (0..3).map(|axis| attitude.turned_about(axis)).collect(),
-    );
-    let mut squares = vec![0.0; t.len().saturating_sub(2)];
-    for angle in angles {
-        for (k, square) in squares.iter_mut().enumerate() {
-            let rate = |k: usize| (angle[k + 1] - angle[k]) / (t[k + 1] - t[k]).max(1e-9);
-            *square += (rate(k + 1) - rate(k)).powi(2);
-        }
-    }
-    squares.into_iter().map(f64::sqrt).collect()
-}

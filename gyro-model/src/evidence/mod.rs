@@ -9,6 +9,7 @@
 //! | `shaft` | where the shaft was |
 //! | [`increments`] | increments over averaging times: the error curve's Gram matrices, held out block by block |
 //! | [`attitude`] | an orientation as reference |
+//! | `knots` | a reference that is known seldom, straight lines between |
 //! | [`integrate`] | integrals and smoothing of sampled rates |
 //! | `heating` | how fast the temperature rises |
 //! | [`study`] | a model fitted to a log |
@@ -38,6 +39,7 @@ pub(crate) mod identify;
 pub(crate) mod incoherent;
 pub mod increments;
 pub mod integrate;
+mod knots;
 pub mod likelihood;
 pub mod line;
 pub mod noise;

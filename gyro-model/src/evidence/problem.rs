@@ -8,6 +8,7 @@
 use super::{
     attitude::Attitude,
     integrate::integral,
+    knots,
     prior::Prior,
     series::{HOLE, Rest, Series, usual},
     shaft::{LEVEL, best_angle, counted_angle, nearness, stand},
@@ -144,13 +145,25 @@ impl Problem {
     /// `model` calibrates them.
     #[must_use]
     pub fn new(record: &Record, axes: &[Axis], model: &Model) -> Option<Self> {
-        let series: Vec<Series> = axes.iter().filter_map(|&a| Series::new(record, a, model)).collect();
+        let mut series: Vec<Series> = axes.iter().filter_map(|&a| Series::new(record, a, model)).collect();
         let first = series.first()?;
         let own = series.iter().map(|s| s.axis.index()).collect();
         let attitude = (first.kind == ReferenceKind::Quaternion).then(|| Attitude::new(record, first, own));
         let apart: Vec<f64> = first.reference_t.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let steps = apart.clone();
         let longest = if attitude.is_some() { HOLE * usual(apart.clone()) } else { f64::INFINITY };
         let broken = std::iter::once(false).chain(apart.into_iter().map(|apart| apart > longest)).collect();
+        let angles = attitude.as_ref().map_or_else(
+            || vec![first.reference_angle.clone()],
+            |attitude| (0..3).map(|axis| attitude.turned_about(axis)).collect(),
+        );
+        // Whole counts bend at each count, and lie on no line between.
+        let counts = first.encoder.step > 0.0;
+        let knots =
+            (!counts).then(|| knots::apart(&first.reference_t, median(steps).unwrap_or(0.0), &angles)).flatten();
+        for own in &mut series {
+            own.knots = knots;
+        }
         Some(Self { series, attitude, broken, held_rate: HeldRate::default() })
     }
 

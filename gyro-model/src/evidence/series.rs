@@ -46,6 +46,8 @@ pub struct Series {
     pub rest: Rest,
     /// The frequency at which its shaft goes to and fro, where that is all it does, Hz.
     pub one_line: Option<f64>,
+    /// How far apart the knots are between which its reference turns evenly, where it does, s.
+    pub knots: Option<f64>,
     /// The reference readings that say something of their own.
     pub readings: Vec<Reading>,
 }
@@ -385,6 +387,7 @@ impl Series {
             margin: 0.0,
             rest: Rest::None,
             one_line,
+            knots: None,
             readings,
         })
     }

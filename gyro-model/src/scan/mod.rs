@@ -56,6 +56,10 @@ pub fn can_show(effect: &dyn Effect, series: &Series) -> bool {
     if !shows || series.one_line.is_some() && effect.is(Trait::Resonance) {
         return false;
     }
+    // Straight lines between knots leave fast motion out too: neither a smoothing nor what a mount adds to the gyro.
+    if series.knots.is_some() && (effect.stage() == Stage::Shown || effect.is(Trait::Resonance)) {
+        return false;
+    }
     let varies = |pick: &dyn Fn(usize) -> f64, least: f64| {
         let (low, high) =
             (0..series.t.len()).map(pick).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
