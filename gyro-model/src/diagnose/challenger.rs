@@ -1,6 +1,6 @@
 //! A suspect refitted exactly, and what that is worth.
 
-use super::{Options, chance::chance, comparison::take_smoothed_counts};
+use super::{Options, chance::chance};
 use crate::{
     Model, Term,
     effects::{Effect, Stage},
@@ -245,9 +245,7 @@ impl<'a> Incumbent<'a> {
             None => scan_for(&self.scanner(), options.own_effects, |k, id| k == series && wanted(id)),
         };
         list.retain(|c| c.term.effect.stage() != Stage::Reading);
-        let mut rivals = parallel::map(&list, |candidate| self.refit_beside(candidate.clone(), joint));
-        take_smoothed_counts(&mut rivals);
-        rivals
+        parallel::map(&list, |candidate| self.refit_beside(candidate.clone(), joint))
     }
 
     /// A suspect at its exact optimum, held against this model.

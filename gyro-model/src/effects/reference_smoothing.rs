@@ -49,8 +49,8 @@ static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
 
 /// Standard deviations of the window that are looked at on either side; beyond lies 6e-5 of its weight.
 const REACH: f64 = 4.0;
-/// Instants to a standard deviation: at least, and at most. At two the sum is the integral to 1e-8 of what is slower than 2/w; from
-/// eight on nothing of a motion lies between them.
+/// Instants in one standard deviation: at least, and at most. Two give the integral of motion slower than 2/w rad/s to 1e-8. With eight,
+/// motion fast enough to fall between the instants is too small an angle to matter.
 const FEWEST: f64 = 2.0;
 const MOST: f64 = 8.0;
 

@@ -11,6 +11,9 @@
 //! While the regressors stand still, r is affine in every coefficient: one J serves all steps. A shape (a delay, a time
 //! constant) bends it a little, so J is kept while f falls as it says (the chord method, Kelley, Iterative Methods for
 //! Linear and Nonlinear Equations, ch. 5), and taken anew at the end: where it then still leads downhill, the fit goes on.
+//!
+//! The instant of a step has no useful derivative. Once the other parameters have settled it is sought by halving the search step, from the
+//! spacing of the scan's grid to a sample, and the fit goes on from there.
 
 use super::{
     problem::{Evaluation, Problem, Slot, Warm},

@@ -250,7 +250,6 @@ impl Problem {
     ) -> Option<Moved> {
         let s = &self.series[index];
         let (was, now) = (terms.get(place), &other[place]);
-
         let has_play = other.iter().any(|term| term.effect.is_play());
         let rate_of = |felt: Vec<f64>| {
             let mounts = other.iter().filter(|term| is_of_mount(term));

@@ -89,7 +89,7 @@ impl Injection {
             ..Signals::default()
         };
         if row.ref_angle[i].is_finite() {
-            let of_reference = self.effects.iter_mut().filter(|(h, _)| h.effect.stage() == Stage::Reference);
+            let of_reference = self.effects.iter_mut().filter(|(h, _)| h.effect.stage().is_of_reference());
             row.ref_angle[i] += of_reference.map(|(h, m)| h.effect.error(&h.values, &signals, m)).sum::<f64>();
         }
         if read.is_finite() {
@@ -191,6 +191,20 @@ mod tests {
             let accel = if k % 5 == 0 { [9.0, 0.0, 0.0] } else { [f64::NAN; 3] };
             let added = injection.spoil(Row { accel, ..row(k) }).gyro[2] - row(k).gyro[2];
             assert!((added - 0.09).abs() < 1e-12, "{k}: {added}");
+        }
+    }
+
+    #[test]
+    fn a_smoothed_reference_shows_less_of_a_turn_that_quickens() {
+        let mut injection = Injection::new(Axis::Z);
+        injection.hide("reference-smoothing:w=0.02").unwrap();
+        for k in 1..60 {
+            let (before, now) = (row(k - 1), row(k));
+            let spoilt = injection.spoil(now);
+            let slope = (now.gyro[2] - before.gyro[2]) / 0.01;
+            let added = if k == 1 { 0.0 } else { 0.5 * 0.02 * 0.02 * slope };
+            assert!((spoilt.ref_angle[2] - now.ref_angle[2] - added).abs() < 1e-12, "{k}");
+            assert_eq!(spoilt.gyro[2].to_bits(), now.gyro[2].to_bits());
         }
     }
 

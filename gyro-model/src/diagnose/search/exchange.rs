@@ -5,7 +5,7 @@ use super::{
         Options,
         bounds::is_at_bound,
         challenger::{Challenger, Incumbent},
-        comparison::aliases,
+        comparison::{aliases, take_smoothed_counts},
     },
     Doubt, added, without,
 };
@@ -114,7 +114,9 @@ fn in_the_place_of<'a>(
     let Some((without, _)) = without(incumbent, axis, id) else { return Vec::new() };
     (options.progress)(id);
     let wanted = |rival: &str| rival == id || like(id, rival);
-    without.rivals(series, &incumbent.study.model, options, wanted)
+    let mut rivals = without.rivals(series, &incumbent.study.model, options, wanted);
+    take_smoothed_counts(&mut rivals);
+    rivals
 }
 
 /// Whether one of these may stand where the other does: what the catalogue says may be taken for one another, and all that makes
