@@ -89,6 +89,8 @@ pub enum Command {
     Control(commands::control::Args),
     /// Watch a running pipeline in the terminal, and add what is missing
     Top(commands::top::Args),
+    /// Measure what a hop from process to process costs on this machine, beside sockets and pipes
+    Bench(commands::bench::Args),
 }
 
 impl Command {
@@ -116,6 +118,7 @@ impl Command {
             Self::Status(args) => commands::status::run(args),
             Self::Control(args) => commands::control::run(args),
             Self::Top(args) => commands::top::run(args),
+            Self::Bench(args) => commands::bench::run(args),
         }
     }
 }

@@ -16,6 +16,7 @@
 //! | [`rate_out`] | the rate for a vehicle: shared memory, sockets, standard output |
 //! | [`wire`] | between messages and mathematics |
 //! | [`clock`], [`stop`], [`pulse`], [`vault`], [`hopeless`] | a process' clock, end, heart-beat, memory, last word |
+//! | [`hops`] | round trips between two processes, ours beside others |
 //! | [`report`] | results as text, JSON and one HTML page |
 //! | [`estimates`] | the columns of `apply` and of recordings |
 //! | [`dashboard`] | the live page: what it shows, who may see it, what it orders |
@@ -41,6 +42,7 @@ pub mod domain;
 pub mod estimates;
 pub mod export;
 pub mod hopeless;
+pub mod hops;
 pub mod kalman;
 pub mod live;
 pub mod log;

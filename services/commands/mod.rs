@@ -9,6 +9,7 @@ use std::io::{self, Write};
 
 pub mod add;
 pub mod apply;
+pub mod bench;
 pub mod change;
 pub mod channels;
 pub mod compare;

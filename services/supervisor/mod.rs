@@ -7,7 +7,7 @@ pub mod board;
 mod janitor;
 mod manager;
 pub mod process;
-mod room;
+pub mod room;
 pub mod summary;
 pub mod vitals;
 pub mod watchdog;
