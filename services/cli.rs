@@ -91,6 +91,10 @@ pub enum Command {
     Top(commands::top::Args),
     /// Measure what a hop from process to process costs on this machine, beside sockets and pipes
     Bench(commands::bench::Args),
+    /// Print what a shell needs to complete commands and flags
+    Completions(commands::completions::Args),
+    /// Write the manual pages to a folder
+    Man(commands::man::Args),
 }
 
 impl Command {
@@ -119,6 +123,8 @@ impl Command {
             Self::Control(args) => commands::control::run(args),
             Self::Top(args) => commands::top::run(args),
             Self::Bench(args) => commands::bench::run(args),
+            Self::Completions(args) => commands::completions::run(args),
+            Self::Man(args) => commands::man::run(args),
         }
     }
 }
