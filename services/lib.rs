@@ -10,6 +10,7 @@
 //! | [`watch`], [`ask`] | a look at a running pipeline; a command to it, and its answer |
 //! | [`demo`] | plays a user who finds out what is missing |
 //! | [`settings`] | what a pipeline is told |
+//! | [`realtime`] | what the kernel is asked for so that a rate comes in time |
 //! | [`domain`], [`run_folder`] | where a pipeline lives, and its files |
 //! | [`source`], [`live`] | where rows come from; those that come while they are read |
 //! | [`consumers`] | how far those are who follow |
@@ -52,6 +53,7 @@ pub mod plot;
 pub mod progress;
 pub mod pulse;
 pub mod rate_out;
+pub mod realtime;
 pub mod recorder;
 pub mod recording;
 pub mod report;

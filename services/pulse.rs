@@ -1,6 +1,6 @@
 //! A service's heart-beat: its counts and latencies, given at about 10 Hz and whenever the stream's flow needs it.
 
-use crate::clock::now_ns;
+use crate::{clock::now_ns, realtime};
 use ipc_types::{
     Health, Histogram, ServiceId, State,
     port::{Hub, PortError, Writer},
@@ -29,6 +29,7 @@ impl Pulse {
             service: service as u32,
             pid: std::process::id(),
             born_ns: now_ns(),
+            scheduling: realtime::in_force(),
             stages: stages.map(Histogram::new),
             ..Health::default()
         };

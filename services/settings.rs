@@ -4,10 +4,11 @@
 use crate::{
     live::Address,
     rate_out::{Target, Way, ring},
+    realtime::Realtime,
 };
 use anyhow::{Context, bail};
 use gyro_model::estimator;
-use ipc_types::wait::Wait;
+use ipc_types::{ServiceId, wait::Wait};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
 use std::{
     fs,
@@ -54,6 +55,8 @@ pub struct Settings {
     pub learning: Learning,
     /// How each process waits for its next message.
     pub wait: Waits,
+    /// What the kernel is asked for.
+    pub realtime: Realtime,
 }
 
 /// The simulated vehicle.
@@ -151,6 +154,20 @@ pub struct Waits {
     pub sender: Wait,
 }
 
+impl Waits {
+    /// Of this process; `None` where it waits for no stream.
+    #[must_use]
+    pub fn of(&self, service: ServiceId) -> Option<Wait> {
+        match service {
+            ServiceId::Kalman => Some(self.kalman),
+            ServiceId::Compensator => Some(self.compensator),
+            ServiceId::Recorder => Some(self.recorder),
+            ServiceId::Sender => Some(self.sender),
+            ServiceId::Acquisition | ServiceId::Dashboard => None,
+        }
+    }
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Self {
@@ -169,6 +186,7 @@ impl Default for Settings {
             filter: Filter::default(),
             learning: Learning::default(),
             wait: Waits::default(),
+            realtime: Realtime::default(),
         }
     }
 }
@@ -290,6 +308,8 @@ impl Settings {
             bail!("reference: joins a log (a second file) or a sensor's address (another address); source is neither");
         }
         self.reference_address()?;
+        let spins = ServiceId::ALL.into_iter().filter(|&id| self.wait.of(id) == Some(Wait::Spin));
+        self.realtime.check(&spins.collect::<Vec<_>>())?;
         if l.rows < 1000 {
             bail!("learning.rows = {}: must be 1000 at least", l.rows);
         }

@@ -117,6 +117,25 @@ impl SourceHealth {
     }
 }
 
+/// How a process shares the machine with others, as the kernel says.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
+#[type_name("truerate.Scheduling.v1")]
+pub struct Scheduling {
+    /// The kernel's number: 0 for everybody's, 1 for first come first served at a real-time priority.
+    pub policy: u32,
+    /// Real-time priority; 0 for none.
+    pub priority: u32,
+    /// Cores that it may use, of the first 64, the first in the lowest bit.
+    pub cores: u64,
+    /// By how much its timers may be late, ns.
+    pub timer_slack_ns: u64,
+    /// 1 where its memory is locked.
+    pub locked: u32,
+    /// 0.
+    pub unused: u32,
+}
+
 /// The heart-beat of one service, about 10 Hz; more often while it must acknowledge an unpaced stream.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ZeroCopySend)]
@@ -150,6 +169,8 @@ pub struct Health {
     pub epoch: u64,
     /// Its live source (acquisition).
     pub source: SourceHealth,
+    /// How its main thread shares the machine.
+    pub scheduling: Scheduling,
     /// Latencies.
     pub stages: [Histogram; STAGES],
 }
@@ -179,9 +200,10 @@ impl Default for Health {
             acknowledged: 0,
             epoch: 0,
             source: SourceHealth::default(),
+            scheduling: Scheduling::default(),
             stages: [Histogram::default(); STAGES],
         }
     }
 }
 
-const _: () = assert!(size_of::<Health>() == 3640 + size_of::<SourceHealth>());
+const _: () = assert!(size_of::<Health>() == 3640 + size_of::<SourceHealth>() + size_of::<Scheduling>());

@@ -1,6 +1,9 @@
 //! supervisor → `truerate status`, terminal, dashboard: what runs, over all lives of each process.
 
-use crate::{Text, health::SourceHealth};
+use crate::{
+    Text,
+    health::{Scheduling, SourceHealth},
+};
 use iceoryx2::prelude::ZeroCopySend;
 
 /// Services that are listed.
@@ -31,6 +34,10 @@ pub struct ServiceStatus {
     pub rejected: u64,
     /// Epoch of its parameters.
     pub epoch: u64,
+    /// How it shares the machine.
+    pub scheduling: Scheduling,
+    /// How it waits for its next message: `event`, `spin`, `hybrid(µs)`; empty where it waits for none.
+    pub wait: Text<30>,
 }
 
 /// One stage.
@@ -73,4 +80,4 @@ pub struct Status {
     pub stages: [StageStatus; STAGES],
 }
 
-const _: () = assert!(size_of::<Status>() == 24 + size_of::<SourceHealth>() + 104 * SERVICES + 88 * STAGES);
+const _: () = assert!(size_of::<Status>() == 24 + size_of::<SourceHealth>() + 168 * SERVICES + 88 * STAGES);

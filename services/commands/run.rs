@@ -13,6 +13,7 @@ use std::{
 #[command(after_long_help = "\
 Examples:
   truerate run                                          a simulated vehicle, live, with the dashboard
+  truerate run --priority 50 --lock-memory              before everything that is not real-time
   truerate run --hide delay g-sensitivity               the same with two effects that the model does not know
   truerate run --source log.csv.gz --speed max          a log pushed through the processes without loss
   truerate run --source serial:/dev/ttyUSB0 --out shm   a sensor on a serial line, the rate in shared memory
@@ -52,6 +53,25 @@ pub struct Args {
     /// Where the dashboard listens, or `off` [default: 127.0.0.1:7777]
     #[arg(long, value_name = "ADDR|off")]
     pub dashboard: Option<String>,
+    /// Run acquisition, kalman and sender before everything that is not real-time: SCHED_FIFO at this priority, 1 to 99
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=99))]
+    pub priority: Option<u8>,
+    /// Keep a process to these cores: `kalman=1`, `compensator=0,2`; may be given several times
+    #[arg(long, value_name = "NAME=LIST")]
+    pub cores: Vec<String>,
+    /// Lock the memory of acquisition, kalman and sender, their stacks touched beforehand
+    #[arg(long)]
+    pub lock_memory: bool,
+    /// Let timers of acquisition, kalman and sender be late by so many µs at most (0: as exact as can be) [default: 50]
+    #[arg(long, value_name = "US")]
+    pub timer_slack: Option<u64>,
+    /// Learn only where nobody else wants the core (SCHED_IDLE)
+    #[arg(long)]
+    pub idle_learning: bool,
+    /// How kalman waits for its next sample: `event` sleeps, `spin` takes a core, `hybrid(50)` looks for 50 µs before it
+    /// sleeps [default: event]
+    #[arg(long, value_name = "WAY")]
+    pub wait: Option<String>,
     /// The name of this pipeline: several of different names run side by side
     #[arg(long, value_name = "NAME", default_value = "default")]
     pub instance: String,
@@ -100,6 +120,17 @@ fn settings(args: &Args) -> anyhow::Result<Settings> {
     }
     settings.freeze |= args.freeze;
     settings.hide.extend(args.hide.iter().cloned());
+    let realtime = &mut settings.realtime;
+    realtime.priority = args.priority.unwrap_or(realtime.priority);
+    for text in &args.cores {
+        realtime.cores.set(text).context("--cores")?;
+    }
+    realtime.lock_memory |= args.lock_memory;
+    realtime.idle_learning |= args.idle_learning;
+    realtime.timer_slack_us = args.timer_slack.unwrap_or(realtime.timer_slack_us);
+    if let Some(wait) = &args.wait {
+        settings.wait.kalman = wait.parse().context("--wait")?;
+    }
     settings.make_absolute(Path::new("."))?;
     settings.check()?;
     if settings.freeze && settings.model.is_none() {

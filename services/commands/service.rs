@@ -60,6 +60,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 /// Enters the service; tries again while its ports cannot be opened yet.
 fn serve(service: ServiceId, domain: &Domain, folder: &RunFolder, stop: &Stop) -> anyhow::Result<()> {
     let run = folder.run()?;
+    run.settings.realtime.begin(service);
     let hub = patiently(stop, || Ok(Hub::join(domain, service.name())?))?;
     match service {
         ServiceId::Acquisition => acquisition::run(&hub, &run, folder, stop),

@@ -5,6 +5,7 @@ use crate::{clock::now_ns, domain, live::words, watch::Watch};
 use clap::ValueEnum;
 use ipc_types::{
     Status,
+    health::Scheduling,
     status::{ServiceStatus, StageStatus},
 };
 use serde_json::{Value, json};
@@ -82,6 +83,14 @@ pub fn json(status: &Status) -> Value {
             "lost": s.lost,
             "rejected": s.rejected,
             "epoch": s.epoch,
+            "scheduling": {
+                "policy": policy(s.scheduling.policy),
+                "priority": s.scheduling.priority,
+                "cores": cores(s.scheduling.cores),
+                "locked_memory": s.scheduling.locked != 0,
+                "timer_slack_ns": s.scheduling.timer_slack_ns,
+                "wait": (!s.wait.as_str().is_empty()).then_some(s.wait.as_str()),
+            },
         })
     };
     let stage = |s: &StageStatus| {
@@ -102,6 +111,33 @@ pub fn json(status: &Status) -> Value {
     })
 }
 
+/// The kernel's scheduling policies by their names.
+fn policy(number: u32) -> &'static str {
+    match number {
+        0 => "other",
+        1 => "fifo",
+        2 => "rr",
+        3 => "batch",
+        5 => "idle",
+        6 => "deadline",
+        _ => "unknown",
+    }
+}
+
+fn cores(mask: u64) -> Vec<u32> {
+    (0..u64::BITS).filter(|core| mask >> core & 1 == 1).collect()
+}
+
+/// What is in force of what the kernel can be asked for.
+fn scheduling(s: &ServiceStatus) -> String {
+    let Scheduling { policy: number, priority, cores: mask, timer_slack_ns, locked, .. } = s.scheduling;
+    let priority = if priority > 0 { priority.to_string() } else { "–".to_owned() };
+    let list = cores(mask).iter().map(ToString::to_string).collect::<Vec<_>>().join(",");
+    let (slack, locked) = (timer_slack_ns as f64 * 1e-3, if locked != 0 { "locked" } else { "–" });
+    let wait = if s.wait.as_str().is_empty() { "–" } else { s.wait.as_str() };
+    format!("{:<12} {:>8} {priority:>8} {locked:>8} {slack:>10.1} {wait:>11}  {list}", s.name, policy(number))
+}
+
 fn text(instance: &str, status: &Status) -> String {
     let mut out = String::new();
     let age = now_ns().saturating_sub(status.beat_ns) as f64 * 1e-9;
@@ -120,6 +156,14 @@ fn text(instance: &str, status: &Status) -> String {
             "{:<12} {:>8} {:<10} {:>8} {:>11} {:>11} {:>8} {:>8} {:>6}",
             s.name, s.pid, s.state, s.restarts, s.received, s.sent, s.lost, s.rejected, s.epoch
         );
+    }
+    let _ = writeln!(
+        out,
+        "{:<12} {:>8} {:>8} {:>8} {:>10} {:>11}  cores",
+        "scheduling", "policy", "priority", "memory", "slack (µs)", "wait"
+    );
+    for s in services(status).filter(|s| s.pid != 0) {
+        let _ = writeln!(out, "{}", scheduling(s));
     }
     let _ = writeln!(out, "{:<28} {:>11} {:>9} {:>9} {:>9} {:>9}", "stage (µs)", "count", "p50", "p99", "p99.9", "max");
     for s in stages(status) {

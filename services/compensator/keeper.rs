@@ -3,7 +3,7 @@
 
 use super::{
     current::Proposal,
-    worker::{Cost, Worker},
+    worker::{Cost, Rank, Worker},
 };
 use crate::output::{For, write_for};
 use gyro_model::Axis;
@@ -63,7 +63,7 @@ pub type Keeper = Worker<Keeping, (Keeping, anyhow::Result<()>)>;
 /// Starts it.
 #[must_use]
 pub fn start() -> Keeper {
-    Worker::start(1.0, Cost::Thread, |keeping: Keeping| {
+    Worker::start(1.0, Cost::Thread, Rank::Behind, |keeping: Keeping| {
         let result = keeping.writing.carry_out();
         (keeping, result)
     })

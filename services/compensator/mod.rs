@@ -37,7 +37,7 @@ use learner::{Job, Learner, Solution, Task, not_excited};
 use orders::Answers;
 use std::{collections::VecDeque, sync::Arc, time::Duration};
 use store::Store;
-use worker::{Cost, Worker};
+use worker::{Cost, Rank, Worker};
 
 const NAP: Duration = Duration::from_millis(20);
 const AGAIN_NS: u64 = 100_000_000;
@@ -141,6 +141,7 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
         store = store.keeping_means((settings.simulation.rate_hz / LIVE_RATE_HZ) as usize);
     }
     let (to_judge, to_search) = (store.view(), store.view());
+    let rank = if settings.realtime.idle_learning { Rank::Idle } else { Rank::Behind };
     let (duty, period) = (settings.learning.duty, settings.learning.diagnosis);
     let mut learner = Learner::new(store.view(), Duration::from_secs_f64(AIM * duty * settings.learning.period));
     let patience = Duration::from_secs_f64(AIM * duty * period * SEARCH_PERIODS);
@@ -161,11 +162,11 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
         commands: hub.answerer(&topic::CONTROL)?,
         pulse,
         store,
-        learner: Worker::start(duty, Cost::Thread, move |job: Job| learner.solve(&job)),
-        judge: Worker::start(duty, Cost::Thread, move |job| {
+        learner: Worker::start(duty, Cost::Thread, rank, move |job: Job| learner.solve(&job)),
+        judge: Worker::start(duty, Cost::Thread, rank, move |job| {
             judge::hold(&to_judge, &judged_rows, &mut holds, &name, job)
         }),
-        searcher: Worker::start(duty, Cost::Wall, move |job| judge::search(&to_search, &rows, &mut budget, job)),
+        searcher: Worker::start(duty, Cost::Wall, rank, move |job| judge::search(&to_search, &rows, &mut budget, job)),
         keeper: keeper::start(),
         orders: VecDeque::new(),
         answers: Answers::default(),

@@ -1,5 +1,6 @@
 //! A thread that works beside the one that receives, at a bounded share of the time.
 
+use crate::realtime::{Policy, set_policy};
 use rustix::{
     process::nice,
     time::{ClockId, clock_gettime},
@@ -21,6 +22,27 @@ pub struct Worker<J, R> {
 
 /// How much nicer the thread is than the one that receives.
 const BEHIND: i32 = 5;
+
+/// Who comes before the thread.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rank {
+    /// Whoever passes samples on, a little.
+    Behind,
+    /// Everybody.
+    Idle,
+}
+
+impl Rank {
+    /// Where that is refused, all are equal.
+    fn take(self) {
+        let _ = nice(BEHIND);
+        if self == Self::Idle
+            && let Err(error) = set_policy(Policy::Idle)
+        {
+            tracing::warn!("a thread that learns is not of the idle kind ({error})");
+        }
+    }
+}
 
 /// What a job counts for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,12 +66,11 @@ impl Cost {
 impl<J: Send + 'static, R: Send + 'static> Worker<J, R> {
     /// Starts the thread; `duty` is the share of one core that it may take.
     #[must_use]
-    pub fn start(duty: f64, cost: Cost, mut work: impl FnMut(J) -> R + Send + 'static) -> Self {
+    pub fn start(duty: f64, cost: Cost, rank: Rank, mut work: impl FnMut(J) -> R + Send + 'static) -> Self {
         let (jobs, inbox) = channel::<J>();
         let (outbox, results) = channel();
         thread::spawn(move || {
-            // Whoever passes samples on comes first. Where that is refused, all are equal.
-            let _ = nice(BEHIND);
+            rank.take();
             for job in inbox {
                 let (start, spent) = (Instant::now(), cost.now());
                 let result = work(job);
@@ -97,11 +118,11 @@ impl<J: Send + 'static, R: Send + 'static> Worker<J, R> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Cost, Worker};
+    use super::{Cost, Rank, Worker};
 
     #[test]
     fn a_worker_answers_and_a_dead_one_is_an_error() {
-        let mut worker = Worker::start(1.0, Cost::Thread, |n: u32| 10 / n);
+        let mut worker = Worker::start(1.0, Cost::Thread, Rank::Behind, |n: u32| 10 / n);
         worker.ask(5);
         let answer = loop {
             if let Some(answer) = worker.result().unwrap() {

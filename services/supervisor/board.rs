@@ -1,6 +1,6 @@
 //! What the services say of themselves, gathered over all their lives.
 
-use crate::clock::now_ns;
+use crate::{clock::now_ns, settings::Waits};
 use ipc_types::{
     Health, Histogram, ServiceId, State, Status, Text,
     status::{ServiceStatus, StageStatus},
@@ -84,6 +84,7 @@ impl Board {
         &self,
         run: u64,
         finished: bool,
+        waits: &Waits,
         processes: impl Iterator<Item = (ServiceId, Option<u32>, u32, &'a str)>,
     ) -> Status {
         let mut status = Status {
@@ -106,6 +107,8 @@ impl Board {
                 lost: health.lost,
                 rejected: health.rejected,
                 epoch: health.epoch,
+                scheduling: health.scheduling,
+                wait: waits.of(id).map(|wait| Text::new(&wait.to_string())).unwrap_or_default(),
             };
         }
         for (slot, stage) in status.stages.iter_mut().zip(self.stages()) {

@@ -328,7 +328,7 @@ impl Pipeline {
             };
             (p.service, p.pid(), p.restarts, state)
         });
-        let status = self.board.status(self.run.number, finished, list);
+        let status = self.board.status(self.run.number, finished, &self.run.settings.wait, list);
         if status.source.link != Link::None as u32 {
             self.manager.tell(&format!("source: {}", Link::name(status.source.link)));
         }

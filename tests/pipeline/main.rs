@@ -7,6 +7,7 @@ mod deployed;
 mod harness;
 mod live;
 mod rate_out;
+mod realtime;
 mod recording;
 mod room;
 mod soak;
