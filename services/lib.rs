@@ -14,6 +14,7 @@
 //! | [`domain`], [`run_folder`] | where a pipeline lives, and its files |
 //! | [`source`], [`live`] | where rows come from; those that come while they are read |
 //! | [`consumers`] | how far those are who follow |
+//! | [`profile`] | when every sample was at every stage, as a trace |
 //! | [`rate_out`] | the rate for a vehicle: shared memory, sockets, standard output |
 //! | [`wire`] | between messages and mathematics |
 //! | [`clock`], [`stop`], [`pulse`], [`vault`], [`hopeless`] | a process' clock, end, heart-beat, memory, last word |
@@ -50,6 +51,7 @@ pub mod log;
 pub mod model_file;
 pub mod output;
 pub mod plot;
+pub mod profile;
 pub mod progress;
 pub mod pulse;
 pub mod rate_out;

@@ -43,6 +43,8 @@ pub struct Settings {
     pub hide: Vec<String>,
     /// Where the estimates are recorded.
     pub record: Option<PathBuf>,
+    /// Where the time of every sample at every stage is written.
+    pub profile: Option<PathBuf>,
     /// Where the rate is given to.
     pub out: Vec<Target>,
     /// Where the dashboard listens; `off` for none.
@@ -180,6 +182,7 @@ impl Default for Settings {
             freeze: false,
             hide: Vec::new(),
             record: None,
+            profile: None,
             out: Vec::new(),
             dashboard: "127.0.0.1:7777".to_owned(),
             simulation: Simulation::default(),
@@ -255,7 +258,7 @@ impl Settings {
         {
             self.source = Source::at(whole(path)?);
         }
-        for path in [&mut self.columns, &mut self.model, &mut self.record].into_iter().flatten() {
+        for path in [&mut self.columns, &mut self.model, &mut self.record, &mut self.profile].into_iter().flatten() {
             *path = whole(path)?;
         }
         if let (Source::Log(_), Some(reference)) = (&self.source, &mut self.reference) {

@@ -206,4 +206,4 @@ impl Default for Health {
     }
 }
 
-const _: () = assert!(size_of::<Health>() == 3640 + size_of::<SourceHealth>() + size_of::<Scheduling>());
+const _: () = assert!(size_of::<Health>() == 12184 + size_of::<SourceHealth>() + size_of::<Scheduling>());

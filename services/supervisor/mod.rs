@@ -15,6 +15,7 @@ pub mod watchdog;
 use crate::{
     clock::now_ns,
     domain::Claim,
+    profile::Profiler,
     rate_out::ring::Ring,
     run_folder::{Run, RunFolder},
     settings::Settings,
@@ -75,6 +76,7 @@ struct Pipeline {
     folder: RunFolder,
     run: Run,
     ports: Option<Ports>,
+    profiler: Option<Profiler>,
     processes: Vec<Process>,
     board: Board,
     started_ns: Vec<u64>,
@@ -100,12 +102,15 @@ pub struct Ending {
 /// Where the instance is taken, its folder cannot be used, or a process cannot be started.
 pub fn supervise(instance: &str, settings: Settings, stop: &Stop) -> anyhow::Result<Ending> {
     let mut pipeline = Pipeline::claim(instance, settings)?;
-    let ended = pipeline.watch(stop);
+    let ended = pipeline.profile(false).and_then(|()| pipeline.watch(stop));
     pipeline.manager.end();
     pipeline.publish(ended.is_ok());
     pipeline.end_processes();
     let summary = summary::text(&pipeline.run, &pipeline.folder, &pipeline.board);
     let lost = pipeline.board.lost();
+    if let Some(Err(error)) = pipeline.profiler.take().map(Profiler::end) {
+        tracing::error!("the trace is not whole: {error:#}");
+    }
     pipeline.ports = None;
     if let Some(path) = pipeline.run.settings.ring(pipeline.claim.domain().name()) {
         Ring::end(&path, pipeline.run.number);
@@ -177,6 +182,7 @@ impl Pipeline {
             folder,
             run,
             ports: None,
+            profiler: None,
             processes,
             board: Board::default(),
             started_ns,
@@ -200,8 +206,19 @@ impl Pipeline {
         Ok(())
     }
 
+    /// Begins to write the trace, where one is wanted; or goes on with it.
+    fn profile(&mut self, goes_on: bool) -> anyhow::Result<()> {
+        if let Some(path) = &self.run.settings.profile
+            && self.profiler.is_none()
+        {
+            self.profiler = Some(Profiler::start(self.claim.domain(), self.run.number, path, goes_on)?);
+        }
+        Ok(())
+    }
+
     fn begin_again(&mut self) -> anyhow::Result<()> {
         self.ports = None;
+        let profiled = self.profiler.take().is_some();
         self.end_processes();
         self.claim.wipe()?;
         self.claim.domain().begin_generation()?;
@@ -211,7 +228,7 @@ impl Pipeline {
             *process = Process::new(process.service, self.folder.clone());
             process.restarts = restarts;
         }
-        Ok(())
+        self.profile(profiled)
     }
 
     fn watch(&mut self, stop: &Stop) -> anyhow::Result<End> {

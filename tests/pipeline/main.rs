@@ -6,6 +6,7 @@ mod dashboard;
 mod deployed;
 mod harness;
 mod live;
+mod profile;
 mod rate_out;
 mod realtime;
 mod recording;
