@@ -25,6 +25,7 @@
 pub mod command;
 pub mod diagnosis;
 pub mod domain;
+pub mod doorbell;
 pub mod estimate;
 pub mod health;
 pub mod histogram;

@@ -5,18 +5,14 @@
 
 use crate::{
     domain::{Domain, DomainError},
+    doorbell::Doorbell,
     topic::{self, Service, Topic},
     wait::Wait,
 };
 use iceoryx2::{
     node::Node,
     port::{
-        client::Client,
-        listener::{Listener, ListenerWaitError},
-        notifier::Notifier,
-        publisher::Publisher,
-        server::Server,
-        subscriber::Subscriber,
+        client::Client, publisher::Publisher, server::Server, subscriber::Subscriber,
         update_connections::UpdateConnections,
     },
     prelude::{
@@ -67,6 +63,8 @@ fn refused<E: Debug>(what: &'static str, topic: &'static str) -> impl Fn(E) -> P
 #[derive(Debug)]
 pub struct Hub {
     node: Node<ipc::Service>,
+    /// Names of the domain's shared memory begin so.
+    prefix: String,
 }
 
 /// Topics kept alive.
@@ -77,7 +75,7 @@ pub struct Held(#[allow(dead_code, reason = "held for its drop")] Vec<Box<dyn An
 #[derive(Debug)]
 pub struct Writer<M: Debug + Copy + ZeroCopySend + 'static> {
     publisher: Publisher<ipc::Service, M, ()>,
-    notifier: Option<Notifier<ipc::Service>>,
+    doorbell: Option<Doorbell>,
     topic: &'static str,
 }
 
@@ -85,7 +83,7 @@ pub struct Writer<M: Debug + Copy + ZeroCopySend + 'static> {
 #[derive(Debug)]
 pub struct Reader<M: Debug + Copy + ZeroCopySend + 'static> {
     subscriber: Subscriber<ipc::Service, M, ()>,
-    listener: Option<Listener<ipc::Service>>,
+    doorbell: Option<Doorbell>,
     wait: Wait,
     topic: &'static str,
 }
@@ -136,13 +134,15 @@ impl Hub {
     /// # Errors
     /// Where the domain's folder cannot be used.
     pub fn join(domain: &Domain, name: &'static str) -> Result<Self, PortError> {
+        let config = domain.config()?;
+        let prefix = config.global.prefix.to_string();
         let node = NodeBuilder::new()
             .name(&name.try_into().map_err(refused("the node's name", name))?)
-            .config(&domain.config()?)
+            .config(&config)
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<ipc::Service>()
             .map_err(refused("the node", name))?;
-        Ok(Self { node })
+        Ok(Self { node, prefix })
     }
 
     /// Creates (or, adopting a running pipeline, opens) every topic. They live as long as the result.
@@ -197,17 +197,7 @@ impl Hub {
             .map_err(refused("creation", topic.name))?;
         held.push(Box::new(stream));
         if topic.wakes {
-            let event = self
-                .node
-                .service_builder(&name)
-                .event()
-                .max_notifiers(topic.writers)
-                .max_listeners(topic.readers)
-                .max_nodes(NODES)
-                .event_id_max_value(7)
-                .open_or_create()
-                .map_err(refused("creation of the event", topic.name))?;
-            held.push(Box::new(event));
+            Doorbell::hang(&self.prefix, topic.name).map_err(refused("the doorbell", topic.name))?;
         }
         Ok(())
     }
@@ -250,13 +240,8 @@ impl Hub {
             .map_err(refused("opening", topic.name))?;
         let publisher =
             stream.publisher_builder().max_loaned_samples(1).create().map_err(refused("a writer", topic.name))?;
-        let notifier = if topic.wakes {
-            let event = self.node.service_builder(&name).event().open().map_err(refused("the event", topic.name))?;
-            Some(event.notifier_builder().create().map_err(refused("a notifier", topic.name))?)
-        } else {
-            None
-        };
-        Ok(Writer { publisher, notifier, topic: topic.name })
+        let doorbell = topic.wakes.then(|| self.doorbell(topic.name)).transpose()?;
+        Ok(Writer { publisher, doorbell, topic: topic.name })
     }
 
     /// A port to take messages of `topic`, `buffer` of which wait at most (none said: all that the topic allows).
@@ -279,13 +264,13 @@ impl Hub {
             .buffer_size(buffer.unwrap_or(topic.buffer).min(topic.buffer))
             .create()
             .map_err(refused("a reader", topic.name))?;
-        let listener = if topic.wakes && wait != Wait::Spin {
-            let event = self.node.service_builder(&name).event().open().map_err(refused("the event", topic.name))?;
-            Some(event.listener_builder().create().map_err(refused("a listener", topic.name))?)
-        } else {
-            None
-        };
-        Ok(Reader { subscriber, listener, wait, topic: topic.name })
+        let sleeps = topic.wakes && wait != Wait::Spin;
+        let doorbell = sleeps.then(|| self.doorbell(topic.name)).transpose()?;
+        Ok(Reader { subscriber, doorbell, wait, topic: topic.name })
+    }
+
+    fn doorbell(&self, topic: &'static str) -> Result<Doorbell, PortError> {
+        Doorbell::open(&self.prefix, topic).map_err(refused("the doorbell", topic))
     }
 
     /// A port to give reports.
@@ -390,8 +375,8 @@ impl<M: Debug + Copy + ZeroCopySend + 'static> Writer<M> {
     pub fn give(&self, message: M) -> Result<usize, PortError> {
         let loan = self.publisher.loan_uninit().map_err(refused("a loan", self.topic))?;
         let readers = loan.write_payload(message).send().map_err(refused("sending", self.topic))?;
-        if let Some(notifier) = &self.notifier {
-            notifier.notify().map_err(refused("waking", self.topic))?;
+        if let Some(doorbell) = &self.doorbell {
+            doorbell.ring();
         }
         Ok(readers)
     }
@@ -452,12 +437,11 @@ impl<M: Debug + Copy + ZeroCopySend + 'static> Reader<M> {
             }
         }
         if spin_for < longest {
-            match &self.listener {
-                Some(listener) => {
-                    // A signal ends the wait early, as a message does: whoever waits looks at its own flag then.
-                    match listener.timed_wait(|_| {}, longest.saturating_sub(spin_for)) {
-                        Ok(_) | Err(ListenerWaitError::InterruptSignal) => {}
-                        Err(error) => return Err(refused("waiting", self.topic)(error)),
+            match &self.doorbell {
+                Some(doorbell) => {
+                    let rung = doorbell.rung();
+                    if !self.subscriber.has_samples().map_err(refused("looking", self.topic))? {
+                        doorbell.wait(rung, longest.saturating_sub(spin_for));
                     }
                 }
                 None => std::thread::sleep(longest.saturating_sub(spin_for).min(Duration::from_millis(1))),
