@@ -14,15 +14,30 @@ pub const RATE_HZ: f64 = 100.0;
 /// Times real time when nobody watches.
 pub const SPEED: f64 = 8.0;
 
-/// What may be hidden: effects that a drive of two minutes shows, however the gyro is mounted.
-const HIDDEN: [&str; 7] = [
-    "delay",
-    "scale-asymmetry",
-    "encoder-eccentricity",
-    "quadratic-nonlinearity",
-    "temperature-bias",
+/// What may be hidden: effects that a minute of driving shows, each named first on 6 of 6 simulated vehicles with an error of
+/// at least twice its floor. Left out: what takes longer or needs another motion (`lag`, `saturation`,
+/// `g-squared-sensitivity`, `mount-resonance`, `bias-drift`) and `reference-smoothing`, which an encoder does not have.
+const HIDDEN: [&str; 20] = [
+    "bias-step",
+    "clock-skew",
+    "clock-step",
     "cross-axis",
+    "cubic-nonlinearity",
+    "dead-zone",
+    "delay",
+    "encoder-backlash",
+    "encoder-eccentricity",
+    "encoder-subdivision",
+    "g-sensitivity",
+    "quadratic-nonlinearity",
     "rate-hysteresis",
+    "scale-asymmetry",
+    "supply-voltage",
+    "temperature-bias",
+    "temperature-rate",
+    "temperature-scale",
+    "vibration-tone",
+    "warm-up",
 ];
 
 /// Data before the first verdict counts, ns.
@@ -227,7 +242,8 @@ mod tests {
     fn every_effect_that_may_be_hidden_is_known_and_comes_up() {
         for id in HIDDEN {
             assert!(effects::find(id).is_some(), "{id}");
-            assert!((0..200).any(|seed| hidden(seed) == id), "{id}");
+            let times = (0..2000).filter(|seed| hidden(*seed) == id).count();
+            assert!((60..140).contains(&times), "{id}: {times} of 2000");
         }
     }
 

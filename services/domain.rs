@@ -51,6 +51,20 @@ pub fn existing(instance: &str) -> anyhow::Result<Domain> {
     Ok(domain)
 }
 
+/// The first of `name`, `name-2`, `name-3`, … that nothing runs under.
+///
+/// # Errors
+/// As [`place`].
+pub fn free_name(name: &str) -> anyhow::Result<String> {
+    let names = std::iter::once(name.to_owned()).chain((2..100).map(|n| format!("{name}-{n}")));
+    for name in names {
+        if Lock::holder(&place(&name)?.folder().join("lock")).is_none() {
+            return Ok(name);
+        }
+    }
+    bail!("ninety-nine pipelines '{name}' run already: stop one")
+}
+
 /// Nobody but its owner may put another folder in the place of one that lies here.
 fn check_base(base: &Path) -> anyhow::Result<()> {
     check_owner(base)?;

@@ -114,6 +114,9 @@ pub struct Diagnosis {
     pub from_ns: i64,
     /// See `from_ns`.
     pub to_ns: i64,
+    /// When the error last jumped, because the sensor changed, ns of the source; 0 where it never did. What came before is
+    /// left out from then on.
+    pub changed_ns: i64,
     /// The axes.
     pub axes: [AxisDiagnosis; 3],
     /// The last trial.
@@ -126,4 +129,4 @@ pub struct Diagnosis {
 
 const _: () = assert!(size_of::<Suspect>() == 176);
 const _: () = assert!(size_of::<Trial>() == 72 + 2 * 32 * TAUS);
-const _: () = assert!(size_of::<Diagnosis>() == 64 + 3 * (48 + 32 * TAUS + 176 * SUSPECTS) + size_of::<Trial>());
+const _: () = assert!(size_of::<Diagnosis>() == 72 + 3 * (48 + 32 * TAUS + 176 * SUSPECTS) + size_of::<Trial>());

@@ -2,7 +2,9 @@
 
 use super::print;
 use crate::{
+    dashboard::free_address,
     demo::{self, Player},
+    domain::free_name,
     settings::{Learning, Settings, Simulation, Source, Speed},
     source::scenario,
     stop::Stop,
@@ -32,9 +34,9 @@ pub struct Args {
     /// Which vehicle and which hidden effect; without it one at random
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-    /// The name of this pipeline: several of different names run side by side
-    #[arg(long, value_name = "NAME", default_value = "demo")]
-    pub instance: String,
+    /// The name of this pipeline: several of different names run side by side [default: demo, or demo-2, … where that runs]
+    #[arg(long, value_name = "NAME")]
+    pub instance: Option<String>,
 }
 
 /// Plays the demo.
@@ -45,8 +47,14 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let seed = args.seed.unwrap_or_else(|| crate::clock::now_ns() % 1_000_000);
     let hidden = args.log.is_none().then(|| demo::hidden(seed));
     let settings = settings(args, seed, hidden)?;
+    let instance = args.instance.clone().map_or_else(|| free_name("demo"), Ok)?;
+    let source = args.log.as_ref().map_or_else(|| format!("simulated vehicle {seed}"), |p| p.display().to_string());
     let stop = Stop::on_signals().context("signals")?;
-    if args.auto { play(args, settings, hidden, seed, &stop) } else { show(args, settings, hidden, seed, &stop) }
+    if args.auto {
+        play(&instance, &source, settings, hidden, &stop)
+    } else {
+        show(&instance, &source, settings, hidden, &stop)
+    }
 }
 
 fn settings(args: &Args, seed: u64, hidden: Option<&str>) -> anyhow::Result<Settings> {
@@ -55,7 +63,7 @@ fn settings(args: &Args, seed: u64, hidden: Option<&str>) -> anyhow::Result<Sett
         source: args.log.clone().map_or(Source::Simulated, Source::at),
         speed: Speed::Times(if args.auto { demo::SPEED } else { 1.0 }),
         hide: hidden.iter().map(ToString::to_string).collect(),
-        dashboard: if args.auto { "off".to_owned() } else { default.dashboard.clone() },
+        dashboard: if args.auto { "off".to_owned() } else { free_address(&default.dashboard)? },
         simulation: Simulation { rate_hz: demo::RATE_HZ, seed, ..Simulation::default() },
         learning: Learning { duty: if args.auto { 0.7 } else { 0.3 }, ..Learning::default() },
         ..default
@@ -65,31 +73,41 @@ fn settings(args: &Args, seed: u64, hidden: Option<&str>) -> anyhow::Result<Sett
 }
 
 /// Runs it for somebody to look at, until Ctrl-C.
-fn show(args: &Args, settings: Settings, hidden: Option<&str>, seed: u64, stop: &Stop) -> anyhow::Result<ExitCode> {
-    let source = args.log.as_ref().map_or_else(|| format!("simulated vehicle {seed}"), |p| p.display().to_string());
+fn show(
+    instance: &str,
+    source: &str,
+    settings: Settings,
+    hidden: Option<&str>,
+    stop: &Stop,
+) -> anyhow::Result<ExitCode> {
     let axis = hidden.map(|_| scenario(&settings)).transpose()?.map(|scenario| scenario.sensor.axis);
-    print(&demo::invitation(&source, &args.instance, &settings.dashboard, axis))?;
-    let ending = supervisor::supervise(&args.instance, settings, stop)?;
+    print(&demo::invitation(source, instance, &settings.dashboard, axis))?;
+    let ending = supervisor::supervise(instance, settings, stop)?;
     print(&ending.summary)?;
-    if let Some(hidden) = hidden {
-        print(&format!("hidden: {hidden}"))?;
+    if !ending.hidden.is_empty() {
+        print(&format!("hidden: {}", ending.hidden.join(", ")))?;
     }
     Ok(ending.code)
 }
 
 /// Plays the loop: the pipeline in one thread, the player, who only watches and asks, in this one.
-fn play(args: &Args, settings: Settings, hidden: Option<&str>, seed: u64, stop: &Stop) -> anyhow::Result<ExitCode> {
-    let source = args.log.as_ref().map_or_else(|| format!("simulated vehicle {seed}"), |p| p.display().to_string());
+fn play(
+    instance: &str,
+    source: &str,
+    settings: Settings,
+    hidden: Option<&str>,
+    stop: &Stop,
+) -> anyhow::Result<ExitCode> {
     let about = if hidden.is_some() { "something is wrong with the gyro" } else { "let us see what the gyro does" };
     print(&format!("{source}: acquisition, kalman and compensator are starting; {about}."))?;
-    let (instance, other) = (args.instance.clone(), stop.clone());
+    let (name, other) = (instance.to_owned(), stop.clone());
     let pipeline = thread::spawn(move || {
-        let ending = supervisor::supervise(&instance, settings, &other);
+        let ending = supervisor::supervise(&name, settings, &other);
         // Nothing runs any more: the player must not wait for it.
         other.ask();
         ending
     });
-    let played = Player::join(&args.instance, stop).and_then(|player| player.map(|p| p.play(stop)).transpose());
+    let played = Player::join(instance, stop).and_then(|player| player.map(|p| p.play(stop)).transpose());
     stop.ask();
     let ending = pipeline.join().map_err(|_| anyhow::anyhow!("the supervisor died"))??;
     let Some(played) = played?.flatten() else {
@@ -97,7 +115,7 @@ fn play(args: &Args, settings: Settings, hidden: Option<&str>, seed: u64, stop: 
         anyhow::bail!("the demo was interrupted before it had named anything");
     };
     print(&ending.summary)?;
-    let shown = hidden.unwrap_or("unknown");
+    let shown = if ending.hidden.is_empty() { "unknown".to_owned() } else { ending.hidden.join(", ") };
     print(&format!(
         "hidden: {shown}  named: {}  error/floor: {:.2} -> {:.2}",
         played.named, played.before, played.after

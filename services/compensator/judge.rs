@@ -1,7 +1,7 @@
 //! What the judging threads do: one holds the model in use against the newest data, every second; the other searches for
 //! what is missing, which takes longer, as often as its share of the time allows.
 
-use super::{budget::Budget, message, store::View};
+use super::{budget::Budget, change::Windows, message, store::View};
 use gyro_model::{
     AxisModel, Model, Record, Row,
     diagnose::{self, compare, diagnose},
@@ -45,6 +45,8 @@ pub struct Held {
     pub message: ipc_types::Diagnosis,
     /// The whole as JSON.
     pub report: Vec<u8>,
+    /// The error has jumped: where the data of the changed sensor begin, ns.
+    pub changed_ns: Option<i64>,
 }
 
 /// What came of it.
@@ -72,7 +74,15 @@ impl Default for Rows {
 ///
 /// # Errors
 /// Where the data do not allow it yet.
-pub fn hold(view: &View, rows: &Rows, budget: &mut Budget, name: &str, mut job: Job) -> Result<Held, FitError> {
+pub fn hold(
+    view: &View,
+    rows: &Rows,
+    budget: &mut Budget,
+    windows: &mut Windows,
+    name: &str,
+    mut job: Job,
+) -> Result<Held, FitError> {
+    let changed_ns = windows.look(view, &job.model, job.data);
     let start = Instant::now();
     let record = view.thinned(rows.0.load(Ordering::Relaxed).min(budget.rows()));
     let options = diagnose::Options { own_log: true, ..diagnose::Options::default() };
@@ -85,7 +95,7 @@ pub fn hold(view: &View, rows: &Rows, budget: &mut Budget, name: &str, mut job: 
     }
     let (message, report) = (message::of(&judgement), message::report(&mut judgement, name));
     budget.took(record.len(), start.elapsed());
-    Ok(Held { job: judgement.job, message, report })
+    Ok(Held { job: judgement.job, message, report, changed_ns })
 }
 
 /// Searches for what is missing.

@@ -24,8 +24,10 @@ const WON: f64 = 0.01;
 /// … and what is on trial differs from nothing by so many standard errors: it is looked at again and again while data come,
 /// and the error of noise alone falls every other time. …
 const TOLD: f64 = 4.0;
-/// … Unless that mean falls by such a share of itself: where much else is missing nothing is known well.
+/// … Unless that mean falls by such a share of itself: where much else is missing nothing is known well. …
 const PLAIN: f64 = 0.1;
+/// … Even then by so many: what is not known better than that has nothing to add.
+const LEAST: f64 = 2.5;
 
 /// What to solve.
 #[derive(Clone, Debug)]
@@ -95,7 +97,8 @@ impl Solution {
     pub fn is_won(&self) -> bool {
         let Some((before, after)) = self.trial.as_ref().map(Trial::excess) else { return false };
         let falls = after < before && after < before - WON * (before - 1.0).max(0.0);
-        falls && (self.told.is_none_or(|told| told > TOLD) || after < (1.0 - PLAIN) * before)
+        let wanted = if after < (1.0 - PLAIN) * before { LEAST } else { TOLD };
+        falls && self.told.is_none_or(|told| told > wanted)
     }
 }
 
@@ -207,7 +210,8 @@ fn judged(record: &Record, model: &Model, own_log: bool) -> Vec<AxisDiagnosis> {
 }
 
 /// The mean of (E/F)² over averaging times and axes.
-fn excess(axes: &[AxisDiagnosis]) -> f64 {
+#[must_use]
+pub fn excess(axes: &[AxisDiagnosis]) -> f64 {
     let points = axes.iter().flat_map(|a| &a.error_curve);
     let ratios: Vec<f64> =
         points.filter_map(|p| Some((p.error? / p.floor?).powi(2))).filter(|r| r.is_finite()).collect();
@@ -278,8 +282,9 @@ pub fn not_excited(model: &Model) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Axis, Model, not_excited, told};
+    use super::{Axis, Model, Solution, Trial, not_excited, told};
     use gyro_model::{AxisModel, Term, effects::find};
+    use ipc_types::diagnosis::ErrorPoint;
 
     #[test]
     fn what_was_added_is_told_by_its_coefficients_or_else_its_shapes() {
@@ -301,6 +306,26 @@ mod tests {
         // Of a zone without motion, its width; nothing is known of it yet.
         assert_eq!(told(&base, &model(&[("dead-zone", &[0.1], &[f64::NAN])])), None);
         assert_eq!(told(&base, &base), None);
+    }
+
+    #[test]
+    fn what_is_as_uncertain_as_it_is_large_is_not_added_whatever_share_it_takes() {
+        let judged = |error: f64| {
+            let mut message = ipc_types::Diagnosis::default();
+            message.axes[2].present = 1;
+            message.axes[2].curve[0] = ErrorPoint { tau: 1.0, error, floor: 1.0, floor_99: 1.2 };
+            crate::dashboard::judgement::of_message(&message).axes
+        };
+        let is_won = |before: f64, after: f64, told: Option<f64>| {
+            let trial = Some(Trial { present: judged(before), other: judged(after) });
+            Solution { trial, told, ..Solution::plain(Ok(Model::default()), 1000) }.is_won()
+        };
+        // A quarter of the error², 1 ± 1.
+        assert!(!is_won(10.0, 8.66, Some(1.0)));
+        assert!(is_won(10.0, 8.66, Some(3.0)));
+        assert!(is_won(10.0, 9.9, Some(5.0)) && !is_won(10.0, 9.9, Some(3.0)));
+        // A shape without a standard error; and nothing better.
+        assert!(is_won(10.0, 8.66, None) && !is_won(10.0, 10.0, None));
     }
 
     #[test]

@@ -5,6 +5,7 @@
 //! nobody. How many rows each of them looks at follows from the time that it may take ([`budget`]).
 
 pub mod budget;
+pub mod change;
 pub mod current;
 pub mod judge;
 pub mod keeper;
@@ -23,6 +24,7 @@ use crate::{
     wire,
 };
 use budget::Budget;
+use change::Windows;
 use current::{Current, Proposal};
 use gyro_model::{Model, fit::FitError, units};
 use ipc_types::{
@@ -112,6 +114,8 @@ struct Compensator<'a> {
     judged: u64,
     /// Grows by one whenever what was seen so far is forgotten.
     data: u64,
+    /// When the sensor became another one, last; ns of the source, 0 where it never did.
+    changed_ns: i64,
     /// What the last search found, and the number of searches.
     found: Option<Arc<Judgement>>,
     searches: u64,
@@ -150,6 +154,7 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
     let mut holds = Budget::new(judge::FEWEST_HELD, judge::ROWS.1, patience);
     let rows = judge::Rows::default();
     let (judged_rows, name) = (rows.clone(), facts.name.clone());
+    let mut windows = Windows::default();
     let mut compensator = Compensator {
         run,
         settings,
@@ -164,7 +169,7 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
         store,
         learner: Worker::start(duty, Cost::Thread, rank, move |job: Job| learner.solve(&job)),
         judge: Worker::start(duty, Cost::Thread, rank, move |job| {
-            judge::hold(&to_judge, &judged_rows, &mut holds, &name, job)
+            judge::hold(&to_judge, &judged_rows, &mut holds, &mut windows, &name, job)
         }),
         searcher: Worker::start(duty, Cost::Wall, rank, move |job| judge::search(&to_search, &rows, &mut budget, job)),
         keeper: keeper::start(),
@@ -178,6 +183,7 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
         judged_ns: now_ns(),
         judged: 0,
         data: 0,
+        changed_ns: 0,
         found: None,
         searches: 0,
         trial: Trial::default(),
@@ -343,6 +349,10 @@ impl Compensator<'_> {
         let mut message = held.message;
         (message.run, message.sequence) = (self.run.number, self.judged);
         message.trial = self.trial;
+        if let Some(from_ns) = held.changed_ns.filter(|_| !matches!(self.settings.source, Source::Log(_))) {
+            self.begin_anew(from_ns);
+        }
+        message.changed_ns = self.changed_ns;
         message.compensator_gave_ns = now_ns();
         self.diagnoses.give(message)?;
         if held.report.len() <= topic::REPORT_BYTES {
@@ -351,6 +361,19 @@ impl Compensator<'_> {
             tracing::warn!("the report is too long: {} bytes", held.report.len());
         }
         Ok(())
+    }
+
+    /// The sensor has changed: what it was before says nothing any more. A log is read to its end, and learned whole.
+    fn begin_anew(&mut self, from_ns: i64) {
+        tracing::warn!(
+            "the error jumps at {:.0} s: something has changed, and what came before is left out from here on",
+            from_ns as f64 * 1e-9
+        );
+        (self.job, self.data, self.changed_ns) = (self.job + 1, self.data + 1, from_ns);
+        if let Some(challenger) = &mut self.challenger {
+            challenger.waits = false;
+        }
+        self.store.forget_before(from_ns);
     }
 
     fn solve_once_more(&mut self) -> anyhow::Result<()> {

@@ -14,6 +14,8 @@ pub struct Store {
     waiting: Vec<Row>,
     /// What is in the record is to be forgotten as soon as nobody reads it.
     stale: bool,
+    /// What is older is to be forgotten, likewise.
+    from_ns: i64,
     limit: usize,
     /// Means in place of rows, where they come faster than anything here needs.
     thinner: Option<Thinner>,
@@ -38,7 +40,7 @@ impl Store {
         }
         let record = Record { rows, free_names, ..Record::default() };
         let (record, growing) = (Arc::new(RwLock::new(record)), Arc::new(Mutex::new(Growing::new(limit))));
-        Self { record, growing, waiting: Vec::new(), stale: false, limit, thinner: None }
+        Self { record, growing, waiting: Vec::new(), stale: false, from_ns: i64::MIN, limit, thinner: None }
     }
 
     /// Keeps means over about so many rows in their place.
@@ -78,6 +80,8 @@ impl Store {
         if std::mem::take(&mut self.stale) {
             record.rows.clear();
         }
+        let old = record.rows.partition_point(|row| row.t_ns < self.from_ns);
+        record.rows.drain(..old);
         record.rows.append(&mut self.waiting);
         record.means.readings = self.thinner.as_ref().map_or(1, Thinner::readings);
         let over = record.rows.len().saturating_sub(self.limit);
@@ -88,10 +92,15 @@ impl Store {
         true
     }
 
+    /// Forgets what is older than this, as soon as nobody reads it.
+    pub fn forget_before(&mut self, t_ns: i64) {
+        self.from_ns = t_ns;
+    }
+
     /// Forgets everything.
     pub fn clear(&mut self) {
         self.waiting.clear();
-        self.stale = true;
+        (self.stale, self.from_ns) = (true, i64::MIN);
     }
 }
 
@@ -141,6 +150,25 @@ mod tests {
         assert_eq!(whole.rows.last().unwrap().t_ns, 1_499_000_000);
         drop(whole);
         assert_eq!(view.last(0.1).len(), 101);
+    }
+
+    #[test]
+    fn what_is_older_than_a_change_goes_and_what_comes_later_stays() {
+        let mut store = Store::new(1000, false, Vec::new());
+        let view = store.view();
+        for i in 0..100 {
+            store.push(Row { t_ns: i, ..Row::EMPTY });
+            store.settle();
+        }
+        store.forget_before(60);
+        store.push(Row { t_ns: 100, ..Row::EMPTY });
+        assert!(store.settle());
+        assert_eq!((view.whole().rows[0].t_ns, view.whole().len()), (60, 41));
+        // A clock that begins again.
+        store.clear();
+        store.push(Row { t_ns: 5, ..Row::EMPTY });
+        assert!(store.settle());
+        assert_eq!(view.whole().len(), 1);
     }
 
     #[test]

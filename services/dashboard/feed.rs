@@ -4,7 +4,7 @@ use super::{
     judgement,
     model::{self, changes},
     motion::Motion,
-    scene::Scene,
+    scene::{Mark, Scene},
 };
 use crate::{
     clock::now_ns,
@@ -47,6 +47,7 @@ pub(super) struct Feed {
     model: Option<Parameters>,
     has_report: bool,
     named: bool,
+    changed_ns: i64,
     sequence: u64,
     stages_ns: u64,
     values_ns: u64,
@@ -74,6 +75,7 @@ impl Feed {
             model: None,
             has_report: false,
             named: false,
+            changed_ns: 0,
             sequence: 0,
             stages_ns: 0,
             values_ns: 0,
@@ -146,6 +148,11 @@ impl Feed {
     fn diagnoses(&mut self) -> anyhow::Result<()> {
         let message = self.diagnoses.newest()?.filter(|d| d.run == self.run);
         self.t = self.t.max(message.map_or(0.0, |m| m.to_ns as f64 * 1e-9));
+        if let Some(message) = message.filter(|m| m.changed_ns > self.changed_ns) {
+            self.changed_ns = message.changed_ns;
+            let (t, epoch) = (self.changed_ns as f64 * 1e-9, message.epoch);
+            self.scene.mark(Mark { t, epoch, says: "the error jumps: judged anew".to_owned() });
+        }
         if let Some(trial) = message.and_then(|m| judgement::trial(&m.trial)) {
             self.scene.now("trial", &trial);
         }

@@ -58,6 +58,18 @@ pub fn address(text: &str) -> anyhow::Result<Option<SocketAddr>> {
     Ok(Some(found.next().with_context(|| format!("dashboard '{text}': no such host"))?))
 }
 
+/// This address, or the same with the next port that nobody listens on.
+///
+/// # Errors
+/// Where it is no address, or a hundred ports are taken.
+pub fn free_address(text: &str) -> anyhow::Result<String> {
+    let Some(first) = address(text)? else { return Ok(text.to_owned()) };
+    let ports = (0..100).filter_map(|k| first.port().checked_add(k));
+    let mut addresses = ports.map(|port| SocketAddr::new(first.ip(), port));
+    let free = addresses.find(|address| TcpListener::bind(address).is_ok());
+    Ok(free.with_context(|| format!("dashboard {text}: this port and the next ones are in use"))?.to_string())
+}
+
 /// The process.
 ///
 /// # Errors

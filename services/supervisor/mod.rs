@@ -94,6 +94,8 @@ pub struct Ending {
     pub complete: bool,
     /// The summary, as text.
     pub summary: String,
+    /// What was hidden in the source, from the start and later, in order, as it was asked for.
+    pub hidden: Vec<String>,
 }
 
 /// Runs a pipeline until its source ends or it is asked to stop.
@@ -107,6 +109,9 @@ pub fn supervise(instance: &str, settings: Settings, stop: &Stop) -> anyhow::Res
     pipeline.publish(ended.is_ok());
     pipeline.end_processes();
     let summary = summary::text(&pipeline.run, &pipeline.folder, &pipeline.board);
+    let switched = pipeline.folder.source().map(|facts| facts.switched).unwrap_or_default();
+    let later = switched.into_iter().map(|(_, text)| text);
+    let hidden = pipeline.run.settings.hide.iter().cloned().chain(later).collect();
     let lost = pipeline.board.lost();
     if let Some(Err(error)) = pipeline.profiler.take().map(Profiler::end) {
         tracing::error!("the trace is not whole: {error:#}");
@@ -122,6 +127,7 @@ pub fn supervise(instance: &str, settings: Settings, stop: &Stop) -> anyhow::Res
         code: if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS },
         complete: complete == End::Complete,
         summary: if complete == End::Hopeless { String::new() } else { summary },
+        hidden,
     })
 }
 

@@ -1,6 +1,7 @@
 //! The pipeline as a whole, on the real program: every test in a domain of its own, with a deadline.
 
 mod bad_rows;
+mod changed;
 mod crashes;
 mod dashboard;
 mod deployed;

@@ -1,0 +1,131 @@
+//! The world changes while the pipeline runs: an effect that begins later, and a demo beside another one.
+
+use crate::harness::{Place, signal};
+use gyro_model::Axis;
+use ipc_types::{Diagnosis, diagnosis::AxisDiagnosis, port::Hub, topic, wait::Wait};
+use rustix::process::Signal;
+use std::{
+    io::{BufRead, BufReader},
+    process::{Child, ChildStdout, Stdio},
+    time::{Duration, Instant},
+};
+
+#[test]
+fn an_effect_that_begins_later_is_found_on_the_data_since_then() {
+    let place = Place::new();
+    let config = place.file("vehicle.toml");
+    let text = "speed = 8\nhide = [\"delay:d=0.02\"]\n[simulation]\nrate_hz = 100.0\nseed = 3\n";
+    std::fs::write(&config, text).unwrap();
+    let mut pipeline = place.start("live", &["--config", config.to_str().unwrap()]);
+    let control = |words: &[&str]| place.output(&[&["control", "--instance", "live"], words].concat());
+    pipeline.until("the compensator", |p| p.pid("compensator").is_some());
+    let hub = Hub::join(&pipeline.domain, "onlooker").unwrap();
+    let diagnoses = hub.reader(&topic::DIAGNOSIS, None, Wait::Event).unwrap();
+    let mut last = Diagnosis::default();
+    let worst = |diagnosis: &Diagnosis| -> (AxisDiagnosis, Axis) {
+        let of = |axis: Axis| (diagnosis.axes[axis.index()], axis);
+        Axis::ALL.map(of).into_iter().find(|(axis, _)| axis.present == 1).unwrap_or(of(Axis::X))
+    };
+    let first_suspect = |diagnosis: &Diagnosis| worst(diagnosis).0.suspects[0].effect.to_string();
+
+    pipeline.until("the first effect's name", |_| {
+        last = diagnoses.newest().unwrap().unwrap_or(last);
+        first_suspect(&last) == "delay"
+    });
+    let letter = worst(&last).1.letter();
+    let added = control(&["add", "delay", "--axis", letter]);
+    assert!(added.status.success(), "{added:?}");
+    pipeline.until("an error at its floor", |_| {
+        last = diagnoses.newest().unwrap().unwrap_or(last);
+        worst(&last).0.within_floor == 1
+    });
+    let good_ns = last.to_ns;
+    pipeline.until("a minute of it", |_| {
+        last = diagnoses.newest().unwrap().unwrap_or(last);
+        last.to_ns > good_ns + 60_000_000_000
+    });
+    assert_eq!(last.changed_ns, 0, "nothing has changed yet");
+    let hidden = control(&["hide", "scale-asymmetry"]);
+    assert!(hidden.status.success(), "{hidden:?}");
+    pipeline.until("the jump", |_| {
+        last = diagnoses.newest().unwrap().unwrap_or(last);
+        last.changed_ns > 0
+    });
+    assert!(last.changed_ns > good_ns, "{} after {good_ns}", last.changed_ns);
+    pipeline.until("the second effect's name, of the data since then alone", |_| {
+        last = diagnoses.newest().unwrap().unwrap_or(last);
+        last.from_ns >= last.changed_ns && first_suspect(&last) == "scale-asymmetry"
+    });
+    let added = control(&["add", "scale-asymmetry", "--axis", letter]);
+    assert!(added.status.success(), "{added:?}");
+    pipeline.until("an error at its floor again", |_| {
+        last = diagnoses.newest().unwrap().unwrap_or(last);
+        worst(&last).0.within_floor == 1 && first_suspect(&last).is_empty()
+    });
+    drop((diagnoses, hub));
+    let ended = pipeline.interrupt();
+    assert!(ended.code == Some(0) && ended.error.contains("the error jumps at"), "{}", ended.error);
+    assert!(place.left("live").is_empty(), "{:?}", place.left("live"));
+}
+
+/// A demo that runs until it is told to end.
+struct Demo {
+    child: Child,
+    out: BufReader<ChildStdout>,
+    said: String,
+}
+
+impl Demo {
+    /// Starts one, and reads until it has said how to undo.
+    fn start(place: &Place) -> Self {
+        let mut child = place
+            .truerate()
+            .args(["demo", "--seed", "7"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut demo = Self { out: BufReader::new(child.stdout.take().unwrap()), child, said: String::new() };
+        while !demo.said.contains("control undo") {
+            assert!(demo.out.read_line(&mut demo.said).unwrap() > 0, "{}", demo.said);
+        }
+        demo
+    }
+
+    fn address(&self) -> &str {
+        self.said.split_whitespace().find(|word| word.starts_with("http://")).unwrap()
+    }
+
+    /// Ends it; its last line.
+    fn end(mut self) -> String {
+        signal(self.child.id(), Signal::INT);
+        std::io::Read::read_to_string(&mut self.out, &mut self.said).unwrap();
+        assert!(self.child.wait().unwrap().success(), "{}", self.said);
+        self.said.lines().last().unwrap().to_owned()
+    }
+}
+
+#[test]
+fn a_second_demo_takes_the_next_name_and_port_and_each_ends_with_all_that_was_hidden_in_it() {
+    let place = Place::new();
+    let first = Demo::start(&place);
+    let url = place.domain("demo").folder().join("dashboard.url");
+    let until = Instant::now() + Duration::from_secs(60);
+    while !url.exists() {
+        assert!(Instant::now() < until, "no dashboard: {}", first.said);
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let second = Demo::start(&place);
+    assert!(second.said.contains("--instance demo-2"), "{}", second.said);
+    assert_ne!(first.address(), second.address());
+    let told = std::fs::read_to_string(&url).unwrap();
+    assert!(told.starts_with(first.address()), "{told}, not {}", first.address());
+    while place.output(&["control", "--instance", "demo", "hide", "lag:tau=0.01"]).status.code() != Some(0) {
+        assert!(Instant::now() < until, "nothing can be hidden");
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    let hidden = second.end();
+    let hidden = hidden.strip_prefix("hidden: ").expect(&hidden);
+    assert_eq!(first.end(), format!("hidden: {hidden}, lag:tau=0.01"));
+    assert!(place.left("demo").is_empty() && place.left("demo-2").is_empty());
+}
