@@ -242,7 +242,8 @@ impl Budget {
             return (verdict, says);
         }
         if self.unattributed > EXPLAINED {
-            return (verdict, format!("{says} {share} of the error² is attributed to nothing."));
+            let error = format!("the error is up to {:.1} times what noise leaves", judged.over_floor());
+            return (verdict, format!("{error}, the cause of {share} of its square is not known, and {says}"));
         }
         let limit = &self.limited_says;
         if judged.within() {

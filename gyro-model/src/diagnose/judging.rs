@@ -3,7 +3,7 @@
 use super::{
     admission::{ADMISSION, ELIMINATION, MENTION},
     bounds::size,
-    case::Case,
+    case::{Case, REMOVED},
     challenger::{Challenger, Incumbent},
     chance::{chance, swings_of_slow},
     decision::{outcomes, passes},
@@ -123,6 +123,11 @@ impl Challenger<'_> {
     #[must_use]
     pub fn passes(&self, incumbent: &Incumbent) -> bool {
         passes(ADMISSION, &self.case(incumbent))
+    }
+
+    /// Whether most of an error is its own, whatever else is not known.
+    pub(super) fn dominates(&self, incumbent: &Incumbent) -> bool {
+        (REMOVED.of)(&self.case(incumbent)) > limit::DOMINATES.value
     }
 
     /// Each test of its admission, with its numbers.

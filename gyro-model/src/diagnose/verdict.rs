@@ -2,12 +2,14 @@
 
 use super::challenger::{Challenger, Incumbent};
 use crate::{
+    AxisModel,
     diagnosis::Verdict,
     effects::{Card, Stage, Trait},
     evidence::{
         identify,
+        integrate::integral,
         noise::{self, Gls},
-        series::Rest,
+        series::{Rest, Series},
         study::Study,
     },
     fit::judged::Judged,
@@ -48,20 +50,33 @@ pub fn unexcited(study: &Study, gls: &Gls, series: usize) -> Option<String> {
         }
         if effect.is(Trait::Gain) && (sigma.is_nan() || sigma > limit::UNEXCITED.value * value.abs()) {
             let share = 100.0 * (sigma / value.abs()).min(10.0);
-            let turns = study.bench.problem.series[series].span().travel > QUARTER;
-            return Some(if turns {
+            let travel = travel(&study.bench.problem.series[series], model);
+            return Some(if travel > QUARTER {
                 format!(
                     "this log tells the scale factor of axis {axis} to no better than {share:.0} %, though it turns: at one rate alone \
                      scale factor and bias look alike, and a gyro that does not go with its reference shows neither: {turn}"
                 )
             } else {
                 format!(
-                    "axis {axis} hardly turns in this log, so its scale factor is not known to better than {share:.0} %: {turn}"
+                    "axis {axis} turns through {} ° at most in this log, so its scale factor is not known to better than {share:.0} %: \
+                     {turn}",
+                    degrees(travel)
                 )
             });
         }
     }
     None
+}
+
+/// How far an axis turns from one end to the other, rad: by its reference where that gives an angle of it, else by its gyro.
+fn travel(series: &Series, model: &AxisModel) -> f64 {
+    if !series.reference_angle.is_empty() {
+        return series.span().travel;
+    }
+    let rate: Vec<f64> = series.gyro.iter().map(|reading| model.alpha() * reading + model.delta()).collect();
+    let angle = integral(&series.t, &rate);
+    let (low, high) = angle.iter().fold((0.0_f64, 0.0_f64), |(low, high), &turned| (low.min(turned), high.max(turned)));
+    high - low
 }
 
 /// What is not known of an axis that does not turn is said, and it is never adequate.
@@ -90,28 +105,33 @@ pub fn verdict(
     judged: &Judged,
     series: usize,
 ) -> (Verdict, String) {
-    let study = &incumbent.study;
-    if let Some(says) = unexcited(study, &incumbent.gls, series) {
+    let best = suspects.iter().position(|r| r.passes(seen));
+    // What is missing hides the scale factor, too: excitation is judged with the best suspect in.
+    let (study, gls) = best.map_or((&incumbent.study, &incumbent.gls), |k| (&suspects[k].study, &suspects[k].gls));
+    let unexcited = unexcited(study, gls, series);
+    if let Some(k) = best
+        && (unexcited.is_none() || suspects[k].dominates(seen))
+    {
+        let (verdict, says) = missing(suspects[k].candidate.term.effect.card(), &aliases[k]);
+        let more = unexcited.map_or_else(String::new, |says| format!(" Besides, {says}."));
+        return (verdict, super::with(says, &more));
+    }
+    if let Some(says) = unexcited {
         return (Verdict::CannotTell, says);
     }
-    let best = suspects.iter().position(|r| r.passes(seen));
-    if let Some(k) = best {
-        let card = suspects[k].candidate.term.effect.card();
-        return if aliases[k].is_empty() {
-            (Verdict::MissingEffect, format!("{} is missing{}. Add it and look again.", card.id, title(card)))
-        } else {
-            let split = split_by(card.id, &aliases[k]);
-            (
-                Verdict::Ambiguous,
-                format!(
-                    "{} or {} is missing, and this log cannot tell which. To tell them apart: {split}.",
-                    card.id,
-                    aliases[k].join(" or ")
-                ),
-            )
-        };
-    }
     last_word(incumbent, suspects, judged, series)
+}
+
+/// One effect is missing, or one of some that this log cannot tell apart.
+fn missing(card: &Card, aliases: &[String]) -> (Verdict, String) {
+    if aliases.is_empty() {
+        return (Verdict::MissingEffect, format!("{} is missing{}. Add it and look again.", card.id, title(card)));
+    }
+    let others = aliases.join(" or ");
+    let split = split_by(card.id, aliases);
+    let says =
+        format!("{} or {others} is missing, and this log cannot tell which. To tell them apart: {split}.", card.id);
+    (Verdict::Ambiguous, says)
 }
 
 /// Effects that are missing together.
@@ -269,11 +289,9 @@ pub fn rest(incumbent: &Incumbent, suspects: &[&Challenger], judged: &Judged, se
         ),
         (false, ..) => (
             Verdict::Unexplained,
-            format!(
-                "the error is up to {:.1} times what noise leaves, and no effect of the catalogue removes it: look at where it \
-                 fails, check the reference and its mounting, or write the effect that you suspect as your own.",
-                judged.over_floor()
-            ),
+            "no effect of the catalogue removes it: look at where it fails, check the reference and its mounting, or write the \
+             effect that you suspect as your own."
+                .to_owned(),
         ),
     }
 }

@@ -52,7 +52,7 @@ fn diagnosed(verdict: Verdict, suspects: Vec<Suspect>, ratio: f64) -> AxisDiagno
         axis: Axis::Z,
         verdict,
         says:
-            "axis z hardly turns in this log, so its scale factor is not known to better than 12 %: turn it to and fro"
+            "axis z turns through 2.1 ° at most in this log, so its scale factor is not known to better than 12 %: turn it to and fro"
                 .into(),
         headline: String::new(),
         at_source: String::new(),
@@ -147,9 +147,9 @@ fn each_verdict_has_its_answer_with_a_number() {
         ),
         (
             diagnosed(Verdict::CannotTell, Vec::new(), 14.0),
-            "This log cannot tell: axis z hardly turns in this log, so its scale factor",
+            "This log cannot tell: axis z turns through 2.1 ° at most in this log, so its scale factor",
         ),
-        (diagnosed(Verdict::BadData, Vec::new(), 14.0), "The data are at fault: axis z hardly turns"),
+        (diagnosed(Verdict::BadData, Vec::new(), 14.0), "The data are at fault: axis z turns through"),
     ];
     for (axis, wanted) in cases {
         let answer = of_diagnosis(&axis).answer;
