@@ -1,7 +1,8 @@
 //! No bytes make a reader panic, hang, or take memory that the file has not got.
 //!
 //! Files of every format are damaged at random: bits, extreme lengths, cuts, pieces moved. A few thousand by default; a million
-//! each with `cargo test -p log-readers --release --test hostile -- --ignored`.
+//! each with `cargo test -p log-readers --release --test hostile -- --ignored`. `HOSTILE_SEED=N` draws other damages, and
+//! `HOSTILE_COUNT=N` another number of them.
 
 #![allow(unsafe_code, reason = "an allocator that counts is the only way to see what was taken")]
 
@@ -10,7 +11,11 @@ mod seeds;
 use log_readers::{formats::recognise, survey::Survey};
 use std::{
     alloc::{GlobalAlloc, Layout, System},
-    sync::atomic::{AtomicUsize, Ordering::Relaxed},
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed},
+    },
+    thread,
     time::{Duration, Instant},
 };
 
@@ -40,7 +45,8 @@ static ALLOCATOR: Counting = Counting;
 
 /// More than a reader may take for one small file.
 const MOST_BYTES: usize = 256 << 20;
-const LONGEST: Duration = Duration::from_secs(5);
+/// A file of some kilobytes that is still being read after this is never read to its end, however loaded the machine is.
+const LONGEST: Duration = Duration::from_secs(60);
 
 /// SplitMix64.
 struct Random(u64);
@@ -84,27 +90,72 @@ fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
     }
 }
 
-fn hammer(count: usize) {
-    let _alone = ONE.lock();
-    for (name, whole) in seeds::all() {
-        let mut random = Random(whole.len() as u64);
-        for k in 0..count {
-            let mut bytes = whole.clone();
-            damage(&mut bytes, &mut random);
-            let (before, began) = (NOW.load(Relaxed), Instant::now());
-            MOST.store(before, Relaxed);
-            let mut survey = Survey::default();
-            // An error is an answer; so is nothing.
-            let _ = recognise(&bytes).read(&mut &bytes[..], &mut survey);
-            let taken = MOST.load(Relaxed).saturating_sub(before);
-            assert!(taken < MOST_BYTES, "{name}, damage {k}: {taken} bytes for a file of {}", bytes.len());
-            assert!(began.elapsed() < LONGEST, "{name}, damage {k}: {:?}", began.elapsed());
+/// What is being read, and since when.
+static READING: Mutex<Option<(&str, usize, Instant)>> = Mutex::new(None);
+/// Whether all has been read.
+static DONE: AtomicBool = AtomicBool::new(false);
+
+/// Ends the test where a reader hangs: it could not end by itself.
+fn watch() {
+    while !DONE.load(Relaxed) {
+        thread::park_timeout(Duration::from_millis(500));
+        let reading = *READING.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((name, k, began)) = reading
+            && began.elapsed() > LONGEST
+        {
+            eprintln!("{name}, damage {k}: not read after {:?}", began.elapsed());
+            std::process::abort();
         }
     }
 }
 
+/// Lets the watch go, after a panic too.
+struct Watched(thread::Thread);
+
+impl Drop for Watched {
+    fn drop(&mut self) {
+        DONE.store(true, Relaxed);
+        self.0.unpark();
+    }
+}
+
+/// A whole number from the environment.
+fn told(name: &str) -> Option<u64> {
+    let text = std::env::var(name).ok()?;
+    Some(text.parse().unwrap_or_else(|_| panic!("{name}={text}: a whole number is wanted")))
+}
+
+fn hammer(count: usize) {
+    let _alone = ONE.lock();
+    let count = told("HOSTILE_COUNT").map_or(count, |told| told as usize);
+    let seed = told("HOSTILE_SEED").unwrap_or(0);
+    DONE.store(false, Relaxed);
+    thread::scope(|scope| {
+        let _watched = Watched(scope.spawn(watch).thread().clone());
+        for (name, whole) in seeds::all() {
+            let mut random = Random(whole.len() as u64 ^ seed.rotate_left(32));
+            let (mut most, began) = (0, Instant::now());
+            for k in 0..count {
+                let mut bytes = whole.clone();
+                damage(&mut bytes, &mut random);
+                *READING.lock().unwrap_or_else(PoisonError::into_inner) = Some((name, k, Instant::now()));
+                let before = NOW.load(Relaxed);
+                MOST.store(before, Relaxed);
+                let mut survey = Survey::default();
+                // An error is an answer; so is nothing.
+                let _ = recognise(&bytes).read(&mut &bytes[..], &mut survey);
+                let taken = MOST.load(Relaxed).saturating_sub(before);
+                assert!(taken < MOST_BYTES, "{name}, damage {k}: {taken} bytes for a file of {}", bytes.len());
+                most = most.max(taken);
+            }
+            println!("{name}: {count} damages, at most {} MB each, {:.0?} in all", most >> 20, began.elapsed());
+        }
+        *READING.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    });
+}
+
 /// One at a time, for what is counted is the whole process'.
-static ONE: std::sync::Mutex<()> = std::sync::Mutex::new(());
+static ONE: Mutex<()> = Mutex::new(());
 
 #[test]
 fn no_damage_makes_a_reader_panic_hang_or_swell() {

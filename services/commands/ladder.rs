@@ -12,6 +12,7 @@ use anyhow::{Context, Result};
 use gyro_model::{
     Axis, Model, diagnose,
     diagnosis::{Ladder, LadderStep},
+    headline,
 };
 use std::{
     path::{Path, PathBuf},
@@ -117,6 +118,9 @@ fn told(axis: Axis, step: &LadderStep) -> String {
         (None, Some(removed)) => format!("- {removed}"),
         (None, None) => "start".to_owned(),
     };
-    let ratio = step.error_over_floor.map_or_else(|| "–".to_owned(), units::ratio);
-    format!("axis {axis}  {what:<32}  largest error / floor {ratio}")
+    let error = headline::said(&step.error_curve).map_or_else(
+        || "error not known".to_owned(),
+        |point| format!("error over {} {} °/s", units::time(point.tau_s), units::rate(point.error)),
+    );
+    format!("axis {axis}  {what:<32}  {error}")
 }

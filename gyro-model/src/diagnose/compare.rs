@@ -6,6 +6,7 @@ use super::{
 };
 use crate::{
     Axis, Model, Record,
+    budget::Budget,
     diagnosis::{AxisDiagnosis, Verdict},
     effects::Stage,
     evidence::study::{Bench, Study},
@@ -48,8 +49,9 @@ pub fn compare(
                 }
                 bad_data(record, options.faults, bench, &mut verdict, &mut says);
                 let more = if options.own_log && verdict != Verdict::BadData { untold(&incumbent, k) } else { String::new() };
-                let of = (&incumbent.study, (&incumbent.study, &incumbent.gls.noise));
-                let mut found = axis_diagnosis(record, of, k, &judged, (verdict, says), None, options);
+                let budget = Budget::of(&incumbent.study, k, &judged, &incumbent.gls.noise, &[]);
+                let told = (verdict, says);
+                let mut found = axis_diagnosis(record, &incumbent.study, k, (&judged, budget), told, None, options);
                 // What is left of the error, an effect may take from α.
                 let fits = matches!(verdict, Verdict::Adequate | Verdict::CannotTell);
                 let models = if fits { vec![judged::axis_model(&incumbent.study.model, found.axis)] } else { Vec::new() };

@@ -9,7 +9,7 @@ use super::{
     comparison::aliases,
     each_group,
     explain::explained,
-    say_ratio,
+    grave, say_ratio,
     search::{Alike, added, search_on},
     sorted, stopped, users,
     verdict::{self, Together},
@@ -17,7 +17,8 @@ use super::{
 };
 use crate::{
     Axis, AxisModel, Model, Record,
-    diagnosis::{AxisDiagnosis, Suspect, Verdict},
+    budget::Budget,
+    diagnosis::{AxisDiagnosis, ErrorPoint, Suspect, Verdict},
     evidence::study::{Bench, Study},
     fit::{
         FitError,
@@ -67,11 +68,23 @@ pub fn diagnose(
         }
         let told = found.into_iter().enumerate().map(|(k, found)| {
             let (seen, suspects) = &looked[found.part];
-            let mut says = with(found.says.clone(), &users::became(seen, &found.own, options.own_effects, k));
+            let before = if parts.is_some() { Judged::new(&seen.study, k, false) } else { found.judged.clone() };
+            let is_bad = grave(record, options.faults, bench).is_some();
+            let listed = if is_bad { Vec::new() } else { found.listed(seen, &before, k) };
+            let after = found.top.as_ref().map(|top| Judged::new(&top.study, k, false).points());
+            let after = after.or_else(|| listed.first().map(|s: &Suspect| s.error_curve.clone())).unwrap_or_default();
+            let lacks = matches!(found.verdict, Verdict::MissingEffect | Verdict::Ambiguous) && !is_bad;
+            let (rest, noise) = match (&found.top, found.own.first()) {
+                (Some(top), _) if lacks && parts.is_none() => (&top.study, &top.gls.noise),
+                (None, Some(first)) if lacks && parts.is_none() => (&first.study, &first.gls.noise),
+                _ => (&incumbent.study, &incumbent.gls.noise),
+            };
+            let missing = if lacks && !after.is_empty() { found.judged.removed(&after) } else { Vec::new() };
+            let budget = Budget::of(rest, k, &found.judged, noise, &missing);
+            let says = found.says(&budget, after);
+            let mut says = with(says, &users::became(seen, &found.own, options.own_effects, k));
             let mut verdict = found.verdict;
             bad_data(record, options.faults, bench, &mut verdict, &mut says);
-            let before = if parts.is_some() { Judged::new(&seen.study, k, false) } else { found.judged.clone() };
-            let listed = if verdict == Verdict::BadData { Vec::new() } else { found.listed(seen, &before, k) };
             let explained = if options.explain { explained(seen, suspects, k, options) } else { Vec::new() };
             let unfinished = (options.stop)();
             if unfinished && !matches!(verdict, Verdict::Adequate | Verdict::BadData) {
@@ -79,17 +92,8 @@ pub fn diagnose(
             }
             let missing = found.set.iter().map(|r| r.candidate.term.effect.card().id.to_owned());
             let missing = if found.set.len() > 1 { missing.collect() } else { Vec::new() };
-            let lacks = matches!(verdict, Verdict::MissingEffect | Verdict::Ambiguous) && parts.is_none();
-            let rest = match (&found.top, found.own.first()) {
-                (Some(top), _) if lacks => (&top.study, &top.gls.noise),
-                (None, Some(first)) if lacks => (&first.study, &first.gls.noise),
-                _ => (&incumbent.study, &incumbent.gls.noise),
-            };
-            let of = (&incumbent.study, rest);
-            let after = found.top.as_ref().map(|top| Judged::new(&top.study, k, false).points());
-            let after = after.or_else(|| listed.first().map(|s: &Suspect| s.error_curve.clone())).unwrap_or_default();
-            let told = (verdict, says);
-            let mut axis = axis_diagnosis(record, of, k, &found.judged, told, Some((listed, after)), options);
+            let (judged, told) = ((&found.judged, budget), (verdict, says));
+            let mut axis = axis_diagnosis(record, &incumbent.study, k, judged, told, Some(listed), options);
             // Of what is missing, any may change α.
             let models = found.models(seen).map(|model| judged::axis_model(model, axis.axis));
             let models: Vec<AxisModel> =
@@ -175,20 +179,31 @@ impl<'f, 'a> Finding<'f, 'a> {
 
     /// What the search ended with.
     fn take(&mut self, found: Several<'a>) {
-        let Several { set, aliases, over_floor, top } = found;
+        let Several { set, aliases, top } = found;
         let is_the_same = set.len() == 1 && self.is_named && id_of(&set[0]) == id_of(self.own[0]);
         if set.is_empty() || is_the_same || self.verdict == Verdict::CannotTell {
             return;
         }
         let is_told_apart = aliases.iter().all(Vec::is_empty);
         self.verdict = if is_told_apart { Verdict::MissingEffect } else { Verdict::Ambiguous };
-        let ids = set.iter().map(id_of).zip(aliases.iter().cloned());
-        self.says = verdict::together(&Together {
-            effects: ids.collect(),
-            before: self.judged.over_floor(),
-            after: over_floor,
-        });
         (self.set, self.set_aliases, self.top) = (set, aliases, Some(top));
+    }
+
+    /// What is said of it, over the floor of the set-up as it is; `after` is the error with all that is missing.
+    fn says(&self, budget: &Budget, mut after: Vec<ErrorPoint>) -> String {
+        if self.set.is_empty() {
+            return self.says.clone();
+        }
+        let mut before = self.judged.clone();
+        budget.raise(&mut before);
+        budget.raise_points(&mut after);
+        let ids = self.set.iter().map(id_of).zip(self.set_aliases.iter().cloned());
+        let ratios = after.iter().filter_map(|point| Some(point.error? / point.floor?));
+        verdict::together(&Together {
+            effects: ids.collect(),
+            before: before.over_floor(),
+            after: ratios.fold(0.0, f64::max),
+        })
     }
 
     /// The models that may be the right one: with all that is missing, else with each suspect that is reported.
@@ -227,8 +242,6 @@ struct Several<'a> {
     set: Vec<Challenger<'a>>,
     /// What each cannot be told from.
     aliases: Vec<Vec<String>>,
-    /// Largest error over floor with all of them.
-    over_floor: f64,
     /// The model with all of them.
     top: Incumbent<'a>,
 }
@@ -258,8 +271,7 @@ fn several<'a>(
             alike.map_or_else(Vec::new, |alike| alike.others.clone())
         };
         let aliases = set.iter().map(|refit| of_effect(id_of(refit))).collect();
-        let over_floor = Judged::new(&top.incumbent.study, k, false).over_floor();
-        Several { set, aliases, over_floor, top: top.incumbent.clone() }
+        Several { set, aliases, top: top.incumbent.clone() }
     };
     (0..series.len()).map(of).collect()
 }

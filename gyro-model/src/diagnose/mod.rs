@@ -36,7 +36,6 @@ use crate::{
     evidence::{
         problem::HeldRate,
         study::{Bench, Study},
-        whiten::NoiseModel,
     },
     faults::{is_grave, ratio},
     fit::{
@@ -287,24 +286,23 @@ fn grave<'a>(record: &Record, faults: &'a [DataFault], bench: &Bench) -> Option<
     faults.iter().filter(concerns).find(|fault| is_grave(fault, record.len()))
 }
 
-/// `rest` is the model whose error is divided, and the noise in it: that with the effects that are missing, where some are; beside the suspects stands
-/// the error curve with these.
+/// What is told of one axis: `budget` divides its error, and `suspects` is what a search found, where there was one.
 fn axis_diagnosis(
     record: &Record,
-    (study, rest): (&Study, (&Study, &NoiseModel)),
+    study: &Study,
     series: usize,
-    judged: &Judged,
+    (judged, budget): (&Judged, Budget),
     (verdict, says): (Verdict, String),
-    suspects: Option<(Vec<Suspect>, Vec<ErrorPoint>)>,
+    suspects: Option<Vec<Suspect>>,
     options: &Options,
 ) -> AxisDiagnosis {
     let searched = suspects.is_some();
-    let (suspects, after) = suspects.unwrap_or_default();
-    let lacks = matches!(verdict, Verdict::MissingEffect | Verdict::Ambiguous);
-    let missing = if lacks && !after.is_empty() { judged.removed(&after) } else { Vec::new() };
-    let budget = Budget::of(rest.0, series, judged, rest.1, &missing);
+    let mut suspects = suspects.unwrap_or_default();
     let mut judged = judged.clone();
     budget.raise(&mut judged);
+    for suspect in &mut suspects {
+        budget.raise_points(&mut suspect.error_curve);
+    }
     let (verdict, says) = if searched { budget.settle(verdict, says, &judged) } else { (verdict, says) };
     let (verdict, says) = verdict::at_rest(study, series, verdict, says);
     let axis = study.bench.problem.series[series].axis;

@@ -41,7 +41,8 @@ pub(super) fn left(here: Option<ErrorPoint>, ratio: Option<f64>) -> String {
 }
 
 /// The point of a curve at which errors are said: 1 s, or its end where it ends before.
-pub(super) fn said(curve: &[ErrorPoint]) -> Option<ErrorPoint> {
+#[must_use]
+pub fn said(curve: &[ErrorPoint]) -> Option<ErrorPoint> {
     let known = || curve.iter().filter(|p| p.error.is_some_and(f64::is_finite));
     let far = |p: &ErrorPoint| (p.tau_s / SAID_AT).ln().abs();
     let near = known().min_by(|a, b| far(a).total_cmp(&far(b)))?;

@@ -12,7 +12,7 @@ mod rotation;
 mod tests;
 mod together;
 
-pub use left::Fall;
+pub use left::{Fall, said};
 pub use rotation::Rotation;
 pub use together::{Named, Shared, Together};
 
@@ -24,7 +24,7 @@ use crate::{
     measured::{Measured, and},
     units,
 };
-use left::{is_noise, left, makes, rest, said, same_time};
+use left::{is_noise, left, makes, rest, same_time};
 
 /// The answer, and what to do where it comes from.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
