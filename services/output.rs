@@ -86,7 +86,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
 /// The same for whom it is for.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_for(for_whom: For, path: &Path, bytes: &[u8]) -> Result<()> {
     let mut output = Output::create_for(for_whom, path)?;
     output.write_all(bytes).with_context(|| failed(path))?;

@@ -17,7 +17,7 @@
 //! the factor ν²/S before the update.
 //!
 //! Each innovation ν is gated at [`GATE`] of its own standard deviation. Beyond it, a signal that has made such steps
-//! lately (at first: any that [`ACCELERATION_UNKNOWN`] makes) makes another, and the filter starts again from it; else up to [`PATIENCE`] in a row are taken for outliers,
+//! lately (at first: any that `ACCELERATION_UNKNOWN` makes) makes another, and the filter starts again from it; else up to [`PATIENCE`] in a row are taken for outliers,
 //! and the next one for a step. So neither a spike gets in nor a sudden motion locks the filter out.
 
 use nalgebra::{Matrix4, RowVector4, Vector4};

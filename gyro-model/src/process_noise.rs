@@ -8,7 +8,7 @@
 //! ```
 //!
 //! from one that follows every reading to one that averages over a hundred. Each collects the likelihood of its
-//! innovations, ln S + ν²/S with ν²/S clipped, forgetting over [`MEMORY`]; the main filter takes q where the parabola
+//! innovations, ln S + ν²/S with ν²/S clipped, forgetting over `MEMORY`; the main filter takes q where the parabola
 //! through the best member and its neighbours is lowest. Nothing is fitted to the innovation that is judged: q of a
 //! sample comes from the samples before it.
 

@@ -61,15 +61,30 @@ impl Histogram {
         for (bucket, &n) in self.buckets.iter().enumerate() {
             seen += u64::from(n);
             if seen >= wanted {
-                let (octave, step) = (bucket as u64 / STEPS, bucket as u64 % STEPS);
-                let width = 1 << octave.saturating_sub(1);
-                let first = if octave == 0 { step } else { (STEPS + step) * width };
-                let middle = first + width / 2;
-                return middle.min(self.max_ns);
+                let (first, width) = edge(bucket);
+                return (first + width / 2).min(self.max_ns);
             }
         }
         0
     }
+
+    /// Counts by octave, from the shortest: the lower edge, ns, and how many lie below twice that. What took less than 1 ns is counted
+    /// with the first.
+    #[must_use]
+    pub fn octaves(&self) -> Vec<(u64, u64)> {
+        let mut octaves: Vec<(u64, u64)> = (0..OCTAVES).map(|octave| (1 << octave, 0)).collect();
+        for (bucket, &n) in self.buckets.iter().enumerate() {
+            octaves[edge(bucket).0.max(1).ilog2() as usize].1 += u64::from(n);
+        }
+        octaves
+    }
+}
+
+/// The lower edge of a bucket and its width, ns.
+fn edge(bucket: usize) -> (u64, u64) {
+    let (octave, step) = (bucket as u64 / STEPS, bucket as u64 % STEPS);
+    let width = 1 << octave.saturating_sub(1);
+    (if octave == 0 { step } else { (STEPS + step) * width }, width)
 }
 
 impl Default for Histogram {
@@ -94,5 +109,20 @@ mod tests {
         h.record(u64::MAX);
         assert_eq!(h.max_ns, u64::MAX);
         assert_eq!(Histogram::new("").quantile(0.5), 0);
+    }
+
+    #[test]
+    fn octaves_hold_every_value_where_it_lies() {
+        let mut histogram = Histogram::new("kalman");
+        let values = [0, 1, 31, 32, 33, 1000, 1024, 1_000_000_000, 30_000_000_000];
+        for ns in values {
+            histogram.record(ns);
+        }
+        let octaves = histogram.octaves();
+        for (edge, count) in &octaves {
+            let own = values.iter().filter(|&&ns| ns.max(1) >= *edge && ns.max(1) < 2 * edge).count();
+            assert_eq!(*count, own as u64, "from {edge} ns");
+        }
+        assert_eq!(octaves.iter().map(|octave| octave.1).sum::<u64>(), histogram.count);
     }
 }

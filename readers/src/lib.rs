@@ -3,14 +3,14 @@
 //!
 //! | module | noun |
 //! | --- | --- |
-//! | [`format`] | what all formats have in common: topics, messages, notes |
+//! | [`mod@format`] | what all formats have in common: topics, messages, notes |
 //! | [`formats`] | one format a file, one static list |
 //! | `bytes` | bytes taken in order, lengths never trusted |
 //! | [`packed`] | bytes that were packed with zstd |
 //! | [`survey`] | what a file holds, channel by channel |
 //! | [`meaning`] | what names and units say, and a map to the names of our logs |
 //! | [`text`] | delimited text, row by row |
-//! | [`unit`] | units as people write them |
+//! | [`mod@unit`] | units as people write them |
 
 mod bytes;
 pub mod format;

@@ -2,7 +2,7 @@
 //! [`change`].
 //!
 //! To hook one in: the file and its `pub mod` here, a variant in [`crate::cli::Command`] and its arm in `run` there.
-//! A command writes its result with [`print`], never `println!`, so that `truerate … | head` ends quietly.
+//! A command writes its result with [`print()`], never `println!`, so that `truerate … | head` ends quietly.
 
 use anyhow::Context;
 use std::io::{self, Write};

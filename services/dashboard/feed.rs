@@ -219,12 +219,7 @@ fn status_of(status: &Status) -> Value {
 
 /// Quantiles, and counts by octave from the first to the last that has any: the lower edge in ns, the count.
 fn stage_of(stage: &Histogram) -> Value {
-    let octaves: Vec<(u64, u64)> = stage
-        .buckets
-        .chunks(8)
-        .enumerate()
-        .map(|(octave, counts)| (1_u64 << octave, counts.iter().map(|&n| u64::from(n)).sum()))
-        .collect();
+    let octaves = stage.octaves();
     let first = octaves.iter().position(|o| o.1 > 0).unwrap_or(0);
     let last = octaves.iter().rposition(|o| o.1 > 0).unwrap_or(0);
     json!({

@@ -1,5 +1,5 @@
 //! The rows of a live source. The next one may take as long as it likes, so a thread of its own waits for it
-//! ([`super::reading`]).
+//! (`live::reading`).
 
 use super::{
     Address, Content, format,

@@ -112,7 +112,7 @@ impl Layout {
     /// Understands a line of names between commas, of which nothing else is known.
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// A name that stands twice, a unit that is not known, or a column that is needed and is not there.
     pub fn of_names(names: &[&[u8]], maps: &Maps) -> Result<Self, Refusal> {
         Self::new(&Head::of_names(names), maps)
     }

@@ -53,7 +53,7 @@ impl Effect for EncoderBacklash {
         format!("the encoder has {} of play against the shaft", p[0].size("rad"))
     }
 
-    /// Memory, besides that of the play: [1], [2] where the encoder may stand, since nobody knows where in the clearance a log
+    /// Memory, besides that of the play: `[1]`, `[2]` where the encoder may stand, since nobody knows where in the clearance a log
     /// begins.
     fn error(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
         let half = 0.5 * p[0];

@@ -91,15 +91,15 @@ impl Effect for Lag {
         Some(IN_C.into())
     }
 
-    /// Exact for a rate that is linear over the step. Memory: [0] felt rate, [1] the rate before, [6] started.
+    /// Exact for a rate that is linear over the step. Memory: `[0]` felt rate, `[1]` the rate before, `[6]` started.
     fn respond(&self, p: &[f64], rate: f64, dt: f64, memory: &mut Memory) -> f64 {
         let felt = if memory[6] == 0.0 { rate } else { low_pass(memory[0], memory[1], rate, dt, p[0]) };
         [memory[0], memory[1], memory[6]] = [felt, rate, 1.0];
         felt
     }
 
-    /// ω = ω_f + τ dω_f/dt with the parabola through the last three samples. Memory: [0], [1] the last two felt rates,
-    /// [2] the last step, [6] how many.
+    /// ω = ω_f + τ dω_f/dt with the parabola through the last three samples. Memory: `[0]`, `[1]` the last two felt rates,
+    /// `[2]` the last step, `[6]` how many.
     fn undo_response(&self, p: &[f64], felt: f64, dt: f64, memory: &mut Memory) -> f64 {
         let (f1, f2, dt1) = (memory[0], memory[1], memory[2]);
         let slope = match memory[6] {

@@ -105,7 +105,7 @@ impl Effect for MountResonance {
     }
 
     /// Exact for a rate that is linear over the step: e = ω − ω_f swings freely, e'' + 2ζω_n e' + ω_n² e = 0, and e'
-    /// jumps where the slope of ω does. Memory: [0] e, [1] e', [2] the rate before, [3] its slope, [6] started.
+    /// jumps where the slope of ω does. Memory: `[0]` e, `[1]` e', `[2]` the rate before, `[3]` its slope, `[6]` started.
     fn respond(&self, p: &[f64], rate: f64, dt: f64, memory: &mut Memory) -> f64 {
         if memory[6] == 0.0 || !p[0].is_finite() || dt <= 0.0 {
             *memory = [0.0, 0.0, rate, 0.0, 0.0, 0.0, 1.0, memory[7]];
@@ -124,8 +124,8 @@ impl Effect for MountResonance {
     }
 
     /// D = ω − ω_f is ω_f''/ω_n² through a first-order low-pass of time constant 2ζ/ω_n, exact for an input that is
-    /// linear over the step; ω_f'' from the last three samples. Memory: [0], [1] the last two felt rates, [2] the last
-    /// step, [3] D, [4] its input, [6] how many.
+    /// linear over the step; ω_f'' from the last three samples. Memory: `[0]`, `[1]` the last two felt rates, `[2]` the last
+    /// step, `[3]` D, `[4]` its input, `[6]` how many.
     fn undo_response(&self, p: &[f64], felt: f64, dt: f64, memory: &mut Memory) -> f64 {
         let (f1, f2, dt1) = (memory[0], memory[1], memory[2]);
         let curvature = if memory[6] < 2.0 { 0.0 } else { 2.0 * ((felt - f1) / dt - (f1 - f2) / dt1) / (dt + dt1) };

@@ -15,7 +15,7 @@
 //! | [`study`] | a model fitted to a log |
 //! | `gauss_newton` | the steps of that fit |
 //! | `spectrum` | the fast Fourier transform of a series |
-//! | [`line`] | one line of a signal's spectrum |
+//! | [`mod@line`] | one line of a signal's spectrum |
 //! | `incoherent` | what of a reference the gyro knows nothing of, whatever its errors |
 //! | [`prior`] | the noise that the sensors' own signals show |
 //! | [`noise`] | the noise of a model's residual, and generalised least squares under it |
