@@ -74,7 +74,7 @@ impl Drop for Profiler {
 
 fn follow(domain: &Domain, run: u64, mut trace: Trace, stop: &Stop) -> anyhow::Result<Trace> {
     let hub = Hub::join(domain, "profiler")?;
-    // A reader that looks has no listener, so whoever gives does not have to wake it.
+    // It looks now and then and sleeps on no doorbell: nobody has to wake it.
     let estimates = hub.reader(&topic::ESTIMATE, None, Wait::Spin)?;
     loop {
         let last = stop.asked();

@@ -223,7 +223,15 @@ impl Budget {
         }
     }
 
-    /// The same of a curve of the same averaging times.
+    /// The largest E/F over the floor of the set-up as it is.
+    #[must_use]
+    pub fn over_floor(&self, judged: &Judged) -> f64 {
+        let mut raised = judged.clone();
+        self.raise(&mut raised);
+        raised.over_floor()
+    }
+
+    /// Raises the floor of a curve of the same averaging times.
     pub fn raise_points(&self, points: &mut [ErrorPoint]) {
         for (point, more) in points.iter_mut().zip(&self.set_up) {
             if let Some(floor) = point.floor.filter(|floor| *floor > 0.0) {

@@ -37,6 +37,7 @@ pub fn compare(
         let found = (0..bench.problem.series.len())
             .map(|k| {
                 let judged = Judged::new(&incumbent.study, k, !options.own_log);
+                let budget = Budget::of(&incumbent.study, k, &judged, &incumbent.gls.noise, &[]);
                 let (mut verdict, mut says) = match verdict::unexcited(&incumbent.study, &incumbent.gls, k) {
                     Some(says) => (Verdict::CannotTell, says),
                     None => verdict::rest(&incumbent, &[], &judged, k),
@@ -44,12 +45,11 @@ pub fn compare(
                 if verdict == Verdict::Unexplained {
                     says = format!(
                         "the error is up to {:.1} times what noise leaves: `truerate diagnose` looks for what is missing.",
-                        judged.over_floor()
+                        budget.over_floor(&judged)
                     );
                 }
                 bad_data(record, options.faults, bench, &mut verdict, &mut says);
                 let more = if options.own_log && verdict != Verdict::BadData { untold(&incumbent, k) } else { String::new() };
-                let budget = Budget::of(&incumbent.study, k, &judged, &incumbent.gls.noise, &[]);
                 let told = (verdict, says);
                 let mut found = axis_diagnosis(record, &incumbent.study, k, (&judged, budget), told, None, options);
                 // What is left of the error, an effect may take from α.

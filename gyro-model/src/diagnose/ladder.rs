@@ -87,7 +87,7 @@ pub(super) fn conclude(
             (verdict, says) = verdict::at_rest(&study, k, verdict, says);
             let unfinished = (options.stop)();
             if unfinished && verdict != Verdict::Adequate {
-                (verdict, says) = (Verdict::CannotTell, super::stopped(&judged));
+                (verdict, says) = (Verdict::CannotTell, super::stopped(judged.over_floor()));
             }
             let explained = if options.explain { explained(seen, last, k, options) } else { Vec::new() };
             let (detail, _) = judged::pictures(record, &study, k);

@@ -88,7 +88,7 @@ pub fn diagnose(
             let explained = if options.explain { explained(seen, suspects, k, options) } else { Vec::new() };
             let unfinished = (options.stop)();
             if unfinished && !matches!(verdict, Verdict::Adequate | Verdict::BadData) {
-                (verdict, says) = (Verdict::CannotTell, stopped(&found.judged));
+                (verdict, says) = (Verdict::CannotTell, stopped(budget.over_floor(&found.judged)));
             }
             let missing = found.set.iter().map(|r| r.candidate.term.effect.card().id.to_owned());
             let missing = if found.set.len() > 1 { missing.collect() } else { Vec::new() };
@@ -194,14 +194,12 @@ impl<'f, 'a> Finding<'f, 'a> {
         if self.set.is_empty() {
             return self.says.clone();
         }
-        let mut before = self.judged.clone();
-        budget.raise(&mut before);
         budget.raise_points(&mut after);
         let ids = self.set.iter().map(id_of).zip(self.set_aliases.iter().cloned());
         let ratios = after.iter().filter_map(|point| Some(point.error? / point.floor?));
         verdict::together(&Together {
             effects: ids.collect(),
-            before: before.over_floor(),
+            before: budget.over_floor(&self.judged),
             after: ratios.fold(0.0, f64::max),
         })
     }

@@ -342,10 +342,9 @@ fn axis_diagnosis(
 }
 
 /// What is said where a search was stopped before its end.
-fn stopped(judged: &Judged) -> String {
+fn stopped(over_floor: f64) -> String {
     format!(
-        "the search was stopped before its end, and effects may be missing that it had not come to. By then the error is up to {:.1} \
-         times what noise leaves.",
-        judged.over_floor()
+        "the search was stopped before its end, and effects may be missing that it had not come to. By then the error is up to \
+         {over_floor:.1} times what noise leaves."
     )
 }
