@@ -33,6 +33,10 @@ use ipc_types::{
 use janitor::Janitor;
 use manager::Manager;
 use process::{Fate, Process};
+use rustix::{
+    event::{PollFd, PollFlags, Timespec, poll},
+    io::Errno,
+};
 use std::{
     fs,
     process::ExitCode,
@@ -40,13 +44,14 @@ use std::{
 };
 use watchdog::Watchdog;
 
-/// Between two looks at the processes and two sweeps for what dead ones left.
-const LOOK: Duration = Duration::from_millis(25);
+/// Between two looks at the processes and two sweeps for what dead ones left; a death is seen at once.
+const LOOK: Timespec = Timespec { tv_sec: 0, tv_nsec: 25_000_000 };
 const STATUS_NS: u64 = 200_000_000;
 /// How long a process may take to end when asked to.
 const PATIENCE: Duration = Duration::from_secs(3);
-/// Deaths in ten seconds after which the domain itself is taken to be broken.
-const BROKEN: usize = 6;
+/// Early deaths of a process in a row after which the domain itself is taken to be broken. It is made anew once: where that
+/// does not help, it is the process, and the others are left alone.
+const BROKEN: u32 = 6;
 
 /// The ports of the supervisor. Dropped before the domain is wiped.
 struct Ports {
@@ -59,6 +64,8 @@ struct Ports {
 impl Ports {
     fn open(claim: &Claim) -> anyhow::Result<Self> {
         let hub = Hub::join(claim.domain(), "supervisor")?;
+        // Nobody else clears the dead, an earlier supervisor among them.
+        let _ = hub.sweep();
         let held = hub.create_all()?;
         Ok(Self {
             health: hub.reader(&topic::HEALTH, None, Wait::Event)?,
@@ -79,7 +86,6 @@ struct Pipeline {
     profiler: Option<Profiler>,
     processes: Vec<Process>,
     board: Board,
-    started_ns: Vec<u64>,
     watchdog: Watchdog,
     status_ns: u64,
     manager: Manager,
@@ -181,7 +187,6 @@ impl Pipeline {
         if let Some(path) = run.settings.ring(claim.domain().name()) {
             Ring::create(&path, run.number)?;
         }
-        let started_ns = vec![now_ns(); processes.len()];
         let mut pipeline = Self {
             _janitor: janitor,
             claim,
@@ -191,7 +196,6 @@ impl Pipeline {
             profiler: None,
             processes,
             board: Board::default(),
-            started_ns,
             watchdog: Watchdog::default(),
             status_ns: 0,
             manager: Manager::of_this_process(),
@@ -230,9 +234,7 @@ impl Pipeline {
         self.claim.domain().begin_generation()?;
         self.ports = Some(Ports::open(&self.claim).context("a fresh domain")?);
         for process in &mut self.processes {
-            let restarts = process.restarts + 1;
-            *process = Process::new(process.service, self.folder.clone());
-            process.restarts = restarts;
+            *process = process.anew();
         }
         self.profile(profiled)
     }
@@ -253,7 +255,18 @@ impl Pipeline {
             if self.is_complete() {
                 return Ok(End::Complete);
             }
-            std::thread::sleep(LOOK);
+            self.wait()?;
+        }
+    }
+
+    /// Waits for the next look, which a death brings forward.
+    fn wait(&self) -> anyhow::Result<()> {
+        let mut deaths: Vec<PollFd<'_>> =
+            self.processes.iter().filter_map(|process| Some(PollFd::new(process.death()?, PollFlags::IN))).collect();
+        match poll(&mut deaths, Some(&LOOK)) {
+            // A signal ends the wait early, too: it may be the wish to end.
+            Ok(_) | Err(Errno::INTR) => Ok(()),
+            Err(error) => Err(error).context("waiting for the processes"),
         }
     }
 
@@ -273,11 +286,17 @@ impl Pipeline {
                     if let Some(shortage) = room::shortage(self.claim.domain()) {
                         tracing::error!("{shortage}, which {name} may have died of: free some");
                     }
-                    tracing::warn!("{name} {words}; it is started again");
+                    match process.delay() {
+                        Duration::ZERO => tracing::warn!("{name} {words}; it is started again"),
+                        delay => tracing::warn!(
+                            "{name} {words}, {} times in a row soon after its start; it is started again in {delay:.2?}",
+                            process.early_deaths()
+                        ),
+                    }
                     if process.service == ServiceId::Acquisition && self.run.settings.source.comes_once() {
                         bail!("acquisition {words}, and what it read cannot be read again: run it on a file");
                     }
-                    if process.recent_deaths() >= BROKEN && process.service != ServiceId::Dashboard {
+                    if process.early_deaths() == BROKEN && process.service != ServiceId::Dashboard {
                         tracing::warn!("{name} dies again and again; everything is ended and begun again");
                         self.begin_again()?;
                         return Ok(None);
@@ -287,7 +306,6 @@ impl Pipeline {
             let process = &mut self.processes[i];
             if process.is_due() {
                 process.start(self.claim.domain().name(), &self.run.settings)?;
-                self.started_ns[i] = now_ns();
             } else {
                 self.end_if_it_hangs(i);
             }
@@ -302,10 +320,9 @@ impl Pipeline {
         // What standard input gave cannot be read again: the end of its reader would be the run's.
         let replaceable = service != ServiceId::Acquisition || !self.run.settings.source.comes_once();
         let health = self.board.of(service);
-        if let Some(silent) = self.watchdog.hangs(service, pid, health, self.started_ns[i], replaceable) {
+        if let Some(silent) = self.watchdog.hangs(service, pid, health, process.started_ns(), replaceable) {
             tracing::warn!("{} is silent for {:.1} s; it is ended", service.name(), silent as f64 * 1e-9);
             process.kill();
-            self.started_ns[i] = now_ns();
         }
     }
 

@@ -3,11 +3,13 @@
 use crate::{clock::now_ns, domain::Lock, run_folder::RunFolder, settings::Settings};
 use anyhow::Context;
 use ipc_types::ServiceId;
-use rustix::process::{Pid, Signal, kill_process, test_kill_process};
+use rustix::process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open, test_kill_process};
 use signal_hook::consts::SIGBUS;
 use std::{
-    collections::VecDeque,
-    os::unix::process::{CommandExt, ExitStatusExt},
+    os::{
+        fd::OwnedFd,
+        unix::process::{CommandExt, ExitStatusExt},
+    },
     process::{Child, Command, ExitStatus, Stdio},
     time::Duration,
 };
@@ -15,9 +17,10 @@ use std::{
 /// Exit code of a service that would fail in the same way again: a log that cannot be read, say. It has told why.
 pub const HOPELESS: u8 = 65;
 
-/// Deaths within [`WINDOW`] that are forgiven at once.
-const FORGIVEN: usize = 2;
-const WINDOW: Duration = Duration::from_secs(10);
+/// A process that dies sooner after its start dies early: what ended it is likely to end the next one too, ns.
+const EARLY_NS: u64 = 1_000_000_000;
+/// Early deaths in a row that are forgiven at once.
+const FORGIVEN: u32 = 2;
 const FIRST_DELAY: Duration = Duration::from_millis(250);
 const LONGEST_DELAY: Duration = Duration::from_secs(8);
 /// Bytes from which on a block of memory goes back to the system as soon as it is freed.
@@ -31,7 +34,10 @@ pub struct Process {
     /// How often it was started again.
     pub restarts: u32,
     life: Life,
-    deaths: VecDeque<u64>,
+    started_ns: u64,
+    early_deaths: u32,
+    /// Readable once it is dead; `None` where the kernel has none to give.
+    death: Option<OwnedFd>,
     folder: RunFolder,
 }
 
@@ -64,8 +70,20 @@ impl Process {
     /// A process that is not started yet; one that lives already in this folder is adopted.
     #[must_use]
     pub fn new(service: ServiceId, folder: RunFolder) -> Self {
-        let life = Lock::holder(&folder.lock(service)).map_or(Life::None, Life::Adopted);
-        Self { service, restarts: 0, life, deaths: VecDeque::new(), folder }
+        let adopted = Lock::holder(&folder.lock(service));
+        let life = adopted.map_or(Life::None, Life::Adopted);
+        let death = adopted.and_then(death_of);
+        Self { service, restarts: 0, life, started_ns: now_ns(), early_deaths: 0, death, folder }
+    }
+
+    /// Its next life in a domain that was made anew: its past is not forgotten.
+    #[must_use]
+    pub fn anew(&self) -> Self {
+        Self {
+            restarts: self.restarts + 1,
+            early_deaths: self.early_deaths,
+            ..Self::new(self.service, self.folder.clone())
+        }
     }
 
     /// Whether it was left by another supervisor.
@@ -84,10 +102,22 @@ impl Process {
         }
     }
 
-    /// Deaths within the last ten seconds.
+    /// When its present life began, ns.
     #[must_use]
-    pub fn recent_deaths(&self) -> usize {
-        self.deaths.len()
+    pub fn started_ns(&self) -> u64 {
+        self.started_ns
+    }
+
+    /// Deaths in a row, each soon after its start.
+    #[must_use]
+    pub fn early_deaths(&self) -> u32 {
+        self.early_deaths
+    }
+
+    /// What becomes readable when it dies.
+    #[must_use]
+    pub fn death(&self) -> Option<&OwnedFd> {
+        self.death.as_ref()
     }
 
     /// Starts it.
@@ -115,6 +145,8 @@ impl Process {
             .spawn()
             .context("/proc/self/exe")?;
         tracing::info!(service = self.service.name(), pid = child.id(), "started");
+        self.started_ns = now_ns();
+        self.death = death_of(child.id());
         self.life = Life::Child(child);
         Ok(())
     }
@@ -125,6 +157,7 @@ impl Process {
             Life::Child(child) => match child.try_wait() {
                 Ok(Some(status)) if status.code() == Some(i32::from(HOPELESS)) => {
                     self.life = Life::Over;
+                    self.death = None;
                     return Fate::Hopeless;
                 }
                 Ok(Some(status)) => Some(in_words(status)),
@@ -135,8 +168,8 @@ impl Process {
         };
         let Some(words) = death else { return Fate::Alive };
         let now = now_ns();
-        self.deaths.push_back(now);
-        self.forget_old_deaths(now);
+        self.count_death(now);
+        self.death = None;
         self.life = Life::Waiting(now + self.delay().as_nanos() as u64);
         Fate::Died(words)
     }
@@ -157,18 +190,17 @@ impl Process {
         }
     }
 
-    /// Nothing up to the second death in ten seconds, then twice as long each time.
-    fn delay(&self) -> Duration {
-        match self.deaths.len() {
+    /// How long it waits for its next start: nothing, but after several early deaths in a row; then twice as long each time.
+    #[must_use]
+    pub fn delay(&self) -> Duration {
+        match self.early_deaths {
             0..=FORGIVEN => Duration::ZERO,
             n => LONGEST_DELAY.min(FIRST_DELAY * (1 << (n - FORGIVEN - 1).min(5))),
         }
     }
 
-    fn forget_old_deaths(&mut self, now: u64) {
-        while self.deaths.front().is_some_and(|&t| t + (WINDOW.as_nanos() as u64) < now) {
-            self.deaths.pop_front();
-        }
+    fn count_death(&mut self, now: u64) {
+        self.early_deaths = if now < self.started_ns + EARLY_NS { self.early_deaths + 1 } else { 0 };
     }
 
     /// Asks it to end.
@@ -191,12 +223,18 @@ impl Process {
     pub fn has_ended(&mut self) -> bool {
         match &mut self.life {
             Life::Child(child) => matches!(child.try_wait(), Ok(Some(_)) | Err(_)),
+            // Dead though nobody has buried it yet: its lock is free.
+            Life::Adopted(_) if Lock::holder(&self.folder.lock(self.service)).is_none() => true,
             Life::Adopted(pid) => {
                 i32::try_from(*pid).ok().and_then(Pid::from_raw).is_none_or(|p| test_kill_process(p).is_err())
             }
             _ => true,
         }
     }
+}
+
+fn death_of(pid: u32) -> Option<OwnedFd> {
+    pidfd_open(i32::try_from(pid).ok().and_then(Pid::from_raw)?, PidfdFlags::empty()).ok()
 }
 
 fn in_words(status: ExitStatus) -> String {
@@ -210,16 +248,21 @@ fn in_words(status: ExitStatus) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Duration, Life, Process, RunFolder, ServiceId};
+    use super::{Duration, EARLY_NS, Life, Process, RunFolder, ServiceId};
     use ipc_types::domain::Domain;
 
-    #[test]
-    fn the_third_death_in_ten_seconds_begins_the_back_off() {
+    fn process() -> Process {
         let domain = Domain::new(std::path::Path::new("/nonexistent"), "x").unwrap();
-        let mut process = Process::new(ServiceId::Kalman, RunFolder::of(&domain));
-        let delays: Vec<Duration> = (0..12u64)
-            .map(|n| {
-                process.deaths.push_back(n * 1_000_000);
+        Process::new(ServiceId::Kalman, RunFolder::of(&domain))
+    }
+
+    #[test]
+    fn the_third_early_death_in_a_row_begins_the_back_off_and_a_longer_life_ends_it() {
+        let mut process = process();
+        assert!(matches!(process.life, Life::None));
+        let delays: Vec<Duration> = (0..12)
+            .map(|_| {
+                process.count_death(process.started_ns + EARLY_NS / 2);
                 process.delay()
             })
             .collect();
@@ -227,8 +270,24 @@ mod tests {
         assert!(delays[2] > Duration::ZERO && delays[2] < Duration::from_secs(1));
         assert!(delays.windows(2).all(|d| d[0] <= d[1]));
         assert!(*delays.last().unwrap() <= Duration::from_secs(8));
-        process.forget_old_deaths(10_000_500_000);
-        assert_eq!(process.recent_deaths(), 11);
-        assert!(matches!(process.life, Life::None));
+        process.count_death(process.started_ns + 2 * EARLY_NS);
+        assert_eq!((process.early_deaths(), process.delay()), (0, Duration::ZERO));
+    }
+
+    #[test]
+    fn a_process_that_is_killed_again_and_again_but_works_in_between_never_waits() {
+        let mut process = process();
+        for _ in 0..100 {
+            process.count_death(process.started_ns + EARLY_NS);
+            assert_eq!(process.delay(), Duration::ZERO);
+        }
+    }
+
+    #[test]
+    fn a_domain_made_anew_forgets_no_early_death() {
+        let mut process = process();
+        process.count_death(process.started_ns);
+        let anew = process.anew();
+        assert_eq!((anew.early_deaths(), anew.restarts), (1, 1));
     }
 }

@@ -32,13 +32,19 @@ impl Vitals {
         Some(Self { state, ran_ns: times.next()?, waited_ns: times.next()? })
     }
 
+    /// Whether somebody stopped it, or it is dead.
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        matches!(self.state, b'T' | b'Z' | b'X')
+    }
+
     /// How long a process that was like `before` at its last beat may be silent.
     #[must_use]
     pub fn patience_ns(&self, before: &Self, silent_ns: u64) -> u64 {
         let ran = self.ran_ns.saturating_sub(before.ran_ns);
         let waited = self.waited_ns.saturating_sub(before.waited_ns);
         match self.state {
-            b'T' | b'Z' | b'X' => SILENCE_NS,
+            _ if self.is_stopped() => SILENCE_NS,
             // It sleeps though it should have woken, and was not kept from it.
             b'S' if ran + waited < silent_ns / 10 => SILENCE_NS,
             b'R' if ran > silent_ns / 10 * 7 => BUSY_NS,

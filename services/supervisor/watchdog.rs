@@ -52,9 +52,10 @@ impl Watchdog {
             return None;
         }
         let at_work = health.is_some_and(|health| health.state != State::Starting as u32);
-        let fair = at_work && replaceable && now > self.late_ns + SILENCE_NS;
+        let fair = replaceable && now > self.late_ns + SILENCE_NS;
         let patience = match (self.before.get(&service), Vitals::of(pid)) {
-            (Some((_, before)), Some(now)) if fair => now.patience_ns(before, silent),
+            // No start is so slow that it is stopped.
+            (Some((_, before)), Some(now)) if fair && (at_work || now.is_stopped()) => now.patience_ns(before, silent),
             _ => LONGEST_NS,
         };
         (silent > patience).then_some(silent)

@@ -116,8 +116,37 @@ impl Place {
     }
 }
 
+/// Ends every process that was started in this place (for this instance), whatever its parent, its namespace and its locks: each
+/// carries the place in its environment.
+fn end_all(base: &Path, instance: Option<&str>) {
+    let place = format!("TRUERATE_RUNTIME_DIR={}", base.display());
+    let holds = |process: &Path, file: &str, word: &str| {
+        let text = fs::read(process.join(file)).unwrap_or_default();
+        text.split(|byte| *byte == 0).any(|part| part == word.as_bytes())
+    };
+    // Twice in vain: one that was being started as the other looked is there by then.
+    let mut quiet = 0;
+    while quiet < 2 {
+        let mut found = false;
+        for entry in fs::read_dir("/proc").into_iter().flatten().flatten() {
+            let Ok(pid) = entry.file_name().to_string_lossy().parse::<u32>() else { continue };
+            let process = entry.path();
+            if pid != std::process::id()
+                && holds(&process, "environ", &place)
+                && instance.is_none_or(|name| holds(&process, "cmdline", name))
+            {
+                signal(pid, rustix::process::Signal::KILL);
+                found = true;
+            }
+        }
+        quiet = if found { 0 } else { quiet + 1 };
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
 impl Drop for Place {
     fn drop(&mut self) {
+        end_all(&self.base, None);
         let _ = fs::remove_dir_all(&self.base);
     }
 }
@@ -203,10 +232,8 @@ impl Drop for Pipeline {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
-        for service in ["acquisition", "kalman", "compensator", "recorder", "dashboard", "sender"] {
-            if let Some(pid) = self.pid(service) {
-                signal(pid, rustix::process::Signal::KILL);
-            }
+        if let Some(base) = self.domain.folder().parent() {
+            end_all(base, Some(self.domain.name()));
         }
         for entry in fs::read_dir("/dev/shm").into_iter().flatten().flatten() {
             if entry.file_name().to_string_lossy().starts_with(self.domain.prefix()) {
