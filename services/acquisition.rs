@@ -90,8 +90,13 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
 }
 
 impl Acquisition<'_> {
-    /// Waits for the followers; takes the source up after the last row that kalman has.
+    /// Waits for the followers; takes the source up after the last row that kalman has. A sensor that an earlier life gave rows of waits
+    /// for nobody: who lives is connected already.
     fn begin(&mut self) -> anyhow::Result<()> {
+        if self.settings.source.is_live() && self.feed.given() > 0 {
+            self.sent = self.feed.given();
+            return self.look();
+        }
         let start = now_ns();
         loop {
             self.look()?;
@@ -102,8 +107,6 @@ impl Acquisition<'_> {
             sleep(Duration::from_millis(2));
         }
         if self.settings.source.is_live() {
-            // An earlier life gave the rows up to here; what came since it died is gone.
-            self.sent = self.feed.given();
             return Ok(());
         }
         let resume =

@@ -244,26 +244,24 @@ fn parameters_are_marked_stale_while_the_compensator_is_gone() {
 #[test]
 fn a_new_supervisor_adopts_what_still_runs() {
     let place = Place::new();
-    let mut first = place.start("orphans", &["--source", "sim"]);
-    let mut onlooker = Onlooker::join(&mut first);
-    onlooker.until_on(&mut first, "the first estimate");
-    let before: Vec<u32> = SERVICES.iter().map(|s| first.pid(s).unwrap()).collect();
-    first.child.kill().unwrap();
-    first.child.wait().unwrap();
-    let mut second = place.start("orphans", &["--source", "sim"]);
-    onlooker.until_on(&mut second, "estimates without a supervisor");
-    second.until("the new supervisor", |_| {
+    let args = ["--source", "sim"];
+    let mut pipeline = place.start("orphans", &args);
+    let mut onlooker = Onlooker::join(&mut pipeline);
+    onlooker.until_on(&mut pipeline, "the first estimate");
+    let before: Vec<u32> = SERVICES.iter().map(|s| pipeline.pid(s).unwrap()).collect();
+    place.supervise_again(&mut pipeline, &args);
+    onlooker.until_on(&mut pipeline, "estimates without a supervisor");
+    pipeline.until("the new supervisor", |_| {
         place.status("orphans").is_some_and(|s| s["services"][1]["state"] == "running")
     });
-    let after: Vec<u32> = SERVICES.iter().map(|s| second.pid(s).unwrap()).collect();
+    let after: Vec<u32> = SERVICES.iter().map(|s| pipeline.pid(s).unwrap()).collect();
     assert_eq!(before, after);
-    let dead = kill(&mut second, "kalman");
-    until_back(&mut second, "kalman", dead);
-    onlooker.until_on(&mut second, "estimates of an adopted pipeline");
+    let dead = kill(&mut pipeline, "kalman");
+    until_back(&mut pipeline, "kalman", dead);
+    onlooker.until_on(&mut pipeline, "estimates of an adopted pipeline");
     drop(onlooker);
-    let ended = second.interrupt();
+    let ended = pipeline.interrupt();
     assert_eq!(ended.code, Some(0), "{}", ended.error);
-    std::mem::forget(first);
     assert!(place.left("orphans").is_empty(), "{:?}", place.left("orphans"));
 }
 

@@ -77,21 +77,37 @@ impl Place {
     }
 
     fn launch(&self, instance: &str, dashboard: &str, input: Stdio, args: &[&str]) -> Pipeline {
-        let child = self
-            .truerate()
+        let _ = fs::remove_file(self.error(instance));
+        Pipeline {
+            child: self.supervisor(instance, dashboard, input, args),
+            domain: self.domain(instance),
+            error: self.error(instance),
+            until: Instant::now() + DEADLINE,
+        }
+    }
+
+    fn error(&self, instance: &str) -> PathBuf {
+        self.file(&format!("{instance}.err"))
+    }
+
+    /// Another supervisor writes on where the one before it was killed.
+    fn supervisor(&self, instance: &str, dashboard: &str, input: Stdio, args: &[&str]) -> Child {
+        let errors = fs::OpenOptions::new().create(true).append(true).open(self.error(instance)).unwrap();
+        self.truerate()
             .args(["run", "--dashboard", dashboard, "--instance", instance])
             .args(args)
             .stdin(input)
             .stdout(Stdio::piped())
-            .stderr(fs::File::create(self.file(&format!("{instance}.err"))).unwrap())
+            .stderr(errors)
             .spawn()
-            .unwrap();
-        Pipeline {
-            child,
-            domain: self.domain(instance),
-            error: self.file(&format!("{instance}.err")),
-            until: Instant::now() + DEADLINE,
-        }
+            .unwrap()
+    }
+
+    /// Kills the supervisor, and begins another one.
+    pub fn supervise_again(&self, pipeline: &mut Pipeline, args: &[&str]) {
+        pipeline.child.kill().unwrap();
+        pipeline.child.wait().unwrap();
+        pipeline.child = self.supervisor(pipeline.domain.name(), "off", Stdio::null(), args);
     }
 
     pub fn status(&self, instance: &str) -> Option<Value> {
