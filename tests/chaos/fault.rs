@@ -15,18 +15,18 @@ impl Swing {
     const FREQUENCY: f64 = 0.1;
 
     /// rad/s.
-    pub fn rate(&self, at_ns: u64) -> f64 {
+    pub fn rate(self, at_ns: u64) -> f64 {
         Self::AMPLITUDE * (TAU * Self::FREQUENCY * self.seconds(at_ns)).sin()
     }
 
     /// rad.
-    pub fn angle(&self, at_ns: u64) -> f64 {
+    pub fn angle(self, at_ns: u64) -> f64 {
         let angular = TAU * Self::FREQUENCY;
         Self::AMPLITUDE / angular * (1.0 - (angular * self.seconds(at_ns)).cos())
     }
 
-    fn seconds(&self, at_ns: u64) -> f64 {
-        (at_ns as i64 - self.start_ns as i64) as f64 * 1e-9
+    fn seconds(self, at_ns: u64) -> f64 {
+        at_ns.saturating_sub(self.start_ns) as f64 * 1e-9
     }
 }
 

@@ -71,23 +71,27 @@ impl Chaos<'_> {
         let rows = self.control.take();
         let (_, lost) = self.judge("quiet", &rows);
         assert_eq!(lost, 0, "nothing is lost without a fault\n{}", self.pipeline.errors());
-        let kill = |pid| signal(pid, Signal::KILL);
+        let kill_all = || {
+            for &(_, pid) in &before {
+                signal(pid, Signal::KILL);
+            }
+        };
         match *fault {
-            Fault::Kill(_) | Fault::KillTwo(..) => before.iter().for_each(|&(_, pid)| kill(pid)),
+            Fault::Kill(_) | Fault::KillTwo(..) => kill_all(),
             Fault::KillInUpdate(_) => {
                 let epoch = |control: &Control| control.newest().map_or(0, |row| row.epoch);
                 let (old, until) = (epoch(&self.control), Instant::now() + Duration::from_secs(1));
                 while epoch(&self.control) == old && Instant::now() < until {
                     std::thread::sleep(Duration::from_micros(100));
                 }
-                before.iter().for_each(|&(_, pid)| kill(pid));
+                kill_all();
             }
             Fault::KillAtStart(victim, later) => {
                 let (_, pid) = before[0];
-                kill(pid);
+                signal(pid, Signal::KILL);
                 let next = self.next_life(victim, pid);
                 std::thread::sleep(later);
-                kill(next);
+                signal(next, Signal::KILL);
                 self.next_life(victim, next);
             }
             Fault::Hang(_) => signal(before[0].1, Signal::STOP),
