@@ -236,8 +236,10 @@ impl Acquisition<'_> {
         sample.arrived_ns = arrived_ns;
         sample.acquisition_gave_ns = now_ns();
         self.pulse.health.stages[0].record(sample.acquisition_gave_ns.saturating_sub(arrived_ns));
+        // Counted first: a number that two lives of this process give would be two samples.
+        self.feed.count();
         self.samples.give(sample)?;
-        self.feed.pass()?;
+        self.feed.advance()?;
         Ok(true)
     }
 
@@ -276,7 +278,8 @@ impl Acquisition<'_> {
         };
         let due = clock + ((row.t_ns - time).max(0) as f64 / times) as u64;
         if self.settings.source == Source::Simulated && due + GONE_NS < now && self.feed.is_taken_up() {
-            self.feed.pass()?;
+            self.feed.count();
+            self.feed.advance()?;
             self.sent += 1;
             return Ok(false);
         }

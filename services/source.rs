@@ -270,15 +270,19 @@ impl Feed {
         Ok(self.next)
     }
 
-    /// The next row is given: on to the one after it.
-    ///
-    /// # Errors
-    /// As [`Self::next`].
-    pub fn pass(&mut self) -> anyhow::Result<()> {
+    /// The next row is given, and known to be by whoever takes this up.
+    pub fn count(&mut self) {
         self.given += 1;
         if let (Rows::Stream { kept: Some(kept), .. }, Next::Row(row, clock_ns)) = (&mut self.rows, self.next) {
             kept.save(&Given { sequence: self.given, time_ns: row.t_ns, clock_ns });
         }
+    }
+
+    /// On to the row after it.
+    ///
+    /// # Errors
+    /// As [`Self::next`].
+    pub fn advance(&mut self) -> anyhow::Result<()> {
         self.fill(Duration::ZERO)
     }
 
@@ -354,7 +358,8 @@ impl Feed {
         self.taken_up = true;
         self.fill(Duration::ZERO)?;
         while self.given < rows && matches!(self.next, Next::Row(..)) && !stop.asked() {
-            self.pass()?;
+            self.count();
+            self.advance()?;
             meanwhile()?;
         }
         Ok(())

@@ -9,6 +9,8 @@ pub(crate) use operators::{
     steadied, white_noise,
 };
 
+pub use window::Window;
+
 use crate::{
     Axis, Record, Row,
     measured::Measured,
@@ -46,6 +48,7 @@ pub mod temperature_scale;
 pub mod user;
 pub mod vibration_tone;
 pub mod warm_up;
+mod window;
 
 /// Every effect that truerate knows, in the order of `truerate effects`.
 pub static CATALOGUE: &[&dyn Effect] = &[
@@ -419,9 +422,9 @@ pub trait Effect: Send + Sync {
         felt.to_vec()
     }
 
-    /// `Shown`: what the reference shows where the true angle, rad, is `at` this many seconds from now; `dt` apart are the samples.
-    fn shown(&self, _p: &[f64], _dt: f64, at: &mut dyn FnMut(f64) -> f64) -> f64 {
-        at(0.0)
+    /// `Shown`: the mean of the motion that the reference shows; `dt`, s, apart are the samples.
+    fn window(&self, _p: &[f64], _dt: f64) -> Window {
+        Window::of_nothing()
     }
 
     /// `Response`, backward: how far a reading reaches into the rates beside it, beyond two samples, s. `Shown`: how far what is shown

@@ -1,6 +1,6 @@
 //! `reference-smoothing`: the reference is a symmetric low-pass of the motion, θ_e = θ ∗ N(0, w²).
 
-use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage};
+use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage, Window};
 use crate::Axis;
 use crate::measured::Measured;
 
@@ -75,23 +75,12 @@ impl Effect for ReferenceSmoothing {
         0.5 * p[0] * p[0] * s.rate_dot
     }
 
-    fn shown(&self, p: &[f64], dt: f64, at: &mut dyn FnMut(f64) -> f64) -> f64 {
+    fn window(&self, p: &[f64], dt: f64) -> Window {
         let w = p[0];
         if w <= 0.0 {
-            return at(0.0);
+            return Window::of_nothing();
         }
-        let step = dt.clamp(w / MOST, w / FEWEST);
-        let most = (REACH * w / step).ceil();
-        let (mut sum, mut weights) = (0.0, 0.0);
-        let mut k = -most;
-        while k <= most {
-            let u = k * step;
-            let weight = (-0.5 * (u / w).powi(2)).exp();
-            sum += weight * at(u);
-            weights += weight;
-            k += 1.0;
-        }
-        sum / weights
+        Window::gaussian(w, dt.clamp(w / MOST, w / FEWEST), REACH * w)
     }
 
     fn reach(&self, p: &[f64]) -> f64 {
@@ -113,7 +102,7 @@ mod tests {
         for dt in [1e-4, 0.005, 0.01, 0.1] {
             for omega in [1.0, 10.0, 50.0] {
                 let t = 0.37;
-                let shown = REFERENCE_SMOOTHING.shown(&[w], dt, &mut |u| (omega * (t + u)).sin());
+                let shown = REFERENCE_SMOOTHING.window(&[w], dt).mean(|u| (omega * (t + u)).sin());
                 let exact = (-0.5 * (omega * w).powi(2)).exp() * (omega * t).sin();
                 assert!((shown - exact).abs() < 2e-4, "{omega} rad/s, {dt} s: {shown} for {exact}");
             }
@@ -123,7 +112,7 @@ mod tests {
     #[test]
     fn what_is_taken_out_live_is_what_is_shown_of_slow_motion() {
         let (w, omega, t) = (0.02, 5.0_f64, 0.1);
-        let shown = REFERENCE_SMOOTHING.shown(&[w], 0.005, &mut |u| (omega * (t + u)).sin());
+        let shown = REFERENCE_SMOOTHING.window(&[w], 0.005).mean(|u| (omega * (t + u)).sin());
         let signals = Signals { rate_dot: -omega * omega * (omega * t).sin(), ..Signals::default() };
         let error = REFERENCE_SMOOTHING.error(&[w], &signals, &mut Memory::default());
         assert!((shown - (omega * t).sin() - error).abs() < 0.01 * error.abs());

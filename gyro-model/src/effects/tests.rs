@@ -176,7 +176,7 @@ fn neutral_parameters_change_nothing() {
             assert_eq!(effect.undo_response(&p, s.rate(), 0.01, &mut backward), s.rate(), "{id} undoes");
             assert_eq!(effect.limit(&p, s.rate()), s.rate(), "{id} limits");
             assert!(!effect.lost(&p, s.rate()), "{id} loses");
-            assert_eq!(effect.shown(&p, 0.01, &mut |u| signals(t + u, axis).angle), s.angle, "{id} shows");
+            assert_eq!(effect.window(&p, 0.01).mean(|u| signals(t + u, axis).angle), s.angle, "{id} shows");
         }
         let t: Vec<f64> = (0..50).map(|k| f64::from(k) * 0.01).collect();
         let felt: Vec<f64> = t.iter().map(|&t| signals(t, axis).rate()).collect();

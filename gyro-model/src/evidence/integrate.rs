@@ -40,12 +40,14 @@ pub fn hermite(t: &[f64], y: &[f64], slope: &[f64], x: f64, hint: &mut usize) ->
     if x >= b {
         return y[k + 1] + slope[k + 1] * (x - b);
     }
-    let (h, s) = (b - a, (x - a) / (b - a));
+    let h = b - a;
+    cubic([y[k], y[k + 1]], [h * slope[k], h * slope[k + 1]], (x - a) / h)
+}
+
+/// The cubic with these values and slopes at 0 and 1.
+pub fn cubic([y0, y1]: [f64; 2], [slope0, slope1]: [f64; 2], s: f64) -> f64 {
     let (s2, s3) = (s * s, s * s * s);
-    y[k] * (2.0 * s3 - 3.0 * s2 + 1.0)
-        + h * slope[k] * (s3 - 2.0 * s2 + s)
-        + y[k + 1] * (3.0 * s2 - 2.0 * s3)
-        + h * slope[k + 1] * (s3 - s2)
+    y0 * (2.0 * s3 - 3.0 * s2 + 1.0) + slope0 * (s3 - 2.0 * s2 + s) + y1 * (3.0 * s2 - 2.0 * s3) + slope1 * (s3 - s2)
 }
 
 /// Moving average of `y` over ±`half` seconds, by times; near the ends the window shrinks evenly on both sides, so that

@@ -10,14 +10,14 @@
 //! its own step and those behind it are taken again ([`Problem::difference`]).
 
 use super::{
-    integrate::{hermite, integral},
-    problem::{Evaluation, HeldRate, Problem, Warm},
+    integrate::{cubic, hermite, integral},
+    problem::{Evaluation, HeldRate, Problem, Quiet, Warm},
     series::{HOLE, Series},
     shaft::turning_point,
 };
 use crate::{
     Model, Term,
-    effects::{Memory, Signals, Stage, Trait, derivative},
+    effects::{Memory, Signals, Stage, Trait, Window, derivative},
 };
 use std::sync::Arc;
 
@@ -346,13 +346,42 @@ fn off(s: &Series, terms: &[Term], warm: &Warm) -> Vec<f64> {
     if shown.is_empty() {
         return Vec::new();
     }
-    let (motion, dt, mut hint) = (warm.motion(&s.t), s.span().dt, 0);
-    let rows = s.reference_rows.iter().map(|&k| {
-        let mut at = |u: f64| hermite(&s.t, &motion.angle, &motion.rate, s.t[k] + u, &mut hint);
-        let own = at(0.0);
-        shown.iter().map(|term| term.effect.shown(&term.values, dt, &mut at) - own).sum()
-    });
-    rows.collect()
+    let (motion, dt) = (warm.motion(&s.t), s.span().dt);
+    let mut off = vec![0.0; s.reference_rows.len()];
+    for term in shown {
+        let means = means(&s.t, motion, &term.effect.window(&term.values, dt), &s.reference_rows);
+        for ((off, mean), &k) in off.iter_mut().zip(means).zip(&s.reference_rows) {
+            *off += mean - motion.angle[k];
+        }
+    }
+    off
+}
+
+/// Even times beside samples up to which means are taken at even times.
+const FINEST: f64 = 4.0;
+
+/// Means of a motion at these rows. Unless the window is narrow beside the samples' distance, the motion is taken at even times once, and
+/// the means, which are smooth, are interpolated.
+fn means(t: &[f64], motion: &Quiet, window: &Window, rows: &[usize]) -> Vec<f64> {
+    let mut hint = 0;
+    let mut at = |x: f64| hermite(t, &motion.angle, &motion.rate, x, &mut hint);
+    // What a slope of fourth order takes in on either side.
+    let edge = window.reach() + 2;
+    let steps = ((t[t.len() - 1] - t[0]) / window.step).ceil();
+    if !(1.0..FINEST * t.len() as f64).contains(&steps) {
+        return rows.iter().map(|&k| window.mean(|u| at(t[k] + u))).collect();
+    }
+    let time = |i: usize| t[0] + (i as f64 - edge as f64) * window.step;
+    let even: Vec<f64> = (0..=steps as usize + 2 * edge).map(|i| at(time(i))).collect();
+    let means = window.means(&even);
+    let slope = |i: usize| (8.0 * (means[i + 1] - means[i - 1]) - (means[i + 2] - means[i - 2])) / 12.0;
+    let last = means.len() - 4;
+    let mean = |&k: &usize| {
+        let x = (t[k] - t[0]) / window.step;
+        let i = (x.floor() as usize + 2).min(last);
+        cubic([means[i], means[i + 1]], [slope(i), slope(i + 1)], x + 2.0 - i as f64)
+    };
+    rows.iter().map(mean).collect()
 }
 
 /// α and δ of the calibration ω̂ = α ω_g + δ.
@@ -532,3 +561,27 @@ fn over_set_clocks(t: &[f64], valid: &[f64], rate: &[f64], whole: &mut [f64]) {
 
 /// Share of its usual length by which a step between two readings may be another where no clock was set.
 const SET: f64 = 0.1;
+
+#[cfg(test)]
+mod tests {
+    use super::{Quiet, Window, means};
+
+    #[test]
+    fn means_of_a_motion_are_those_of_its_instants() {
+        let dt = 0.004;
+        let t: Vec<f64> = (0..2000).map(|k| dt * (f64::from(k) + 0.2 * (f64::from(k) * 1.7).sin())).collect();
+        let rows: Vec<usize> = (200..1800).step_by(3).collect();
+        for (w, omega) in [(0.002, 40.0), (0.01, 60.0), (0.01, 5.0), (0.1, 8.0)] {
+            let motion = Quiet {
+                angle: t.iter().map(|t| (omega * t).sin()).collect(),
+                rate: t.iter().map(|t| omega * (omega * t).cos()).collect(),
+            };
+            let window = Window::gaussian(w, dt.clamp(w / 8.0, w / 2.0), 4.0 * w);
+            let gain = (-0.5 * (omega * w).powi(2)).exp();
+            for (mean, &k) in means(&t, &motion, &window, &rows).iter().zip(&rows) {
+                let exact = gain * (omega * t[k]).sin();
+                assert!((mean - exact).abs() < 1e-4, "w {w} s, {omega} rad/s at {} s: {mean} for {exact}", t[k]);
+            }
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! A mean of the motion before and after, with weights that are the same on both sides.
+
+/// What is shown: Σₖ wₖ (x(t − k h) + x(t + k h)) for k > 0, and w₀ x(t); the weights' sum is 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Window {
+    /// h, s.
+    pub step: f64,
+    /// w₀, w₁, …: never empty.
+    pub weights: Vec<f64>,
+}
+
+impl Window {
+    /// What is there, and no mean.
+    #[must_use]
+    pub fn of_nothing() -> Self {
+        Self { step: 0.0, weights: vec![1.0] }
+    }
+
+    /// The normal distribution's density of standard deviation `w`, s, at instants `step` apart, as far as `reach` from its middle.
+    #[must_use]
+    pub fn gaussian(w: f64, step: f64, reach: f64) -> Self {
+        let density = |k: u32| (-0.5 * (f64::from(k) * step / w).powi(2)).exp();
+        let mut weights: Vec<f64> = (0..=(reach / step).ceil() as u32).map(density).collect();
+        let sum: f64 = weights[0] + 2.0 * weights[1..].iter().sum::<f64>();
+        weights.iter_mut().for_each(|weight| *weight /= sum);
+        Self { step, weights }
+    }
+
+    /// The mean of what is `at` this many seconds from now, asked for from the earliest on.
+    pub fn mean(&self, mut at: impl FnMut(f64) -> f64) -> f64 {
+        let before = self.weights.iter().enumerate().skip(1).rev().map(|(k, weight)| (-(k as f64), weight));
+        let after = self.weights.iter().enumerate().map(|(k, weight)| (k as f64, weight));
+        before.chain(after).map(|(k, weight)| weight * at(k * self.step)).sum()
+    }
+
+    /// How many steps it reaches to either side.
+    #[must_use]
+    pub fn reach(&self) -> usize {
+        self.weights.len() - 1
+    }
+
+    /// The means around each of the values `step` apart that have [`Self::reach`] others on both sides.
+    #[must_use]
+    pub fn means(&self, values: &[f64]) -> Vec<f64> {
+        let reach = self.reach();
+        let Some(count) = values.len().checked_sub(2 * reach) else { return Vec::new() };
+        let mut means: Vec<f64> = values[reach..reach + count].iter().map(|x| self.weights[0] * x).collect();
+        for (k, weight) in self.weights.iter().enumerate().skip(1) {
+            let before = &values[reach - k..][..count];
+            let after = &values[reach + k..][..count];
+            for ((mean, before), after) in means.iter_mut().zip(before).zip(after) {
+                *mean += weight * (before + after);
+            }
+        }
+        means
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Window;
+
+    #[test]
+    fn means_of_many_are_the_means_of_each() {
+        let window = Window::gaussian(0.02, 0.01, 0.08);
+        let value = |k: usize| (0.3 * k as f64).sin();
+        let values: Vec<f64> = (0..60).map(value).collect();
+        let means = window.means(&values);
+        assert_eq!(means.len(), 60 - 2 * window.reach());
+        for (i, mean) in means.iter().enumerate() {
+            let at = |u: f64| values[(i as f64 + window.reach() as f64 + u / 0.01).round() as usize];
+            assert!((mean - window.mean(at)).abs() < 1e-12);
+        }
+        assert!(window.means(&values[..5]).is_empty());
+    }
+}
