@@ -22,7 +22,9 @@ impl Window {
         let density = |k: u32| (-0.5 * (f64::from(k) * step / w).powi(2)).exp();
         let mut weights: Vec<f64> = (0..=(reach / step).ceil() as u32).map(density).collect();
         let sum: f64 = weights[0] + 2.0 * weights[1..].iter().sum::<f64>();
-        weights.iter_mut().for_each(|weight| *weight /= sum);
+        for weight in &mut weights {
+            *weight /= sum;
+        }
         Self { step, weights }
     }
 

@@ -45,6 +45,7 @@ pub fn hermite(t: &[f64], y: &[f64], slope: &[f64], x: f64, hint: &mut usize) ->
 }
 
 /// The cubic with these values and slopes at 0 and 1.
+#[must_use]
 pub fn cubic([y0, y1]: [f64; 2], [slope0, slope1]: [f64; 2], s: f64) -> f64 {
     let (s2, s3) = (s * s, s * s * s);
     y0 * (2.0 * s3 - 3.0 * s2 + 1.0) + slope0 * (s3 - 2.0 * s2 + s) + y1 * (3.0 * s2 - 2.0 * s3) + slope1 * (s3 - s2)
