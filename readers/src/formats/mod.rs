@@ -6,7 +6,7 @@ mod db3;
 mod delimited;
 mod mcap;
 mod primitive;
-mod ros;
+pub mod ros;
 mod ulog;
 mod unread;
 

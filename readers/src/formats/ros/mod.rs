@@ -5,6 +5,7 @@ mod definition;
 mod known;
 
 pub use decode::Wire;
+pub use known::definition;
 
 use crate::{
     bytes::LONGEST,
