@@ -12,7 +12,8 @@ pub struct Swing {
 
 impl Swing {
     const AMPLITUDE: f64 = 0.5;
-    const FREQUENCY: f64 = 0.1;
+    /// So slow that what a busy machine is late by makes no error.
+    const FREQUENCY: f64 = 0.02;
 
     /// rad/s.
     pub fn rate(self, at_ns: u64) -> f64 {

@@ -31,7 +31,7 @@ use vehicle::{Control, Sensor, Taken};
 const INSTANCE: &str = "chaos";
 /// A process that has lived for so long is no early death.
 const GROWN: Duration = Duration::from_millis(1_100);
-/// What the rate may be off by: twenty times its noise, and 200 ms of the motion, which a busy machine may be late by, rad/s.
+/// What the rate may be off by: a second and a half of the motion, which a busy machine may be late by, rad/s.
 const WRONG: f64 = 0.1;
 
 /// What the faults of one kind did.
