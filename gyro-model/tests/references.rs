@@ -180,6 +180,51 @@ fn a_reference_that_is_smoothed_is_found_with_its_window() {
     }
 }
 
+/// What a smoothed reference shows is computed from the model's own motion, noise and all: so is the floor.
+#[test]
+fn the_floor_beside_a_smoothed_reference_is_the_error() {
+    let motions = [Motion::Multisine { travel: 5.0 }, Motion::Drive { rate: 2.3, hold: 1.1 }];
+    for (motion, seed) in motions.into_iter().zip(1..) {
+        let sensor = SensorSpec { reference: Reference::Encoder(0), ..SensorSpec::default() };
+        let hidden = vec![Hidden::parse("reference-smoothing:w=0.035", Axis::X).unwrap()];
+        let record = simulate(&Scenario { motion, sensor, hidden, seed, seconds: 60.0, ..Scenario::default() }).record;
+        let (_, ladders) =
+            diagnose::ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap();
+        let [ladder] = ladders.as_slice() else { panic!("one axis") };
+        assert_eq!(ladder.effects, ["scale-factor", "bias", "reference-smoothing"], "{}", ladder.says);
+        let curve = &ladder.steps.last().unwrap().error_curve;
+        // Over longer times so few increments stand in a minute that chance alone makes them more than that.
+        for point in curve.iter().filter(|point| (0.035..0.3).contains(&point.tau_s)) {
+            let over = point.error.unwrap() / point.floor.unwrap();
+            assert!((0.87..1.15).contains(&over), "{motion:?}: {over} of the floor at {} s", point.tau_s);
+        }
+    }
+}
+
+/// A clock that was set where the log begins is a delay.
+#[test]
+fn a_delay_is_no_clock_that_was_set_where_the_log_begins() {
+    let hidden = vec![Hidden::parse("delay:d=0.004", Axis::X).unwrap()];
+    let record = simulate(&Scenario { hidden, seed: 4, seconds: 60.0, ..Scenario::default() }).record;
+    let found =
+        diagnose::diagnose(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap().remove(0);
+    let named =
+        |id: &str| found.suspects.iter().any(|own| own.effect == id || own.aliases.iter().any(|alias| alias == id));
+    assert!(named("delay") && !named("clock-step"), "{}: {:?}", found.says, found.suspects);
+}
+
+/// The inverse of a resonance is a notch: near half the sampling rate it takes noise out at all frequencies.
+#[test]
+fn less_noise_is_no_resonance() {
+    let sensor = SensorSpec { reference: Reference::Quaternion, ..SensorSpec::default() };
+    let motion = Motion::Drive { rate: 1.2, hold: 2.0 };
+    let scenario = Scenario { motion, sensor, seed: 4, rate_hz: 250.0, seconds: 60.0, ..Scenario::default() };
+    let record = simulate(&scenario).record;
+    for found in diagnose::diagnose(&record, &Model::base_for(&record), &Axis::ALL, &Options::default()).unwrap() {
+        assert_eq!(found.verdict, Verdict::Adequate, "{}: {}", found.axis, found.says);
+    }
+}
+
 #[test]
 fn the_floor_has_what_each_passage_of_a_dead_zone_costs() {
     for seed in 1..=3 {

@@ -106,7 +106,14 @@ struct End {
     invented: Vec<String>,
     /// Least and largest error over floor from four samples to a thirtieth of the log.
     over: (f64, f64),
+    /// Whether all of them are within [`NEAR`] or within two standard deviations of what one log of noise alone has.
+    is_near_or_chance: bool,
 }
+
+/// ln of the ratio of an error to its floor that is near.
+const NEAR: f64 = 0.14;
+/// Standard deviations at which the band of 99 % ends.
+const BAND: f64 = 3.1;
 
 /// Runs it and prints the shares.
 pub fn study(arguments: &Arguments, run: &Run) -> Result<(), FitError> {
@@ -129,6 +136,10 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), FitError> {
         let middle = |tau: f64| tau >= 3.9 / scenario.rate_hz && tau <= scenario.seconds / 30.0;
         let over: Vec<f64> =
             curve.iter().filter(|p| middle(p.tau_s)).filter_map(|p| Some(p.error? / p.floor?)).collect();
+        let is_near_or_chance = curve.iter().filter(|p| middle(p.tau_s)).all(|p| {
+            let ln = |a: Option<f64>, b: Option<f64>| a.zip(b).map_or(f64::NAN, |(a, b)| (a / b).ln());
+            ln(p.error, p.floor).abs() < NEAR.max(2.0 / BAND * ln(p.floor_99, p.floor))
+        });
         let budget: Vec<f64> = outcome
             .ladder
             .budget
@@ -151,12 +162,14 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), FitError> {
             unattributed: budget.iter().sum::<f64>() / budget.len().max(1) as f64,
             invented: outcome.added.iter().map(|added| added.id.clone()).filter(|id| !known(id)).collect(),
             over: over.iter().fold((f64::INFINITY, 0.0), |(low, high), ratio| (low.min(*ratio), high.max(*ratio))),
+            is_near_or_chance,
         })
     })?;
     let head = [
         "set-up",
         "limit told right",
         "floor within 15 % of the error",
+        "or within 2 standard deviations",
         "unattributed, mean",
         "logs with something invented",
     ];
@@ -168,6 +181,7 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), FitError> {
             format!("{name}: {}", ends.len()),
             count(&|end| end.told == Some(end.kind.limit())),
             count(&|end| end.over.0 > 1.0 / 1.15 && end.over.1 < 1.15),
+            count(&|end| end.is_near_or_chance),
             format!("{:.0} %", 100.0 * mean),
             count(&|end| !end.invented.is_empty()),
         ]);
@@ -200,6 +214,10 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), FitError> {
 /// The budget of a single log, to standard error.
 fn tell(outcome: &Outcome, axis: Axis) {
     eprintln!("  {axis}: {}", outcome.ladder.limited_says);
+    for point in outcome.ladder.steps.last().iter().flat_map(|step| &step.error_curve) {
+        let (error, floor) = (point.error.unwrap_or(f64::NAN), point.floor.unwrap_or(f64::NAN));
+        eprintln!("  {:8.3} s: {:.3e} rad/s, {:.2} of the floor", point.tau_s, error, error / floor);
+    }
     for point in &outcome.ladder.budget {
         let shares = point.parts().map(|part| format!("{:4.0}", 100.0 * part / point.total()));
         eprintln!("  {:8.3} s: {} %", point.tau_s, shares.join(" "));

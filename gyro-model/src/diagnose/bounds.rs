@@ -65,13 +65,10 @@ pub(super) fn is_at_bound(term: &Term, series: &Series) -> bool {
 fn ends(term: &Term, series: &Series) -> Vec<usize> {
     let span = series.span();
     let nyquist = 0.5 / span.dt;
-    // A step has to be seen from both sides.
-    let (first, last) = (series.t[0] + ENDS * span.duration, series.t[0] + (1.0 - ENDS) * span.duration);
     let cards = term.effect.parameters(series.axis);
-    let is_onset = |k: usize| term.effect.is(Trait::Onset) && k + 1 == cards.len();
     let is_at_end = |k: usize| {
         let (card, v) = (&cards[k], term.values[k]);
-        if is_onset(k) && !(first..last).contains(&v) {
+        if k + 1 == cards.len() && is_seen_from_one_side(term, series) {
             return true;
         }
         // Between two samples a motion is guessed: a window as narrow as that stands for what the guess is off by.
@@ -82,6 +79,14 @@ fn ends(term: &Term, series: &Series) -> Vec<usize> {
         near(card.bounds.0) || near(card.bounds.1) || (card.unit == "Hz" && v > nyquist)
     };
     (0..cards.len()).filter(|&k| cards[k].role != Role::Chosen && is_at_end(k)).collect()
+}
+
+/// Whether something that begins at an instant begins where the log does, or ends: a step that is seen from one side only is the constant
+/// that another effect is (a delay, a bias), or nothing.
+pub(super) fn is_seen_from_one_side(term: &Term, series: &Series) -> bool {
+    let (start, duration) = (series.t[0], series.span().duration);
+    let both = start + ENDS * duration..start + (1.0 - ENDS) * duration;
+    term.effect.is(Trait::Onset) && term.values.last().is_some_and(|instant| !both.contains(instant))
 }
 
 /// The largest coefficient over its typical size; 0 where none has one.

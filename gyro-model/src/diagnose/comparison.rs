@@ -56,6 +56,27 @@ pub(super) fn drop_driven(challengers: &mut Vec<Challenger>) {
     challengers.append(&mut resonances);
 }
 
+/// Drops a clock that was set where another error of the times, which is there throughout, is simpler, takes the same out of the residual
+/// and does as well: one that was set before the sensor moved is a delay.
+pub(super) fn drop_seen_from_one_side(challengers: &mut Vec<Challenger>, incumbent: &Incumbent) {
+    let is_of_times = |r: &Challenger| r.candidate.term.effect.stage() == Stage::Timing;
+    let begins = |r: &Challenger| is_of_times(r) && r.candidate.term.effect.is(Trait::Onset);
+    let stands_for = |plain: &Challenger, r: &Challenger| {
+        is_of_times(plain)
+            && !begins(plain)
+            && plain.candidate.freedom < r.candidate.freedom
+            && plain.in_common(r, incumbent) > THE_SAME
+            && r.alike(plain)
+    };
+    let dropped: Vec<usize> = (0..challengers.len())
+        .filter(|&k| begins(&challengers[k]) && challengers.iter().any(|plain| stands_for(plain, &challengers[k])))
+        .collect();
+    dropped.into_iter().rev().for_each(|k| drop(challengers.remove(k)));
+}
+
+/// Squared correlation of what two suspects take out of a residual from which on it is the same.
+const THE_SAME: f64 = 0.95;
+
 /// Whether a suspect does as well as the smoothing of a reference whose readings are whole counts, which it may be taken for: such a
 /// reference is not smoothed, unless it counts afterwards.
 fn stands_for_smoothed_counts(other: &Challenger, smoothed: &Challenger) -> bool {
@@ -199,9 +220,11 @@ impl Challenger<'_> {
     /// there.
     pub(super) fn may_be(&self, other: &Challenger, incumbent: &Incumbent) -> bool {
         let ids = [self, other].map(|refit| refit.candidate.term.effect.card().id);
-        if are_aliases(ids[0], ids[1]) {
-            return true;
-        }
+        are_aliases(ids[0], ids[1]) || self.in_common(other, incumbent) > limit::SHARED.value
+    }
+
+    /// Squared correlation of what the two take out of the residual of `incumbent`, beside a bias.
+    fn in_common(&self, other: &Challenger, incumbent: &Incumbent) -> f64 {
         let out = |refit: &Challenger| -> Vec<Vec<f64>> {
             let pairs = incumbent.study.evaluation.residual.iter().zip(&refit.study.evaluation.residual);
             let t = incumbent.study.bench.problem.times();
@@ -209,7 +232,7 @@ impl Challenger<'_> {
         };
         let (own, other) = (out(self), out(other));
         let cross = |a: &[Vec<f64>], b: &[Vec<f64>]| a.iter().zip(b).map(|(a, b)| dot(a, b)).sum::<f64>();
-        cross(&own, &other).powi(2) > limit::SHARED.value * cross(&own, &own) * cross(&other, &other)
+        cross(&own, &other).powi(2) / (cross(&own, &own) * cross(&other, &other))
     }
 
     /// Whether it belongs in the place of the effect, of this many parameters, that `incumbent` has and it has not: by

@@ -14,12 +14,14 @@ use crate::{
     effects::{Stage, Trait},
     evidence::{
         noise::{self, Gls},
+        series::Series,
         study::Study,
     },
     scan::{Candidate, tone},
     statistics::Estimate,
     thresholds as limit,
 };
+use std::f64::consts::SQRT_2;
 
 impl Incumbent<'_> {
     /// Whether its model of this axis is the base: a scale factor and a bias.
@@ -39,7 +41,7 @@ impl Incumbent<'_> {
         let case = Case {
             is_read_off: false,
             is_line: term.effect.is(Trait::Line),
-            is_mean: term.effect.stage() == Stage::Shown,
+            is_mean: is_mean(term, &self.study.bench.problem.series[series]),
             is_slow: term.effect.is(Trait::Slow),
             swings: f64::NAN,
             is_first: self.is_base(series),
@@ -62,6 +64,16 @@ impl Incumbent<'_> {
         };
         passes(ELIMINATION, &case)
     }
+}
+
+/// Whether undoing a term makes the gyro's noise less at all frequencies: comparing with a smoothed reference does, and so does the inverse
+/// of a resonance, 1 − (f/f₀)² but for the damping, up to √2 f₀. Whole counts hide such noise.
+fn is_mean(term: &Term, series: &Series) -> bool {
+    let nyquist = 0.5 / series.span().dt;
+    let cards = term.effect.parameters(series.axis);
+    let frequency = cards.iter().zip(&term.values).find(|(card, _)| card.unit == "Hz").map_or(0.0, |(_, f)| *f);
+    let is_notch = term.effect.is(Trait::Resonance) && SQRT_2 * frequency > nyquist && series.encoder.step <= 0.0;
+    term.effect.stage() == Stage::Shown || is_notch
 }
 
 impl Challenger<'_> {
@@ -96,7 +108,7 @@ impl Challenger<'_> {
         Case {
             is_read_off: term.effect.stage() == Stage::Reading,
             is_line,
-            is_mean: term.effect.stage() == Stage::Shown,
+            is_mean: is_mean(term, &self.study.bench.problem.series[series]),
             is_slow: term.effect.is(Trait::Slow),
             swings: swings_of_slow(term, &self.study.bench.problem.series[series].signals),
             is_first: false,

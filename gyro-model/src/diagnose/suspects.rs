@@ -2,8 +2,9 @@
 
 use super::{
     Options,
+    bounds::is_seen_from_one_side,
     challenger::{Challenger, Incumbent},
-    comparison::{drop_driven, prefer_plainer, rank, take_smoothed_counts},
+    comparison::{drop_driven, drop_seen_from_one_side, prefer_plainer, rank, take_smoothed_counts},
 };
 use crate::{
     effects::{Effect, Stage},
@@ -41,10 +42,13 @@ impl<'a> Incumbent<'a> {
         // What cannot come near the best by either measure is not refitted.
         let rest: Vec<Candidate> = rest.into_iter().filter(|c| self.may_win(c, &left)).collect();
         left.extend(refitted(&rest));
+        let series = &self.study.bench.problem.series;
+        left.retain(|r| !is_seen_from_one_side(&r.candidate.term, &series[r.candidate.series]));
         let mut challengers = Vec::new();
         for k in 0..axes {
             let mut own = left.extract_if(.., |r| r.candidate.series == k).collect();
             drop_driven(&mut own);
+            drop_seen_from_one_side(&mut own, self);
             let mut unlikely = take_smoothed_counts(&mut own);
             rank(&mut own);
             prefer_plainer(&mut own, self);

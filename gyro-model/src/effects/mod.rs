@@ -5,8 +5,8 @@
 //! (simulator, compensation, fit, diagnosis, reports, `truerate effects`) walks [`CATALOGUE`].
 
 pub(crate) use operators::{
-    SIXTH, STEADY, derivative, low_pass, low_passed, play, quieted, second_derivative, sixth_differences, slowed,
-    steadied, white_noise,
+    Parabola, SIXTH, STEADY, derivative, low_pass, low_passed, play, quieted, quieter, second_derivative,
+    sixth_differences, slowed, steadied, white_noise,
 };
 
 pub use window::Window;

@@ -98,6 +98,15 @@ pub(crate) fn slowed(t: &[f64], rate: &[f64], half: f64) -> Vec<f64> {
 /// noise between the two, and the standard deviation of what is left of the noise.
 pub(crate) fn quieted(t: &[f64], rate: &[f64]) -> (Vec<f64>, f64) {
     let noise = white_noise(rate);
+    match quieter(t, rate) {
+        Some(parabola) => (parabola.through_all(rate), noise * parabola.gain().sqrt()),
+        None => (rate.to_vec(), noise),
+    }
+}
+
+/// That parabola; `None` where the motion allows none.
+pub(crate) fn quieter(t: &[f64], rate: &[f64]) -> Option<Parabola> {
+    let noise = white_noise(rate);
     let longest = (QUIET * (rate.len() - 1) as f64 / (t[rate.len() - 1] - t[0])) as usize;
     let halves: Vec<usize> =
         std::iter::successors(Some(2_usize), |h| Some(h + h / 3 + 1)).take_while(|h| *h <= longest).collect();
@@ -110,11 +119,7 @@ pub(crate) fn quieted(t: &[f64], rate: &[f64]) -> (Vec<f64>, f64) {
         let mean = off.iter().sum::<f64>() / off.len().max(1) as f64;
         mean <= FITS * noise * noise * (1.0 - parabola.gain())
     };
-    let found = halves.into_iter().map(Parabola::new).take_while(fits).last();
-    match found {
-        Some(parabola) => (parabola.through_all(rate), noise * parabola.gain().sqrt()),
-        None => (rate.to_vec(), noise),
-    }
+    halves.into_iter().map(Parabola::new).take_while(fits).last()
 }
 
 /// The longest half width of that parabola, s.
@@ -146,7 +151,8 @@ pub(crate) const SIXTH: f64 = 924.0;
 
 /// Least squares' parabola through 2m + 1 even samples, at the middle one (Savitzky and Golay 1964): a sample k from there weighs
 /// `level` − `bend` k².
-struct Parabola {
+#[derive(Clone, Debug)]
+pub(crate) struct Parabola {
     half: usize,
     level: f64,
     bend: f64,
@@ -188,7 +194,7 @@ impl Parabola {
 
     /// At every sample; those near the ends stay as they are. The moments are carried from each to the next, and made anew before
     /// rounding adds up.
-    fn through_all(&self, y: &[f64]) -> Vec<f64> {
+    pub(crate) fn through_all(&self, y: &[f64]) -> Vec<f64> {
         let (half, m, mut out) = (self.half, self.half as f64, y.to_vec());
         let mut moments = [0.0; 3];
         for k in half..y.len().saturating_sub(half) {

@@ -12,7 +12,7 @@ use super::{
     series::Series,
     study::{Bench, Study},
 };
-use crate::{Term, parallel};
+use crate::{Term, effects::Stage, parallel};
 use itertools::Itertools;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -77,6 +77,8 @@ impl<'a> Draws<'a> {
         }
         let rounded = rounded(s, prior, seed);
         let white = white_share(s, prior).sqrt() * prior.angle_random_walk;
+        let terms = self.study.model.axes[s.axis.index()].as_ref().map_or(&[][..], |model| &model.terms);
+        let is_shown = terms.iter().any(|term| term.effect.stage() == Stage::Shown);
         let mut share = vec![1.0; s.reference_rows.len()];
         if seen == Seen::ByFilter {
             for reading in &s.readings {
@@ -90,13 +92,16 @@ impl<'a> Draws<'a> {
                     None if seed == ZEROED => 0.0,
                     None => rng.random::<f64>() * s.encoder.step,
                 };
+                let smoothed = if is_shown { self.walk_as_shown(terms, white, &mut rng) } else { Vec::new() };
                 let (mut walk, mut skipped, mut before) = (0.0, 0.0, 0.0);
                 s.reference_rows
                     .iter()
                     .enumerate()
                     .map(|(i, _)| {
                         let normal = draw_normal(&mut rng);
-                        if i > 0 {
+                        if let Some(shown) = smoothed.get(i) {
+                            walk = *shown;
+                        } else if i > 0 {
                             walk += white * (s.reference_t[i] - s.reference_t[i - 1]).sqrt() * normal;
                         }
                         if lost[i] && s.encoder.step > 0.0 && seen == Seen::Plain {
@@ -117,6 +122,18 @@ impl<'a> Draws<'a> {
                     .collect()
             })
             .collect()
+    }
+
+    /// White noise of the readings as an angle at the reference's rows, what the model makes of it in the angle that a smoothed reference
+    /// shows included.
+    fn walk_as_shown(&self, terms: &[Term], white: f64, rng: &mut ChaCha8Rng) -> Vec<f64> {
+        let (problem, series) = (&self.study.bench.problem, self.series);
+        let s = &problem.series[series];
+        let sigma = white / s.span().dt.sqrt();
+        let rate: Vec<f64> = s.t.iter().map(|_| sigma * draw_normal(rng)).collect();
+        let angle = integral(&s.t, &rate);
+        let off = problem.shown_of_noise(series, terms, &self.study.warm[series], &angle);
+        s.reference_rows.iter().zip(off).map(|(&row, off)| angle[row] + off).collect()
     }
 }
 

@@ -227,11 +227,12 @@ const PARTS: usize = 64;
 /// Times their mean that it stands out by: of a million values of white noise one does.
 const LINE: f64 = 14.0;
 
-/// Mean variance of a signal, and what the quietest fiftieth of its stretches says it is.
+/// Mean variance of a signal, what the quietest fiftieth of its stretches says it is, and the mean of those that are as noise alone is.
 #[derive(Clone, Copy, Debug, Default)]
 struct Spread {
     mean: f64,
     quiet: f64,
+    smooth: f64,
 }
 
 impl Spread {
@@ -247,18 +248,36 @@ impl Spread {
         let moving: Vec<f64> = variances.iter().copied().filter(|&v| v > 0.0).collect();
         // Of a few, the very quietest is so by chance.
         let quiet = moving.get((moving.len() / 50).max(1)).or(moving.first()).map_or(0.0, |v| v / QUIET);
-        Self { mean, quiet }
+        Self { mean, quiet, smooth: smooth_mean(&variances).min(mean) }
     }
 
     /// Without a share of it.
     fn less(self, share: f64) -> Self {
-        Self { mean: self.mean * (1.0 - share), quiet: self.quiet * (1.0 - share) }
+        let less = |variance: f64| variance * (1.0 - share);
+        Self { mean: less(self.mean), quiet: less(self.quiet), smooth: less(self.smooth) }
     }
 
     fn uneven(self) -> bool {
         self.mean > 4.0 * self.quiet
     }
 }
+
+/// Mean of the stretches of a motion that is jerky elsewhere: of those, in order of size, that lie below twice this very mean. For white
+/// noise these are [`BELOW_TWICE`] of the mean of all.
+fn smooth_mean(sorted: &[f64]) -> f64 {
+    let Some(tenth) = sorted.get(sorted.len() / 10) else { return 0.0 };
+    let mut mean = tenth / TENTH;
+    for _ in 0..ROUNDS {
+        let below = &sorted[..sorted.partition_point(|v| *v <= 2.0 * mean)];
+        mean = below.iter().sum::<f64>() / below.len().max(1) as f64 / BELOW_TWICE;
+    }
+    mean
+}
+
+/// Of 100 000 stretches of white noise.
+const BELOW_TWICE: f64 = 0.902;
+/// After so many it does not change any more.
+const ROUNDS: usize = 20;
 
 /// The prior noise of each axis.
 #[must_use]
@@ -291,7 +310,8 @@ fn prior(series: &Series, reference: &[f64]) -> Prior {
     let known = if step > 0.0 { step } else { angle.quiet };
     // Jerky motion shows in the reference too; noise that grows with rate does not.
     let poor = POOR.powi(2) / dt;
-    let jerky = angle.mean > 3.0 * known && (gyro.uneven() || gyro.mean > poor);
+    let reference_is_jerky = angle.mean > 3.0 * known;
+    let jerky = reference_is_jerky && (gyro.uneven() || gyro.mean > poor);
     let was_found = series.walk.gyro > 0.0;
     let assumed = if was_found { series.walk.assumed } else { jerky && gyro.quiet > poor };
     let (variance, gyro_says) = if assumed {
@@ -300,6 +320,8 @@ fn prior(series: &Series, reference: &[f64]) -> Prior {
         (series.walk.gyro.powi(2) / dt, "the readings, measured before they were averaged")
     } else if jerky {
         (gyro.quiet, "the quietest stretches (the motion is jerky)")
+    } else if reference_is_jerky {
+        (gyro.smooth, "the reading, measured on this log where the motion is smooth")
     } else {
         (gyro.mean, "the reading, measured on this log")
     };

@@ -16,7 +16,7 @@ use super::{
 };
 use crate::{
     Axis, AxisModel, Model, Record, Term,
-    effects::{Role, Stage, Trait, derivative, quieted, steadied},
+    effects::{Parabola, Role, Stage, Trait, derivative, quieter, steadied},
     order::median,
     record::ReferenceKind,
 };
@@ -73,14 +73,28 @@ pub(super) struct Quiet {
     pub angle: Vec<f64>,
     /// Its derivative, rad/s.
     pub rate: Vec<f64>,
+    /// What took the noise out; `None` where the motion allows nothing.
+    pub by: Option<Parabola>,
+}
+
+impl Quiet {
+    fn of(t: &[f64], rate: &[f64], by: Option<Parabola>) -> Self {
+        let rate = by.as_ref().map_or_else(|| rate.to_vec(), |by| by.through_all(rate));
+        Self { angle: integral(t, &rate), rate, by }
+    }
+
+    /// What is left of another angle, noise alone say, where the same is done to it.
+    pub fn likewise(&self, t: &[f64], angle: &[f64]) -> Self {
+        Self::of(t, &derivative(t, angle), self.by.clone())
+    }
 }
 
 impl Warm {
     /// What a reference shows a part of: with the noise in it, a mean over several samples would make the residual's noise less.
     pub(super) fn motion(&self, t: &[f64]) -> &Quiet {
         self.motion.get_or_init(|| {
-            let (rate, _) = quieted(t, &derivative(t, &self.whole));
-            Quiet { angle: integral(t, &rate), rate }
+            let rate = derivative(t, &self.whole);
+            Quiet::of(t, &rate, quieter(t, &rate))
         })
     }
 

@@ -65,6 +65,14 @@ impl Problem {
         if timing.is_empty() { integral(&s.t, &rate) } else { restamped(s, 0.0, &rate, &timing) }
     }
 
+    /// What this axis' noise, an angle at the samples, makes of the angle that the reference shows by these terms, at its rows, rad:
+    /// the model takes it for motion as far as it is as slow. Empty where the reference shows the angle itself.
+    pub(super) fn shown_of_noise(&self, series: usize, terms: &[Term], warm: &Warm, noise: &[f64]) -> Vec<f64> {
+        let s = &self.series[series];
+        let as_motion = warm.motion(&s.t).likewise(&s.t, noise);
+        off(s, terms, || &as_motion)
+    }
+
     /// The rate that a sensor felt, its readings' scale, bias and response undone, its errors still in it, rad/s.
     #[must_use]
     pub fn felt(&self, model: &Model, series: usize) -> Vec<f64> {
@@ -99,7 +107,7 @@ impl Problem {
         let felt = felt.map(Arc::new);
         let whole = stamped(s, calibration(terms).0, &rate, terms);
         let angle = at_rows(s, &whole);
-        let off = off(s, terms, &warm[index]);
+        let off = off(s, terms, || warm[index].motion(&s.t));
         if let Some(reach) = of(Stage::Shown).map(|term| term.effect.reach(&term.values)).reduce(f64::max) {
             let (first, last) = (s.t[0] + reach, s.t[s.t.len() - 1] - reach);
             merge(&mut unsure, &s.t.iter().map(|t| *t < first || *t > last).collect::<Vec<_>>());
@@ -267,7 +275,7 @@ impl Problem {
                 Some(Moved::Angle(at.angle.iter().zip(at_rows(s, &whole)).map(|(a, b)| a + b).collect()))
             }
             Stage::Timing => Some(Moved::Angle(at_rows(s, &stamped(s, calibration(other).0, &at.rate, other)))),
-            Stage::Shown => Some(Moved::Off(off(s, other, &warm[index]))),
+            Stage::Shown => Some(Moved::Off(off(s, other, || warm[index].motion(&s.t)))),
             Stage::Calibration | Stage::Response if !has_play => {
                 let bridges = |terms: &[Term]| terms.iter().any(|term| term.effect.stage() == Stage::Response);
                 let mut lost = Vec::new();
@@ -341,12 +349,12 @@ fn at_rows(s: &Series, whole: &[f64]) -> Vec<f64> {
 }
 
 /// What the reference shows of the motion less the motion itself, at its rows, rad; empty where no term says that it shows another.
-fn off(s: &Series, terms: &[Term], warm: &Warm) -> Vec<f64> {
+fn off<'a>(s: &Series, terms: &[Term], motion: impl FnOnce() -> &'a Quiet) -> Vec<f64> {
     let shown: Vec<&Term> = terms.iter().filter(|term| term.effect.stage() == Stage::Shown).collect();
     if shown.is_empty() {
         return Vec::new();
     }
-    let (motion, dt) = (warm.motion(&s.t), s.span().dt);
+    let (motion, dt) = (motion(), s.span().dt);
     let mut off = vec![0.0; s.reference_rows.len()];
     for term in shown {
         let means = means(&s.t, motion, &term.effect.window(&term.values, dt), &s.reference_rows);
@@ -575,6 +583,7 @@ mod tests {
             let motion = Quiet {
                 angle: t.iter().map(|t| (omega * t).sin()).collect(),
                 rate: t.iter().map(|t| omega * (omega * t).cos()).collect(),
+                by: None,
             };
             let window = Window::gaussian(w, dt.clamp(w / 8.0, w / 2.0), 4.0 * w);
             let gain = (-0.5 * (omega * w).powi(2)).exp();
