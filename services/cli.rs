@@ -158,6 +158,9 @@ pub struct NameArgs {
     /// Take the reference from this second file, joined in time; it may have a clock of its own
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
+    /// What the frames of a CAN log (candump, Vector ASC) mean: signals become channels MESSAGE.SIGNAL, in the unit that it says
+    #[arg(long, value_name = "FILE.dbc")]
+    pub dbc: Option<PathBuf>,
 }
 
 impl NameArgs {
@@ -168,6 +171,7 @@ impl NameArgs {
             columns: self.columns.clone(),
             map: self.map.clone(),
             reference: self.reference.clone(),
+            dbc: self.dbc.clone(),
             ..Options::default()
         }
     }
@@ -179,6 +183,7 @@ impl NameArgs {
         let mut flags: Vec<String> = self.columns.iter().flat_map(|columns| path("--columns", columns)).collect();
         flags.extend(self.map.iter().flat_map(|map| ["--map".to_owned(), map.clone()]));
         flags.extend(self.reference.iter().flat_map(|file| path("--reference", file)));
+        flags.extend(self.dbc.iter().flat_map(|file| path("--dbc", file)));
         flags
     }
 }

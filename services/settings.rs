@@ -33,6 +33,8 @@ pub struct Settings {
     pub map: Vec<String>,
     /// Where the reference comes from, where not with the gyro: of a log a second file, of a sensor another address.
     pub reference: Option<String>,
+    /// A DBC file: what the frames of a CAN log mean, or those of `candump` on standard input.
+    pub dbc: Option<PathBuf>,
     /// How fast.
     pub speed: Speed,
     /// The model to start from; without one α = 1, δ = 0, learned on the way.
@@ -177,6 +179,7 @@ impl Default for Settings {
             columns: None,
             map: Vec::new(),
             reference: None,
+            dbc: None,
             speed: Speed::Times(1.0),
             model: None,
             freeze: false,
@@ -258,7 +261,10 @@ impl Settings {
         {
             self.source = Source::at(whole(path)?);
         }
-        for path in [&mut self.columns, &mut self.model, &mut self.record, &mut self.profile].into_iter().flatten() {
+        for path in [&mut self.columns, &mut self.dbc, &mut self.model, &mut self.record, &mut self.profile]
+            .into_iter()
+            .flatten()
+        {
             *path = whole(path)?;
         }
         if let (Source::Log(_), Some(reference)) = (&self.source, &mut self.reference) {

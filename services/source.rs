@@ -127,6 +127,7 @@ impl Feed {
             columns: settings.columns.clone(),
             map: settings.map.clone(),
             reference: settings.reference_file(),
+            dbc: settings.dbc.clone(),
             ..Options::default()
         };
         let rows = match &settings.source {

@@ -55,6 +55,20 @@ fn python() -> Option<&'static Path> {
     made.as_deref()
 }
 
+/// The same with `python-can` and `cantools`.
+fn python_with_can() -> Option<&'static Path> {
+    let python = python()?;
+    let has = || Command::new(python).args(["-c", "import can, cantools"]).output().is_ok_and(|o| o.status.success());
+    if !has() {
+        let _ = Command::new(python).args(["-m", "pip", "install", "-q", "python-can", "cantools"]).output();
+    }
+    if has() {
+        return Some(python);
+    }
+    eprintln!("skipped: no Python with python-can and cantools; set TRUERATE_PYTHON");
+    None
+}
+
 /// A file to try with.
 fn foreign(name: &str) -> Option<String> {
     let folder = std::env::var_os("TRUERATE_LOGS")
@@ -270,6 +284,111 @@ fn a_bag_of_an_independent_writer_has_the_very_verdict_of_the_csv() {
     std::fs::remove_file(bench.path("ros2-mcap-split.bag").join("recording_0.mcap")).unwrap();
     let line = bench.refused(&["diagnose", "ros2-mcap-split.bag"]);
     assert!(line.contains("recording_0.mcap") && line.contains("not there"), "{line}");
+}
+
+const CAN: &str = "
+import sys, csv, can, cantools
+from can.io import ASCWriter, CanutilsLogWriter
+dbc, source, target = sys.argv[1:4]
+base = cantools.database.load_file(dbc)
+rows = list(csv.DictReader(open(source)))
+writers = [CanutilsLogWriter(target + '.log'), ASCWriter(target + '.asc')]
+out = csv.writer(open(target + '.csv', 'w'), lineterminator='\\n')
+out.writerow(['t', 'gyro_z_dps', 'ref_angle_z_deg', 'temp', 'supply'])
+degrees = 57.29577951308232
+for k, row in enumerate(rows):
+    t = round(float(row['t']), 6)
+    frames = [
+        ('IMU', {'COUNT': k % 256, 'YAW_RATE': float(row['gyro_x']) * degrees}),
+        ('TURNTABLE_ENCODER', {'ANGLE': float(row['ref_angle_x']) * degrees}),
+        ('STATUS', {'KIND': 0, 'TEMP': 25 + k % 3} if k % 2 == 0 else {'KIND': 1, 'SUPPLY': 3.3}),
+    ]
+    values = {}
+    for name, signals in frames:
+        message = base.get_message_by_name(name)
+        data = message.encode(signals)
+        values.update(base.decode_message(message.frame_id, data))
+        frame = can.Message(timestamp=1_700_000_000 + t, arbitration_id=message.frame_id, is_extended_id=message.is_extended_frame, data=data, is_fd=message.is_fd, channel='can0')
+        for writer in writers:
+            writer(frame)
+    out.writerow([f'{t:.6f}'] + [values.get(name, '') for name in ['YAW_RATE', 'ANGLE', 'TEMP', 'SUPPLY']])
+for writer in writers:
+    writer.stop()
+print('null')";
+
+const CAN_DBC: &str = "VERSION \"\"\n\nBU_: ECU\n\nBO_ 256 IMU: 8 ECU\n SG_ COUNT : 0|8@1+ (1,0) [0|0] \"\" ECU\n \
+    SG_ YAW_RATE : 11|20@0- (0.001,0) [0|0] \"deg/s\" ECU\n\nBO_ 2566844885 TURNTABLE_ENCODER: 4 ECU\n \
+    SG_ ANGLE : 0|32@1- (0.0001,0) [0|0] \"deg\" ECU\n\nBO_ 512 STATUS: 4 ECU\n SG_ KIND M : 0|8@1+ (1,0) [0|0] \"\" ECU\n \
+    SG_ TEMP m0 : 8|12@1+ (0.5,-40) [0|0] \"degC\" ECU\n SG_ SUPPLY m1 : 8|16@1+ (0.001,0) [0|0] \"V\" ECU\n";
+
+/// Frames of random bytes of every message, and what cantools finds in them. Identifiers that are none are left out first:
+/// cantools refuses a file that has such.
+const REAL_DBC: &str = "
+import sys, json, random, re, cantools
+dbc, target = sys.argv[1:3]
+parts = re.split(r'(?m)^(?=BO_ )', open(dbc, encoding='latin-1').read())
+odd = lambda part: part.startswith('BO_ ') and int(part.split()[1]) >> 30 & 1
+kept = ''.join(part if not odd(part) else part.partition('\\n\\n')[2] for part in parts)
+base = cantools.database.load_string(kept, 'dbc', strict=False)
+random.seed(1)
+found, t = {}, 0
+with open(target, 'w') as log:
+    for _ in range(20):
+        for message in base.messages:
+            data = bytes(random.randrange(256) for _ in range(message.length))
+            name = f'{message.frame_id:08X}' if message.is_extended_frame else f'{message.frame_id:03X}'
+            t += 1
+            log.write(f'({1_700_000_000 + t // 1000}.{t % 1000:03d}000) can0 {name}#{data.hex()}\\n')
+            for signal, value in message.decode(data, decode_choices=False).items():
+                found.setdefault(f'{message.name}.{signal}', []).append(value)
+print(json.dumps({name: [len(values), min(values), max(values)] for name, values in found.items()}))";
+
+#[test]
+fn frames_of_a_real_vehicle_have_the_values_that_cantools_finds() {
+    let (Some(python), Some(dbc)) = (python_with_can(), foreign("toyota-2017.dbc")) else { return };
+    let bench = Bench::new();
+    let wanted = independent(python, REAL_DBC, &[&dbc, &bench.path("all.log").display().to_string()]);
+    let list = json(&bench.ok(&["channels", "all.log", "--dbc", &dbc, "--format", "json"]));
+    let found: BTreeMap<&str, &Value> =
+        list["channels"].as_array().unwrap().iter().map(|c| (c["channel"].as_str().unwrap(), c)).collect();
+    assert!(found.len() > 1000 && found.len() == wanted.as_object().unwrap().len(), "{}", found.len());
+    for (name, values) in wanted.as_object().unwrap() {
+        let of = found[name.as_str()];
+        assert_eq!(of["values"], values[0], "{name}");
+        for (key, k) in [("min", 1), ("max", 2)] {
+            let (a, b) = (of[key].as_f64().unwrap(), values[k].as_f64().unwrap());
+            assert!((a - b).abs() <= 1e-9 * b.abs().max(1.0), "{name}: {key} {a}, not {b}");
+        }
+    }
+}
+
+#[test]
+fn frames_of_independent_writers_have_the_very_verdict_of_the_csv() {
+    let Some(python) = python_with_can() else { return };
+    let bench = Bench::new();
+    let words = "simulate --seconds 30 --rate 100 --seed 3 --axis x --hide delay:d=0.02 -o all.csv";
+    bench.ok(&words.split(' ').collect::<Vec<_>>());
+    bench.file("car.dbc", CAN_DBC);
+    let path = |name: &str| bench.path(name).display().to_string();
+    independent(python, CAN, &[&path("car.dbc"), &path("all.csv"), &path("drive")]);
+    let judged = |words: &[&str]| {
+        let axis = json(&bench.ok(&[&["diagnose"], words, &["--format", "json"]].concat()))["axes"][0].clone();
+        (axis["axis"].clone(), axis["verdict"].clone(), axis["parameters"].clone(), axis["error_curve"].clone())
+    };
+    let wanted = judged(&["drive.csv"]);
+    assert_eq!((&wanted.0, &wanted.1), (&Value::from("z"), &Value::from("missing-effect")));
+    for log in ["drive.log", "drive.asc"] {
+        // Names and units of the DBC file say it all; named by hand, the unit is the file's unless the name says another.
+        assert_eq!(judged(&[log, "--dbc", "car.dbc"]), wanted, "{log}");
+        let by_hand = ["--map", "gyro_z=IMU.YAW_RATE", "--map", "ref_angle_z_deg=TURNTABLE_ENCODER.ANGLE"];
+        assert_eq!(judged(&[&[log, "--dbc", "car.dbc"], &by_hand[..]].concat()), wanted, "{log}");
+        let list = json(&bench.ok(&["channels", log, "--dbc", "car.dbc", "--format", "json"]));
+        let rows: BTreeMap<String, u64> = (list["channels"].as_array().unwrap().iter())
+            .map(|c| (c["topic"].as_str().unwrap().to_owned(), c["rows"].as_u64().unwrap()))
+            .collect();
+        let each = |name: &str| (name.to_owned(), 3000);
+        assert_eq!(rows, BTreeMap::from([each("IMU"), each("STATUS"), each("TURNTABLE_ENCODER")]), "{log}");
+    }
 }
 
 /// Time, gyros and an orientation made of the angle about z, of a simulated log.

@@ -313,3 +313,64 @@ fn an_orientation_of_the_sensors_own_filter_is_no_reference() {
     assert!(axis["data_faults"].to_string().contains("dependent-reference"), "{axis}");
     assert_ne!(verdict(&["--reference-is-dependent"])["says"], axis["says"]);
 }
+
+const DBC: &str = "BO_ 256 IMU: 2 ECU\n SG_ YAW_RATE : 7|16@0- (0.01,0) [0|0] \"deg/s\" ECU\n\nBO_ 2566844885 ENCODER: 4 ECU\n \
+    SG_ ANGLE_Z : 0|32@1- (0.001,0) [0|0] \"deg\" ECU\n";
+
+/// Rows as frames, each a line that `line` makes of its time, µs, its identifier and its bytes.
+fn frames(line: impl Fn(u64, &str, &[u8]) -> String) -> String {
+    let of_row = |row: &[f64; 3]| {
+        let (rate, angle) = ((row[1].to_degrees() / 0.01).round() as i16, (row[2].to_degrees() / 0.001).round() as i32);
+        let time = (1e6 * row[0]).round() as u64;
+        line(time, "100", &rate.to_be_bytes()) + &line(time, "18FEF1D5", &angle.to_le_bytes())
+    };
+    rows().iter().map(of_row).collect()
+}
+
+fn hex(data: &[u8], between: &str) -> String {
+    data.iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(between)
+}
+
+#[test]
+fn frames_of_a_vehicle_have_the_answer_of_the_same_numbers_in_a_table() {
+    let bench = Bench::new();
+    bench.file("car.dbc", DBC);
+    let step = |x: f64, step: f64| (x.to_degrees() / step).round() * step;
+    let table = written("t,gyro_z_dps,ref_angle_z_deg\n", |[t, rate, angle]| {
+        format!("{t},{},{}", step(*rate, 0.01), step(*angle, 0.001))
+    });
+    bench.file("table.csv", table);
+    let wanted = fitted(&bench, &["table.csv"]);
+    let stamp = |time: u64| format!("{}.{:06}", 1_700_000_000 + time / 1_000_000, time % 1_000_000);
+    let file = frames(|time, id, data| format!("({}) can0 {id}#{}\n", stamp(time), hex(data, "")));
+    let screen =
+        frames(|time, id, data| format!(" ({})  can0  {id}   [{}]  {}\n", stamp(time), data.len(), hex(data, " ")));
+    let vector = frames(|time, id, data| {
+        let mark = if id.len() > 3 { "x" } else { "" };
+        format!("{} 1  {id}{mark}  Rx   d {} {}\n", stamp(time), data.len(), hex(data, " "))
+    });
+    for (name, text) in [
+        ("file.log", file.clone()),
+        ("screen.txt", screen.clone()),
+        ("vector.asc", format!("date Tue Nov 14 22:13:20 2023\nbase hex  timestamps absolute\n{vector}")),
+    ] {
+        bench.file(name, text);
+        let found = fitted(&bench, &[name, "--dbc", "car.dbc"]);
+        assert!((found.0 - wanted.0).abs() < 1e-9 && (found.1 - wanted.1).abs() < 1e-9, "{name}: {found:?} {wanted:?}");
+    }
+    let line = bench.refused(&["diagnose", "file.log"]);
+    assert!(line.contains("--dbc FILE.dbc"), "{line}");
+    let delta = |id: &str| if id == "100" { "009800" } else { "000200" };
+    bench.file("delta.log", frames(|_, id, data| format!("(0.{}) can0 {id}#{}\n", delta(id), hex(data, ""))));
+    let line = bench.refused(&["channels", "delta.log", "--dbc", "car.dbc"]);
+    assert!(line.contains("candump -l"), "{line}");
+    bench.file(
+        "none.log",
+        screen.lines().map(|line| format!("{}\n", &line[line.find(')').unwrap() + 1..])).collect::<String>(),
+    );
+    let line = bench.refused(&["channels", "none.log", "--dbc", "car.dbc"]);
+    assert!(line.contains("no times") && line.contains("candump -l"), "{line}");
+    bench.file("bad.dbc", DBC.replace("7|16@0-", "7|16@3-"));
+    let line = bench.refused(&["diagnose", "file.log", "--dbc", "bad.dbc"]);
+    assert!(line.contains("--dbc bad.dbc: line 2: a signal is"), "{line}");
+}

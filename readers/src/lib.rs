@@ -5,6 +5,7 @@
 //! | --- | --- |
 //! | [`mod@format`] | what all formats have in common: topics, messages, notes |
 //! | [`formats`] | one format a file, one static list |
+//! | [`can`] | CAN: frames as lines, and what a DBC file says of their bits |
 //! | `bytes` | bytes taken in order, lengths never trusted |
 //! | [`packed`] | bytes that were packed with zstd |
 //! | [`survey`] | what a file holds, channel by channel |
@@ -13,6 +14,7 @@
 //! | [`mod@unit`] | units as people write them |
 
 mod bytes;
+pub mod can;
 pub mod format;
 pub mod formats;
 pub mod meaning;

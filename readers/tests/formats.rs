@@ -35,7 +35,7 @@ impl Sink for All {
 
 fn read(bytes: &[u8]) -> All {
     let mut all = All::default();
-    recognise(bytes).read(&mut &bytes[..], &mut all).unwrap();
+    seeds::read(bytes, seeds::DBC.as_bytes(), &mut all).unwrap();
     all
 }
 
@@ -87,6 +87,36 @@ fn fields_have_their_names_and_units() {
         found.retain(|field| field != "header.seq");
         assert_eq!((name, found), ("/imu".to_owned(), wanted));
     }
+}
+
+#[test]
+fn frames_of_both_writers_are_signals_with_units_and_those_that_are_not_there_are_none() {
+    for bytes in [seeds::candump(), seeds::asc()] {
+        let all = read(&bytes);
+        let fields: Vec<_> = all.topics.iter().flat_map(|of| of.fields.iter().map(|f| of.channel(f))).collect();
+        let wanted = ["IMU.GYRO_X", "IMU.GYRO_Z", "IMU.KIND", "IMU.TEMP", "IMU.SUPPLY", "ENCODER.ANGLE_Z"];
+        assert_eq!(fields, wanted);
+        let symbols: Vec<_> = all.topics[0].fields.iter().map(|f| f.unit.map_or("", |unit| unit.symbol)).collect();
+        assert_eq!(symbols, ["deg/s", "rad/s", "", "degC", "V"]);
+        let [(0, _, even), (1, _, encoder), (0, _, odd)] = &all.messages[..3] else { panic!("{:?}", all.messages) };
+        assert!((even[0] + 1.0).abs() < 1e-9 && even[3] == 25.0 && even[4].is_nan(), "{even:?}");
+        assert!(odd[3].is_nan() && (odd[4] - 0.001).abs() < 1e-12 && encoder[0] == 0.0, "{odd:?}");
+        assert_eq!(all.notes, []);
+    }
+    let mut survey = Survey::default();
+    seeds::read(&seeds::candump(), seeds::DBC.as_bytes(), &mut survey).unwrap();
+    let map: Vec<String> = of_topics(&survey.topics, &|_| false).chosen.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        map,
+        [
+            "gyro_x_dps=IMU.GYRO_X",
+            "gyro_z=IMU.GYRO_Z",
+            "temp=IMU.TEMP",
+            "supply=IMU.SUPPLY",
+            "ref_angle_z_deg=ENCODER.ANGLE_Z"
+        ]
+    );
+    assert!(recognise(&seeds::candump()).read(&mut &seeds::candump()[..], &mut survey).is_err());
 }
 
 #[test]

@@ -17,13 +17,17 @@ use std::{fmt::Write, path::PathBuf, process::ExitCode};
 Examples:
   truerate channels flight.ulg                     channels with rate, unit, span and gaps, and a map
   truerate channels recording.mcap --format json   for programs
+  truerate channels candump.log --dbc car.dbc      the signals of a CAN log
 
 A channel is taken under a name of a log with `--map NAME=CHANNEL`, on every command that takes a log.
 What stands under `map` is taken without being named; what stands under `likely` has to be chosen.")]
 pub struct Args {
-    /// The file: text, ULog, ArduPilot .bin, MCAP, ROS bag, …, plain or packed, or the folder of a ROS 2 bag
+    /// The file: text, ULog, ArduPilot .bin, MCAP, ROS bag, CAN log, …, plain or packed, or the folder of a ROS 2 bag
     #[arg(value_name = "FILE")]
     file: PathBuf,
+    /// What the frames of a CAN log mean
+    #[arg(long, value_name = "FILE.dbc")]
+    dbc: Option<PathBuf>,
     /// What is printed to standard output
     #[arg(long, value_enum, default_value_t)]
     format: Form,
@@ -44,7 +48,7 @@ enum Form {
 /// # Errors
 /// A file that cannot be read, or standard output.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    let look = log::look(&args.file)?;
+    let look = log::look(&args.file, args.dbc.as_deref())?;
     let name = args.file.display().to_string();
     match args.format {
         Form::Text => print(&text(&name, &look))?,

@@ -109,6 +109,7 @@ fn settings(args: &Args) -> anyhow::Result<Settings> {
     }
     settings.map.extend(args.names.map.iter().cloned());
     settings.columns = args.names.columns.clone().or(settings.columns);
+    settings.dbc = args.names.dbc.clone().or(settings.dbc);
     let reference = args.names.reference.as_ref().map(|place| place.display().to_string());
     settings.reference = reference.or(settings.reference);
     if let Some(model) = &args.model {

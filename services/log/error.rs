@@ -150,6 +150,14 @@ pub enum Problem {
         /// Why.
         cause: log_readers::format::Unreadable,
     },
+    /// A DBC file that is none.
+    #[error("--dbc {file}: {says}")]
+    Dbc {
+        /// Which.
+        file: String,
+        /// Why.
+        says: String,
+    },
     /// A `--map` of a channel that the log has not got.
     #[error(
         "--map {}: there is no such channel{}; it has {}",

@@ -4,8 +4,9 @@ use super::error::Problem;
 use crate::recording::{AsCsv, is_own};
 use flate2::read::MultiGzDecoder;
 use log_readers::{
-    format::{Format, START},
-    formats::{Unread, recognise, unread},
+    can::Database,
+    format::{Format, START, Sink, Unreadable},
+    formats::{Unread, can, recognise, unread},
     packed,
     text::{Utf16, is_utf16},
 };
@@ -117,6 +118,19 @@ impl Input {
     /// The format of its bytes.
     pub fn format(&self) -> &'static dyn Format {
         self.format
+    }
+
+    /// Reads it to its end, with what a DBC file says of frames.
+    pub fn read_all(&mut self, database: Option<&Database>, sink: &mut dyn Sink) -> Result<(), Problem> {
+        let (format, packing) = (self.format, self.packing);
+        let read = match database.and_then(|database| can::with(format, database)) {
+            Some(frames) => frames.read(self, sink),
+            None => format.read(self, sink),
+        };
+        read.map_err(|cause| match cause {
+            Unreadable::Read(error) => Problem::reading(error, packing),
+            cause => Problem::Unreadable { format: format.name(), cause },
+        })
     }
 
     /// How it is packed.

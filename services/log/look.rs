@@ -1,14 +1,13 @@
 //! A look at a file of any format: what it holds, and how its channels would be named.
 
 use super::{
-    LogError,
+    LogError, dbc,
     error::Problem,
     folder::{self, Continued},
     input::Input,
     unit,
 };
 use log_readers::{
-    format::Unreadable,
     meaning::{Proposal, of_text, of_topics},
     survey::Survey,
     text::Table,
@@ -31,16 +30,17 @@ pub struct Look {
 ///
 /// # Errors
 /// It cannot be opened, or nothing of it can be read.
-pub fn look(path: &Path) -> Result<Look, LogError> {
+pub fn look(path: &Path, dbc: Option<&Path>) -> Result<Look, LogError> {
     let name = path.display().to_string();
     let refuse = |problem| LogError::new(&name, None, None, problem);
+    let database = dbc.map(dbc::load).transpose().map_err(refuse)?;
     let files = folder::files(path).map_err(refuse)?;
     let path = &files[0];
     let mut input = Input::open(path).map_err(refuse)?;
     if let Some(unread) = input.unread() {
         return Err(refuse(Problem::Unread { what: unread.what, remedy: unread.remedy }));
     }
-    let (format, packing, is_text) = (input.format(), input.packing(), input.is_text());
+    let (format, is_text) = (input.format(), input.is_text());
     let mut survey = Survey::default();
     let mut all = Continued::new(&mut survey);
     for (k, file) in files.iter().enumerate() {
@@ -48,12 +48,7 @@ pub fn look(path: &Path) -> Result<Look, LogError> {
             input = Input::open(file).map_err(refuse)?;
         }
         all.next_file();
-        format.read(&mut input, &mut all).map_err(|cause| {
-            refuse(match cause {
-                Unreadable::Read(error) => Problem::reading(error, packing),
-                cause => Problem::Unreadable { format: format.name(), cause },
-            })
-        })?;
+        input.read_all(database.as_ref(), &mut all).map_err(refuse)?;
     }
     let known = |name: &str| matches!(unit::name(name), unit::Name::Known(..));
     let mut own = Vec::new();

@@ -13,7 +13,8 @@ use super::{
 };
 use gyro_model::{Row, diagnosis::DataFault};
 use log_readers::{
-    format::{Note, Sink, Topic, Unreadable},
+    can::Database,
+    format::{Note, Sink, Topic},
     meaning::{Pick, of_topics},
     survey::Survey,
 };
@@ -41,19 +42,20 @@ pub struct Messages {
 /// # Errors
 /// It cannot be read, or lacks what every log needs.
 pub fn read(files: &[PathBuf], first: Input, maps: &Maps) -> Result<Messages, Refusal> {
+    let database = maps.database.as_ref();
     let mut twice = Twice::of(files, first).map_err(|p| (None, p))?;
     let mut survey = Survey::default();
-    twice.read(&mut survey).map_err(|p| (None, p))?;
+    twice.read(database, &mut survey).map_err(|p| (None, p))?;
     let channels: Vec<String> =
         survey.topics.iter().flat_map(|of| of.topic.fields.iter().map(|field| of.topic.channel(field))).collect();
     let mut picks = Vec::new();
     for flag in &maps.flags {
-        picks.extend(flag.picks(&channels).map_err(|p| (None, p))?);
+        picks.extend(flag.picks(&channels).map_err(|p| (None, p))?.into_iter().map(|pick| in_its_unit(pick, &survey)));
     }
     if let Some(map) = &maps.columns {
         let renamed = map.rename(&channels).map_err(|p| (None, p))?;
         let changed = channels.iter().zip(renamed).filter(|(channel, name)| *channel != name);
-        picks.extend(changed.map(|(channel, name)| Pick::new(&name, channel, None)));
+        picks.extend(changed.map(|(channel, name)| in_its_unit(Pick::new(&name, channel, None), &survey)));
     }
     let named = |name: &str, pick: &Pick| match (unit::name(name), unit::name(&pick.name)) {
         (Name::Known(a, _), Name::Known(b, _)) => a == b,
@@ -64,11 +66,22 @@ pub fn read(files: &[PathBuf], first: Input, maps: &Maps) -> Result<Messages, Re
     let mut layout = Layout::of_picks(&picks, &proposal, &channels, maps)?;
     layout.chosen.clone_from(&proposal.chosen);
     let mut taker = Taker::new(&picks, &layout);
-    twice.read(&mut taker).map_err(|p| (None, p))?;
+    twice.read(database, &mut taker).map_err(|p| (None, p))?;
     let notes =
         survey.notes.iter().filter(|note| !matches!(note, Note::Stamps { .. } | Note::NotRead { .. })).map(fault);
     let (rows, tally) = taker.rows();
     Ok(Messages { layout, rows, tally, sha256: twice.sha256, notes: notes.collect() })
+}
+
+/// A channel under a name without a unit, where the file says in which it is: converted from that.
+fn in_its_unit(pick: Pick, survey: &Survey) -> Pick {
+    let fields =
+        survey.topics.iter().flat_map(|of| of.topic.fields.iter().map(|field| (of.topic.channel(field), field.unit)));
+    let unit = fields.filter(|(channel, _)| *channel == pick.channel).find_map(|(_, unit)| unit);
+    match unit {
+        Some(unit) => unit::with_unit(pick, unit),
+        None => pick,
+    }
 }
 
 /// A note of a reader as a fault of the data.
@@ -101,10 +114,10 @@ impl Twice {
         Ok(Self { files: Vec::new(), sha256: first.sha256(), first: None, kept: Some(kept) })
     }
 
-    fn read(&mut self, sink: &mut dyn Sink) -> Result<(), Problem> {
+    fn read(&mut self, database: Option<&Database>, sink: &mut dyn Sink) -> Result<(), Problem> {
         if let Some(kept) = &self.kept {
             let mut input = Input::of(Box::new(Cursor::new(kept.clone())), false)?;
-            return read_one(&mut input, sink);
+            return input.read_all(database, sink);
         }
         let mut all = Continued::new(sink);
         let mut sums = Vec::new();
@@ -114,20 +127,12 @@ impl Twice {
                 None => Input::open(file)?,
             };
             all.next_file();
-            read_one(&mut input, &mut all)?;
+            input.read_all(database, &mut all)?;
             sums.push(input.sha256());
         }
         self.sha256 = sums.join("+");
         Ok(())
     }
-}
-
-fn read_one(input: &mut Input, sink: &mut dyn Sink) -> Result<(), Problem> {
-    let (format, packing) = (input.format(), input.packing());
-    format.read(input, sink).map_err(|cause| match cause {
-        Unreadable::Read(error) => Problem::reading(error, packing),
-        cause => Problem::Unreadable { format: format.name(), cause },
-    })
 }
 
 /// Takes the messages that are meant.

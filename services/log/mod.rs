@@ -6,6 +6,7 @@
 //! [`DataFault`](gyro_model::diagnosis::DataFault).
 
 mod column_map;
+pub mod dbc;
 pub mod dependent;
 mod error;
 mod folder;
@@ -39,7 +40,7 @@ pub use whole::read;
 pub use writer::{RecordWriter, Time, create, write_record};
 
 use column_map::ColumnMap;
-use log_readers::meaning::Pick;
+use log_readers::{can::Database, meaning::Pick};
 use map::MapFlag;
 use std::path::PathBuf;
 use unit::Channel;
@@ -53,6 +54,8 @@ pub struct Options {
     pub map: Vec<String>,
     /// A second file, which the reference is taken from.
     pub reference: Option<PathBuf>,
+    /// A DBC file: what the frames of a CAN log mean.
+    pub dbc: Option<PathBuf>,
     /// Whether a log without an axis that has both a gyro and a reference is refused.
     pub needs_reference: bool,
     /// Whether [`read`] keeps the readings as acquisition gives them, repeats of held ones taken out and other whole-log faults
@@ -65,6 +68,8 @@ pub struct Options {
 pub struct Maps {
     columns: Option<ColumnMap>,
     flags: Vec<MapFlag>,
+    /// What the frames of a CAN log mean.
+    database: Option<Database>,
     /// Whether it is a file of a reference alone, which needs no gyro.
     reference: bool,
 }
@@ -79,7 +84,7 @@ impl Maps {
         let flags = options.map.iter().map(|text| MapFlag::parse(text)).collect::<Result<Vec<_>, _>>()?;
         // With a second file the names of a reference mean its channels.
         let flags = flags.into_iter().filter(|flag| options.reference.is_none() || !flag.is_of_reference());
-        Ok(Self { columns, flags: flags.collect(), reference: false })
+        Ok(Self { columns, flags: flags.collect(), database: database(options)?, reference: false })
     }
 
     /// The same for rows that hold a reference alone, which needs no gyro.
@@ -92,7 +97,7 @@ impl Maps {
     fn of_reference(options: &Options) -> Result<Self, Problem> {
         let flags = options.map.iter().map(|text| MapFlag::parse(text)).collect::<Result<Vec<_>, _>>()?;
         let flags = flags.into_iter().filter(MapFlag::is_of_reference);
-        Ok(Self { columns: None, flags: flags.collect(), reference: true })
+        Ok(Self { columns: None, flags: flags.collect(), database: database(options)?, reference: true })
     }
 
     /// Whether these names need no further look: those of the format, or those that the maps name.
@@ -111,6 +116,10 @@ impl Maps {
     fn is_empty(&self) -> bool {
         self.columns.is_none() && self.flags.is_empty()
     }
+}
+
+fn database(options: &Options) -> Result<Option<Database>, Problem> {
+    options.dbc.as_deref().map(dbc::load).transpose()
 }
 
 /// Where a model's numbers come from: the log, and what it held.

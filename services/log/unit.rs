@@ -1,7 +1,7 @@
 //! Column names of the log format, and the units that a suffix on them means.
 
 use gyro_model::Axis;
-use log_readers::unit::Unit;
+use log_readers::{meaning::Pick, unit::Unit};
 
 /// What a column holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -129,6 +129,15 @@ fn quantity(channel: Channel) -> &'static str {
         Channel::Temperature => "a temperature",
         Channel::Supply => "a voltage",
         Channel::Free(_) | Channel::Unused => "a free channel",
+    }
+}
+
+/// A channel that is taken under a plain name, without a factor: in the unit that its file says.
+pub fn with_unit(pick: Pick, unit: Unit) -> Pick {
+    let bare = pick.factor == 1.0 && pick.offset == 0.0;
+    match plain(&pick.name).and_then(|channel| converted(channel, unit)) {
+        Some(_) if bare => Pick::new(&pick.name, &pick.channel, Some(unit)),
+        _ => pick,
     }
 }
 

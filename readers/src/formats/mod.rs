@@ -2,6 +2,7 @@
 
 mod ardupilot;
 mod bag;
+pub mod can;
 mod db3;
 mod delimited;
 mod mcap;
@@ -12,11 +13,22 @@ mod unread;
 
 pub use unread::{Unread, unread};
 
-use crate::format::{Format, START};
+use crate::{
+    can::Writer,
+    format::{Format, START},
+};
 
 /// The formats, the surest sign first. Text is what is none of the others.
-pub static FORMATS: [&dyn Format; 6] =
-    [&ulog::Ulog, &mcap::Mcap, &db3::Db3, &bag::Bag, &ardupilot::ArduPilot, &delimited::Text];
+pub static FORMATS: [&dyn Format; 8] = [
+    &ulog::Ulog,
+    &mcap::Mcap,
+    &db3::Db3,
+    &bag::Bag,
+    &ardupilot::ArduPilot,
+    &can::Can::of(Writer::Candump),
+    &can::Can::of(Writer::Asc),
+    &delimited::Text,
+];
 
 /// The format of a file that begins like this, at most [`START`] bytes of it.
 #[must_use]
@@ -33,6 +45,7 @@ mod tests {
     fn what_is_not_read_is_named_with_a_way_out_and_text_is_not_taken_for_it() {
         assert!(unread(b"PAR1....").is_some_and(|unread| unread.remedy.contains("read_parquet")));
         assert!(unread(&[0, 1, 2, 3, 4, 200, 201]).is_some());
+        assert!(unread(b"VERSION \"\"\n\nNS_ :").is_some_and(|unread| unread.remedy.contains("--dbc")));
         assert!(unread(b"{\"imu\": [{\"t\": 1").is_some() && unread(b"{\"t\": 0.01, \"gz\":").is_none());
         for text in
             [&b"t,gyro_x\r\n0,1\r\n"[..], b"", b"\xef\xbb\xbft,gyro", "Zeit;Drehrate (°/s)\n".as_bytes(), b"0,\xff\xfe"]

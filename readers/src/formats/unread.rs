@@ -25,6 +25,7 @@ const KNOWN: &[(&[u8], &str, &str)] = &[
     (b"\x93NUMPY", "a NumPy array", "write it as text: numpy.savetxt with a header"),
     (b"\xa3\x95", "an ArduPilot log without its beginning", "copy it anew"),
     (b"<?xml", "XML", "export it as CSV"),
+    (b"VERSION \"", "a DBC file", "it says what a CAN log means: `truerate channels LOG --dbc FILE.dbc`"),
     (b"{", "JSON", JSON),
     (b"[", "JSON", JSON),
 ];

@@ -25,6 +25,15 @@ pub fn of_text(head: &Head, taken: &dyn Fn(&str) -> bool) -> Proposal {
     of.found
 }
 
+/// What names alone say, of channels whose times are known.
+#[must_use]
+pub fn of_names(channels: &[(String, Option<Unit>)], taken: &dyn Fn(&str) -> bool) -> Proposal {
+    let names: Vec<&[u8]> = channels.iter().map(|(name, _)| name.as_bytes()).collect();
+    let mut head = Head::of_names(&names);
+    head.units = channels.iter().map(|(_, unit)| *unit).collect();
+    of_text(&head, &|name| name == "t" || taken(name))
+}
+
 struct Of<'a> {
     head: &'a Head,
     meanings: Vec<(usize, Meaning)>,
@@ -50,7 +59,9 @@ impl Of<'_> {
         let Some(&(column, ref meaning)) = times.min_by_key(|(column, meaning)| (meaning.rank, *column)) else {
             // Whatever its name is: nothing but a time is written so.
             let written = |field: &Vec<u8>| text::form(field).is_some();
-            if let Some(column) = self.head.samples.first().and_then(|row| row.iter().position(written)) {
+            // A row may be longer than its header.
+            let named = |row: &Vec<Vec<u8>>| row.iter().take(self.head.names.len()).position(written);
+            if let Some(column) = self.head.samples.first().and_then(named) {
                 self.found.chosen.push(self.pick("t", column, None));
             }
             return;

@@ -1,7 +1,7 @@
 //! A map for a file of topics: what the kinds of messages that people log hold.
 
-use super::{AXES, Dependent, PARTS, Pick, Proposal};
-use crate::survey::Surveyed;
+use super::{AXES, Dependent, PARTS, Pick, Proposal, of_names};
+use crate::{formats::can, survey::Surveyed};
 
 /// What a group of fields is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,6 +116,12 @@ struct Found {
 /// What the topics of a file say. `taken` tells the names of our logs that are mapped already.
 #[must_use]
 pub fn of_topics(topics: &[Surveyed], taken: &dyn Fn(&str) -> bool) -> Proposal {
+    if topics.iter().all(|of| of.topic.kind == can::KIND) {
+        // Who made the DBC file gave the names: they are understood as a table's are.
+        let fields =
+            topics.iter().flat_map(|of| of.topic.fields.iter().map(|field| (of.topic.channel(field), field.unit)));
+        return of_names(&fields.collect::<Vec<_>>(), taken);
+    }
     let found: Vec<Found> =
         RULES.iter().flat_map(|rule| topics.iter().enumerate().filter_map(move |(i, of)| find(rule, i, of))).collect();
     let mut proposal = Proposal::default();

@@ -4,6 +4,11 @@
 
 mod db3;
 
+use log_readers::{
+    can::Database,
+    format::{Sink, Unreadable},
+    formats::{can, recognise},
+};
 use std::io::Write;
 
 pub use db3::db3;
@@ -17,6 +22,8 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("delimited text", text()),
         ("PX4 ULog", ulog()),
         ("ArduPilot log", ardupilot()),
+        ("CAN log (candump)", candump()),
+        ("CAN log (Vector ASC)", asc()),
         ("MCAP", mcap("")),
         ("MCAP", mcap("lz4")),
         ("MCAP", mcap("zstd")),
@@ -38,6 +45,70 @@ pub fn text() -> Vec<u8> {
         text += &format!("{:.2};{}\n", k as f64 * 0.01, rate(k)).replace('.', ",");
     }
     text.into_bytes()
+}
+
+/// What the frames of [`candump`] and [`asc`] mean.
+pub const DBC: &str = "\
+VERSION \"\"
+
+BU_: IMU ENCODER
+
+BO_ 2566844885 IMU: 12 IMU
+ SG_ GYRO_X : 7|16@0- (0.01,0) [0|0] \"deg/s\"  X
+ SG_ GYRO_Z : 16|32@1- (1,0) [0|0] \"rad/s\"  X
+ SG_ KIND M : 48|8@1+ (1,0) [0|0] \"\"  X
+ SG_ TEMP m0 : 56|16@1- (0.01,25) [0|0] \"degC\"  X
+ SG_ SUPPLY m1 : 56|16@1+ (0.001,0) [0|0] \"V\"  X
+
+BO_ 291 ENCODER: 2 ENCODER
+ SG_ ANGLE_Z : 0|16@1- (0.1,0) [0|0] \"deg\"  X
+
+CM_ BO_ 291 \"on the shaft
+BO_ of the turntable\";
+SIG_VALTYPE_ 2566844885 GYRO_Z : 1;
+";
+
+/// Number of a frame, identifier as it is shown, bytes.
+fn frames() -> impl Iterator<Item = (u64, &'static str, Vec<u8>)> {
+    (0..MESSAGES).flat_map(|k| {
+        let mut imu = (k as i16 - 100).to_be_bytes().to_vec();
+        imu.extend(rate(k).to_le_bytes());
+        imu.push((k % 2) as u8);
+        imu.extend((k as u16).to_le_bytes());
+        imu.resize(12, 0);
+        [(k, "18FEF1D5", imu), (k, "123", (10 * k as u16).to_le_bytes().to_vec())]
+    })
+}
+
+pub fn candump() -> Vec<u8> {
+    let hex = |data: &[u8]| data.iter().map(|byte| format!("{byte:02X}")).collect::<String>();
+    let line = |(k, id, data): (u64, &str, Vec<u8>)| {
+        let mark = if data.len() > 8 { "##1" } else { "#" };
+        format!("({}.{:06}) can0 {id}{mark}{}\n", 1_700_000_000 + k / 100, k % 100 * 10_000, hex(&data))
+    };
+    frames().map(line).collect::<String>().into_bytes()
+}
+
+pub fn asc() -> Vec<u8> {
+    let mut text = "date Tue Nov 14 10:13:20.000 pm 2023\nbase hex  timestamps absolute\n// version 8.5.0\n".to_owned();
+    for (k, id, data) in frames() {
+        let hex = data.iter().map(|byte| format!(" {byte:02X}")).collect::<String>();
+        let (time, length) = (format!("{}.{:06}", 1_700_000_000 + k / 100, k % 100 * 10_000), data.len());
+        text += &match length {
+            12 => format!("{time} CANFD   1 Rx {id}x  1 0 9 {length}{hex} 100000 130 3000 0 0 0 0 0\n"),
+            _ => format!("{time} 1  {id}             Rx   d {length}{hex}  Length = 200000\n"),
+        };
+    }
+    text.into_bytes()
+}
+
+/// Reads a file of any format; frames mean what this DBC file says.
+pub fn read(bytes: &[u8], dbc: &[u8], sink: &mut dyn Sink) -> Result<(), Unreadable> {
+    let (format, database) = (recognise(bytes), Database::parse(dbc).ok());
+    match database.as_ref().and_then(|database| can::with(format, database)) {
+        Some(frames) => log_readers::format::Format::read(&frames, &mut &bytes[..], sink),
+        None => format.read(&mut &bytes[..], sink),
+    }
 }
 
 fn record(out: &mut Vec<u8>, kind: u8, body: &[u8]) {

@@ -43,6 +43,7 @@ const KNOWN: &[(&str, bool, &str)] = &[
 ];
 
 /// The definition of a kind of message that needs none beside it.
+#[must_use]
 pub fn definition(kind: &str) -> Option<String> {
     let (_, headed, fields) = KNOWN.iter().find(|(known, ..)| *known == kind)?;
     Some(if *headed { format!("{HEADER}{fields}") } else { (*fields).to_owned() })

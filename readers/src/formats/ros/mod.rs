@@ -124,6 +124,7 @@ impl<'a> Connections<'a> {
     }
 
     /// Whether messages of a connection are read.
+    #[must_use]
     pub fn knows(&self, id: u32) -> bool {
         self.by_id.contains_key(&id)
     }

@@ -1,0 +1,20 @@
+//! The DBC file that says what the frames of a CAN log mean.
+
+use super::error::Problem;
+use log_readers::can::Database;
+use std::{fs::File, io::Read, path::Path};
+
+/// A longer file is none, bytes: those of whole vehicles have a few millions.
+const LONGEST: u64 = 256 << 20;
+
+/// Reads it.
+///
+/// # Errors
+/// It cannot be read, or is none.
+pub fn load(path: &Path) -> Result<Database, Problem> {
+    let refuse = |says: String| Problem::Dbc { file: path.display().to_string(), says };
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(|error| refuse(error.to_string()))?;
+    file.take(LONGEST).read_to_end(&mut bytes).map_err(|error| refuse(error.to_string()))?;
+    Database::parse(&bytes).map_err(|error| refuse(error.to_string()))
+}
