@@ -40,7 +40,8 @@ A suffix gives another unit: gyro_x_dps, ref_angle_x_deg, accel_x_g, temp_f, t_n
 An empty field or `nan` is no value. Logs of other programs are read too: where their names are clear
 nothing is to be said, else `--map NAME=CHANNEL` names a channel; `truerate channels LOG` lists them.
 
-Exit codes: 0 done; 1 failed, one line on standard error; 2 wrong usage; 3 `diagnose --fail-on`.
+Exit codes: 0 done; 1 failed, one line on standard error; 2 wrong usage; 3 `diagnose --fail-on`, or
+a `guide` that was ended before its log could tell.
 TRUERATE_LOG=info (or debug, truerate=trace, …) shows more on standard error."
 )]
 pub struct Cli {
@@ -53,6 +54,8 @@ pub struct Cli {
 /// under `commands/`.
 #[derive(Subcommand, Debug)]
 pub enum Command {
+    /// Record with guidance: which manoeuvre next, until the log can tell
+    Guide(commands::guide::Args),
     /// Fit the base model: scale factor and bias
     Fit(commands::fit::Args),
     /// Hold a model against the measurements, and see where it fails
@@ -104,6 +107,7 @@ impl Command {
     /// What went wrong, where, and what to do, as a chain that reads as one line.
     pub fn run(&self) -> anyhow::Result<ExitCode> {
         match self {
+            Self::Guide(args) => commands::guide::run(args),
             Self::Fit(args) => commands::fit::run(args),
             Self::Compare(args) => commands::compare::run(args),
             Self::Diagnose(args) => commands::diagnose::run(args),

@@ -19,6 +19,7 @@
 //! | [`wire`] | between messages and mathematics |
 //! | [`clock`], [`stop`], [`pulse`], [`vault`], [`hopeless`] | a process' clock, end, heart-beat, memory, last word |
 //! | [`hops`] | round trips between two processes, ours beside others |
+//! | [`guide`] | a recording that says what to do next |
 //! | [`report`] | results as text, JSON and one HTML page |
 //! | [`estimates`] | the columns of `apply` and of recordings |
 //! | [`dashboard`] | the live page: what it shows, who may see it, what it orders |
@@ -43,6 +44,7 @@ pub mod demo;
 pub mod domain;
 pub mod estimates;
 pub mod export;
+pub mod guide;
 pub mod hopeless;
 pub mod hops;
 pub mod kalman;

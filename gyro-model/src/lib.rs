@@ -38,6 +38,7 @@
 //! | [`scan`] | the score test of every effect of the catalogue |
 //! | [`thresholds`] | every number that a decision is held against |
 //! | [`diagnose`] | which effect is missing: scan, refit, tests of admission, search, verdict |
+//! | [`guide`] | which manoeuvre of the sensor would tell most of what is still to be known |
 //! | [`budget`] | what the error that is left is made of: gyro, reference, clock, what is missing |
 
 pub mod align;
@@ -52,6 +53,7 @@ pub mod estimator;
 pub mod evidence;
 pub mod faults;
 pub mod fit;
+pub mod guide;
 pub mod headline;
 pub mod history;
 pub mod kalman;

@@ -20,6 +20,7 @@ pub mod diagnose;
 pub mod effects;
 pub mod export;
 pub mod fit;
+pub mod guide;
 pub mod ladder;
 pub mod man;
 pub mod paper;

@@ -36,7 +36,7 @@ pub use reader::Reader;
 pub use row::{Parsed, RowParser};
 pub use tally::RowFault;
 pub use whole::read;
-pub use writer::{RecordWriter, Time, create, write_record};
+pub use writer::{GrowingLog, RecordWriter, Time, create, write_record};
 
 use column_map::ColumnMap;
 use log_readers::meaning::Pick;

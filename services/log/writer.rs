@@ -1,13 +1,14 @@
 //! CSV out: logs, and the rows of `apply`. Numbers in the shortest form that reads back to the same bits.
 
 use crate::output::Output;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use flate2::{Compression, write::GzEncoder};
 use gyro_model::{Axis, Record, Row};
 use std::{
     fmt::{self, Write as _},
-    io::{self, Write},
-    path::Path,
+    fs::File,
+    io::{self, BufWriter, Write},
+    path::{Path, PathBuf},
 };
 
 /// A time in whole nanoseconds, written in seconds without losing one.
@@ -47,7 +48,7 @@ impl fmt::Display for Value {
 pub struct RecordWriter {
     sink: Sink,
     line: String,
-    path: std::path::PathBuf,
+    path: PathBuf,
 }
 
 enum Sink {
@@ -124,11 +125,8 @@ type Column = (String, Box<dyn Fn(&Row) -> f64>);
 /// Three columns, one an axis: their name, and their values in a row.
 type Triple = (&'static str, fn(&Row) -> &[f64; 3]);
 
-/// Writes a record as a log; `start_ns` is the first row's own time. Columns without any value are left out.
-///
-/// # Errors
-/// The file cannot be written.
-pub fn write_record(path: &Path, record: &Record, start_ns: i128) -> Result<()> {
+/// The columns of a record that have any value.
+fn columns(record: &Record) -> Vec<Column> {
     let mut columns: Vec<Column> = Vec::new();
     let mut add = |name: String, value: Box<dyn Fn(&Row) -> f64>| {
         if record.rows.iter().any(|row| value(row).is_finite()) {
@@ -154,6 +152,15 @@ pub fn write_record(path: &Path, record: &Record, start_ns: i128) -> Result<()> 
     for (i, name) in record.free_names.iter().enumerate() {
         add(name.clone(), Box::new(move |row| row.free[i]));
     }
+    columns
+}
+
+/// Writes a record as a log; `start_ns` is the first row's own time. Columns without any value are left out.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_record(path: &Path, record: &Record, start_ns: i128) -> Result<()> {
+    let columns = columns(record);
     let header: Vec<&str> = std::iter::once("t").chain(columns.iter().map(|(name, _)| name.as_str())).collect();
     let mut writer = create(path, &header)?;
     let mut values = vec![0.0; columns.len()];
@@ -164,6 +171,95 @@ pub fn write_record(path: &Path, record: &Record, start_ns: i128) -> Result<()> 
         writer.row(start_ns + i128::from(row.t_ns), &values)?;
     }
     writer.finish()
+}
+
+/// A log that is written while its rows come: what was given is in the file, however this process ends.
+pub struct GrowingLog {
+    file: BufWriter<File>,
+    path: PathBuf,
+    columns: Vec<Column>,
+    start_ns: i128,
+    line: String,
+    rows: u64,
+}
+
+impl GrowingLog {
+    /// Begins an empty file. One that stands there is not written over: what a hand has recorded is not to be had again.
+    ///
+    /// # Errors
+    /// It stands there, or cannot be written; a name that asks for packing, which would keep the last rows back.
+    pub fn create(path: &Path) -> Result<Self> {
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz")) {
+            bail!(
+                "{}: a recording is written row by row, and not packed: choose a name that ends in .csv",
+                path.display()
+            );
+        }
+        let why = || {
+            let says = if path.exists() {
+                "is there already, and a recording is not written over: choose another name"
+            } else {
+                "cannot be written: check that the folder exists and may be written to"
+            };
+            format!("{}: {says}", path.display())
+        };
+        let file = File::create_new(path).with_context(why)?;
+        let (file, path) = (BufWriter::with_capacity(1 << 16, file), path.to_owned());
+        Ok(Self { file, path, columns: Vec::new(), start_ns: 0, line: String::new(), rows: 0 })
+    }
+
+    /// Writes the header, of the columns that these first rows have, and the rows.
+    ///
+    /// # Errors
+    /// The disk is full.
+    pub fn begin(&mut self, first: &Record, start_ns: i128) -> Result<()> {
+        (self.columns, self.start_ns) = (columns(first), start_ns);
+        self.line = std::iter::once("t".to_owned())
+            .chain(self.columns.iter().map(|(name, _)| escaped(name)))
+            .collect::<Vec<_>>()
+            .join(",");
+        self.write()?;
+        first.rows.iter().try_for_each(|row| self.row(row))
+    }
+
+    /// Writes the next row.
+    ///
+    /// # Errors
+    /// The disk is full.
+    pub fn row(&mut self, row: &Row) -> Result<()> {
+        self.line.clear();
+        let _ = write!(self.line, "{}", Time(self.start_ns + i128::from(row.t_ns)));
+        for (_, of) in &self.columns {
+            let _ = write!(self.line, ",{}", Value(of(row)));
+        }
+        self.rows += 1;
+        self.write()
+    }
+
+    fn write(&mut self) -> Result<()> {
+        self.line.push('\n');
+        self.file.write_all(self.line.as_bytes()).with_context(|| crate::output::failed(&self.path))
+    }
+
+    /// Everything given so far goes to the file.
+    ///
+    /// # Errors
+    /// The disk is full.
+    pub fn flush(&mut self) -> Result<()> {
+        self.file.flush().with_context(|| crate::output::failed(&self.path))
+    }
+
+    /// Ends it: on the disk, or away where nothing was recorded.
+    ///
+    /// # Errors
+    /// The disk is full.
+    pub fn finish(mut self) -> Result<()> {
+        self.flush()?;
+        if self.rows == 0 {
+            return std::fs::remove_file(&self.path).with_context(|| crate::output::failed(&self.path));
+        }
+        self.file.get_ref().sync_all().with_context(|| crate::output::failed(&self.path))
+    }
 }
 
 #[cfg(test)]
@@ -177,6 +273,26 @@ mod tests {
         {
             assert_eq!(Time(ns).to_string(), text);
         }
+    }
+
+    #[test]
+    fn a_growing_log_is_there_row_by_row_and_writes_over_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log.csv");
+        let mut row = Row { t_ns: 0, ..Row::EMPTY };
+        (row.gyro[2], row.ref_rate[2]) = (0.5, 0.25);
+        let mut log = GrowingLog::create(&path).unwrap();
+        assert!(format!("{:#}", GrowingLog::create(&path).err().unwrap()).contains("is there already"));
+        log.begin(&Record { rows: vec![row], ..Record::default() }, 2_000_000_000).unwrap();
+        row.t_ns = 10_000_000;
+        row.ref_rate[2] = f64::NAN;
+        log.row(&row).unwrap();
+        log.flush().unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "t,gyro_z,ref_rate_z\n2,0.5,0.25\n2.01,0.5,\n");
+        log.finish().unwrap();
+        let none = folder.path().join("none.csv");
+        GrowingLog::create(&none).unwrap().finish().unwrap();
+        assert!(!none.exists());
     }
 
     #[test]

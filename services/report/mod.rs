@@ -11,7 +11,7 @@ mod bars;
 mod html;
 mod json;
 mod next;
-mod terminal;
+pub(crate) mod terminal;
 mod text;
 pub use gyro_model::units;
 pub mod view;

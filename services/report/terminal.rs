@@ -29,7 +29,7 @@ impl Terminal {
     }
 
     /// The text in a colour, where colours are welcome.
-    pub(super) fn paint(self, ink: Ink, text: &str) -> String {
+    pub(crate) fn paint(self, ink: Ink, text: &str) -> String {
         if self.colour && !text.is_empty() && !matches!(ink, Ink::Plain) {
             format!("\x1b[{}m{text}\x1b[0m", ink.code())
         } else {
@@ -40,12 +40,13 @@ impl Terminal {
 
 /// What a colour means.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Ink {
+pub(crate) enum Ink {
     Good,
     Warn,
     Bad,
     Quiet,
     Strong,
+    Order,
     Command,
     Plain,
 }
@@ -58,6 +59,7 @@ impl Ink {
             Self::Bad => "1;31",
             Self::Quiet => "2",
             Self::Strong => "1",
+            Self::Order => "1;7",
             Self::Command => "1;36",
             Self::Plain => "0",
         }

@@ -115,7 +115,7 @@ pub fn is_excited(id: &str, scenario: &Scenario) -> bool {
         "encoder-eccentricity" | "encoder-subdivision" => match scenario.motion {
             Motion::Sine { amplitude, .. } => amplitude > 2.0,
             Motion::Multisine { travel } => travel > 4.0,
-            Motion::Drive { .. } | Motion::RateTable { .. } => true,
+            Motion::Drive { .. } | Motion::RateTable { .. } | Motion::Steered => true,
         },
         _ => true,
     }

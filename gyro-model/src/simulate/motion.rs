@@ -34,6 +34,8 @@ pub enum Motion {
         /// Mean time from one rate to the next, s.
         hold: f64,
     },
+    /// Stands still until [`Simulator::steer`](super::Simulator::steer) gives it a rate.
+    Steered,
 }
 
 impl Default for Motion {
@@ -74,6 +76,8 @@ pub enum Shaft {
     Lines(Vec<Line>),
     /// Random turns.
     Drive(Box<Drive>),
+    /// Turns as it is told while it goes.
+    Steered(Steered),
 }
 
 /// ω = a cos(2πft + φ).
@@ -113,6 +117,7 @@ impl Shaft {
             Motion::RateTable { rate, hold } => {
                 Self::Drive(Box::new(Drive::new(rate, hold, Reached::AlongARamp, random)))
             }
+            Motion::Steered => Self::Steered(Steered::default()),
         }
     }
 
@@ -144,6 +149,46 @@ impl Shaft {
                 }
             }),
             Self::Drive(drive) => drive.at(t),
+            Self::Steered(steered) => steered.at(t),
+        }
+    }
+
+    /// From `t` on it goes towards this rate, where it is one that is steered.
+    pub(super) fn steer(&mut self, t: f64, rate: f64) {
+        if let Self::Steered(steered) = self {
+            steered.steer(t, rate);
+        }
+    }
+}
+
+/// A shaft that is told its rate while it goes: it comes to each as a vehicle or a hand does, by settling.
+#[derive(Clone, Debug)]
+pub struct Steered {
+    /// The last one has no end.
+    holds: VecDeque<Hold>,
+}
+
+impl Default for Steered {
+    fn default() -> Self {
+        let stands = Hold { start: STAND.0, end: f64::INFINITY, target: 0.0, from: Instant::default() };
+        Self { holds: VecDeque::from([stands]) }
+    }
+}
+
+impl Steered {
+    fn at(&self, t: f64) -> Instant {
+        let hold = self.holds.iter().rev().find(|hold| hold.start <= t).or(self.holds.front());
+        hold.map_or(Instant::default(), |hold| hold.settling(t.max(hold.start) - hold.start))
+    }
+
+    fn steer(&mut self, t: f64, target: f64) {
+        if self.holds.back().is_some_and(|last| last.target == target || last.start >= t) {
+            return;
+        }
+        let from = self.at(t);
+        self.holds.push_back(Hold { start: t, end: f64::INFINITY, target, from });
+        while self.holds.len() > 1 && self.holds[1].start < t - REMEMBERED {
+            self.holds.pop_front();
         }
     }
 }
@@ -189,6 +234,8 @@ const STOPS: f64 = 0.25;
 const STAND: (f64, f64) = (-120.0, 1.5);
 /// Holds kept for questions about the past, s.
 const KEPT: f64 = 120.0;
+/// The same of a shaft that is steered, whose holds are short.
+const REMEMBERED: f64 = 10.0;
 
 impl Drive {
     fn new(rate: f64, hold: f64, reached: Reached, random: ChaCha8Rng) -> Self {
@@ -314,6 +361,24 @@ mod tests {
         shaft.at(100.0);
         let late: Vec<_> = (0..100).map(|k| shaft.at(50.0 + f64::from(k) * 0.1)).collect();
         assert_eq!(early, late);
+    }
+
+    #[test]
+    fn a_steered_shaft_stands_until_it_is_told_and_its_angle_is_the_integral_of_its_rate() {
+        let mut shaft = Shaft::new(Motion::Steered, 1);
+        assert_eq!(shaft.at(3.0), Instant::default());
+        let h = 1e-3;
+        let mut angle = 0.0;
+        for k in 0..6000 {
+            let t = f64::from(k) * h;
+            if k % 20 == 0 {
+                shaft.steer(t, (2.0 * t).sin());
+            }
+            let [a, m, b] = [t, t + 0.5 * h, t + h].map(|t| shaft.at(t).rate);
+            angle += h / 6.0 * (a + 4.0 * m + b);
+        }
+        assert!((shaft.at(6.0).angle - angle).abs() < 1e-5, "{} {angle}", shaft.at(6.0).angle);
+        assert!((shaft.at(6.0).rate - 11.8_f64.sin()).abs() < 0.1);
     }
 
     #[test]

@@ -115,6 +115,12 @@ impl Simulator {
         self.hidden.retain(|acting| acting.hidden.effect.card().id != id);
     }
 
+    /// From now on a shaft of [`Motion::Steered`] goes towards this rate, rad/s.
+    pub fn steer(&mut self, axis: Axis, rate: f64) {
+        let t = self.count.saturating_sub(1) as f64 / self.rate_hz;
+        self.shafts[axis.index()].steer(t, rate);
+    }
+
     /// The sensor, as it is now.
     #[must_use]
     pub fn sensor(&self) -> &SensorSpec {

@@ -1,0 +1,87 @@
+use super::*;
+use crate::{
+    diagnose,
+    effects::find,
+    simulate::{Hidden, Scenario, SensorSpec},
+    thin::thinned,
+};
+
+fn wanted(axes: &[Axis], ids: &[&str], course: bool) -> Wanted {
+    let effects = ids.iter().map(|id| (find(id).unwrap(), Precision::OfTypical(0.02))).collect();
+    Wanted { axes: axes.to_vec(), effects, course }
+}
+
+/// A guide and a hand, until it is over or this much was recorded; what was said on the way.
+fn play(guide: &mut Guide, hand: &mut Hand, listens: bool, most: f64) -> (Record, Vec<String>) {
+    let (mut record, mut says, mut asked) = (Record::default(), Vec::new(), 0.0);
+    while record.duration() < most {
+        let row = hand.step().row;
+        record.rows.push(row);
+        guide.take(&row);
+        let t = record.duration();
+        if t < asked + 0.5 {
+            continue;
+        }
+        asked = t;
+        if let Some(ask) = guide.ask() {
+            guide.learn(ask.answer(&thinned(&record, 4000)));
+        }
+        let state = guide.state();
+        if says.last() != Some(&state.says()) {
+            says.push(state.says());
+        }
+        if let Some(correction) = state.correction() {
+            says.push(correction);
+        }
+        match state.stage {
+            Stage::Searching => {
+                let axes = record.fitted_axes();
+                let thin = thinned(&record, 12_000);
+                let base = Model::base_for(&thin);
+                let found = diagnose::diagnose(&thin, &base, &axes, &diagnose::Options::default()).unwrap();
+                guide.judge(found);
+            }
+            Stage::Over => break,
+            Stage::Recording => {}
+        }
+        if listens {
+            hand.hear(state.order);
+            if let Followed::Not { correction, .. } = state.hand {
+                hand.mend(correction);
+            }
+        }
+    }
+    (record, says)
+}
+
+fn hand(hidden: &[&str], sensor: SensorSpec, seed: u64) -> Hand {
+    let hidden = hidden.iter().map(|text| Hidden::parse(text, sensor.axis).unwrap()).collect();
+    Hand::new(&Scenario { rate_hz: 100.0, seed, hidden, sensor, ..Scenario::default() })
+}
+
+#[test]
+fn a_hand_that_follows_is_led_to_a_recording_that_tells_what_is_hidden() {
+    for (hides, seed) in
+        [("delay:d=0.012", 1), ("lag:tau=0.02", 2), ("rate-hysteresis", 3), ("scale-asymmetry:a=0.01", 4)]
+    {
+        let mut hand = hand(&[hides], SensorSpec::on(Axis::Z), seed);
+        let mut guide = Guide::new(wanted(&[Axis::Z], &["scale-factor", "bias", "delay"], true));
+        let (record, says) = play(&mut guide, &mut hand, true, 300.0);
+        let id = hides.split(':').next().unwrap();
+        assert!(guide.is_complete(), "{hides}: {says:#?} {:#?}", guide.state());
+        let best = &guide.axes()[0].suspects[0];
+        assert!(best.effect == id || best.aliases.iter().any(|alias| alias == id), "{hides}: {best:?}");
+        assert!(record.duration() < 200.0, "{hides}: {} s", record.duration());
+    }
+}
+
+#[test]
+fn a_hand_that_does_not_move_is_told_so_and_it_is_never_over() {
+    let mut hand = hand(&[], SensorSpec::on(Axis::Z), 5);
+    let mut guide = Guide::new(wanted(&[Axis::Z], &["scale-factor", "bias"], true));
+    let (_, says) = play(&mut guide, &mut hand, false, 120.0);
+    assert!(guide.state().stage == Stage::Recording && !guide.is_complete());
+    assert!(says.last().unwrap().contains("does not move"), "{says:?}");
+    let scale = guide.state().goals.into_iter().find(|goal| goal.effect == "scale-factor").unwrap();
+    assert!(!scale.known && scale.gathered() < 0.01, "{scale:?}");
+}

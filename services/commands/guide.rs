@@ -1,0 +1,150 @@
+//! `truerate guide`: a recording, guided, until the log can tell.
+
+use crate::{
+    cli::Format,
+    guide::{self, From, Precisions, Settings},
+    live::Address,
+    settings::{Source, Speed},
+    stop::Stop,
+};
+use anyhow::{Context, Result, bail};
+use gyro_model::{
+    Axis,
+    effects::{self, Effect},
+    guide::unguided,
+    simulate::{Hidden, Scenario, SensorSpec},
+};
+use std::{path::PathBuf, process::ExitCode};
+
+/// What `truerate guide` takes.
+#[derive(clap::Args, Debug, Clone)]
+#[command(after_long_help = "\
+Examples:
+  truerate guide --source serial:/dev/ttyUSB0 -o hand.csv
+                                                        says how to turn the sensor, and stops when the log tells what is
+                                                        missing
+  truerate guide --source udp:0.0.0.0:5600 --axes x,y -o arm.csv
+                                                        about two axes alone
+  truerate guide --source - --want delay --to delay=0.0002 -o late.csv
+                                                        until the delay is known to 0.2 ms
+  truerate guide --source sim --hide lag --speed max -o try.csv
+                                                        a simulated hand that follows: what a recording looks like
+  truerate guide --source sim --want scale-factor,bias --to 1% --speed max --format json -o events.csv
+                                                        events for a program, a line of JSON each
+
+The rows go to the log as they come, so that Ctrl-C loses none; a log that is there is not written over.
+Exit code 0: the log tells what was asked; 3: it was ended before, and what it lacks is said.")]
+pub struct Args {
+    /// Where rows come from: a sensor's address such as serial:/dev/ttyUSB0?baud=115200, udp:0.0.0.0:5600, tcp:HOST:PORT,
+    /// mavlink:udp:0.0.0.0:14550 (docs/feed.md), `-` for standard input, or `sim` for a simulated hand
+    #[arg(long, value_name = "ADDRESS|-|sim")]
+    source: String,
+    /// The log to record: CSV
+    #[arg(long, short, value_name = "LOG.csv")]
+    output: PathBuf,
+    /// Take the reference from this address; it joins the gyro's next row
+    #[arg(long, value_name = "ADDRESS")]
+    reference: Option<String>,
+    /// A TOML file that renames foreign headers: lines such as `"IMU gz (deg/s)" = "gyro_z_dps"`
+    #[arg(long, value_name = "F")]
+    columns: Option<PathBuf>,
+    /// Only these axes [default: all that have a reference]
+    #[arg(long, value_name = "x,y,z", value_delimiter = ',')]
+    axes: Vec<Axis>,
+    /// What the log is to tell: these effects (`truerate effects`) [default: whatever is missing]
+    #[arg(long, value_name = "EFFECT,…", value_delimiter = ',')]
+    want: Vec<String>,
+    /// How well: a standard error as a share of the effect's typical size, or of one effect in SI units, `delay=0.0002`; may
+    /// be given several times [default: 2%]
+    #[arg(long, value_name = "PERCENT%|EFFECT=VALUE")]
+    to: Vec<String>,
+    /// Hide this effect in the simulated sensor, at its typical size or with these values
+    #[arg(long, value_name = "ID[:NAME=VALUE,…]", num_args = 1..)]
+    hide: Vec<String>,
+    /// Which simulated sensor and hand
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// How fast a simulated hand moves: 1 is real time, `max` as fast as it is computed [default: 1]
+    #[arg(long, value_name = "X|max")]
+    speed: Option<String>,
+    /// `text`, or `json` for events, a line each
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// The exit code of a recording that lacks something.
+const LACKS: u8 = 3;
+
+/// Records.
+///
+/// # Errors
+/// Words that make no sense together, a log that is there, a source that cannot be read.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    if args.format == Format::Html {
+        bail!("--format html: a recording has no page; use `truerate diagnose LOG --report report.html` behind it");
+    }
+    let precisions = Precisions::parse(&args.to)?;
+    let effects = wanted(&args.want, &precisions)?;
+    let mut axes = args.axes.clone();
+    axes.sort_unstable();
+    axes.dedup();
+    let settings = Settings {
+        from: from(args)?,
+        log: args.output.clone(),
+        axes,
+        effects,
+        precisions,
+        json: args.format == Format::Json,
+    };
+    let ending = guide::run(&settings, &Stop::on_signals().context("signals")?)?;
+    Ok(if ending.complete { ExitCode::SUCCESS } else { ExitCode::from(LACKS) })
+}
+
+/// The effects of `--want`, in the catalogue's order, behind scale factor and bias.
+fn wanted(want: &[String], precisions: &Precisions) -> Result<Option<Vec<&'static dyn Effect>>> {
+    let known = |id: &str| {
+        let effect = effects::find(id);
+        effect
+            .with_context(|| format!("there is no effect '{id}'{}; `truerate effects` lists them", effects::meant(id)))
+    };
+    for id in want {
+        let effect = known(id)?;
+        if let Some(why) = unguided(effect) {
+            bail!(
+                "--want {id}: no manoeuvre makes it known, for {why}; leave --want out, and the log is made to tell what is missing"
+            );
+        }
+    }
+    for id in precisions.effects() {
+        known(id).context("--to")?;
+        if !(want.is_empty() && guide::USUAL.contains(&id) || want.iter().any(|own| own == id)) {
+            bail!("--to {id}=…: {id} is not among what is wanted: add it to --want");
+        }
+    }
+    let is_wanted = |effect: &&'static dyn Effect| want.iter().any(|id| id == effect.card().id);
+    Ok((!want.is_empty()).then(|| effects::CATALOGUE.iter().copied().filter(is_wanted).collect()))
+}
+
+fn from(args: &Args) -> Result<From> {
+    let source: Source = args.source.parse()?;
+    if source != Source::Simulated && (!args.hide.is_empty() || args.speed.is_some()) {
+        bail!("--hide and --speed are of a simulated hand: use them with --source sim");
+    }
+    let live = |address: Address| -> Result<From> {
+        let reference = args.reference.as_deref().map(str::parse).transpose().context("--reference")?;
+        Ok(From::Live { address, reference, columns: args.columns.clone() })
+    };
+    match source {
+        Source::Live(address) => live(address),
+        Source::Stream(path) => live(Address::of_pipe(path)),
+        Source::Log(path) => bail!("{}: is recorded already: use `truerate diagnose {0}`", path.display()),
+        Source::Simulated => {
+            let sensor = SensorSpec::random(args.seed);
+            let hidden: Result<Vec<Hidden>, _> =
+                args.hide.iter().map(|text| Hidden::parse(text, sensor.axis)).collect();
+            let scenario = Scenario { seed: args.seed, hidden: hidden?, sensor, ..Scenario::default() };
+            let speed = args.speed.as_deref().map_or(Ok(Speed::Times(1.0)), str::parse).context("--speed")?;
+            Ok(From::Hand(Box::new(scenario), speed))
+        }
+    }
+}
