@@ -57,7 +57,10 @@ fn folder() -> Bench {
     // A format is told by the bytes: what the readers' own tests hold to real ULog files is not asked again here.
     std::fs::copy(bench.path("log.csv"), bench.path("flight.ulg")).unwrap();
     bench.file("car.dbc", "BO_ 256 IMU: 2 X\n SG_ YAW_RATE : 0|16@1- (0.01,0) [0|0] \"deg/s\" X\n");
-    bench.file("candump.log", (0..20).map(|k| format!("(1.{k:02}0000) can0 100#{k:02X}00\n")).collect::<Vec<_>>().concat());
+    bench.file(
+        "candump.log",
+        (0..20).map(|k| format!("(1.{k:02}0000) can0 100#{k:02X}00\n")).collect::<Vec<_>>().concat(),
+    );
     let recorded = run(&bench, "truerate run --source log.csv.gz --speed max --dashboard off --record recording.mcap");
     assert_eq!(recorded.code, 0, "{recorded:?}");
     bench

@@ -81,7 +81,7 @@ fn frames() -> impl Iterator<Item = (u64, &'static str, Vec<u8>)> {
 }
 
 pub fn candump() -> Vec<u8> {
-    let hex = |data: &[u8]| data.iter().map(|byte| format!("{byte:02X}")).collect::<String>();
+    let hex = |data: &[u8]| data.iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().concat();
     let line = |(k, id, data): (u64, &str, Vec<u8>)| {
         let mark = if data.len() > 8 { "##1" } else { "#" };
         format!("({}.{:06}) can0 {id}{mark}{}\n", 1_700_000_000 + k / 100, k % 100 * 10_000, hex(&data))
@@ -92,12 +92,13 @@ pub fn candump() -> Vec<u8> {
 pub fn asc() -> Vec<u8> {
     let mut text = "date Tue Nov 14 10:13:20.000 pm 2023\nbase hex  timestamps absolute\n// version 8.5.0\n".to_owned();
     for (k, id, data) in frames() {
-        let hex = data.iter().map(|byte| format!(" {byte:02X}")).collect::<String>();
+        let hex = data.iter().map(|byte| format!(" {byte:02X}")).collect::<Vec<_>>().concat();
         let (time, length) = (format!("{}.{:06}", 1_700_000_000 + k / 100, k % 100 * 10_000), data.len());
-        text += &match length {
+        let line = match length {
             12 => format!("{time} CANFD   1 Rx {id}x  1 0 9 {length}{hex} 100000 130 3000 0 0 0 0 0\n"),
             _ => format!("{time} 1  {id}             Rx   d {length}{hex}  Length = 200000\n"),
         };
+        text.push_str(&line);
     }
     text.into_bytes()
 }
