@@ -112,6 +112,8 @@ thresholds! {
     ONE_PARAMETER = 1.5, "parameters", Derived("between one and two");
     /// Squared correlation of what two effects take out, from which on one may be the other.
     SHARED = 0.1, "1", ByHand;
+    /// The same from which on what begins at an instant is the plainer effect that is there throughout.
+    THE_SAME = 0.95, "1", ByHand;
     /// J₁/J₀ that a removed effect may not cost, whatever its significance.
     NEEDED = 0.9, "1", ByHand;
     /// Size of an effect in its own standard errors, all that the model knows of its parameters used, that keeps it (Wald test).

@@ -65,7 +65,7 @@ pub(super) fn drop_seen_from_one_side(challengers: &mut Vec<Challenger>, incumbe
         is_of_times(plain)
             && !begins(plain)
             && plain.candidate.freedom < r.candidate.freedom
-            && plain.in_common(r, incumbent) > THE_SAME
+            && plain.in_common(r, incumbent) > limit::THE_SAME.value
             && r.alike(plain)
     };
     let dropped: Vec<usize> = (0..challengers.len())
@@ -73,9 +73,6 @@ pub(super) fn drop_seen_from_one_side(challengers: &mut Vec<Challenger>, incumbe
         .collect();
     dropped.into_iter().rev().for_each(|k| drop(challengers.remove(k)));
 }
-
-/// Squared correlation of what two suspects take out of a residual from which on it is the same.
-const THE_SAME: f64 = 0.95;
 
 /// Whether a suspect does as well as the smoothing of a reference whose readings are whole counts, which it may be taken for: such a
 /// reference is not smoothed, unless it counts afterwards.

@@ -127,7 +127,7 @@ pub enum Stage {
     Reading,
     /// Adds [`Effect::error`] to the reference angle, rad.
     Reference,
-    /// The reference shows a mean of the motion about each instant, [`Effect::shown`].
+    /// The reference shows a mean of the motion about each instant, [`Effect::window`].
     Shown,
 }
 

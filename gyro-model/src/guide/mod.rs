@@ -1,7 +1,7 @@
 //! A recording, guided: which manoeuvre next, whether the hand makes it, and whether the recording tells by now what was asked.
 //!
 //! [`Guide`] takes rows as they come. Twice a second somebody answers its [`Ask`] with the rows so far, beside the stream: the model is
-//! fitted, and where the next order is due, each manoeuvre is rehearsed ([`knowledge`]) to see what it would tell. Once all goals are
+//! fitted, and where the next order is due, each manoeuvre is rehearsed ([`Knowledge`]) to see what it would tell. Once all goals are
 //! reached the recording is searched as `diagnose` does; what it cannot tell apart becomes the next goals.
 
 mod goal;
