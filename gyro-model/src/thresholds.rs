@@ -113,7 +113,7 @@ thresholds! {
     /// Squared correlation of what two effects take out, from which on one may be the other.
     SHARED = 0.1, "1", ByHand;
     /// The same from which on what begins at an instant is the plainer effect that is there throughout.
-    THE_SAME = 0.95, "1", ByHand;
+    THE_SAME = 0.95, "1", Derived("1/(1 − R²), the variance inflation factor, is 20: twice what counts as collinear (Marquardt 1970)");
     /// J₁/J₀ that a removed effect may not cost, whatever its significance.
     NEEDED = 0.9, "1", ByHand;
     /// Size of an effect in its own standard errors, all that the model knows of its parameters used, that keeps it (Wald test).
