@@ -90,8 +90,8 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
 }
 
 impl Acquisition<'_> {
-    /// Waits for the followers; takes the source up after the last row that kalman has. A sensor that an earlier life gave rows of waits
-    /// for nobody: who lives is connected already.
+    /// Waits for the followers, and takes the source up after the last row that kalman has. A live sensor that an earlier life of this
+    /// process has read is taken up at once: the followers that live are connected already.
     fn begin(&mut self) -> anyhow::Result<()> {
         if self.settings.source.is_live() && self.feed.given() > 0 {
             self.sent = self.feed.given();

@@ -87,7 +87,8 @@ pub fn run(args: &Args) -> Result<()> {
         Some(topic) => Some(subscribe(&session, args.reach.domain, topic, From::Reference, sender)?),
         None => None,
     };
-    let (mut imu, mut reference) = (Decoder::default(), Decoder::default());
+    let (mut of_imu, mut of_reference) = (Last::default(), Last::default());
+    let (mut imu, mut reference) = (Decoder::new(&mut of_imu), Decoder::new(&mut of_reference));
     let mut columns: Option<Columns> = args.reference.is_none().then(Columns::default);
     let mut newest: Option<Vec<f64>> = None;
     let (mut heard, mut begun) = (BTreeSet::new(), false);
@@ -154,7 +155,7 @@ fn subscribe(session: &Session, domain: u32, topic: &str, from: From, to: Sender
 }
 
 /// A message's numbers by their names.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 struct Message {
     kind: String,
     fields: Rc<Vec<String>>,
@@ -169,29 +170,23 @@ impl Message {
     }
 }
 
-/// Messages of one topic.
-#[derive(Default)]
-struct Decoder {
-    told: bool,
-}
-
 /// Takes the last message that was decoded.
 #[derive(Default)]
 struct Last {
-    kind: String,
-    fields: Rc<Vec<String>>,
+    /// Kind and fields of each part of a topic.
+    parts: Vec<(String, Rc<Vec<String>>)>,
     message: Rc<RefCell<Option<Message>>>,
 }
 
 impl Sink for Last {
     fn topic(&mut self, topic: &Topic) -> bool {
-        self.kind.clone_from(&topic.kind);
-        self.fields = Rc::new(topic.fields.iter().map(|field| field.name.clone()).collect());
+        let fields = topic.fields.iter().map(|field| field.name.clone()).collect();
+        self.parts.push((topic.kind.clone(), Rc::new(fields)));
         true
     }
 
-    fn message(&mut self, _topic: usize, time_ns: i64, values: &[f64]) {
-        let (kind, fields) = (self.kind.clone(), self.fields.clone());
+    fn message(&mut self, part: usize, time_ns: i64, values: &[f64]) {
+        let (kind, fields) = self.parts[part].clone();
         *self.message.borrow_mut() = Some(Message { kind, fields, values: values.to_vec(), time_ns });
     }
 
@@ -200,20 +195,35 @@ impl Sink for Last {
     }
 }
 
-impl Decoder {
+/// Decodes the messages of one topic.
+struct Decoder<'a> {
+    connections: Connections<'a>,
+    last: Rc<RefCell<Option<Message>>>,
+    /// Kinds that have come, each a connection.
+    kinds: Vec<String>,
+    told: bool,
+}
+
+impl<'a> Decoder<'a> {
+    fn new(last: &'a mut Last) -> Self {
+        let message = last.message.clone();
+        Self { connections: Connections::new(last), last: message, kinds: Vec::new(), told: false }
+    }
+
     /// The message; `None` for one that is damaged.
     fn decode(&mut self, arrival: &Arrival) -> Result<Option<Message>> {
         let kind = keys::kind_in(&arrival.key).with_context(|| format!("{}: is no topic of ROS 2", arrival.key))?;
-        let known = definition(&kind).with_context(|| {
-            format!("messages of the kind {kind} are not known: take Imu, PoseStamped, TransformStamped, Odometry or JointState")
-        })?;
-        let mut last = Last::default();
-        let message = last.message.clone();
-        let mut connections = Connections::new(&mut last);
-        connections.connect(0, "", &kind, Wire::Cdr, &known);
-        connections.message(0, arrival.came_ns as i64, &arrival.bytes);
-        drop(connections);
-        let message = message.borrow_mut().take();
+        let known = self.kinds.iter().position(|own| *own == kind);
+        let connection = known.unwrap_or(self.kinds.len()) as u32;
+        if known.is_none() {
+            let definition = definition(&kind).with_context(|| {
+                format!("messages of the kind {kind} are not known: take Imu, PoseStamped, TransformStamped, Odometry or JointState")
+            })?;
+            self.connections.connect(connection, "", &kind, Wire::Cdr, &definition);
+            self.kinds.push(kind);
+        }
+        self.connections.message(connection, arrival.came_ns as i64, &arrival.bytes);
+        let message = self.last.borrow_mut().take();
         if message.is_none() && !std::mem::replace(&mut self.told, true) {
             eprintln!("truerate-ros2: {}: a damaged message is left out; further ones are not told", arrival.key);
         }

@@ -111,7 +111,7 @@ fn wanted(want: &[String], precisions: &Precisions) -> Result<Option<Vec<&'stati
         let effect = known(id)?;
         if let Some(why) = unguided(effect) {
             bail!(
-                "--want {id}: no manoeuvre makes it known, for {why}; leave --want out, and the log is made to tell what is missing"
+                "--want {id}: no manoeuvre makes it known, because {why}; leave --want out, and the log is made to tell what is missing"
             );
         }
     }

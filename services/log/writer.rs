@@ -125,11 +125,12 @@ type Column = (String, Box<dyn Fn(&Row) -> f64>);
 /// Three columns, one an axis: their name, and their values in a row.
 type Triple = (&'static str, fn(&Row) -> &[f64; 3]);
 
-/// The columns of a record that have any value.
-fn columns(record: &Record) -> Vec<Column> {
+/// The columns of a record that have any value; where it `goes_on`, those too that may have their first value later: a temperature,
+/// a supply and free channels may come seldom.
+fn columns(record: &Record, goes_on: bool) -> Vec<Column> {
     let mut columns: Vec<Column> = Vec::new();
-    let mut add = |name: String, value: Box<dyn Fn(&Row) -> f64>| {
-        if record.rows.iter().any(|row| value(row).is_finite()) {
+    let mut add = |name: String, may_come: bool, value: Box<dyn Fn(&Row) -> f64>| {
+        if may_come || record.rows.iter().any(|row| value(row).is_finite()) {
             columns.push((name, value));
         }
     };
@@ -141,16 +142,16 @@ fn columns(record: &Record) -> Vec<Column> {
     ];
     for (name, of) in triples {
         for axis in Axis::ALL {
-            add(format!("{name}_{axis}"), Box::new(move |row| of(row)[axis.index()]));
+            add(format!("{name}_{axis}"), false, Box::new(move |row| of(row)[axis.index()]));
         }
     }
     for (i, name) in ["ref_qw", "ref_qx", "ref_qy", "ref_qz"].into_iter().enumerate() {
-        add(name.to_owned(), Box::new(move |row| row.ref_quaternion[i]));
+        add(name.to_owned(), false, Box::new(move |row| row.ref_quaternion[i]));
     }
-    add("temp".to_owned(), Box::new(|row| row.temperature));
-    add("supply".to_owned(), Box::new(|row| row.supply));
+    add("temp".to_owned(), goes_on, Box::new(|row| row.temperature));
+    add("supply".to_owned(), goes_on, Box::new(|row| row.supply));
     for (i, name) in record.free_names.iter().enumerate() {
-        add(name.clone(), Box::new(move |row| row.free[i]));
+        add(name.clone(), goes_on, Box::new(move |row| row.free[i]));
     }
     columns
 }
@@ -160,7 +161,7 @@ fn columns(record: &Record) -> Vec<Column> {
 /// # Errors
 /// The file cannot be written.
 pub fn write_record(path: &Path, record: &Record, start_ns: i128) -> Result<()> {
-    let columns = columns(record);
+    let columns = columns(record, false);
     let header: Vec<&str> = std::iter::once("t").chain(columns.iter().map(|(name, _)| name.as_str())).collect();
     let mut writer = create(path, &header)?;
     let mut values = vec![0.0; columns.len()];
@@ -208,12 +209,12 @@ impl GrowingLog {
         Ok(Self { file, path, columns: Vec::new(), start_ns: 0, line: String::new(), rows: 0 })
     }
 
-    /// Writes the header, of the columns that these first rows have, and the rows.
+    /// Writes the header, of the columns that these first rows have and of those that may come seldom, and the rows.
     ///
     /// # Errors
     /// The disk is full.
     pub fn begin(&mut self, first: &Record, start_ns: i128) -> Result<()> {
-        (self.columns, self.start_ns) = (columns(first), start_ns);
+        (self.columns, self.start_ns) = (columns(first, true), start_ns);
         self.line = std::iter::once("t".to_owned())
             .chain(self.columns.iter().map(|(name, _)| escaped(name)))
             .collect::<Vec<_>>()
@@ -285,10 +286,13 @@ mod tests {
         assert!(format!("{:#}", GrowingLog::create(&path).err().unwrap()).contains("is there already"));
         log.begin(&Record { rows: vec![row], ..Record::default() }, 2_000_000_000).unwrap();
         row.t_ns = 10_000_000;
-        row.ref_rate[2] = f64::NAN;
+        (row.ref_rate[2], row.temperature) = (f64::NAN, 25.5);
         log.row(&row).unwrap();
         log.flush().unwrap();
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), "t,gyro_z,ref_rate_z\n2,0.5,0.25\n2.01,0.5,\n");
+        assert_eq!(
+            std::fs::read_to_string(&path).unwrap(),
+            "t,gyro_z,ref_rate_z,temp,supply\n2,0.5,0.25,,\n2.01,0.5,,25.5,\n"
+        );
         log.finish().unwrap();
         let none = folder.path().join("none.csv");
         GrowingLog::create(&none).unwrap().finish().unwrap();

@@ -7,7 +7,7 @@ use super::{
     comparison::{drop_driven, drop_seen_from_one_side, prefer_plainer, rank, take_smoothed_counts},
 };
 use crate::{
-    effects::{Effect, Stage},
+    effects::{Effect, Stage, Trait},
     evidence::series::Series,
     parallel,
     scan::{Candidate, can_show, is_near},
@@ -104,7 +104,9 @@ impl<'a> Incumbent<'a> {
         // What a whole sensor has is scanned on one axis, and fitted on all.
         let is_scanned_in_part = candidate.term.effect.joins_throughout() && self.study.bench.problem.series.len() > 1;
         let is_read_off = candidate.term.effect.stage() == Stage::Reading;
-        is_read_off || is_scanned_in_part || left < least || candidate.score > limit::GRID.value * most
+        // A clock that was set holds a plain error of the times, and may stand in for it: only an exact refit tells.
+        let is_held = is_of_times(candidate) && own().any(|r| is_of_times(&r.candidate) && begins(&r.candidate));
+        is_read_off || is_scanned_in_part || is_held || left < least || candidate.score > limit::GRID.value * most
     }
 
     /// Whether an effect that the model does not have would be let in on any of its axes.
@@ -115,6 +117,14 @@ impl<'a> Incumbent<'a> {
         let mut promising = own.flat_map(|k| scanner.best(effect, k)).filter(|c| lowers(c) || shows(c));
         promising.any(|candidate| self.refit(candidate).passes(self))
     }
+}
+
+fn is_of_times(candidate: &Candidate) -> bool {
+    candidate.term.effect.stage() == Stage::Timing
+}
+
+fn begins(candidate: &Candidate) -> bool {
+    candidate.term.effect.is(Trait::Onset)
 }
 
 /// The candidates of each axis that promise most, by either measure, and the rest.

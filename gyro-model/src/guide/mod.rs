@@ -22,7 +22,7 @@ pub use state::{Correction, Followed, Stage, State, Trouble};
 use crate::{
     Axis, Model, Record, Row,
     diagnosis::{AxisDiagnosis, Verdict},
-    effects::{Effect, find},
+    effects::{Effect, Need, find},
     fit::FitError,
 };
 use state::Order;
@@ -249,10 +249,11 @@ impl Guide {
 
     /// Every manoeuvre that may be next.
     fn candidates(&self) -> Vec<Manoeuvre> {
-        let has = |id: &str| self.goals.iter().any(|goal| goal.lacks() && needs(goal.effect, id));
+        let needs = |goal: &Goal| find(goal.effect).map_or(&[][..], |effect| effect.card().needs);
+        let lacks = |need: Need| self.goals.iter().any(|goal| goal.lacks() && needs(goal).contains(&need));
         let is_possible = |kind: &Kind| match kind {
-            Kind::Warm => has("temperature"),
-            Kind::Supply => has("supply"),
+            Kind::Warm => lacks(Need::Temperature),
+            Kind::Supply => lacks(Need::Supply),
             _ => true,
         };
         let about = |kind: Kind| {
@@ -459,13 +460,6 @@ impl Guide {
         }
         troubles
     }
-}
-
-/// Whether an effect is of this input.
-fn needs(effect: &str, input: &str) -> bool {
-    use crate::effects::Need;
-    let is = |need: &Need| matches!((need, input), (Need::Temperature, "temperature") | (Need::Supply, "supply"));
-    find(effect).is_some_and(|effect| effect.card().needs.iter().any(is))
 }
 
 impl Ask {

@@ -75,6 +75,19 @@ fn a_hand_that_follows_is_led_to_a_recording_that_tells_what_is_hidden() {
     }
 }
 
+/// Before the first motion nothing shows whether readings are late: the whole delay may as well begin with a clock that was set then.
+#[test]
+fn a_delay_is_no_clock_that_was_set_when_the_hand_began_to_move() {
+    for seed in [5, 23] {
+        let mut hand = hand(&["delay"], SensorSpec::random(seed), seed);
+        let axis = SensorSpec::random(seed).axis;
+        let mut guide = Guide::new(wanted(&[axis], &["scale-factor", "bias", "delay"], true));
+        let (_, says) = play(&mut guide, &mut hand, true, 300.0);
+        let best = guide.axes().first().and_then(|axis| axis.suspects.first());
+        assert_eq!(best.map(|best| best.effect.as_str()), Some("delay"), "seed {seed}: {says:#?}");
+    }
+}
+
 #[test]
 fn a_hand_that_does_not_move_is_told_so_and_it_is_never_over() {
     let mut hand = hand(&[], SensorSpec::on(Axis::Z), 5);

@@ -9,7 +9,7 @@ pub(super) fn view(explained: &Explained) -> ExplainedView {
     let outcome = match explained.stage.as_str() {
         "admitted" => "passes every test".to_owned(),
         "scan" => format!(
-            "not refitted: the score test promises {} of the error and {} in ln L",
+            "not among the suspects: the score test promises {} of the error and {} in ln L",
             percent(explained.promises),
             number(explained.score)
         ),
