@@ -2,7 +2,7 @@
 
 use crate::{ask::ask, clock::now_ns, commands::print, domain, stop::Stop, watch::Watch};
 use anyhow::Context;
-use gyro_model::Axis;
+use gyro_model::{Axis, units};
 use ipc_types::{Command, Diagnosis, Text, command::Kind, diagnosis::AxisDiagnosis, port::Reader, topic, wait::Wait};
 use std::{
     thread::sleep,
@@ -133,8 +133,9 @@ impl Player {
         let aliases = suspect.aliases.as_str();
         let aliases = if aliases.is_empty() { String::new() } else { format!(" (looks the same here: {aliases})") };
         print(&format!(
-            "diagnose: {named} is missing{aliases}; adding it removes {:.0} % of the excess",
-            100.0 * suspect.error_fall
+            "diagnose: {named} is missing{aliases}; adding it removes {} of the error beyond noise",
+            // What a fit leaves may lie below the noise that was expected.
+            units::percent(suspect.error_fall.clamp(0.0, 1.0))
         ))?;
         let command = Command {
             id: now_ns(),

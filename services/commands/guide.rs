@@ -137,7 +137,10 @@ fn from(args: &Args) -> Result<From> {
     match source {
         Source::Live(address) => live(address),
         Source::Stream(path) => live(Address::of_pipe(path)),
-        Source::Log(path) => bail!("{}: is recorded already: use `truerate diagnose {0}`", path.display()),
+        Source::Log(path) => bail!(
+            "{}: is a log, and a recording needs a sensor: give its address, such as serial:/dev/ttyUSB0; of a log use `truerate diagnose`",
+            path.display()
+        ),
         Source::Simulated => {
             let sensor = SensorSpec::random(args.seed);
             let hidden: Result<Vec<Hidden>, _> =
