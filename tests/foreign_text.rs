@@ -359,7 +359,28 @@ fn frames_of_a_vehicle_have_the_answer_of_the_same_numbers_in_a_table() {
         assert!((found.0 - wanted.0).abs() < 1e-9 && (found.1 - wanted.1).abs() < 1e-9, "{name}: {found:?} {wanted:?}");
     }
     let line = bench.refused(&["diagnose", "file.log"]);
-    assert!(line.contains("--dbc FILE.dbc"), "{line}");
+    assert!(line.contains("--dbc FILE.dbc") && line.contains("truerate channels FILE"), "{line}");
+    let out = bench.ok(&["channels", "file.log"]);
+    let words = |id: &str| {
+        out.lines().find(|line| line.trim_start().starts_with(id)).unwrap().split_whitespace().collect::<Vec<_>>()
+    };
+    let count = rows().len().to_string();
+    assert_eq!(words("0x100")[..5], ["0x100", "11", &count, "2", "100.0"], "{out}");
+    assert_eq!(words("0x18FEF1D5")[..4], ["0x18FEF1D5", "29", &count, "4"], "{out}");
+    assert!(out.contains("truerate channels file.log --dbc FILE.dbc"), "{out}");
+    let list: Value = serde_json::from_str(&bench.ok(&["channels", "file.log", "--format", "json"])).unwrap();
+    let first = &list["identifiers"][0];
+    assert_eq!(
+        (&first["identifier"], &first["bits"], &first["bytes"]),
+        (&"0x100".into(), &11.into(), &serde_json::json!([2.0, 2.0]))
+    );
+    assert_eq!((first["frames"].as_u64(), &list["channels"]), (Some(rows().len() as u64), &serde_json::json!([])));
+    // SAE J1939: another sender of the same group.
+    bench.file("other.log", file.replace("18FEF1D5", "0CFEF121"));
+    let found = fitted(&bench, &["other.log", "--dbc", "car.dbc"]);
+    assert!((found.0 - wanted.0).abs() < 1e-9 && (found.1 - wanted.1).abs() < 1e-9, "{found:?} {wanted:?}");
+    let out = bench.ok(&["channels", "other.log", "--dbc", "car.dbc"]);
+    assert!(out.contains("ref_angle_z_deg=ENCODER@0x21.ANGLE_Z"), "{out}");
     let delta = |id: &str| if id == "100" { "009800" } else { "000200" };
     bench.file("delta.log", frames(|_, id, data| format!("(0.{}) can0 {id}#{}\n", delta(id), hex(data, ""))));
     let line = bench.refused(&["channels", "delta.log", "--dbc", "car.dbc"]);

@@ -3,10 +3,10 @@
 mod seeds;
 
 use log_readers::{
-    format::{Note, Sink, Topic},
-    formats::recognise,
-    meaning::of_topics,
-    survey::Survey,
+    format::{Field, Note, Sink, Topic},
+    formats::{can, recognise},
+    meaning::{Pick, Proposal, of_topics},
+    survey::{Survey, Surveyed},
 };
 use seeds::MESSAGES;
 
@@ -105,7 +105,7 @@ fn frames_of_both_writers_are_signals_with_units_and_those_that_are_not_there_ar
     }
     let mut survey = Survey::default();
     seeds::read(&seeds::candump(), seeds::DBC.as_bytes(), &mut survey).unwrap();
-    let map: Vec<String> = of_topics(&survey.topics, &|_| false).chosen.iter().map(ToString::to_string).collect();
+    let map: Vec<String> = of_topics(&survey.topics, &|_| false, &[]).chosen.iter().map(ToString::to_string).collect();
     assert_eq!(
         map,
         [
@@ -116,7 +116,41 @@ fn frames_of_both_writers_are_signals_with_units_and_those_that_are_not_there_ar
             "ref_angle_z_deg=ENCODER.ANGLE_Z"
         ]
     );
-    assert!(recognise(&seeds::candump()).read(&mut &seeds::candump()[..], &mut survey).is_err());
+}
+
+#[test]
+fn frames_that_nothing_is_said_of_are_counted_by_their_identifiers() {
+    for bytes in [seeds::candump(), seeds::asc()] {
+        let mut survey = Survey::default();
+        recognise(&bytes).read(&mut &bytes[..], &mut survey).unwrap();
+        let of = |k: usize| {
+            let of = &survey.topics[k];
+            (of.topic.name.as_str(), of.topic.kind.as_str(), of.messages, of.fields[0].low, of.fields[0].high)
+        };
+        assert_eq!(survey.topics.len(), 2);
+        assert_eq!(of(0), ("0x18FEF1D5", can::UNNAMED, MESSAGES, 12.0, 12.0));
+        assert_eq!(of(1), ("0x123", can::UNNAMED, MESSAGES, 2.0, 2.0));
+        assert_eq!(of_topics(&survey.topics, &|_| false, &[]), Proposal::default());
+    }
+}
+
+#[test]
+fn frames_of_other_senders_are_topics_of_their_own() {
+    let mut survey = Survey::default();
+    let text = String::from_utf8(seeds::candump()).unwrap();
+    // Every second message comes from another sender, and with another priority.
+    let mut count = 0;
+    let lines = text.lines().map(|line| {
+        count += usize::from(line.contains("18FEF1D5"));
+        let id = if count % 2 == 0 { "0CFEF121" } else { "18FEF1D5" };
+        line.replace("18FEF1D5", id) + "\n"
+    });
+    let text: String = lines.collect();
+    seeds::read(text.as_bytes(), seeds::DBC.as_bytes(), &mut survey).unwrap();
+    let of: Vec<_> = survey.topics.iter().map(|of| (of.topic.name.as_str(), of.messages)).collect();
+    assert_eq!(of, [("IMU", 100), ("ENCODER", 200), ("IMU@0x21", 100)]);
+    let map = of_topics(&survey.topics, &|_| false, &[]).chosen;
+    assert!(map.iter().any(|pick| pick.to_string() == "gyro_z=IMU.GYRO_Z"), "{map:?}");
 }
 
 #[test]
@@ -154,6 +188,51 @@ fn damage_in_the_middle_costs_what_is_damaged() {
 }
 
 #[test]
+fn a_gyro_that_is_named_is_not_its_own_reference() {
+    let mut survey = Survey::default();
+    recognise(&seeds::ardupilot()).read(&mut &seeds::ardupilot()[..], &mut survey).unwrap();
+    let mapped = [Pick::new("gyro_z", "IMU[1].GyrZ", None)];
+    let map = of_topics(&survey.topics, &|name| name.starts_with("gyro"), &mapped).chosen;
+    assert!(map.iter().any(|pick| pick.to_string() == "ref_rate_z=IMU[0].GyrZ"), "{map:?}");
+}
+
+/// PX4's message with the readings of the sensor that it selects, and the sensors one by one.
+fn px4(selected: f64, rates: &[(&str, f64, u64)]) -> Vec<Surveyed> {
+    let mut survey = Survey::default();
+    let mut add = |name: &str, kind: &str, fields: &[&str], values: &[f64], messages: u64| {
+        let fields = fields.iter().map(|name| Field::new(*name)).collect();
+        survey.topic(&Topic { name: name.to_owned(), kind: kind.to_owned(), fields });
+        let topic = survey.topics.len() - 1;
+        (0..messages).for_each(|k| survey.message(topic, (k * 10_000_000_000 / messages).cast_signed(), values));
+    };
+    add("sensor_combined", "sensor_combined", &["gyro_rad[0]", "gyro_rad[1]", "gyro_rad[2]"], &[0.1; 3], 2000);
+    add("vehicle_attitude", "vehicle_attitude", &["q[0]", "q[1]", "q[2]", "q[3]"], &[1.0; 4], 2000);
+    add("sensor_selection", "sensor_selection", &["gyro_device_id"], &[selected], 1);
+    for (name, device, messages) in rates {
+        add(name, "sensor_gyro", &["x", "y", "z", "device_id"], &[0.1, 0.1, 0.1, *device], *messages);
+    }
+    survey.topics
+}
+
+#[test]
+fn a_second_imu_is_the_reference_or_said_to_be_too_slow_and_the_selected_one_never_is() {
+    let of = |selected, messages| {
+        of_topics(&px4(selected, &[("sensor_gyro", 7.0, messages), ("sensor_gyro_1", 8.0, messages)]), &|_| false, &[])
+    };
+    let reference = |proposal: &Proposal| {
+        let picks = proposal.chosen.iter().filter(|pick| pick.name.starts_with("ref_"));
+        picks.map(|pick| pick.channel.clone()).next()
+    };
+    let slow = of(7.0, 10);
+    assert_eq!(slow.seconds.iter().map(|of| of.topic.as_str()).collect::<Vec<_>>(), ["sensor_gyro_1"]);
+    assert!(!slow.seconds[0].serves() && slow.seconds[0].flags().starts_with("--map ref_rate_x=sensor_gyro_1.x --map"));
+    assert_eq!(of(8.0, 10).seconds[0].topic, "sensor_gyro");
+    // Half as fast as what PX4 selects, and fast enough.
+    assert_eq!(reference(&of(7.0, 900)).as_deref(), Some("sensor_gyro_1.x"));
+    assert_eq!(reference(&of(8.0, 900)).as_deref(), Some("sensor_gyro.x"));
+}
+
+#[test]
 fn two_gyros_are_gyro_and_reference() {
     for (bytes, wanted) in [
         (seeds::ulog(), ["gyro_z=sensor_gyro.z", "ref_rate_z=sensor_gyro_1.z"]),
@@ -161,7 +240,8 @@ fn two_gyros_are_gyro_and_reference() {
     ] {
         let mut survey = Survey::default();
         recognise(&bytes).read(&mut &bytes[..], &mut survey).unwrap();
-        let map: Vec<String> = of_topics(&survey.topics, &|_| false).chosen.iter().map(ToString::to_string).collect();
+        let map: Vec<String> =
+            of_topics(&survey.topics, &|_| false, &[]).chosen.iter().map(ToString::to_string).collect();
         for pick in wanted {
             assert!(map.iter().any(|found| found == pick), "{pick} is not in {map:?}");
         }

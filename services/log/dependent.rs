@@ -5,24 +5,44 @@ use gyro_model::{
     Axis,
     diagnosis::{DataFault, Verdict},
 };
+use log_readers::meaning::Second;
 
 /// The name of the fault.
 pub const FAULT: &str = "dependent-reference";
 
-/// The fault of a log whose reference `by` computed.
+/// The fault of a log whose reference `by` computed, and that has these other gyros.
 #[must_use]
-pub fn fault(by: &str, rows: u64) -> DataFault {
+pub fn fault(by: &str, seconds: &[Second], rows: u64) -> DataFault {
     DataFault {
         fault: FAULT.to_owned(),
         axis: None,
         count: rows,
         first_t: Some(0.0),
         says: format!(
-            "the reference is no measurement of its own: {by} computed it from this very gyro, and it has the gyro's errors in it. Use \
+            "the reference is no measurement of its own: {by} computed it from this very gyro, and it has the gyro's errors in it. {}Use \
              an encoder, motion capture, cameras, a second IMU or a simulator's truth (`--reference FILE` or `--map ref_q=CHANNEL`); \
-             `--reference-is-dependent` judges it all the same"
+             `--reference-is-dependent` judges it all the same",
+            others(seconds).map_or_else(String::new, |says| says + ". ")
         ),
     }
+}
+
+/// What the other gyros of a log are good for.
+#[must_use]
+pub fn others(seconds: &[Second]) -> Option<String> {
+    let first = seconds.iter().find(|of| of.serves()).or_else(|| seconds.first())?;
+    let flags = first.flags();
+    if first.serves() {
+        return Some(format!("{} is another IMU, and a reference of its own: `{flags}`", first.topic));
+    }
+    let names = seconds.iter().map(|of| of.topic.as_str()).collect::<Vec<_>>().join(" and ");
+    let are = if seconds.len() > 1 { "are other IMUs" } else { "is another IMU" };
+    let most = seconds.iter().map(|of| of.rate_hz).fold(f64::NAN, f64::max);
+    let (rate, needed) = (if most.is_finite() { most } else { 0.0 }, Second::SLOWEST_HZ);
+    Some(format!(
+        "{names} {are}, but logged {rate:.1} times a second only, where {needed} are needed: log each IMU at full rate, and the second one is \
+         the reference, as if you said `{flags}`"
+    ))
 }
 
 /// What an axis' verdict comes to with these faults: nothing can be told by a reference that depends on the gyro, or that is no

@@ -150,6 +150,12 @@ pub enum Problem {
         /// Why.
         cause: log_readers::format::Unreadable,
     },
+    /// Frames, and nothing that says what they mean.
+    #[error(
+        "is a {0}: what its frames mean stands in a DBC file, give it with `--dbc FILE.dbc` (`truerate channels FILE` lists the \
+         identifiers that came)"
+    )]
+    NoDbc(&'static str),
     /// A DBC file that is none.
     #[error("--dbc {file}: {says}")]
     Dbc {

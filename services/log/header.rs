@@ -9,7 +9,7 @@ use super::{
 };
 use gyro_model::{Axis, record::FREE_CHANNELS};
 use log_readers::{
-    meaning::{Pick, Proposal},
+    meaning::{Pick, Proposal, Second},
     text::{Form, Head},
 };
 use std::collections::HashMap;
@@ -49,6 +49,8 @@ pub struct Layout {
     pub offered: Vec<Pick>,
     /// What computed the reference, where that is a filter of this very gyro.
     pub dependent: Option<String>,
+    /// Other gyros of the file, which would be references.
+    pub seconds: Vec<Second>,
 }
 
 /// A refused header: the column where one is at fault.
@@ -127,7 +129,8 @@ impl Layout {
         channels: &[String],
         maps: &Maps,
     ) -> Result<Self, Refusal> {
-        let mut layout = Self { offered: proposal.offered.clone(), ..Self::default() };
+        let (offered, seconds) = (proposal.offered.clone(), proposal.seconds.clone());
+        let mut layout = Self { offered, seconds, ..Self::default() };
         let time =
             Column { name: "t".into(), channel: Channel::Time, conversion: Conversion::NONE, form: Form::Number(0) };
         layout.columns.push(time);

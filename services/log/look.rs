@@ -63,7 +63,7 @@ pub fn look(path: &Path, dbc: Option<&Path>) -> Result<Look, LogError> {
         };
         of_text(head, &|name| own.iter().any(|own| base(own) == base(name)))
     } else {
-        of_topics(&survey.topics, &|_| false)
+        of_topics(&survey.topics, &|_| false, &[])
     };
     Ok(Look { format: format.name(), survey, own, proposal })
 }

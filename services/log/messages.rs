@@ -15,6 +15,7 @@ use gyro_model::{Row, diagnosis::DataFault};
 use log_readers::{
     can::Database,
     format::{Note, Sink, Topic},
+    formats::can,
     meaning::{Pick, of_topics},
     survey::Survey,
 };
@@ -43,6 +44,9 @@ pub struct Messages {
 /// It cannot be read, or lacks what every log needs.
 pub fn read(files: &[PathBuf], first: Input, maps: &Maps) -> Result<Messages, Refusal> {
     let database = maps.database.as_ref();
+    if database.is_none() && can::has_frames(first.format()) {
+        return Err((None, Problem::NoDbc(first.format().name())));
+    }
     let mut twice = Twice::of(files, first).map_err(|p| (None, p))?;
     let mut survey = Survey::default();
     twice.read(database, &mut survey).map_err(|p| (None, p))?;
@@ -61,7 +65,7 @@ pub fn read(files: &[PathBuf], first: Input, maps: &Maps) -> Result<Messages, Re
         (Name::Known(a, _), Name::Known(b, _)) => a == b,
         _ => false,
     };
-    let proposal = of_topics(&survey.topics, &|name| picks.iter().any(|pick| named(name, pick)));
+    let proposal = of_topics(&survey.topics, &|name| picks.iter().any(|pick| named(name, pick)), &picks);
     picks.extend(proposal.chosen.iter().cloned());
     let mut layout = Layout::of_picks(&picks, &proposal, &channels, maps)?;
     layout.chosen.clone_from(&proposal.chosen);

@@ -41,7 +41,7 @@ pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, P
     }
     found.extend(report.faults);
     if let Some(by) = &reader.layout().dependent {
-        found.push(dependent::fault(by, record.len() as u64));
+        found.push(dependent::fault(by, &reader.layout().seconds, record.len() as u64));
     }
     let faulty = reader.rows_faulty() + left_out + report.rows_marked;
     let costs_rows = |f: &&DataFault| {

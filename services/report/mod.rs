@@ -16,7 +16,7 @@ mod text;
 pub use gyro_model::units;
 pub mod view;
 
-pub use next::Command;
+pub use next::{Command, quoted as shell_word};
 pub use terminal::Terminal;
 
 use crate::cli::Format;

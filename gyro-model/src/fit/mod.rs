@@ -33,7 +33,9 @@ pub enum FitError {
     #[error("axis {0} has no gyro column or no reference")]
     NoReferenceOn(Axis),
     /// Too few rows with a reference.
-    #[error("axis {0} has too few rows with a reference to fit anything; record at least 100")]
+    #[error(
+        "axis {0} has too few rows with a reference, at least 100 are needed: record for longer, or take a reference that comes more often"
+    )]
     TooShort(Axis),
 }
 

@@ -4,15 +4,18 @@
 //! frames only, by ranges). All else (comments, attributes, names of values) says nothing of a signal's value.
 
 use super::{
-    EXTENDED, LONGEST_FRAME,
+    EXTENDED, LONGEST_FRAME, group,
     signal::{Coding, Signal},
 };
 use std::collections::HashMap;
 
 /// Signals of one message; more is no message.
 const MOST_SIGNALS: usize = 1024;
-/// Set in the identifier of what is no message: signals without one.
-const NO_MESSAGE: u32 = 1 << 30;
+/// The identifier of what is no message: signals without one.
+const NO_MESSAGE: u32 = 3 << 30;
+/// The bits of an identifier that go over the bus, of the longer kind and of the shorter.
+const LONG: u32 = (1 << 29) - 1;
+const SHORT: u32 = (1 << 11) - 1;
 /// Signals that say whether others are there can themselves be there in some frames only: so deep.
 const DEEPEST: usize = 8;
 
@@ -21,6 +24,26 @@ const DEEPEST: usize = 8;
 pub struct Database {
     messages: Vec<Message>,
     by_id: HashMap<u32, usize>,
+    /// Of each group of J1939 the message that stands for all its senders, where one does.
+    by_group: HashMap<u32, usize>,
+}
+
+/// The message that an identifier means.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Match<'a> {
+    /// The message.
+    pub message: &'a Message,
+    /// Who sends the frame, where the DBC file names the message with another sender.
+    pub source: Option<u8>,
+}
+
+impl Match<'_> {
+    /// The message's name, with the sender where that is another: `EEC1@0x21`.
+    #[must_use]
+    pub fn name(&self) -> String {
+        let name = &self.message.name;
+        self.source.map_or_else(|| name.clone(), |source| format!("{name}@0x{source:02X}"))
+    }
 }
 
 /// One message.
@@ -80,10 +103,33 @@ impl Database {
         &self.messages
     }
 
-    /// The place of the message with this identifier, [`EXTENDED`] included.
+    /// The message with this identifier, [`EXTENDED`] included; where there is none, that of the same group of J1939 from
+    /// another sender, if one message stands for the group.
     #[must_use]
-    pub fn find(&self, id: u32) -> Option<usize> {
-        self.by_id.get(&id).copied()
+    pub fn find(&self, id: u32) -> Option<Match<'_>> {
+        let message = |place: usize| self.messages.get(place);
+        if let Some(place) = self.by_id.get(&id) {
+            return message(*place).map(|message| Match { message, source: None });
+        }
+        let place = *self.by_group.get(&group::number(id)?)?;
+        message(place).map(|message| Match { message, source: Some(group::source(id)) })
+    }
+
+    /// Of the messages of a group that which is meant for any sender, or else the only one.
+    fn group(&mut self) {
+        let mut groups: HashMap<u32, Vec<usize>> = HashMap::new();
+        for (place, message) in self.messages.iter().enumerate() {
+            if let Some(number) = group::number(message.id) {
+                groups.entry(number).or_default().push(place);
+            }
+        }
+        let is_for_all = |place: &&usize| group::source(self.messages[**place].id) == group::ANY_SOURCE;
+        let one = |places: &[usize]| match places.iter().filter(is_for_all).collect::<Vec<_>>()[..] {
+            [place] => Some(*place),
+            [] if places.len() == 1 => places.first().copied(),
+            _ => None,
+        };
+        self.by_group = groups.iter().filter_map(|(number, places)| Some((*number, one(places)?))).collect();
     }
 }
 
@@ -155,10 +201,10 @@ impl Parsing {
     fn message(&mut self, rest: &str) -> Parsed<()> {
         let (head, tail) = rest.split_once(':').ok_or(BO)?;
         let mut head = head.split_whitespace();
-        let id: u32 = head.next().and_then(|id| id.parse().ok()).ok_or(BO)?;
+        let id = identifier(head.next()).ok_or(BO)?;
         let name = head.next().ok_or(BO)?.to_owned();
         let length: usize = tail.split_whitespace().next().and_then(|n| n.parse().ok()).ok_or(BO)?;
-        self.within = id & NO_MESSAGE == 0;
+        self.within = id != NO_MESSAGE;
         if !self.within {
             return Ok(());
         }
@@ -207,9 +253,9 @@ impl Parsing {
     }
 
     fn find(&self, id: Option<&str>, name: Option<&str>, wrong: &'static str) -> Parsed<Option<(usize, usize)>> {
-        let id: u32 = id.and_then(|id| id.parse().ok()).ok_or(wrong)?;
+        let id = identifier(id).ok_or(wrong)?;
         let name = name.ok_or(wrong)?;
-        let Some(message) = self.database.find(id) else { return Ok(None) };
+        let Some(&message) = self.database.by_id.get(&id) else { return Ok(None) };
         let signals = &self.database.messages[message].signals;
         Ok(signals.iter().position(|signal| signal.name == name).map(|signal| (message, signal)))
     }
@@ -255,8 +301,19 @@ impl Parsing {
                 }
             }
         }
+        self.database.group();
         self.database
     }
+}
+
+/// An identifier as a DBC file writes it, [`EXTENDED`] set where it has 29 bits. What has more than 11 bits has 29, whether or
+/// not the file says so; what some programs note in the bits between is none of it.
+fn identifier(word: Option<&str>) -> Option<u32> {
+    let id: u32 = word?.parse().ok()?;
+    Some(match id {
+        NO_MESSAGE | 0..=SHORT => id,
+        _ => id & LONG | EXTENDED,
+    })
 }
 
 /// `M`, `m3` or `m3M`.
@@ -290,7 +347,7 @@ mod tests {
         let database = Database::parse(FILE.as_bytes()).unwrap();
         assert_eq!(database.messages().len(), 2);
         assert_eq!(database.messages()[1].id, 0x18fe_f1d5 | EXTENDED);
-        let message = &database.messages()[database.find(256).unwrap()];
+        let message = database.find(256).unwrap().message;
         let mut values = Vec::new();
         let mut of = |data: &[u8]| {
             message.decode(data, &mut values);
@@ -303,6 +360,40 @@ mod tests {
         assert!(c[1].is_nan() && c[2] == 4.0 && c[3] == 1.5, "{c:?}");
         assert!(of(&[1, 5, w, x, y, z, 0, 0])[3].is_nan() && of(&[0, 4, w, x, y, z, 0, 0])[3].is_nan());
         assert!(of(&[1, 4, w, x])[3].is_nan());
+    }
+
+    #[test]
+    fn bits_that_do_not_go_over_the_bus_are_no_part_of_an_identifier() {
+        let of = |id: u32| {
+            let text = format!("BO_ {id} A: 8 X\n SG_ B : 0|32@1- (1,0) [0|0] \"\" X\nSIG_VALTYPE_ {id} B : 1;\n");
+            Database::parse(text.as_bytes()).map(|of| (of.messages()[0].id, of.messages()[0].signals[0].coding))
+        };
+        for id in [0x98fe_f1d5, 0xd8fe_f1d5, 0xf8fe_f1d5, 0x18fe_f1d5] {
+            assert_eq!(of(id), Ok((0x18fe_f1d5 | EXTENDED, Coding::Single)), "{id:#x}");
+        }
+        assert_eq!(of(0x7ff), Ok((0x7ff, Coding::Single)));
+        assert_eq!(of(0xc000_0000), Err(DbcError::Empty), "VECTOR__INDEPENDENT_SIG_MSG");
+    }
+
+    #[test]
+    fn a_sender_that_the_file_does_not_name_is_found_by_the_group() {
+        let of = |ids: &[u32]| {
+            let text = |(k, id): (usize, &u32)| format!("BO_ {} M{k}: 8 X\n", id | EXTENDED);
+            Database::parse(ids.iter().enumerate().map(text).collect::<String>().as_bytes()).unwrap()
+        };
+        let named = |of: &Database, id: u32| of.find(id | EXTENDED).map(|found| found.name());
+        let any = of(&[0x18f0_2afe]);
+        assert_eq!(named(&any, 0x18f0_2afe).as_deref(), Some("M0"));
+        assert_eq!(named(&any, 0x0cf0_2a80).as_deref(), Some("M0@0x80"), "another priority");
+        assert_eq!(named(&any, 0x18f0_2b80), None);
+        assert_eq!(any.find(0xf02a), None, "11 bits have no group");
+        let two = of(&[0x18f0_2a00, 0x18f0_2a27]);
+        assert_eq!(named(&two, 0x18f0_2a27).as_deref(), Some("M1"));
+        assert_eq!(named(&two, 0x18f0_2a80), None, "two layouts, and none is said to be meant");
+        for ids in [[0x18f0_2a00, 0x18f0_2a27, 0x18f0_2afe], [0x18f0_2afe, 0x18f0_2a00, 0x18f0_2a27]] {
+            let place = ids.iter().position(|id| id & 0xff == 0xfe).unwrap();
+            assert_eq!(named(&of(&ids), 0x18f0_2a80), Some(format!("M{place}@0x80")));
+        }
     }
 
     #[test]

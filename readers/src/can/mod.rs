@@ -4,13 +4,15 @@
 //! | --- | --- |
 //! | [`database`] | messages and signals of a DBC file |
 //! | [`signal`] | bits of a frame, and the value that they make |
+//! | [`group`] | the parts of an identifier of SAE J1939 |
 //! | [`frame`] | a line of `candump` or of a Vector ASC log |
 
 pub mod database;
 pub mod frame;
+pub mod group;
 pub mod signal;
 
-pub use database::{Database, DbcError, Message};
+pub use database::{Database, DbcError, Match, Message};
 pub use frame::{Frame, Line, Lines, Writer};
 pub use signal::Signal;
 

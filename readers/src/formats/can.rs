@@ -1,7 +1,8 @@
-//! Logs of CAN frames: messages of a DBC file as topics, their signals as fields.
+//! Logs of CAN frames: messages of a DBC file as topics, their signals as fields. Without such a file each identifier is a
+//! topic, and the length of its data the one field.
 
 use crate::{
-    can::{Database, Line, Lines, Writer, database::shown},
+    can::{Database, Frame, Line, Lines, Match, Writer, database::shown},
     format::{Field, Format, Note, Place, Sink, Topic, Unreadable},
     text::Skip,
     unit,
@@ -13,8 +14,12 @@ use std::{
 
 /// The kind of all topics of such a log.
 pub const KIND: &str = "CAN";
+/// Their kind where nothing says what the frames mean.
+pub const UNNAMED: &str = "CAN identifier";
+/// The field of such a topic: bytes of data in a frame.
+pub const LENGTH: &str = "length";
 
-/// A log of frames. Without a DBC file nothing of it can be read.
+/// A log of frames.
 pub struct Can<'a> {
     writer: Writer,
     database: Option<&'a Database>,
@@ -35,12 +40,18 @@ pub fn with<'a>(format: &dyn Format, database: &'a Database) -> Option<Can<'a>> 
     Some(Can { writer, database: Some(database) })
 }
 
+/// Whether a format has frames, which need a DBC file.
+#[must_use]
+pub fn has_frames(format: &dyn Format) -> bool {
+    [Writer::Candump, Writer::Asc].iter().any(|writer| Can::of(*writer).name() == format.name())
+}
+
 /// A longer line is none.
 const LONGEST_LINE: u64 = 4096;
 /// Buses that are told apart.
 const MOST_BUSES: usize = 32;
-/// Identifiers without a meaning that are counted.
-const MOST_STRANGERS: usize = 1 << 16;
+/// Identifiers that are told apart.
+const MOST_IDENTIFIERS: usize = 1 << 16;
 /// Frames after which it is known whether their times only grow.
 const LOOK: u64 = 200;
 
@@ -57,10 +68,7 @@ impl Format for Can<'_> {
     }
 
     fn read(&self, bytes: &mut dyn Read, sink: &mut dyn Sink) -> Result<(), Unreadable> {
-        let Some(database) = self.database else {
-            return Err(Unreadable::Unknown("what its frames mean stands in a DBC file: give it with --dbc FILE.dbc"));
-        };
-        let mut topics = Topics::new(database);
+        let mut topics = Topics::new(self.database);
         let (mut lines, mut source) = (Lines::new(self.writer), BufReader::with_capacity(1 << 18, bytes));
         let (mut line, mut number, mut values) = (Vec::new(), 0, Vec::new());
         let (mut broken, mut strangers) = ((0, 0), BTreeSet::new());
@@ -103,19 +111,21 @@ impl Format for Can<'_> {
                     "its times are those from frame to frame: record with `candump -l`, or `candump -ta`",
                 ));
             }
-            let Some(place) = database.find(frame.id) else {
-                if strangers.len() < MOST_STRANGERS {
+            let Some(meaning) = topics.meaning(frame.id) else {
+                if strangers.len() < MOST_IDENTIFIERS {
                     strangers.insert(frame.id);
                 }
                 continue;
             };
-            let message = &database.messages()[place];
-            if !whole && frame.data().len() < message.length {
+            if !whole && meaning.is_none_or(|of| frame.data().len() < of.message.length) {
                 sink.note(Note::BreaksOff { at: Place::Line(at) });
                 continue;
             }
-            if let Some(topic) = topics.of(frame.bus, place, sink) {
-                message.decode(frame.data(), &mut values);
+            if let Some(topic) = topics.of(&frame, meaning, sink) {
+                match meaning {
+                    Some(of) => of.message.decode(frame.data(), &mut values),
+                    None => values = vec![frame.data().len() as f64],
+                }
                 sink.message(topic, time_ns, &values);
             }
         }
@@ -132,47 +142,63 @@ impl Format for Can<'_> {
     }
 }
 
-/// The topics met so far: a message on a bus each.
+/// The topics met so far: an identifier on a bus each.
 struct Topics<'a> {
-    database: &'a Database,
+    database: Option<&'a Database>,
     buses: Vec<Vec<u8>>,
-    /// Of bus and message: number, where it is wanted.
-    met: HashMap<(usize, usize), Option<usize>>,
-    /// The bus on which a message was met first.
-    first: HashMap<usize, usize>,
+    /// Of bus and identifier: number, where it is wanted.
+    met: HashMap<(usize, u32), Option<usize>>,
+    /// The bus on which an identifier was met first.
+    first: HashMap<u32, usize>,
 }
 
 impl<'a> Topics<'a> {
-    fn new(database: &'a Database) -> Self {
+    fn new(database: Option<&'a Database>) -> Self {
         Self { database, buses: Vec::new(), met: HashMap::new(), first: HashMap::new() }
     }
 
-    /// The number of a message's topic where it is wanted.
-    fn of(&mut self, bus: &[u8], place: usize, sink: &mut dyn Sink) -> Option<usize> {
-        let bus = match self.buses.iter().position(|known| known == bus) {
+    /// What an identifier means: `None` where the DBC file does not name it, `Some(None)` where there is no such file.
+    #[allow(
+        clippy::option_option,
+        reason = "two questions: whether it is a topic, and whether its bits mean something"
+    )]
+    fn meaning(&self, id: u32) -> Option<Option<Match<'a>>> {
+        match self.database {
+            Some(database) => database.find(id).map(Some),
+            None => Some(None),
+        }
+    }
+
+    /// The number of a frame's topic where it is wanted.
+    fn of(&mut self, frame: &Frame<'_>, meaning: Option<Match<'a>>, sink: &mut dyn Sink) -> Option<usize> {
+        let bus = match self.buses.iter().position(|known| known == frame.bus) {
             Some(bus) => bus,
             None if self.buses.len() < MOST_BUSES => {
-                self.buses.push(bus.to_vec());
+                self.buses.push(frame.bus.to_vec());
                 self.buses.len() - 1
             }
             None => return None,
         };
-        if let Some(topic) = self.met.get(&(bus, place)) {
+        if let Some(topic) = self.met.get(&(bus, frame.id)) {
             return *topic;
         }
-        let message = &self.database.messages()[place];
-        let first = *self.first.entry(place).or_insert(bus);
-        let name = if first == bus {
-            message.name.clone()
-        } else {
-            format!("{}.{}", String::from_utf8_lossy(&self.buses[bus]), message.name)
+        if self.met.len() == MOST_IDENTIFIERS {
+            return None;
+        }
+        let (name, fields) = match meaning {
+            Some(of) => {
+                let fields = of.message.signals.iter();
+                (of.name(), fields.map(|of| Field { name: of.name.clone(), unit: unit::parse(&of.unit) }).collect())
+            }
+            None => (shown(frame.id), vec![Field::new(LENGTH)]),
         };
-        let fields = message.signals.iter();
-        let fields = fields.map(|of| Field { name: of.name.clone(), unit: unit::parse(&of.unit) }).collect();
+        let first = *self.first.entry(frame.id).or_insert(bus);
+        let bus_name = String::from_utf8_lossy(&self.buses[bus]);
+        let name = if first == bus { name } else { format!("{bus_name}.{name}") };
+        let kind = if meaning.is_some() { KIND } else { UNNAMED }.to_owned();
         let number = self.met.len();
-        let wanted = sink.topic(&Topic { name, kind: KIND.to_owned(), fields });
-        let topic = wanted.then_some(number);
-        self.met.insert((bus, place), topic);
+        let topic = sink.topic(&Topic { name, kind, fields }).then_some(number);
+        self.met.insert((bus, frame.id), topic);
         topic
     }
 }

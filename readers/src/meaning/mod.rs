@@ -5,7 +5,7 @@ mod text;
 mod topics;
 mod words;
 
-pub use pick::{Dependent, Pick, Proposal};
+pub use pick::{Dependent, Pick, Proposal, Second};
 pub use text::{epoch_unit, of_names, of_text};
 pub use topics::of_topics;
 pub use words::{Meaning, What, Who, understand};

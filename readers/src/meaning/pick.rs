@@ -60,6 +60,34 @@ pub struct Dependent {
     pub by: &'static str,
 }
 
+/// Another gyro of the same file, which is a reference of its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Second {
+    /// Its topic.
+    pub topic: String,
+    /// Readings a second; not a number where the file does not tell.
+    pub rate_hz: f64,
+    /// Its axes as a reference.
+    pub picks: Vec<Pick>,
+}
+
+impl Second {
+    /// Slower readings than this miss most of what a hand or a vehicle does between them.
+    pub const SLOWEST_HZ: f64 = 20.0;
+
+    /// Whether it came often enough.
+    #[must_use]
+    pub fn serves(&self) -> bool {
+        self.rate_hz >= Self::SLOWEST_HZ
+    }
+
+    /// Its axes as `--map` takes them.
+    #[must_use]
+    pub fn flags(&self) -> String {
+        self.picks.iter().map(Pick::flag).collect::<Vec<_>>().join(" ")
+    }
+}
+
 /// What a file's names say of its channels.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Proposal {
@@ -69,6 +97,8 @@ pub struct Proposal {
     pub offered: Vec<Pick>,
     /// No reference for this gyro.
     pub dependent: Vec<Dependent>,
+    /// Other gyros, where nothing better is the reference.
+    pub seconds: Vec<Second>,
 }
 
 impl Proposal {

@@ -1,6 +1,6 @@
 //! A map for a file of topics: what the kinds of messages that people log hold.
 
-use super::{AXES, Dependent, PARTS, Pick, Proposal, of_names};
+use super::{AXES, Dependent, PARTS, Pick, Proposal, Second, of_names};
 use crate::{formats::can, survey::Surveyed};
 
 /// What a group of fields is.
@@ -37,15 +37,18 @@ const fn rule(kind: &'static str, fields: &'static str, base: Base, role: Role) 
     Rule { kind, fields, base, role }
 }
 
+/// PX4's message with the readings of whichever sensor it selects.
+const COMBINED: &str = "sensor_combined";
+
 const PX4: Role = Role::Computed("the autopilot's estimator");
 const ARDUPILOT: Role = Role::Computed("the autopilot's filter");
 const IMU: Role = Role::Computed("the filter that fills this message");
 
 /// The best of a base and role first.
 const RULES: &[Rule] = &[
-    rule("sensor_combined", "gyro_rad[#]", Base::Rate, Role::Sensor),
+    rule(COMBINED, "gyro_rad[#]", Base::Rate, Role::Sensor),
     rule("sensor_gyro", "@", Base::Rate, Role::Sensor),
-    rule("sensor_combined", "accelerometer_m_s2[#]", Base::Acceleration, Role::Sensor),
+    rule(COMBINED, "accelerometer_m_s2[#]", Base::Acceleration, Role::Sensor),
     rule("sensor_accel", "@", Base::Acceleration, Role::Sensor),
     rule("sensor_gyro", "temperature", Base::Temperature, Role::Sensor),
     rule("vehicle_attitude_groundtruth", "q[#]", Base::Orientation, Role::Reference),
@@ -113,9 +116,9 @@ struct Found {
     channels: Vec<String>,
 }
 
-/// What the topics of a file say. `taken` tells the names of our logs that are mapped already.
+/// What the topics of a file say. `taken` tells the names of our logs that are mapped already, and `mapped` to what.
 #[must_use]
-pub fn of_topics(topics: &[Surveyed], taken: &dyn Fn(&str) -> bool) -> Proposal {
+pub fn of_topics(topics: &[Surveyed], taken: &dyn Fn(&str) -> bool, mapped: &[Pick]) -> Proposal {
     if topics.iter().all(|of| of.topic.kind == can::KIND) {
         // Who made the DBC file gave the names: they are understood as a table's are.
         let fields =
@@ -137,26 +140,41 @@ pub fn of_topics(topics: &[Surveyed], taken: &dyn Fn(&str) -> bool) -> Proposal 
     let mut reference: Vec<Vec<Pick>> = Vec::new();
     reference.extend(all(Base::Orientation, &measured).into_iter().map(orientation));
     reference.extend(all(Base::Rate, &measured).into_iter().map(|of| axes("ref_rate", of)));
-    // A joint's encoder and an IMU beside it: the joint has to be named.
-    let mut gyros = all(Base::Rate, &is_sensor);
-    let kind = |of: &Found| topics[of.topic].topic.kind.clone();
+    let sensors = all(Base::Rate, &is_sensor);
     // Some logs keep a sensor's own topic at a rate that tells nothing.
     let messages = |of: &Found| topics[of.topic].messages;
-    let most = gyros.iter().map(|of| messages(of)).max().unwrap_or(0);
-    gyros.retain(|of| 2 * messages(of) >= most);
-    let several: Vec<&Found> = gyros.iter().copied().filter(|of| kind(of) != "sensor_combined").collect();
-    if reference.is_empty() && several.len() > 1 {
-        reference.push(axes("ref_rate", several[1]));
-        gyros = several;
+    let most = sensors.iter().map(|of| messages(of)).max().unwrap_or(0);
+    let fast: Vec<&Found> = sensors.iter().copied().filter(|of| 2 * messages(of) >= most).collect();
+    let is_own = |of: &&&Found| topics[of.topic].topic.kind != COMBINED;
+    let own: Vec<&Found> = fast.iter().filter(is_own).copied().collect();
+    let best = if reference.is_empty() && own.len() > 1 { own.first() } else { fast.first() };
+    let is_mapped = |of: &&Found| {
+        let is_gyro = |pick: &Pick| pick.name.starts_with("gyro_") && of.channels.contains(&pick.channel);
+        mapped.iter().any(is_gyro)
+    };
+    let has_gyro = AXES.iter().any(|axis| taken(&format!("gyro_{axis}")));
+    let meant = sensors.iter().copied().find(is_mapped);
+    let gyro = best.copied().filter(|_| !has_gyro);
+    proposal.chosen.extend(gyro.map(|of| axes("gyro", of)).unwrap_or_default());
+    if reference.is_empty() {
+        let gyro = meant.or(gyro);
+        let mut seconds: Vec<Second> = (sensors.iter().filter(is_own))
+            .filter(|of| gyro.is_none_or(|gyro| !is_one_sensor(topics, gyro.topic, of.topic)))
+            .map(|of| {
+                let (topic, rate_hz) = (topics[of.topic].topic.name.clone(), topics[of.topic].rate_hz());
+                Second { topic, rate_hz: rate_hz.unwrap_or(f64::NAN), picks: axes("ref_rate", of) }
+            })
+            .collect();
+        if let Some(first) = seconds.iter().position(Second::serves) {
+            reference.push(seconds.remove(first).picks);
+        }
+        proposal.seconds = seconds;
     }
     if reference.is_empty() {
         let computed = all(Base::Orientation, &|of| matches!(of.role, Role::Computed(_)));
         // Of the gyro's own message, of which one may be empty, before others.
         reference.extend(computed.into_iter().filter(|of| !is_empty(&topics[of.topic], of)).map(orientation));
     }
-    let has_gyro = AXES.iter().any(|axis| taken(&format!("gyro_{axis}")));
-    let gyro = gyros.first().copied().filter(|_| !has_gyro);
-    proposal.chosen.extend(gyro.map(|of| axes("gyro", of)).unwrap_or_default());
     let near = |base| {
         let of = all(base, &is_sensor);
         let own = of.iter().position(|of| gyro.is_some_and(|gyro| gyro.topic == of.topic)).unwrap_or(0);
@@ -180,6 +198,28 @@ pub fn of_topics(topics: &[Surveyed], taken: &dyn Fn(&str) -> bool) -> Proposal 
         proposal.offered.extend(axes("ref_rate", of));
     }
     proposal
+}
+
+/// Whether two topics hold readings of one sensor: the same one, or that from which PX4 fills the other.
+fn is_one_sensor(topics: &[Surveyed], gyro: usize, other: usize) -> bool {
+    if gyro == other {
+        return true;
+    }
+    if topics[gyro].topic.kind != COMBINED {
+        return false;
+    }
+    let field = |of: &Surveyed, name: &str| {
+        let of = of.topic.fields.iter().zip(&of.fields).find(|(field, _)| field.name == name);
+        of.map(|(_, range)| *range).filter(|range| range.values > 0)
+    };
+    let mut selection = topics.iter().filter(|of| of.topic.kind == "sensor_selection");
+    let selected = selection.find_map(|of| field(of, "gyro_device_id"));
+    match (selected, field(&topics[other], "device_id")) {
+        // One or two were selected in the course of the log.
+        (Some(selected), Some(own)) => [selected.low, selected.high].contains(&own.low),
+        // The first one, unless something says otherwise.
+        _ => topics.iter().position(|of| of.topic.kind == topics[other].topic.kind) == Some(other),
+    }
 }
 
 /// The fields of a rule in a topic that has messages.
