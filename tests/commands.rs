@@ -98,6 +98,45 @@ fn a_report_is_written_in_the_form_of_its_ending_whatever_is_printed() {
 }
 
 #[test]
+fn two_models_of_three_axes_stand_in_one_table_and_what_the_axes_share_is_said_once() {
+    let bench = Bench::new();
+    let made = |seed: &str, name: &str| {
+        let words = ["--reference", "orientation", "--seconds", "30", "--seed", seed, "-o", name];
+        bench.ok(&[&["simulate", "--hide", "delay:d=0.02"], &words[..]].concat());
+    };
+    made("5", "log.csv");
+    made("6", "other.csv");
+    bench.ok(&["fit", "log.csv", "-o", "base.toml"]);
+    bench.ok(&["add", "log.csv", "delay", "-o", "new.toml"]);
+    let compare = |model: &str, against: &str, form: &str| {
+        bench.ok(&["compare", "other.csv", "--model", model, "--against", against, "--format", form])
+    };
+    let text = compare("new.toml", "base.toml", "text");
+    assert_eq!(text.matches("ms late, on all three axes").count(), 1, "{text}");
+    let rows: Vec<&str> =
+        text.lines().skip_while(|line| !line.starts_with("axis  this model is")).skip(1).take(3).collect();
+    for (row, axis) in rows.iter().zip(["x", "y", "z"]) {
+        let cells: Vec<&str> = row.split("  ").map(str::trim).filter(|cell| !cell.is_empty()).collect();
+        assert_eq!(cells[..2], [axis, "better"], "{text}");
+        assert!(cells[2].contains(" → ") && cells[2].ends_with("noise") && cells[3].ends_with(" °/s"), "{row}");
+    }
+    assert_eq!(rows.len(), 3, "{text}");
+    assert!(text.contains("With new.toml in place of base.toml the error over"), "{text}");
+    let both = json(&compare("base.toml", "new.toml", "json"));
+    let standings: Vec<&str> =
+        both["beside"].as_array().unwrap().iter().map(|b| b["standing"].as_str().unwrap()).collect();
+    assert_eq!(standings, ["worse"; 3]);
+    for beside in both["beside"].as_array().unwrap() {
+        assert!(beside["error"].as_f64() > beside["other_error"].as_f64(), "{beside}");
+    }
+    assert_eq!(both["shared"][0]["effect"], "delay");
+    let same = json(&compare("new.toml", "new.toml", "json"));
+    assert!(same["beside"].as_array().unwrap().iter().all(|b| b["standing"] == "same"), "{}", same["beside"]);
+    assert_eq!(same["shared"].as_array().map(Vec::len), Some(0));
+    assert!(compare("new.toml", "base.toml", "html").contains("this model is"));
+}
+
+#[test]
 fn compare_holds_two_models_against_the_same_samples() {
     let bench = Bench::new();
     bench.file("log.csv", log(2000));

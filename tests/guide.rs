@@ -146,7 +146,9 @@ impl Guided {
         drop(sensor);
         while self.next().is_some() {}
         let mut error = String::new();
-        self.child.stderr.take().unwrap().read_to_string(&mut error).unwrap();
+        if let Some(mut said) = self.child.stderr.take() {
+            said.read_to_string(&mut error).unwrap();
+        }
         let code = self.child.wait().unwrap().code().unwrap_or(-1);
         let end = self.events.last().unwrap_or_else(|| panic!("nothing was said: {error}")).clone();
         assert!(end["event"] == "end", "{end}: {error}");
@@ -339,4 +341,55 @@ fn a_simulated_hand_is_told_in_plain_lines_and_an_interrupted_recording_keeps_it
     assert_eq!(child.wait().unwrap().code(), Some(3), "{rest}");
     assert!(rest.contains("not complete") && rest.contains("lacking: axis"), "{rest}");
     assert!(bench.text("cut.csv").lines().count() > 100);
+}
+
+/// The news of a page, as a browser gets them: the newest state, until the page is closed.
+fn watch(url: &str) -> std::thread::JoinHandle<Vec<Value>> {
+    let address = url.trim().strip_prefix("http://").unwrap().trim_end_matches('/').to_owned();
+    let mut link = std::net::TcpStream::connect(&address).unwrap();
+    write!(link, "GET /events HTTP/1.1\r\nHost: {address}\r\n\r\n").unwrap();
+    let lines = BufReader::new(link).lines().map_while(Result::ok);
+    let mut data = lines.filter_map(|line| line.strip_prefix("data: ").map(str::to_owned));
+    // From here on nothing is missed.
+    let first = data.next().unwrap();
+    std::thread::spawn(move || {
+        let news = std::iter::once(first).chain(data).filter_map(|data| serde_json::from_str::<Value>(&data).ok());
+        news.map(|mut state| if state.get("newest").is_some() { state["newest"]["guide"].take() } else { state })
+            .collect()
+    })
+}
+
+#[test]
+fn a_page_says_the_same_as_the_terminal_up_to_the_end() {
+    let bench = Bench::new();
+    let sensor = SensorSpec::on(Axis::Y);
+    let words = ["--want", "scale-factor,bias,delay", "--dashboard", "127.0.0.1:0", "-o", "page.csv"];
+    let mut guided = Guided::start(&bench, "-", &words, Stdio::piped());
+    let mut errors = BufReader::new(guided.child.stderr.take().unwrap());
+    let mut line = String::new();
+    while !line.starts_with("dashboard: ") {
+        line.clear();
+        assert!(errors.read_line(&mut line).unwrap() > 0, "no page");
+    }
+    let page = watch(line.trim_start_matches("dashboard: "));
+    let input = guided.child.stdin.take().unwrap();
+    let mut own = hand(&["delay:d=0.02"], &sensor, 24);
+    let (end, code) = guided.play(Sensor::new(Box::new(input), &sensor), &mut own, true, 300.0);
+    assert_eq!((code, &end["complete"]), (0, &Value::Bool(true)), "{end:#}");
+    let news = page.join().unwrap();
+    let last = news.last().unwrap();
+    assert!(
+        last["end"].as_array().unwrap().iter().any(|says| says.as_str().unwrap().starts_with("next: ")),
+        "{last:#}"
+    );
+    assert!(last["goals"].as_array().unwrap().iter().all(|goal| goal["state"] == "enough"), "{last:#}");
+    // What is lacking falls while it is recorded, in the units that engineers say.
+    let delays: Vec<&Value> = news.iter().flat_map(|state| state["goals"].as_array().into_iter().flatten()).collect();
+    let delays: Vec<&&Value> = delays.iter().filter(|goal| goal["name"] == "delay d").collect();
+    assert!(delays.iter().any(|goal| goal["share"].as_f64() < Some(1.0)), "{delays:?}");
+    assert!(delays.iter().all(|goal| goal["needed"].as_str().unwrap().ends_with(" ms")), "{delays:?}");
+    // Each order of the terminal was on the page.
+    for says in guided.events.iter().filter(|event| event["event"] == "state").map(|event| &event["says"]) {
+        assert!(news.iter().any(|state| state["now"] == *says), "{says} is not on the page");
+    }
 }

@@ -2,6 +2,7 @@
 
 use crate::{
     cli::Format,
+    dashboard,
     guide::{self, From, Precisions, Settings},
     live::Address,
     settings::{Source, Speed},
@@ -29,6 +30,8 @@ Examples:
                                                         until the delay is known to 0.2 ms
   truerate guide --source sim --hide lag --speed max -o try.csv
                                                         a simulated hand that follows: what a recording looks like
+  truerate guide --source serial:/dev/ttyUSB0 --dashboard 0.0.0.0:7777 -o hand.csv
+                                                        on a phone beside the sensor too, at the address that it prints
   truerate guide --source sim --want scale-factor,bias --to 1% --speed max --format json -o events.csv
                                                         events for a program, a line of JSON each
 
@@ -67,6 +70,9 @@ pub struct Args {
     /// How fast a simulated hand moves: 1 is real time, `max` as fast as it is computed [default: 1]
     #[arg(long, value_name = "X|max")]
     speed: Option<String>,
+    /// Show it on a page too: the address where it listens, 127.0.0.1:0 for any free port
+    #[arg(long, value_name = "ADDR")]
+    dashboard: Option<String>,
     /// `text`, or `json` for events, a line each
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -95,6 +101,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         effects,
         precisions,
         json: args.format == Format::Json,
+        dashboard: args.dashboard.as_deref().map(dashboard::address).transpose()?.flatten(),
     };
     let ending = guide::run(&settings, &Stop::on_signals().context("signals")?)?;
     Ok(if ending.complete { ExitCode::SUCCESS } else { ExitCode::from(LACKS) })

@@ -138,14 +138,15 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     beside.push(".truth.toml");
     let beside = PathBuf::from(beside);
     model_file::save(&beside, &truth(&args.output))?;
+    let axes: Vec<&str> = record.fitted_axes().into_iter().map(Axis::letter).collect();
     let hidden: Vec<&str> = scenario.hidden.iter().map(|h| h.effect.card().id).collect();
     print(&format!(
-        "{}: {} rows, {} s at {} Hz, axis {}\nhidden: {}; the truth is in {}\n",
+        "{}: {} rows, {} s at {} Hz, {}\nhidden: {}; the truth is in {}\n",
         args.output.display(),
         record.len(),
         args.seconds,
         args.rate,
-        args.axis,
+        if axes.len() > 1 { format!("axes {}", axes.join(" ")) } else { format!("axis {}", axes.concat()) },
         if hidden.is_empty() { "nothing".to_owned() } else { hidden.join(", ") },
         beside.display()
     ))?;

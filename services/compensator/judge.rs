@@ -150,6 +150,10 @@ impl Judgement {
             (axis.verdict, axis.searched) = (found.verdict, true);
             axis.says.clone_from(&found.says);
             axis.suspects.clone_from(&found.suspects);
+            // A search knows which part of the error an effect would remove.
+            axis.budget.clone_from(&found.budget);
+            axis.limited_by = found.limited_by;
+            axis.limited_says.clone_from(&found.limited_says);
         }
     }
 }

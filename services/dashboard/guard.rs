@@ -25,7 +25,9 @@ pub struct Guard {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Refused {
     /// The name in the address bar isn't ours.
-    #[error("this dashboard does not answer to that host name; open it by the address that `truerate run` printed")]
+    #[error(
+        "this dashboard does not answer to that host name; open it by the address that was printed when it started"
+    )]
     Host,
     /// A page of another origin asks.
     #[error("commands are taken from this dashboard's own page only")]

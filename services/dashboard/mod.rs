@@ -87,6 +87,7 @@ pub fn run(hub: &Hub, domain: &Domain, run: &Run, folder: &RunFolder, stop: &Sto
     let place = std::env::current_dir().context("the current folder")?;
     let names = folder.clone();
     let shop = |guard: Guard| Shop {
+        home: server::DASHBOARD,
         scene: scene.clone(),
         guard: Arc::new(guard),
         errands: errands.clone(),

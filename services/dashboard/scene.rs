@@ -83,11 +83,8 @@ pub struct Kept {
     pub model: Option<Parameters>,
 }
 
-impl Default for Kept {
-    /// The memory of the rows is taken, and touched, now, so that it stays the same however long a stream runs.
-    fn default() -> Self {
-        let mut rows = VecDeque::from(vec![Row::EMPTY; ROWS]);
-        rows.clear();
+impl Kept {
+    fn of(rows: VecDeque<Row>) -> Self {
         Self {
             steps: VecDeque::new(),
             errors: VecDeque::new(),
@@ -109,12 +106,31 @@ pub struct Scene {
 }
 
 impl Default for Scene {
+    /// The memory of the rows is taken, and touched, now, so that it stays the same however long a stream runs.
     fn default() -> Self {
-        Self { kept: Arc::default(), pages: broadcast::channel(WAITING).0 }
+        let mut rows = VecDeque::from(vec![Row::EMPTY; ROWS]);
+        rows.clear();
+        Self::of(Kept::of(rows))
     }
 }
 
 impl Scene {
+    fn of(kept: Kept) -> Self {
+        Self { kept: Arc::new(Mutex::new(kept)), pages: broadcast::channel(WAITING).0 }
+    }
+
+    /// One that keeps no rows and takes no memory for them.
+    #[must_use]
+    pub fn without_rows() -> Self {
+        Self::of(Kept::of(VecDeque::new()))
+    }
+
+    /// Whether a page is open.
+    #[must_use]
+    pub fn is_watched(&self) -> bool {
+        self.pages.receiver_count() > 0
+    }
+
     /// What is kept. A thread that panicked while it held it left nothing half done that matters here.
     pub fn kept(&self) -> MutexGuard<'_, Kept> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)

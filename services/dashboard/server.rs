@@ -44,6 +44,8 @@ pub type Exporter = dyn Fn(&Scene, &str) -> Download + Send + Sync;
 /// Everything that a request can reach.
 #[derive(Clone)]
 pub struct Shop {
+    /// The first page: [`DASHBOARD`] or [`GUIDE`].
+    pub home: &'static str,
     /// What there is to see.
     pub scene: Scene,
     /// Who may.
@@ -60,10 +62,15 @@ pub struct Shop {
 #[derive(Clone, Copy)]
 struct Own(bool);
 
-/// The files of the page: name, type, content.
+/// The page of a running pipeline.
+pub const DASHBOARD: &str = include_str!("../web/dashboard.html");
+/// The page of a guided recording.
+pub const GUIDE: &str = include_str!("../web/guide.html");
+
+/// The files of both pages: name, type, content.
 const FILES: [(&str, &str, &str); 7] = [
-    ("", "text/html; charset=utf-8", include_str!("../web/dashboard.html")),
     ("dashboard.js", "text/javascript", include_str!("../web/dashboard.js")),
+    ("guide.js", "text/javascript", include_str!("../web/guide.js")),
     ("charts.js", "text/javascript", include_str!("../web/charts.js")),
     ("parts.js", "text/javascript", include_str!("../web/parts.js")),
     ("style.css", "text/css", include_str!("../web/style.css")),
@@ -117,7 +124,7 @@ pub fn serve(listener: TcpListener, shop: Shop) -> io::Result<()> {
 
 fn router(shop: Shop) -> Router {
     Router::new()
-        .route("/", get(|| async { file("") }))
+        .route("/", get(|State(shop): State<Shop>| async move { page(shop.home) }))
         .route("/{name}", get(|UrlPath(name): UrlPath<String>| async move { file(&name) }))
         .route("/events", get(events))
         .route("/order", post(order))
@@ -158,6 +165,10 @@ async fn guarded(
         headers.insert(header::SET_COOKIE, cookie);
     }
     response
+}
+
+fn page(content: &'static str) -> Response {
+    ([(header::CONTENT_TYPE, "text/html; charset=utf-8")], content).into_response()
 }
 
 fn file(name: &str) -> Response {

@@ -144,7 +144,7 @@ fn cannot(linear: &Linear, autopilot: &str) -> Vec<String> {
     let missing: Vec<&str> = Axis::ALL.into_iter().filter(|a| !linear.axes.contains(a)).map(Axis::letter).collect();
     if !missing.is_empty() {
         says.push(format!(
-            "the model says nothing of axis {}: its parameters are left as they are",
+            "the model says nothing of axis {}: the autopilot's parameters there are left as they are",
             missing.join(", ")
         ));
     }

@@ -1,7 +1,7 @@
 //! Plain lines, where standard output is no terminal: what changes, and how it stands every five seconds.
 
 use super::{Ending, Show, screen};
-use crate::commands::print;
+use crate::{commands::print, report::terminal::Terminal};
 use anyhow::Result;
 use gyro_model::guide::State;
 
@@ -69,6 +69,6 @@ impl Show for Lines {
     }
 
     fn end(&mut self, ending: &Ending) -> Result<()> {
-        print(&screen::end(ending).join("\n"))
+        print(&screen::end(ending, Terminal::detect().width).join("\n"))
     }
 }

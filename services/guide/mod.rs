@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! source ──▶ log (every row, at once)
-//!        └─▶ guide ──▶ show (terminal, lines, JSON)
+//!        └─▶ guide ──▶ show (terminal, lines, JSON; a page beside them)
 //!              ▲ └──▶ worker: fits, rehearses, searches, beside the rows
 //!              └────────┘
 //! ```
@@ -10,6 +10,7 @@
 mod ending;
 mod json;
 mod lines;
+mod page;
 mod precision;
 mod screen;
 mod source;
@@ -29,6 +30,7 @@ use gyro_model::{
 use ipc_types::health::SourceHealth;
 use source::{Next, Source};
 use std::{
+    net::SocketAddr,
     path::PathBuf,
     time::{Duration, Instant},
 };
@@ -48,6 +50,8 @@ pub struct Settings {
     pub precisions: Precisions,
     /// Events as JSON, a line each.
     pub json: bool,
+    /// Where a page shows the same; `None` for no page.
+    pub dashboard: Option<SocketAddr>,
 }
 
 /// What must be known of any gyro before what is missing shows.
@@ -87,6 +91,9 @@ pub fn run(settings: &Settings, stop: &Stop) -> Result<Ending> {
     } else {
         Box::new(lines::Lines::default())
     };
+    if let Some(address) = settings.dashboard {
+        show = Box::new(page::Page::open(address, &settings.log, show)?);
+    }
     let recorded = record(settings, stop, &mut log, show.as_mut());
     // Whatever happened, what was recorded stays.
     log.finish()?;

@@ -40,7 +40,7 @@ impl Show for Screen {
     }
 
     fn end(&mut self, ending: &Ending) -> Result<()> {
-        print(&format!("\n{}", end(ending).join("\n")))
+        print(&format!("\n{}", end(ending, Terminal::detect().width).join("\n")))
     }
 }
 
@@ -166,8 +166,8 @@ pub(super) fn stands(goal: &Goal) -> String {
     format!("{} {name}: {now}, wanted {wanted}: {percent:.0} % of the information", goal.axis)
 }
 
-/// What it came to.
-pub(super) fn end(ending: &Ending) -> Vec<String> {
+/// What it came to, in lines of this width.
+pub(super) fn end(ending: &Ending, width: usize) -> Vec<String> {
     let mut out = Vec::new();
     let Some(log) = &ending.log else {
         return vec!["nothing was recorded: no row came that can be used".to_owned()];
@@ -183,12 +183,9 @@ pub(super) fn end(ending: &Ending) -> Vec<String> {
     }
     let is_answer = |told: &&Told| ending.course || !matches!(told.verdict, Verdict::Adequate | Verdict::CannotTell);
     for told in ending.verdicts.iter().filter(is_answer) {
-        out.extend(wrapped(&format!("axis {}  {}", told.axis, told.headline), Terminal::detect().width));
+        out.extend(wrapped(&format!("axis {}  {}", told.axis, told.headline), width));
         if !told.separate_by.is_empty() {
-            out.extend(wrapped(
-                &format!("To tell {} apart: {}.", told.effects.join(" and "), told.separate_by),
-                Terminal::detect().width,
-            ));
+            out.extend(wrapped(&format!("To tell {} apart: {}.", told.effects.join(" and "), told.separate_by), width));
         }
     }
     if !ending.complete {

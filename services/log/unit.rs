@@ -168,13 +168,22 @@ pub fn near(written: &str) -> Option<String> {
         "ref_qx",
         "ref_qy",
     ];
-    if !matches!(name(written), Name::Free) || written.len() < 5 {
+    if !matches!(name(written), Name::Free) {
         return None;
     }
     let lower = written.to_lowercase();
     let (_, suffix) = SUFFIXES.iter().find_map(|s| lower.rsplit_once('_').filter(|(_, end)| end == s)).unzip();
     let ending = suffix.map_or(String::new(), |suffix| format!("_{suffix}"));
     let bare = lower.strip_suffix(&ending).unwrap_or(&lower);
+    // Short names that others give a gyro.
+    let rest = |base: &&str| bare.strip_prefix(*base).map(|rest| rest.trim_start_matches(['_', '.']));
+    if let Some(axis) = ["g", "gyr", "w", "omega"].iter().filter_map(rest).find(|rest| matches!(*rest, "x" | "y" | "z"))
+    {
+        return Some(format!("gyro_{axis}{ending}"));
+    }
+    if written.len() < 5 {
+        return None;
+    }
     let near = BASES.iter().filter(|base| bare.chars().last() == base.chars().last());
     let near = near.map(|base| (strsim::damerau_levenshtein(bare, base), base)).filter(|(distance, _)| *distance <= 2);
     near.min().map(|(_, base)| format!("{base}{ending}"))
@@ -245,6 +254,8 @@ mod tests {
     fn a_slip_of_the_pen_is_named() {
         assert_eq!(near("ref_agnle_z").as_deref(), Some("ref_angle_z"));
         assert_eq!(near("gyr_x_dps").as_deref(), Some("gyro_x_dps"));
+        assert_eq!(near("gz").as_deref(), Some("gyro_z"));
+        assert_eq!(near("omega_y_dps").as_deref(), Some("gyro_y_dps"));
         for text in ["gyro_x", "motor_x", "angle", "ref_qw", "load", "gyro_q"] {
             assert_eq!(near(text), None, "{text}");
         }

@@ -5,7 +5,7 @@
 use super::{Against, Change};
 use gyro_model::{
     diagnosis::{AxisDiagnosis, Diagnosis, Ladder},
-    headline::{self, Headline, Named, Together},
+    headline::{self, Beside, Headline, Named, Together},
 };
 use serde::Serialize;
 
@@ -64,7 +64,7 @@ pub(super) fn change(change: &Change) -> String {
     })
 }
 
-/// `compare --against`: the model's diagnosis, with the other's under `against`.
+/// `compare --against`: the model's diagnosis, with the other's under `against`, and how it stands on each axis.
 pub(super) fn against(against: &Against) -> String {
     #[derive(Serialize)]
     struct Other<'a> {
@@ -77,11 +77,26 @@ pub(super) fn against(against: &Against) -> String {
         diagnosis: Diagnosis,
         model: &'a str,
         against: Other<'a>,
+        beside: Vec<Beside>,
+        #[serde(flatten)]
+        together: Together,
+    }
+    let mut axes = spoken(&against.diagnosis.axes);
+    let (mut beside, mut named) = (Vec::new(), Vec::new());
+    for (axis, spoken) in against.diagnosis.axes.iter().zip(&mut axes) {
+        let Some(other) = against.other.axes.iter().find(|other| other.axis == axis.axis) else { continue };
+        let names = (against.model, against.other_model);
+        let Headline { answer, at_source } = headline::of_against(names, axis, other, &[]);
+        (spoken.headline, spoken.at_source) = (answer, at_source);
+        beside.extend(Beside::of(axis, other));
+        named.push(headline::by_which(axis, other));
     }
     line(&Json {
-        diagnosis: Diagnosis { axes: spoken(&against.diagnosis.axes), ..against.diagnosis.clone() },
+        diagnosis: Diagnosis { axes, ..against.diagnosis.clone() },
         model: against.model,
         against: Other { model: against.other_model, axes: spoken(&against.other.axes) },
+        beside,
+        together: Together::of(&named),
     })
 }
 

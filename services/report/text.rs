@@ -6,6 +6,7 @@ use super::{
     units,
     view::{AxisView, Page, ParameterView, Row, Story},
 };
+use gyro_model::diagnosis::Verdict;
 
 /// Suspects shown: the rest removes less and only distracts; JSON and HTML have them all.
 const SUSPECTS: usize = 4;
@@ -102,21 +103,23 @@ impl Screen {
                 self.wrapped("  ", &format!("At the source: {}.", shared.at_source.trim_end_matches('.')), Ink::Plain);
             }
         }
+        let [axis, first, second, third] = story.head;
         let wide = |of: &dyn Fn(&Row) -> &str, head: &str| {
             let longest = story.rows.iter().map(|row| of(row).chars().count()).max().unwrap_or(0);
             longest.max(head.len())
         };
-        let (a, w, s) = (wide(&|r| &r.axis, "axis"), wide(&|r| &r.what, "what"), wide(&|r| &r.size, "size"));
-        let head = self.terminal.paint(Ink::Quiet, &format!("{:a$}  {:w$}  {:s$}  left", "axis", "what", "size"));
+        let (a, w, s) = (wide(&|r| &r.axis, axis), wide(&|r| &r.cells[0], first), wide(&|r| &r.cells[1], second));
+        let head = self.terminal.paint(Ink::Quiet, &format!("{axis:a$}  {first:w$}  {second:s$}  {third}"));
         self.line(&format!("\n{head}"));
         for row in &story.rows {
-            let what = self.terminal.paint(Ink::Strong, &format!("{:w$}", row.what));
-            if a + w + s + row.left.chars().count() + 6 > self.terminal.width && !row.left.is_empty() {
-                // Too narrow: what is left has a line of its own.
-                self.line(&format!("{:a$}  {what}  {:s$}", row.axis, row.size));
-                self.line(&format!("{:a$}  {}", "", row.left));
+            let [what, size, left] = &row.cells;
+            let what = self.terminal.paint(Ink::Strong, &format!("{what:w$}"));
+            if a + w + s + left.chars().count() + 6 > self.terminal.width && !left.is_empty() {
+                // Too narrow: the last one has a line of its own.
+                self.line(&format!("{:a$}  {what}  {size:s$}", row.axis));
+                self.line(&format!("{:a$}  {left}", ""));
             } else {
-                self.line(&format!("{:a$}  {what}  {:s$}  {}", row.axis, row.size, row.left));
+                self.line(&format!("{:a$}  {what}  {size:s$}  {left}", row.axis));
             }
         }
     }
@@ -135,8 +138,14 @@ impl Screen {
             self.wrapped("        ", &format!("At the source: {}.", axis.at_source), Ink::Plain);
         }
         self.wrapped("        ", &format!("Verdict: {}.", axis.label), Ink::Quiet);
-        self.wrapped("        ", &axis.says, Ink::Quiet);
-        self.limit(axis);
+        // A fault of the data is the headline already.
+        let said = axis.verdict == Verdict::BadData && axis.headline.contains(axis.says.trim_end_matches('.'));
+        if !said {
+            self.wrapped("        ", &axis.says, Ink::Quiet);
+        }
+        if axis.verdict != Verdict::BadData {
+            self.limit(axis);
+        }
         self.steps(axis);
         self.curve(axis);
         self.parameters(axis);
@@ -217,7 +226,7 @@ impl Screen {
         self.heading("drift over a time τ, on data not used for the fit");
         let band = self.terminal.width >= BANDED;
         let drift = self.terminal.width >= DRIFTED;
-        let columns = 39 + if pair { 10 } else { 0 } + if band { 14 } else { 0 } + if drift { 9 } else { 0 };
+        let columns = 39 + if pair { 10 } else { 0 } + if band { 14 } else { 0 } + if drift { 11 } else { 0 };
         let width = self.terminal.width.saturating_sub(columns).clamp(8, 48);
         let scale = Scale::around(rows.iter().flat_map(|r| [r.before, r.error, r.floor, r.floor_99]).flatten(), width);
         let other = axis.curves.first().map_or("", |curve| curve.label.as_str());
@@ -238,7 +247,7 @@ impl Screen {
         let scale_says = self.terminal.paint(Ink::Quiet, scale_says);
         let head = |upper: &str, angle: &str| {
             let upper = if band { format!("{upper:>14}") } else { String::new() };
-            let angle = if drift { format!("{angle:>9}") } else { String::new() };
+            let angle = if drift { format!("{angle:>11}") } else { String::new() };
             (angle, upper)
         };
         let (angle, upper) = head("floor stays", "angle");

@@ -149,8 +149,8 @@
     const xs = steps.map(s => s.t), i = at();
     const of = key => steps.map(s => s.axes[i][key]);
     const x = { label: 'time', unit: 's', range: () => live() };
-    rate ??= Charts.make($('rate'), { name: 'Rate over the last half minute', x, y: { label: 'rate', unit: '°/s' }, height: 240, sync: 'live', draw: marks(true), series: [{ label: 'measured', ink: 'measured', width: 4, unit: '°/s' }, { label: 'model', ink: 'model', width: 1.6, unit: '°/s' }], data: [xs, of('measured'), of('model')] });
-    residual ??= Charts.make($('residual'), { name: 'Residual over the last half minute', x, y: { label: 'residual', unit: '°/s', range: calm(0.02) }, height: 170, sync: 'live', draw: marks(false), series: [{ label: 'model − measured', ink: 'residual', width: 1.6, unit: '°/s' }], data: [xs, of('residual')] });
+    rate ??= Charts.make($('rate'), { name: 'Rate over the last half minute', x, y: { label: 'rate', unit: '°/s' }, height: 240, sync: 'time', draw: marks(true), series: [{ label: 'measured', ink: 'measured', width: 4, unit: '°/s' }, { label: 'model', ink: 'model', width: 1.6, unit: '°/s' }], data: [xs, of('measured'), of('model')] });
+    residual ??= Charts.make($('residual'), { name: 'Residual over the last half minute', x, y: { label: 'residual', unit: '°/s', range: calm(0.02) }, height: 170, sync: 'time', draw: marks(false), series: [{ label: 'model − measured', ink: 'residual', width: 1.6, unit: '°/s' }], data: [xs, of('residual')] });
     rate.set([xs, of('measured'), of('model')]);
     residual.set([xs, of('residual')]);
   }
@@ -161,7 +161,7 @@
     const list = scene.errors.filter(e => e.axis === axis && e.ratio > 0);
     if (!list.length) return;
     const data = [list.map(e => e.t), list.map(e => e.ratio), list.map(() => 1), Charts.positive(list.map(e => e.error))];
-    falling ??= Charts.make($('falling'), { name: 'Largest error over floor, over time', x: { label: 'time', unit: 's' }, y: { label: 'error / floor', unit: '', log: true, range: (u, min, max) => [0.7, Math.max(3, (max ?? 1) * 1.4)] }, height: 220, draw: marks(true), series: [{ label: 'largest error / floor', ink: 'model', width: 2, points: 4 }, { label: 'floor', ink: 'floor', width: 2, dash: [7, 4] }, { label: 'error at 1 s', ink: 'residual', bare: true, unit: '°/s' }], data });
+    falling ??= Charts.make($('falling'), { name: 'Largest error over floor, over time', x: { label: 'time', unit: 's' }, y: { label: 'error / floor', unit: '', log: true, range: (u, min, max) => [0.7, Math.max(3, (max ?? 1) * 1.4)] }, height: 220, sync: 'time', draw: marks(true), series: [{ label: 'largest error / floor', ink: 'model', width: 2, points: 4 }, { label: 'floor', ink: 'floor', width: 2, dash: [7, 4] }, { label: 'error at 1 s', ink: 'residual', bare: true, unit: '°/s' }], data });
     falling.set(data);
   }
 
@@ -175,7 +175,10 @@
     const figure = (of, value, floor) => h('.figure', h('.of', of), h('.value', value), h('.of', floor));
     const nearest = tau => judged?.tau.length && tau > 0.7 * judged.tau[0] && tau < 1.4 * judged.tau.at(-1) ? judged.tau.reduce((best, t, k) => (Math.abs(Math.log(t / tau)) < Math.abs(Math.log(judged.tau[best] / tau)) ? k : best), 0) : null;
     const figures = [0.1, 1, 10].map(tau => { const k = nearest(tau); return k == null ? null : figure(`error at ${Charts.seconds(judged.tau[k])} s`, `${number(judged.error[k])} °/s`, `${number(judged.error[k] * judged.tau[k])}° in that time; floor: ${number(judged.floor[k])} °/s`); });
-    fill('verdict', h('p.soft.small', `axis ${axis}`), Parts.answer(view),
+    // What the answer asks for is one press away.
+    const best = view.verdict === 'missing-effect' && view.suspects[0];
+    const add = best && h('p', h('button.primary.large', { type: 'button', 'data-do': 'add', 'data-effect': best.effect, 'data-axis': axis, title: `Add ${best.effect} to the model (a)`, disabled: busy ? '' : null }, `Add ${best.effect.replaceAll('-', ' ')} to the model`));
+    fill('verdict', h('p.soft.small', `axis ${axis}`), Parts.answer(view), add,
       h('.figures', figures, view.error_over_floor == null ? null : figure('error at its worst', `${number(view.error_over_floor)} × floor`, view.within_floor ? 'no more than noise and set-up make' : 'more than noise and set-up make')));
     drawCurve(view);
     drawLimit(view.limit);
@@ -193,7 +196,7 @@
     if (shape === limitShape) return;
     limitShape = shape;
     limits?.destroy();
-    limits = Charts.make($('limit'), { ...spec, height: 240 });
+    limits = Charts.make($('limit'), { ...spec, height: 240, sync: 'tau' });
   }
   function drawCurve(view) {
     const judged = view.curves[view.judged];
@@ -206,7 +209,7 @@
     const shape = axis + curves.map(c => c.label).join();
     const spec = Charts.errorCurveSpec(curves, 0);
     if (shape !== curveShape) { curve?.destroy(); curve = null; curveShape = shape; }
-    if (curve) curve.set(spec.data); else curve = Charts.make($('curve'), { ...spec, height: 320 });
+    if (curve) curve.set(spec.data); else curve = Charts.make($('curve'), { ...spec, height: 320, sync: 'tau' });
   }
 
   // ---- the challenger --------------------------------------------------------------------------------------------------
@@ -224,7 +227,7 @@
     const shape = curves.map(c => c.label).join();
     const spec = Charts.errorCurveSpec(curves, 1);
     if (shape !== duelShape) { duel?.destroy(); duel = null; duelShape = shape; }
-    if (duel) duel.set(spec.data); else duel = Charts.make($('trial'), { ...spec, name: 'Error of the model in use and of the other one', height: 240 });
+    if (duel) duel.set(spec.data); else duel = Charts.make($('trial'), { ...spec, name: 'Error of the model in use and of the other one', height: 240, sync: 'tau' });
   }
 
   // ---- the model ---------------------------------------------------------------------------------------------------------
@@ -236,7 +239,7 @@
       h('.choices', h('button', { type: 'button', 'data-do': 'undo', title: 'Back to the model before the last change (u)', disabled: busy ? '' : null }, 'Undo'),
         h('button', { type: 'button', 'data-do': model.paused ? 'resume' : 'pause', title: 'Learning on and off (p)', disabled: busy ? '' : null }, model.paused ? 'Resume learning' : 'Pause learning'),
         h('button', { type: 'button', 'data-do': 'forget', title: 'Forget what was seen so far', disabled: busy ? '' : null }, 'Forget')),
-      h('p.soft.small', model.paused ? 'Learning rests: by command, or because the motion excites too little.' : `Fitted on ${model.samples.toLocaleString('en')} samples.`),
+      h('p.soft.small', model.paused ? 'Learning rests: by command, or because the motion excites too little.' : `Fitted on the motion so far, thinned to ${model.samples.toLocaleString('en')} means.`),
       h('table.values', h('tbody', mine.parameters.map(p => h('tr', h('td', { title: p.says }, `${p.effect} `, h('code', p.name)), h('td.number', p.shown))))));
   }
   let minis = new Map();
@@ -255,7 +258,7 @@
       const bound = sign => found.map(x => (x && x[2] != null ? x[1] + sign * x[2] : x ? x[1] : null));
       const data = [ts, found.map(x => (x ? x[1] : null)), bound(1), bound(-1)];
       const { unit } = mini.p;
-      mini.chart ??= Charts.make(mini.place, { name: `${mini.p.effect} ${mini.p.name} over time`, x: { label: 'time', unit: 's' }, y: { label: mini.p.name, unit }, height: 150, draw: marks(false), bands: [[2, 3]], series: [{ label: mini.p.name, ink: 'model', width: 1.8, unit }, { label: '', ink: 'band', width: 1 }, { label: '', ink: 'band', width: 1 }], data });
+      mini.chart ??= Charts.make(mini.place, { name: `${mini.p.effect} ${mini.p.name} over time`, x: { label: 'time', unit: 's' }, y: { label: mini.p.name, unit }, height: 150, sync: 'time', draw: marks(false), bands: [[2, 3]], series: [{ label: mini.p.name, ink: 'model', width: 1.8, unit }, { label: '', ink: 'band', width: 1 }, { label: '', ink: 'band', width: 1 }], data });
       mini.chart.set(data);
     }
   }

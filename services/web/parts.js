@@ -19,7 +19,7 @@ const Parts = (() => {
   const prose = text => text.split('`').map((part, k) => (k % 2 ? h('code', part) : part));
 
   // The answer in the page's largest words, what to do about it on the vehicle, and the verdict's own sentence.
-  const answer = view => [h('h2.answer', view.headline), view.at_source ? h('p', h('b', 'At the source: '), `${view.at_source}.`) : null, h('p.soft.small', h('b', `${view.label[0].toUpperCase()}${view.label.slice(1)}. `), Parts.prose(view.says))];
+  const answer = view => [h('h2.answer', view.headline), view.at_source ? h('p', h('b', 'At the source: '), `${view.at_source}.`) : null, h('p.soft.small', h('b', `${view.label[0].toUpperCase()}${view.label.slice(1)}. `), view.verdict === 'bad-data' && view.headline.includes(view.says.replace(/\.$/, '')) ? null : Parts.prose(view.says))];
 
   const panel = (size, heading, ...content) => h('section.panel' + (size ? '.' + size : ''), heading ? h('h3', heading) : null, ...content);
 
@@ -78,8 +78,8 @@ const Parts = (() => {
   function story(s) {
     return [
       s.shared.map(shared => [h('h2.answer', shared.says), shared.at_source ? h('p', h('b', 'At the source: '), `${shared.at_source.replace(/\.$/, '')}.`) : null]),
-      h('.scroll', h('table.values.story', h('thead', h('tr', ['axis', 'what', 'size', 'left of its error'].map(head => h('th', head)))),
-        h('tbody', s.rows.map(r => h('tr' + (r.tone ? '.' + r.tone : ''), h('td', r.axis), h('td', h('b', r.what)), h('td.number', r.size), h('td.number', r.left)))))),
+      h('.scroll', h('table.values.story', h('thead', h('tr', s.head.map(head => h('th', head)))),
+        h('tbody', s.rows.map(r => h('tr' + (r.tone ? '.' + r.tone : ''), h('td', r.axis), h('td', h('b', r.cells[0])), h('td.number', r.cells[1]), h('td.number', r.cells[2])))))),
     ];
   }
 

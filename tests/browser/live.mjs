@@ -23,6 +23,13 @@ await page.locator('#services tbody tr').first().evaluate(row => { row.marked = 
 await page.waitForTimeout(1500);
 check(await page.locator('#services tbody tr').first().evaluate(row => row.marked === true), 'rows are built anew at every update');
 
+// One cursor over all charts of one quantity.
+const over = await page.locator('#rate .u-over').boundingBox();
+await page.mouse.move(over.x + 0.8 * over.width, over.y + over.height / 2);
+const followed = chart => page.locator(chart).first().evaluate(c => (c.classList.contains('chart') ? c : c.querySelector('.chart')).classList.contains('hovered'));
+for (const chart of ['#residual', '#history']) check(await until(`${chart} to follow the cursor over the rate`, 20, () => followed(chart)), `${chart} does not follow the cursor over the rate`);
+await page.mouse.move(2, 2);
+
 await page.locator('#rate').focus();
 await page.keyboard.press('+');
 check(await page.locator('#rate').evaluate(c => c.classList.contains('zoomed')), 'the key + does not zoom');
@@ -76,7 +83,7 @@ async function theLoop() {
   const worst = await ratio();
   check(worst > 1.2, `the error is ${worst} times its floor before anything was added`);
   if (process.env.TRUERATE_SHOTS) await page.screenshot({ path: `${process.env.TRUERATE_SHOTS}/missing.png`, fullPage: true });
-  await card.getByRole('button', { name: 'Add' }).click();
+  await page.locator('#verdict').getByRole('button', { name: 'Add' }).click();
   await until(`${effect} in the model`, 60, async () => (await chips()).some(c => c.startsWith(effect)));
   await until('the error at its floor', 120, async () => await ratio() <= 1.2);
   await until('the picture of the trial', 30, async () => await page.locator('#trial canvas').count() > 0);

@@ -5,6 +5,7 @@
 use ipc_types::domain::Domain;
 use std::{
     fs,
+    io::{BufRead, BufReader},
     os::unix::fs::PermissionsExt,
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
@@ -116,6 +117,28 @@ fn what_is_hidden_is_named_added_and_undone_on_the_page() {
     }
     let pipeline = Pipeline::start("loop", &["--hide", "delay:d=0.02"]);
     drive("live.mjs", &[&pipeline.url("loop"), &pipeline.wrapper(), "loop", "delay"]);
+}
+
+#[test]
+fn a_guided_recording_is_led_from_its_page() {
+    if !is_there() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let words =
+        ["guide", "--source", "sim", "--hide", "lag", "--speed", "4", "--dashboard", "127.0.0.1:0", "-o", "a.csv"];
+    let mut child = Command::new(PROGRAM)
+        .args(words)
+        .current_dir(folder.path())
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut line = String::new();
+    BufReader::new(child.stderr.take().unwrap()).read_line(&mut line).unwrap();
+    drive("guide.mjs", &[line.trim().trim_start_matches("dashboard: ")]);
+    assert_eq!(child.wait().unwrap().code(), Some(0));
 }
 
 #[test]

@@ -111,8 +111,8 @@ pub fn says(
         },
         LimitedBy::MissingEffect => format!("an effect that the model lacks ({part}). Add it and look again."),
         LimitedBy::Unattributed => format!(
-            "an error that goes with no noise of gyro, reference or clock that this log shows ({part}). See where it fails; check the \
-             reference and its mounting."
+            "an error that no noise of gyro, reference or clock explains ({part}). Either the model lacks an effect, or the reference or its \
+             mounting is wrong: see where it fails."
         ),
     }
 }

@@ -22,7 +22,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "changing rates, more than one frequency",
     mended_by: "re-stamping: the estimate is valid at t − d, live and in logs",
-    at_source: "stamp the reading at the sensor's interrupt (and the reference likewise), not where it is received; raise the sensor's low-pass filter",
+    at_source: "stamp gyro and reference when they measure (at the sensor's interrupt), not when they are received; raise the cut-off of the sensor's low-pass filter",
     traits: &[],
     aliases: &[
         Alias {

@@ -70,7 +70,9 @@ impl Effect for EncoderSubdivision {
     }
 
     fn says(&self, _: Axis, p: &[Measured]) -> String {
-        format!("the encoder is off by {} {} times a turn", amplitude(p).size("rad"), p[2].value.round())
+        let times =
+            if p[2].value.round() == 2.0 { "twice".to_owned() } else { format!("{} times", p[2].value.round()) };
+        format!("the encoder is off by {}, {times} a turn", amplitude(p).size("rad"))
     }
 
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {

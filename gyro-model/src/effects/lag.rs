@@ -23,7 +23,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "content near 1/(2πτ), steps",
     mended_by: "the inverse filter, which amplifies noise above 1/(2πτ)",
-    at_source: "raise the sensor's low-pass filter",
+    at_source: "raise the cut-off of the sensor's low-pass filter",
     traits: &[],
     aliases: &[
         Alias {

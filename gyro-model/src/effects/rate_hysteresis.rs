@@ -100,7 +100,7 @@ impl Effect for RateHysteresis {
 
     fn says(&self, _: Axis, p: &[Measured]) -> String {
         format!(
-            "your gyro's reading depends on whether the rate came from above or from below: it stays {} behind at every turn",
+            "your gyro's reading depends on whether the rate came from above or from below: it stays {} behind when the rate begins to rise or to fall",
             p[0].size("rad/s")
         )
     }

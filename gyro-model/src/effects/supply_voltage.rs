@@ -67,7 +67,7 @@ impl Effect for SupplyVoltage {
     }
 
     fn says(&self, _: Axis, p: &[Measured]) -> String {
-        format!("your gyro's zero {} by {}", p[0].goes(), p[0].size("rad/s/V"))
+        format!("your gyro's zero {} by {}", p[0].goes(), p[0].size("rad/s/V").replace("/V", " per V"))
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

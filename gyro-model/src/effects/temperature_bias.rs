@@ -83,8 +83,8 @@ impl Effect for TemperatureBias {
     }
 
     fn says(&self, _: Axis, p: &[Measured]) -> String {
-        let bends = if p[1].is_seen() { ", bending as it goes" } else { "" };
-        format!("your gyro's zero {} by {} (at 25 °C){bends}", p[0].goes(), p[0].size("rad/s/K"))
+        let bends = if p[1].is_seen() { " at 25 °C, and by another amount at other temperatures" } else { "" };
+        format!("your gyro's zero {} by {}{bends}", p[0].goes(), p[0].size("rad/s/K").replace("/K", " per K"))
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

@@ -54,7 +54,8 @@ impl Effect for TemperatureScale {
     }
 
     fn says(&self, _: Axis, p: &[Measured]) -> String {
-        format!("your gyro's reading of a turn {} by {}", p[0].goes(), p[0].size("1/K"))
+        let size = p[0].size("1/K").replace("/K", " per K");
+        format!("the size of your gyro's readings {} by {size} as it gets warmer", p[0].goes())
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

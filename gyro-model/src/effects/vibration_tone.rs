@@ -79,7 +79,7 @@ impl Effect for VibrationTone {
         let amplitude = p[0].value.hypot(p[1].value);
         let along = (p[0].value * p[0].std_error).hypot(p[1].value * p[1].std_error) / amplitude;
         let amplitude = Measured { value: amplitude, std_error: along };
-        format!("your gyro is shaken by {} at {}", amplitude.size("rad/s"), p[2].signed("Hz"))
+        format!("your gyro reads a vibration of {} as {} of rotation", p[2].signed("Hz"), amplitude.size("rad/s"))
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

@@ -266,8 +266,20 @@ fn factor(ratio: f64, axis: Axis, column: &str) -> Option<String> {
     // a sensor of another kind may be anything.
     let (unit, setting) = (0.15, 0.05);
     let known = [
-        (1.0 / DEGREES, unit, format!("{gyro} looks like °/s: name it {gyro}_dps")),
-        (DEGREES, unit, format!("{column} looks like degrees: add _deg (an angle) or _dps (a rate) to its name")),
+        (
+            1.0 / DEGREES,
+            unit,
+            format!(
+                "{gyro} looks like °/s (name it {gyro}_dps), or {column} like rad or rad/s though its name says degrees"
+            ),
+        ),
+        (
+            DEGREES,
+            unit,
+            format!(
+                "{column} looks like degrees (add _deg to an angle's name, _dps to a rate's), or {gyro} like rad/s though its name says _dps"
+            ),
+        ),
         (1e-3, unit, format!("t looks like milliseconds (name it t_ms), or {gyro} like mrad/s")),
         (1e-6, unit, "t looks like microseconds: name it t_us".to_owned()),
         (1e-9, unit, "t looks like nanoseconds: name it t_ns".to_owned()),
@@ -307,8 +319,9 @@ fn number(ratio: f64) -> String {
 /// What no such gyro reads, rad/s: 4000 °/s.
 const FASTEST: f64 = 70.0;
 
-/// From one row of a gyro's log to the next at most, s.
+/// From one row of a gyro's log to the next, s: at most, and at least (32 kHz is the fastest that such sensors give).
 const SLOWEST: f64 = 1.5;
+const QUICKEST: f64 = 25e-6;
 
 /// Units that show without a reference.
 fn other_units(record: &Record, report: &mut Report) {
@@ -325,7 +338,15 @@ fn other_units(record: &Record, report: &mut Report) {
         }
     }
     let steps = record.rows.windows(2).map(|pair| (pair[1].t_ns - pair[0].t_ns) as f64 * 1e-9).collect();
-    if let Some(step) = quantile(steps, 0.5).filter(|step| *step > SLOWEST) {
+    let step = quantile(steps, 0.5);
+    if let Some(step) = step.filter(|step| *step > 0.0 && *step < QUICKEST) {
+        let says = format!(
+            "a row every {:.3} µs, by its times, is faster than any low-cost gyro gives them: name the times by their unit, t for s, t_ms, t_us or t_ns",
+            step * 1e6
+        );
+        report.add("wrong-unit", rows, Some(0.0), says);
+    }
+    if let Some(step) = step.filter(|step| *step > SLOWEST) {
         let unit = if step < 1e3 {
             "ms"
         } else if step < 1e6 {

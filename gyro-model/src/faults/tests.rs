@@ -177,3 +177,15 @@ fn degrees_that_wrap_are_known_whatever_the_unit_of_the_gyro() {
         assert!(units().any(names), "{:?}", units().collect::<Vec<_>>());
     }
 }
+
+#[test]
+fn rows_faster_than_any_gyro_gives_them_are_a_wrong_unit_of_the_times() {
+    let record = simulated(Vec::new(), "drive".parse().unwrap(), 3);
+    for (divided, is_fault) in [(1, false), (1000, true)] {
+        let mut record = record.clone();
+        record.rows.iter_mut().for_each(|row| row.t_ns /= divided);
+        let faults = check(&mut record, &[]).faults;
+        let told = faults.iter().any(|fault| fault.fault == "wrong-unit" && fault.says.contains("name the times"));
+        assert_eq!(told, is_fault, "{divided}: {faults:?}");
+    }
+}

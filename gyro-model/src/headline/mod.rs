@@ -6,12 +6,14 @@
 //! error without it ──┘    at the source: "stamp the reading at the sensor's interrupt …"
 //! ```
 
+mod against;
 mod left;
 mod rotation;
 #[cfg(test)]
 mod tests;
 mod together;
 
+pub use against::{Beside, Standing, by_which, of_against};
 pub use left::{Fall, said};
 pub use rotation::Rotation;
 pub use together::{Named, Shared, Together};

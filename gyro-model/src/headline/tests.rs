@@ -234,3 +234,41 @@ fn a_change_tells_what_it_did_to_the_error() {
     let needless = of_change(&["delay".into()], &[], Some(&before), &after);
     assert!(needless.answer.ends_with("this log does not tell it from nothing.") && needless.at_source.is_empty());
 }
+
+#[test]
+fn of_two_models_the_better_one_is_named_with_the_effect_that_makes_it_so() {
+    let with = |ratio: f64, effects: &[&str]| AxisDiagnosis {
+        effects: effects.iter().map(|id| (*id).to_owned()).collect(),
+        parameters: effects.iter().flat_map(|id| made_up(Axis::Z, id, 1.0)).collect(),
+        ..diagnosed(Verdict::Adequate, Vec::new(), ratio)
+    };
+    let base = with(60.0, &["scale-factor", "bias"]);
+    let new = with(1.02, &["scale-factor", "bias", "delay"]);
+    let says = |axis: &AxisDiagnosis, other: &AxisDiagnosis, told: &[&str]| {
+        let answer = of_against(("new.toml", "base.toml"), axis, other, told).answer;
+        println!("{answer}");
+        answer
+    };
+    let better = says(&new, &base, &[]);
+    assert!(better.contains("it is better. Your gyro is") && better.contains("which is noise"), "{better}");
+    assert!(!says(&new, &base, &["delay"]).contains("Your gyro"), "a cause that was told is told again");
+    // The worse model lacks what the better one has.
+    let worse = says(&base, &new, &[]);
+    assert!(worse.contains("it is worse. Your gyro is"), "{worse}");
+    let same = says(&with(1.1, &["scale-factor", "bias"]), &new, &[]);
+    assert!(same.contains("no difference beyond noise") && !same.contains("Your gyro"), "{same}");
+    let standings = [(&new, &base), (&base, &new), (&new, &new)].map(|(a, b)| Beside::of(a, b).unwrap().standing);
+    assert_eq!(standings, [Standing::Better, Standing::Worse, Standing::Same]);
+}
+
+#[test]
+fn two_models_that_differ_only_at_short_times_are_told_there() {
+    let new = diagnosed(Verdict::Adequate, Vec::new(), 1.0);
+    let mut base = new.clone();
+    base.error_curve[0].error = Some(9.0 * base.error_curve[0].floor.unwrap());
+    let beside = Beside::of(&new, &base).unwrap();
+    assert_eq!((beside.tau_s, beside.standing), (0.02, Standing::Better));
+    // Without an error there is nothing to compare.
+    base.error_curve.iter_mut().for_each(|p| p.error = None);
+    assert!(Beside::of(&new, &base).is_none());
+}

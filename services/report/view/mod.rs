@@ -16,7 +16,7 @@ use gyro_model::{
     Axis,
     detail::{AxisDetail, Trace, fails_where},
     diagnosis::{AxisDiagnosis, AxisLadder, Diagnosis, ErrorPoint, Ladder, Verdict},
-    headline::{self, Fall, Headline, Named, Together},
+    headline::{self, Beside, Fall, Headline, Named, Together},
 };
 use serde::Serialize;
 
@@ -169,17 +169,27 @@ impl Page {
     /// Of `compare --against`.
     #[must_use]
     pub fn of_against(against: &Against, context: &Context) -> Self {
-        let axes = against
-            .diagnosis
-            .axes
-            .iter()
-            .map(|axis| {
-                let other = against.other.axes.iter().find(|b| b.axis == axis.axis);
-                AxisView::of_pair(other, against.other_model, axis, against.model)
-            })
-            .collect();
+        let others = |axis: &AxisDiagnosis| against.other.axes.iter().find(|other| other.axis == axis.axis);
+        let pairs: Vec<(&AxisDiagnosis, Option<&AxisDiagnosis>)> =
+            against.diagnosis.axes.iter().map(|axis| (axis, others(axis))).collect();
+        let named: Vec<Named> =
+            pairs.iter().filter_map(|(axis, other)| other.map(|other| headline::by_which(axis, other))).collect();
+        let together = Together::of(&named);
+        let mut axes: Vec<AxisView> = Vec::new();
+        for &(axis, other) in &pairs {
+            let mut view = AxisView::of_pair(other, against.other_model, axis, against.model);
+            if let Some(other) = other {
+                let names = (against.model, against.other_model);
+                view.answer(headline::of_against(names, axis, other, &together.told(axis.axis)));
+            }
+            axes.push(view);
+        }
+        let besides: Vec<Option<Beside>> =
+            pairs.iter().map(|(axis, other)| other.and_then(|other| Beside::of(axis, other))).collect();
+        let story = Story::of_two(&together, &besides, &mut axes);
         let next = next_of(against.diagnosis.axes.iter().map(attention), context);
-        page(&format!("{} against {}", against.model, against.other_model), &against.diagnosis.log, axes, next)
+        let title = format!("{} against {}", against.model, against.other_model);
+        Self { story, ..page(&title, &against.diagnosis.log, axes, next) }
     }
 }
 

@@ -4,7 +4,7 @@ use super::{AxisView, axis};
 use gyro_model::{
     Axis,
     diagnosis::{ErrorPoint, ParameterValue, Verdict},
-    headline::{Fall, Named, Shared, Together},
+    headline::{Beside, Fall, Named, Shared, Standing, Together},
     units,
 };
 use serde::Serialize;
@@ -14,6 +14,8 @@ use serde::Serialize;
 pub struct Story {
     /// What several axes share, a sentence each, with what to do about it.
     pub shared: Vec<Shared>,
+    /// Heads of the table's columns.
+    pub head: [&'static str; 4],
     /// The table.
     pub rows: Vec<Row>,
     /// Faults of the data that are every axis'.
@@ -25,15 +27,16 @@ pub struct Story {
 pub struct Row {
     /// `x`, or `x y z` of what they share; empty below another row of the axis.
     pub axis: String,
-    /// What it has: an effect, or what the verdict is.
-    pub what: String,
-    /// How large that is; empty where it has no size.
-    pub size: String,
-    /// What is left of the axis' error.
-    pub left: String,
+    /// What stands under the other heads.
+    pub cells: [String; 3],
     /// The verdict's colour; empty where the row is no axis' first.
     pub tone: &'static str,
 }
+
+/// What it is, its size, and what is left of the axis' error.
+const HEAD: [&str; 4] = ["axis", "what", "size", "left"];
+/// Of two models.
+const HEAD_OF_TWO: [&str; 4] = ["axis", "this model is", "error", "floor"];
 
 impl Story {
     /// Of the axes in their order; `None` where there is one alone. What all of them have is taken out of each.
@@ -50,22 +53,58 @@ impl Story {
         for ((named, view), fall) in named.iter().zip(axes.iter()).zip(falls) {
             let told = together.told(named.axis);
             let own = named.effects.iter().filter(|id| !told.contains(id));
-            let mut own: Vec<Row> =
-                own.map(|id| Row { what: (*id).to_owned(), size: size(named, id), ..Row::default() }).collect();
+            let mut own: Vec<Row> = own.map(|id| row((*id).to_owned(), size(named, id))).collect();
             if own.is_empty() {
-                own.push(Row { what: without(view, !told.is_empty()), ..Row::default() });
+                own.push(row(without(view, !told.is_empty()), String::new()));
             }
             (own[0].axis, own[0].tone) = (view.axis.to_owned(), view.tone);
-            own[0].left = fall.as_ref().map_or_else(String::new, left);
+            own[0].cells[2] = fall.as_ref().map_or_else(String::new, left);
             rows.append(&mut own);
         }
-        let is_everywhere = |fault: &&String| axes.iter().all(|axis| axis.data_faults.contains(fault));
-        let faults: Vec<String> = axes[0].data_faults.iter().filter(is_everywhere).cloned().collect();
-        for axis in axes {
-            axis.data_faults.retain(|fault| !faults.contains(fault));
-        }
-        Some(Self { shared: together.shared.clone(), rows, faults })
+        let faults = faults_of_all(axes);
+        Some(Self { shared: together.shared.clone(), head: HEAD, rows, faults })
     }
+
+    /// Of two models, axis by axis; `None` where there is one axis alone.
+    pub(super) fn of_two(together: &Together, besides: &[Option<Beside>], axes: &mut [AxisView]) -> Option<Self> {
+        if axes.len() < 2 {
+            return None;
+        }
+        let rows = axes.iter().zip(besides).map(|(view, beside)| of_beside(view.axis, beside.as_ref())).collect();
+        let faults = faults_of_all(axes);
+        Some(Self { shared: together.shared.clone(), head: HEAD_OF_TWO, rows, faults })
+    }
+}
+
+/// Takes out of each axis the faults that all of them have.
+fn faults_of_all(axes: &mut [AxisView]) -> Vec<String> {
+    let is_everywhere = |fault: &&String| axes.iter().all(|axis| axis.data_faults.contains(fault));
+    let faults: Vec<String> = axes[0].data_faults.iter().filter(is_everywhere).cloned().collect();
+    for axis in axes {
+        axis.data_faults.retain(|fault| !faults.contains(fault));
+    }
+    faults
+}
+
+fn row(what: String, size: String) -> Row {
+    Row { cells: [what, size, String::new()], ..Row::default() }
+}
+
+/// `better`, `3.80 → 0.00386 °/s over 1 s, noise`, `0.00404 °/s`.
+fn of_beside(axis: &str, beside: Option<&Beside>) -> Row {
+    let (says, tone, cells) = beside.map_or(("–", "", Default::default()), |beside| {
+        let (says, tone) = match beside.standing {
+            Standing::Better => ("better", "good"),
+            Standing::Worse => ("worse", "bad"),
+            Standing::Same => ("no different", ""),
+        };
+        let rate = |value| units::rate(Some(value));
+        let noise = if beside.is_noise { ", noise" } else { "" };
+        let over = units::time(beside.tau_s);
+        let error = format!("{} → {} °/s over {over}{noise}", rate(beside.other_error), rate(beside.error));
+        (says, tone, (error, beside.floor.map_or_else(|| "–".to_owned(), |floor| format!("{} °/s", rate(floor)))))
+    });
+    Row { axis: axis.to_owned(), cells: [says.to_owned(), cells.0, cells.1], tone }
 }
 
 /// The row of what several axes share.
@@ -79,7 +118,7 @@ fn of_several(shared: &Shared, together: &Together) -> Row {
         }
         None => (shared.effect.clone(), size_of(shared.axes[0], &shared.effect, &shared.parameters)),
     };
-    Row { axis: letters.join(" "), what, size, ..Row::default() }
+    Row { axis: letters.join(" "), ..row(what, size) }
 }
 
 /// What stands in place of an effect on an axis that has none of its own.
