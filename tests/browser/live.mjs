@@ -24,6 +24,7 @@ await page.waitForTimeout(1500);
 check(await page.locator('#services tbody tr').first().evaluate(row => row.marked === true), 'rows are built anew at every update');
 
 // One cursor over all charts of one quantity.
+await page.locator('#rate').scrollIntoViewIfNeeded();
 const over = await page.locator('#rate .u-over').boundingBox();
 await page.mouse.move(over.x + 0.8 * over.width, over.y + over.height / 2);
 const followed = chart => page.locator(chart).first().evaluate(c => (c.classList.contains('chart') ? c : c.querySelector('.chart')).classList.contains('hovered'));
