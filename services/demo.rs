@@ -1,6 +1,6 @@
 //! The demo's player: looks at a running pipeline as a person would, names what is missing, adds it, sees the error fall.
 
-use crate::{ask::ask, clock::now_ns, commands::print, domain, stop::Stop, watch::Watch};
+use crate::{agreement::AGREE, ask::ask, clock::now_ns, commands::print, domain, stop::Stop, watch::Watch};
 use anyhow::Context;
 use gyro_model::{Axis, units};
 use ipc_types::{Command, Diagnosis, Text, command::Kind, diagnosis::AxisDiagnosis, port::Reader, topic, wait::Wait};
@@ -42,8 +42,6 @@ const HIDDEN: [&str; 20] = [
 
 /// Data before the first verdict counts, ns.
 const ENOUGH_NS: i64 = 60_000_000_000;
-/// A name counts when so many searches in a row give it.
-const AGREE: usize = 2;
 /// Judgements of the changed model that are waited for at most until its error is inside the floor's band.
 const SETTLES: usize = 10;
 const PATIENCE: Duration = Duration::from_secs(240);

@@ -32,6 +32,7 @@
 //! | [`toml_error`] | what is wrong in a TOML file, with line and caret |
 
 pub mod acquisition;
+pub mod agreement;
 pub mod ask;
 pub mod cli;
 pub mod clock;

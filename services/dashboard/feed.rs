@@ -7,6 +7,7 @@ use super::{
     scene::{Mark, Scene},
 };
 use crate::{
+    agreement::{self, Agreement},
     clock::now_ns,
     live::words,
     pulse::Pulse,
@@ -14,7 +15,7 @@ use crate::{
     supervisor::board::Board,
     wire,
 };
-use gyro_model::{Row, diagnosis::Diagnosis};
+use gyro_model::{Axis, Row, diagnosis::Diagnosis};
 use ipc_types::{
     Estimate, Health, Histogram, MARK_DATA, Parameters, Sample, Status,
     port::{BytesReader, Hub, Reader},
@@ -48,6 +49,7 @@ pub(super) struct Feed {
     has_report: bool,
     named: bool,
     changed_ns: i64,
+    agreement: Agreement,
     sequence: u64,
     stages_ns: u64,
     values_ns: u64,
@@ -76,6 +78,7 @@ impl Feed {
             has_report: false,
             named: false,
             changed_ns: 0,
+            agreement: Agreement::default(),
             sequence: 0,
             stages_ns: 0,
             values_ns: 0,
@@ -152,6 +155,15 @@ impl Feed {
             self.changed_ns = message.changed_ns;
             let (t, epoch) = (self.changed_ns as f64 * 1e-9, message.epoch);
             self.scene.mark(Mark { t, epoch, says: "the error jumps: judged anew".to_owned() });
+        }
+        if let Some(message) = &message {
+            self.agreement.take(message);
+            let places = Axis::ALL.into_iter().enumerate();
+            let settled = places.filter(|(place, _)| self.agreement.is_settled(message, *place));
+            let axes: Vec<&str> = settled.map(|(_, axis)| axis.letter()).collect();
+            let seconds = |ns: i64| (ns as f64 * 1e-9).floor();
+            let (seen, wanted) = (seconds(agreement::seen_ns(message)), seconds(agreement::ENOUGH_NS));
+            self.scene.now("settled", &json!({ "axes": axes, "seconds": seen.min(wanted), "wanted": wanted }));
         }
         if let Some(trial) = message.and_then(|m| judgement::trial(&m.trial)) {
             self.scene.now("trial", &trial);

@@ -22,7 +22,7 @@
     judged: data => { push(scene.errors, [data], ERRORS); touch('judged'); },
     values: data => { push(scene.values, [data], VALUES); touch('values'); },
     mark: data => { push(scene.marks, [data], 100); touch('mark', 'judged', 'values'); },
-    page: now('page'), model: now('model'), trial: now('trial'), status: now('status'), stages: now('stages'), source: now('source'),
+    page: now('page'), settled: now('settled'), model: now('model'), trial: now('trial'), status: now('status'), stages: now('stages'), source: now('source'),
   };
 
   let source = null;
@@ -55,7 +55,7 @@
     names.forEach(n => dirty.add(n));
     if (!asked) { asked = true; requestAnimationFrame(draw); }
   }
-  const painters = { steps: drawMotion, judged: drawFalling, mark: drawMotion, values: drawHistory, page: drawPage, trial: drawTrial, model: drawModel, status: drawStatus, stages: drawStages, source: drawSource };
+  const painters = { steps: drawMotion, judged: drawFalling, mark: drawMotion, values: drawHistory, page: drawPage, settled: drawPage, trial: drawTrial, model: drawModel, status: drawStatus, stages: drawStages, source: drawSource };
   function draw() {
     asked = false;
     chooseAxes();
@@ -175,10 +175,14 @@
     const figure = (of, value, floor) => h('.figure', h('.of', of), h('.value', value), h('.of', floor));
     const nearest = tau => judged?.tau.length && tau > 0.7 * judged.tau[0] && tau < 1.4 * judged.tau.at(-1) ? judged.tau.reduce((best, t, k) => (Math.abs(Math.log(t / tau)) < Math.abs(Math.log(judged.tau[best] / tau)) ? k : best), 0) : null;
     const figures = [0.1, 1, 10].map(tau => { const k = nearest(tau); return k == null ? null : figure(`error at ${Charts.seconds(judged.tau[k])} s`, `${number(judged.error[k])} °/s`, `${number(judged.error[k] * judged.tau[k])}° in that time; floor: ${number(judged.floor[k])} °/s`); });
-    // What the answer asks for is one press away.
-    const best = view.verdict === 'missing-effect' && view.suspects[0];
-    const add = best && h('p', h('button.primary.large', { type: 'button', 'data-do': 'add', 'data-effect': best.effect, 'data-axis': axis, title: `Add ${best.effect} to the model (a)`, disabled: busy ? '' : null }, `Add ${best.effect.replaceAll('-', ' ')} to the model`));
-    fill('verdict', h('p.soft.small', `axis ${axis}`), Parts.answer(view), add,
+    // What the answer asks for is one press away, once it has settled.
+    const named = ['missing-effect', 'ambiguous'].includes(view.verdict), best = named && view.suspects[0];
+    const settled = scene.newest.settled, waits = best && !settled?.axes.includes(axis);
+    const add = view.verdict === 'missing-effect' && !waits && best ? h('p', h('button.primary.large', { type: 'button', 'data-do': 'add', 'data-effect': best.effect, 'data-axis': axis, title: `Add ${best.effect} to the model (a)`, disabled: busy ? '' : null }, `Add ${best.effect.replaceAll('-', ' ')} to the model`)) : null;
+    const early = settled && settled.seconds < settled.wanted ? `${settled.seconds} of ${settled.wanted} s of motion seen` : 'one more search will tell';
+    const answer = waits ? [h('h2.answer', `More than noise is left. Looking for the cause: ${early}.`), h('p', h('b', 'So far: '), view.headline)] : Parts.answer(view);
+    if (waits) $('verdict').className = 'panel two-thirds verdict unknown';
+    fill('verdict', h('p.soft.small', `axis ${axis}`), answer, add,
       h('.figures', figures, view.error_over_floor == null ? null : figure('error at its worst', `${number(view.error_over_floor)} × floor`, view.within_floor ? 'no more than noise and set-up make' : 'more than noise and set-up make')));
     drawCurve(view);
     drawLimit(view.limit);

@@ -28,7 +28,7 @@ for (const seed of seeds) {
       // It is gone where the page changed its mind meanwhile.
       if (await button.click({ timeout: 1000 }).then(() => true, () => false)) added.push([effect, seconds()]);
       await page.waitForTimeout(2000);
-    } else if (added.length && /Nothing is missing|which is noise/.test(says)) break;
+    } else if (added.length && /^(Nothing|No effect) is missing/.test(says)) break;
     await page.waitForTimeout(200);
   }
   const model = await page.locator('#model .chip:not(.fixed)').evaluateAll(chips => chips.map(chip => chip.dataset.effect));

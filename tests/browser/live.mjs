@@ -84,7 +84,7 @@ async function theLoop() {
   const worst = await ratio();
   check(worst > 1.2, `the error is ${worst} times its floor before anything was added`);
   if (process.env.TRUERATE_SHOTS) await page.screenshot({ path: `${process.env.TRUERATE_SHOTS}/missing.png`, fullPage: true });
-  await page.locator('#verdict').getByRole('button', { name: 'Add' }).click();
+  await page.locator('#verdict').getByRole('button', { name: 'Add' }).click({ timeout: 120000 });
   await until(`${effect} in the model`, 60, async () => (await chips()).some(c => c.startsWith(effect)));
   await until('the error at its floor', 120, async () => await ratio() <= 1.2);
   await until('the picture of the trial', 30, async () => await page.locator('#trial canvas').count() > 0);
