@@ -17,8 +17,10 @@ pub fn claim(seen: &Seen, left: &[f64]) -> Option<Claim> {
     let size = if time > LASTS { size } else { 0.0 };
     let found = walk > 0.0 || size > 0.0;
     let level = |k: usize| {
-        let turn = TAU * seen.bands[k].frequency();
-        2.0 * (walk / turn).powi(2)
+        let band = &seen.bands[k];
+        let turn = TAU * band.frequency();
+        // The mean of 1/f² over the band.
+        2.0 * (walk / TAU).powi(2) / (band.low * band.high)
             + if size > 0.0 { 4.0 * size * size * time / (1.0 + (turn * time).powi(2)) } else { 0.0 }
     };
     found.then(|| Claim::up_to(seen, &incoherent(seen, left), level).saying([walk, size, time]))

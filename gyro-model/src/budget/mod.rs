@@ -27,6 +27,7 @@ use crate::{
     diagnosis::{BudgetPoint, DataFault, ErrorPoint, FloorFrom, FrequencyShare, LimitedBy, Verdict},
     evidence::{study::Study, whiten::NoiseModel},
     fit::judged::{Judged, finite},
+    thresholds as limit,
 };
 use folded_lines::Motion;
 use seen::Seen;
@@ -114,6 +115,8 @@ pub struct Budget {
     pub floor_from: FloorFrom,
     /// What the set-up adds to the floor², (rad/s)², beyond the noise that was known beforehand; empty where nothing.
     pub set_up: Vec<f64>,
+    /// What a bias that wanders adds to it, where it is believed ([`Budget::settle`]); empty where not.
+    wander: Vec<f64>,
     /// Share of the error² over the middle of the curve that no component takes.
     pub unattributed: f64,
     /// Motion faster than half the sampling rate, where it makes much of the error.
@@ -182,7 +185,7 @@ impl Budget {
         let floor_from = if seen.prior.assumed { FloorFrom::Assumed } else { FloorFrom::Measured };
         let much = |point: &BudgetPoint| point.folded_motion.is_some_and(|folded| folded > MUCH * point.total());
         let folded = Motion::behind(&seen.folded, seen.dt).filter(|_| points.iter().any(much));
-        Self { points, by_frequency, limited_by, limited_says, floor_from, set_up, unattributed, folded }
+        Self { points, by_frequency, limited_by, limited_says, floor_from, set_up, wander: Vec::new(), unattributed, folded }
     }
 }
 
@@ -214,13 +217,19 @@ fn digits(value: f64) -> f64 {
 impl Budget {
     /// The floor of the set-up as it is: what it adds to a floor of gyro and reference alone.
     pub fn raise(&self, judged: &mut Judged) {
-        for ((floor, upper), more) in judged.floor.floor.iter_mut().zip(&mut judged.floor.upper).zip(&self.set_up) {
+        let floor = &mut judged.floor;
+        for (k, (floor, upper)) in floor.floor.iter_mut().zip(&mut floor.upper).enumerate() {
             if *floor > 0.0 {
-                let raised = (*floor * *floor + more).sqrt();
+                let raised = (*floor * *floor + self.added(k)).sqrt();
                 *upper *= raised / *floor;
                 *floor = raised;
             }
         }
+    }
+
+    /// What is added to the floor² of an averaging time.
+    fn added(&self, k: usize) -> f64 {
+        [&self.set_up, &self.wander].map(|part| part.get(k).copied().unwrap_or(0.0)).iter().sum()
     }
 
     /// The largest E/F over the floor of the set-up as it is.
@@ -233,19 +242,35 @@ impl Budget {
 
     /// Raises the floor of a curve of the same averaging times.
     pub fn raise_points(&self, points: &mut [ErrorPoint]) {
-        for (point, more) in points.iter_mut().zip(&self.set_up) {
+        for (k, point) in points.iter_mut().enumerate() {
             if let Some(floor) = point.floor.filter(|floor| *floor > 0.0) {
-                let raised = (floor * floor + more).sqrt();
+                let raised = (floor * floor + self.added(k)).sqrt();
                 point.floor_99 = point.floor_99.map(|upper| upper * raised / floor);
                 point.floor = Some(raised);
             }
         }
     }
 
-    /// The last word on an error that no effect removes, its causes known: what is attributed is explained.
+    /// The last word on an error that no effect removes, its causes known, and its floor as it is: what is attributed is explained.
+    /// Noise of more than white size is believed of a bias that wanders, where what goes with no motion and no column of the catalogue
+    /// is nearly all of it.
     #[must_use]
-    pub fn settle(&self, verdict: Verdict, says: String, judged: &Judged) -> (Verdict, String) {
+    pub fn settle(&mut self, verdict: Verdict, says: String, judged: &mut Judged) -> (Verdict, String) {
+        let white = judged.over_floor();
+        let is_noise = verdict == Verdict::Adequate;
+        if is_noise && !judged.within() {
+            self.wander = self.points.iter().map(|point| point.bias_wander.unwrap_or(0.0)).collect();
+        }
+        self.raise(judged);
         let share = format!("{:.0} %", 100.0 * self.unattributed);
+        if is_noise && !judged.within() && judged.over_floor() > limit::WANDER.value {
+            let says = format!(
+                "the error is up to {white:.1} times what white noise leaves, {share} of its square goes with no noise that this log shows, \
+                 and no effect of the catalogue stands out. It may be a zero that drifts, or something that is not in the catalogue. \
+                 Record a second log, and one at rest."
+            );
+            return (Verdict::CannotTell, says);
+        }
         if verdict != Verdict::Unexplained {
             return (verdict, says);
         }

@@ -66,24 +66,23 @@ pub(super) fn conclude(
         .map(|(k, series)| {
             let axis = series.axis;
             let mut judged = Judged::new(&study, k, false);
-            let budget = Budget::of(&study, k, &judged, &incumbent.gls.noise, &[]);
+            let mut budget = Budget::of(&study, k, &judged, &incumbent.gls.noise, &[]);
             let own = judged::axis_model(&model, axis);
             let mut steps = ended(&steps[k], &judged, study.bench.problem.series.len() > 1, &own);
             let list: Vec<&Challenger> = last.iter().filter(|r| r.candidate.series == k).collect();
             let (mut verdict, mut says) = match verdict::unexcited(&incumbent.study, &incumbent.gls, k) {
                 Some(says) => (Verdict::CannotTell, says),
-                None => verdict::last_word(incumbent, &list, &judged, k),
+                None => verdict::rest(incumbent, &list, &judged, k),
             };
             let split = unsplit(&steps, &own.effect_ids());
             if !split.is_empty() && matches!(verdict, Verdict::Adequate) {
                 (verdict, says) = (Verdict::Ambiguous, split.join("; "));
             }
             says = super::with(says, &users::became(incumbent, &list, options.own_effects, k));
-            budget.raise(&mut judged);
+            (verdict, says) = budget.settle(verdict, says, &mut judged);
             for step in &mut steps {
                 step.on(&budget);
             }
-            (verdict, says) = budget.settle(verdict, says, &judged);
             (verdict, says) = verdict::at_rest(&study, k, verdict, says);
             let unfinished = (options.stop)();
             if unfinished && verdict != Verdict::Adequate {

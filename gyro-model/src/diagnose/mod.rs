@@ -291,7 +291,7 @@ fn axis_diagnosis(
     record: &Record,
     study: &Study,
     series: usize,
-    (judged, budget): (&Judged, Budget),
+    (judged, mut budget): (&Judged, Budget),
     (verdict, says): (Verdict, String),
     suspects: Option<Vec<Suspect>>,
     options: &Options,
@@ -299,11 +299,15 @@ fn axis_diagnosis(
     let searched = suspects.is_some();
     let mut suspects = suspects.unwrap_or_default();
     let mut judged = judged.clone();
-    budget.raise(&mut judged);
+    let (verdict, says) = if searched {
+        budget.settle(verdict, says, &mut judged)
+    } else {
+        budget.raise(&mut judged);
+        (verdict, says)
+    };
     for suspect in &mut suspects {
         budget.raise_points(&mut suspect.error_curve);
     }
-    let (verdict, says) = if searched { budget.settle(verdict, says, &judged) } else { (verdict, says) };
     let (verdict, says) = verdict::at_rest(study, series, verdict, says);
     let axis = study.bench.problem.series[series].axis;
     let own = judged::axis_model(&study.model, axis);

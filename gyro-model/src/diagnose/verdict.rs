@@ -119,7 +119,7 @@ pub fn verdict(
     if let Some(says) = unexcited {
         return (Verdict::CannotTell, says);
     }
-    last_word(incumbent, suspects, judged, series)
+    rest(incumbent, suspects, judged, series)
 }
 
 /// One effect is missing, or one of some that this log cannot tell apart.
@@ -175,24 +175,6 @@ pub(super) fn together(found: &Together) -> String {
 fn title(card: &Card) -> String {
     let named = card.id.replace('-', " ");
     if card.title == named { String::new() } else { format!(": {}", card.title) }
-}
-
-/// The verdict where every suspect was looked at and none passes: noise that is so much more than white is believed of a bias
-/// that wanders, but not for certain.
-#[must_use]
-pub fn last_word(incumbent: &Incumbent, suspects: &[&Challenger], judged: &Judged, series: usize) -> (Verdict, String) {
-    let (verdict, says) = rest(incumbent, suspects, judged, series);
-    if verdict == Verdict::Adequate && !judged.within() && judged.over_floor() > limit::WANDER.value {
-        let over = judged.over_floor();
-        return (
-            Verdict::CannotTell,
-            format!(
-                "the error is up to {over:.1} times what white noise leaves, and no effect of the catalogue stands out. It may be a zero \
-                 that drifts, or something that is not in the catalogue. Record a second log, and one at rest."
-            ),
-        );
-    }
-    (verdict, says)
 }
 
 /// The verdict where no suspect passes.

@@ -73,6 +73,12 @@ impl Effect for CrossAxis {
         Some(format!("return {} * in->rates[{a}] + {} * in->rates[{b}];", card_a.name, card_b.name).into())
     }
 
+    /// Of a sensor that is turned as a whole: m_ik = −m_ki.
+    fn carried_over(&self, p: &[f64], of: Axis, on: Axis) -> Vec<Option<f64>> {
+        let back = OTHERS[of.index()].iter().position(|&other| other == on.index());
+        OTHERS[on.index()].map(|other| back.filter(|_| other == of.index()).map(|k| -p[k])).to_vec()
+    }
+
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
         let [a, b] = OTHERS[s.axis];
         p[0] * s.rates[a] + p[1] * s.rates[b]

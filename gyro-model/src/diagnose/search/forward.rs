@@ -23,9 +23,9 @@ pub(super) fn next(incumbent: &Incumbent, suspects: &[Challenger]) -> Option<usi
     firsts.max_by(|&a, &b| removes(a).total_cmp(&removes(b)))
 }
 
-/// The model with the effect that one axis has just got on another one too, where it passes there, or where it is one that
-/// a whole sensor or reference has: alike on both, and with it the error is lower.
-pub(super) fn companion(incumbent: &Incumbent, term: &Term, series: usize) -> Option<Model> {
+/// The model with the effect that one axis, `of`, has just got on another one too, where it passes there, or where the cause is one,
+/// as of a whole sensor that is late or turned: what the one axis foretells is found on the other, and with it the error is lower.
+pub(super) fn companion(incumbent: &Incumbent, term: &Term, of: usize, series: usize) -> Option<Model> {
     let problem = &incumbent.study.bench.problem;
     let id = term.effect.card().id;
     let own = judged::axis_model(&incumbent.study.model, problem.series[series].axis);
@@ -34,8 +34,10 @@ pub(super) fn companion(incumbent: &Incumbent, term: &Term, series: usize) -> Op
     }
     let starts = incumbent.starts(term.effect, series);
     let found = starts.into_iter().map(|start| incumbent.refit(start)).min_by(|a, b| a.excess.total_cmp(&b.excess))?;
-    let is_like = |(a, b): (&f64, &f64)| (a - b).abs() < limit::ALIKE_ON_AXES.value * b.abs();
-    let alike = term.effect.is_of_whole_sensor() && found.candidate.term.values.iter().zip(&term.values).all(is_like);
+    let foretold = term.effect.carried_over(&term.values, problem.series[of].axis, problem.series[series].axis);
+    let is_like = |(a, b): (&f64, Option<f64>)| b.map(|b| (a - b).abs() < limit::ALIKE_ON_AXES.value * b.abs());
+    let told: Vec<bool> = found.candidate.term.values.iter().zip(foretold).filter_map(is_like).collect();
+    let alike = !told.is_empty() && told.into_iter().all(|is| is);
     let lower = found.fall.in_errors() > limit::FALLS_ALIKE.value
         && found.excess < found.before(incumbent)
         && !found.at_bound();

@@ -233,7 +233,7 @@ impl<'a> Search<'a, '_> {
         self.take_over(&with_term(&self.incumbent.study, series, term.clone()), &suspects[chosen].gls.noise);
         let mut changes = vec![Change { aliases, ..Change::of(series, Some(id), None) }];
         for other in (0..self.axes.len()).filter(|&other| other != series) {
-            if let Some(with) = companion(&self.incumbent, term, other) {
+            if let Some(with) = companion(&self.incumbent, term, series, other) {
                 self.take_over(&with, &self.incumbent.gls.noise.clone());
                 changes.push(Change::of(other, Some(id), None));
             }
