@@ -185,7 +185,17 @@ impl Budget {
         let floor_from = if seen.prior.assumed { FloorFrom::Assumed } else { FloorFrom::Measured };
         let much = |point: &BudgetPoint| point.folded_motion.is_some_and(|folded| folded > MUCH * point.total());
         let folded = Motion::behind(&seen.folded, seen.dt).filter(|_| points.iter().any(much));
-        Self { points, by_frequency, limited_by, limited_says, floor_from, set_up, wander: Vec::new(), unattributed, folded }
+        Self {
+            points,
+            by_frequency,
+            limited_by,
+            limited_says,
+            floor_from,
+            set_up,
+            wander: Vec::new(),
+            unattributed,
+            folded,
+        }
     }
 }
 
@@ -259,7 +269,7 @@ impl Budget {
         let white = judged.over_floor();
         let is_noise = verdict == Verdict::Adequate;
         if is_noise && !judged.within() {
-            self.wander = self.points.iter().map(|point| point.bias_wander.unwrap_or(0.0)).collect();
+            self.believe_wander();
         }
         self.raise(judged);
         let share = format!("{:.0} %", 100.0 * self.unattributed);
@@ -288,6 +298,19 @@ impl Budget {
              this log: {limit}"
         );
         (Verdict::CannotTell, says)
+    }
+
+    fn believe_wander(&mut self) {
+        self.wander = self.points.iter().map(|point| point.bias_wander.unwrap_or(0.0)).collect();
+    }
+
+    /// Whether an error is noise once a bias that wanders is believed.
+    #[must_use]
+    pub fn is_wander(mut self, judged: &Judged) -> bool {
+        let mut judged = judged.clone();
+        self.believe_wander();
+        self.raise(&mut judged);
+        judged.within()
     }
 
     /// Motion that is folded, as a fault of the data of an axis.

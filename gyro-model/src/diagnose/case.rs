@@ -17,14 +17,10 @@ pub(super) struct Case {
     pub is_slow: bool,
     /// How often its error swings from one side of its mean to the other.
     pub swings: f64,
-    /// Whether the model has nothing but a scale factor and a bias.
-    pub is_first: bool,
     /// J without it.
     pub before: f64,
     /// J with it, on the same rows.
     pub after: f64,
-    /// J with it on the rows that it does not leave out.
-    pub kept: f64,
     /// The most that the error grows by at any averaging time, E₁/max(E₀, 1.4 F).
     pub grows: f64,
     /// Chance of its gain in ln L from noise alone, corrected for the search.
@@ -39,8 +35,6 @@ pub(super) struct Case {
     pub is_beyond_wander: bool,
     /// Whether what it leaves is noise that sensors have.
     pub leaves_noise: bool,
-    /// Whether it leaves rows out, of which it says that nobody knows the rate.
-    pub leaves_rows_out: bool,
     /// Its largest coefficient over its typical size.
     pub size: f64,
     /// Whether the gyro's own reading has the line.
@@ -62,10 +56,8 @@ impl Case {
         is_mean: false,
         is_slow: false,
         swings: f64::INFINITY,
-        is_first: true,
         before: 10.0,
         after: 1.0,
-        kept: 1.0,
         grows: 0.5,
         p_value: 1e-9,
         gain: 100.0,
@@ -73,7 +65,6 @@ impl Case {
         fall: Estimate { value: 2.0, std_error: 0.1 },
         is_beyond_wander: true,
         leaves_noise: true,
-        leaves_rows_out: false,
         size: 1.0,
         is_in_reading: false,
         is_in_reference: false,
@@ -81,14 +72,14 @@ impl Case {
         is_shape_at_bound: false,
     };
 
-    /// Share of J − 1 that is gone where `after` is left; nothing of it where J is 1.
-    fn share_gone(&self, after: f64) -> f64 {
-        if self.before > 1.0 { (self.before - after) / (self.before - 1.0) } else { f64::NAN }
+    /// Share of J − 1 that is gone; nothing of it where J is 1.
+    fn share_gone(&self) -> f64 {
+        if self.before > 1.0 { (self.before - self.after) / (self.before - 1.0) } else { f64::NAN }
     }
 
     /// What holds of a gain on data that were not fitted, as a share of the gain.
-    fn held_share(&self, most: f64) -> f64 {
-        let gain = self.gain.min(most);
+    fn held_share(&self) -> f64 {
+        let gain = self.gain.min(limit::GAIN_COUNTED.value);
         let held = self.held_out.value;
         if gain > 0.0 {
             held / gain
@@ -107,18 +98,13 @@ type F = Fact<Case>;
 pub(super) static BEFORE: M = Measure { name: "J without it", of: |c| c.before };
 /// J with it.
 pub(super) static AFTER: M = Measure { name: "J with it", of: |c| c.after };
-/// J on the rows that are kept.
-pub(super) static KEPT: M = Measure { name: "J with it, on the rows that it keeps", of: |c| c.kept };
 /// Where the error grows most.
 pub(super) static GROWS: M =
     Measure { name: "error with it over error without it at the worst averaging time", of: |c| c.grows };
 /// The ratio of both.
 pub(super) static RATIO: M = Measure { name: "J with it over J without it", of: |c| c.after / c.before };
 /// Share of J − 1 that it removes.
-pub(super) static REMOVED: M = Measure { name: "share of J − 1 that it removes", of: |c| c.share_gone(c.after) };
-/// The same on the rows that it keeps.
-pub(super) static REMOVED_KEPT: M =
-    Measure { name: "share of J − 1 that it removes on the rows that it keeps", of: |c| c.share_gone(c.kept) };
+pub(super) static REMOVED: M = Measure { name: "share of J − 1 that it removes", of: Case::share_gone };
 /// p.
 pub(super) static P_VALUE: M = Measure { name: "p, corrected for the search", of: |c| c.p_value };
 /// The fall of the error.
@@ -126,13 +112,8 @@ pub(super) static FALL: M = Measure { name: "fall of the error over the blocks",
 /// The held-out gain in ln L.
 pub(super) static HELD_OUT: M = Measure { name: "held-out gain in ln L", of: |c| c.held_out.in_errors() };
 /// What holds of the gain, as far as it counts.
-pub(super) static HELD_SHARE: M = Measure {
-    name: "held-out share of the gain in ln L, of which 40 count",
-    of: |c| c.held_share(limit::GAIN_COUNTED.value),
-};
-/// What holds of the whole gain.
-pub(super) static HELD_SHARE_OF_ALL: M =
-    Measure { name: "held-out share of the gain in ln L", of: |c| c.held_share(f64::INFINITY) };
+pub(super) static HELD_SHARE: M =
+    Measure { name: "held-out share of the gain in ln L, of which 40 count", of: Case::held_share };
 /// The size.
 pub(super) static SIZE: M = Measure { name: "largest coefficient over its typical size", of: |c| c.size };
 /// The swings.
@@ -144,15 +125,11 @@ pub(super) static IS_SLOW: F = Fact { says: "slow", of: |c| c.is_slow };
 pub(super) static IS_LINE: F = Fact { says: "a line", of: |c| c.is_line };
 /// A mean.
 pub(super) static IS_MEAN: F = Fact { says: "a mean over time", of: |c| c.is_mean };
-/// The first beside the base model.
-pub(super) static IS_FIRST: F = Fact { says: "the first beside the base model", of: |c| c.is_first };
 /// More than a wander.
 pub(super) static IS_BEYOND_WANDER: F =
     Fact { says: "without it, more left than a bias that wanders makes", of: |c| c.is_beyond_wander };
 /// Leaves noise.
 pub(super) static LEAVES_NOISE: F = Fact { says: "with it, only noise that sensors have left", of: |c| c.leaves_noise };
-/// Leaves rows out.
-pub(super) static LEAVES_ROWS_OUT: F = Fact { says: "leaving rows out", of: |c| c.leaves_rows_out };
 /// In the reading.
 pub(super) static IS_IN_READING: F = Fact { says: "a line of the gyro's own reading", of: |c| c.is_in_reading };
 /// In the reference.

@@ -24,13 +24,6 @@ use crate::{
 use std::f64::consts::SQRT_2;
 
 impl Incumbent<'_> {
-    /// Whether its model of this axis is the base: a scale factor and a bias.
-    fn is_base(&self, series: usize) -> bool {
-        let axis = self.study.bench.problem.series[series].axis;
-        let terms = self.study.model.axes[axis.index()].as_ref().map_or(&[][..], |m| &m.terms);
-        terms.iter().all(|t| t.effect.stage() == Stage::Calibration)
-    }
-
     /// Whether a model without `term`, of this series, needs it: `with` is this model and the term, fitted.
     #[must_use]
     pub fn needs(&self, with: &Incumbent, series: usize, term: &Term) -> bool {
@@ -44,10 +37,8 @@ impl Incumbent<'_> {
             is_mean: is_mean(term, &self.study.bench.problem.series[series]),
             is_slow: term.effect.is(Trait::Slow),
             swings: f64::NAN,
-            is_first: self.is_base(series),
             before: self.excess(series),
             after: with.excess(series),
-            kept: with.excess(series),
             grows: f64::NAN,
             p_value: chance(gain, &candidate, &with.study),
             gain,
@@ -55,7 +46,6 @@ impl Incumbent<'_> {
             fall: unknown,
             is_beyond_wander: self.gls.noise.beyond_wander(),
             leaves_noise: is_noise(&with.study, &with.gls),
-            leaves_rows_out: with.study.leaves_out(),
             size: f64::NAN,
             is_in_reading: false,
             is_in_reference: false,
@@ -92,12 +82,7 @@ impl Challenger<'_> {
 
     /// Its numbers beside the model `incumbent`.
     pub(super) fn case(&self, incumbent: &Incumbent) -> Case {
-        Case {
-            is_first: incumbent.is_base(self.candidate.series),
-            before: self.before(incumbent),
-            is_beyond_wander: incumbent.gls.noise.beyond_wander(),
-            ..self.alone()
-        }
+        Case { before: self.before(incumbent), is_beyond_wander: incumbent.gls.noise.beyond_wander(), ..self.alone() }
     }
 
     /// Those numbers that the model which it joins has no part in.
@@ -111,10 +96,8 @@ impl Challenger<'_> {
             is_mean: is_mean(term, &self.study.bench.problem.series[series]),
             is_slow: term.effect.is(Trait::Slow),
             swings: swings_of_slow(term, &self.study.bench.problem.series[series].signals),
-            is_first: false,
             before: f64::NAN,
             after: self.excess,
-            kept: self.kept,
             grows: self.grows,
             p_value: self.p_value,
             gain: self.rise,
@@ -122,7 +105,6 @@ impl Challenger<'_> {
             fall: self.fall,
             is_beyond_wander: false,
             leaves_noise: is_noise(&self.study, &self.gls),
-            leaves_rows_out: self.study.leaves_out(),
             size: size(term, self.study.bench.problem.series[series].axis),
             is_in_reading: is_line && tone::is_read(&self.study, series, term),
             is_in_reference: is_line && tone::is_in_reference(&self.study, series, term),

@@ -3,6 +3,7 @@
 use super::challenger::{Challenger, Incumbent};
 use crate::{
     AxisModel,
+    budget::Budget,
     diagnosis::Verdict,
     effects::{Card, Stage, Trait},
     evidence::{
@@ -238,6 +239,8 @@ pub fn rest(incumbent: &Incumbent, suspects: &[&Challenger], judged: &Judged, se
     } else {
         format!("{} °/s over some {}", degrees(lasting), duration(noise.correlation_time))
     };
+    let budget = || Budget::of(&incumbent.study, series, judged, noise, &[]);
+    let explained = || is_wander && budget().is_wander(judged);
     match (noise_alone, slow, likely) {
         (true, Some(r), _) => (
             Verdict::CannotTell,
@@ -247,7 +250,7 @@ pub fn rest(incumbent: &Incumbent, suspects: &[&Challenger], judged: &Judged, se
                 r.candidate.term.effect.card().id
             ),
         ),
-        (true, None, Some(r)) => {
+        (true, None, Some(r)) if !explained() => {
             let card = r.candidate.term.effect.card();
             (
                 Verdict::CannotTell,
@@ -257,11 +260,11 @@ pub fn rest(incumbent: &Incumbent, suspects: &[&Challenger], judged: &Judged, se
                 ),
             )
         }
-        (true, None, None) if is_wander => (
+        (true, None, _) if is_wander => (
             Verdict::Adequate,
             format!("what is left is noise: the zero drifts by {wanders}; only a live reference can follow that."),
         ),
-        (true, None, None) => (
+        (true, None, _) => (
             Verdict::Adequate,
             format!(
                 "what is left is noise, of the gyro {} °/√s and of the reference {} °: no parameter can take it out.",

@@ -456,7 +456,9 @@ pub trait Effect: Send + Sync {
     /// The parameters `p` of axis `of` as axis `on` has them where the cause is one, each where `p` tells it: what a whole sensor has is
     /// alike on all its axes.
     fn carried_over(&self, p: &[f64], _of: Axis, _on: Axis) -> Vec<Option<f64>> {
-        p.iter().map(|value| matches!(self.stage(), Stage::Timing | Stage::Response | Stage::Shown).then_some(*value)).collect()
+        p.iter()
+            .map(|value| matches!(self.stage(), Stage::Timing | Stage::Response | Stage::Shown).then_some(*value))
+            .collect()
     }
 
     /// What it does, with its numbers, as a clause with its subject: "your gyro is 10.05 ± 0.05 ms late". `p` is the parameters in the
