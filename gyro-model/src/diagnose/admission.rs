@@ -107,12 +107,20 @@ pub(super) static ADMISSION: &[Test<Case>] = &[
     },
     Test {
         name: "held-out",
-        asks: "it holds on blocks that it was not fitted on, in the likelihood or in the error",
+        asks: "it holds on blocks that it was not fitted on, in the likelihood or in the error; what shows once takes nearly all of the error",
         applies: &[JUDGED],
         ways: &[
             &[Above(&HELD_SHARE, &limit::HOLDS), Above(&HELD_OUT, &limit::HELD_OUT)],
             &[Above(&HELD_SHARE, &limit::HOLDS), Above(&FALL, &limit::FALLS_TOO)],
             &[Above(&FALL, &limit::FALLS)],
+            &[
+                Is(&IS_SLOW),
+                Below(&SWINGS, &limit::SWINGS),
+                Below(&P_VALUE, &limit::PLAIN),
+                Above(&BEFORE, &limit::ROUGH),
+                Above(&REMOVED, &limit::DOMINATES),
+                Below(&AFTER, &limit::ROUGH),
+            ],
         ],
     },
     Test {

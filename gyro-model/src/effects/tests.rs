@@ -337,3 +337,14 @@ proptest! {
         prop_assert!((low_pass(start, u, u, 40.0 * time_constant, time_constant) - u).abs() < 1e-9);
     }
 }
+
+#[test]
+fn a_sensor_that_is_turned_shows_it_on_both_axes_of_the_plane() {
+    let cross = find("cross-axis").unwrap();
+    // x feels 7 % of y and −3 % of z: of a turned sensor y feels −7 % of x, and z 3 % of it.
+    assert_eq!(cross.carried_over(&[0.07, -0.03], Axis::X, Axis::Y), [Some(-0.07), None]);
+    assert_eq!(cross.carried_over(&[0.07, -0.03], Axis::X, Axis::Z), [Some(0.03), None]);
+    assert_eq!(cross.carried_over(&[0.01, 0.02], Axis::Z, Axis::Y), [None, Some(-0.02)]);
+    assert_eq!(find("delay").unwrap().carried_over(&[0.01], Axis::X, Axis::Y), [Some(0.01)]);
+    assert_eq!(find("bias").unwrap().carried_over(&[0.01], Axis::X, Axis::Y), [None]);
+}
