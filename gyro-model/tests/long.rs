@@ -5,15 +5,14 @@ use gyro_model::{
     diagnose::{Options, ladder},
     diagnosis::{AxisLadder, Verdict},
     effects,
-    simulate::{Hidden, Motion, Scenario, SensorSpec, simulate},
+    simulate::{Hidden, Motion, Scenario, simulate},
 };
 
 /// What half an hour and more tells of one hidden effect, or none.
 fn climbed(id: Option<&str>, seconds: f64, seed: u64) -> AxisLadder {
     let hidden = id.map(|id| Hidden::typical(effects::find(id).unwrap(), Axis::X)).into_iter().collect();
     let motion = Motion::Multisine { travel: 8.0 };
-    let scenario =
-        Scenario { motion, seconds, rate_hz: 25.0, seed, hidden, sensor: SensorSpec::default(), ..Scenario::default() };
+    let scenario = Scenario { motion, seconds, rate_hz: 25.0, seed, hidden, ..Scenario::default() };
     let record = simulate(&scenario).record;
     ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap().1.remove(0)
 }
