@@ -391,6 +391,18 @@ fn frames_of_a_vehicle_have_the_answer_of_the_same_numbers_in_a_table() {
     );
     let line = bench.refused(&["channels", "none.log", "--dbc", "car.dbc"]);
     assert!(line.contains("no times") && line.contains("candump -l"), "{line}");
+    // Names that say nothing.
+    bench.file(
+        "short.dbc",
+        DBC.replace("YAW_RATE", "YR").replace("IMU:", "S03:").replace("ANGLE_Z", "AZ").replace("ENCODER:", "S04:"),
+    );
+    let out = bench.ok(&["channels", "file.log", "--dbc", "short.dbc"]);
+    assert!(out.contains("likely:\n  --map gyro_z=S03.YR") && out.contains("--map ref_angle_z=CHANNEL"), "{out}");
+    let line = bench.refused(&["diagnose", "file.log", "--dbc", "short.dbc"]);
+    assert!(line.contains("likely: --map gyro_z=S03.YR"), "{line}");
+    let found =
+        fitted(&bench, &["file.log", "--dbc", "short.dbc", "--map", "gyro_z=S03.YR", "--map", "ref_angle_z=S04.AZ"]);
+    assert!((found.0 - wanted.0).abs() < 1e-9 && (found.1 - wanted.1).abs() < 1e-9, "{found:?} {wanted:?}");
     bench.file("bad.dbc", DBC.replace("7|16@0-", "7|16@3-"));
     let line = bench.refused(&["diagnose", "file.log", "--dbc", "bad.dbc"]);
     assert!(line.contains("--dbc bad.dbc: line 2: a signal is"), "{line}");

@@ -8,10 +8,12 @@
 //! | `wrapped` | `wrapped`: the other sign beyond the range | jumps of one size, and the reference |
 //! | `spikes`, `torn` | `outliers`, `torn-readings` | their neighbours' cubic (`neighbours`), at the noise of the log |
 //! | `jumps` | `reference-jumps`, a clock that was set | the gyro's integral |
+//! | `crossings` | `reference-jumps`: readings made across an angle's wrap | the gyro's integral |
 //! | `counts` | `lost-counts` | the gyro, as a scale factor can be |
 //! | `ratio` | `wrong-ratio` | α of a model, once it is fitted |
 //! | `told` | `dependent-reference`: a command | how alike its steps are |
-//! | `stuck` | `stuck-channel` | the other sensor |
+//! | `own` | `dependent-reference`: a copy or filter of the gyro | what the gyro's readings leave of it |
+//! | `stuck`, `frozen` | `stuck-channel` | the other sensor, and the jump as it goes on |
 //! | `reference`, `orientation` | `wrong-unit`, `wrong-sign`, `swapped-axes`, `not-excited` | the other sensor |
 //!
 //! Thresholds stand in `thresholds`, each with its unit and reason. How often clean logs are flagged:
@@ -24,12 +26,15 @@
 mod bursts;
 mod channel;
 mod counts;
+mod crossings;
+mod frozen;
 pub mod held;
 mod jumps;
 mod markers;
 mod missing;
 mod neighbours;
 mod orientation;
+mod own;
 pub(crate) mod ratio;
 mod reference;
 mod repeated;
@@ -67,12 +72,15 @@ static CHECKS: &[Check] = &[
     held::check,
     markers::check,
     wrapped::check,
+    crossings::check,
     repeated::check,
     spikes::check,
+    frozen::check,
     jumps::check,
     counts::check,
     stuck::check,
     told::check,
+    own::check,
     reference::check,
 ];
 

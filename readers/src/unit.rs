@@ -102,7 +102,12 @@ const SPELLINGS: &[(&[&str], Unit)] = &[
     (&["ms", "msec", "millis", "milliseconds", "millisecond"], MILLISECONDS),
     (&["us", "µs", "μs", "usec", "micros", "microseconds", "microsecond"], MICROSECONDS),
     (&["ns", "nsec", "nanos", "nanoseconds", "nanosecond"], NANOSECONDS),
-    (&["m", "mm", "cm", "km", "m/s", "km/h"], Unit::new(Quantity::Other, "length or speed", "")),
+    (&["m"], Unit::new(Quantity::Other, "m", "")),
+    (&["mm"], Unit::new(Quantity::Other, "mm", "")),
+    (&["cm"], Unit::new(Quantity::Other, "cm", "")),
+    (&["km"], Unit::new(Quantity::Other, "km", "")),
+    (&["m/s"], Unit::new(Quantity::Other, "m/s", "")),
+    (&["km/h", "kph"], Unit::new(Quantity::Other, "km/h", "")),
     (&["ut", "µt", "μt", "t", "mt", "gauss", "mgauss", "ga"], Unit::new(Quantity::Other, "magnetic field", "")),
     (
         &[

@@ -97,6 +97,26 @@ fn text(name: &str, look: &Look) -> String {
             let _ = writeln!(out, "\n{title}:\n  {}", flags.join(" \\\n  "));
         }
     }
+    let is_named = |begin: &str| {
+        let picks = look.proposal.chosen.iter().map(|pick| pick.name.as_str());
+        picks.chain(look.own.iter().map(String::as_str)).any(|name| name.starts_with(begin))
+    };
+    if frames.is_empty() {
+        let lacks = match (is_named("gyro_"), is_named("ref_")) {
+            (true, true) => "",
+            (true, false) => {
+                "no name says what the reference is: name it (`--map ref_angle_z=CHANNEL`, `ref_rate_z`, `ref_q`), or give its file with `--reference FILE`"
+            }
+            (false, true) => "no name says what the gyro is: name it, such as `--map gyro_z=CHANNEL`",
+            (false, false) => {
+                "no name says what gyro and reference are: name them, such as `--map gyro_z=CHANNEL --map ref_angle_z=CHANNEL`; a reference in \
+                another file is given with `--reference FILE`"
+            }
+        };
+        if !lacks.is_empty() {
+            let _ = writeln!(out, "\n{lacks}");
+        }
+    }
     let is_chosen = |of: &&Dependent| look.proposal.chosen.iter().any(|pick| pick.channel.starts_with(&of.channel));
     let mut said = Vec::new();
     for of in look.proposal.dependent.iter().filter(is_chosen) {

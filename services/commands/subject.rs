@@ -9,11 +9,12 @@ use crate::{
     progress::Progress,
     report,
 };
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use gyro_model::{
     Axis, Model, Record, diagnose,
     diagnosis::{AxisDiagnosis, DataFault, Diagnosis, Verdict},
     effects::Effect,
+    faults::is_grave,
     fit, units,
 };
 use jiff::Timestamp;
@@ -145,7 +146,12 @@ impl Subject {
     /// A log that cannot be fitted.
     pub fn fit(&self, model: &Model) -> Result<Model> {
         let _spinner = Progress::spinner("fitting");
-        fit::fit(&self.record, model, &self.axes).with_context(|| self.name.clone())
+        fit::fit(&self.record, model, &self.axes).map_err(|error| {
+            // A fault of the whole log is why, where there is one.
+            let grave = self.faults.iter().find(|fault| fault.axis.is_none() && is_grave(fault, self.record.len()));
+            let why = grave.map_or_else(|| anyhow::Error::from(error), |fault| anyhow!("{}", fault.says));
+            why.context(self.name.clone())
+        })
     }
 
     /// Holds a model against the log; `own_log` where it was fitted on this very one.

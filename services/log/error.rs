@@ -243,6 +243,17 @@ pub enum Problem {
         /// What made others unusable.
         why: String,
     },
+    /// Many rows of one time.
+    #[error(
+        "the time of {rows} of {all} rows repeats that of the row before: they were stamped as they arrived, or by a clock that is too \
+         coarse; write the sensor's own clock, or a finer one (µs), or count the readings where none is lost"
+    )]
+    RepeatedTimes {
+        /// Rows that repeat the time before.
+        rows: u64,
+        /// All.
+        all: u64,
+    },
     /// Too much is faulty.
     #[error("{faulty} of {rows} rows are faulty, more than 10 % ({worst}): mend the recording")]
     TooFaulty {

@@ -146,6 +146,13 @@ impl Reader {
         })
     }
 
+    /// Times that stand in many rows, where that is what is wrong with the log.
+    pub(super) fn repeated_times(&self) -> Option<Problem> {
+        let faulty = self.tally.rows(RowFault::TimeGoingBack);
+        let is_most = self.repeats as f64 > 0.1 * self.rows.max(1) as f64 && 10 * self.repeats > 9 * faulty;
+        is_most.then_some(Problem::RepeatedTimes { rows: self.repeats, all: self.rows })
+    }
+
     /// Rows so far that were left out, or of which a value was.
     #[must_use]
     pub fn rows_faulty(&self) -> u64 {

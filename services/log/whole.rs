@@ -56,6 +56,9 @@ pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, P
         if let Some(line) = reader.starts_again() {
             return Err(refuse(Problem::StartsAgain { line }));
         }
+        if let Some(problem) = reader.repeated_times() {
+            return Err(refuse(problem));
+        }
         return Err(refuse(Problem::TooFaulty { faulty, rows: reader.rows_read(), worst: worst() }));
     }
     let gyros = reader.layout().gyros();

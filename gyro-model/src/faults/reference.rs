@@ -109,7 +109,7 @@ fn turned(record: &Record, i: usize, reading: fn([f64; 4]) -> [f64; 4]) -> (Vec<
 }
 
 /// Rotation from attitude `p` to `q` (both body to world), in body axes, rad.
-fn turn(p: [f64; 4], q: [f64; 4]) -> [f64; 3] {
+pub(super) fn turn(p: [f64; 4], q: [f64; 4]) -> [f64; 3] {
     let w = p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3];
     let v = [
         p[0] * q[1] - p[1] * q[0] - p[2] * q[3] + p[3] * q[2],

@@ -146,3 +146,22 @@ pub(super) const TOLD: f64 = 1e-4;
 
 /// Share of the rows that turn (1) in which it is none, for a command.
 pub(super) const TOLD_SHARE: f64 = 0.9;
+
+/// What the gyro's readings leave of a reference, over their noise (1), below which it is made of them. Derived: of a measured
+/// one their noise is left, less what a mean of 17 readings takes off it (to a quarter); decimals leave a hundredth of a step.
+pub(super) const OWN: f64 = 0.003;
+
+/// Usual steps (1; nine in ten are smaller) that a reading jumps by as it goes on after it stood still.
+pub(super) const GOES_ON: f64 = 4.0;
+
+/// The least such jump, rad/s and rad: 2.9 °/s, 2.9°. A dead zone, play and hysteresis of such size would be known.
+pub(super) const LEAST_STEP: f64 = 0.05;
+
+/// What the other sensor shows of that jump, over it (1): all, less what it turned in the time that it is averaged over.
+pub(super) const CAUGHT_UP: std::ops::Range<f64> = 0.6..1.6;
+
+/// Rows within which an angle that was averaged or interpolated crosses its end: filters of more are not made of wrapped angles.
+pub(super) const CROSSING: usize = 12;
+
+/// How near (1) what it goes back there is to a whole turn: the gyro's scale and bias over a few rows, and the encoder's counts.
+pub(super) const CROSSED: f64 = 0.05;

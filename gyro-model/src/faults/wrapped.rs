@@ -2,7 +2,8 @@
 //!
 //! A reading beyond the range R that is stored in too short a word comes out 2R lower (or higher, on the other side): it
 //! jumps by nearly 2R, goes on from there as before, and jumps back. Each jump tells 2R; the reference, where there is one,
-//! tells that the shaft did not turn round.
+//! tells that the shaft did not turn round. Where all readings are whole steps of a converter's word, 2R is a power of two of
+//! those steps, and known exactly.
 //!
 //! A reading whose sign was lost, stored in a word without one, comes out 2R higher where it is negative: no reading is
 //! below zero, and it jumps by 2R wherever it passes zero.
@@ -10,12 +11,19 @@
 use super::{
     Report,
     channel::{Channel, Readings},
+    quantum,
     thresholds::{BESIDE_WRAP, ONE_RANGE, SIGN_LOST, WRAP},
     witness::Witness,
 };
 use crate::{Axis, Record, order::median};
 use std::ops::Range;
 
+/// Steps over which a step is known well enough from two readings that are one apart, 1.
+const FEW_STEPS: f64 = 64.0;
+/// How much longer the way is over which it is known better.
+const LONGER: f64 = 4.0;
+/// Share of a step that whole ones may be off by, for rounding in the file.
+const WHOLE: f64 = 0.2;
 /// Jumps that are needed without a reference.
 const ALONE: usize = 4;
 
@@ -70,8 +78,39 @@ struct Wraps {
 
 fn wraps(values: &[f64]) -> Option<Wraps> {
     let most = values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-    let found = jumps_of_one_size(values, WRAP * most)?;
+    let mut found = jumps_of_one_size(values, WRAP * most)?;
+    found.twice = word(values, found.twice).unwrap_or(found.twice);
     (0.97..1.2).contains(&(0.5 * found.twice / most)).then_some(found)
+}
+
+/// Steps of the word that holds the readings, rad/s in all, near `about`; `None` where they are no whole steps of one.
+fn word(values: &[f64], about: f64) -> Option<f64> {
+    let first = *values.first()?;
+    let mut step = quantum(values);
+    // The longer the way, the finer the step is known: each reach is a few times the one before.
+    let mut reach = FEW_STEPS;
+    let most = values.iter().map(|x| (x - first).abs()).fold(0.0, f64::max);
+    loop {
+        let (mut along, mut own, mut off) = (0.0, 0.0, 0.0_f64);
+        for way in values.iter().map(|x| x - first).filter(|way| way.abs() <= reach * step) {
+            let steps = (way / step).round();
+            along += way * steps;
+            own += steps * steps;
+            off = off.max((way / step - steps).abs());
+        }
+        if own == 0.0 || off > WHOLE {
+            return None;
+        }
+        let done = reach * step > most;
+        step = along / own;
+        if done {
+            break;
+        }
+        reach *= LONGER;
+    }
+    let bits = (about / step).log2().round();
+    let exact = step * bits.exp2();
+    (exact / about - 1.0).abs().lt(&ONE_RANGE).then_some(exact)
 }
 
 /// Readings that lost their sign, and what they are with it: `None` where one is below zero, or none passes it.

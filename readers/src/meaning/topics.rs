@@ -1,7 +1,11 @@
 //! A map for a file of topics: what the kinds of messages that people log hold.
 
 use super::{AXES, Dependent, PARTS, Pick, Proposal, Second, of_names};
-use crate::{formats::can, survey::Surveyed};
+use crate::{
+    formats::can,
+    survey::Surveyed,
+    unit::{Quantity, Unit},
+};
 
 /// What a group of fields is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,7 +127,12 @@ pub fn of_topics(topics: &[Surveyed], taken: &dyn Fn(&str) -> bool, mapped: &[Pi
         // Who made the DBC file gave the names: they are understood as a table's are.
         let fields =
             topics.iter().flat_map(|of| of.topic.fields.iter().map(|field| (of.topic.channel(field), field.unit)));
-        return of_names(&fields.collect::<Vec<_>>(), taken);
+        let mut proposal = of_names(&fields.collect::<Vec<_>>(), taken);
+        let has_gyro = |pick: &Pick| pick.name.starts_with("gyro_");
+        if !AXES.iter().any(|axis| taken(&format!("gyro_{axis}"))) && !proposal.chosen.iter().any(has_gyro) {
+            proposal.offered.extend(rates_of_turn(topics));
+        }
+        return proposal;
     }
     let found: Vec<Found> =
         RULES.iter().flat_map(|rule| topics.iter().enumerate().filter_map(move |(i, of)| find(rule, i, of))).collect();
@@ -198,6 +207,16 @@ pub fn of_topics(topics: &[Surveyed], taken: &dyn Fn(&str) -> bool, mapped: &[Pi
         proposal.offered.extend(axes("ref_rate", of));
     }
     proposal
+}
+
+/// Signals whose names say nothing, but whose unit is that of a rate of turn, and that change: a vehicle's is its yaw rate.
+fn rates_of_turn(topics: &[Surveyed]) -> Vec<Pick> {
+    let fields = topics.iter().flat_map(|of| of.topic.fields.iter().zip(&of.fields).map(move |pair| (of, pair)));
+    let is_rate = |unit: &Unit| unit.quantity == Quantity::Rate;
+    fields
+        .filter(|(_, (field, range))| field.unit.as_ref().is_some_and(is_rate) && range.low < range.high)
+        .map(|(of, (field, _))| Pick::new("gyro_z", &of.topic.channel(field), None))
+        .collect()
 }
 
 /// Whether two topics hold readings of one sensor: the same one, or that from which PX4 fills the other.
