@@ -8,7 +8,8 @@ await page.goto(url);
 const now = () => page.locator('#now').innerText();
 await until('an order', 60, async () => /^(Hold|Turn)/.test(await now()));
 // The order is what is read first: no words are larger.
-const size = place => page.locator(place).first().evaluate(node => parseFloat(getComputedStyle(node).fontSize));
+// In one step: the page may draw itself anew at any time, and what was drawn before has no style.
+const size = place => page.evaluate(place => parseFloat(getComputedStyle(document.querySelector(place)).fontSize), place);
 check(await size('#now') > 1.4 * await size('h1'), 'the order is not the largest on the page');
 await until('a manoeuvre that is followed', 120, async () => (await page.locator('.hand').innerText()).startsWith('good: '));
 const rows = page.locator('.goals tbody tr');

@@ -98,7 +98,7 @@ fn word(values: &[f64], about: f64) -> Option<f64> {
             own += steps * steps;
             off = off.max((way / step - steps).abs());
         }
-        if own == 0.0 || off > WHOLE {
+        if !(step > 0.0 && own > 0.0) || off > WHOLE {
             return None;
         }
         let done = reach * step > most;
