@@ -261,9 +261,8 @@ impl Budget {
         }
     }
 
-    /// The last word on an error that no effect removes, its causes known, and its floor as it is: what is attributed is explained.
-    /// Noise of more than white size is believed of a bias that wanders, where what goes with no motion and no column of the catalogue
-    /// is nearly all of it.
+    /// The last word on an error that no effect removes, its causes known: what is attributed is explained. Raises the floor of `judged`
+    /// by what the set-up adds; and by the bias that wanders, where the search left nothing but noise, which is more than white.
     #[must_use]
     pub fn settle(&mut self, verdict: Verdict, says: String, judged: &mut Judged) -> (Verdict, String) {
         let white = judged.over_floor();
@@ -275,9 +274,9 @@ impl Budget {
         let share = format!("{:.0} %", 100.0 * self.unattributed);
         if is_noise && !judged.within() && judged.over_floor() > limit::WANDER.value {
             let says = format!(
-                "the error is up to {white:.1} times what white noise leaves, {share} of its square goes with no noise that this log shows, \
-                 and no effect of the catalogue stands out. It may be a zero that drifts, or something that is not in the catalogue. \
-                 Record a second log, and one at rest."
+                "the error is up to {white:.1} times what white noise leaves, the cause of {share} of its square is not known, and no effect \
+                 of the catalogue stands out. It may be a zero that drifts, or something that is not in the catalogue. Record a second \
+                 log, and one at rest."
             );
             return (Verdict::CannotTell, says);
         }
@@ -300,6 +299,7 @@ impl Budget {
         (Verdict::CannotTell, says)
     }
 
+    /// Counts the bias that wanders to the floor.
     fn believe_wander(&mut self) {
         self.wander = self.points.iter().map(|point| point.bias_wander.unwrap_or(0.0)).collect();
     }

@@ -82,7 +82,7 @@ fn ends(term: &Term, series: &Series) -> Vec<usize> {
 }
 
 /// Whether something that begins at an instant begins where the log does, or ends: a step that is seen from one side only is the constant
-/// that another effect is (a delay, a bias), or nothing. The bias is in every model, so that its step shows within seconds.
+/// that another effect is (a delay, a bias), or nothing. Every model has a bias, so that a step of the bias shows within seconds.
 pub(super) fn is_seen_from_one_side(term: &Term, series: &Series) -> bool {
     let (start, duration) = (series.t[0], series.span().duration);
     let share = ENDS * duration;
@@ -100,8 +100,9 @@ pub(super) fn size(term: &Term, axis: Axis) -> f64 {
 
 /// Share of a sample's interval that a window has to be as wide as.
 const BETWEEN_SAMPLES: f64 = 0.5;
-/// Share of the log at its ends where no step is looked for, and how long those are at most of a bias, s.
+/// Share of the log at its ends where no step is looked for.
 const ENDS: f64 = 0.05;
+/// The longest such end where the bias steps, s.
 const SHOWS: f64 = 10.0;
 /// Standard errors beyond such an end that are no chance.
 const BEYOND: f64 = 3.0;

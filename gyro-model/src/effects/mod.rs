@@ -137,6 +137,12 @@ impl Stage {
     pub fn is_of_reference(self) -> bool {
         matches!(self, Self::Reference | Self::Shown)
     }
+
+    /// Whether what acts here is of the whole sensor or reference, the same on all its axes.
+    #[must_use]
+    pub fn is_of_whole_sensor(self) -> bool {
+        matches!(self, Self::Timing | Self::Response | Self::Shown)
+    }
 }
 
 /// How a parameter enters.
@@ -456,9 +462,7 @@ pub trait Effect: Send + Sync {
     /// The parameters `p` of axis `of` as axis `on` has them where the cause is one, each where `p` tells it: what a whole sensor has is
     /// alike on all its axes.
     fn carried_over(&self, p: &[f64], _of: Axis, _on: Axis) -> Vec<Option<f64>> {
-        p.iter()
-            .map(|value| matches!(self.stage(), Stage::Timing | Stage::Response | Stage::Shown).then_some(*value))
-            .collect()
+        p.iter().map(|value| self.stage().is_of_whole_sensor().then_some(*value)).collect()
     }
 
     /// What it does, with its numbers, as a clause with its subject: "your gyro is 10.05 ± 0.05 ms late". `p` is the parameters in the
@@ -512,7 +516,7 @@ impl dyn Effect + '_ {
     /// Whether it is that of a whole sensor or reference, the same on all its axes.
     #[must_use]
     pub fn is_of_whole_sensor(&self) -> bool {
-        matches!(self.stage(), Stage::Timing | Stage::Response | Stage::Shown)
+        self.stage().is_of_whole_sensor()
     }
 }
 

@@ -10,6 +10,7 @@ use super::{
     counted, quantile,
     reference::wraps_in_degrees,
     thresholds::{CROSSED, CROSSING},
+    witness::angle_read,
 };
 use crate::{Axis, Record, record::ReferenceKind};
 use std::f64::consts::TAU;
@@ -44,24 +45,6 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
     }
 }
 
-/// What the gyro turned up to each of these rows, rad: its readings hold until the next.
-fn turned(record: &Record, axis: Axis, rows: &[usize]) -> Vec<f64> {
-    let (mut sum, mut rate, mut next) = (0.0, 0.0, 0);
-    let mut out = Vec::with_capacity(rows.len());
-    for k in 0..record.len() {
-        if k > 0 {
-            sum += rate * (super::seconds(record, k) - super::seconds(record, k - 1));
-        }
-        let now = record.rows[k].gyro[axis.index()];
-        rate = if now.is_finite() { now } else { rate };
-        if rows.get(next) == Some(&k) {
-            out.push(sum);
-            next += 1;
-        }
-    }
-    out
-}
-
 /// Rows of an angle that lie between the ends of its range while it crosses them.
 fn between(record: &Record, axis: Axis) -> Vec<usize> {
     let value = |k: usize| record.rows[k].ref_angle[axis.index()];
@@ -73,7 +56,8 @@ fn between(record: &Record, axis: Axis) -> Vec<usize> {
     if !(0.9 * whole..1.01 * whole).contains(&(high - low)) {
         return Vec::new();
     }
-    let gyro: Vec<f64> = turned(record, axis, &rows).iter().map(|x| x * whole / TAU).collect();
+    let angle = angle_read(record, axis);
+    let gyro: Vec<f64> = rows.iter().map(|&k| angle[k] * whole / TAU).collect();
     // How far the angle went beyond what the gyro turned, as whole turns back.
     let back = |a: usize, b: usize| ((gyro[b] - gyro[a]) - (values[b] - values[a])) / whole;
     let is_whole = |turns: f64| (turns.abs() - 1.0).abs() < CROSSED;

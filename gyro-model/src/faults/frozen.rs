@@ -13,6 +13,7 @@ use super::{
     seconds,
     stuck::MARKED_UP_TO,
     thresholds::{CAUGHT_UP, GOES_ON, LEAST_STEP},
+    witness::angle_read,
 };
 use crate::{Axis, Record, record::ReferenceKind};
 use std::ops::Range;
@@ -108,29 +109,14 @@ fn gyro(record: &Record, axis: Axis, motion: &Motion) -> Vec<Range<usize>> {
     found.map(|run| all.rows[run.start]..all.rows[run.end - 1] + 1).collect()
 }
 
-/// What the gyro turned between two rows, rad: of one axis.
-fn turned(record: &Record, axis: Axis, from: usize, to: usize) -> f64 {
-    let rates = (from..to).map(|k| {
-        let (a, b) = (record.rows[k].gyro[axis.index()], record.rows[k + 1].gyro[axis.index()]);
-        let mean = if a.is_finite() && b.is_finite() {
-            0.5 * (a + b)
-        } else if a.is_finite() {
-            a
-        } else {
-            b
-        };
-        if mean.is_finite() { mean * (seconds(record, k + 1) - seconds(record, k)) } else { 0.0 }
-    });
-    rates.sum()
-}
-
 fn encoder(record: &Record, axis: Axis) -> Vec<Range<usize>> {
     let all = Readings::of(record, Channel::Angle(axis));
     let least = LEAST_STEP.max(10.0 * quantum(&all.values));
     let usual = quantile(all.values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect(), 0.99).unwrap_or(0.0);
+    let angle = angle_read(record, axis);
     let stands = |run: &Range<usize>| {
         let jump = all.values[run.end] - all.values[run.start];
-        let gyro = turned(record, axis, all.rows[run.start], all.rows[run.end]);
+        let gyro = angle[all.rows[run.end]] - angle[all.rows[run.start]];
         jump.abs() > least.max(usual) && CAUGHT_UP.contains(&(jump / gyro))
     };
     let found = runs(&all.values).into_iter().filter(stands);
@@ -145,9 +131,10 @@ fn orientation(record: &Record) -> Vec<Range<usize>> {
     let values: Vec<[f64; 4]> = rows.iter().map(|&k| record.rows[k].ref_quaternion).collect();
     let size = |turn: [f64; 3]| turn.iter().map(|x| x * x).sum::<f64>().sqrt();
     let usual = quantile(values.windows(2).map(|pair| size(turn(pair[0], pair[1]))).collect(), 0.99).unwrap_or(0.0);
+    let angles = Axis::ALL.map(|axis| angle_read(record, axis));
     let stands = |run: &Range<usize>| {
         let jump = turn(values[run.start], values[run.end]);
-        let gyro = Axis::ALL.map(|axis| turned(record, axis, rows[run.start], rows[run.end]));
+        let gyro = [0, 1, 2].map(|axis: usize| angles[axis][rows[run.end]] - angles[axis][rows[run.start]]);
         let along: f64 = jump.iter().zip(gyro).map(|(a, b)| a * b).sum();
         size(jump) > LEAST_STEP.max(usual) && CAUGHT_UP.contains(&(along / size(gyro).powi(2)))
     };

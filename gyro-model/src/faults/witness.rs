@@ -7,10 +7,11 @@
 use super::{
     channel::Readings,
     reference::{Motion, gyro_rates, regress},
+    seconds,
     thresholds::{SHOWN, SURE, WITNESS},
 };
 use crate::{
-    Axis, Record,
+    Axis, Record, Row,
     order::{median, quantile},
 };
 use std::ops::Range;
@@ -101,6 +102,18 @@ fn trimmed(x: &[f64], y: &[f64]) -> Option<(f64, f64)> {
     (fit > GOES_WITH && slope != 0.0).then_some((slope, offset))
 }
 
+/// The angle that a gyro's readings add up to at each row, rad; where one is missing, the one before holds.
+pub(super) fn angle_read(record: &Record, axis: Axis) -> Vec<f64> {
+    let t: Vec<f64> = (0..record.len()).map(|k| seconds(record, k)).collect();
+    let mut held = 0.0;
+    let rate = |row: &Row| {
+        let now = row.gyro[axis.index()];
+        held = if now.is_finite() { now } else { held };
+        held
+    };
+    integral(&t, &record.rows.iter().map(rate).collect::<Vec<f64>>())
+}
+
 /// The trapezoid's integral.
 pub(super) fn integral(t: &[f64], y: &[f64]) -> Vec<f64> {
     let mut sum = 0.0;
@@ -115,7 +128,6 @@ pub(super) fn integral(t: &[f64], y: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Row;
 
     /// A log of 60 s: what the gyro reads at each row, and the shaft's angle.
     fn log(gyro: impl Fn(usize, f64) -> f64, angle: impl Fn(f64) -> f64) -> Record {
