@@ -129,7 +129,7 @@ pub enum LimitedBy {
     ReferenceBandwidth,
     /// Stamps that scatter.
     Timing,
-    /// Motion faster than half the sampling rate.
+    /// Motion too fast for the sampling rate.
     FoldedMotion,
     /// An effect that is named and not in the model.
     MissingEffect,
@@ -138,6 +138,18 @@ pub enum LimitedBy {
 }
 
 impl LimitedBy {
+    /// Whether it is noise of gyro or reference.
+    #[must_use]
+    pub const fn is_noise(self) -> bool {
+        matches!(self, Self::GyroNoise | Self::BiasWander | Self::ReferenceNoise)
+    }
+
+    /// Whether it is of the set-up and no noise: what gyro and reference are recorded with, and how they move.
+    #[must_use]
+    pub const fn is_of_recording(self) -> bool {
+        matches!(self, Self::ReferenceBandwidth | Self::Timing | Self::FoldedMotion)
+    }
+
     /// All of them, in the order of [`BudgetPoint::parts`].
     pub const ALL: [Self; 8] = [
         Self::GyroNoise,
@@ -181,7 +193,7 @@ pub struct BudgetPoint {
     pub reference_bandwidth: Option<f64>,
     /// Stamps that scatter.
     pub timing: Option<f64>,
-    /// Motion faster than half the sampling rate.
+    /// Motion too fast for the sampling rate.
     pub folded_motion: Option<f64>,
     /// An effect that is named and not in the model.
     pub missing: Option<f64>,

@@ -1,7 +1,8 @@
-//! Lines of motion that is faster than half the sampling rate, where they show, and where they come from.
+//! Lines of motion that is too fast for the sampling rate, where they show, and where they come from.
 //!
 //! A line of the error that is there only while the shaft turns evenly, and that gyro and reference both show, but not in the
-//! proportion of a motion of that frequency: of f = k f_s ± f₀ an angle A shows as a rate of 2πAf at f₀, not 2πAf₀.
+//! proportion of a motion of that frequency: of f = k f_s ± f₀ an angle A shows as a rate of 2πAf at f₀, not 2πAf₀. Or one so near
+//! to half the sampling rate that readings so far apart do not say what the rate is between them.
 
 use crate::{
     evidence::spectrum::{fast_length, hann, power, transform},
@@ -27,10 +28,12 @@ const COHERENT: f64 = 0.5;
 /// A proportion of gyro to reference that no response of either makes: larger than this, or so far turned.
 const LARGER: f64 = 1.3;
 const TURNED: f64 = 0.2;
+/// Share of half the sampling rate from which on no sum of readings follows the angle: at 0.8 the third-order rule makes 60 % of it.
+const NEAR: f64 = 0.8;
 /// Share of the fastest rate below which a stretch is one of rest.
 const RESTS: f64 = 0.05;
 
-/// A line of folded motion.
+/// A line of motion that is too fast.
 #[derive(Clone, Copy, Debug)]
 pub struct Line {
     /// Where it shows, Hz.
@@ -70,8 +73,10 @@ impl Motion {
         };
         let explained = |motion: &Self| multiples(motion.truly).map(|line| line.power).sum::<f64>();
         let tried = own.iter().flat_map(|line| {
+            let as_it_shows = is_near(line.frequency, dt).then_some(line.frequency);
             let from = [sampling - line.frequency, sampling + line.frequency, 2.0 * sampling - line.frequency];
-            from.map(|truly| Self { shows: line.frequency, truly, rate: line.rate, is_sure: false })
+            let of = |truly| Self { shows: line.frequency, truly, rate: line.rate, is_sure: false };
+            as_it_shows.into_iter().chain(from).map(of)
         });
         let best = tried.max_by(|a, b| explained(a).total_cmp(&explained(b)).then(b.truly.total_cmp(&a.truly)))?;
         Some(Self { is_sure: multiples(best.truly).count() > 1, ..best })
@@ -82,12 +87,19 @@ impl Motion {
     pub fn says(&self) -> String {
         let Self { shows, truly, rate, is_sure } = self;
         let about = if *is_sure { "about" } else { "at least" };
-        format!(
-            "motion of {about} {truly:.1} Hz, faster than half the sampling rate, shows at {shows:.1} Hz while the shaft turns with {:.0} \
-             °/s",
-            rate.to_degrees()
-        )
+        let turns = format!("while the shaft turns with {:.0} °/s", rate.to_degrees());
+        if shows == truly {
+            return format!(
+                "motion of {about} {truly:.1} Hz, hardly slower than half the sampling rate, is there {turns}"
+            );
+        }
+        format!("motion of {about} {truly:.1} Hz, faster than half the sampling rate, shows at {shows:.1} Hz {turns}")
     }
+}
+
+/// Whether a line lies so near to half the sampling rate that its readings do not follow it.
+fn is_near(frequency: f64, dt: f64) -> bool {
+    frequency > 0.5 * NEAR / dt
 }
 
 /// Where a frequency shows that is sampled so often, Hz.
@@ -175,9 +187,10 @@ fn of_group(series: [&[f64]; 3], group: &[usize], rate: f64, dt: f64) -> Vec<Lin
     let line = |k: usize| {
         let proportion = cross[k] / reference[k].max(1e-300);
         let coherence = cross[k].norm_sqr() / (gyro[k] * reference[k]).max(1e-300);
-        let is_folded = coherence > COHERENT && (proportion.norm() > LARGER || proportion.re < TURNED);
         let frequency = k as f64 / (PADDED as f64 * dt);
-        is_folded.then_some(Line { frequency, rate, power: error[k] })
+        let is_other = proportion.norm() > LARGER || proportion.re < TURNED;
+        let is_too_fast = coherence > COHERENT && (is_other || is_near(frequency, dt));
+        is_too_fast.then_some(Line { frequency, rate, power: error[k] })
     };
     (lowest..many).filter(|&k| is_top(k)).filter_map(line).collect()
 }
@@ -185,6 +198,10 @@ fn of_group(series: [&[f64]; 3], group: &[usize], rate: f64, dt: f64) -> Vec<Lin
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+    use std::f64::consts::TAU;
 
     const RATE: f64 = 5.67;
 
@@ -209,8 +226,34 @@ mod tests {
     }
 
     #[test]
+    fn a_line_near_half_the_sampling_rate_is_the_motion_that_its_multiple_folds_from() {
+        // 46.9 Hz at 100 rows a second shows as it is, twice as much at 6.2 Hz.
+        let motion = Motion::behind(&[line(46.9, 3.0), line(6.3, 1.0)], 0.01).unwrap();
+        assert!((motion.truly - 46.9).abs() < 1e-9 && motion.is_sure, "{motion:?}");
+        assert!(motion.says().contains("46.9 Hz, hardly slower than half the sampling rate"), "{}", motion.says());
+    }
+
+    #[test]
+    fn a_line_that_the_gyro_shows_a_part_of_is_too_fast_only_near_half_the_sampling_rate() {
+        let dt = 0.01;
+        let lines_at = |frequency: f64| {
+            let mut random = ChaCha8Rng::seed_from_u64(7);
+            let wave = |k: usize| 0.01 * (TAU * frequency * dt * k as f64).sin();
+            let reference: Vec<f64> = (0..4000).map(|k| 0.03 + wave(k)).collect();
+            let mut noise = || 1e-5 * Distribution::<f64>::sample(&StandardNormal, &mut random);
+            let gyro: Vec<f64> = (0..4000).map(|k| 0.03 + 0.4 * wave(k) + noise()).collect();
+            let error: Vec<f64> = gyro.iter().zip(&reference).map(|(gyro, reference)| gyro - reference).collect();
+            lines([&error, &gyro, &reference], dt)
+        };
+        let near = lines_at(46.5);
+        assert!(near.len() == 1 && (near[0].frequency - 46.5).abs() < 1.0, "{near:?}");
+        // A response of the gyro that the catalogue has may make that.
+        assert!(lines_at(20.0).is_empty());
+    }
+
+    #[test]
     fn the_share_of_a_line_is_that_of_its_power() {
-        let wave = |frequency: f64, k: usize| (std::f64::consts::TAU * frequency * 0.01 * k as f64).sin();
+        let wave = |frequency: f64, k: usize| (TAU * frequency * 0.01 * k as f64).sin();
         let steps: Vec<f64> = (0..8000).map(|k| 3.0 * wave(20.0, k) + wave(35.0, k)).collect();
         let share = share(&[line(20.0, 1.0)], &steps, 0.01);
         assert!((share - 0.9).abs() < 0.01, "{share}");

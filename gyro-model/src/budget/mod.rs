@@ -46,7 +46,7 @@ pub enum Part {
     ReferenceBandwidth,
     /// Stamps that scatter.
     Timing,
-    /// Motion faster than half the sampling rate.
+    /// Motion too fast for the sampling rate.
     FoldedMotion,
 }
 
@@ -119,7 +119,7 @@ pub struct Budget {
     wander: Vec<f64>,
     /// Share of the error² over the middle of the curve that no component takes.
     pub unattributed: f64,
-    /// Motion faster than half the sampling rate, where it makes much of the error.
+    /// Motion too fast for the sampling rate. where it makes much of the error.
     folded: Option<Motion>,
 }
 

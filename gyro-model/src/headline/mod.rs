@@ -53,7 +53,9 @@ pub fn of_diagnosis_beside(axis: &AxisDiagnosis, told: &[&str]) -> Headline {
         (Verdict::MissingEffect | Verdict::Ambiguous, None) => {
             only(format!("An effect is missing: {}.", left(here, axis.error_over_floor)))
         }
-        (Verdict::Adequate, _) => only(adequate(here, axis.within_floor)),
+        (Verdict::Adequate, _) => {
+            only(adequate(here, axis.within_floor, of_recording(axis.limited_by, &axis.limited_says)))
+        }
         (Verdict::Unexplained, _) if axis.searched => {
             unexplained(&left(here, axis.error_over_floor), axis.limited_by, &axis.limited_says)
         }
@@ -95,7 +97,7 @@ pub fn of_ladder_beside(axis: &AxisLadder, told: &[&str]) -> Headline {
     }
     if added.is_empty() {
         return match axis.verdict {
-            Verdict::Adequate => only(adequate(here, Some(within))),
+            Verdict::Adequate => only(adequate(here, Some(within), of_recording(axis.limited_by, &axis.limited_says))),
             _ => unexplained(&left(here, last.error_over_floor), axis.limited_by, &axis.limited_says),
         };
     }
@@ -105,7 +107,9 @@ pub fn of_ladder_beside(axis: &AxisLadder, told: &[&str]) -> Headline {
     if let Some((before, after)) = said(&first.error_curve).zip(here) {
         let settled = matches!(axis.verdict, Verdict::Adequate | Verdict::Ambiguous);
         let rest = match limit(axis.limited_by, &axis.limited_says) {
-            Some((what, _)) if !settled => format!(". Most of that: {what}"),
+            Some((what, _)) if !settled || axis.limited_by.is_some_and(LimitedBy::is_of_recording) => {
+                format!(". Most of that: {what}")
+            }
             _ => rest(&after, settled || within),
         };
         answer.push_str(&makes(subject(own.len(), added.len() - own.len()), before, after, &rest));
@@ -273,7 +277,12 @@ fn first_small(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
 }
 
-fn adequate(here: Option<ErrorPoint>, within: Option<bool>) -> String {
+/// What limits a log that is no noise, and that another recording would not have.
+fn of_recording(by: Option<LimitedBy>, says: &str) -> Option<&str> {
+    limit(by.filter(|by| by.is_of_recording()), says).map(|(what, _)| what)
+}
+
+fn adequate(here: Option<ErrorPoint>, within: Option<bool>, of_recording: Option<&str>) -> String {
     let Some(point) = here else { return "Nothing is missing that this log could show.".into() };
     let (error, over) = (units::rate(point.error), units::time(point.tau_s));
     if within == Some(false) {
@@ -282,7 +291,8 @@ fn adequate(here: Option<ErrorPoint>, within: Option<bool>) -> String {
             units::rate(point.floor)
         );
     }
-    format!("Nothing is missing: over {over} the error is {error} °/s, which is noise.")
+    let rest = of_recording.map_or_else(|| ", which is noise".to_owned(), |what| format!(". Most of that: {what}"));
+    format!("Nothing is missing: over {over} the error is {error} °/s{rest}.")
 }
 
 /// What to do about these, where they come from.

@@ -12,8 +12,11 @@ use gyro_model::{
 };
 
 /// `missing effect: delay`, `adequate`, …
-pub(super) fn words(verdict: Verdict, suspect: Option<&str>, aliases: &[String]) -> String {
+pub(super) fn words(verdict: Verdict, suspect: Option<&str>, aliases: &[String], limit: Option<LimitedBy>) -> String {
     match (verdict, suspect) {
+        (Verdict::Adequate, _) if limit.is_some_and(LimitedBy::is_of_recording) => {
+            "adequate: no effect is missing that this log could show".into()
+        }
         (Verdict::Adequate, _) => "adequate: what is left is noise".into(),
         (Verdict::MissingEffect, Some(effect)) => format!("missing effect: {effect}"),
         (Verdict::MissingEffect, None) => "an effect is missing".into(),

@@ -230,7 +230,10 @@ impl AxisView {
                 Verdict::MissingEffect if axis.missing.len() > 1 => {
                     format!("missing effects: {}", axis.missing.join(", "))
                 }
-                verdict => words(verdict, suspect, axis.suspects.first().map_or(&[], |s| &s.aliases)),
+                verdict => {
+                    let aliases = axis.suspects.first().map_or(&[][..], |s| &s.aliases);
+                    words(verdict, suspect, aliases, axis.limited_by)
+                }
             },
             tone: tone(axis.verdict),
             says: axis::sentence(&axis.says),
@@ -311,7 +314,7 @@ impl AxisView {
             verdict: axis.verdict,
             headline: spoken.answer,
             at_source: spoken.at_source,
-            label: words(axis.verdict, named, aliases),
+            label: words(axis.verdict, named, aliases, axis.limited_by),
             tone: tone(axis.verdict),
             says: axis::sentence(&axis.says),
             effects: axis.effects.iter().map(|id| axis::card(id)).collect(),
