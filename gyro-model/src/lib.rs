@@ -12,6 +12,61 @@
 //! encoder        θ_e = θ + Σ_j κ_j ψ_j(θ; η_j) + noise
 //! ```
 //!
+//! # Which effect is missing
+//!
+//! A log is a [`Record`]: rows of readings with a reference beside them. Here it is simulated, 60 s of a gyro that is 12 ms late.
+//!
+//! ```
+//! use gyro_model::{Axis, Model, diagnose::{Options, diagnose}, simulate::{Hidden, Scenario, simulate}};
+//!
+//! let late = Hidden::parse("delay:d=0.012", Axis::X).expect("an effect of the catalogue with its parameter");
+//! let log = simulate(&Scenario { hidden: vec![late], ..Scenario::default() }).record;
+//!
+//! let found = diagnose(&log, &Model::base_for(&log), &[Axis::X], &Options::default())?;
+//! let best = &found[0].suspects[0];
+//! assert_eq!(best.effect, "delay");
+//! assert!(best.parameters[0].value.is_some_and(|d| (d - 0.012).abs() < 1e-3));
+//! # Ok::<(), gyro_model::fit::FitError>(())
+//! ```
+//!
+//! # Add until nothing is missing, and say so
+//!
+//! ```
+//! # use gyro_model::{Axis, Model, diagnose::{Options, ladder}, headline, simulate::{Hidden, Scenario, simulate}};
+//! # let late = Hidden::parse("delay:d=0.012", Axis::X).expect("an effect of the catalogue with its parameter");
+//! # let log = simulate(&Scenario { hidden: vec![late], ..Scenario::default() }).record;
+//! let (model, axes) = ladder(&log, &Model::base_for(&log), &[Axis::X], &Options::default())?;
+//! assert_eq!(axes[0].effects, ["scale-factor", "bias", "delay"]);
+//! // "Your gyro is 12.0 ± 0.2 ms late. That makes … of error over 1 s; corrected, … is left, which is noise."
+//! println!("{}", headline::of_ladder(&axes[0]).answer);
+//! # assert!(headline::of_ladder(&axes[0]).answer.contains("ms late"));
+//! # assert!(model.axes[0].is_some());
+//! # Ok::<(), gyro_model::fit::FitError>(())
+//! ```
+//!
+//! # Compensate a vehicle's readings
+//!
+//! The estimator takes one row after the other, allocates nothing and waits for nothing; a log goes through the same code.
+//!
+//! ```
+//! use gyro_model::{Axis, AxisModel, Model, Row, estimator::{Estimator, Options}};
+//!
+//! let mut model = Model::default();
+//! let mut own = AxisModel::base(Axis::Z);
+//! own.terms[0].values[0] = 1.02; // α: the gyro reads 2 % too little
+//! model.axes[Axis::Z.index()] = Some(own);
+//!
+//! let mut estimator = Estimator::new(Options::default());
+//! estimator.set_model(&model);
+//! for k in 0..100 {
+//!     let row = Row { t_ns: k * 10_000_000, gyro: [f64::NAN, f64::NAN, 0.5], ..Row::EMPTY };
+//!     let z = estimator.step(&row).axes[Axis::Z.index()];
+//!     assert!((z.rate - 0.51).abs() < 1e-12);
+//! }
+//! ```
+//!
+//! # Modules
+//!
 //! | module | noun |
 //! | --- | --- |
 //! | [`record`] | a log in memory: columns over time |
@@ -20,30 +75,27 @@
 //! | [`simulate`] | logs whose truth is known |
 //! | [`thin`] | fewer rows that say the same of slow things |
 //! | [`compensation`] | from readings to rates, sample by sample |
-//! | [`history`] | the recent past of a signal |
 //! | [`kalman`] | the filter of one axis |
-//! | [`process_noise`] | how restless the motion is |
-//! | [`observer`] | the paper's own filter |
 //! | [`estimator`] | compensation and filters together: one row in, one estimate out |
 //! | [`faults`] | faults of the data, as against physics |
 //! | [`paper`] | the paper's experiment, simulated |
 //! | [`diagnosis`] | the result types, as the JSON interface has them |
 //! | [`detail`] | the pictures behind a verdict: overlay, regimes, spectrum, whiteness |
 //! | [`align`] | how far two clocks lie apart, by the motion that both saw |
-//! | [`statistics`] | values with their standard errors, from the blocks of a log |
 //! | [`nls`] | Levenberg–Marquardt on normal equations |
 //! | [`evidence`] | what a log says about a model: residual, error curve, floor, noise, likelihood |
 //! | [`fit`] | the model's parameters on a log |
-//! | [`limits`] | saturation and dead zone, as the readings show them |
-//! | [`scan`] | the score test of every effect of the catalogue |
 //! | [`thresholds`] | every number that a decision is held against |
 //! | [`diagnose`] | which effect is missing: scan, refit, tests of admission, search, verdict |
 //! | [`guide`] | which manoeuvre of the sensor would tell most of what is still to be known |
-//! | [`budget`] | what the error that is left is made of: gyro, reference, clock, what is missing |
+//! | [`headline`] | the answer in a sentence, of one axis or of several |
+//! | [`axis`] | the axes x, y, z |
+//! | [`units`] | SI numbers in the units that engineers say |
+//! | [`measured`] | a value with its standard error, as effects say it |
 
 pub mod align;
 pub mod axis;
-pub mod budget;
+mod budget;
 pub mod compensation;
 pub mod detail;
 pub mod diagnose;
@@ -55,21 +107,21 @@ pub mod faults;
 pub mod fit;
 pub mod guide;
 pub mod headline;
-pub mod history;
+mod history;
 pub mod kalman;
-pub mod limits;
+mod limits;
 pub mod measured;
 pub mod model;
 pub mod nls;
-pub mod observer;
+mod observer;
 mod order;
 pub mod paper;
 mod parallel;
-pub mod process_noise;
+mod process_noise;
 pub mod record;
-pub mod scan;
+mod scan;
 pub mod simulate;
-pub mod statistics;
+mod statistics;
 pub mod thin;
 pub mod thresholds;
 pub mod units;

@@ -145,7 +145,7 @@ fn a_log_too_long_to_be_searched_whole_shows_what_is_slow_and_what_is_fast() {
         ..Scenario::default()
     };
     let record = simulate(&scenario).record;
-    assert!(record.len() > gyro_model::fit::parts::LONG);
+    assert!(record.len() > gyro_model::fit::LONG);
     let outcome = Outcome::of(&record, axis, false).unwrap();
     let mut found: Vec<&str> = outcome.added.iter().map(|added| added.id.as_str()).collect();
     found.sort_unstable();

@@ -1,7 +1,7 @@
 //! Which physical effect is missing: compare, diagnose, climb.
 //!
-//! One search answers all three. The model as it stands ([`challenger::Incumbent`]) is fitted. Every effect that it has not is screened
-//! by a score test ([`crate::scan`]). The best are refitted exactly ([`challenger::Challenger`]) and measured twice: by the held-out
+//! One search answers all three. The model as it stands (`challenger::Incumbent`) is fitted. Every effect that it has not is screened
+//! by a score test (`scan`). The best are refitted exactly (`challenger::Challenger`) and measured twice: by the held-out
 //! error curve, which holds under models that are still wrong, and by the likelihood of the identified noise, which is the sharper of
 //! the two once the model is nearly right. What these numbers decide stands in lists of tests (`admission`, `contrast`), and every number
 //! that they are held against in [`crate::thresholds`]. `docs/method.md` has the equations.
@@ -10,7 +10,7 @@ mod admission;
 mod apart;
 mod bounds;
 mod case;
-pub mod challenger;
+mod challenger;
 mod chance;
 mod compare;
 mod comparison;
@@ -20,13 +20,13 @@ mod decision;
 mod document;
 mod explain;
 mod judging;
-pub mod ladder;
-pub mod long;
+mod ladder;
+mod long;
 mod missing;
 mod search;
 mod suspects;
 mod users;
-pub mod verdict;
+mod verdict;
 
 use crate::{
     Axis, AxisModel, Model, Record,

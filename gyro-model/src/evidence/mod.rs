@@ -2,54 +2,54 @@
 //!
 //! | module | noun |
 //! | --- | --- |
-//! | [`series`] | one axis of a log, laid out for evaluation |
+//! | `series` | one axis of a log, laid out for evaluation |
 //! | [`encoder`] | the steps of a shaft encoder, and what they make it err by |
 //! | [`problem`] | the residual of a model and its derivatives |
 //! | `track` | one axis of it, step by step |
 //! | `shaft` | where the shaft was |
-//! | [`increments`] | increments over averaging times: the error curve's Gram matrices, held out block by block |
-//! | [`attitude`] | an orientation as reference |
+//! | `increments` | increments over averaging times: the error curve's Gram matrices, held out block by block |
+//! | `attitude` | an orientation as reference |
 //! | `knots` | a reference that is known seldom, straight lines between |
-//! | [`integrate`] | integrals and smoothing of sampled rates |
+//! | `integrate` | integrals and smoothing of sampled rates |
 //! | `heating` | how fast the temperature rises |
 //! | [`study`] | a model fitted to a log |
 //! | `gauss_newton` | the steps of that fit |
 //! | `spectrum` | the fast Fourier transform of a series |
-//! | [`mod@line`] | one line of a signal's spectrum |
+//! | `line` | one line of a signal's spectrum |
 //! | `incoherent` | what of a reference the gyro knows nothing of, whatever its errors |
-//! | [`prior`] | the noise that the sensors' own signals show |
-//! | [`noise`] | the noise of a model's residual, and generalised least squares under it |
+//! | `prior` | the noise that the sensors' own signals show |
+//! | `noise` | the noise of a model's residual, and generalised least squares under it |
 //! | `identify` | how it is found: from nothing, or from one that is near |
-//! | [`whittle`] | where to look for it: the periodogram |
+//! | `whittle` | where to look for it: the periodogram |
 //! | [`whiten`] | the noise as a state-space model: likelihood, generalised least squares |
-//! | [`likelihood`] | the likeliest noise |
+//! | `likelihood` | the likeliest noise |
 //! | `growth` | the part of it that grows with the rate |
-//! | [`rounding`] | what a coarse reading's rounding leaves of rates that are held |
-//! | [`draws`] | draws of noise alone on the log's own motion |
-//! | [`floor`] | what the error curve would be with no physics missing |
+//! | `rounding` | what a coarse reading's rounding leaves of rates that are held |
+//! | `draws` | draws of noise alone on the log's own motion |
+//! | `floor` | what the error curve would be with no physics missing |
 
-pub mod attitude;
-pub mod draws;
+pub(crate) mod attitude;
+pub(crate) mod draws;
 pub mod encoder;
-pub mod floor;
+pub(crate) mod floor;
 mod gauss_newton;
 mod growth;
 mod heating;
 pub(crate) mod identify;
 pub(crate) mod incoherent;
-pub mod increments;
-pub mod integrate;
+pub(crate) mod increments;
+pub(crate) mod integrate;
 mod knots;
-pub mod likelihood;
-pub mod line;
-pub mod noise;
-pub mod prior;
+pub(crate) mod likelihood;
+pub(crate) mod line;
+pub(crate) mod noise;
+pub(crate) mod prior;
 pub mod problem;
-pub mod rounding;
-pub mod series;
+pub(crate) mod rounding;
+pub(crate) mod series;
 mod shaft;
 pub(crate) mod spectrum;
 pub mod study;
 mod track;
 pub mod whiten;
-pub mod whittle;
+pub(crate) mod whittle;

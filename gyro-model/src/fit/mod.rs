@@ -5,9 +5,9 @@
 //! biased by it. Where the model leaves nothing but noise, a last step by generalised least squares (the noise
 //! identified by maximum likelihood) makes the estimates efficient. Standard errors are those of the identified noise.
 
-pub mod initial;
-pub mod judged;
-pub mod parts;
+mod initial;
+pub(crate) mod judged;
+pub(crate) mod parts;
 
 use crate::{
     Axis, AxisModel, Model, Record, Term,
@@ -21,6 +21,7 @@ use crate::{
     thresholds::SILENT,
 };
 use judged::Judged;
+pub use parts::LONG;
 use thiserror::Error;
 
 /// Why a log cannot be fitted.
