@@ -306,10 +306,11 @@ impl Budget {
 
     /// Whether an error is noise once a bias that wanders is believed.
     #[must_use]
-    pub fn is_wander(mut self, judged: &Judged) -> bool {
+    pub fn is_wander(&self, judged: &Judged) -> bool {
+        let mut budget = self.clone();
         let mut judged = judged.clone();
-        self.believe_wander();
-        self.raise(&mut judged);
+        budget.believe_wander();
+        budget.raise(&mut judged);
         judged.within()
     }
 
