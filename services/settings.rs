@@ -261,6 +261,9 @@ impl Settings {
         {
             self.source = Source::at(whole(path)?);
         }
+        if let Source::Live(address) = &self.source {
+            self.source = Source::Live(address.clone().from_folder(&whole(Path::new(""))?));
+        }
         for path in [&mut self.columns, &mut self.dbc, &mut self.model, &mut self.record, &mut self.profile]
             .into_iter()
             .flatten()

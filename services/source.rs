@@ -141,7 +141,7 @@ impl Feed {
                 Rows::Log { path: path.clone(), options, reader, held, injection }
             }
             Source::Stream(path) => {
-                let address = Address::of_pipe(path.clone());
+                let address = Address::of_pipe(path.clone(), settings.dbc.clone());
                 let opened = Stream::open(&address, settings.columns.as_deref(), None, stop, meanwhile)?;
                 let Some(stream) = opened else { return Ok(None) };
                 let injection = injection(&stream.origin().content, settings)?;

@@ -38,8 +38,8 @@ Examples:
 The rows go to the log as they come, so that Ctrl-C loses none; a log that is there is not written over.
 Exit code 0: the log tells what was asked; 3: it was ended before, and what it lacks is said.")]
 pub struct Args {
-    /// Where rows come from: a sensor's address such as serial:/dev/ttyUSB0?baud=115200, udp:0.0.0.0:5600, tcp:HOST:PORT,
-    /// mavlink:udp:0.0.0.0:14550 (docs/feed.md), `-` for standard input, or `sim` for a simulated hand
+    /// Where rows come from: a sensor's address such as serial:/dev/ttyUSB0?baud=115200, can:can0?dbc=car.dbc,
+    /// udp:0.0.0.0:5600, tcp:HOST:PORT, mavlink:udp:0.0.0.0:14550 (docs/feed.md), `-` for standard input, or `sim` for a simulated hand
     #[arg(long, value_name = "ADDRESS|-|sim")]
     source: String,
     /// The log to record: CSV
@@ -143,7 +143,7 @@ fn from(args: &Args) -> Result<From> {
     };
     match source {
         Source::Live(address) => live(address),
-        Source::Stream(path) => live(Address::of_pipe(path)),
+        Source::Stream(path) => live(Address::of_pipe(path, None)),
         Source::Log(path) => bail!(
             "{}: is a log, and a recording needs a sensor: give its address, such as serial:/dev/ttyUSB0; of a log use `truerate diagnose`",
             path.display()

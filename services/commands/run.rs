@@ -26,7 +26,8 @@ pub struct Args {
     #[arg(long, value_name = "F")]
     pub config: Option<PathBuf>,
     /// Where samples come from: `sim`, a log (CSV, .gz, .mcap), `-` for standard input, or a sensor's address such as
-    /// serial:/dev/ttyUSB0?baud=115200, udp:0.0.0.0:5600, tcp:HOST:PORT, mavlink:udp:0.0.0.0:14550 (docs/feed.md)
+    /// serial:/dev/ttyUSB0?baud=115200, can:can0?dbc=car.dbc, udp:0.0.0.0:5600, tcp:HOST:PORT,
+    /// mavlink:udp:0.0.0.0:14550 (docs/feed.md)
     /// [default: sim]
     #[arg(long, value_name = "sim|LOG|-|ADDRESS")]
     pub source: Option<String>,

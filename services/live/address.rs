@@ -1,12 +1,17 @@
 //! Where a live source is: `serial:/dev/ttyUSB0?baud=115200&format=csv`, `udp:0.0.0.0:5600`, `tcp:host:port`,
-//! `mavlink:udp:0.0.0.0:14550`, `iio:device0`.
+//! `mavlink:udp:0.0.0.0:14550`, `iio:device0`, `can:can0?dbc=car.dbc`.
 
 use super::{
     format::Kind,
     link::{iio, pipe::Pipe, serial, tcp, udp},
 };
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
-use std::{fmt, path::PathBuf, str::FromStr, time::Duration};
+use std::{
+    fmt,
+    path::{Path, PathBuf},
+    str::FromStr,
+    time::Duration,
+};
 
 /// A live source's address, understood.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -22,6 +27,8 @@ pub struct Address {
     pub is_reference: bool,
     /// How long a link may be silent before it is opened anew; none said: without end.
     pub silence: Option<Duration>,
+    /// The DBC file that says what frames of a CAN bus mean.
+    pub dbc: Option<PathBuf>,
 }
 
 /// How bytes come.
@@ -35,6 +42,8 @@ pub enum Way {
     Tcp(String),
     /// A sensor of Linux' industrial I/O.
     Iio(iio::Place),
+    /// A CAN interface.
+    Can(String),
     /// Standard input or a named pipe.
     Pipe(PathBuf),
 }
@@ -66,15 +75,20 @@ pub enum AddressError {
     /// No sensor.
     #[error("{0}: the sensor is missing, such as iio:device0, or its name")]
     Sensor(String),
+    /// No interface.
+    #[error("{0}: the interface is missing, such as can:can0?dbc=car.dbc")]
+    Interface(String),
+    /// Frames whose meaning nobody says.
+    #[error("{0}: what the frames mean stands in a DBC file: add dbc=FILE.dbc after `?`")]
+    Dbc(String),
     /// MAVLink over something else.
     #[error("{0}: MAVLink comes by udp, tcp or serial, such as mavlink:udp:0.0.0.0:14550")]
     Mavlink(String),
 }
 
-const KNOWN: &str =
-    "baud=115200 (serial), format=csv or frames, header=t,gyro_z,… (csv), silence=SECONDS, rate=HZ and root=PATH (iio)";
+const KNOWN: &str = "baud=115200 (serial), format=csv, frames or candump, dbc=FILE.dbc (candump, can), header=t,gyro_z,… (csv), silence=SECONDS, rate=HZ and root=PATH (iio)";
 /// The words that an address begins with.
-const SCHEMES: [&str; 5] = ["serial", "udp", "tcp", "mavlink", "iio"];
+const SCHEMES: [&str; 6] = ["serial", "udp", "tcp", "mavlink", "iio", "can"];
 const BAUD: u32 = 115_200;
 /// Readings a second of a sensor without a buffer, and at most.
 const RATE_HZ: u32 = 100;
@@ -87,18 +101,30 @@ impl Address {
         text.split_once(':').is_some_and(|(scheme, _)| SCHEMES.contains(&scheme))
     }
 
-    /// Of standard input (`-`) or a pipe: CSV.
+    /// Of standard input (`-`) or a pipe: CSV, or the lines of `candump` where a DBC file says what they mean.
     #[must_use]
-    pub fn of_pipe(path: PathBuf) -> Self {
+    pub fn of_pipe(path: PathBuf, dbc: Option<PathBuf>) -> Self {
         let text =
             if Pipe::is_standard_input(&path) { "standard input".to_owned() } else { path.display().to_string() };
-        Self { text, way: Way::Pipe(path), format: Kind::Csv, header: None, is_reference: false, silence: None }
+        let format = if dbc.is_some() { Kind::Candump } else { Kind::Csv };
+        Self { text, way: Way::Pipe(path), format, header: None, is_reference: false, silence: None, dbc }
     }
 
     /// The same, of rows that hold a reference alone.
     #[must_use]
     pub fn of_reference(self) -> Self {
         Self { is_reference: true, ..self }
+    }
+
+    /// The same with a DBC file that is found from this folder.
+    #[must_use]
+    pub fn from_folder(mut self, folder: &Path) -> Self {
+        if let Some(dbc) = self.dbc.as_mut().filter(|dbc| dbc.is_relative()) {
+            let whole = folder.join(&dbc);
+            self.text = self.text.replacen(&format!("dbc={}", dbc.display()), &format!("dbc={}", whole.display()), 1);
+            *dbc = whole;
+        }
+        self
     }
 
     /// Whether it has an end, and what was read cannot come again.
@@ -118,10 +144,15 @@ impl FromStr for Address {
         let mut address = Self {
             text: text.to_owned(),
             way: Way::Udp(place.to_owned()),
-            format: if mavlink.is_some() { Kind::Mavlink } else { Kind::Csv },
+            format: match (mavlink, scheme) {
+                (Some(_), _) => Kind::Mavlink,
+                (_, "can") => Kind::Candump,
+                _ => Kind::Csv,
+            },
             header: None,
             is_reference: false,
             silence: None,
+            dbc: None,
         };
         let mut baud = BAUD;
         let mut sensor = iio::Place { device: place.to_owned(), root: "/".into(), rate_hz: RATE_HZ };
@@ -137,7 +168,8 @@ impl FromStr for Address {
                     sensor.rate_hz = rate.ok_or_else(unknown)?;
                 }
                 "root" if scheme == "iio" => sensor.root = value.into(),
-                "format" if mavlink.is_none() && scheme != "iio" => {
+                "dbc" if mavlink.is_none() && scheme != "iio" && !value.is_empty() => address.dbc = Some(value.into()),
+                "format" if mavlink.is_none() && !matches!(scheme, "iio" | "can") => {
                     address.format = value.parse().map_err(|()| unknown())?;
                 }
                 "header" if address.format == Kind::Csv && scheme != "iio" => address.header = Some(value.to_owned()),
@@ -147,6 +179,10 @@ impl FromStr for Address {
                 }
                 _ => return Err(unknown()),
             }
+        }
+        if address.dbc.is_none() != (address.format != Kind::Candump) {
+            let option = || AddressError::Option { option: "dbc".to_owned(), address: text.to_owned(), known: KNOWN };
+            return Err(if address.dbc.is_none() { AddressError::Dbc(text.to_owned()) } else { option() });
         }
         let host_port = |example| {
             let good =
@@ -158,7 +194,9 @@ impl FromStr for Address {
             "serial" => Way::Serial(place.into(), baud),
             "udp" => host_port(udp::EXAMPLE).map(|()| Way::Udp(place.to_owned()))?,
             "tcp" => host_port(tcp::EXAMPLE).map(|()| Way::Tcp(place.to_owned()))?,
-            "iio" if mavlink.is_some() => return Err(AddressError::Mavlink(text.to_owned())),
+            "can" | "iio" if mavlink.is_some() => return Err(AddressError::Mavlink(text.to_owned())),
+            "can" if place.is_empty() => return Err(AddressError::Interface(text.to_owned())),
+            "can" => Way::Can(place.to_owned()),
             "iio" if place.is_empty() => return Err(AddressError::Sensor(text.to_owned())),
             "iio" => {
                 address.header = Some(iio::HEADER.to_owned());
@@ -200,6 +238,9 @@ mod tests {
         assert_eq!((serial.format, serial.silence), (Kind::Frames, Some(Duration::from_secs(2))));
         let udp: Address = "udp:[::]:5600?header=t_us,gyro_z_dps".parse().unwrap();
         assert_eq!((udp.way, udp.header.as_deref()), (Way::Udp("[::]:5600".into()), Some("t_us,gyro_z_dps")));
+        let can = "can:can0?dbc=car.dbc".parse::<Address>().unwrap().from_folder("/etc".as_ref());
+        assert_eq!((can.format, can.to_string()), (Kind::Candump, "can:can0?dbc=/etc/car.dbc".to_owned()));
+        assert_eq!((can.to_string().parse(), can.way.clone()), (Ok(can), Way::Can("can0".to_owned())));
         let mavlink: Address = "mavlink:serial:/dev/ttyS1".parse().unwrap();
         assert_eq!((mavlink.way, mavlink.format), (Way::Serial("/dev/ttyS1".into(), 115_200), Kind::Mavlink));
     }
@@ -214,6 +255,12 @@ mod tests {
             ("tcp:host:99999", "a host and a port"),
             ("udp:0.0.0.0:1?baud=9600", "'baud=9600'"),
             ("udp:0.0.0.0:1?format=xml", "'format=xml'"),
+            ("can:?dbc=a.dbc", "the interface is missing"),
+            ("can:can0", "add dbc=FILE.dbc"),
+            ("can:can0?dbc=a.dbc&format=csv", "'format=csv'"),
+            ("udp:0.0.0.0:1?format=candump", "add dbc=FILE.dbc"),
+            ("udp:0.0.0.0:1?dbc=a.dbc", "'dbc'"),
+            ("mavlink:can:can0", "MAVLink comes by"),
             ("iio:", "the sensor is missing"),
             ("iio:device0?rate=0", "'rate=0'"),
             ("mavlink:iio:device0", "MAVLink comes by"),

@@ -6,6 +6,8 @@ use super::{
     format::{self, Found},
     timeline::{LIVE_JUMP_NS, Timeline},
 };
+use std::io::Write;
+
 use proptest::{collection::vec, prelude::*};
 
 /// Lines that are nearly right, and pieces of them.
@@ -22,13 +24,17 @@ fn piece() -> impl Strategy<Value = Vec<u8>> {
         4 => vec(number, 0..5).prop_map(|fields| (fields.join(",") + "\n").into_bytes()),
         1 => Just(b"t,gyro_z,ref_angle_z\n".to_vec()),
         1 => vec(any::<u8>(), 0..300),
+        1 => ("[0-9]{1,3}", "[0-9A-F]{0,9}").prop_map(|(t, data)| format!("({t}.5) can0 100#{data}\n").into_bytes()),
         1 => vec(prop_oneof![Just(0_u8), Just(0xfd), Just(0xfe), Just(1), any::<u8>()], 0..300),
     ]
 }
 
 /// Rows that come out of these pieces.
 fn rows(address: &str, pieces: &[Vec<u8>]) -> usize {
-    let address: Address = address.parse().unwrap();
+    let mut dbc = tempfile::NamedTempFile::new().unwrap();
+    let text = "BO_ 256 IMU: 8 X\n SG_ YAW_RATE : 0|16@1- (1,0) [0|0] \"deg/s\" X\n SG_ F : 0|32@1- (1,0) [0|0] \"\" X\nSIG_VALTYPE_ 256 F : 1;\n";
+    dbc.write_all(text.as_bytes()).unwrap();
+    let address: Address = address.replace("FILE", &dbc.path().display().to_string()).parse().unwrap();
     let mut format = format::of(&address, None).unwrap();
     let (mut timeline, mut tally) = (Timeline::new(LIVE_JUMP_NS, None), Tally::default());
     let (mut last, mut rows) = (i64::MIN, 0);
@@ -56,7 +62,7 @@ fn rows(address: &str, pieces: &[Vec<u8>]) -> usize {
 proptest! {
     #[test]
     fn no_bytes_are_too_much(pieces in vec(piece(), 0..60)) {
-        for address in ["udp:[::]:1?header=t,gyro_z,ref_angle_z", "udp:[::]:1?format=frames", "mavlink:udp:[::]:1", "udp:[::]:1"] {
+        for address in ["udp:[::]:1?header=t,gyro_z,ref_angle_z", "udp:[::]:1?format=frames", "mavlink:udp:[::]:1", "udp:[::]:1", "udp:[::]:1?format=candump&dbc=FILE"] {
             rows(address, &pieces);
         }
     }

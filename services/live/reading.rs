@@ -2,7 +2,7 @@
 
 use super::{
     Address, Tally,
-    format::{Format, Found},
+    format::{Format, Found, Kind},
     link::{self, Got, Link},
     stream::{Arrival, LOOK, Origin, Told, Watched},
     timeline::{Timed, Timeline},
@@ -24,10 +24,11 @@ use std::{
 const PAUSES: [Duration; 2] = [Duration::from_millis(50), Duration::from_secs(2)];
 /// Bytes that are read at once.
 const CHUNK: usize = 1 << 14;
-/// Lines without a header after which it is said.
+/// Lines without a header after which it is said, and reads without a row.
 const HEADERLESS: u64 = 50;
-/// What may be done about it.
-const HEADER: &str = "…?header=t,gyro_z,ref_angle_z";
+const BARREN: u64 = 1000;
+/// What may be done about a header that is missing.
+const HEADER: &str = "; or say the columns in the address: …?header=t,gyro_z,ref_angle_z";
 
 /// Why a link is left.
 enum Left {
@@ -46,7 +47,9 @@ pub(super) struct Reading {
     watched: Arc<Mutex<Watched>>,
     opened: Option<SyncSender<Origin>>,
     give: SyncSender<Told>,
-    headerless: bool,
+    /// Reads before the first row, and whether it was said that none comes.
+    barren: u64,
+    told_barren: bool,
 }
 
 impl Reading {
@@ -60,7 +63,7 @@ impl Reading {
         give: SyncSender<Told>,
     ) -> Self {
         let (tally, opened) = (Tally::default(), Some(opened));
-        Self { address, format, timeline, tally, watched, opened, give, headerless: false }
+        Self { address, format, timeline, tally, watched, opened, give, barren: 0, told_barren: false }
     }
 
     /// Reads, until a pipe ends or nobody takes the rows any more.
@@ -167,6 +170,7 @@ impl Reading {
             Found::Begins => timeline.expect_beginning(),
         });
         tally.counts.rows += rows;
+        self.barren += u64::from(tally.counts.rows == 0);
         if !waiting.is_empty() {
             self.say_what_rows_hold();
             for told in waiting {
@@ -188,9 +192,13 @@ impl Reading {
         let counts = &mut self.tally.counts;
         if has_rows {
             counts.link = health::Link::Connected as u32;
-        } else if counts.rows == 0 && counts.remarks >= HEADERLESS && !std::mem::replace(&mut self.headerless, true) {
-            let why = self.format.refusal().map_or_else(|| "no row so far".to_owned(), ToString::to_string);
-            tracing::warn!("{}: {why}; or say the columns in the address: {HEADER}", self.address);
+        } else if counts.rows == 0
+            && (counts.remarks >= HEADERLESS || self.barren >= BARREN)
+            && !std::mem::replace(&mut self.told_barren, true)
+        {
+            let why = self.format.refusal().unwrap_or_else(|| "no row so far".to_owned());
+            let or = if self.address.format == Kind::Csv { HEADER } else { "" };
+            tracing::warn!("{}: {why}{or}", self.address);
         }
         let mut watched = self.watched.lock().unwrap_or_else(PoisonError::into_inner);
         watched.counts = *counts;
@@ -213,10 +221,10 @@ impl Reading {
                 refuse(Problem::Open(error))
             }
             (Some(error), _) => refuse(Problem::Read(error)),
-            (None, Some(_)) => Told::End,
-            (None, None) => match self.format.refusal() {
-                Some(problem) => Told::Failed(anyhow!("{name}: {problem}")),
-                None => refuse(Problem::Empty),
+            (None, content) => match (self.format.refusal(), content) {
+                (Some(why), _) => Told::Failed(anyhow!("{name}: {why}")),
+                (None, Some(_)) => Told::End,
+                (None, None) => refuse(Problem::Empty),
             },
         };
         if matches!(told, Told::End) {

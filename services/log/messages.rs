@@ -16,8 +16,9 @@ use log_readers::{
     can::Database,
     format::{Note, Sink, Topic},
     formats::can,
-    meaning::{Pick, of_topics},
+    meaning::{Pick, Proposal, of_topics},
     survey::Survey,
+    unit::Unit,
 };
 use std::{
     io::{Cursor, Read},
@@ -50,25 +51,10 @@ pub fn read(files: &[PathBuf], first: Input, maps: &Maps) -> Result<Messages, Re
     let mut twice = Twice::of(files, first).map_err(|p| (None, p))?;
     let mut survey = Survey::default();
     twice.read(database, &mut survey).map_err(|p| (None, p))?;
-    let channels: Vec<String> =
-        survey.topics.iter().flat_map(|of| of.topic.fields.iter().map(|field| of.topic.channel(field))).collect();
-    let mut picks = Vec::new();
-    for flag in &maps.flags {
-        picks.extend(flag.picks(&channels).map_err(|p| (None, p))?.into_iter().map(|pick| in_its_unit(pick, &survey)));
-    }
-    if let Some(map) = &maps.columns {
-        let renamed = map.rename(&channels).map_err(|p| (None, p))?;
-        let changed = channels.iter().zip(renamed).filter(|(channel, name)| *channel != name);
-        picks.extend(changed.map(|(channel, name)| in_its_unit(Pick::new(&name, channel, None), &survey)));
-    }
-    let named = |name: &str, pick: &Pick| match (unit::name(name), unit::name(&pick.name)) {
-        (Name::Known(a, _), Name::Known(b, _)) => a == b,
-        _ => false,
-    };
-    let proposal = of_topics(&survey.topics, &|name| picks.iter().any(|pick| named(name, pick)), &picks);
-    picks.extend(proposal.chosen.iter().cloned());
-    let mut layout = Layout::of_picks(&picks, &proposal, &channels, maps)?;
-    layout.chosen.clone_from(&proposal.chosen);
+    let fields =
+        survey.topics.iter().flat_map(|of| of.topic.fields.iter().map(|field| (of.topic.channel(field), field.unit)));
+    let channels: Vec<(String, Option<Unit>)> = fields.collect();
+    let (picks, layout) = understood(maps, &channels, &|taken, picks| of_topics(&survey.topics, taken, picks))?;
     let mut taker = Taker::new(&picks, &layout);
     twice.read(database, &mut taker).map_err(|p| (None, p))?;
     let notes =
@@ -77,15 +63,44 @@ pub fn read(files: &[PathBuf], first: Input, maps: &Maps) -> Result<Messages, Re
     Ok(Messages { layout, rows, tally, sha256: twice.sha256, notes: notes.collect() })
 }
 
-/// A channel under a name without a unit, where the file says in which it is: converted from that.
-fn in_its_unit(pick: Pick, survey: &Survey) -> Pick {
-    let fields =
-        survey.topics.iter().flat_map(|of| of.topic.fields.iter().map(|field| (of.topic.channel(field), field.unit)));
-    let unit = fields.filter(|(channel, _)| *channel == pick.channel).find_map(|(_, unit)| unit);
-    match unit {
-        Some(unit) => unit::with_unit(pick, unit),
-        None => pick,
+/// Whether a name of the log format is taken already.
+pub(super) type Has<'a> = &'a dyn Fn(&str) -> bool;
+
+/// The channels that are meant, of those that there are, and what they hold: those that the maps name, then those that are
+/// proposed where they name none.
+pub(super) fn understood(
+    maps: &Maps,
+    channels: &[(String, Option<Unit>)],
+    propose: &dyn Fn(Has, &[Pick]) -> Proposal,
+) -> Result<(Vec<Pick>, Layout), Refusal> {
+    let names: Vec<String> = channels.iter().map(|(name, _)| name.clone()).collect();
+    let mut picks = Vec::new();
+    for flag in &maps.flags {
+        picks.extend(flag.picks(&names).map_err(|p| (None, p))?);
     }
+    if let Some(map) = &maps.columns {
+        let renamed = map.rename(&names).map_err(|p| (None, p))?;
+        let changed = names.iter().zip(renamed).filter(|(channel, name)| *channel != name);
+        picks.extend(changed.map(|(channel, name)| Pick::new(&name, channel, None)));
+    }
+    // A name without a unit takes the one that the file says.
+    let unit = |pick: &Pick| channels.iter().find(|(name, _)| *name == pick.channel).and_then(|(_, unit)| *unit);
+    let mut picks: Vec<Pick> = picks
+        .into_iter()
+        .map(|pick| match unit(&pick) {
+            Some(unit) => unit::with_unit(pick, unit),
+            None => pick,
+        })
+        .collect();
+    let named = |name: &str, pick: &Pick| match (unit::name(name), unit::name(&pick.name)) {
+        (Name::Known(a, _), Name::Known(b, _)) => a == b,
+        _ => false,
+    };
+    let proposal = propose(&|name| picks.iter().any(|pick| named(name, pick)), &picks);
+    picks.extend(proposal.chosen.iter().cloned());
+    let mut layout = Layout::of_picks(&picks, &proposal, &names, maps)?;
+    layout.chosen.clone_from(&proposal.chosen);
+    Ok((picks, layout))
 }
 
 /// A note of a reader as a fault of the data.
@@ -139,11 +154,40 @@ impl Twice {
     }
 }
 
+/// Puts values into rows, each as its pick says.
+pub(super) struct Taken(Vec<Column>);
+
+impl Taken {
+    /// Of the layout that came of the picks.
+    pub(super) fn new(layout: &Layout) -> Self {
+        Self(layout.columns.get(1..).unwrap_or_default().to_vec())
+    }
+
+    /// `wanted` are places of values, each with the number of its pick; `fault` is told what is no value, and its column.
+    pub(super) fn put(
+        &self,
+        row: &mut Row,
+        wanted: &[(usize, usize)],
+        values: &[f64],
+        fault: &mut dyn FnMut(RowFault, usize),
+    ) {
+        for &(field, pick) in wanted {
+            let (Some(&value), Some(column)) = (values.get(field), self.0.get(pick)) else { continue };
+            if value.is_infinite() {
+                fault(RowFault::Infinite, pick + 1);
+            } else if value.abs() > IMPOSSIBLE && !matches!(column.channel, unit::Channel::Free(_)) {
+                fault(RowFault::Impossible, pick + 1);
+            } else if let Some(place) = place(row, column.channel).filter(|_| !value.is_nan()) {
+                *place = value * column.conversion.scale + column.conversion.offset;
+            }
+        }
+    }
+}
+
 /// Takes the messages that are meant.
 struct Taker<'a> {
     picks: &'a [Pick],
-    /// Of each pick.
-    columns: &'a [Column],
+    taken: Taken,
     /// Of each topic: the places of fields, each with the number of its pick.
     topics: Vec<Vec<(usize, usize)>>,
     rows: Vec<Pending>,
@@ -152,9 +196,15 @@ struct Taker<'a> {
 }
 
 impl<'a> Taker<'a> {
-    fn new(picks: &'a [Pick], layout: &'a Layout) -> Self {
-        let columns = layout.columns.get(1..).unwrap_or_default();
-        Self { picks, columns, topics: Vec::new(), rows: Vec::new(), tally: Tally::of_messages(), count: 0 }
+    fn new(picks: &'a [Pick], layout: &Layout) -> Self {
+        Self {
+            picks,
+            taken: Taken::new(layout),
+            topics: Vec::new(),
+            rows: Vec::new(),
+            tally: Tally::of_messages(),
+            count: 0,
+        }
     }
 
     /// The rows in time; messages of one instant are one row where they do not hold the same.
@@ -222,16 +272,7 @@ impl Sink for Taker<'_> {
             marked = true;
             self.tally.add(fault, column, self.count, None);
         };
-        for &(field, pick) in wanted {
-            let (Some(&value), Some(column)) = (values.get(field), self.columns.get(pick)) else { continue };
-            if value.is_infinite() {
-                fault(RowFault::Infinite, pick + 1);
-            } else if value.abs() > IMPOSSIBLE && !matches!(column.channel, unit::Channel::Free(_)) {
-                fault(RowFault::Impossible, pick + 1);
-            } else if let Some(place) = place(&mut row, column.channel).filter(|_| !value.is_nan()) {
-                *place = value * column.conversion.scale + column.conversion.offset;
-            }
-        }
+        self.taken.put(&mut row, wanted, values, &mut fault);
         if let Some(found) = check_quaternion(&mut row.ref_quaternion) {
             fault(found, 0);
         }

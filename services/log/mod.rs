@@ -10,6 +10,7 @@ pub mod dbc;
 pub mod dependent;
 mod error;
 mod folder;
+mod frames;
 mod header;
 mod input;
 mod join;
@@ -31,6 +32,7 @@ mod whole;
 mod writer;
 
 pub use error::{Known, LogError, Problem, Refused};
+pub use frames::Frames;
 pub use header::{Layout, Refusal};
 pub use look::{Look, look};
 pub use reader::Reader;

@@ -4,7 +4,7 @@ use crate::{
     harness::{Pipeline, Place, counted, spoilt_log},
     rate_out::compiled,
 };
-use gyro_model::simulate::Simulated;
+use gyro_model::{Row, simulate::Simulated};
 use ipc_types::{port::Hub, topic, wait::Wait};
 use rustix::{
     fs::{Mode, OFlags},
@@ -34,7 +34,8 @@ impl Plug {
     }
 
     fn plug_in(&mut self) {
-        let end = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+        // No other process holds it open.
+        let end = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
         grantpt(&end).unwrap();
         unlockpt(&end).unwrap();
         let name = ptsname(&end, Vec::new()).unwrap();
@@ -231,6 +232,80 @@ fn lines_come_by_udp_to_a_named_effect() {
     assert_eq!((&seen["rows"], &seen["cut"]), (&(lines.len() - 1).into(), &1.into()), "{seen}");
     until_delay_is_named(&mut pipeline);
     assert_eq!(pipeline.interrupt().code, Some(0));
+}
+
+/// Frames of a vehicle as lines of `candump -L`, gyro and encoder beside a message of another device, and the DBC file of them.
+fn frames_of_a_vehicle(place: &Place, simulated: &Simulated) -> (Vec<String>, String) {
+    let dbc = place.file("car.dbc").display().to_string();
+    let text = "BO_ 256 IMU: 3 X\n SG_ YAW_RATE : 0|24@1- (0.001,0) [0|0] \"deg/s\" X\nBO_ 257 ENCODER: 4 X\n \
+                SG_ ANGLE : 7|32@0- (0.0001,0) [0|0] \"deg\" X\n";
+    std::fs::write(&dbc, text).unwrap();
+    let steps = |x: f64, step: f64| (x.to_degrees() / step).round() as i32;
+    let of_row = |row: &Row| {
+        let stamp = format!("({}.{:06})", 1_700_000_000 + row.t_ns / 1_000_000_000, row.t_ns / 1000 % 1_000_000);
+        let [a, b, c, _] = steps(row.gyro[2], 1e-3).to_le_bytes();
+        let angle = steps(row.ref_angle[2], 1e-4).cast_unsigned();
+        format!("{stamp} can0 100#{a:02X}{b:02X}{c:02X}\n{stamp} can0 101#{angle:08X}\n{stamp} can0 7FF#00\n")
+    };
+    (simulated.record.rows.iter().map(of_row).collect(), dbc)
+}
+
+#[test]
+fn frames_of_a_vehicle_garbled_and_unplugged_end_in_a_named_effect() {
+    let place = Place::new();
+    let (simulated, _) = late_log(&place, 90.0);
+    let (frames, dbc) = frames_of_a_vehicle(&place, &simulated);
+    let mut plug = Plug::new(&place);
+    plug.plug_in();
+    let address = format!("serial:{}?format=candump&dbc={dbc}", plug.path.display());
+    let mut pipeline = place.start("sensor", &["--source", &address]);
+    let mut rows = 0;
+    for (part, garbled) in [(&frames[..4000], "100#X"), (&frames[4100..], "101#1")] {
+        source(&place, &mut pipeline, "that it is open", |s| s["link"] == "connected" || s["link"] == "silent");
+        for (k, three) in part.iter().enumerate() {
+            // Of every fifth row one frame of its two is garbled.
+            let is_good = k % 5 != 2;
+            let text = if is_good { three.clone() } else { three.replace(&garbled[..4], garbled) };
+            plug.write_all(text.as_bytes()).unwrap();
+            rows += 1 + u64::from(is_good);
+            sleep(Duration::from_millis(1));
+        }
+        source(&place, &mut pipeline, "its rows", |s| s["rows"] == rows);
+        if part.len() == 4000 {
+            plug.pull_out();
+            source(&place, &mut pipeline, "that it is lost", |s| s["link"] == "lost");
+            plug.plug_in();
+        }
+    }
+    let seen = source(&place, &mut pipeline, "all rows", |s| s["rows"] == rows);
+    assert_eq!((&seen["garbled"], &seen["times"], &seen["reconnects"]), (&1780.into(), &0.into(), &1.into()), "{seen}");
+    until_delay_is_named(&mut pipeline);
+    let ended = pipeline.interrupt();
+    assert_eq!(ended.code, Some(0), "{}{}", ended.out, ended.error);
+    assert_eq!(counted(&ended.out, "kalman", "in"), rows, "{}", ended.out);
+}
+
+#[test]
+fn frames_of_a_vehicle_come_on_standard_input_and_those_of_another_are_refused() {
+    let place = Place::new();
+    let (simulated, _) = late_log(&place, 30.0);
+    let (frames, dbc) = frames_of_a_vehicle(&place, &simulated);
+    let text = frames.concat();
+    let (pipeline, mut input) = place.start_fed("sensor", &["--dbc", &dbc, "--speed", "max"]);
+    input.write_all(text.as_bytes()).unwrap();
+    drop(input);
+    let ended = pipeline.end();
+    assert_eq!(ended.code, Some(0), "{}{}", ended.out, ended.error);
+    assert_eq!(counted(&ended.out, "kalman", "in"), 2 * frames.len() as u64, "{}", ended.out);
+    // Another vehicle's file says so.
+    let stranger = place.file("stranger.dbc");
+    std::fs::write(&stranger, "BO_ 258 IMU: 3 X\n SG_ YAW_RATE : 0|24@1- (1,0) [0|0] \"deg/s\" X\n").unwrap();
+    let (pipeline, mut input) = place.start_fed("sensor", &["--dbc", &stranger.display().to_string()]);
+    let _ = input.write_all(text.as_bytes());
+    drop(input);
+    let ended = pipeline.end();
+    assert_eq!(ended.code, Some(1), "{}{}", ended.out, ended.error);
+    assert!(ended.error.contains("none of them a message that is wanted (IMU 0x102)"), "{}", ended.error);
 }
 
 #[test]

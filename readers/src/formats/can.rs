@@ -2,10 +2,10 @@
 //! topic, and the length of its data the one field.
 
 use crate::{
-    can::{Database, Frame, Line, Lines, Match, Writer, database::shown},
+    can::{Database, Frame, Line, Lines, Match, Message, Signal, Writer, database::shown},
     format::{Field, Format, Note, Place, Sink, Topic, Unreadable},
     text::Skip,
-    unit,
+    unit::{self, Unit},
 };
 use std::{
     collections::{BTreeSet, HashMap},
@@ -44,6 +44,16 @@ pub fn with<'a>(format: &dyn Format, database: &'a Database) -> Option<Can<'a>> 
 #[must_use]
 pub fn has_frames(format: &dyn Format) -> bool {
     [Writer::Candump, Writer::Asc].iter().any(|writer| Can::of(*writer).name() == format.name())
+}
+
+/// The channels of each message of a DBC file, as they are called where it is met on one bus.
+#[must_use]
+pub fn channels(database: &Database) -> Vec<Vec<(String, Option<Unit>)>> {
+    let of = |message: &Message| {
+        let channel = |signal: &Signal| (format!("{}.{}", message.name, signal.name), unit::parse(&signal.unit));
+        message.signals.iter().map(channel).collect()
+    };
+    database.messages().iter().map(of).collect()
 }
 
 /// A longer line is none.

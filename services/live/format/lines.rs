@@ -177,8 +177,8 @@ impl Format for Lines {
         self.content.as_ref()
     }
 
-    fn refusal(&self) -> Option<&Problem> {
-        if self.columns.is_some() { None } else { self.refusal.as_ref() }
+    fn refusal(&self) -> Option<String> {
+        self.refusal.as_ref().filter(|_| self.columns.is_none()).map(ToString::to_string)
     }
 }
 

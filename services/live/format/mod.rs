@@ -1,11 +1,12 @@
 //! What bytes are: rows in them, and what is none. One format a file, all alike.
 
+pub mod candump;
 pub mod frames;
 pub mod lines;
 pub mod mavlink;
 
 use super::{Content, Fault, address::Address};
-use crate::log::Problem;
+use crate::log::{Maps, Options};
 use gyro_model::Row;
 use std::{path::Path, str::FromStr};
 
@@ -16,6 +17,8 @@ pub enum Kind {
     Csv,
     /// Binary frames with a checksum.
     Frames,
+    /// Frames of a CAN bus, as `candump` writes them.
+    Candump,
     /// MAVLink 1 and 2.
     Mavlink,
 }
@@ -27,6 +30,7 @@ impl FromStr for Kind {
         match text {
             "csv" => Ok(Self::Csv),
             "frames" => Ok(Self::Frames),
+            "candump" => Ok(Self::Candump),
             _ => Err(()),
         }
     }
@@ -58,7 +62,7 @@ pub trait Format: Send {
     fn content(&self) -> Option<&Content>;
 
     /// Why there is no row in all that came, where it has to be said.
-    fn refusal(&self) -> Option<&Problem> {
+    fn refusal(&self) -> Option<String> {
         None
     }
 }
@@ -70,6 +74,12 @@ pub trait Format: Send {
 pub fn of(address: &Address, columns: Option<&Path>) -> anyhow::Result<Box<dyn Format>> {
     Ok(match address.format {
         Kind::Csv => Box::new(lines::Lines::new(address.header.as_deref(), columns, address.is_reference)?),
+        Kind::Candump => {
+            let (columns, dbc) = (columns.map(Path::to_owned), address.dbc.clone());
+            let options = Options { columns, dbc, ..Options::default() };
+            let maps = Maps::load(&options)?;
+            Box::new(candump::Candump::new(&if address.is_reference { maps.for_a_reference() } else { maps })?)
+        }
         Kind::Frames => Box::new(frames::Frames::default()),
         Kind::Mavlink => Box::new(mavlink::Mavlink::default()),
     })

@@ -1,5 +1,6 @@
 //! Ways by which bytes come: one a file, all alike.
 
+pub mod can;
 pub mod iio;
 pub mod pipe;
 pub mod scan;
@@ -46,6 +47,7 @@ pub fn open(address: &Address) -> io::Result<Box<dyn Link>> {
         Way::Udp(place) => Box::new(udp::Udp::open(place)?),
         Way::Tcp(place) => Box::new(tcp::Tcp::open(place)?),
         Way::Iio(place) => Box::new(iio::Iio::open(place)?),
+        Way::Can(name) => Box::new(can::Can::open(name)?),
         Way::Pipe(path) => Box::new(pipe::Pipe::open(path)?),
     })
 }
