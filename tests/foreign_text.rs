@@ -70,6 +70,24 @@ fn one_log_in_many_shapes_has_one_answer() {
             }),
         ),
         ("clock", written("t,gyro_z,ref_angle_z\n", |[t, g, a]| format!("{},{g},{a}", clock(*t)))),
+        ("records", written("", |[t, g, a]| format!("{{\"t\": {t}, \"gyro_z\": {g}, \"ref_angle_z\": {a}}}"))),
+        (
+            "nested",
+            written("", |[t, g, a]| {
+                format!(
+                    "{{\"stamp\": {t}, \"angular_velocity\": [0, 0, {g}], \"shaft\": {{\"ref_angle_z\": \"{a}\"}}}}"
+                )
+            }),
+        ),
+        (
+            "list",
+            format!(
+                "[{}]",
+                written("", |[t, g, a]| format!(
+                    "\n {{\n  \"t\": {t},\n  \"gyro_z\": {g},\n  \"ref_angle_z\": {a}\n }},"
+                ))
+            ),
+        ),
         ("spreadsheet", written("sep=;\nt;gyro_z;ref_angle_z;\n", |[t, g, a]| format!("{t};{g};{a};"))),
     ];
     for (name, text) in shapes {

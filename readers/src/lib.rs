@@ -7,6 +7,7 @@
 //! | [`formats`] | one format a file, one static list |
 //! | [`can`] | CAN: frames as lines, and what a DBC file says of their bits |
 //! | `bytes` | bytes taken in order, lengths never trusted |
+//! | [`json`] | records of JSON as the CSV that they mean |
 //! | [`packed`] | bytes that were packed with zstd |
 //! | [`survey`] | what a file holds, channel by channel |
 //! | [`meaning`] | what names and units say, and a map to the names of our logs |
@@ -17,6 +18,7 @@ mod bytes;
 pub mod can;
 pub mod format;
 pub mod formats;
+pub mod json;
 pub mod meaning;
 pub mod packed;
 pub mod survey;

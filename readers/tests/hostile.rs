@@ -132,7 +132,7 @@ fn hammer(count: usize) {
     DONE.store(false, Relaxed);
     thread::scope(|scope| {
         let _watched = Watched(scope.spawn(watch).thread().clone());
-        for (name, whole) in seeds::all() {
+        for (name, whole) in seeds::all().into_iter().chain([("JSON", seeds::json())]) {
             let mut random = Random(whole.len() as u64 ^ seed.rotate_left(32));
             let (mut most, began) = (0, Instant::now());
             for k in 0..count {

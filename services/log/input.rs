@@ -7,7 +7,7 @@ use log_readers::{
     can::Database,
     format::{Format, START, Sink, Unreadable},
     formats::{Unread, can, recognise, unread},
-    packed,
+    json, packed,
     text::{Utf16, is_utf16},
 };
 use sha2::{Digest, Sha256};
@@ -98,10 +98,15 @@ impl Input {
             bytes = Box::new(Utf16::new(Cursor::new(start).chain(bytes)));
             start = self::start(&mut bytes, START).map_err(|error| Problem::reading(error, packing))?;
         }
-        let (own, format) = (is_own(&start), recognise(if is_own(&start) { b"t" } else { &start }));
-        let unread = if own || !is_text(format) { None } else { unread(&start) };
+        let (own, records) = (is_own(&start), json::is_records(&start));
+        let format = recognise(if own || records { b"t" } else { &start });
+        let unread = if own || records || !is_text(format) { None } else { unread(&start) };
         let whole = Cursor::new(start).chain(bytes);
-        let bytes: Box<dyn Read + Send> = if own { Box::new(AsCsv::new(whole)) } else { Box::new(whole) };
+        let bytes: Box<dyn Read + Send> = match () {
+            () if own => Box::new(AsCsv::new(whole)),
+            () if records => Box::new(json::AsCsv::new(whole)),
+            () => Box::new(whole),
+        };
         Ok(Self { bytes, hash, packing, format, unread })
     }
 
@@ -172,7 +177,8 @@ fn unwritten(path: &Path) -> Result<(), Problem> {
 /// The first bytes of a source: those of its first line, where that comes alone.
 fn start(source: &mut impl Read, count: usize) -> io::Result<Vec<u8>> {
     let (mut start, mut buffer) = (Vec::with_capacity(count), [0; START]);
-    while start.len() < count && !start.contains(&b'\n') {
+    // A line is enough, but of JSON, whose lines may hold a bracket each.
+    while start.len() < count && (matches!(start.first(), Some(b'[' | b'{')) || !start.contains(&b'\n')) {
         match source.read(&mut buffer[..count - start.len()]) {
             Ok(0) => break,
             Ok(n) => start.extend_from_slice(&buffer[..n]),

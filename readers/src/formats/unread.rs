@@ -1,5 +1,7 @@
 //! Files that are not read, known by their beginning, and what makes one that is.
 
+use crate::json;
+
 /// What a file is, and what to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unread {
@@ -9,8 +11,7 @@ pub struct Unread {
     pub remedy: &'static str,
 }
 
-const JSON: &str =
-    "write it as CSV: pandas.read_json(F).to_csv(G, index=False), with lines=True where each line is a record";
+const JSON: &str = "write it as CSV: pandas.read_json(F).to_csv(G, index=False); records, one a line or in a list, are read as they are";
 
 const KNOWN: &[(&[u8], &str, &str)] = &[
     (b"PAR1", "a Parquet file", "write it as CSV: pandas.read_parquet(F).to_csv(G, index=False)"),
@@ -30,23 +31,13 @@ const KNOWN: &[(&[u8], &str, &str)] = &[
     (b"[", "JSON", JSON),
 ];
 
-/// Whether a line of JSON names numbers, one after the other: that is read as text.
-fn is_record(start: &[u8]) -> bool {
-    let Some((name, rest)) = start.strip_prefix(b"{\"").and_then(|rest| {
-        let at = rest.iter().position(|&b| b == b'"')?;
-        Some((&rest[..at], rest[at + 1..].trim_ascii_start()))
-    }) else {
-        return false;
-    };
-    let value = rest.strip_prefix(b":").map(<[u8]>::trim_ascii_start).and_then(<[u8]>::first);
-    !name.is_empty() && value.is_some_and(|b| b.is_ascii_digit() || *b == b'-')
-}
-
 /// What a file that begins like this is, where it is none that is read.
 #[must_use]
 pub fn unread(start: &[u8]) -> Option<Unread> {
     let known = KNOWN.iter().find(|(magic, ..)| start.starts_with(magic));
-    if let Some(&(_, what, remedy)) = known.filter(|(magic, ..)| *magic != b"{" || !is_record(start)) {
+    if let Some(&(_, what, remedy)) =
+        known.filter(|(magic, ..)| !matches!(*magic, b"{" | b"[") || !json::is_records(start))
+    {
         return Some(Unread { what, remedy });
     }
     let binary = start.iter().filter(|&&b| b < b' ' && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0c)).count();

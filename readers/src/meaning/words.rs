@@ -279,6 +279,7 @@ fn time_rank(words: &[String]) -> Option<u8> {
         | "tempo"
         | "timestamp"
         | "timestamps"
+        | "ts"
         | "time_stamp"
         | "sample_time"
         | "sensor_time"

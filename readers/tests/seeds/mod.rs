@@ -6,8 +6,9 @@ mod db3;
 
 use log_readers::{
     can::Database,
-    format::{Sink, Unreadable},
+    format::{START, Sink, Unreadable},
     formats::{can, recognise},
+    json,
 };
 use std::io::Write;
 
@@ -45,6 +46,16 @@ pub fn text() -> Vec<u8> {
         text += &format!("{:.2};{}\n", k as f64 * 0.01, rate(k)).replace('.', ",");
     }
     text.into_bytes()
+}
+
+pub fn json() -> Vec<u8> {
+    let record = |k: u64| {
+        let (t, rate) = (k as f64 * 0.01, rate(k));
+        format!(
+            "{{\"t\": {t}, \"gyro\": {{\"y\": 0, \"z\": {rate}}}, \"accel\": [0, 0, 9.81], \"at\": \"a \\\"place\\\"\"}}\n"
+        )
+    };
+    (0..MESSAGES).map(record).collect::<String>().into_bytes()
 }
 
 /// What the frames of [`candump`] and [`asc`] mean.
@@ -105,6 +116,9 @@ pub fn asc() -> Vec<u8> {
 
 /// Reads a file of any format; frames mean what this DBC file says.
 pub fn read(bytes: &[u8], dbc: &[u8], sink: &mut dyn Sink) -> Result<(), Unreadable> {
+    if json::is_records(&bytes[..bytes.len().min(START)]) {
+        return recognise(b"t").read(&mut json::AsCsv::new(bytes), sink);
+    }
     let (format, database) = (recognise(bytes), Database::parse(dbc).ok());
     match database.as_ref().and_then(|database| can::with(format, database)) {
         Some(frames) => log_readers::format::Format::read(&frames, &mut &bytes[..], sink),

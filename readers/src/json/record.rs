@@ -1,0 +1,134 @@
+//! One record of JSON as cells: the path to each number, text or nothing in it.
+
+use serde::de::{DeserializeSeed, Error, MapAccess, SeqAccess, Visitor};
+use std::{fmt, io::Write as _};
+
+/// What stands at the end of a path.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Cell {
+    Integer(i128),
+    Number(f64),
+    Text(String),
+    Nothing,
+}
+
+impl Cell {
+    /// Writes it as a field of a CSV.
+    pub(super) fn write(&self, out: &mut Vec<u8>) {
+        // Into memory nothing fails.
+        let _ = match self {
+            Self::Integer(value) => write!(out, "{value}"),
+            Self::Number(value) => write!(out, "{value}"),
+            Self::Text(text) => {
+                write_text(out, text);
+                Ok(())
+            }
+            Self::Nothing => Ok(()),
+        };
+    }
+}
+
+/// Writes a text as a field of a CSV, in quotation marks where it needs them.
+pub(super) fn write_text(out: &mut Vec<u8>, text: &str) {
+    let plain = text.bytes().map(|b| if b < b' ' { b' ' } else { b });
+    if text.contains([',', '"']) {
+        out.push(b'"');
+        for b in plain {
+            if b == b'"' {
+                out.push(b'"');
+            }
+            out.push(b);
+        }
+        out.push(b'"');
+    } else {
+        out.extend(plain);
+    }
+}
+
+/// The cells of a record in its order, each with its path; the first where a path is written twice. `None` where it is no record.
+pub(super) fn cells(bytes: &[u8]) -> Option<Vec<(String, Cell)>> {
+    let mut cells = Vec::new();
+    let mut json = serde_json::Deserializer::from_slice(bytes);
+    Inside { path: "", cells: &mut cells }.deserialize(&mut json).ok()?;
+    json.end().ok()?;
+    super::distinct(&mut cells);
+    Some(cells)
+}
+
+/// The value at a path.
+struct Inside<'a> {
+    path: &'a str,
+    cells: &'a mut Vec<(String, Cell)>,
+}
+
+impl Inside<'_> {
+    fn put<E>(self, cell: Cell) -> Result<(), E> {
+        self.cells.push((self.path.to_owned(), cell));
+        Ok(())
+    }
+
+    fn below(&self, name: &str) -> String {
+        if self.path.is_empty() { name.to_owned() } else { format!("{}.{name}", self.path) }
+    }
+}
+
+impl<'de> DeserializeSeed<'de> for Inside<'_> {
+    type Value = ();
+
+    fn deserialize<D: serde::Deserializer<'de>>(self, json: D) -> Result<(), D::Error> {
+        json.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Inside<'_> {
+    type Value = ();
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a record of numbers")
+    }
+
+    fn visit_bool<E: Error>(self, value: bool) -> Result<(), E> {
+        self.put(Cell::Integer(i128::from(value)))
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<(), E> {
+        self.put(Cell::Integer(i128::from(value)))
+    }
+
+    fn visit_u64<E: Error>(self, value: u64) -> Result<(), E> {
+        self.put(Cell::Integer(i128::from(value)))
+    }
+
+    fn visit_f64<E: Error>(self, value: f64) -> Result<(), E> {
+        self.put(Cell::Number(value))
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<(), E> {
+        self.put(Cell::Text(text.to_owned()))
+    }
+
+    fn visit_unit<E: Error>(self) -> Result<(), E> {
+        self.put(Cell::Nothing)
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<(), A::Error> {
+        let first = self.cells.len();
+        let mut count = 0;
+        while items.next_element_seed(Inside { path: &self.below(&count.to_string()), cells: self.cells })?.is_some() {
+            count += 1;
+        }
+        if count == 3 && self.cells.len() == first + 3 {
+            for (k, letter) in ["x", "y", "z"].into_iter().enumerate() {
+                self.cells[first + k].0 = self.below(letter);
+            }
+        }
+        Ok(())
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<(), A::Error> {
+        while let Some(name) = entries.next_key::<String>()? {
+            entries.next_value_seed(Inside { path: &self.below(&name), cells: self.cells })?;
+        }
+        Ok(())
+    }
+}
