@@ -2,7 +2,7 @@
 
 use crate::{
     hopeless::Hopeless,
-    live::{Address, Content, Joined, Stream},
+    live::{Address, Content, Joined, Stream, timeline::Given},
     log::{Options, Reader},
     model_file::ModelFile,
     run_folder::{Run, RunFolder, SourceFacts},
@@ -28,6 +28,8 @@ pub struct Feed {
     /// Read ahead, so that what the source says of itself is known before it is asked for.
     next: Next,
     given: u64,
+    /// A live source's own time of the stream's beginning, ns.
+    start_ns: i128,
     settings: Settings,
     taken_up: bool,
     rejected: u64,
@@ -37,12 +39,9 @@ pub struct Feed {
 
 /// The last row that was given of a source that goes on while this process dies.
 #[derive(Clone, Copy, Debug)]
-struct Given {
+struct Kept {
     sequence: u64,
-    /// The row's time, ns.
-    time_ns: i64,
-    /// When it came, ns.
-    clock_ns: u64,
+    given: Given,
 }
 
 /// What comes next.
@@ -66,7 +65,7 @@ impl Next {
 
 enum Rows {
     Log { path: PathBuf, options: Options, reader: Box<Reader>, held: Held, injection: Injection },
-    Stream { stream: Stream, injection: Injection, kept: Option<Vault<Given>>, reference: Option<Box<Joined>> },
+    Stream { stream: Stream, injection: Injection, kept: Option<Vault<Kept>>, reference: Option<Box<Joined>> },
     Simulated { scenario: Box<Scenario>, simulator: Box<Simulator>, rows: Option<u64> },
 }
 
@@ -121,7 +120,7 @@ impl Feed {
         stop: &Stop,
         meanwhile: impl FnMut(&SourceHealth) -> anyhow::Result<()>,
     ) -> anyhow::Result<Option<Self>> {
-        let mut given = None;
+        let mut before: Option<Kept> = None;
         let settings = &run.settings;
         let options = Options {
             columns: settings.columns.clone(),
@@ -148,14 +147,13 @@ impl Feed {
                 Rows::Stream { stream, injection, kept: None, reference: None }
             }
             Source::Live(address) => {
-                let kept: Vault<Given> = Vault::open(&folder.acquisition(), run.number)?;
-                given = kept.load();
-                let before = given.map(|given| (given.time_ns, given.clock_ns));
+                let kept: Vault<Kept> = Vault::open(&folder.acquisition(), run.number)?;
+                before = kept.load();
                 let columns = settings.columns.as_deref();
                 let reference = settings.reference_address()?;
                 let reference = reference.as_ref().map(|address| Joined::open(address, columns, stop));
                 let reference = reference.transpose()?.map(Box::new);
-                let opened = Stream::open(address, columns, before, stop, meanwhile)?;
+                let opened = Stream::open(address, columns, before.map(|kept| kept.given), stop, meanwhile)?;
                 let Some(stream) = opened else { return Ok(None) };
                 let injection = injection(&stream.origin().content, settings)?;
                 Rows::Stream { stream, injection, kept: Some(kept), reference }
@@ -170,7 +168,8 @@ impl Feed {
             rows,
             next: Next::Later,
             settings: settings.clone(),
-            given: given.map_or(0, |given| given.sequence),
+            given: before.map_or(0, |kept| kept.sequence),
+            start_ns: 0,
             taken_up: false,
             rejected: 0,
             switched: Vec::new(),
@@ -245,6 +244,7 @@ impl Feed {
                         if let Some(reference) = reference {
                             reference.join(&mut arrival.row)?;
                         }
+                        self.start_ns = arrival.start_ns;
                         Next::Row(injection.spoil(arrival.row), arrival.read_ns)
                     }
                 };
@@ -274,8 +274,9 @@ impl Feed {
     /// The next row is given, and known to be by whoever takes this up.
     pub fn count(&mut self) {
         self.given += 1;
-        if let (Rows::Stream { kept: Some(kept), .. }, Next::Row(row, clock_ns)) = (&mut self.rows, self.next) {
-            kept.save(&Given { sequence: self.given, time_ns: row.t_ns, clock_ns });
+        if let (Rows::Stream { kept: Some(kept), .. }, Next::Row(row, arrived_ns)) = (&mut self.rows, self.next) {
+            let given = Given { time_ns: row.t_ns, arrived_ns, start_ns: self.start_ns };
+            kept.save(&Kept { sequence: self.given, given });
         }
     }
 

@@ -155,16 +155,18 @@ impl Reading {
         let arrived_ns = now_ns();
         let (mut heard, mut rows, mut waiting) = (true, 0, Vec::new());
         find(format.as_mut(), &mut |found| match found {
-            Found::Row(row, own) => timeline.take(row, own, arrived_ns, tally, |Timed { row, arrived_ns }| {
-                rows += 1;
-                let told = Told::Row(Arrival { row, read_ns: arrived_ns });
-                if opened.is_some() {
-                    // Until it is said what rows hold.
-                    waiting.push(told);
-                } else {
-                    heard &= give.send(told).is_ok();
-                }
-            }),
+            Found::Row(row, own) => {
+                timeline.take(row, own, arrived_ns, tally, |Timed { row, arrived_ns, start_ns }| {
+                    rows += 1;
+                    let told = Told::Row(Arrival { row, read_ns: arrived_ns, start_ns });
+                    if opened.is_some() {
+                        // Until it is said what rows hold.
+                        waiting.push(told);
+                    } else {
+                        heard &= give.send(told).is_ok();
+                    }
+                });
+            }
             Found::Fault(fault, says) => tally.add(fault, &says),
             Found::Missed(rows) => tally.counts.missed += rows,
             Found::Begins => timeline.expect_beginning(),

@@ -4,7 +4,7 @@
 use super::{
     Address, Content, format,
     reading::Reading,
-    timeline::{LIVE_JUMP_NS, PIPE_JUMP_NS, Timeline},
+    timeline::{Given, LIVE_JUMP_NS, PIPE_JUMP_NS, Timeline},
 };
 use crate::{clock::now_ns, hopeless::Hopeless, stop::Stop};
 use anyhow::bail;
@@ -53,6 +53,8 @@ pub struct Arrival {
     pub row: Row,
     /// When it was read, ns.
     pub read_ns: u64,
+    /// The source's own time of the stream's beginning, by which the row's time is told, ns.
+    pub start_ns: i128,
 }
 
 /// What the thread says.
@@ -73,14 +75,14 @@ pub(super) struct Watched {
 
 impl Stream {
     /// Opens it and waits for its first row, calling `meanwhile` again and again; `None` when asked to stop before.
-    /// `given` is what an earlier life of this process gave last: the stream's time and ours, ns.
+    /// `given` is what an earlier life of this process gave last.
     ///
     /// # Errors
     /// A pipe that cannot be read or has no row in it, a header that is none, and those of `meanwhile`.
     pub fn open(
         address: &Address,
         columns: Option<&Path>,
-        given: Option<(i64, u64)>,
+        given: Option<Given>,
         stop: &Stop,
         mut meanwhile: impl FnMut(&SourceHealth) -> anyhow::Result<()>,
     ) -> anyhow::Result<Option<Self>> {

@@ -11,6 +11,19 @@ pub struct Timed {
     pub row: Row,
     /// When it came, ns.
     pub arrived_ns: u64,
+    /// The source's own time of the stream's beginning, by which the row's time is told, ns.
+    pub start_ns: i128,
+}
+
+/// What an earlier life gave last.
+#[derive(Clone, Copy, Debug)]
+pub struct Given {
+    /// The row's time in the stream, ns.
+    pub time_ns: i64,
+    /// When it came, ns of our clock.
+    pub arrived_ns: u64,
+    /// The source's own time of the stream's beginning, ns.
+    pub start_ns: i128,
 }
 
 /// The times of one stream.
@@ -46,6 +59,8 @@ const KNOWN: u64 = 8;
 const BEGAN_AGAIN: u64 = 5;
 /// Usual steps that keep two segments apart: more than any hole that is bridged.
 const APART: f64 = 6.0;
+/// By how much the time that a source says went by may differ from ours, where it is the same clock still after another life, ns.
+const SAME_CLOCK: i128 = 1_000_000_000;
 /// Later than any time that a source can tell, ns.
 const NEVER: i128 = 10_i128.pow(30);
 /// A jump of a live source's clock, ns.
@@ -54,12 +69,12 @@ pub const LIVE_JUMP_NS: i128 = 10_000_000_000;
 pub const PIPE_JUMP_NS: i128 = 3_600_000_000_000;
 
 impl Timeline {
-    /// A stream that begins; `given`: that goes on after what an earlier life gave at this time, ns of the stream and of
-    /// our clock.
+    /// A stream that begins, or goes on after what an earlier life gave.
     #[must_use]
-    pub fn new(jump: i128, given: Option<(i64, u64)>) -> Self {
-        let last = given.map(|(given_ns, arrived_ns)| Last { own: NEVER, given_ns, arrived_ns });
-        Self { offset: 0, last, step: 0.0, steps: 0, ahead: None, behind: (0, 0), begins: last.is_some(), jump }
+    pub fn new(jump: i128, given: Option<Given>) -> Self {
+        let of = |given: Given| Last { own: NEVER, given_ns: given.time_ns, arrived_ns: given.arrived_ns };
+        let (last, offset) = (given.map(of), given.map_or(0, |given| given.start_ns));
+        Self { offset, last, step: 0.0, steps: 0, ahead: None, behind: (0, 0), begins: last.is_some(), jump }
     }
 
     /// The source may have begun again: the next time that goes back does it.
@@ -75,12 +90,16 @@ impl Timeline {
 
     /// Takes a row of the source's time `own`; gives on what is in order.
     pub fn take(&mut self, row: Row, own: i128, arrived_ns: u64, tally: &mut Tally, mut give: impl FnMut(Timed)) {
-        let timed = Timed { row, arrived_ns };
+        let timed = Timed { row, arrived_ns, start_ns: self.offset };
         let Some(last) = self.last else {
             self.offset = own;
             self.pass(timed, own, &mut give);
             return;
         };
+        if last.own == NEVER && self.is_same_clock(last, own, arrived_ns) {
+            self.pass(timed, own, &mut give);
+            return;
+        }
         if let Some((ahead, ahead_own)) = self.ahead {
             if own > ahead_own {
                 self.ahead = None;
@@ -101,6 +120,14 @@ impl Timeline {
         } else {
             self.accept(timed, own, tally, &mut give);
         }
+    }
+
+    /// Whether a source's clock went on as ours did since an earlier life: the times between are then known by it. What came late
+    /// would shift them by as much, and the angle of a reference would seem to jump.
+    fn is_same_clock(&self, last: Last, own: i128, arrived_ns: u64) -> bool {
+        let went = own - self.offset - i128::from(last.given_ns);
+        let elapsed = i128::from(arrived_ns.saturating_sub(last.arrived_ns));
+        went > 0 && (went - elapsed).abs() < SAME_CLOCK
     }
 
     fn is_ahead(&self, step: i128, elapsed_ns: u64) -> bool {
@@ -151,6 +178,7 @@ impl Timeline {
 
     fn pass(&mut self, mut timed: Timed, own: i128, give: &mut impl FnMut(Timed)) {
         timed.row.t_ns = (own - self.offset) as i64;
+        timed.start_ns = self.offset;
         self.last = Some(Last { own, given_ns: timed.row.t_ns, arrived_ns: timed.arrived_ns });
         self.behind = (0, 0);
         self.begins = false;
@@ -160,7 +188,7 @@ impl Timeline {
 
 #[cfg(test)]
 mod tests {
-    use super::{LIVE_JUMP_NS, Row, Tally, Timeline};
+    use super::{Given, LIVE_JUMP_NS, Row, Tally, Timeline};
 
     const MS: i128 = 1_000_000;
 
@@ -216,12 +244,22 @@ mod tests {
 
     #[test]
     fn a_life_that_follows_another_goes_on_in_its_time() {
-        let mut timeline = Timeline::new(LIVE_JUMP_NS, Some((5_000_000_000, 1_000_000_000)));
-        let (mut tally, mut out) = (Tally::default(), Vec::new());
-        for own in [7, 17] {
-            timeline.take(Row::EMPTY, own * MS, 1_300_000_000, &mut tally, |t| out.push(t.row.t_ns / 1_000_000));
-        }
-        assert_eq!((out, tally.counts.segments), (vec![5300, 5310], 1));
+        // The earlier life gave 5 s of the stream, which began at 2 s of the source's own time.
+        let given = Given { time_ns: 5_000_000_000, arrived_ns: 1_000_000_000, start_ns: 2000 * MS };
+        let after = |own: [i128; 2]| {
+            let mut timeline = Timeline::new(LIVE_JUMP_NS, Some(given));
+            let (mut tally, mut out) = (Tally::default(), Vec::new());
+            for own in own {
+                timeline.take(Row::EMPTY, own * MS, 1_300_000_000, &mut tally, |t| out.push(t.row.t_ns / 1_000_000));
+            }
+            (out, tally.counts.segments)
+        };
+        // Its clock went on: 270 ms by it, though the first row came 300 ms after the last one.
+        assert_eq!(after([7270, 7280]), (vec![5270, 5280], 0));
+        // It began again: what went by is known by our clock alone.
+        assert_eq!(after([7, 17]), (vec![5300, 5310], 1));
+        assert_eq!(after([6990, 7000]), (vec![5300, 5310], 1));
+        assert_eq!(after([90_000, 90_010]), (vec![5300, 5310], 1));
     }
 
     #[test]

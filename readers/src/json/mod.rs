@@ -114,7 +114,9 @@ impl<R: Read> AsCsv<R> {
             record::write_text(&mut self.text, name);
         }
         self.text.push(b'\n');
-        parts.into_iter().for_each(|part| self.write(part));
+        for part in parts {
+            self.write(part);
+        }
         Ok(())
     }
 

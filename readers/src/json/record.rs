@@ -62,9 +62,8 @@ struct Inside<'a> {
 }
 
 impl Inside<'_> {
-    fn put<E>(self, cell: Cell) -> Result<(), E> {
+    fn put(self, cell: Cell) {
         self.cells.push((self.path.to_owned(), cell));
-        Ok(())
     }
 
     fn below(&self, name: &str) -> String {
@@ -88,27 +87,33 @@ impl<'de> Visitor<'de> for Inside<'_> {
     }
 
     fn visit_bool<E: Error>(self, value: bool) -> Result<(), E> {
-        self.put(Cell::Integer(i128::from(value)))
+        self.put(Cell::Integer(i128::from(value)));
+        Ok(())
     }
 
     fn visit_i64<E: Error>(self, value: i64) -> Result<(), E> {
-        self.put(Cell::Integer(i128::from(value)))
+        self.put(Cell::Integer(i128::from(value)));
+        Ok(())
     }
 
     fn visit_u64<E: Error>(self, value: u64) -> Result<(), E> {
-        self.put(Cell::Integer(i128::from(value)))
+        self.put(Cell::Integer(i128::from(value)));
+        Ok(())
     }
 
     fn visit_f64<E: Error>(self, value: f64) -> Result<(), E> {
-        self.put(Cell::Number(value))
+        self.put(Cell::Number(value));
+        Ok(())
     }
 
     fn visit_str<E: Error>(self, text: &str) -> Result<(), E> {
-        self.put(Cell::Text(text.to_owned()))
+        self.put(Cell::Text(text.to_owned()));
+        Ok(())
     }
 
     fn visit_unit<E: Error>(self) -> Result<(), E> {
-        self.put(Cell::Nothing)
+        self.put(Cell::Nothing);
+        Ok(())
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<(), A::Error> {
