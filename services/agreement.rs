@@ -1,9 +1,10 @@
-//! Whether a live diagnosis has settled: enough motion was seen, and searches in a row name the same.
+//! Whether a live diagnosis has settled: enough motion was seen, and searches in a row say the same. The compensator counts,
+//! and every watcher reads it in the message.
 
 use ipc_types::{Diagnosis, Text, diagnosis::AxisDiagnosis};
 
 /// A name counts when so many searches in a row give it.
-pub const AGREE: usize = 2;
+pub const AGREE: u32 = 2;
 /// Motion before a name counts, ns. In the first seconds of a drive a lag is taken for a delay and a clock that runs apart
 /// for one that was set; effects that settle or drift take longest to be told apart.
 pub const ENOUGH_NS: i64 = 30_000_000_000;
@@ -18,7 +19,7 @@ pub struct Agreement {
 #[derive(Clone, Copy, Debug)]
 struct Named {
     effect: Text<38>,
-    searches: usize,
+    searches: u32,
 }
 
 impl Default for Named {
@@ -27,15 +28,20 @@ impl Default for Named {
     }
 }
 
-/// The effect that a judgement names, or looks like others; empty where it names none.
+/// Whether a judgement names an effect, alone or beside others that look the same.
+#[must_use]
+pub fn is_named(axis: &AxisDiagnosis) -> bool {
+    matches!(axis.verdict.as_str(), "missing-effect" | "ambiguous")
+}
+
+/// The effect that a judgement names; empty where it names none.
 fn name(axis: &AxisDiagnosis) -> Text<38> {
-    let named = matches!(axis.verdict.as_str(), "missing-effect" | "ambiguous");
-    if named { axis.suspects[0].effect } else { Text::EMPTY }
+    if is_named(axis) { axis.suspects[0].effect } else { Text::EMPTY }
 }
 
 impl Agreement {
-    /// Takes the newest judgement; several may rest on one search.
-    pub fn take(&mut self, diagnosis: &Diagnosis) {
+    /// Takes the newest judgement, of which several may rest on one search, and writes into it how far the searches agree.
+    pub fn take(&mut self, diagnosis: &mut Diagnosis) {
         if diagnosis.search == 0 {
             // Nobody has searched with this model yet.
             *self = Self::default();
@@ -43,17 +49,15 @@ impl Agreement {
             self.search = diagnosis.search;
             for (named, axis) in self.named.iter_mut().zip(&diagnosis.axes) {
                 let effect = name(axis);
-                let searches = if effect == named.effect { named.searches + 1 } else { 1 };
+                let searches = if effect == named.effect { named.searches.saturating_add(1) } else { 1 };
                 *named = Named { effect, searches };
             }
         }
-    }
-
-    /// Whether what this judgement names on an axis has settled.
-    #[must_use]
-    pub fn is_settled(&self, diagnosis: &Diagnosis, place: usize) -> bool {
-        let named = &self.named[place];
-        named.searches >= AGREE && name(&diagnosis.axes[place]) == named.effect && seen_ns(diagnosis) >= ENOUGH_NS
+        let enough = seen_ns(diagnosis) >= ENOUGH_NS;
+        for (named, axis) in self.named.iter().zip(&mut diagnosis.axes) {
+            axis.agreed = if name(axis) == named.effect { named.searches } else { 0 };
+            axis.settled = u32::from(enough && axis.agreed >= AGREE);
+        }
     }
 }
 
@@ -63,26 +67,57 @@ pub fn seen_ns(diagnosis: &Diagnosis) -> i64 {
     diagnosis.to_ns - diagnosis.from_ns
 }
 
+/// What to say of an axis in place of its headline as long as that may still change; `None` where it has settled, or where
+/// the data themselves are in question.
+#[must_use]
+pub fn looking(diagnosis: &Diagnosis, place: usize) -> Option<String> {
+    let axis = &diagnosis.axes[place];
+    let stands = match axis.verdict.as_str() {
+        "missing-effect" | "ambiguous" | "unexplained" => "More than noise is left. Looking for the cause",
+        "adequate" => "Nothing stands out so far",
+        _ => return None,
+    };
+    if axis.present == 0 || axis.settled == 1 {
+        return None;
+    }
+    let seconds = |ns: i64| ns / 1_000_000_000;
+    Some(if seen_ns(diagnosis) < ENOUGH_NS {
+        format!("{stands}: {} of {} s of motion seen.", seconds(seen_ns(diagnosis)), seconds(ENOUGH_NS))
+    } else if axis.agreed + 1 >= AGREE {
+        format!("{stands}: one more search will tell.")
+    } else {
+        format!("{stands}: searching.")
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn judged(search: u64, seconds: i64, effect: &str) -> Diagnosis {
+    fn judged(search: u64, seconds: i64, verdict: &str, effect: &str) -> Diagnosis {
         let mut diagnosis = Diagnosis { search, to_ns: 1_000_000_000 * seconds, ..Diagnosis::default() };
-        diagnosis.axes[2].verdict = Text::new("missing-effect");
-        diagnosis.axes[2].suspects[0].effect = Text::new(effect);
+        let axis = &mut diagnosis.axes[2];
+        (axis.present, axis.verdict) = (1, Text::new(verdict));
+        axis.suspects[0].effect = Text::new(effect);
         diagnosis
     }
 
-    /// Whether each of these has settled: number of the search, seconds of motion, what is named.
-    fn settled(all: &[(u64, i64, &str)]) -> Vec<bool> {
+    /// What is said after each of these: number of the search, seconds of motion, verdict, what is named.
+    fn said(all: &[(u64, i64, &str, &str)]) -> Vec<Option<String>> {
         let mut agreement = Agreement::default();
-        let take = |&(search, seconds, effect): &(u64, i64, &str)| {
-            let diagnosis = judged(search, seconds, effect);
-            agreement.take(&diagnosis);
-            agreement.is_settled(&diagnosis, 2)
+        let take = |&(search, seconds, verdict, effect): &(u64, i64, &str, &str)| {
+            let mut diagnosis = judged(search, seconds, verdict, effect);
+            agreement.take(&mut diagnosis);
+            looking(&diagnosis, 2)
         };
         all.iter().map(take).collect()
+    }
+
+    /// Whether each of these has settled, all with a missing effect.
+    fn settled(all: &[(u64, i64, &str)]) -> Vec<bool> {
+        let all: Vec<_> =
+            all.iter().map(|&(search, seconds, effect)| (search, seconds, "missing-effect", effect)).collect();
+        said(&all).iter().map(Option::is_none).collect()
     }
 
     #[test]
@@ -98,5 +133,21 @@ mod tests {
             settled(&[(1, 40, "lag"), (2, 41, "lag"), (0, 42, ""), (3, 43, "lag")]),
             [false, true, false, false]
         );
+    }
+
+    #[test]
+    fn it_is_said_what_is_waited_for_and_that_nothing_is_missing_settles_too() {
+        let says =
+            said(&[(1, 12, "adequate", ""), (1, 31, "adequate", ""), (2, 32, "adequate", ""), (0, 33, "adequate", "")]);
+        assert_eq!(says[0].as_deref(), Some("Nothing stands out so far: 12 of 30 s of motion seen."));
+        assert_eq!(says[1].as_deref(), Some("Nothing stands out so far: one more search will tell."));
+        assert_eq!(says[2], None);
+        assert_eq!(says[3].as_deref(), Some("Nothing stands out so far: searching."));
+        let says = said(&[(1, 29, "unexplained", ""), (2, 40, "bad-data", "")]);
+        assert_eq!(
+            says[0].as_deref(),
+            Some("More than noise is left. Looking for the cause: 29 of 30 s of motion seen.")
+        );
+        assert_eq!(says[1], None);
     }
 }

@@ -77,6 +77,10 @@ pub struct Simulation {
     pub reference: SimulatedReference,
     /// Which vehicle and sensor.
     pub seed: u64,
+    /// How far the temperature goes up and down, K; as the seed draws it where it is left out.
+    pub swing: Option<f64>,
+    /// Within what time, s; as the seed draws it where it is left out.
+    pub swing_period: Option<f64>,
 }
 
 /// What a simulated vehicle's gyro is held against.
@@ -205,6 +209,8 @@ impl Default for Simulation {
             rate_hz: 1000.0,
             reference: SimulatedReference::default(),
             seed: 1,
+            swing: None,
+            swing_period: None,
         }
     }
 }
@@ -301,6 +307,8 @@ impl Settings {
         let positive = [
             ("simulation.seconds", s.seconds.unwrap_or(1.0)),
             ("simulation.rate_hz", s.rate_hz),
+            ("simulation.swing", s.swing.unwrap_or(1.0)),
+            ("simulation.swing_period", s.swing_period.unwrap_or(1.0)),
             ("learning.window", l.window),
             ("learning.period", l.period),
             ("learning.duty", l.duty),

@@ -76,6 +76,9 @@ enum Rows {
 pub fn scenario(settings: &Settings) -> anyhow::Result<Scenario> {
     let simulation = &settings.simulation;
     let mut sensor = SensorSpec::random(simulation.seed);
+    let temperature = &mut sensor.temperature;
+    temperature.swing = simulation.swing.unwrap_or(temperature.swing);
+    temperature.period = simulation.swing_period.unwrap_or(temperature.period);
     if simulation.reference == SimulatedReference::Orientation {
         sensor.reference = Reference::Quaternion;
     }

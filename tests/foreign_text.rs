@@ -399,6 +399,12 @@ fn frames_of_a_vehicle_have_the_answer_of_the_same_numbers_in_a_table() {
     assert!((found.0 - wanted.0).abs() < 1e-9 && (found.1 - wanted.1).abs() < 1e-9, "{found:?} {wanted:?}");
     let out = bench.ok(&["channels", "other.log", "--dbc", "car.dbc"]);
     assert!(out.contains("ref_angle_z_deg=ENCODER@0x21.ANGLE_Z"), "{out}");
+    // The DBC file of another bus.
+    bench.file("strange.log", file.replace(" 100#", " 101#").replace("18FEF1D5", "18FF01D5"));
+    let line = bench.refused(&["diagnose", "strange.log", "--dbc", "car.dbc"]);
+    assert!(line.contains("names none of the frames") && line.contains("0x101"), "{line}");
+    let out = bench.ok(&["channels", "strange.log", "--dbc", "car.dbc"]);
+    assert!(out.contains("`truerate channels strange.log` lists the identifiers"), "{out}");
     let delta = |id: &str| if id == "100" { "009800" } else { "000200" };
     bench.file("delta.log", frames(|_, id, data| format!("(0.{}) can0 {id}#{}\n", delta(id), hex(data, ""))));
     let line = bench.refused(&["channels", "delta.log", "--dbc", "car.dbc"]);

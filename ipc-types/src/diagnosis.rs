@@ -49,6 +49,10 @@ pub struct AxisDiagnosis {
     pub present: u32,
     /// 1 where every error is within its floor's band.
     pub within_floor: u32,
+    /// Searches in a row that gave what the last one gave: the same name, or none.
+    pub agreed: u32,
+    /// 1 where that has settled: enough motion was seen, and enough searches agree.
+    pub settled: u32,
     /// As in the JSON.
     pub verdict: Text<30>,
     /// Largest error over floor; `NaN` where there is none.
@@ -129,4 +133,4 @@ pub struct Diagnosis {
 
 const _: () = assert!(size_of::<Suspect>() == 176);
 const _: () = assert!(size_of::<Trial>() == 72 + 2 * 32 * TAUS);
-const _: () = assert!(size_of::<Diagnosis>() == 72 + 3 * (48 + 32 * TAUS + 176 * SUSPECTS) + size_of::<Trial>());
+const _: () = assert!(size_of::<Diagnosis>() == 72 + 3 * (56 + 32 * TAUS + 176 * SUSPECTS) + size_of::<Trial>());

@@ -101,7 +101,13 @@ fn text(name: &str, look: &Look) -> String {
         let picks = look.proposal.chosen.iter().map(|pick| pick.name.as_str());
         picks.chain(look.own.iter().map(String::as_str)).any(|name| name.starts_with(begin))
     };
-    if frames.is_empty() {
+    if look.has_no_channel() {
+        let _ = writeln!(
+            out,
+            "\nno channel can be read: is the DBC file that of this bus? `truerate channels {}` lists the identifiers that came",
+            report::shell_word(name)
+        );
+    } else if frames.is_empty() {
         let lacks = match (is_named("gyro_"), is_named("ref_")) {
             (true, true) => "",
             (true, false) => {

@@ -5,7 +5,7 @@ use crate::{
     dashboard::free_address,
     demo::{self, Player},
     domain::free_name,
-    settings::{Learning, Settings, Simulation, Source, Speed},
+    settings::{Learning, Settings, Source, Speed},
     source::scenario,
     stop::Stop,
     supervisor,
@@ -64,7 +64,7 @@ fn settings(args: &Args, seed: u64, hidden: Option<&str>) -> anyhow::Result<Sett
         speed: Speed::Times(if args.auto { demo::SPEED } else { 1.0 }),
         hide: hidden.iter().map(ToString::to_string).collect(),
         dashboard: if args.auto { "off".to_owned() } else { free_address(&default.dashboard)? },
-        simulation: Simulation { rate_hz: demo::RATE_HZ, seed, ..Simulation::default() },
+        simulation: demo::vehicle(seed),
         learning: Learning { duty: if args.auto { 0.7 } else { 0.3 }, ..Learning::default() },
         ..default
     };

@@ -16,6 +16,7 @@ pub mod store;
 pub mod worker;
 
 use crate::{
+    agreement::Agreement,
     clock::now_ns,
     pulse::Pulse,
     run_folder::{Learned, LearnedAxis, Run, RunFolder, SourceFacts},
@@ -119,6 +120,7 @@ struct Compensator<'a> {
     /// What the last search found, and the number of searches.
     found: Option<Arc<Judgement>>,
     searches: u64,
+    agreement: Agreement,
     trial: Trial,
     job: u64,
     given_ns: u64,
@@ -186,6 +188,7 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
         changed_ns: 0,
         found: None,
         searches: 0,
+        agreement: Agreement::default(),
         trial: Trial::default(),
         job: 0,
         given_ns: 0,
@@ -349,6 +352,7 @@ impl Compensator<'_> {
         let mut message = held.message;
         (message.run, message.sequence) = (self.run.number, self.judged);
         message.trial = self.trial;
+        self.agreement.take(&mut message);
         if let Some(from_ns) = held.changed_ns.filter(|_| !matches!(self.settings.source, Source::Log(_))) {
             self.begin_anew(from_ns);
         }

@@ -7,7 +7,7 @@ use super::{
     scene::{Mark, Scene},
 };
 use crate::{
-    agreement::{self, Agreement},
+    agreement::looking,
     clock::now_ns,
     live::words,
     pulse::Pulse,
@@ -23,6 +23,7 @@ use ipc_types::{
     wait::Wait,
 };
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 
 /// Between two looks at the latencies, ns.
 const STAGES_NS: u64 = 1_000_000_000;
@@ -49,7 +50,6 @@ pub(super) struct Feed {
     has_report: bool,
     named: bool,
     changed_ns: i64,
-    agreement: Agreement,
     sequence: u64,
     stages_ns: u64,
     values_ns: u64,
@@ -78,7 +78,6 @@ impl Feed {
             has_report: false,
             named: false,
             changed_ns: 0,
-            agreement: Agreement::default(),
             sequence: 0,
             stages_ns: 0,
             values_ns: 0,
@@ -157,13 +156,9 @@ impl Feed {
             self.scene.mark(Mark { t, epoch, says: "the error jumps: judged anew".to_owned() });
         }
         if let Some(message) = &message {
-            self.agreement.take(message);
-            let places = Axis::ALL.into_iter().enumerate();
-            let settled = places.filter(|(place, _)| self.agreement.is_settled(message, *place));
-            let axes: Vec<&str> = settled.map(|(_, axis)| axis.letter()).collect();
-            let seconds = |ns: i64| (ns as f64 * 1e-9).floor();
-            let (seen, wanted) = (seconds(agreement::seen_ns(message)), seconds(agreement::ENOUGH_NS));
-            self.scene.now("settled", &json!({ "axes": axes, "seconds": seen.min(wanted), "wanted": wanted }));
+            let says = |axis: Axis| looking(message, axis.index()).map(|says| (axis.letter(), says));
+            let looks: BTreeMap<&str, String> = Axis::ALL.into_iter().filter_map(says).collect();
+            self.scene.now("looking", &looks);
         }
         if let Some(trial) = message.and_then(|m| judgement::trial(&m.trial)) {
             self.scene.now("trial", &trial);

@@ -76,6 +76,11 @@ fn axis_of(axis: Axis, a: &wire::AxisDiagnosis) -> AxisDiagnosis {
     }
 }
 
+/// A stream is no log: what it says of one is said of the motion that was seen.
+fn live(text: &mut String) {
+    *text = text.replace("this log", "the motion so far").replace("This log", "The motion so far");
+}
+
 /// As the page shows it: words, human units, cards.
 #[must_use]
 pub fn page(diagnosis: &Diagnosis) -> Page {
@@ -83,6 +88,9 @@ pub fn page(diagnosis: &Diagnosis) -> Page {
     let mut page = Page::axis_by_axis(diagnosis, &context);
     for axis in &mut page.axes {
         axis.detail = None;
+        [&mut axis.headline, &mut axis.label, &mut axis.says].into_iter().for_each(live);
+        axis.limit.iter_mut().for_each(|limit| live(&mut limit.says));
+        axis.data_faults.iter_mut().for_each(live);
     }
     page
 }
@@ -206,6 +214,19 @@ mod tests {
         assert!((view.other.error[0].unwrap() - 0.1f64.to_degrees()).abs() < 1e-12);
         assert_eq!((view.other.floor_99[0], view.other.error_over_floor), (None, None));
         assert!(view.present.tau.is_empty());
+    }
+
+    #[test]
+    fn a_stream_is_not_called_a_log() {
+        let mut message = ipc_types::Diagnosis::default();
+        let axis = &mut message.axes[2];
+        (axis.present, axis.verdict) = (1, Text::new("ambiguous"));
+        axis.suspects[0] =
+            wire::Suspect { effect: Text::new("delay"), aliases: Text::new("lag"), ..wire::Suspect::default() };
+        let page = page(&of_message(&message));
+        let headline = &page.axes[0].headline;
+        assert!(headline.contains("; the motion so far cannot tell which"), "{headline}");
+        assert!(!serde_json::to_string(&page.axes[0]).unwrap().to_lowercase().contains("this log"));
     }
 
     #[test]

@@ -19,7 +19,7 @@ pub fn fault(by: &str, seconds: &[Second], rows: u64) -> DataFault {
         count: rows,
         first_t: Some(0.0),
         says: format!(
-            "the reference is no measurement of its own: {by} computed it from this very gyro, and it has the gyro's errors in it. {}Use \
+            "{by} computed the reference from this very gyro, so that it has the gyro's errors in it. {}Use \
              an encoder, motion capture, cameras, a second IMU or a simulator's truth (`--reference FILE` or `--map ref_q=CHANNEL`); \
              `--reference-is-dependent` judges it all the same",
             others(seconds).map_or_else(String::new, |says| says + ". ")

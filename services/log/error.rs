@@ -156,6 +156,12 @@ pub enum Problem {
          identifiers that came)"
     )]
     NoDbc(&'static str),
+    /// A DBC file of other frames.
+    #[error(
+        "--dbc names none of the frames in this log, which are those of {0}: give the DBC file of this bus (`truerate channels FILE` \
+         without --dbc lists the identifiers that came)"
+    )]
+    OtherFrames(String),
     /// A DBC file that is none.
     #[error("--dbc {file}: {says}")]
     Dbc {
@@ -217,12 +223,14 @@ pub enum Problem {
     #[error("{} is not a number: mend it, or leave the field empty where there is no value", quoted(.0))]
     Text(String),
     /// A row of another length.
-    #[error("{found} fields where the header has {wanted}: mend or delete the row")]
+    #[error("{found} fields where the header has {wanted}: mend or delete the row{}", whole_rows(*wanted, *commas))]
     Length {
         /// In this row.
         found: usize,
         /// In the header.
         wanted: usize,
+        /// Whether commas stand between the fields, and decimal points in the numbers.
+        commas: bool,
     },
     /// A line without end.
     #[error("longer than {0} bytes: this is not a row of a log (a missing line break or quotation mark?)")]
@@ -297,6 +305,16 @@ pub struct Known {
     pub likely: String,
     /// Names that are nearly ours.
     pub near: String,
+}
+
+/// How the rows that came whole are kept of a dump that was garbled on its way.
+fn whole_rows(fields: usize, commas: bool) -> String {
+    if !commas {
+        return String::new();
+    }
+    format!(
+        "; where many are garbled, `awk -F, 'NR == 1 || (NF == {fields} && !/[^-+0-9.eEna,\\r]/)' FILE > whole.csv` keeps the whole ones"
+    )
 }
 
 /// A clause of a message, where there is something to say.

@@ -8,6 +8,7 @@ use super::{
     unit,
 };
 use log_readers::{
+    format::Note,
     meaning::{Proposal, of_text, of_topics},
     survey::Survey,
     text::Table,
@@ -24,6 +25,15 @@ pub struct Look {
     pub own: Vec<String>,
     /// A map to the names of a log.
     pub proposal: Proposal,
+}
+
+impl Look {
+    /// Whether there were frames, and the DBC file names none of them.
+    #[must_use]
+    pub fn has_no_channel(&self) -> bool {
+        let passed = self.survey.notes.iter().any(|note| matches!(note, Note::NotRead { .. }));
+        passed && self.survey.topics.is_empty()
+    }
 }
 
 /// Looks through a file (`-`: standard input is read once, so it must be a file).

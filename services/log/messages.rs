@@ -54,6 +54,12 @@ pub fn read(files: &[PathBuf], first: Input, maps: &Maps) -> Result<Messages, Re
     let fields =
         survey.topics.iter().flat_map(|of| of.topic.fields.iter().map(|field| (of.topic.channel(field), field.unit)));
     let channels: Vec<(String, Option<Unit>)> = fields.collect();
+    if let Some(Note::NotRead { topic, .. }) = survey.notes.iter().find(|note| matches!(note, Note::NotRead { .. }))
+        && database.is_some()
+        && channels.is_empty()
+    {
+        return Err((None, Problem::OtherFrames(topic.clone())));
+    }
     let (picks, layout) = understood(maps, &channels, &|taken, picks| of_topics(&survey.topics, taken, picks))?;
     let mut taker = Taker::new(&picks, &layout);
     twice.read(database, &mut taker).map_err(|p| (None, p))?;

@@ -76,9 +76,13 @@ impl RowParser {
         let (found, wanted) = (fields.fields().len(), layout.columns.len());
         let first = !std::mem::replace(&mut self.begun, true);
         if found != wanted {
-            let twice = first && found > wanted && found <= 2 * wanted && self.dialect == text::CSV;
-            let problem =
-                if twice { Problem::DecimalCommas { found, wanted } } else { Problem::Length { found, wanted } };
+            let commas = self.dialect == text::CSV;
+            let twice = first && found > wanted && found <= 2 * wanted && commas;
+            let problem = if twice {
+                Problem::DecimalCommas { found, wanted }
+            } else {
+                Problem::Length { found, wanted, commas }
+            };
             return Err((None, problem));
         }
         let (mut row, mut time, mut faults) = (Row::EMPTY, None, Vec::new());

@@ -3,6 +3,7 @@
 mod screen;
 
 use crate::{
+    agreement::looking,
     dashboard::{errands::ask, judgement, model, motion::Motion, order::Order},
     domain,
     watch::Watch,
@@ -34,6 +35,8 @@ pub struct Scene {
     pub model: Option<model::ModelView>,
     /// The newest diagnosis.
     pub diagnosis: Option<Diagnosis>,
+    /// What is said of each axis as long as its diagnosis may still change.
+    pub looking: [Option<String>; 3],
     /// The axis that is shown: 0, 1, 2.
     pub axis: usize,
     /// Residuals of that axis, °/s, newest last.
@@ -92,6 +95,9 @@ impl Ports {
             scene.model = Some(model::view(&parameters));
         }
         let message = self.diagnoses.newest()?;
+        if let Some(message) = &message {
+            scene.looking = [0, 1, 2].map(|place| looking(message, place));
+        }
         if let Some(diagnosis) = self.reports.newest()?.and_then(|bytes| judgement::of_report(&bytes)) {
             self.has_report = true;
             scene.diagnosis = Some(diagnosis);

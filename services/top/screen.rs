@@ -51,7 +51,9 @@ pub(super) fn draw(frame: &mut Frame, scene: &Scene) {
 }
 
 fn verdict(frame: &mut Frame, area: Rect, scene: &Scene, view: Option<&AxisView>) {
+    let looking = scene.looking[scene.axis].as_deref();
     let colour = match view.map(|v| v.tone) {
+        _ if looking.is_some() => Color::Magenta,
         Some("good") => Color::Green,
         Some("bad") => Color::Red,
         Some("warn") => Color::Yellow,
@@ -59,13 +61,18 @@ fn verdict(frame: &mut Frame, area: Rect, scene: &Scene, view: Option<&AxisView>
     };
     let headline = view.map_or_else(
         || "looking: the first diagnosis comes after some seconds of motion".to_owned(),
-        |v| format!("axis {}  {}", v.axis, v.headline),
+        |v| match looking {
+            Some(looking) => format!("axis {}  {looking} So far: {}", v.axis, v.headline),
+            None => format!("axis {}  {}", v.axis, v.headline),
+        },
     );
     let label = view.map_or_else(String::new, |v| {
         let ratio = v.error_over_floor.map_or_else(String::new, |r| format!("   error ÷ noise {}", units::ratio(r)));
         format!("{}{ratio}", v.label)
     });
-    let source = view.filter(|v| !v.at_source.is_empty()).map(|v| format!("at the source: {}", v.at_source));
+    let source = view
+        .filter(|v| looking.is_none() && !v.at_source.is_empty())
+        .map(|v| format!("at the source: {}", v.at_source));
     let mut text = vec![Line::styled(headline, Style::new().fg(colour).add_modifier(Modifier::BOLD))];
     text.extend(source.map(Line::raw));
     text.push(Line::styled(label, Style::new().add_modifier(Modifier::DIM)));
@@ -234,6 +241,15 @@ mod tests {
             assert!(screen.contains(text), "{text}:\n{screen}");
         }
         assert!(screen.chars().any(|c| ('\u{2801}'..='\u{28ff}').contains(&c)), "no curve:\n{screen}");
+    }
+
+    #[test]
+    fn a_diagnosis_that_may_still_change_is_no_answer_yet() {
+        let looking = "More than noise is left. Looking for the cause: 12 of 30 s of motion seen.";
+        let screen = picture(&Scene { looking: [None, None, Some(looking.to_owned())], ..scene() }, 130, 40);
+        for text in ["axis z  More than noise is left.", "12 of 30 s of motion seen. So far: 'delay' is missing"] {
+            assert!(screen.contains(text), "{text}:\n{screen}");
+        }
     }
 
     #[test]

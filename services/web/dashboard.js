@@ -22,7 +22,7 @@
     judged: data => { push(scene.errors, [data], ERRORS); touch('judged'); },
     values: data => { push(scene.values, [data], VALUES); touch('values'); },
     mark: data => { push(scene.marks, [data], 100); touch('mark', 'judged', 'values'); },
-    page: now('page'), settled: now('settled'), model: now('model'), trial: now('trial'), status: now('status'), stages: now('stages'), source: now('source'),
+    page: now('page'), looking: now('looking'), model: now('model'), trial: now('trial'), status: now('status'), stages: now('stages'), source: now('source'),
   };
 
   let source = null;
@@ -55,7 +55,7 @@
     names.forEach(n => dirty.add(n));
     if (!asked) { asked = true; requestAnimationFrame(draw); }
   }
-  const painters = { steps: drawMotion, judged: drawFalling, mark: drawMotion, values: drawHistory, page: drawPage, settled: drawPage, trial: drawTrial, model: drawModel, status: drawStatus, stages: drawStages, source: drawSource };
+  const painters = { steps: drawMotion, judged: drawFalling, mark: drawMotion, values: drawHistory, page: drawPage, looking: drawPage, trial: drawTrial, model: drawModel, status: drawStatus, stages: drawStages, source: drawSource };
   function draw() {
     asked = false;
     chooseAxes();
@@ -177,11 +177,10 @@
     const figures = [0.1, 1, 10].map(tau => { const k = nearest(tau); return k == null ? null : figure(`error at ${Charts.seconds(judged.tau[k])} s`, `${number(judged.error[k])} °/s`, `${number(judged.error[k] * judged.tau[k])}° in that time; floor: ${number(judged.floor[k])} °/s`); });
     // What the answer asks for is one press away, once it has settled.
     const named = ['missing-effect', 'ambiguous'].includes(view.verdict), best = named && view.suspects[0];
-    const settled = scene.newest.settled, waits = best && !settled?.axes.includes(axis);
-    const add = view.verdict === 'missing-effect' && !waits && best ? h('p', h('button.primary.large', { type: 'button', 'data-do': 'add', 'data-effect': best.effect, 'data-axis': axis, title: `Add ${best.effect} to the model (a)`, disabled: busy ? '' : null }, `Add ${best.effect.replaceAll('-', ' ')} to the model`)) : null;
-    const early = settled && settled.seconds < settled.wanted ? `${settled.seconds} of ${settled.wanted} s of motion seen` : 'one more search will tell';
-    const answer = waits ? [h('h2.answer', `More than noise is left. Looking for the cause: ${early}.`), h('p', h('b', 'So far: '), view.headline)] : Parts.answer(view);
-    if (waits) $('verdict').className = 'panel two-thirds verdict unknown';
+    const looking = scene.newest.looking?.[axis];
+    const add = view.verdict === 'missing-effect' && !looking && best ? h('p', h('button.primary.large', { type: 'button', 'data-do': 'add', 'data-effect': best.effect, 'data-axis': axis, title: `Add ${best.effect} to the model (a)`, disabled: busy ? '' : null }, `Add ${best.effect.replaceAll('-', ' ')} to the model`)) : null;
+    const answer = looking ? [h('h2.answer', looking), h('p', h('b', 'So far: '), view.headline)] : Parts.answer(view);
+    if (looking) $('verdict').className = 'panel two-thirds verdict unknown';
     fill('verdict', h('p.soft.small', `axis ${axis}`), answer, add,
       h('.figures', figures, view.error_over_floor == null ? null : figure('error at its worst', `${number(view.error_over_floor)} × floor`, view.within_floor ? 'no more than noise and set-up make' : 'more than noise and set-up make')));
     drawCurve(view);

@@ -58,7 +58,7 @@ const Parts = (() => {
       s.odds ? h('p.soft.small', `Odds against the next suspect: ${s.odds}.`) : null,
       s.parameters.length ? h('p.number', s.parameters.map(p => h('', `${p.name} = ${p.shown}`))) : null,
       s.card.typical ? h('p.soft.small', `Usual: ${s.card.typical}.`) : null,
-      s.aliases.map(a => h('.alias', h('p', `On this log it cannot be told from `, h('b', a.id), a.title ? ` (${a.title})` : '', '.'), a.when ? h('p.soft.small', `They look alike when ${a.when}.`) : null, a.split_by ? h('p.small', `To tell them apart: ${a.split_by}.`) : null)),
+      s.aliases.map(a => h('.alias', h('p', `Here it cannot be told from `, h('b', a.id), a.title ? ` (${a.title})` : '', '.'), a.when ? h('p.soft.small', `They look alike when ${a.when}.`) : null, a.split_by ? h('p.small', `To tell them apart: ${a.split_by}.`) : null)),
       s.aliases.length && s.separate_by ? h('p', h('b', 'Manoeuvre: '), s.separate_by) : null,
       card(s.card));
   }

@@ -332,7 +332,7 @@ fn other_units(record: &Record, report: &mut Report) {
         if let Some(fast) = quantile(readings, 0.9).filter(|fast| *fast > FASTEST) {
             let says = format!(
                 "gyro_{axis} reads {fast:.0} rad/s or more in a tenth of the rows, faster than any low-cost gyro \
-                 can read (4000 °/s are 70 rad/s): if it is in °/s, name it gyro_{axis}_dps"
+                 can read (4000 °/s are 70 rad/s): if it is in °/s, name it gyro_{axis}_dps, in the header or by `--map`"
             );
             report.add_on(axis, "wrong-unit", rows, Some(0.0), says);
         }

@@ -63,6 +63,18 @@ pub(super) fn same_time(before: &[ErrorPoint], after: &[ErrorPoint]) -> Option<(
     }
 }
 
+/// Where it is best said what a correction takes away: as [`same_time`], but where the error falls if it does not at 1 s.
+pub(super) fn corrected(before: &[ErrorPoint], after: &[ErrorPoint]) -> Option<(ErrorPoint, ErrorPoint)> {
+    let fall = |(p, q): &(ErrorPoint, ErrorPoint)| p.error.zip(q.error).map_or(0.0, |(p, q)| p / q);
+    let usual = same_time(before, after)?;
+    if fall(&usual) > 1.0 {
+        return Some(usual);
+    }
+    let at = |tau: f64| after.iter().copied().find(|p| (p.tau_s / tau - 1.0).abs() < 1e-6 && p.error.is_some());
+    let pairs = before.iter().filter(|p| !is_noise(p)).filter_map(|p| at(p.tau_s).map(|q| (*p, q)));
+    pairs.filter(|pair| fall(pair) > 1.0).max_by(|a, b| fall(a).total_cmp(&fall(b))).or(Some(usual))
+}
+
 pub(super) fn is_noise(p: &ErrorPoint) -> bool {
     p.error.zip(p.floor_99).is_some_and(|(error, top)| error <= top)
 }
@@ -92,7 +104,7 @@ impl Fall {
     #[must_use]
     pub fn of_diagnosis(axis: &AxisDiagnosis) -> Option<Self> {
         let named = matches!(axis.verdict, Verdict::MissingEffect | Verdict::Ambiguous);
-        let pair = axis.suspects.first().filter(|_| named).and_then(|s| same_time(&axis.error_curve, &s.error_curve));
+        let pair = axis.suspects.first().filter(|_| named).and_then(|s| corrected(&axis.error_curve, &s.error_curve));
         let (before, after) = match pair {
             Some((before, after)) => (Some(before), after),
             None => (None, said(&axis.error_curve)?),

@@ -26,7 +26,7 @@ use crate::{
     measured::{Measured, and},
     units,
 };
-use left::{is_noise, left, makes, rest, same_time};
+use left::{corrected, is_noise, left, makes, rest, same_time};
 
 /// The answer, and what to do where it comes from.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -62,11 +62,11 @@ pub fn of_diagnosis_beside(axis: &AxisDiagnosis, told: &[&str]) -> Headline {
         (Verdict::Unexplained, _) => {
             only(format!("This model leaves more than noise: {}.", left(here, axis.error_over_floor)))
         }
-        (Verdict::CannotTell, _) => only(first_sentence("This log cannot tell", &axis.says)),
+        (Verdict::CannotTell, _) => only(cannot_tell(&axis.says)),
         (Verdict::BadData, _) => {
             let fault = axis.data_faults.iter().find(|fault| fault.axis.is_none_or(|own| own == axis.axis));
             let says = fault.map_or(axis.says.as_str(), |fault| fault.says.as_str());
-            only(first_sentence("The data are at fault", if axis.says.is_empty() { says } else { &axis.says }))
+            only(bad_data(if axis.says.is_empty() { says } else { &axis.says }))
         }
     }
 }
@@ -92,8 +92,8 @@ pub fn of_ladder_beside(axis: &AxisLadder, told: &[&str]) -> Headline {
     let is_within = |p: &ErrorPoint| p.error.zip(p.floor_99).is_none_or(|(error, top)| error <= top);
     let within = last.error_curve.iter().all(is_within);
     if matches!(axis.verdict, Verdict::CannotTell | Verdict::BadData) && added.is_empty() {
-        let lead = if axis.verdict == Verdict::BadData { "The data are at fault" } else { "This log cannot tell" };
-        return only(first_sentence(lead, &axis.says));
+        let says = if axis.verdict == Verdict::BadData { bad_data(&axis.says) } else { cannot_tell(&axis.says) };
+        return only(says);
     }
     if added.is_empty() {
         return match axis.verdict {
@@ -214,7 +214,7 @@ fn own_clause(id: &str, parameters: &[ParameterValue]) -> String {
 fn missing(axis: &AxisDiagnosis, best: &Suspect, told: &[&str]) -> Headline {
     let is_told = told.contains(&best.effect.as_str());
     let mut answer = if is_told { String::new() } else { sentence(&clause(axis.axis, &best.effect, &best.parameters)) };
-    if let Some((before, after)) = same_time(&axis.error_curve, &best.error_curve) {
+    if let Some((before, after)) = corrected(&axis.error_curve, &best.error_curve) {
         let subject = subject(usize::from(!is_told), usize::from(is_told));
         answer.push_str(&makes(subject, before, after, &rest(&after, is_noise(&after))));
     }
@@ -239,11 +239,11 @@ fn ambiguous(axis: &AxisDiagnosis, best: &Suspect) -> Headline {
     let known = |id: &str| axis.suspects.iter().find(|s| s.effect == id);
     let mut group = vec![clause(axis.axis, &best.effect, &best.parameters)];
     group.extend(best.aliases.iter().map(|id| match known(id) {
-        Some(suspect) => clause(axis.axis, id, &suspect.parameters),
-        None => format!("it has {}", name(id)),
+        Some(suspect) if suspect.parameters.iter().any(is_known) => clause(axis.axis, id, &suspect.parameters),
+        _ => unsized_clause(id),
     }));
     let mut answer = format!("Either {}; this log cannot tell which.", group.join(", or "));
-    if let Some((before, after)) = same_time(&axis.error_curve, &best.error_curve) {
+    if let Some((before, after)) = corrected(&axis.error_curve, &best.error_curve) {
         let rest = rest(&after, is_noise(&after));
         answer.push_str(&makes("It makes", before, after, &rest));
     }
@@ -318,6 +318,17 @@ fn joined(clauses: &[String]) -> String {
 }
 
 /// An effect's name in a sentence.
+/// Whether a value is larger than its standard error.
+fn is_known(parameter: &ParameterValue) -> bool {
+    parameter.value.zip(parameter.std_error).is_none_or(|(value, std_error)| value.abs() > std_error)
+}
+
+/// An effect of which no size is known.
+fn unsized_clause(id: &str) -> String {
+    let title = effects::find(id).map_or_else(String::new, |effect| format!(" ({})", effect.card().title));
+    format!("{id} is missing{title}")
+}
+
 fn name(id: &str) -> String {
     id.replace('-', " ")
 }
@@ -339,8 +350,17 @@ fn sentence(text: &str) -> String {
 }
 
 /// What a verdict says first, behind a lead.
-fn first_sentence(lead: &str, says: &str) -> String {
-    let end = says.find(". ").into_iter().chain(says.find(": ")).min().unwrap_or(says.len());
+fn cannot_tell(says: &str) -> String {
+    first_sentence("This log cannot tell", says, &[". ", ": "])
+}
+
+/// With what to do, which stands behind a colon.
+fn bad_data(says: &str) -> String {
+    first_sentence("The data are at fault", says, &[". "])
+}
+
+fn first_sentence(lead: &str, says: &str, ends: &[&str]) -> String {
+    let end = ends.iter().filter_map(|end| says.find(end)).min().unwrap_or(says.len());
     let first = says[..end].trim_end_matches('.');
     if first.is_empty() { format!("{lead}.") } else { format!("{lead}: {first}.") }
 }

@@ -149,7 +149,7 @@ fn each_verdict_has_its_answer_with_a_number() {
             diagnosed(Verdict::CannotTell, Vec::new(), 14.0),
             "This log cannot tell: axis z turns through 2.1 ° at most in this log, so its scale factor",
         ),
-        (diagnosed(Verdict::BadData, Vec::new(), 14.0), "The data are at fault: axis z turns through"),
+        (diagnosed(Verdict::BadData, Vec::new(), 14.0), "is not known to better than 12 %: turn it to and fro."),
     ];
     for (axis, wanted) in cases {
         let answer = of_diagnosis(&axis).answer;
@@ -159,6 +159,25 @@ fn each_verdict_has_its_answer_with_a_number() {
 }
 
 /// A ladder that added a delay, then a backlash, and came to this many times its floor.
+#[test]
+fn an_alias_of_which_no_size_is_known_is_named_without_numbers() {
+    let mut alias = suspect("warm-up", &["bias-drift"], 1.0);
+    alias.parameters.iter_mut().for_each(|p| p.std_error = p.value.map(|value| 3.0 * value.abs()));
+    let group = vec![suspect("bias-drift", &["warm-up"], 1.0), alias];
+    let answer = of_diagnosis(&diagnosed(Verdict::Ambiguous, group, 14.0)).answer;
+    assert!(answer.contains(", or warm-up is missing (turn-on transient"), "{answer}");
+}
+
+#[test]
+fn what_a_correction_takes_away_is_told_where_the_error_falls() {
+    let mut hysteresis = suspect("rate-hysteresis", &[], 1.0);
+    hysteresis.error_curve = curve(14.0);
+    hysteresis.error_curve[2].error = hysteresis.error_curve[2].error.map(|error| 1.2 * error);
+    hysteresis.error_curve[1].error = hysteresis.error_curve[1].error.map(|error| 0.2 * error);
+    let answer = of_diagnosis(&diagnosed(Verdict::MissingEffect, vec![hysteresis], 14.0)).answer;
+    assert!(answer.contains("of error over 0.1 s; corrected"), "{answer}");
+}
+
 fn climbed(verdict: Verdict, ratio: f64) -> AxisLadder {
     let step = |added: Option<&str>, ratio: f64| crate::diagnosis::LadderStep {
         added: added.map(Into::into),

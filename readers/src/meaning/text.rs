@@ -1,6 +1,6 @@
 //! A map for a table of text.
 
-use super::{AXES, Dependent, Meaning, PARTS, Pick, Proposal, What, Who, understand};
+use super::{AXES, Dependent, Meaning, PARTS, Pick, Proposal, What, Who, understand, words::UNSURE};
 use crate::{
     text::{self, Head, TimeField},
     unit::{self, Unit},
@@ -185,7 +185,7 @@ impl Of<'_> {
             if self.has(&name) {
                 continue;
             }
-            let clear = meaning.who == Who::Reference && axis_or_only.is_some();
+            let clear = meaning.who == Who::Reference && meaning.rank < UNSURE && axis_or_only.is_some();
             let pick = self.pick(&name, column, meaning.unit);
             if clear { &mut self.found.chosen } else { &mut self.found.offered }.push(pick);
         }

@@ -66,8 +66,13 @@ const REFERENCE: &[&str] = &[
     "opti",
     "qtm",
     "drehgeber",
+    "winkelgeber",
+    "geber",
     "referenz",
 ];
+const ENCODER: &[&str] = &["encoder", "enc", "drehgeber", "winkelgeber", "geber", "turntable"];
+/// Rank of a name that says too little to take it without asking.
+pub(super) const UNSURE: u8 = 2;
 /// What is computed of a reading, or is none.
 const NOT_A_READING: &[&str] = &[
     "bias",
@@ -235,9 +240,13 @@ pub fn understand(name: &str, unit: Option<Unit>) -> Option<Meaning> {
     {
         return meaning(What::Quaternion(part), 0, sensor(1));
     }
-    if unit.is_some_and(|u| u.quantity == Quantity::Angle) || who == Who::Reference && is(&["angle", "position"]) {
+    let angle = unit.is_some_and(|u| u.quantity == Quantity::Angle);
+    // What an encoder hands out is an angle, though the name does not say in what.
+    let encoder = unit.is_none() && is(ENCODER);
+    if angle || encoder || who == Who::Reference && is(&["angle", "position", "winkel"]) {
         let about = axis(&last).or_else(|| words.iter().find_map(|word| axis(word)));
-        return meaning(What::Angle(about), u8::from(about.is_none()), sensor(usize::from(about.is_some())));
+        let unsure = if angle || is(&["angle", "position", "winkel"]) { 0 } else { UNSURE };
+        return meaning(What::Angle(about), unsure + u8::from(about.is_none()), sensor(usize::from(about.is_some())));
     }
     if is(&["temp", "temperature", "temps"]) && has(Quantity::Temperature) {
         return meaning(What::Temperature, u8::from(words.len() > 2), String::new());
@@ -346,6 +355,8 @@ mod tests {
             ("Zeit [s]", What::Time),
             ("Turntable (deg)", What::Angle(None)),
             ("encoder_z [deg]", What::Angle(Some(2))),
+            ("enc", What::Angle(None)),
+            ("Winkel Geber", What::Angle(None)),
             ("Temperature", What::Temperature),
             ("temp_c", What::Temperature),
             ("vbatLatest (V)", What::Supply),
