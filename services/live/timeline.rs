@@ -189,6 +189,10 @@ impl Timeline {
 #[cfg(test)]
 mod tests {
     use super::{Given, LIVE_JUMP_NS, Row, Tally, Timeline};
+    use gyro_model::{
+        Axis, AxisModel, Model,
+        estimator::{Estimator, Options},
+    };
 
     const MS: i128 = 1_000_000;
 
@@ -260,6 +264,51 @@ mod tests {
         assert_eq!(after([7, 17]), (vec![5300, 5310], 1));
         assert_eq!(after([6990, 7000]), (vec![5300, 5310], 1));
         assert_eq!(after([90_000, 90_010]), (vec![5300, 5310], 1));
+    }
+
+    /// What a filter makes of a slow swing at 1 kHz, read in two lives, the first row of the second having waited; the bias was just
+    /// fitted and is hardly known. How far its rate is off at most, rad/s.
+    fn off_after_a_hole(dead_ms: i128, waited_ms: i128) -> f64 {
+        let motion = |ms: i128| {
+            let phase = 0.1256 * ms as f64 * 1e-3;
+            (0.5 * phase.sin(), -0.5 / 0.1256 * phase.cos())
+        };
+        let mut axis = AxisModel::base(Axis::Z);
+        axis.terms[1].std_errors[0] = 0.1;
+        let mut model = Model::default();
+        model.axes[Axis::Z.index()] = Some(axis);
+        let mut filter = Estimator::new(Options::default());
+        let (mut worst, mut tally, mut given) = (0_f64, Tally::default(), None);
+        let died = 12_500;
+        for (from, until, waited) in [(0, died, 0), (died + dead_ms, died + 2000, waited_ms)] {
+            let mut timeline = Timeline::new(LIVE_JUMP_NS, given);
+            for own in from..until {
+                if own == died - 100 {
+                    filter.set_model(&model);
+                }
+                let (rate, angle) = motion(own);
+                let mut row = Row::EMPTY;
+                (row.gyro[2], row.ref_angle[2]) = (rate + 4e-3 * ((own as f64 * 0.618).fract() - 0.5), angle);
+                let arrived_ns = (own.max(from + waited) * MS) as u64;
+                timeline.take(row, own * MS, arrived_ns, &mut tally, |timed| {
+                    let estimate = filter.step(&timed.row).axes[2];
+                    if own >= died {
+                        worst = worst.max((estimate.rate_filtered - rate).abs());
+                    }
+                    let Row { t_ns: time_ns, .. } = timed.row;
+                    given = Some(Given { time_ns, arrived_ns: timed.arrived_ns, start_ns: timed.start_ns });
+                });
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn the_first_rates_of_another_life_are_right_however_late_its_first_row_came() {
+        for (dead_ms, waited_ms) in [(20, 0), (20, 15), (50, 30), (100, 30), (300, 150)] {
+            let worst = off_after_a_hole(dead_ms, waited_ms);
+            assert!(worst < 0.02, "dead for {dead_ms} ms, the first row waited {waited_ms}: off by {worst}");
+        }
     }
 
     #[test]
