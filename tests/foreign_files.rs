@@ -154,7 +154,7 @@ fn an_independent_reference_is_judged_and_a_dependent_one_is_named() {
     let Some(flight) = foreign("px4-flight.ulg") else { return };
     let axes = json(&bench.ok(&["ladder", &flight, "--axis", "z", "--format", "json"]))["axes"].clone();
     assert_eq!(axes[0]["verdict"], "cannot-tell", "{axes}");
-    assert!(axes[0]["says"].as_str().unwrap().contains("the autopilot's estimator computed it"), "{axes}");
+    assert!(axes[0]["says"].as_str().unwrap().contains("the autopilot's estimator computed the reference"), "{axes}");
 }
 
 /// Writes a log of three axes as a bag: gyro and orientation a topic each, at the rows' own times. The kind of a ROS 2 bag says
