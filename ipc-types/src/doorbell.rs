@@ -99,13 +99,18 @@ impl Drop for Doorbell {
 
 #[cfg(test)]
 mod tests {
-    use super::{Doorbell, path};
+    use super::{Doorbell, MEMORY, path};
     use std::{
+        env, fs,
+        process::{Command, Stdio},
+        sync::mpsc,
         thread,
         time::{Duration, Instant},
     };
 
     const FOR_EVER: Duration = Duration::from_secs(3600);
+    /// The environment of a victim: the doorbell's prefix and what the victim does.
+    const VICTIM: &str = "TRUERATE_DOORBELL_VICTIM";
 
     #[test]
     fn who_waits_is_woken_and_a_ring_before_the_wait_is_not_slept_over() {
@@ -127,6 +132,86 @@ mod tests {
         let start = Instant::now();
         theirs.wait(theirs.rung(), Duration::from_millis(20));
         assert!(start.elapsed() >= Duration::from_millis(20));
-        std::fs::remove_file(file).unwrap();
+        fs::remove_file(file).unwrap();
+    }
+
+    /// What the processes do that are killed below; nothing in a run of all tests.
+    #[test]
+    fn victim() {
+        let Ok(victim) = env::var(VICTIM) else { return };
+        let (prefix, does) = victim.split_once(' ').unwrap();
+        let doorbell = || Doorbell::open(prefix, "sample").unwrap();
+        match does {
+            "rings" => {
+                let doorbell = doorbell();
+                loop {
+                    doorbell.ring();
+                }
+            }
+            "waits" => {
+                let doorbell = doorbell();
+                loop {
+                    doorbell.wait(doorbell.rung(), FOR_EVER);
+                }
+            }
+            _ => loop {
+                Doorbell::hang(prefix, "sample").unwrap();
+                drop(doorbell());
+            },
+        }
+    }
+
+    #[test]
+    fn whoever_is_killed_at_it_the_others_are_woken() {
+        let prefix = format!("truerate_test_killed_{}_", std::process::id());
+        Doorbell::hang(&prefix, "sample").unwrap();
+        let ours = Doorbell::open(&prefix, "sample").unwrap();
+        // Two that live, and would sleep for an hour over a ring that they missed.
+        let survivors = [(); 2].map(|()| {
+            let prefix = prefix.clone();
+            let (saw, seen) = mpsc::channel();
+            let survivor = thread::spawn(move || {
+                let doorbell = Doorbell::open(&prefix, "sample").unwrap();
+                loop {
+                    let rung = doorbell.rung();
+                    if saw.send(rung).is_err() {
+                        return;
+                    }
+                    doorbell.wait(rung, FOR_EVER);
+                }
+            });
+            (survivor, seen)
+        });
+        for round in 0..40_u64 {
+            let mut victims = ["rings", "waits", "waits", "hangs"].map(|does| {
+                let mut command = Command::new(env::current_exe().unwrap());
+                command.args(["--exact", "doorbell::tests::victim"]).env(VICTIM, format!("{prefix} {does}"));
+                command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+            });
+            // From before they have opened it to long after.
+            thread::sleep(Duration::from_micros(round * 7919 % 10_000));
+            for victim in &mut victims {
+                victim.kill().unwrap();
+            }
+            for victim in &mut victims {
+                assert_eq!(victim.wait().unwrap().code(), None, "it ended by itself");
+            }
+            // Nobody else rings now.
+            ours.ring();
+            let rung = ours.rung();
+            for (_, seen) in &survivors {
+                while seen.recv_timeout(Duration::from_secs(60)).expect("a survivor slept over a ring") != rung {}
+            }
+        }
+        for (survivor, seen) in survivors {
+            drop(seen);
+            ours.ring();
+            survivor.join().unwrap();
+        }
+        for file in fs::read_dir(MEMORY).unwrap().flatten() {
+            if file.file_name().to_string_lossy().starts_with(&prefix) {
+                fs::remove_file(file.path()).unwrap();
+            }
+        }
     }
 }

@@ -59,8 +59,8 @@ const KNOWN: u64 = 8;
 const BEGAN_AGAIN: u64 = 5;
 /// Usual steps that keep two segments apart: more than any hole that is bridged.
 const APART: f64 = 6.0;
-/// By how much the time that a source says went by may differ from ours, where it is the same clock still after another life, ns.
-const SAME_CLOCK: i128 = 1_000_000_000;
+/// How late a row may have come that an earlier life gave last: by as much may a source's clock be ahead of ours after it, ns.
+const CAME_LATE: i128 = 1_000_000_000;
 /// Later than any time that a source can tell, ns.
 const NEVER: i128 = 10_i128.pow(30);
 /// A jump of a live source's clock, ns.
@@ -122,12 +122,17 @@ impl Timeline {
         }
     }
 
-    /// Whether a source's clock went on as ours did since an earlier life: the times between are then known by it. What came late
-    /// would shift them by as much, and the angle of a reference would seem to jump.
+    /// Whether a source's clock went on since an earlier life: the times between are then known by it. What came late would shift
+    /// them by as much, and the angle of a reference would seem to jump.
+    ///
+    /// The same clock is later than it was, and by no more than went by. One that began again since shows no more than what went by:
+    /// where it showed more before, it is earlier now. Where it showed less before, only what is later than that is certain, and what
+    /// is not certain counts as begun again.
     fn is_same_clock(&self, last: Last, own: i128, arrived_ns: u64) -> bool {
-        let went = own - self.offset - i128::from(last.given_ns);
+        let before = self.offset + i128::from(last.given_ns);
         let elapsed = i128::from(arrived_ns.saturating_sub(last.arrived_ns));
-        went > 0 && (went - elapsed).abs() < SAME_CLOCK
+        let cannot_have_begun_again = before > elapsed || own > elapsed;
+        before < own && own <= before + elapsed + CAME_LATE && cannot_have_begun_again
     }
 
     fn is_ahead(&self, step: i128, elapsed_ns: u64) -> bool {
@@ -264,6 +269,31 @@ mod tests {
         assert_eq!(after([7, 17]), (vec![5300, 5310], 1));
         assert_eq!(after([6990, 7000]), (vec![5300, 5310], 1));
         assert_eq!(after([90_000, 90_010]), (vec![5300, 5310], 1));
+    }
+
+    #[test]
+    fn a_clock_younger_than_the_hole_is_the_same_only_where_it_cannot_have_begun_again() {
+        // The sensor's clock showed `before` when the last row came; the next one comes after `hole` and shows `own`, all in ms.
+        let segments = |before: i64, hole: u64, own: i128| {
+            let given = Given { time_ns: before * 1_000_000, arrived_ns: 0, start_ns: 0 };
+            let (mut timeline, mut tally) = (Timeline::new(LIVE_JUMP_NS, Some(given)), Tally::default());
+            let mut given = None;
+            timeline.take(Row::EMPTY, own * MS, hole * 1_000_000, &mut tally, |t| given = Some(t.row.t_ns));
+            // What went by is known by its clock, or by ours.
+            let went = if tally.counts.segments == 0 { own as i64 - before } else { hole as i64 };
+            assert_eq!(given, Some((before + went) * 1_000_000), "{before} {hole} {own}");
+            tally.counts.segments
+        };
+        // It went on; its first row waited or not.
+        assert_eq!((segments(300, 500, 800), segments(300, 500, 501)), (0, 0));
+        // It began again 400 ms before: later than it was, though it had only run for 300 ms.
+        assert_eq!((segments(300, 500, 400), segments(300, 450, 310)), (1, 1));
+        // One that had run for longer than the hole would be earlier.
+        assert_eq!((segments(600, 500, 610), segments(600, 500, 400)), (0, 1));
+        // Rows that waited for the whole of a long hole.
+        assert_eq!(segments(60_000, 5_000, 60_010), 0);
+        // A clock that was set ahead.
+        assert_eq!((segments(60_000, 500, 61_400), segments(60_000, 500, 62_000)), (0, 1));
     }
 
     /// What a filter makes of a slow swing at 1 kHz, read in two lives, the first row of the second having waited; the bias was just
