@@ -2,7 +2,7 @@
 //! in one file of its folder.
 
 use crate::{
-    live::Address,
+    live::{Address, address::AddressError},
     rate_out::{Target, Way, ring},
     realtime::Realtime,
 };
@@ -294,7 +294,11 @@ impl Settings {
     /// It is none.
     pub fn reference_address(&self) -> anyhow::Result<Option<Address>> {
         let text = self.reference.as_ref().filter(|_| self.source.is_live());
-        text.map(|text| text.parse().context("reference")).transpose()
+        let of_frames = |text: &String| match &self.dbc {
+            Some(dbc) => Address::of_frames(text, dbc),
+            None => text.parse(),
+        };
+        text.map(of_frames).transpose().context("reference")
     }
 
     /// Whether every number makes sense.
@@ -392,7 +396,7 @@ impl Source {
 }
 
 impl FromStr for Source {
-    type Err = crate::live::address::AddressError;
+    type Err = AddressError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         Ok(match text {
@@ -400,6 +404,19 @@ impl FromStr for Source {
             _ if Address::is_meant(text) => Self::Live(text.parse()?),
             _ => Self::at(PathBuf::from(text)),
         })
+    }
+}
+
+impl Source {
+    /// A source as it is told on a command line, with the DBC file of `--dbc`.
+    ///
+    /// # Errors
+    /// An address that is none.
+    pub fn told(text: &str, dbc: Option<&Path>) -> Result<Self, AddressError> {
+        match dbc.filter(|_| Address::is_meant(text)) {
+            Some(dbc) => Address::of_frames(text, dbc).map(Self::Live),
+            None => text.parse(),
+        }
     }
 }
 

@@ -315,6 +315,33 @@ fn what_no_hand_can_mend_is_said_with_what_to_do() {
 }
 
 #[test]
+fn frames_of_a_can_bus_are_recorded_as_the_dbc_file_tells_them() {
+    let bench = Bench::new();
+    let dbc = "BO_ 256 IMU: 4 X\n SG_ YAW_RATE : 0|32@1- (0.0001,0) [0|0] \"deg/s\" X\nBO_ 257 ENCODER: 4 X\n \
+               SG_ ANGLE : 0|32@1- (0.0001,0) [0|0] \"deg\" X\n";
+    std::fs::write(bench.path("car.dbc"), dbc).unwrap();
+    let bytes = |x: f64| ((x.to_degrees() * 1e4).round() as i32).cast_unsigned().swap_bytes();
+    let frames = |row: Row| {
+        let stamp = format!("({:.6}) can0", 1_700_000_000.0 + row.t_ns as f64 * 1e-9);
+        format!("{stamp} 100#{:08X}\n{stamp} 101#{:08X}\n", bytes(row.gyro[2]), bytes(row.ref_angle[2]))
+    };
+    let text: String = hand(&[], &SensorSpec::on(Axis::Z), 5).take(500).map(frames).collect();
+    let done = bench.run_with(&["guide", "--source", "-", "--dbc", "car.dbc", "-o", "car.csv"], text.as_bytes());
+    assert_eq!(done.code, 3, "five seconds tell little: {done:?}");
+    let log = bench.text("car.csv");
+    assert!(log.starts_with("t,gyro_z,ref_angle_z,") && log.lines().count() > 500, "{}", &log[..200]);
+    // What the bus gives is refused where nobody says what it means, and so is a DBC file that tells nothing.
+    for (words, says) in [
+        (&["--source", "can:can0"][..], "or give it with --dbc"),
+        (&["--source", "udp:127.0.0.1:0", "--dbc", "car.dbc"], "udp:127.0.0.1:0 gives none"),
+        (&["--source", "can:can0", "--reference", "can:", "--dbc", "car.dbc"], "the interface is missing"),
+    ] {
+        let error = bench.refused(&[&["guide", "-o", "e.csv"], words].concat());
+        assert!(error.contains(says), "{words:?}: {error}");
+    }
+}
+
+#[test]
 fn a_simulated_hand_is_told_in_plain_lines_and_an_interrupted_recording_keeps_its_log() {
     let bench = Bench::new();
     let done = bench.run(&["guide", "--source", "sim", "--hide", "lag", "--speed", "max", "-o", "try.csv"]);

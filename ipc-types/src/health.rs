@@ -1,6 +1,6 @@
 //! every service → supervisor, acquisition (credit), watchers: who I am, how far I am, what I lost.
 
-use crate::Histogram;
+use crate::{Histogram, Text};
 use iceoryx2::prelude::ZeroCopySend;
 
 /// The services of a pipeline.
@@ -171,6 +171,8 @@ pub struct Health {
     pub source: SourceHealth,
     /// How its main thread shares the machine.
     pub scheduling: Scheduling,
+    /// What learning is at (compensator): one word, a colon, a figure.
+    pub learning: Text<126>,
     /// Latencies.
     pub stages: [Histogram; STAGES],
 }
@@ -201,9 +203,10 @@ impl Default for Health {
             epoch: 0,
             source: SourceHealth::default(),
             scheduling: Scheduling::default(),
+            learning: Text::EMPTY,
             stages: [Histogram::default(); STAGES],
         }
     }
 }
 
-const _: () = assert!(size_of::<Health>() == 12184 + size_of::<SourceHealth>() + size_of::<Scheduling>());
+const _: () = assert!(size_of::<Health>() == 12312 + size_of::<SourceHealth>() + size_of::<Scheduling>());

@@ -74,10 +74,12 @@ pub struct Status {
     pub beat_ns: u64,
     /// The live source.
     pub source: SourceHealth,
+    /// What the compensator's learning is at: one word, a colon, a figure.
+    pub learning: Text<126>,
     /// The services.
     pub services: [ServiceStatus; SERVICES],
     /// The stages.
     pub stages: [StageStatus; STAGES],
 }
 
-const _: () = assert!(size_of::<Status>() == 24 + size_of::<SourceHealth>() + 168 * SERVICES + 88 * STAGES);
+const _: () = assert!(size_of::<Status>() == 152 + size_of::<SourceHealth>() + 168 * SERVICES + 88 * STAGES);

@@ -4,7 +4,7 @@ use crate::{
     cli::Format,
     dashboard,
     guide::{self, From, Precisions, Settings},
-    live::Address,
+    live::{Address, address::AddressError},
     settings::{Source, Speed},
     stop::Stop,
 };
@@ -28,6 +28,8 @@ Examples:
                                                         about two axes alone
   truerate guide --source - --want delay --to delay=0.0002 -o late.csv
                                                         until the delay is known to 0.2 ms
+  truerate guide --source can:can0 --dbc car.dbc -o car.csv
+                                                        frames of a CAN bus, in the signals that the DBC file names
   truerate guide --source sim --hide lag --speed max -o try.csv
                                                         a simulated hand that follows: what a recording looks like
   truerate guide --source serial:/dev/ttyUSB0 --dashboard 0.0.0.0:7777 -o hand.csv
@@ -51,6 +53,9 @@ pub struct Args {
     /// A TOML file that renames foreign headers: lines such as `"IMU gz (deg/s)" = "gyro_z_dps"`
     #[arg(long, value_name = "F")]
     columns: Option<PathBuf>,
+    /// What the frames of a CAN bus mean: for `can:can0`, and for the lines of `candump` on standard input
+    #[arg(long, value_name = "FILE.dbc")]
+    dbc: Option<PathBuf>,
     /// Only these axes [default: all that have a reference]
     #[arg(long, value_name = "x,y,z", value_delimiter = ',')]
     axes: Vec<Axis>,
@@ -132,18 +137,28 @@ fn wanted(want: &[String], precisions: &Precisions) -> Result<Option<Vec<&'stati
     Ok((!want.is_empty()).then(|| effects::CATALOGUE.iter().copied().filter(is_wanted).collect()))
 }
 
+/// An address, with `--dbc` where frames come by it.
+fn of_frames(text: &str, args: &Args) -> Result<Address, AddressError> {
+    args.dbc.as_deref().map_or_else(|| text.parse(), |dbc| Address::of_frames(text, dbc))
+}
+
 fn from(args: &Args) -> Result<From> {
-    let source: Source = args.source.parse()?;
+    let source = Source::told(&args.source, args.dbc.as_deref())?;
     if source != Source::Simulated && (!args.hide.is_empty() || args.speed.is_some()) {
         bail!("--hide and --speed are of a simulated hand: use them with --source sim");
     }
     let live = |address: Address| -> Result<From> {
-        let reference = args.reference.as_deref().map(str::parse).transpose().context("--reference")?;
+        let reference =
+            args.reference.as_deref().map(|text| of_frames(text, args)).transpose().context("--reference")?;
+        let gives_frames = |address: &Address| address.dbc.is_some();
+        if args.dbc.is_some() && !gives_frames(&address) && !reference.as_ref().is_some_and(gives_frames) {
+            bail!("--dbc is of the frames of a CAN bus: {address} gives none (can:can0, or ?format=candump)");
+        }
         Ok(From::Live { address, reference, columns: args.columns.clone() })
     };
     match source {
         Source::Live(address) => live(address),
-        Source::Stream(path) => live(Address::of_pipe(path, None)),
+        Source::Stream(path) => live(Address::of_pipe(path, args.dbc.clone())),
         Source::Log(path) => bail!(
             "{}: is a log, and a recording needs a sensor: give its address, such as serial:/dev/ttyUSB0; of a log use `truerate diagnose`",
             path.display()

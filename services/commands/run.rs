@@ -1,7 +1,12 @@
 //! `truerate run`: the processes, supervised, on a live source or a log.
 
 use super::print;
-use crate::{cli::NameArgs, settings::Settings, stop::Stop, supervisor};
+use crate::{
+    cli::NameArgs,
+    settings::{Settings, Source},
+    stop::Stop,
+    supervisor,
+};
 use anyhow::{Context, bail};
 use std::{
     path::{Path, PathBuf},
@@ -103,7 +108,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 fn settings(args: &Args) -> anyhow::Result<Settings> {
     let mut settings = args.config.as_deref().map(Settings::read).transpose()?.unwrap_or_default();
     if let Some(source) = &args.source {
-        settings.source = source.parse()?;
+        settings.source = Source::told(source, args.names.dbc.as_deref())?;
     }
     if let Some(speed) = &args.speed {
         settings.speed = speed.parse().context("--speed")?;

@@ -106,9 +106,17 @@ pub fn json(status: &Status) -> Value {
     json!({
         "schema": "truerate.status/1",
         "source": words::json(&status.source),
+        "learning": learning(status),
         "services": services(status).map(service).collect::<Vec<_>>(),
         "stages": stages(status).map(stage).collect::<Vec<_>>(),
     })
+}
+
+/// What learning is at: its state in one word, and the whole; null where no compensator has said anything yet.
+fn learning(status: &Status) -> Value {
+    let says = status.learning.as_str();
+    let state = says.split(':').next().filter(|state| !state.is_empty());
+    state.map_or(Value::Null, |state| json!({ "state": state, "says": says }))
 }
 
 /// The kernel's scheduling policies by their names.
@@ -144,6 +152,9 @@ fn text(instance: &str, status: &Status) -> String {
     let _ = writeln!(out, "pipeline '{instance}', supervisor {} ({age:.1} s ago)", status.pid);
     if let Some(source) = words::text(&status.source) {
         let _ = writeln!(out, "source: {source}");
+    }
+    if !status.learning.as_str().is_empty() {
+        let _ = writeln!(out, "learning {}", status.learning);
     }
     let _ = writeln!(
         out,

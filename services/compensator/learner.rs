@@ -8,6 +8,7 @@ use gyro_model::{
     effects::{ParameterCard, Role},
     fit::{FitError, fit},
     thin::thinned,
+    units,
 };
 use std::time::{Duration, Instant};
 
@@ -268,12 +269,21 @@ pub fn not_excited(model: &Model) -> Option<String> {
             {
                 return Some(format!("{id}.{} of axis {axis} is at its physical bound", card.name));
             }
-            let sizes =
-                || coefficients().map(|(card, _, std_error)| (card, std_error, (card.typical - card.neutral).abs()));
-            let sized = || sizes().filter(|(.., typical)| *typical > 0.0);
+            let sized = || {
+                let sizes = coefficients().map(|(card, _, error)| (card, error, (card.typical - card.neutral).abs()));
+                sizes.filter(|(.., typical)| *typical > 0.0)
+            };
             let known = sized().any(|(_, std_error, typical)| std_error <= typical);
-            if let Some((card, ..)) = sized().next().filter(|_| !known) {
-                return Some(format!("{id}.{} of axis {axis} is not known better than its typical size", card.name));
+            if let Some((card, std_error, typical)) = sized().next().filter(|_| !known) {
+                let unit = units::shown(card.unit, &[Some(typical)]);
+                let shown = |value: f64| units::round(value * unit.factor);
+                return Some(format!(
+                    "{id}.{} of axis {axis} is known to ± {}{u}, and {}{u} is typical",
+                    card.name,
+                    shown(std_error),
+                    shown(typical),
+                    u = unit.unit,
+                ));
             }
         }
     }
@@ -341,6 +351,9 @@ mod tests {
         assert!(excited(&axis));
         axis.terms[2].std_errors.fill(1.0);
         assert!(!excited(&axis));
+        axis.terms[0].std_errors.fill(1.5);
+        let why = not_excited(&Model { axes: [None, None, Some(axis)], ..Model::default() });
+        assert_eq!(why.as_deref(), Some("scale-factor.alpha of axis z is known to ± 150 %, and 2 % is typical"));
     }
 
     #[test]

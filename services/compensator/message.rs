@@ -1,6 +1,6 @@
 //! Judgements and trials as messages and as JSON.
 
-use super::{judge::Judgement, learner::Trial};
+use super::{judgement::Judgement, learner::Trial};
 use gyro_model::{
     detail::Trace,
     diagnosis::{AxisDiagnosis, Diagnosis, ErrorPoint},

@@ -2,10 +2,11 @@
 //! the same number is done once.
 
 use super::{
-    Challenger, Compensator, Ending,
+    Compensator,
     current::Current,
-    judge::Judgement,
     keeper::{Keeping, Then},
+    phase::Phase,
+    trial::Challenger,
 };
 use crate::{
     clock::now_ns,
@@ -16,7 +17,7 @@ use anyhow::{Context, anyhow, bail, ensure};
 use gyro_model::{Axis, AxisModel, Model, Term, effects};
 use ipc_types::{Command, Reply, Text, command::Kind, diagnosis::TrialState};
 use jiff::Timestamp;
-use std::{collections::VecDeque, fs, os::unix::fs::FileTypeExt, path::Path, sync::Arc};
+use std::{collections::VecDeque, fs, os::unix::fs::FileTypeExt, path::Path};
 
 /// Answers that are remembered.
 const REMEMBERED: usize = 64;
@@ -169,35 +170,33 @@ impl Compensator<'_> {
     fn begin(&mut self, command: &Command) -> anyhow::Result<Option<String>> {
         let kind = Kind::from_u32(command.kind).filter(|kind| *kind != Kind::Hide);
         let Some(kind) = kind else { bail!("the compensator knows no command {}", command.kind) };
-        if self.ending != Ending::Not && kind != Kind::Save {
+        if self.phase != Phase::Streaming && kind != Kind::Save {
             bail!("the stream has ended: nothing can be changed any more");
         }
         let says = match kind {
             Kind::Add => {
                 self.check_no_trial()?;
                 let mut model = with_effect(command, &mut self.current, &self.facts)?;
-                let known = |found: &&Arc<Judgement>| found.job.data == self.data && found.is_of(self.current.start());
-                if let Some(found) = self.found.as_ref().filter(known) {
+                if let Some(found) = self.lookout.found(self.current.start()) {
                     found.begin(&mut model);
                 }
-                self.challenger =
-                    Some(Challenger { command: *command, model, since_ns: now_ns(), waits: false, last: false });
-                // What is being solved now is of no use any more, and the trial need not wait.
-                self.job += 1;
+                self.challenger = Some(Challenger { command: *command, model, since_ns: now_ns() });
+                // The trial need not wait.
+                self.void();
                 self.solved_ns = 0;
                 return Ok(None);
             }
             Kind::Remove => {
                 self.check_no_trial()?;
                 let model = without_effect(command, &self.current)?;
-                self.job += 1;
+                self.void();
                 self.solved_ns = 0;
                 let proposed = self.current.changed(model, self.current.samples, self.folder)?;
                 self.keep(proposed, Then::Answer(command.id, format!("{} removed", command.effect)));
                 return Ok(None);
             }
             Kind::Undo => {
-                self.job += 1;
+                self.void();
                 if let Some(challenger) = self.challenger.take() {
                     self.trial.state = TrialState::GivenUp as u32;
                     let says = format!("{} is not on trial any more", challenger.command.effect);
@@ -215,7 +214,7 @@ impl Compensator<'_> {
             }
             Kind::Pause => {
                 self.paused = true;
-                self.job += 1;
+                self.void();
                 "learning is paused".to_owned()
             }
             Kind::Resume => {
@@ -223,8 +222,8 @@ impl Compensator<'_> {
                 "learning goes on".to_owned()
             }
             Kind::Forget => {
-                self.job += 1;
-                self.data += 1;
+                self.void();
+                self.lookout.forget();
                 self.store.clear();
                 "what was seen so far is forgotten; the model stays until there is a new one".to_owned()
             }

@@ -95,6 +95,12 @@ impl<J: Send + 'static, R: Send + 'static> Worker<J, R> {
         !self.busy && Instant::now() >= self.rests_until
     }
 
+    /// How long it rests from now on.
+    #[must_use]
+    pub fn rests_for(&self) -> Duration {
+        if self.busy { Duration::ZERO } else { self.rests_until.saturating_duration_since(Instant::now()) }
+    }
+
     /// Gives it a job.
     pub fn ask(&mut self, job: J) {
         self.busy = self.jobs.send(job).is_ok();

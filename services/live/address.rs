@@ -79,7 +79,7 @@ pub enum AddressError {
     #[error("{0}: the interface is missing, such as can:can0?dbc=car.dbc")]
     Interface(String),
     /// Frames whose meaning nobody says.
-    #[error("{0}: what the frames mean stands in a DBC file: add dbc=FILE.dbc after `?`")]
+    #[error("{0}: what the frames mean stands in a DBC file: add dbc=FILE.dbc after `?`, or give it with --dbc")]
     Dbc(String),
     /// MAVLink over something else.
     #[error("{0}: MAVLink comes by udp, tcp or serial, such as mavlink:udp:0.0.0.0:14550")]
@@ -99,6 +99,20 @@ impl Address {
     #[must_use]
     pub fn is_meant(text: &str) -> bool {
         text.split_once(':').is_some_and(|(scheme, _)| SCHEMES.contains(&scheme))
+    }
+
+    /// An address whose frames of a CAN bus are told by this DBC file, where frames come by it and it names none itself.
+    ///
+    /// # Errors
+    /// A text that is no address.
+    pub fn of_frames(text: &str, dbc: &Path) -> Result<Self, AddressError> {
+        match text.parse() {
+            Err(AddressError::Dbc(_)) => {
+                let mark = if text.contains('?') { '&' } else { '?' };
+                format!("{text}{mark}dbc={}", dbc.display()).parse()
+            }
+            parsed => parsed,
+        }
     }
 
     /// Of standard input (`-`) or a pipe: CSV, or the lines of `candump` where a DBC file says what they mean.
@@ -243,6 +257,16 @@ mod tests {
         assert_eq!((can.to_string().parse(), can.way.clone()), (Ok(can), Way::Can("can0".to_owned())));
         let mavlink: Address = "mavlink:serial:/dev/ttyS1".parse().unwrap();
         assert_eq!((mavlink.way, mavlink.format), (Way::Serial("/dev/ttyS1".into(), 115_200), Kind::Mavlink));
+    }
+
+    #[test]
+    fn a_dbc_file_beside_the_address_is_that_of_frames_which_come_without_one() {
+        let beside = |text: &str| Address::of_frames(text, "car.dbc".as_ref()).unwrap().to_string();
+        assert_eq!(beside("can:can0"), "can:can0?dbc=car.dbc");
+        assert_eq!(beside("udp:[::]:1?format=candump"), "udp:[::]:1?format=candump&dbc=car.dbc");
+        assert_eq!(beside("can:can0?dbc=own.dbc"), "can:can0?dbc=own.dbc");
+        assert_eq!(beside("serial:/dev/x"), "serial:/dev/x");
+        assert!(Address::of_frames("can:", "car.dbc".as_ref()).is_err());
     }
 
     #[test]

@@ -274,13 +274,14 @@ mod tests {
     #[test]
     fn a_clock_younger_than_the_hole_is_the_same_only_where_it_cannot_have_begun_again() {
         // The sensor's clock showed `before` when the last row came; the next one comes after `hole` and shows `own`, all in ms.
-        let segments = |before: i64, hole: u64, own: i128| {
+        let segments = |before: i64, hole: u32, own: i64| {
             let given = Given { time_ns: before * 1_000_000, arrived_ns: 0, start_ns: 0 };
             let (mut timeline, mut tally) = (Timeline::new(LIVE_JUMP_NS, Some(given)), Tally::default());
             let mut given = None;
-            timeline.take(Row::EMPTY, own * MS, hole * 1_000_000, &mut tally, |t| given = Some(t.row.t_ns));
+            let (own_ns, arrived_ns) = (i128::from(own) * MS, u64::from(hole) * 1_000_000);
+            timeline.take(Row::EMPTY, own_ns, arrived_ns, &mut tally, |t| given = Some(t.row.t_ns));
             // What went by is known by its clock, or by ours.
-            let went = if tally.counts.segments == 0 { own as i64 - before } else { hole as i64 };
+            let went = if tally.counts.segments == 0 { own - before } else { hole.into() };
             assert_eq!(given, Some((before + went) * 1_000_000), "{before} {hole} {own}");
             tally.counts.segments
         };

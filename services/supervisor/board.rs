@@ -93,6 +93,7 @@ impl Board {
             finished: u32::from(finished),
             beat_ns: now_ns(),
             source: self.of(ServiceId::Acquisition).map(|h| h.source).unwrap_or_default(),
+            learning: self.of(ServiceId::Compensator).map(|h| h.learning).unwrap_or_default(),
             ..Status::default()
         };
         for (slot, (id, pid, restarts, state)) in status.services.iter_mut().zip(processes) {

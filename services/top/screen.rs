@@ -144,12 +144,11 @@ fn parameters(frame: &mut Frame, area: Rect, scene: &Scene) {
         .into_iter()
         .flat_map(|a| &a.parameters)
         .map(|p| Row::new([format!("{} {}", p.effect, p.name), p.shown.clone()]));
-    let title = scene.model.as_ref().map_or_else(
-        || " model ".to_owned(),
-        |m| format!(" model, epoch {}{} ", m.epoch, if m.paused { ", learning rests" } else { "" }),
-    );
+    let title = scene.model.as_ref().map_or_else(|| " model ".to_owned(), |m| format!(" model, epoch {} ", m.epoch));
+    let learning = scene.status.as_ref().map(|s| s.learning.as_str()).filter(|says| !says.is_empty());
+    let foot = learning.map_or_else(String::new, |says| format!(" learning {says} "));
     let widths = [Constraint::Fill(1), Constraint::Fill(1)];
-    frame.render_widget(Table::new(rows, widths).block(Block::bordered().title(title)), area);
+    frame.render_widget(Table::new(rows, widths).block(Block::bordered().title(title).title_bottom(foot)), area);
 }
 
 fn residual(frame: &mut Frame, area: Rect, scene: &Scene) {
@@ -253,11 +252,14 @@ mod tests {
     }
 
     #[test]
-    fn a_live_source_is_on_the_screen() {
+    fn a_live_source_and_what_learning_waits_for_are_on_the_screen() {
         let mut status = ipc_types::Status::default();
         (status.source.link, status.source.garbled) = (ipc_types::health::Link::Lost as u32, 3);
+        status.learning = Text::new("waits: 40 of 100 rows are there");
         let screen = picture(&Scene { status: Some(status), ..scene() }, 130, 40);
-        assert!(screen.contains("source lost, 0 rows, 3 garbled"), "{screen}");
+        for text in ["source lost, 0 rows, 3 garbled", "learning waits: 40 of 100 rows are there"] {
+            assert!(screen.contains(text), "{text}:\n{screen}");
+        }
     }
 
     #[test]

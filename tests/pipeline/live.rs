@@ -10,7 +10,8 @@ use ipc_types::{
     wait::Wait,
 };
 use rustix::process::Signal;
-use std::{os::unix::fs::PermissionsExt, path::PathBuf, process::Output};
+use serde_json::Value;
+use std::{io::Write, os::unix::fs::PermissionsExt, path::PathBuf, process::Output};
 
 /// A vehicle at 100 Hz, eight times as fast as real time, with a late gyro.
 fn late_vehicle(place: &Place) -> PathBuf {
@@ -142,6 +143,10 @@ fn an_effect_is_added_undone_and_saved_while_the_vehicle_drives() {
             model.look();
             model.last.paused == paused
         });
+        let is_paused = |status: &Value| status["learning"]["state"] == "paused";
+        pipeline.until("the same in the status", |_| {
+            place.status("live").is_some_and(|status| is_paused(&status) == (paused == 1))
+        });
     }
     assert!(control(&place, &["forget"]).status.success());
     assert!(control(&place, &["hide", "g-sensitivity"]).status.success());
@@ -151,6 +156,27 @@ fn an_effect_is_added_undone_and_saved_while_the_vehicle_drives() {
     assert_eq!(ended.code, Some(0), "{}", ended.error);
     assert!(place.left("live").is_empty(), "{:?}", place.left("live"));
     assert_eq!(control(&place, &["undo"]).status.code(), Some(1), "nothing runs");
+}
+
+#[test]
+fn status_says_what_learning_waits_for() {
+    let place = Place::new();
+    let (mut pipeline, mut input) = place.start_fed("waits", &["--speed", "max"]);
+    let learning = |says: &str| {
+        let status = place.status("waits");
+        let learning = status.as_ref().map(|status| &status["learning"]);
+        let is_said = learning.and_then(|l| l["says"].as_str()).is_some_and(|text| text.contains(says));
+        is_said && learning.is_some_and(|l| l["state"] == "waits")
+    };
+    // At rest: a scale factor cannot be seen.
+    let row = |k: u32| format!("{:.2},{:.5},0.1\n", 0.01 * f64::from(k), 1e-3 * (1e4 * f64::from(k)).sin());
+    let rows = |from: u32, until: u32| (from..until).map(row).collect::<String>();
+    input.write_all(format!("t,gyro_z,ref_angle_z\n{}", rows(0, 40)).as_bytes()).unwrap();
+    pipeline.until("rows", |_| learning("40 of 100 rows are there"));
+    input.write_all(rows(40, 1500).as_bytes()).unwrap();
+    pipeline.until("motion", |_| learning("scale-factor"));
+    drop(input);
+    assert_eq!(pipeline.end().code, Some(0));
 }
 
 /// Runs a log without learning, and holds what is recorded against what `apply` makes of it; the run's messages.
