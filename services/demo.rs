@@ -6,12 +6,19 @@ use crate::{
     clock::now_ns,
     commands::print,
     domain,
-    settings::Simulation,
+    settings::{Settings, Simulation},
+    source::scenario,
     stop::Stop,
     watch::Watch,
 };
 use anyhow::Context;
-use gyro_model::{Axis, units};
+use gyro_model::{
+    Axis, Model, diagnose,
+    diagnose::compare,
+    fit::fit,
+    simulate::{Hidden, Scenario, simulate},
+    units,
+};
 use ipc_types::{Command, Diagnosis, Text, command::Kind, diagnosis::AxisDiagnosis, port::Reader, topic, wait::Wait};
 use std::{
     thread::sleep,
@@ -23,13 +30,13 @@ const RATE_HZ: f64 = 100.0;
 /// Times real time when nobody watches.
 pub const SPEED: f64 = 8.0;
 
-/// What may be hidden: effects that a minute of driving shows, each named first on 6 of 6 simulated vehicles with an error of
-/// at least twice its floor. Left out: what takes longer or needs another motion (`lag`, `saturation`,
-/// `g-squared-sensitivity`, `mount-resonance`, `bias-drift`) and `reference-smoothing`, which an encoder does not have.
+/// What may be hidden, as `--hide` takes it: effects that a minute of driving shows. Left out: what takes longer or needs
+/// another motion (`lag`, `saturation`, `g-squared-sensitivity`, `mount-resonance`, `bias-drift`) and `reference-smoothing`,
+/// which an encoder does not have. What happens once happens early enough to be seen from both sides.
 const HIDDEN: [&str; 20] = [
-    "bias-step",
+    "bias-step:t0=15",
     "clock-skew",
-    "clock-step",
+    "clock-step:t0=15",
     "cross-axis",
     "cubic-nonlinearity",
     "dead-zone",
@@ -45,9 +52,15 @@ const HIDDEN: [&str; 20] = [
     "temperature-bias",
     "temperature-rate",
     "temperature-scale",
-    "vibration-tone",
+    "vibration-tone:f=7",
     "warm-up",
 ];
+/// It is doubled from its typical size on until the error is so many times its floor, …
+const SEEN: f64 = 6.0;
+/// … which is looked at after so many seconds, …
+const SEEN_WITHIN: f64 = 30.0;
+/// … at most so many times.
+const DOUBLED: i32 = 3;
 
 /// The temperature goes up and down by so much, K, …
 const SWING: f64 = 3.0;
@@ -60,11 +73,33 @@ const ENOUGH_NS: i64 = 60_000_000_000;
 const SETTLES: usize = 10;
 const PATIENCE: Duration = Duration::from_secs(240);
 
-/// The effect that this seed hides.
+/// What this seed hides, at its typical size.
 #[must_use]
 pub fn hidden(seed: u64) -> &'static str {
     let mixed = seed.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 33;
     HIDDEN[(mixed % HIDDEN.len() as u64) as usize]
+}
+
+/// The same so large that nobody overlooks it on this vehicle, as `--hide` takes it.
+///
+/// # Errors
+/// A vehicle that cannot be simulated, or an effect that is not known.
+pub fn sized(hidden: &str, vehicle: &Simulation) -> anyhow::Result<String> {
+    let bare = scenario(&Settings { simulation: vehicle.clone(), ..Settings::default() })?;
+    let axis = bare.sensor.axis;
+    let typical = Hidden::parse(hidden, axis)?;
+    let mut larger = typical.clone();
+    for doubled in 0..=DOUBLED {
+        larger = typical.scaled(2_f64.powi(doubled), axis);
+        let scenario = Scenario { seconds: SEEN_WITHIN, hidden: vec![larger.clone()], ..bare.clone() };
+        let record = simulate(&scenario).record;
+        let fitted = fit(&record, &Model::default(), &[axis])?;
+        let found = compare(&record, &fitted, &[axis], &diagnose::Options::default())?;
+        if found.iter().filter_map(|axis| axis.error_over_floor).any(|ratio| ratio >= SEEN) {
+            break;
+        }
+    }
+    Ok(larger.text(axis))
 }
 
 /// The vehicle of this seed.
@@ -73,14 +108,14 @@ pub fn vehicle(seed: u64) -> Simulation {
     Simulation { rate_hz: RATE_HZ, seed, swing: Some(SWING), swing_period: Some(SWING_PERIOD), ..Simulation::default() }
 }
 
-/// What to look at, for somebody who does; the axis on the shaft, of a simulated vehicle.
+/// What to look at, for somebody who does: the dashboard's address, where there is one; the axis on the shaft, of a simulated
+/// vehicle.
 #[must_use]
-pub fn invitation(source: &str, instance: &str, dashboard: &str, axis: Option<Axis>) -> String {
-    let look = if dashboard == "off" {
-        format!("  truerate top --instance {instance}      watch it in another terminal\n")
-    } else {
-        format!("  http://{dashboard}      open this: charts, suspects as cards, a button to add one\n")
-    };
+pub fn invitation(source: &str, instance: &str, dashboard: Option<&str>, axis: Option<Axis>) -> String {
+    let look = dashboard.map_or_else(
+        || format!("  truerate top --instance {instance}      watch it in another terminal\n"),
+        |url| format!("  {url}      open this in a browser, and do what it says\n"),
+    );
     let hidden = if axis.is_some() { "An effect is hidden in its gyro. " } else { "" };
     let axis = axis.map_or("AXIS", |axis| axis.letter());
     format!(
@@ -242,19 +277,18 @@ fn worst(diagnosis: &Diagnosis) -> Option<(usize, &AxisDiagnosis)> {
 
 #[cfg(test)]
 mod tests {
-    use super::{HIDDEN, hidden, invitation, vehicle};
+    use super::{HIDDEN, hidden, invitation, sized, vehicle};
     use crate::{settings::Settings, source::scenario};
     use gyro_model::{
         Axis, Model, diagnose,
         diagnosis::Verdict,
-        effects,
-        simulate::{Scenario, simulate},
+        simulate::{Hidden, Scenario, simulate},
     };
 
     #[test]
     fn every_effect_that_may_be_hidden_is_known_and_comes_up() {
         for id in HIDDEN {
-            assert!(effects::find(id).is_some(), "{id}");
+            assert!(Hidden::parse(id, Axis::Z).is_ok(), "{id}");
             let times = (0..2000).filter(|seed| hidden(*seed) == id).count();
             assert!((60..140).contains(&times), "{id}: {times} of 2000");
         }
@@ -272,8 +306,9 @@ mod tests {
             let mut others = Vec::new();
             let mut ratios = Vec::new();
             for seed in 0..vehicles {
-                let settings =
-                    Settings { hide: vec![hidden.to_owned()], simulation: vehicle(5000 + seed), ..Settings::default() };
+                let simulation = vehicle(5000 + seed);
+                let hide = vec![sized(hidden, &simulation).unwrap()];
+                let settings = Settings { hide, simulation, ..Settings::default() };
                 let scenario = Scenario { seconds, ..scenario(&settings).unwrap() };
                 let record = simulate(&scenario).record;
                 let options = diagnose::Options::default();
@@ -297,10 +332,10 @@ mod tests {
     #[test]
     fn the_axis_that_is_told_is_the_vehicles_own_and_a_log_has_any() {
         for axis in Axis::ALL {
-            let text = invitation("a vehicle", "demo", "off", Some(axis));
+            let text = invitation("a vehicle", "demo", None, Some(axis));
             assert!(text.contains(&format!("--axis {axis} ")) && text.contains("is hidden in its gyro"), "{text}");
         }
-        let text = invitation("log.csv", "demo", "off", None);
-        assert!(text.contains("--axis AXIS ") && !text.contains("hidden"), "{text}");
+        let text = invitation("log.csv", "demo", Some("http://127.0.0.1:7777/"), None);
+        assert!(text.contains("--axis AXIS ") && !text.contains("hidden") && text.contains("7777/ "), "{text}");
     }
 }

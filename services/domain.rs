@@ -1,6 +1,6 @@
 //! Who may use an instance's place, and how it is left: claims, locks, the clearing of what remains.
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use ipc_types::domain::Domain;
 use std::{
     env,
@@ -51,20 +51,6 @@ pub fn existing(instance: &str) -> anyhow::Result<Domain> {
     Ok(domain)
 }
 
-/// The first of `name`, `name-2`, `name-3`, … that nothing runs under.
-///
-/// # Errors
-/// As [`place`].
-pub fn free_name(name: &str) -> anyhow::Result<String> {
-    let names = std::iter::once(name.to_owned()).chain((2..100).map(|n| format!("{name}-{n}")));
-    for name in names {
-        if Lock::holder(&place(&name)?.folder().join("lock")).is_none() {
-            return Ok(name);
-        }
-    }
-    bail!("ninety-nine pipelines '{name}' run already: stop one")
-}
-
 /// Nobody but its owner may put another folder in the place of one that lies here.
 fn check_base(base: &Path) -> anyhow::Result<()> {
     check_owner(base)?;
@@ -100,6 +86,28 @@ impl Claim {
     /// # Errors
     /// Where somebody else holds it, or the folder is not ours.
     pub fn take(instance: &str) -> anyhow::Result<Self> {
+        Self::try_take(instance)?.map_err(|holder| {
+            let pid = holder.map_or_else(String::new, |pid| format!(" (process {pid})"));
+            anyhow!("pipeline '{instance}' already runs{pid}: stop it, or choose another --instance")
+        })
+    }
+
+    /// Takes the first of `name`, `name-2`, `name-3`, … that nobody holds.
+    ///
+    /// # Errors
+    /// Where all are held, or a folder is not ours.
+    pub fn take_free(name: &str) -> anyhow::Result<Self> {
+        let names = std::iter::once(name.to_owned()).chain((2..100).map(|n| format!("{name}-{n}")));
+        for name in names {
+            if let Ok(claim) = Self::try_take(&name)? {
+                return Ok(claim);
+            }
+        }
+        bail!("ninety-nine pipelines '{name}' run already: stop one")
+    }
+
+    /// The claim, or the process that holds it.
+    fn try_take(instance: &str) -> anyhow::Result<Result<Self, Option<u32>>> {
         let domain = place(instance)?;
         let builder = || {
             let mut builder = DirBuilder::new();
@@ -119,12 +127,9 @@ impl Claim {
             fs::set_permissions(domain.folder(), Permissions::from_mode(0o700))
                 .with_context(|| domain.folder().display().to_string())?;
             let path = domain.folder().join("lock");
-            let Some(lock) = Lock::take(&path)? else {
-                let pid = Lock::holder(&path).map_or_else(String::new, |pid| format!(" (process {pid})"));
-                bail!("pipeline '{instance}' already runs{pid}: stop it, or choose another --instance");
-            };
+            let Some(lock) = Lock::take(&path)? else { return Ok(Err(Lock::holder(&path))) };
             if lock.is_in_place(&path) {
-                return Ok(Self { domain, lock });
+                return Ok(Ok(Self { domain, lock }));
             }
         }
     }

@@ -306,7 +306,7 @@ impl Settings {
     /// # Errors
     /// The first that does not.
     pub fn check(&self) -> anyhow::Result<()> {
-        crate::dashboard::address(&self.dashboard)?;
+        crate::dashboard::address::Address::parse(&self.dashboard)?;
         let (s, l) = (&self.simulation, &self.learning);
         let positive = [
             ("simulation.seconds", s.seconds.unwrap_or(1.0)),

@@ -2,9 +2,9 @@
 
 use super::print;
 use crate::{
-    dashboard::free_address,
     demo::{self, Player},
-    domain::free_name,
+    domain::Claim,
+    run_folder::RunFolder,
     settings::{Learning, Settings, Source, Speed},
     source::scenario,
     stop::Stop,
@@ -12,10 +12,17 @@ use crate::{
 };
 use anyhow::Context;
 use std::{
+    fs,
     path::{Path, PathBuf},
     process::ExitCode,
-    thread,
+    thread::{self, sleep},
+    time::{Duration, Instant},
 };
+
+/// The first free of these is the dashboard's: several demos run side by side.
+const DASHBOARD: &str = "127.0.0.1:7777-7876";
+/// A dashboard that has not said where it listens by then has trouble, which it says itself.
+const LISTENS_WITHIN: Duration = Duration::from_secs(20);
 
 /// What `truerate demo` takes.
 #[derive(clap::Args, Debug, Clone)]
@@ -47,24 +54,20 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let seed = args.seed.unwrap_or_else(|| crate::clock::now_ns() % 1_000_000);
     let hidden = args.log.is_none().then(|| demo::hidden(seed));
     let settings = settings(args, seed, hidden)?;
-    let instance = args.instance.clone().map_or_else(|| free_name("demo"), Ok)?;
+    let claim = args.instance.as_deref().map_or_else(|| Claim::take_free("demo"), Claim::take)?;
     let source = args.log.as_ref().map_or_else(|| format!("simulated vehicle {seed}"), |p| p.display().to_string());
     let stop = Stop::on_signals().context("signals")?;
-    if args.auto {
-        play(&instance, &source, settings, hidden, &stop)
-    } else {
-        show(&instance, &source, settings, hidden, &stop)
-    }
+    if args.auto { play(claim, &source, settings, hidden, &stop) } else { show(claim, &source, settings, &stop) }
 }
 
 fn settings(args: &Args, seed: u64, hidden: Option<&str>) -> anyhow::Result<Settings> {
-    let default = Settings::default();
+    let (default, simulation) = (Settings::default(), demo::vehicle(seed));
     let mut settings = Settings {
         source: args.log.clone().map_or(Source::Simulated, Source::at),
         speed: Speed::Times(if args.auto { demo::SPEED } else { 1.0 }),
-        hide: hidden.iter().map(ToString::to_string).collect(),
-        dashboard: if args.auto { "off".to_owned() } else { free_address(&default.dashboard)? },
-        simulation: demo::vehicle(seed),
+        hide: hidden.map(|hidden| demo::sized(hidden, &simulation)).transpose()?.into_iter().collect(),
+        dashboard: if args.auto { "off".to_owned() } else { DASHBOARD.to_owned() },
+        simulation,
         learning: Learning { duty: if args.auto { 0.7 } else { 0.3 }, ..Learning::default() },
         ..default
     };
@@ -73,16 +76,26 @@ fn settings(args: &Args, seed: u64, hidden: Option<&str>) -> anyhow::Result<Sett
 }
 
 /// Runs it for somebody to look at, until Ctrl-C.
-fn show(
-    instance: &str,
-    source: &str,
-    settings: Settings,
-    hidden: Option<&str>,
-    stop: &Stop,
-) -> anyhow::Result<ExitCode> {
-    let axis = hidden.map(|_| scenario(&settings)).transpose()?.map(|scenario| scenario.sensor.axis);
-    print(&demo::invitation(source, instance, &settings.dashboard, axis))?;
-    let ending = supervisor::supervise(instance, settings, stop)?;
+fn show(claim: Claim, source: &str, settings: Settings, stop: &Stop) -> anyhow::Result<ExitCode> {
+    let is_simulated = settings.source == Source::Simulated;
+    let axis = is_simulated.then(|| scenario(&settings)).transpose()?.map(|scenario| scenario.sensor.axis);
+    let (folder, source, other) = (RunFolder::of(claim.domain()), source.to_owned(), stop.clone());
+    let url = folder.mark("dashboard.url");
+    // Left by a demo that was killed.
+    let _ = fs::remove_file(&url);
+    let inviting = thread::spawn(move || {
+        let start = Instant::now();
+        while !url.exists() && start.elapsed() < LISTENS_WITHIN && !other.asked() {
+            sleep(Duration::from_millis(20));
+        }
+        let url = fs::read_to_string(&url).ok();
+        print(&demo::invitation(&source, folder.instance(), url.as_deref(), axis))
+    });
+    let ending = supervisor::supervise(claim, settings, stop);
+    // Where nothing runs any more there is nobody to invite.
+    stop.ask();
+    inviting.join().map_err(|_| anyhow::anyhow!("the invitation died"))??;
+    let ending = ending?;
     print(&ending.summary)?;
     if !ending.hidden.is_empty() {
         print(&format!("hidden: {}", ending.hidden.join(", ")))?;
@@ -91,23 +104,17 @@ fn show(
 }
 
 /// Plays the loop: the pipeline in one thread, the player, who only watches and asks, in this one.
-fn play(
-    instance: &str,
-    source: &str,
-    settings: Settings,
-    hidden: Option<&str>,
-    stop: &Stop,
-) -> anyhow::Result<ExitCode> {
+fn play(claim: Claim, source: &str, settings: Settings, hidden: Option<&str>, stop: &Stop) -> anyhow::Result<ExitCode> {
     let about = if hidden.is_some() { "something is wrong with the gyro" } else { "let us see what the gyro does" };
     print(&format!("{source}: acquisition, kalman and compensator are starting; {about}."))?;
-    let (name, other) = (instance.to_owned(), stop.clone());
+    let (instance, other) = (claim.domain().name().to_owned(), stop.clone());
     let pipeline = thread::spawn(move || {
-        let ending = supervisor::supervise(&name, settings, &other);
+        let ending = supervisor::supervise(claim, settings, &other);
         // Nothing runs any more: the player must not wait for it.
         other.ask();
         ending
     });
-    let played = Player::join(instance, stop).and_then(|player| player.map(|p| p.play(stop)).transpose());
+    let played = Player::join(&instance, stop).and_then(|player| player.map(|p| p.play(stop)).transpose());
     stop.ask();
     let ending = pipeline.join().map_err(|_| anyhow::anyhow!("the supervisor died"))??;
     let Some(played) = played?.flatten() else {
@@ -115,7 +122,9 @@ fn play(
         anyhow::bail!("the demo was interrupted before it had named anything");
     };
     print(&ending.summary)?;
-    let shown = if ending.hidden.is_empty() { "unknown".to_owned() } else { ending.hidden.join(", ") };
+    // With its size, which a comparison of names leaves out.
+    let hidden = hidden.and_then(|text| text.split(':').next());
+    let shown = hidden.unwrap_or("unknown");
     print(&format!(
         "hidden: {shown}  named: {}  error/floor: {:.2} -> {:.2}",
         played.named, played.before, played.after

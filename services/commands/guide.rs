@@ -2,7 +2,7 @@
 
 use crate::{
     cli::Format,
-    dashboard,
+    dashboard::address,
     guide::{self, From, Precisions, Settings},
     live::{Address, address::AddressError},
     settings::{Source, Speed},
@@ -75,7 +75,7 @@ pub struct Args {
     /// How fast a simulated hand moves: 1 is real time, `max` as fast as it is computed [default: 1]
     #[arg(long, value_name = "X|max")]
     speed: Option<String>,
-    /// Show it on a page too: the address where it listens, 127.0.0.1:0 for any free port
+    /// Show it on a page too: where it listens: `127.0.0.1:0` for any free port, `0.0.0.0:7777` for a phone beside the sensor
     #[arg(long, value_name = "ADDR")]
     dashboard: Option<String>,
     /// `text`, or `json` for events, a line each
@@ -106,7 +106,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         effects,
         precisions,
         json: args.format == Format::Json,
-        dashboard: args.dashboard.as_deref().map(dashboard::address).transpose()?.flatten(),
+        dashboard: args.dashboard.as_deref().map(address::Address::parse).transpose()?.flatten(),
     };
     let ending = guide::run(&settings, &Stop::on_signals().context("signals")?)?;
     Ok(if ending.complete { ExitCode::SUCCESS } else { ExitCode::from(LACKS) })

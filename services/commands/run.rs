@@ -3,6 +3,7 @@
 use super::print;
 use crate::{
     cli::NameArgs,
+    domain::Claim,
     settings::{Settings, Source},
     stop::Stop,
     supervisor,
@@ -61,7 +62,8 @@ pub struct Args {
     /// (shared memory); `?format=csv` or `?format=binary` behind it. May be given several times (docs/feed.md)
     #[arg(long, value_name = "PLACE")]
     pub out: Vec<String>,
-    /// Where the dashboard listens, or `off` [default: 127.0.0.1:7777]
+    /// Where the dashboard listens: HOST:PORT, HOST:FIRST-LAST for the first free port of these, or `off`
+    /// [default: 127.0.0.1:7777]
     #[arg(long, value_name = "ADDR|off")]
     pub dashboard: Option<String>,
     /// Run acquisition, kalman and sender before everything that is not real-time: SCHED_FIFO at this priority, 1 to 99
@@ -95,7 +97,8 @@ pub struct Args {
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let settings = settings(args)?;
     let uses_standard_output = settings.uses_standard_output();
-    let ending = supervisor::supervise(&args.instance, settings, &Stop::on_signals().context("signals")?)?;
+    let ending =
+        supervisor::supervise(Claim::take(&args.instance)?, settings, &Stop::on_signals().context("signals")?)?;
     if uses_standard_output {
         eprint!("{}", ending.summary);
     } else {

@@ -6,16 +6,16 @@ use super::{
     current::Current,
     keeper::{Keeping, Then},
     phase::Phase,
-    trial::Challenger,
+    trial::{Challenger, gives_up},
 };
 use crate::{
     clock::now_ns,
     model_file::{self, Provenance},
     run_folder::SourceFacts,
 };
-use anyhow::{Context, anyhow, bail, ensure};
+use anyhow::{Context, bail, ensure};
 use gyro_model::{Axis, AxisModel, Model, Term, effects};
-use ipc_types::{Command, Reply, Text, command::Kind, diagnosis::TrialState};
+use ipc_types::{Command, Reply, Text, command::Kind};
 use jiff::Timestamp;
 use std::{collections::VecDeque, fs, os::unix::fs::FileTypeExt, path::Path};
 
@@ -155,6 +155,7 @@ impl Compensator<'_> {
             self.answers.of(command.id)
         })?;
         while !self.keeper.is_busy()
+            && !self.waits_for_trial()
             && let Some(command) = self.orders.pop_front()
         {
             let result = self.begin(&command);
@@ -175,35 +176,35 @@ impl Compensator<'_> {
         }
         let says = match kind {
             Kind::Add => {
-                self.check_no_trial()?;
                 let mut model = with_effect(command, &mut self.current, &self.facts)?;
+                let is_this = |c: &Challenger| (c.command.effect, c.command.axis) == (command.effect, command.axis);
+                if self.challenger.as_ref().is_some_and(is_this) {
+                    return Ok(Some(format!("{} is on trial already: not better so far, not in use", command.effect)));
+                }
+                let instead_of = self.end_trial();
                 if let Some(found) = self.lookout.found(self.current.start()) {
                     found.begin(&mut model);
                 }
-                self.challenger = Some(Challenger { command: *command, model, since_ns: now_ns() });
+                self.challenger = Some(Challenger { command: *command, model, instead_of, since_ns: now_ns() });
                 // The trial need not wait.
                 self.void();
                 self.solved_ns = 0;
                 return Ok(None);
             }
             Kind::Remove => {
-                self.check_no_trial()?;
                 let model = without_effect(command, &self.current)?;
+                let ended = self.end_trial();
                 self.void();
                 self.solved_ns = 0;
                 let proposed = self.current.changed(model, self.current.samples, self.folder)?;
-                self.keep(proposed, Then::Answer(command.id, format!("{} removed", command.effect)));
+                let says = format!("{} removed{}", command.effect, gives_up(ended));
+                self.keep(proposed, Then::Answer(command.id, says));
                 return Ok(None);
             }
             Kind::Undo => {
                 self.void();
-                if let Some(challenger) = self.challenger.take() {
-                    self.trial.state = TrialState::GivenUp as u32;
-                    let says = format!("{} is not on trial any more", challenger.command.effect);
-                    if self.answers.of(challenger.command.id).is_none() {
-                        self.answers.settle(challenger.command.id, self.current.epoch(), Err(anyhow!("{says}")));
-                    }
-                    says
+                if let Some(effect) = self.end_trial() {
+                    format!("{effect} is not on trial any more")
                 } else if let Some(proposed) = self.current.undone(self.folder)? {
                     let says = "the model before the last change is back".to_owned();
                     self.keep(proposed, Then::Answer(command.id, says));
@@ -249,12 +250,11 @@ impl Compensator<'_> {
         Ok(Some(says))
     }
 
-    /// A challenger is the model as it was, with one effect more: where it wins, what was changed meanwhile would be back.
-    fn check_no_trial(&self) -> anyhow::Result<()> {
-        match &self.challenger {
-            Some(challenger) => bail!("{} is on trial: wait for its end, or undo it first", challenger.command.effect),
-            None => Ok(()),
-        }
+    /// What changes the model waits until whoever asked for a trial before was told how it goes.
+    fn waits_for_trial(&self) -> bool {
+        let next = self.orders.front().and_then(|command| Kind::from_u32(command.kind));
+        let untold = self.challenger.as_ref().is_some_and(|c| self.answers.of(c.command.id).is_none());
+        untold && matches!(next, Some(Kind::Add | Kind::Remove))
     }
 }
 

@@ -7,8 +7,9 @@ use super::{
     message,
 };
 use crate::clock::now_ns;
+use anyhow::anyhow;
 use gyro_model::{Model, units};
-use ipc_types::{Command, diagnosis::TrialState};
+use ipc_types::{Command, Text, diagnosis::TrialState};
 
 /// Standard errors from which on an effect on trial is certain to be there.
 const CERTAIN: f64 = 5.0;
@@ -24,6 +25,8 @@ pub(super) struct Challenger {
     pub command: Command,
     /// With one effect more.
     pub model: Model,
+    /// The effect whose trial it ended.
+    pub instead_of: Option<Text<62>>,
     /// When the trial began, ns.
     pub since_ns: u64,
 }
@@ -39,6 +42,7 @@ impl Compensator<'_> {
             let sure = if solution.told.is_some_and(|told| told > CERTAIN) { ", certain" } else { "" };
             format!(" (error ÷ noise {before} → {after}{sure})")
         });
+        let given_up = gives_up(challenger.instead_of);
         let mut state = TrialState::GivenUp;
         let mut proposed = None;
         match solution.model {
@@ -52,7 +56,8 @@ impl Compensator<'_> {
             Ok(_) | Err(_) if !is_last && now_ns() < challenger.since_ns + TRIAL_NS => {
                 if now_ns() > challenger.since_ns + TRIAL_TOLD_NS && self.answers.of(id).is_none() {
                     let says = format!(
-                        "{effect} is not better so far{figures}: not in use. It is watched on; forget it with `undo`"
+                        "{effect} is not better so far{figures}: not in use. It is tried for two minutes; `undo` ends \
+                         that{given_up}"
                     );
                     self.answers.settle(id, self.current.epoch(), Ok(says));
                 }
@@ -60,7 +65,7 @@ impl Compensator<'_> {
                 state = TrialState::OnTrial;
             }
             Ok(_) => {
-                let lost = anyhow::anyhow!("{effect} was not better{figures}: given up, not in use");
+                let lost = anyhow!("{effect} was not better{figures}: given up, not in use");
                 self.answers.settle(id, self.current.epoch(), Err(lost));
             }
             Err(error) => self.answers.settle(id, self.current.epoch(), Err(error.into())),
@@ -69,11 +74,28 @@ impl Compensator<'_> {
         match proposed {
             // Told when the model is in its file.
             Some(proposed) => {
-                let says = format!("{effect} added{figures}: in use");
+                let says = format!("{effect} added{figures}: in use{given_up}");
                 self.keep(proposed, Then::TakeOver(id, says, Box::new(told)));
             }
             None => self.trial = told,
         }
         self.give()
     }
+
+    /// Gives up the trial, where there is one; its effect. A challenger is the model as it was, with one effect more: where it
+    /// won, what is changed meanwhile would be back.
+    pub(super) fn end_trial(&mut self) -> Option<Text<62>> {
+        let ended = self.challenger.take()?.command;
+        self.trial.state = TrialState::GivenUp as u32;
+        if self.answers.of(ended.id).is_none() {
+            let says = anyhow!("{} is not on trial any more", ended.effect);
+            self.answers.settle(ended.id, self.current.epoch(), Err(says));
+        }
+        Some(ended.effect)
+    }
+}
+
+/// What is said of a trial that another order ended.
+pub(super) fn gives_up(ended: Option<Text<62>>) -> String {
+    ended.map_or_else(String::new, |effect| format!(" ({effect}, which was not better so far, is given up)"))
 }

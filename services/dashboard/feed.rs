@@ -160,8 +160,8 @@ impl Feed {
             let looks: BTreeMap<&str, String> = Axis::ALL.into_iter().filter_map(says).collect();
             self.scene.now("looking", &looks);
         }
-        if let Some(trial) = message.and_then(|m| judgement::trial(&m.trial)) {
-            self.scene.now("trial", &trial);
+        if let Some(message) = &message {
+            self.scene.now("trial", &judgement::trial(&message.trial));
         }
         if let Some(diagnosis) = self.reports.newest()?.and_then(|bytes| judgement::of_report(&bytes)) {
             self.has_report = true;

@@ -81,6 +81,10 @@ fn live(text: &mut String) {
     *text = text.replace("this log", "the motion so far").replace("This log", "The motion so far");
 }
 
+/// A search that found nothing is not the last one.
+const AGAIN: &str =
+    "It is searched again and again: motion of another kind (faster, slower, warmer) may show the cause.";
+
 /// As the page shows it: words, human units, cards.
 #[must_use]
 pub fn page(diagnosis: &Diagnosis) -> Page {
@@ -88,6 +92,9 @@ pub fn page(diagnosis: &Diagnosis) -> Page {
     let mut page = Page::axis_by_axis(diagnosis, &context);
     for axis in &mut page.axes {
         axis.detail = None;
+        if axis.verdict == Verdict::Unexplained {
+            axis.says = format!("{} {AGAIN}", axis.says);
+        }
         [&mut axis.headline, &mut axis.label, &mut axis.says].into_iter().for_each(live);
         axis.limit.iter_mut().for_each(|limit| live(&mut limit.says));
         axis.data_faults.iter_mut().for_each(live);

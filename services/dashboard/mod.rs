@@ -7,6 +7,7 @@
 //!
 //! It only reads, and asks as `truerate control` does: when it dies or hangs nobody notices.
 
+pub mod address;
 pub mod errands;
 mod export;
 mod feed;
@@ -26,60 +27,27 @@ use crate::{
     run_folder::{Run, RunFolder},
     stop::Stop,
 };
+use address::Address;
 use anyhow::Context;
 use feed::Feed;
 use guard::Guard;
 use ipc_types::{ServiceId, State, domain::Domain, port::Hub};
 use scene::Scene;
 use server::Shop;
-use std::{
-    net::{SocketAddr, TcpListener, ToSocketAddrs},
-    sync::Arc,
-    thread,
-    time::Duration,
-};
+use std::{net::TcpListener, sync::Arc, thread, time::Duration};
 
 /// Between two looks at the topics: a page gets 20 steps a second.
 const LOOK: Duration = Duration::from_millis(25);
 /// Looks between two attempts at an address that is in use.
 const LOOKS_PER_ATTEMPT: u32 = 80;
 
-/// The address in `--dashboard ADDR|off`; `None` for `off`.
-///
-/// # Errors
-/// Where it is no address.
-pub fn address(text: &str) -> anyhow::Result<Option<SocketAddr>> {
-    if text == "off" {
-        return Ok(None);
-    }
-    let mut found = text
-        .to_socket_addrs()
-        .with_context(|| format!("dashboard '{text}': no address: use HOST:PORT, such as 127.0.0.1:7777, or off"))?;
-    Ok(Some(found.next().with_context(|| format!("dashboard '{text}': no such host"))?))
-}
-
-/// This address, or the same with the next port that nobody listens on.
-///
-/// # Errors
-/// Where it is no address, or a hundred ports are taken.
-pub fn free_address(text: &str) -> anyhow::Result<String> {
-    let Some(first) = address(text)? else { return Ok(text.to_owned()) };
-    let ports = (0..100).filter_map(|k| first.port().checked_add(k));
-    let mut addresses = ports.map(|port| SocketAddr::new(first.ip(), port));
-    let free = addresses.find(|address| TcpListener::bind(address).is_ok());
-    Ok(free.with_context(|| format!("dashboard {text}: this port and the next ones are in use"))?.to_string())
-}
-
 /// The process.
 ///
 /// # Errors
 /// An address that is none, or broken plumbing.
 pub fn run(hub: &Hub, domain: &Domain, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Result<()> {
-    let address = address(&run.settings.dashboard).map_err(Hopeless::from_error)?;
-    let Some(mut address) = address else { return Ok(()) };
-    if address.port() == 0 {
-        address.set_port(earlier_port(folder));
-    }
+    let address = Address::parse(&run.settings.dashboard).map_err(Hopeless::from_error)?;
+    let Some(address) = address else { return Ok(()) };
     let mut pulse = Pulse::begin(hub, run.number, ServiceId::Dashboard, ["kalman-to-dashboard", "", ""])?;
     let scene = Scene::default();
     let mut feed = Feed::open(hub, run, folder, domain.name(), scene.clone())?;
@@ -102,14 +70,14 @@ pub fn run(hub: &Hub, domain: &Domain, run: &Run, folder: &RunFolder, stop: &Sto
     let mut serving = false;
     while !stop.asked() {
         if !serving && looks % LOOKS_PER_ATTEMPT == 0 {
-            match TcpListener::bind(address) {
+            match address.listen(earlier_port(folder)) {
                 Ok(listener) => {
                     serving = true;
                     serve(listener, folder, shop)?;
                 }
                 // Nobody else suffers from it; the place may become free.
                 Err(error) if looks == 0 => {
-                    eprintln!("truerate: dashboard {address}: {error}: choose another with --dashboard, or off");
+                    eprintln!("truerate: dashboard {error}: choose another with --dashboard, or off");
                 }
                 Err(_) => {}
             }
@@ -122,11 +90,11 @@ pub fn run(hub: &Hub, domain: &Domain, run: &Run, folder: &RunFolder, stop: &Sto
     Ok(())
 }
 
-/// The port of this run's earlier dashboard, so that open pages find the new one; 0 for any.
-fn earlier_port(folder: &RunFolder) -> u16 {
-    let url = std::fs::read_to_string(folder.mark("dashboard.url")).unwrap_or_default();
-    let authority = url.strip_prefix("http://").and_then(|rest| rest.split('/').next()).unwrap_or_default();
-    authority.rsplit(':').next().and_then(|port| port.parse().ok()).unwrap_or(0)
+/// The port of this run's earlier dashboard, so that open pages find the new one.
+fn earlier_port(folder: &RunFolder) -> Option<u16> {
+    let url = std::fs::read_to_string(folder.mark("dashboard.url")).ok()?;
+    let authority = url.strip_prefix("http://")?.split('/').next()?;
+    authority.rsplit(':').next()?.parse().ok()
 }
 
 fn serve(listener: TcpListener, folder: &RunFolder, shop: impl FnOnce(Guard) -> Shop) -> anyhow::Result<()> {
@@ -150,19 +118,4 @@ fn serve(listener: TcpListener, folder: &RunFolder, shop: impl FnOnce(Guard) -> 
         })
         .context("the server's thread")?;
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::address;
-
-    #[test]
-    fn an_address_that_is_none_is_refused_with_what_to_write() {
-        assert_eq!(address("off").unwrap(), None);
-        assert_eq!(address("127.0.0.1:80").unwrap(), Some("127.0.0.1:80".parse().unwrap()));
-        for text in ["7777", "", "127.0.0.1", "127.0.0.1:99999"] {
-            let error = format!("{:#}", address(text).unwrap_err());
-            assert!(error.contains("HOST:PORT"), "{error}");
-        }
-    }
 }

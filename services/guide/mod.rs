@@ -20,7 +20,7 @@ pub use ending::Ending;
 pub use precision::Precisions;
 pub use source::From;
 
-use crate::{compensator::store::Store, live::words, log::GrowingLog, stop::Stop};
+use crate::{compensator::store::Store, dashboard::address::Address, live::words, log::GrowingLog, stop::Stop};
 use anyhow::{Result, bail};
 use gyro_model::{
     Axis, Record, Row,
@@ -30,7 +30,6 @@ use gyro_model::{
 use ipc_types::health::SourceHealth;
 use source::{Next, Source};
 use std::{
-    net::SocketAddr,
     path::PathBuf,
     time::{Duration, Instant},
 };
@@ -51,7 +50,7 @@ pub struct Settings {
     /// Events as JSON, a line each.
     pub json: bool,
     /// Where a page shows the same; `None` for no page.
-    pub dashboard: Option<SocketAddr>,
+    pub dashboard: Option<Address>,
 }
 
 /// What must be known of any gyro before what is missing shows.

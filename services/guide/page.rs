@@ -6,6 +6,7 @@ use super::{
 };
 use crate::{
     dashboard::{
+        address::Address,
         guard::Guard,
         scene::Scene,
         server::{self, Shop},
@@ -16,7 +17,6 @@ use anyhow::{Context, Result};
 use gyro_model::guide::{Followed, Goal, State};
 use serde::Serialize;
 use std::{
-    net::{SocketAddr, TcpListener},
     path::PathBuf,
     sync::{Arc, mpsc::channel},
     thread,
@@ -86,11 +86,13 @@ impl Page {
     ///
     /// # Errors
     /// An address where nothing can listen.
-    pub fn open(address: SocketAddr, log: &std::path::Path, beside: Box<dyn Show>) -> Result<Self> {
-        let listener = TcpListener::bind(address)
-            .with_context(|| format!("dashboard {address}: choose another address with --dashboard"))
+    pub fn open(address: Address, log: &std::path::Path, beside: Box<dyn Show>) -> Result<Self> {
+        let listener = address
+            .listen(None)
+            .context("the dashboard cannot listen: choose another address with --dashboard")
             .map_err(Hopeless::from_error)?;
-        let guard = Guard::of(listener.local_addr().context("the page's address")?, None).context("a token")?;
+        let address = listener.local_addr().context("the page's address")?;
+        let guard = Guard::of(address, None).context("a token")?;
         eprintln!("dashboard: {}", guard.url());
         let scene = Scene::without_rows();
         // A recording takes no orders: whoever sends one is told that nobody is there.

@@ -107,9 +107,9 @@ pub struct Ending {
 /// Runs a pipeline until its source ends or it is asked to stop.
 ///
 /// # Errors
-/// Where the instance is taken, its folder cannot be used, or a process cannot be started.
-pub fn supervise(instance: &str, settings: Settings, stop: &Stop) -> anyhow::Result<Ending> {
-    let mut pipeline = Pipeline::claim(instance, settings)?;
+/// Where the instance's folder cannot be used, or a process cannot be started.
+pub fn supervise(claim: Claim, settings: Settings, stop: &Stop) -> anyhow::Result<Ending> {
+    let mut pipeline = Pipeline::prepare(claim, settings)?;
     let ended = pipeline.profile(false).and_then(|()| pipeline.watch(stop));
     pipeline.manager.end();
     pipeline.publish(ended.is_ok());
@@ -146,8 +146,7 @@ enum End {
 }
 
 impl Pipeline {
-    fn claim(instance: &str, settings: Settings) -> anyhow::Result<Self> {
-        let claim = Claim::take(instance)?;
+    fn prepare(claim: Claim, settings: Settings) -> anyhow::Result<Self> {
         let janitor = Janitor::start(claim.domain().prefix())?;
         let folder = RunFolder::of(claim.domain());
         let mut wanted = vec![ServiceId::Acquisition, ServiceId::Kalman, ServiceId::Compensator];
@@ -165,12 +164,15 @@ impl Pipeline {
         let before = processes.iter().any(Process::is_adopted).then(|| folder.run().ok()).flatten();
         let run = match before {
             Some(run) if run.settings == settings => {
-                tracing::warn!(instance, "adopting the processes of a supervisor that died");
+                tracing::warn!(instance = claim.domain().name(), "adopting the processes of a supervisor that died");
                 run
             }
             _ => {
                 if processes.iter().any(Process::is_adopted) {
-                    tracing::warn!(instance, "ending the processes of another run whose supervisor died");
+                    tracing::warn!(
+                        instance = claim.domain().name(),
+                        "ending the processes of another run whose supervisor died"
+                    );
                     end(&mut processes, || ());
                     processes = all();
                 }

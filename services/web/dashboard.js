@@ -7,7 +7,10 @@
   const WINDOW = 30;
   const STEPS = 1200, ERRORS = 1200, VALUES = 600;
   const scene = { steps: [], errors: [], values: [], marks: [], newest: {} };
-  let axis = null, heard = 0, moved = 0, open = false, busy = false;
+  let axis = null, heard = 0, moved = 0, open = false;
+  // Orders that are not answered yet, and the effect whose trial was ordered last, until the pipeline's next word says how it stands.
+  const orders = new Set();
+  let ordered = null;
   const dirty = new Set();
 
   // ---- news ----------------------------------------------------------------------------------------------------
@@ -22,7 +25,7 @@
     judged: data => { push(scene.errors, [data], ERRORS); touch('judged'); },
     values: data => { push(scene.values, [data], VALUES); touch('values'); },
     mark: data => { push(scene.marks, [data], 100); touch('mark', 'judged', 'values'); },
-    page: now('page'), looking: now('looking'), model: now('model'), trial: now('trial'), status: now('status'), stages: now('stages'), source: now('source'),
+    page: data => { if (ordered?.answered) ordered = null; now('page')(data); }, looking: now('looking'), model: data => { now('model')(data); touch('page'); }, trial: now('trial'), status: now('status'), stages: now('stages'), source: now('source'),
   };
 
   let source = null;
@@ -55,7 +58,7 @@
     names.forEach(n => dirty.add(n));
     if (!asked) { asked = true; requestAnimationFrame(draw); }
   }
-  const painters = { steps: drawMotion, judged: drawFalling, mark: drawMotion, values: drawHistory, page: drawPage, looking: drawPage, trial: drawTrial, model: drawModel, status: drawStatus, stages: drawStages, source: drawSource };
+  const painters = { steps: drawMotion, judged: drawFalling, mark: drawMotion, values: drawHistory, page: drawPage, looking: drawPage, trial: () => { drawTrial(); drawPage(); }, model: drawModel, status: drawStatus, stages: drawStages, source: drawSource };
   function draw() {
     asked = false;
     chooseAxes();
@@ -166,6 +169,15 @@
   }
 
   // ---- the diagnosis ---------------------------------------------------------------------------------------------------
+  const plain = id => id.replaceAll('-', ' ');
+  const adding = (effect, tag, text, key) => h(tag, { type: 'button', 'data-do': 'add', 'data-effect': effect, 'data-axis': axis, title: `Add ${effect} to the model${key}` }, text);
+  // The effect on trial on an axis.
+  const tried = on => {
+    const trial = scene.newest.trial;
+    return ordered?.axis === on ? ordered.effect : trial?.state === 'on trial' && [on, 'every'].includes(trial.axis) ? trial.effect : null;
+  };
+  const trying = effect => h('p.way', h('b', `Trying ${plain(effect)} beside the model in use. `), 'It is taken as soon as it is better on samples that neither model learned from. ', ordered ? null : h('button', { type: 'button', 'data-do': 'undo' }, 'End the trial'));
+  const eitherWay = best => h('.way', h('p', 'You can also try each of them: one that is better is taken, and Undo takes it back.'), h('.choices', [best.effect, ...best.aliases.map(a => a.id)].map(id => adding(id, 'button.large', `Try ${plain(id)}`, ''))));
   let curve, curveShape = '', before = null;
   function drawPage() {
     const view = ofAxis(scene.newest.page?.axes);
@@ -178,14 +190,16 @@
     // What the answer asks for is one press away, once it has settled.
     const named = ['missing-effect', 'ambiguous'].includes(view.verdict), best = named && view.suspects[0];
     const looking = scene.newest.looking?.[axis];
-    const add = view.verdict === 'missing-effect' && !looking && best ? h('p', h('button.primary.large', { type: 'button', 'data-do': 'add', 'data-effect': best.effect, 'data-axis': axis, title: `Add ${best.effect} to the model (a)`, disabled: busy ? '' : null }, `Add ${best.effect.replaceAll('-', ' ')} to the model`)) : null;
+    // A judgement may still be of the model before the last change.
+    const has = id => ofAxis(scene.newest.model?.axes)?.effects.includes(id);
+    const way = tried(axis) ? trying(tried(axis)) : best && has(best.effect) ? h('p.way', h('b', `${best.effect} is in the model now. `), 'The next judgement says what that leaves.') : looking || !best ? null : view.verdict === 'missing-effect' ? h('p.way', adding(best.effect, 'button.primary.large', `Add ${plain(best.effect)} to the model`, ' (a)')) : eitherWay(best);
     const answer = looking ? [h('h2.answer', looking), h('p', h('b', 'So far: '), view.headline)] : Parts.answer(view);
     if (looking) $('verdict').className = 'panel two-thirds verdict unknown';
-    fill('verdict', h('p.soft.small', `axis ${axis}`), answer, add,
+    fill('verdict', h('p.soft.small', `axis ${axis}`), answer, way,
       h('.figures', figures, view.error_over_floor == null ? null : figure('error at its worst', `${number(view.error_over_floor)} × floor`, view.within_floor ? 'no more than noise and set-up make' : 'more than noise and set-up make')));
     drawCurve(view);
     drawLimit(view.limit);
-    fill('suspects', h('h3', 'What may be missing'), view.suspects.length ? view.suspects.map((s, i) => Parts.suspect(s, h(i ? 'button' : 'button.primary', { type: 'button', 'data-do': 'add', 'data-effect': s.effect, 'data-axis': axis, title: i ? `Add ${s.effect} to the model` : `Add ${s.effect} to the model (a)`, disabled: busy ? '' : null }, 'Add'))) : h('p.soft', view.verdict === 'adequate' ? 'Nothing: what is left is noise.' : 'No suspect stands out yet.'));
+    fill('suspects', h('h3', 'What may be missing'), view.suspects.length ? view.suspects.map((s, i) => Parts.suspect(s, tried(axis) === s.effect ? h('span.pill.warn', 'on trial') : has(s.effect) ? h('span.pill.good', 'in use') : adding(s.effect, i ? 'button' : 'button.primary', 'Add', i ? '' : ' (a)'))) : h('p.soft', view.verdict === 'adequate' ? 'Nothing: what is left is noise.' : 'No suspect stands out yet.'));
     const faults = view.data_faults.length ? [h('h3', 'Data faults'), Parts.list(view.data_faults)] : null;
     fill('fails', h('h3', 'Where it fails'), view.fails_where.length ? Parts.list(view.fails_where) : h('p.soft', 'No regime stands out from the noise.'), faults);
   }
@@ -219,8 +233,8 @@
   let duel, duelShape = '';
   function drawTrial() {
     const trial = scene.newest.trial;
+    $('trial-panel').hidden = !trial;
     if (!trial) return;
-    $('trial-panel').hidden = false;
     const tone = { 'took over': 'good', 'given up': 'bad' }[trial.state] ?? 'warn';
     const times = v => (v == null ? '–' : `${number(v)} × floor`);
     fill('trial-says', h('p', h('b', trial.effect), ` on axis ${trial.axis} `, h('span.pill.' + tone, trial.state), h('span.soft', ` epoch ${trial.epoch}`)),
@@ -237,11 +251,11 @@
   function drawModel() {
     const model = scene.newest.model, mine = ofAxis(model?.axes);
     if (!mine) return;
-    const chip = id => (id === 'scale-factor' || id === 'bias' ? h('span.chip.fixed', id) : h('span.chip', { 'data-effect': id }, id, h('button', { type: 'button', 'data-do': 'remove', 'data-effect': id, 'data-axis': axis, title: `Remove ${id}`, 'aria-label': `Remove ${id}`, disabled: busy ? '' : null }, '✕')));
+    const chip = id => (id === 'scale-factor' || id === 'bias' ? h('span.chip.fixed', id) : h('span.chip', { 'data-effect': id }, id, h('button', { type: 'button', 'data-do': 'remove', 'data-effect': id, 'data-axis': axis, title: `Remove ${id}`, 'aria-label': `Remove ${id}` }, '✕')));
     fill('model', h('h3', `Model, epoch ${model.epoch}`), h('.chips', mine.effects.map(chip)),
-      h('.choices', h('button', { type: 'button', 'data-do': 'undo', title: 'Back to the model before the last change (u)', disabled: busy ? '' : null }, 'Undo'),
-        h('button', { type: 'button', 'data-do': model.paused ? 'resume' : 'pause', title: 'Learning on and off (p)', disabled: busy ? '' : null }, model.paused ? 'Resume learning' : 'Pause learning'),
-        h('button', { type: 'button', 'data-do': 'forget', title: 'Forget what was seen so far', disabled: busy ? '' : null }, 'Forget')),
+      h('.choices', h('button', { type: 'button', 'data-do': 'undo', title: 'Back to the model before the last change (u)' }, 'Undo'),
+        h('button', { type: 'button', 'data-do': model.paused ? 'resume' : 'pause', title: 'Learning on and off (p)' }, model.paused ? 'Resume learning' : 'Pause learning'),
+        h('button', { type: 'button', 'data-do': 'forget', title: 'Forget what was seen so far' }, 'Forget')),
       h('p.soft.small', model.paused ? 'Learning rests: by command, or because the motion excites too little.' : `Fitted on the motion so far, thinned to ${model.samples.toLocaleString('en')} means.`),
       h('table.values', h('tbody', mine.parameters.map(p => h('tr', h('td', { title: p.says }, `${p.effect} `, h('code', p.name)), h('td.number', p.shown))))));
   }
@@ -268,21 +282,25 @@
 
   // ---- health ------------------------------------------------------------------------------------------------------------
   const span = ns => (ns >= 1e9 ? `${number(ns / 1e9)} s` : ns >= 1e6 ? `${number(ns / 1e6)} ms` : `${number(ns / 1e3)} µs`);
+  // Columns side by side, or, on a phone, each row as a block in which every value has its head beside it.
+  const table = (heads, rows) => h('table.values.stacks', h('thead', h('tr', heads.map(head => h('th', head)))),
+    h('tbody', rows.map(row => h('tr', row.map((value, i) => h('td' + (typeof value === 'string' && i ? '.number' : ''), { 'data-of': i ? heads[i] : null }, value))))));
   function drawStatus() {
     const status = scene.newest.status;
     if (!status) return;
     const tone = s => ({ running: 'good', failed: 'bad', restarting: 'warn', starting: 'warn' })[s];
-    fill('services', h('h3', 'Processes'), status.source && h('p.small' + (status.source.link === 'connected' ? '.soft' : ''), 'Source: ' + status.source.says), h('.scroll', h('table.values', h('thead', h('tr', ['process', 'state', 'restarts', 'taken', 'given', 'lost', 'refused'].map(t => h('th', t)))),
-      h('tbody', status.services.map(s => h('tr', h('td', s.name), h('td', h('span.pill' + (tone(s.state) ? '.' + tone(s.state) : ''), s.state)), ...[s.restarts, s.received, s.sent, s.lost, s.rejected].map(v => h('td.number', v.toLocaleString('en')))))))));
+    fill('services', h('h3', 'Processes'), status.source && h('p.small' + (status.source.link === 'connected' ? '.soft' : ''), 'Source: ' + status.source.says), h('.scroll', table(['process', 'state', 'restarts', 'taken', 'given', 'lost', 'refused'],
+      status.services.map(s => [s.name, h('span.pill' + (tone(s.state) ? '.' + tone(s.state) : ''), s.state), ...[s.restarts, s.received, s.sent, s.lost, s.rejected].map(v => v.toLocaleString('en'))]))));
   }
   function drawStages() {
     const stages = scene.newest.stages;
     if (!stages?.length) return;
-    fill('stages', h('h3', 'Latency of each stage'), h('.scroll', h('table.values', h('thead', h('tr', ['stage', 'median', '99 %', '99.9 %', 'worst', ''].map(t => h('th', t)))),
-      h('tbody', stages.map(s => {
+    fill('stages', h('h3', 'Latency of each stage'), h('.scroll', table(['stage', 'median', '99 %', '99.9 %', 'worst', ''],
+      stages.map(s => {
         const most = Math.max(...s.octaves.map(o => Math.log1p(o[1])), 1);
-        return h('tr', h('td', s.stage), ...[s.p50_ns, s.p99_ns, s.p999_ns, s.max_ns].map(v => h('td.number', span(v))), h('td', h('.bars', { title: s.octaves.map(([ns, n]) => `${span(ns)}: ${n}`).join('\n') }, s.octaves.map(([, n]) => h('i', { style: `height:${(100 * Math.log1p(n) / most).toFixed(0)}%` })))));
-      })))));
+        const bars = h('.bars', { title: s.octaves.map(([ns, n]) => `${span(ns)}: ${n}`).join('\n') }, s.octaves.map(([, n]) => h('i', { style: `height:${(100 * Math.log1p(n) / most).toFixed(0)}%` })));
+        return [s.stage, ...[s.p50_ns, s.p99_ns, s.p999_ns, s.max_ns].map(span), bars];
+      }))));
   }
 
   // ---- orders ------------------------------------------------------------------------------------------------------------
@@ -293,18 +311,26 @@
     clear = setTimeout(() => $('notice').replaceChildren(), tone === 'good' ? 8000 : 40000);
   }
   async function order(body) {
-    if (busy) return;
-    busy = true;
-    notice('', { add: `${body.effect}: tried beside the present model …`, undo: 'Going back …' }[body.do] || 'Asking the pipeline …');
+    const key = JSON.stringify(body);
+    if (orders.has(key)) return;
+    const before = orders.size ? ' once the order before is answered' : '';
+    orders.add(key);
+    if (body.do === 'add') ordered = { ...body };
+    const mine = ordered;
+    notice('', { add: `${body.effect}: tried beside the present model${before} …`, undo: `Going back${before} …` }[body.do] || 'Asking the pipeline …');
     touch('page', 'model');
     try {
-      const response = await fetch('order', { method: 'POST', headers: { 'content-type': 'application/json' }, body: JSON.stringify(body) });
+      const response = await fetch('order', { method: 'POST', headers: { 'content-type': 'application/json' }, body: key });
       const text = await response.text();
       let answer;
       try { answer = JSON.parse(text); } catch { answer = { done: false, says: text }; }
       notice(answer.done ? 'good' : 'bad', answer.says || (answer.done ? 'Done.' : 'Refused.'));
-    } catch { notice('bad', 'The dashboard does not answer: is the pipeline still running?'); }
-    busy = false;
+      if (ordered && ordered === mine) { if (answer.done) ordered.answered = true; else ordered = null; }
+    } catch {
+      ordered = null;
+      notice('bad', 'The dashboard does not answer: is the pipeline still running?');
+    }
+    orders.delete(key);
     touch('page', 'model');
   }
   function act({ do: what, effect, axis: on }) {

@@ -37,7 +37,7 @@ for (const seed of seeds) {
   demo.kill('SIGINT');
   await ended;
   rmSync(folder, { recursive: true, force: true });
-  const hidden = (said.match(/^hidden: (.*)$/m)?.[1] ?? '').split(', ');
+  const hidden = (said.match(/^hidden: (.*)$/m)?.[1] ?? '').split(', ').map(text => text.split(':')[0]);
   const isRight = hidden.every(id => model.includes(id)) && model.length === hidden.length;
   right += isRight;
   console.log(`${seed}\t${isRight ? 'right' : 'WRONG'}\thidden ${hidden}\tin the model ${model.join()}\tpressed ${added.map(([id, at]) => `${id} at ${at.toFixed(0)} s`).join(', ')}\t${last}`);

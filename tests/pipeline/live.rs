@@ -273,14 +273,22 @@ fn an_effect_is_removed_while_the_vehicle_drives() {
     refused("bias", "belongs to the base model");
     assert!(control(&place, &["add", "delay", "--axis", letter]).status.success());
     pipeline.until("the challenger's victory", |_| model.effects().contains(&"delay".to_owned()));
-    // What is on trial has the other effects in it.
-    let tried = control(&place, &["add", "supply-voltage", "--axis", letter]);
-    assert!(String::from_utf8_lossy(&tried.stdout).contains("supply-voltage is not better so far"), "{tried:?}");
-    refused("delay", "supply-voltage is on trial: wait for its end, or undo it first");
-    assert!(control(&place, &["undo"]).status.success());
+    let said = |order: &[&str]| {
+        let output = control(&place, order);
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    // Ordered twice it is tried once; what is ordered next ends the trial, for what is on trial has the other effects in it.
+    let tried = said(&["add", "supply-voltage", "--axis", letter]);
+    assert!(tried.contains("supply-voltage is not better so far"), "{tried}");
+    let again = said(&["add", "supply-voltage", "--axis", letter]);
+    assert!(again.contains("supply-voltage is on trial already"), "{again}");
+    let other = said(&["add", "vibration-tone", "--axis", letter]);
+    assert!(other.contains("supply-voltage, which was not better so far, is given up"), "{other}");
+    assert!(said(&["undo"]).contains("vibration-tone is not on trial any more"));
     assert_eq!(model.effects(), ["scale-factor", "bias", "delay"]);
     let epoch = model.last.epoch;
-    assert!(control(&place, &["remove", "delay", "--axis", letter]).status.success());
+    said(&["remove", "delay", "--axis", letter]);
     pipeline.until("the base model", |_| model.effects() == ["scale-factor", "bias"]);
     assert!(model.last.epoch > epoch, "{} after {epoch}", model.last.epoch);
     assert!(control(&place, &["undo"]).status.success());

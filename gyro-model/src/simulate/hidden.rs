@@ -2,7 +2,7 @@
 
 use crate::{
     Axis, Term,
-    effects::{self, Effect},
+    effects::{self, Effect, ParameterCard, Role},
 };
 use thiserror::Error;
 
@@ -101,6 +101,29 @@ impl Hidden {
         Ok(())
     }
 
+    /// So many times as large: its coefficients, or, where it has none, how far its shapes lie from those that change nothing.
+    /// Nothing leaves its bounds.
+    #[must_use]
+    pub fn scaled(&self, times: f64, axis: Axis) -> Self {
+        let cards = self.effect.parameters(axis);
+        let has_coefficients = cards.iter().any(|card| card.role == Role::Linear);
+        let scaled = |(card, value): (&ParameterCard, &f64)| {
+            if has_coefficients != (card.role == Role::Linear) || !card.neutral.is_finite() {
+                return *value;
+            }
+            (card.neutral + times * (value - card.neutral)).clamp(card.bounds.0, card.bounds.1)
+        };
+        Self { effect: self.effect, values: cards.iter().zip(&self.values).map(scaled).collect() }
+    }
+
+    /// As `parse` reads it.
+    #[must_use]
+    pub fn text(&self, axis: Axis) -> String {
+        let cards = self.effect.parameters(axis).iter().zip(&self.values);
+        let values: Vec<String> = cards.map(|(card, value)| format!("{}={value}", card.name)).collect();
+        format!("{}:{}", self.effect.card().id, values.join(","))
+    }
+
     /// As a term of the true model.
     #[must_use]
     pub fn term(&self) -> Term {
@@ -119,6 +142,19 @@ mod tests {
         assert_eq!(hidden.values, [0.01, 12.5]);
         assert_eq!(Hidden::parse("delay", Axis::Z).unwrap().values, [0.01]);
         assert_eq!(Hidden::parse("cross-axis: m_x = 0.03, m_y=-0.01", Axis::Z).unwrap().values, [0.03, -0.01]);
+    }
+
+    #[test]
+    fn a_larger_one_has_larger_coefficients_or_shapes_and_can_be_said() {
+        let tone = Hidden::parse("vibration-tone", Axis::Z).unwrap().scaled(4.0, Axis::Z);
+        assert_eq!(tone.values, [0.04, 0.0, 11.0]);
+        assert_eq!(Hidden::parse("clock-step:t0=12", Axis::Z).unwrap().scaled(2.0, Axis::Z).values, [0.04, 12.0]);
+        let late = Hidden::parse("delay", Axis::Z).unwrap();
+        assert_eq!((late.scaled(3.0, Axis::Z).values, late.scaled(1e3, Axis::Z).values), (vec![0.03], vec![0.5]));
+        for effect in effects::CATALOGUE {
+            let larger = Hidden::typical(*effect, Axis::X).scaled(2.0, Axis::X);
+            assert_eq!(Hidden::parse(&larger.text(Axis::X), Axis::X).unwrap().values, larger.values);
+        }
     }
 
     #[test]
