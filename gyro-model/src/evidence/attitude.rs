@@ -103,13 +103,15 @@ impl Attitude {
         let mut out = vec![vec![0.0; n]; self.channels()];
         let mut sum = Vector3::zeros();
         let mut before = Vector3::zeros();
+        let off = |i: usize| rotation(&Vector3::from_fn(|a, _| off[a].map_or(0.0, |off| off[i])));
+        let mut off_before = if is_off { off(0) } else { UnitQuaternion::identity() };
         for i in 1..n {
             let step = Vector3::from_fn(|a, _| angle[a].map_or(self.increments[i][a], |angle| angle[i] - angle[i - 1]));
             let mut turned = step + before.cross(&step) / 12.0;
             if is_off {
-                let off = |i: usize| Vector3::from_fn(|a, _| off[a].map_or(0.0, |off| off[i]));
-                let [before, own, after] = [-off(i - 1), turned, off(i)].map(UnitQuaternion::from_scaled_axis);
-                turned = (before * own * after).scaled_axis();
+                let off_after = off(i);
+                turned = turn(&(off_before.inverse() * rotation(&turned) * off_after));
+                off_before = off_after;
             }
             before = step;
             if !lost[i] {
@@ -156,6 +158,32 @@ impl Attitude {
     }
 }
 
+/// Square of half an angle up to which the series of its sine and cosine hold to the last digit.
+const SMALL: f64 = 2.5e-3;
+
+/// The rotation by a rotation vector, whose angle is mostly small here: by the series of sine and cosine.
+fn rotation(v: &Vector3<f64>) -> UnitQuaternion<f64> {
+    let x = 0.25 * v.norm_squared();
+    if x > SMALL {
+        return UnitQuaternion::from_scaled_axis(*v);
+    }
+    let cos = 1.0 - x / 2.0 * (1.0 - x / 12.0 * (1.0 - x / 30.0 * (1.0 - x / 56.0)));
+    let sin_over = 1.0 - x / 6.0 * (1.0 - x / 20.0 * (1.0 - x / 42.0 * (1.0 - x / 72.0)));
+    UnitQuaternion::new_unchecked(Quaternion::from_parts(cos, 0.5 * sin_over * v))
+}
+
+/// The rotation vector of a rotation: where its angle is small, by the series of the arcsine.
+fn turn(q: &UnitQuaternion<f64>) -> Vector3<f64> {
+    let v = q.imag();
+    let x = v.norm_squared();
+    if x > SMALL || q.w < 0.0 {
+        return q.scaled_axis();
+    }
+    let asin_over =
+        1.0 + x * (1.0 / 6.0 + x * (3.0 / 40.0 + x * (5.0 / 112.0 + x * (35.0 / 1152.0 + x * (63.0 / 2816.0)))));
+    2.0 * asin_over * v
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -171,6 +199,16 @@ mod tests {
             Row { t_ns: i64::from(k) * 10_000_000, gyro, ref_quaternion: [q.w, q.i, q.j, q.k], ..Row::EMPTY }
         });
         Record { rows: rows.collect(), ..Record::default() }
+    }
+
+    #[test]
+    fn small_rotations_by_series_are_those_by_sine_and_arcsine() {
+        for angle in [0.0, 1e-9, 1e-3, 0.03, 0.0999, 0.1001, 0.5, 3.0] {
+            let v = angle * Vector3::new(1.0, -2.0, 2.0) / 3.0;
+            let q = UnitQuaternion::from_scaled_axis(v);
+            assert!((rotation(&v).into_inner() - q.into_inner()).norm() < 1e-15, "{angle} rad");
+            assert!((turn(&q) - v).norm() < 1e-15 * (1.0 + angle), "{angle} rad: {}", turn(&q) - v);
+        }
     }
 
     #[test]

@@ -136,7 +136,7 @@ fn holds(way: &[Step]) -> bool {
     let judged = Judged::new(&last.study, 0, false);
     (judged.excess() < limit::NOISE.value || judged.within())
         && way.iter().all(|step| {
-            without(last, axis, step.id).is_some_and(|(rest, term)| {
+            without(last, &[axis], step.id).is_some_and(|(rest, term)| {
                 let freedom = term.values.len();
                 let candidate = Candidate { series: 0, term, score: 0.0, removes: 0.0, freedom };
                 size(&candidate.term, axis) <= limit::OUTSIZED.value

@@ -214,14 +214,12 @@ impl<'a> Search<'a, '_> {
     /// What came first was told from its aliases while much else was missing: one of them in its place may leave less than the
     /// suspect that is next, or by a tenth less where none is.
     fn exchanged(&self, next: Option<&Challenger>) -> Option<(Vec<Swapped>, Study<'a>)> {
-        let exchange = |series: usize, most: f64| exchange(&self.incumbent, self.start, series, most, self.options);
-        match next {
-            Some(refit) if refit.candidate.term.effect.stage() == Stage::Reading => None,
-            Some(refit) => exchange(refit.candidate.series, refit.excess),
-            None => {
-                (0..self.axes.len()).find_map(|k| exchange(k, (1.0 - limit::SHARE.value) * self.incumbent.excess(k)))
-            }
-        }
+        let asked = match next {
+            Some(refit) if refit.candidate.term.effect.stage() == Stage::Reading => return None,
+            Some(refit) => vec![(refit.candidate.series, refit.excess)],
+            None => self.errors().iter().map(|error| (1.0 - limit::SHARE.value) * error).enumerate().collect(),
+        };
+        exchange(&self.incumbent, self.start, &asked, self.options)
     }
 
     /// Adds a suspect, and the same on other axes that have it too.

@@ -20,7 +20,7 @@ impl Search<'_, '_> {
             });
             let open = sizes.filter(|(k, _, id, size)| *size < limit::WALD.value && !kept.contains(&(*k, *id)));
             let Some((k, axis, id, size)) = open.min_by(|a, b| a.3.total_cmp(&b.3)) else { break };
-            let Some((without, _)) = without(&self.incumbent, axis, id) else { break };
+            let Some((without, _)) = without(&self.incumbent, &[axis], id) else { break };
             // How large a warming is hangs on how long it takes: that it is there does not.
             if size > limit::WALD_NEEDED.value && without.excess(k) > limit::NOISE.value {
                 kept.push((k, id));
