@@ -2,7 +2,7 @@
 //!
 //! | module | noun |
 //! | --- | --- |
-//! | [`cli`] | the command line: what there is, and the exit code |
+//! | [`cli`], [`arguments`] | the command line: what there is, and the exit code; the flags that several commands share |
 //! | [`commands`] | one command a file |
 //! | [`progress`] | progress of long work, on a terminal |
 //! | [`acquisition`], [`kalman`], [`compensator`], [`recorder`] | one process each, in the order of the flow |
@@ -13,9 +13,10 @@
 //! | [`realtime`] | what the kernel is asked for so that a rate comes in time |
 //! | [`domain`], [`run_folder`] | where a pipeline lives, and its files |
 //! | [`source`], [`live`] | where rows come from; those that come while they are read |
+//! | [`listening`] | where a page is served: an address, or the first free port of a range |
 //! | [`consumers`] | how far those are who follow |
 //! | [`profile`] | when every sample was at every stage, as a trace |
-//! | [`rate_out`] | the rate for a vehicle: shared memory, sockets, standard output |
+//! | [`rate_out`], [`sender`] | the rate for a vehicle: shared memory, sockets, standard output |
 //! | [`wire`] | between messages and mathematics |
 //! | [`clock`], [`stop`], [`pulse`], [`vault`], [`hopeless`] | a process' clock, end, heart-beat, memory, last word |
 //! | [`hops`] | round trips between two processes, ours beside others |
@@ -33,6 +34,7 @@
 
 pub mod acquisition;
 pub mod agreement;
+pub mod arguments;
 pub mod ask;
 pub mod cli;
 pub mod clock;
@@ -49,6 +51,7 @@ pub mod guide;
 pub mod hopeless;
 pub mod hops;
 pub mod kalman;
+pub mod listening;
 pub mod live;
 pub mod log;
 pub mod model_file;
@@ -63,6 +66,7 @@ pub mod recorder;
 pub mod recording;
 pub mod report;
 pub mod run_folder;
+pub mod sender;
 pub mod settings;
 pub mod source;
 pub mod stop;

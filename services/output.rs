@@ -1,4 +1,4 @@
-//! Files that are written whole or not at all: those that a user asked for, and those that a run keeps for itself.
+//! Files that are written whole or not at all: those that a user asked for, and those that a run keeps for itself; and standard output.
 
 use anyhow::{Context, Result};
 use std::{
@@ -145,6 +145,22 @@ impl Write for Output {
     fn flush(&mut self) -> io::Result<()> {
         self.to.flush()
     }
+}
+
+/// Writes to standard output, whole.
+///
+/// # Errors
+/// What standard output answers; a reader that has left ends the program quietly at the top.
+pub fn print(text: &str) -> Result<()> {
+    let write = || -> io::Result<()> {
+        let mut out = io::stdout().lock();
+        out.write_all(text.as_bytes())?;
+        if !text.ends_with('\n') {
+            out.write_all(b"\n")?;
+        }
+        out.flush()
+    };
+    write().context("standard output cannot be written: send it to a place with room")
 }
 
 #[cfg(test)]

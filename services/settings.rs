@@ -2,6 +2,7 @@
 //! in one file of its folder.
 
 use crate::{
+    listening,
     live::{Address, address::AddressError},
     rate_out::{Target, Way, ring},
     realtime::Realtime,
@@ -306,7 +307,7 @@ impl Settings {
     /// # Errors
     /// The first that does not.
     pub fn check(&self) -> anyhow::Result<()> {
-        crate::dashboard::address::Address::parse(&self.dashboard)?;
+        listening::Address::parse(&self.dashboard)?;
         let (s, l) = (&self.simulation, &self.learning);
         let positive = [
             ("simulation.seconds", s.seconds.unwrap_or(1.0)),

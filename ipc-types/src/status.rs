@@ -82,4 +82,16 @@ pub struct Status {
     pub stages: [StageStatus; STAGES],
 }
 
+impl Status {
+    /// The services that are listed.
+    pub fn listed_services(&self) -> impl Iterator<Item = &ServiceStatus> {
+        self.services.iter().filter(|service| !service.name.as_str().is_empty())
+    }
+
+    /// The stages that are listed.
+    pub fn listed_stages(&self) -> impl Iterator<Item = &StageStatus> {
+        self.stages.iter().filter(|stage| !stage.stage.as_str().is_empty())
+    }
+}
+
 const _: () = assert!(size_of::<Status>() == 152 + size_of::<SourceHealth>() + 168 * SERVICES + 88 * STAGES);

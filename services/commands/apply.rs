@@ -1,7 +1,7 @@
 //! `truerate apply`: a compensated log, from the very filter that runs live.
 
 use crate::{
-    cli::{LogArgs, picked},
+    arguments::{LogArgs, picked},
     commands::{
         print,
         subject::{say_chosen, writable},

@@ -1,7 +1,7 @@
 //! What `truerate add` and `truerate remove` share: another set of effects, refitted, shown before and after.
 
 use crate::{
-    cli::{LogArgs, ReportArgs},
+    arguments::{LogArgs, ReportArgs},
     commands::subject::{Subject, writable},
     model_file,
     report::{self, Change, Command},

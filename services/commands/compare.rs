@@ -1,7 +1,7 @@
 //! `truerate compare`: model against measurements, and where it fails.
 
 use crate::{
-    cli::{LogArgs, ReportArgs},
+    arguments::{LogArgs, ReportArgs},
     commands::subject::{Start, Subject},
     report::{self, Against, Command},
 };

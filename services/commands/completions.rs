@@ -1,8 +1,7 @@
 //! `truerate completions`: what a shell needs to complete our commands and flags.
 
 use super::print;
-use crate::cli::Cli;
-use clap::CommandFactory;
+use clap::Command;
 use clap_complete::Shell;
 use std::process::ExitCode;
 
@@ -19,13 +18,13 @@ pub struct Args {
     pub shell: Shell,
 }
 
-/// Prints the completions.
+/// Prints the completions of this program.
 ///
 /// # Errors
 /// Where standard output cannot be written.
-pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
+pub fn run(args: &Args, mut program: Command) -> anyhow::Result<ExitCode> {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut Cli::command(), "truerate", &mut script);
+    clap_complete::generate(args.shell, &mut program, "truerate", &mut script);
     print(&String::from_utf8(script)?)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -1,7 +1,7 @@
 //! `truerate diagnose`: which physical effect is missing.
 
 use crate::{
-    cli::{LogArgs, ReportArgs, SearchArgs},
+    arguments::{LogArgs, ReportArgs, SearchArgs},
     commands::subject::Subject,
     deadline::Deadline,
     progress::Progress,

@@ -1,7 +1,7 @@
 //! `truerate fit`: the base model, by nonlinear least squares.
 
 use crate::{
-    cli::{LogArgs, ReportArgs},
+    arguments::{LogArgs, ReportArgs},
     commands::subject::{Subject, writable},
     model_file,
     report::{self, Command},

@@ -1,9 +1,9 @@
 //! `truerate guide`: a recording, guided, until the log can tell.
 
 use crate::{
-    cli::Format,
-    dashboard::address,
+    arguments::Format,
     guide::{self, From, Precisions, Settings},
+    listening,
     live::{Address, address::AddressError},
     settings::{Source, Speed},
     stop::Stop,
@@ -106,7 +106,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         effects,
         precisions,
         json: args.format == Format::Json,
-        dashboard: args.dashboard.as_deref().map(address::Address::parse).transpose()?.flatten(),
+        dashboard: args.dashboard.as_deref().map(listening::Address::parse).transpose()?.flatten(),
     };
     let ending = guide::run(&settings, &Stop::on_signals().context("signals")?)?;
     Ok(if ending.complete { ExitCode::SUCCESS } else { ExitCode::from(LACKS) })

@@ -1,7 +1,7 @@
 //! `truerate ladder`: diagnose and add until nothing is missing.
 
 use crate::{
-    cli::{Format, LogArgs, ReportArgs, SearchArgs},
+    arguments::{Format, LogArgs, ReportArgs, SearchArgs},
     commands::subject::{Subject, writable},
     deadline::Deadline,
     model_file,

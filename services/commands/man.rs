@@ -1,9 +1,8 @@
 //! `truerate man`: the manual, one page for the program and one for each command.
 
 use super::print;
-use crate::cli::Cli;
 use anyhow::Context;
-use clap::{Command, CommandFactory};
+use clap::Command;
 use clap_mangen::{
     Man,
     roff::{Roff, roman},
@@ -26,13 +25,13 @@ pub struct Args {
     pub folder: PathBuf,
 }
 
-/// Writes the pages.
+/// Writes the pages of this program.
 ///
 /// # Errors
 /// A folder that cannot be made or written to.
-pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
+pub fn run(args: &Args, program: Command) -> anyhow::Result<ExitCode> {
     let folder = args.folder.display();
-    let mut program = Cli::command().disable_help_subcommand(true);
+    let mut program = program.disable_help_subcommand(true);
     program.build();
     fs::create_dir_all(&args.folder)
         .and_then(|()| write_pages(&program, &args.folder))

@@ -4,9 +4,6 @@
 //! To hook one in: the file and its `pub mod` here, a variant in [`crate::cli::Command`] and its arm in `run` there.
 //! A command writes its result with [`print()`], never `println!`, so that `truerate … | head` ends quietly.
 
-use anyhow::Context;
-use std::io::{self, Write};
-
 pub mod add;
 pub mod apply;
 pub mod bench;
@@ -32,18 +29,4 @@ pub mod status;
 pub mod subject;
 pub mod top;
 
-/// Writes to standard output, whole.
-///
-/// # Errors
-/// What standard output answers; a reader that has left ends the program quietly at the top.
-pub fn print(text: &str) -> anyhow::Result<()> {
-    let write = || -> io::Result<()> {
-        let mut out = io::stdout().lock();
-        out.write_all(text.as_bytes())?;
-        if !text.ends_with('\n') {
-            out.write_all(b"\n")?;
-        }
-        out.flush()
-    };
-    write().context("standard output cannot be written: send it to a place with room")
-}
+pub use crate::output::print;

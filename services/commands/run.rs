@@ -2,7 +2,7 @@
 
 use super::print;
 use crate::{
-    cli::NameArgs,
+    arguments::NameArgs,
     domain::Claim,
     settings::{Settings, Source},
     stop::Stop,

@@ -4,8 +4,9 @@ use crate::{
     acquisition, compensator, dashboard,
     domain::{self, Lock},
     hopeless::Hopeless,
-    kalman, rate_out, recorder,
+    kalman, recorder,
     run_folder::RunFolder,
+    sender,
     stop::Stop,
     supervisor::process::HOPELESS,
 };
@@ -67,7 +68,7 @@ fn serve(service: ServiceId, domain: &Domain, folder: &RunFolder, stop: &Stop) -
         ServiceId::Kalman => kalman::run(&hub, &run, folder, stop),
         ServiceId::Compensator => compensator::run(&hub, &run, folder, stop),
         ServiceId::Recorder => recorder::run(&hub, &run, folder, stop),
-        ServiceId::Sender => rate_out::sender::run(&hub, &run, stop),
+        ServiceId::Sender => sender::run(&hub, &run, stop),
         ServiceId::Dashboard => dashboard::run(&hub, domain, &run, folder, stop),
     }
 }

@@ -59,16 +59,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The services that are listed.
-pub fn services(status: &Status) -> impl Iterator<Item = &ServiceStatus> {
-    status.services.iter().filter(|s| !s.name.as_str().is_empty())
-}
-
-/// The stages that are listed.
-pub fn stages(status: &Status) -> impl Iterator<Item = &StageStatus> {
-    status.stages.iter().filter(|s| !s.stage.as_str().is_empty())
-}
-
 /// As the interface has it: `truerate.status/1`.
 #[must_use]
 pub fn json(status: &Status) -> Value {
@@ -107,8 +97,8 @@ pub fn json(status: &Status) -> Value {
         "schema": "truerate.status/1",
         "source": words::json(&status.source),
         "learning": learning(status),
-        "services": services(status).map(service).collect::<Vec<_>>(),
-        "stages": stages(status).map(stage).collect::<Vec<_>>(),
+        "services": status.listed_services().map(service).collect::<Vec<_>>(),
+        "stages": status.listed_stages().map(stage).collect::<Vec<_>>(),
     })
 }
 
@@ -161,7 +151,7 @@ fn text(instance: &str, status: &Status) -> String {
         "{:<12} {:>8} {:<10} {:>8} {:>11} {:>11} {:>8} {:>8} {:>6}",
         "process", "pid", "state", "restarts", "in", "out", "lost", "rejected", "epoch"
     );
-    for s in services(status) {
+    for s in status.listed_services() {
         let _ = writeln!(
             out,
             "{:<12} {:>8} {:<10} {:>8} {:>11} {:>11} {:>8} {:>8} {:>6}",
@@ -173,11 +163,11 @@ fn text(instance: &str, status: &Status) -> String {
         "{:<12} {:>8} {:>8} {:>8} {:>10} {:>11}  cores",
         "scheduling", "policy", "priority", "memory", "slack (µs)", "wait"
     );
-    for s in services(status).filter(|s| s.pid != 0) {
+    for s in status.listed_services().filter(|s| s.pid != 0) {
         let _ = writeln!(out, "{}", scheduling(s));
     }
     let _ = writeln!(out, "{:<28} {:>11} {:>9} {:>9} {:>9} {:>9}", "stage (µs)", "count", "p50", "p99", "p99.9", "max");
-    for s in stages(status) {
+    for s in status.listed_stages() {
         let us = |ns: u64| ns as f64 * 1e-3;
         let _ = writeln!(
             out,

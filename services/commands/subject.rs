@@ -1,7 +1,7 @@
 //! What the offline commands have in common: a log, its axes, a model to start from, and where the result goes.
 
 use crate::{
-    cli::{Format, LogArgs, ReportArgs, picked},
+    arguments::{Format, LogArgs, ReportArgs, picked},
     commands::print,
     log::{self, Options, dependent},
     model_file::{self, ModelFile, Provenance},

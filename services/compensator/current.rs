@@ -1,6 +1,6 @@
 //! The model in use: its epoch, its message, its file; changed whole or not at all.
 
-use super::keeper::Writing;
+use super::writing::Writing;
 use crate::{
     hopeless::Hopeless,
     model_file::{self, ModelFile, Provenance, refuse_unseen, render},

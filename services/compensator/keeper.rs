@@ -4,34 +4,10 @@
 use super::{
     current::Proposal,
     worker::{Cost, Rank, Worker},
+    writing::Writing,
 };
-use crate::output::{For, write_for};
 use gyro_model::Axis;
 use ipc_types::diagnosis::Trial;
-use std::{fs, path::PathBuf};
-
-/// Files to write, each whole or not at all, in this order; and one that is of no use afterwards.
-#[derive(Debug)]
-pub struct Writing {
-    /// Path and contents.
-    pub files: Vec<(PathBuf, String)>,
-    /// Whom they are for.
-    pub for_whom: For,
-    /// To be removed.
-    pub spent: Option<PathBuf>,
-}
-
-impl Writing {
-    fn carry_out(&self) -> anyhow::Result<()> {
-        for (path, text) in &self.files {
-            write_for(self.for_whom, path, text.as_bytes())?;
-        }
-        if let Some(path) = &self.spent {
-            let _ = fs::remove_file(path);
-        }
-        Ok(())
-    }
-}
 
 /// What is done once the files are there.
 #[derive(Debug)]

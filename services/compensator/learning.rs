@@ -4,11 +4,12 @@ use super::{
     Compensator, FEWEST_ROWS,
     current::Proposal,
     is_due,
-    keeper::{Keeping, Then, Writing},
+    keeper::{Keeping, Then},
     learner::{Job, Solution, Task, not_excited},
     next,
     phase::{Asked, Phase},
     trial::TRIAL_NS,
+    writing::Writing,
 };
 use crate::{
     clock::now_ns,

@@ -20,6 +20,7 @@ pub mod phase;
 pub mod store;
 mod trial;
 pub mod worker;
+pub mod writing;
 
 use crate::{
     clock::now_ns,

@@ -2,7 +2,7 @@
 
 use super::{scene::Scene, server::Download};
 use crate::{
-    cli::Format,
+    arguments::Format,
     log,
     model_file::{self, ModelFile, Provenance},
     report::{self, Command, Context, Terminal},

@@ -7,7 +7,6 @@
 //!
 //! It only reads, and asks as `truerate control` does: when it dies or hangs nobody notices.
 
-pub mod address;
 pub mod errands;
 mod export;
 mod feed;
@@ -22,12 +21,12 @@ pub mod server;
 
 use crate::{
     hopeless::Hopeless,
+    listening::Address,
     output::{For, write_for},
     pulse::Pulse,
     run_folder::{Run, RunFolder},
     stop::Stop,
 };
-use address::Address;
 use anyhow::Context;
 use feed::Feed;
 use guard::Guard;

@@ -1,6 +1,6 @@
 //! What a guided recording came to: verdicts, what is lacking, and what to run next.
 
-use super::{Settings, screen};
+use super::{Settings, goal};
 use gyro_model::{
     diagnosis::{AxisDiagnosis, Verdict},
     guide::{Goal, Guide, Trouble},
@@ -109,7 +109,7 @@ fn told(axis: &AxisDiagnosis) -> Told {
 
 /// What a goal lacks, in words.
 fn lack(goal: &Goal) -> String {
-    let (name, now, wanted) = screen::shown(goal);
+    let (name, now, wanted) = goal::shown(goal);
     let have = format!("axis {}: {name} is {now}, {wanted} was wanted", goal.axis);
     goal.out_of_reach.as_ref().map_or_else(|| have.clone(), |why| format!("{have}; {why}"))
 }

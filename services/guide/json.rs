@@ -1,7 +1,7 @@
 //! Events for programs: a line of JSON each.
 
 use super::{Ending, Show};
-use crate::commands::print;
+use crate::output::print;
 use anyhow::Result;
 use gyro_model::guide::State;
 use serde::Serialize;

@@ -1,7 +1,7 @@
 //! Plain lines, where standard output is no terminal: what changes, and how it stands every five seconds.
 
 use super::{Ending, Show, screen};
-use crate::{commands::print, report::terminal::Terminal};
+use crate::{output::print, report::terminal::Terminal};
 use anyhow::Result;
 use gyro_model::guide::State;
 

@@ -8,6 +8,7 @@
 //! ```
 
 mod ending;
+mod goal;
 mod json;
 mod lines;
 mod page;
@@ -20,7 +21,7 @@ pub use ending::Ending;
 pub use precision::Precisions;
 pub use source::From;
 
-use crate::{compensator::store::Store, dashboard::address::Address, live::words, log::GrowingLog, stop::Stop};
+use crate::{compensator::store::Store, listening::Address, live::words, log::GrowingLog, stop::Stop};
 use anyhow::{Result, bail};
 use gyro_model::{
     Axis, Record, Row,

@@ -1,17 +1,14 @@
 //! The same in a browser: the manoeuvre in large words, whether it is followed, and what each parameter's standard error lacks.
 
-use super::{
-    Ending, Show,
-    screen::{end, shown},
-};
+use super::{Ending, Show, goal::shown, screen::end};
 use crate::{
     dashboard::{
-        address::Address,
         guard::Guard,
         scene::Scene,
         server::{self, Shop},
     },
     hopeless::Hopeless,
+    listening::Address,
 };
 use anyhow::{Context, Result};
 use gyro_model::guide::{Followed, Goal, State};

@@ -1,8 +1,8 @@
 //! The same in a terminal: one large line says what to do now, a table what is lacking; drawn anew in its place.
 
-use super::{Ending, Show, ending::Told};
+use super::{Ending, Show, ending::Told, goal::shown};
 use crate::{
-    commands::print,
+    output::print,
     report::terminal::{Ink, Terminal},
 };
 use anyhow::Result;
@@ -135,19 +135,6 @@ fn cut(text: &str, width: usize) -> String {
 fn bar(share: f64, cells: usize) -> String {
     let full = (share * cells as f64).floor() as usize;
     format!("{}{} {:>2.0} %", "█".repeat(full), "░".repeat(cells - full.min(cells)), (100.0 * share).floor().min(99.0))
-}
-
-/// Name, what is known, what is wanted.
-pub(super) fn shown(goal: &Goal) -> (String, String, String) {
-    let unit = units::shown(goal.unit, &[goal.value, Some(goal.wanted)]);
-    let wanted = format!("± {}{}", units::round(goal.wanted * unit.factor), unit.unit);
-    let known = goal.value.filter(|_| goal.std_error.is_some());
-    let name = if goal.effect.len() + goal.name.len() < 22 {
-        format!("{} {}", goal.effect, goal.name)
-    } else {
-        goal.effect.to_owned()
-    };
-    (name, known.map_or_else(|| "–".to_owned(), |value| units::uncertain(Some(value), goal.std_error, &unit)), wanted)
 }
 
 /// A goal that is reached or given up, in a line.

@@ -2,12 +2,12 @@
 //! `mavlink:udp:0.0.0.0:14550`, `iio:device0`, `can:can0?dbc=car.dbc`.
 
 use super::{
-    format::Kind,
-    link::{iio, pipe::Pipe, serial, tcp, udp},
+    kind::Kind,
+    link::{Link, can, iio, pipe::Pipe, serial, tcp, udp},
 };
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
 use std::{
-    fmt,
+    fmt, io,
     path::{Path, PathBuf},
     str::FromStr,
     time::Duration,
@@ -139,6 +139,21 @@ impl Address {
             *dbc = whole;
         }
         self
+    }
+
+    /// Opens the way to it.
+    ///
+    /// # Errors
+    /// Where nothing is there, or it may not be used.
+    pub fn open(&self) -> io::Result<Box<dyn Link>> {
+        Ok(match &self.way {
+            Way::Serial(path, baud) => Box::new(serial::Serial::open(path, *baud)?),
+            Way::Udp(place) => Box::new(udp::Udp::open(place)?),
+            Way::Tcp(place) => Box::new(tcp::Tcp::open(place)?),
+            Way::Iio(place) => Box::new(iio::Iio::open(place)?),
+            Way::Can(name) => Box::new(can::Can::open(name)?),
+            Way::Pipe(path) => Box::new(Pipe::open(path)?),
+        })
     }
 
     /// Whether it has an end, and what was read cannot come again.

@@ -8,10 +8,12 @@
 //! that is lost is opened again. Only what is a file by nature, a pipe, has an end.
 
 pub mod address;
+mod arrival;
 pub mod format;
 #[cfg(test)]
 mod hostile;
 pub mod joined;
+pub mod kind;
 pub mod link;
 mod reading;
 pub mod stream;
@@ -20,8 +22,9 @@ pub mod timeline;
 pub mod words;
 
 pub use address::Address;
+pub use arrival::{Arrival, Origin};
 pub use joined::Joined;
-pub use stream::{Arrival, Origin, Stream};
+pub use stream::Stream;
 pub use tally::{Fault, Tally};
 
 use crate::log::Layout;

@@ -2,9 +2,10 @@
 
 use super::{
     Address, Tally,
-    format::{Format, Found, Kind},
-    link::{self, Got, Link},
-    stream::{Arrival, LOOK, Origin, Told, Watched},
+    arrival::{Arrival, LOOK, Origin, Told, Watched},
+    format::{Format, Found},
+    kind::Kind,
+    link::{Got, Link},
     timeline::{Timed, Timeline},
 };
 use crate::{
@@ -73,7 +74,7 @@ impl Reading {
         self.become_link(health::Link::Waiting);
         loop {
             let rows = self.tally.counts.rows;
-            let over = match link::open(&self.address) {
+            let over = match self.address.open() {
                 Ok(mut link) => {
                     self.tally.counts.reconnects += u32::from(rows > 0);
                     self.become_link(health::Link::Connected);

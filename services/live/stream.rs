@@ -2,13 +2,14 @@
 //! (`live::reading`).
 
 use super::{
-    Address, Content, format,
+    Address,
+    arrival::{Arrival, LOOK, Origin, Told, Watched},
+    format,
     reading::Reading,
     timeline::{Given, LIVE_JUMP_NS, PIPE_JUMP_NS, Timeline},
 };
 use crate::{clock::now_ns, hopeless::Hopeless, stop::Stop};
 use anyhow::bail;
-use gyro_model::Row;
 use ipc_types::health::{self, SourceHealth};
 use std::{
     path::Path,
@@ -23,8 +24,6 @@ use std::{
 /// Rows that wait for whoever takes them, half a second at 8 kHz; the thread waits with the next one, and so does the
 /// pipe behind it.
 const WAITING: usize = 4096;
-/// Between two looks at whether to go on waiting.
-pub(super) const LOOK: Duration = Duration::from_millis(20);
 /// A link without rows for that long is shown as silent.
 const SILENT_NS: u64 = 2_000_000_000;
 
@@ -35,42 +34,6 @@ pub struct Stream {
     origin: Origin,
     rows: Receiver<Told>,
     watched: Arc<Mutex<Watched>>,
-}
-
-/// What is known of a source once its first row has come.
-#[derive(Clone, Debug)]
-pub struct Origin {
-    /// What its rows hold.
-    pub content: Content,
-    /// Its own time of the stream's beginning, ns.
-    pub start_ns: i128,
-}
-
-/// A row that has come.
-#[derive(Clone, Copy, Debug)]
-pub struct Arrival {
-    /// The row.
-    pub row: Row,
-    /// When it was read, ns.
-    pub read_ns: u64,
-    /// The source's own time of the stream's beginning, by which the row's time is told, ns.
-    pub start_ns: i128,
-}
-
-/// What the thread says.
-#[derive(Debug)]
-#[allow(clippy::large_enum_variant, reason = "a box would be an allocation a row")]
-pub(super) enum Told {
-    Row(Arrival),
-    End,
-    Failed(anyhow::Error),
-}
-
-/// What is seen of the link while no row comes.
-#[derive(Debug, Default)]
-pub(super) struct Watched {
-    pub(super) counts: SourceHealth,
-    pub(super) row_ns: u64,
 }
 
 impl Stream {

@@ -6,7 +6,10 @@
 //! ref_angle_z    = "encoder"          # either way round; a foreign name stands on one side
 //! ```
 
-use super::{error::Problem, unit};
+use super::{
+    error::{Problem, listed},
+    unit,
+};
 use crate::toml_error::{TomlError, quoted};
 use std::{
     collections::HashMap,
@@ -86,13 +89,4 @@ fn collect(table: &DeTable<'_>, entries: &mut Vec<Entry>) -> Result<(), Range<us
         }
     }
     Ok(())
-}
-
-/// The first few headers, for a message.
-pub fn listed(headers: &[String]) -> String {
-    let mut shown: Vec<String> = headers.iter().take(12).map(|h| quoted(h)).collect();
-    if headers.len() > 12 {
-        shown.push(format!("… {} columns in all", headers.len()));
-    }
-    shown.join(", ")
 }

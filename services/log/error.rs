@@ -1,6 +1,6 @@
 //! Why a log is refused: what, where, what to do, in one line.
 
-use super::input::Packing;
+use super::packing::Packing;
 use crate::toml_error::{TomlError, quoted};
 use std::{fmt, io, ops::Deref};
 
@@ -175,7 +175,7 @@ pub enum Problem {
         "--map {}: there is no such channel{}; it has {}",
         quoted(flag),
         clause("likely: ", &likely.join(", ")),
-        super::column_map::listed(channels)
+        listed(channels)
     )]
     NoChannel {
         /// The flag.
@@ -315,6 +315,15 @@ fn whole_rows(fields: usize, commas: bool) -> String {
     format!(
         "; where many are garbled, `awk -F, 'NR == 1 || (NF == {fields} && !/[^-+0-9.eEna,\\r]/)' FILE > whole.csv` keeps the whole ones"
     )
+}
+
+/// The first few names of columns or channels.
+pub(super) fn listed(headers: &[String]) -> String {
+    let mut shown: Vec<String> = headers.iter().take(12).map(|h| quoted(h)).collect();
+    if headers.len() > 12 {
+        shown.push(format!("… {} columns in all", headers.len()));
+    }
+    shown.join(", ")
 }
 
 /// A clause of a message, where there is something to say.

@@ -2,8 +2,7 @@
 
 use super::{
     Maps,
-    column_map::listed,
-    error::{Known, Problem},
+    error::{Known, Problem, listed},
     names::{Names, time_form},
     unit::{self, Channel, Conversion, Name},
 };

@@ -1,6 +1,6 @@
 //! The bytes of a log: from a file or standard input, unpacked, hashed on the way.
 
-use super::error::Problem;
+use super::{error::Problem, packing::Packing};
 use crate::recording::{AsCsv, is_own};
 use flate2::read::MultiGzDecoder;
 use log_readers::{
@@ -29,17 +29,6 @@ pub struct Input {
     packing: Packing,
     format: &'static dyn Format,
     unread: Option<Unread>,
-}
-
-/// How the bytes of a file are packed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Packing {
-    /// Not at all.
-    Plain,
-    /// With gzip.
-    Gzip,
-    /// With zstd.
-    Zstd,
 }
 
 /// The bytes as stored, hashed while they pass.

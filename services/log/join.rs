@@ -1,7 +1,12 @@
 //! A reference from a second file: its rows beside the log's own, a row a message, nothing interpolated.
 
 use super::{
-    LogError, Options, column_map::listed, error::Problem, header::Layout, reader::Reader, rows::Pending, unit::Channel,
+    LogError,
+    error::{Problem, listed},
+    header::Layout,
+    pending::Pending,
+    reader::Reader,
+    unit::Channel,
 };
 use gyro_model::{Row, align::align, diagnosis::DataFault};
 use log_readers::meaning::Pick;
@@ -12,9 +17,8 @@ const ALIKE: f64 = 0.5;
 /// Clocks are taken for one where that is nearly as likely as the best.
 const AS_LIKELY: f64 = 0.8;
 
-/// A log whose reference is another file's.
-pub fn with_reference(mut log: Reader, second: &Path, options: &Options) -> Result<Reader, LogError> {
-    let mut other = Reader::of_reference(second, options)?;
+/// A log whose reference is another one's, from the file `second`.
+pub fn with_reference(mut log: Reader, mut other: Reader, second: &Path) -> Result<Reader, LogError> {
     let from_gyro = !has_reference(other.layout());
     let name = second.display().to_string();
     let refuse = |problem| LogError::new(&name, None, None, problem);

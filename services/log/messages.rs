@@ -6,8 +6,8 @@ use super::{
     folder::Continued,
     header::{Column, Layout, Refusal},
     input::Input,
+    pending::Pending,
     row::{IMPOSSIBLE, check_quaternion, place},
-    rows::Pending,
     tally::{RowFault, Tally},
     unit::{self, Name},
 };

@@ -1,19 +1,17 @@
 //! A log row by row: the same rows, checks and units for acquisition and for the offline commands.
 
 use super::{
-    LogError, Maps, Options,
+    LogError,
     error::{Known, Problem},
     header::{Layout, flags, near_names},
-    input::STANDARD_INPUT,
-    join,
+    pending::Pending,
     row::Parsed,
-    rows::{Pending, Rows, begin, line_problem},
+    rows::{Rows, line_problem},
     skipped::{self, Times},
     tally::{RowFault, Tally},
 };
 use crate::clock::now_ns;
 use gyro_model::{Row, diagnosis::DataFault};
-use std::path::Path;
 
 /// Reads rows in order. Times repeated or going back are left out, infinite values are taken as no value, both counted.
 ///
@@ -57,35 +55,8 @@ const SET_BACK: u64 = 10;
 const APART: u64 = 5;
 
 impl Reader {
-    /// Opens a log (`-`: standard input) and understands its header.
-    ///
-    /// # Errors
-    /// Whatever makes the log unreadable from its first row on.
-    pub fn open(path: &Path, options: &Options) -> Result<Self, LogError> {
-        let log = if path == Path::new("-") { STANDARD_INPUT.to_owned() } else { path.display().to_string() };
-        let refuse = |line, column, problem| LogError::new(&log, line, column, problem);
-        let maps = Maps::load(options).map_err(|p| refuse(None, None, p))?;
-        let (layout, rows_from, tally, line) = begin(&log, path, &maps)?;
-        if options.needs_reference && options.reference.is_none() && !layout.has_reference() {
-            return Err(refuse(line, None, no_reference(&layout)));
-        }
-        let reader = Self::of(log, layout, rows_from, tally);
-        match &options.reference {
-            Some(second) => join::with_reference(reader, second, options),
-            None => Ok(reader),
-        }
-    }
-
-    /// Opens a file for its reference alone.
-    pub(super) fn of_reference(path: &Path, options: &Options) -> Result<Self, LogError> {
-        let log = path.display().to_string();
-        let refuse = |line, column, problem| LogError::new(&log, line, column, problem);
-        let maps = Maps::of_reference(options).map_err(|p| refuse(None, None, p))?;
-        let (layout, rows_from, tally, _) = begin(&log, path, &maps)?;
-        Ok(Self::of(log, layout, rows_from, tally))
-    }
-
-    fn of(log: String, layout: Layout, rows_from: Rows, tally: Tally) -> Self {
+    /// Of what stands behind a header.
+    pub(super) fn of(log: String, layout: Layout, rows_from: Rows, tally: Tally) -> Self {
         Self {
             log,
             rows_from,

@@ -5,12 +5,14 @@ use super::{
     error::Problem,
     folder,
     header::Layout,
-    input::{Input, Packing},
+    input::Input,
     messages::{self, Messages},
+    packing::Packing,
+    pending::Pending,
     row::RowParser,
     tally::Tally,
 };
-use gyro_model::{Row, diagnosis::DataFault};
+use gyro_model::diagnosis::DataFault;
 use log_readers::{
     formats::Unread,
     text::{HeadError, LONGEST_LINE, LineError, Table},
@@ -23,15 +25,6 @@ pub enum Rows {
     Text { table: Box<Table<Input>>, parser: RowParser },
     /// Messages that were put in order.
     Ready { rows: std::vec::IntoIter<Pending>, sha256: String, notes: Vec<DataFault> },
-}
-
-/// A row with its time, before it is known whether the next one fits.
-pub struct Pending {
-    pub row: Row,
-    pub time: i128,
-    pub line: u64,
-    pub marked: bool,
-    pub read_ns: u64,
 }
 
 /// What the columns or channels of a file hold, where its rows come from, and the line of its header.

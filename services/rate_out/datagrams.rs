@@ -1,6 +1,6 @@
 //! UDP: a packet a row, to one address.
 
-use super::sender::{Form, Sink};
+use super::sink::{Form, Sink};
 use anyhow::Context;
 use std::net::{SocketAddr, ToSocketAddrs, UdpSocket};
 

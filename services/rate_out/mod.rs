@@ -1,11 +1,11 @@
 //! The rate out: to a socket, to standard output, into shared memory (`docs/feed.md`).
 //!
-//! Shared memory is written by kalman itself ([`ring`]); the others by a process of their own ([`sender`]), so that no
+//! Shared memory is written by kalman itself ([`ring`]); the others by a process of their own ([`crate::sender`]), so that no
 //! receiver, however slow, is ever waited for by kalman.
 
 pub mod datagrams;
 pub mod ring;
-pub mod sender;
+pub mod sink;
 pub mod socket;
 pub mod standard_output;
 pub mod target;

@@ -1,6 +1,6 @@
 //! A Unix socket: whoever connects gets every row from then on.
 
-use super::sender::{Form, Sink};
+use super::sink::{Form, Sink};
 use anyhow::{Context, bail};
 use std::{
     fs::{self, Permissions},

@@ -1,6 +1,6 @@
 //! Standard output: rows as fast as they are taken from it. It is never waited for: what has no room waits here.
 
-use super::sender::{Form, Sink};
+use super::sink::{Form, Sink};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::{
     collections::VecDeque,

@@ -19,7 +19,7 @@ pub mod view;
 pub use next::{Command, quoted as shell_word};
 pub use terminal::Terminal;
 
-use crate::cli::Format;
+use crate::arguments::Format;
 use gyro_model::diagnosis::{Diagnosis, Ladder};
 use serde::Serialize;
 use std::path::Path;

@@ -2,11 +2,11 @@
 
 use super::Scene;
 use crate::{
-    commands::status::{services, stages},
     dashboard::judgement,
     live::words,
     report::{units, view::AxisView},
 };
+use ipc_types::Status;
 use ratatui::{
     Frame,
     layout::{Constraint, Layout, Rect},
@@ -161,7 +161,7 @@ fn residual(frame: &mut Frame, area: Rect, scene: &Scene) {
 }
 
 fn processes(frame: &mut Frame, area: Rect, scene: &Scene) {
-    let rows = scene.status.iter().flat_map(services).map(|s| {
+    let rows = scene.status.iter().flat_map(Status::listed_services).map(|s| {
         let colour = match s.state.as_str() {
             "running" => Color::Green,
             "failed" => Color::Red,
@@ -195,7 +195,7 @@ fn latencies(frame: &mut Frame, area: Rect, scene: &Scene) {
     let rows = scene
         .status
         .iter()
-        .flat_map(stages)
+        .flat_map(Status::listed_stages)
         .map(|s| Row::new([s.stage.as_str().to_owned(), us(s.p50_ns), us(s.p99_ns), us(s.p999_ns), us(s.max_ns)]));
     let widths = [
         Constraint::Fill(1),

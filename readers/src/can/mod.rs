@@ -20,3 +20,6 @@ pub use signal::Signal;
 pub const EXTENDED: u32 = 1 << 31;
 /// Bytes of the longest frame, CAN FD's.
 pub const LONGEST_FRAME: usize = 64;
+
+/// The kind of all topics of a log of such frames.
+pub const KIND: &str = "CAN";

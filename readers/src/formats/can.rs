@@ -2,7 +2,7 @@
 //! topic, and the length of its data the one field.
 
 use crate::{
-    can::{Database, Frame, Line, Lines, Match, Message, Signal, Writer, database::shown},
+    can::{Database, Frame, KIND, Line, Lines, Match, Message, Signal, Writer, database::shown},
     format::{Field, Format, Note, Place, Sink, Topic, Unreadable},
     text::Skip,
     unit::{self, Unit},
@@ -12,8 +12,6 @@ use std::{
     io::{BufRead, BufReader, Read},
 };
 
-/// The kind of all topics of such a log.
-pub const KIND: &str = "CAN";
 /// Their kind where nothing says what the frames mean.
 pub const UNNAMED: &str = "CAN identifier";
 /// The field of such a topic: bytes of data in a frame.

@@ -2,7 +2,7 @@
 
 use super::{AXES, Dependent, PARTS, Pick, Proposal, Second, of_names};
 use crate::{
-    formats::can,
+    can,
     survey::Surveyed,
     unit::{Quantity, Unit},
 };

@@ -5,36 +5,10 @@ pub mod frames;
 pub mod lines;
 pub mod mavlink;
 
-use super::{Content, Fault, address::Address};
+use super::{Content, Fault, address::Address, kind::Kind};
 use crate::log::{Maps, Options};
 use gyro_model::Row;
-use std::{path::Path, str::FromStr};
-
-/// The formats.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Lines of comma-separated fields below a header.
-    Csv,
-    /// Binary frames with a checksum.
-    Frames,
-    /// Frames of a CAN bus, as `candump` writes them.
-    Candump,
-    /// MAVLink 1 and 2.
-    Mavlink,
-}
-
-impl FromStr for Kind {
-    type Err = ();
-
-    fn from_str(text: &str) -> Result<Self, ()> {
-        match text {
-            "csv" => Ok(Self::Csv),
-            "frames" => Ok(Self::Frames),
-            "candump" => Ok(Self::Candump),
-            _ => Err(()),
-        }
-    }
-}
+use std::path::Path;
 
 /// What is found in bytes.
 #[derive(Debug)]

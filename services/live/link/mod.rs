@@ -8,7 +8,6 @@ pub mod serial;
 pub mod tcp;
 pub mod udp;
 
-use super::address::{Address, Way};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::{io, os::fd::AsFd, time::Duration};
 
@@ -35,21 +34,6 @@ pub trait Link: Send {
     /// # Errors
     /// Where the link is lost.
     fn read(&mut self, buffer: &mut [u8], patience: Duration) -> io::Result<Got>;
-}
-
-/// Opens the way to an address.
-///
-/// # Errors
-/// Where nothing is there, or it may not be used.
-pub fn open(address: &Address) -> io::Result<Box<dyn Link>> {
-    Ok(match &address.way {
-        Way::Serial(path, baud) => Box::new(serial::Serial::open(path, *baud)?),
-        Way::Udp(place) => Box::new(udp::Udp::open(place)?),
-        Way::Tcp(place) => Box::new(tcp::Tcp::open(place)?),
-        Way::Iio(place) => Box::new(iio::Iio::open(place)?),
-        Way::Can(name) => Box::new(can::Can::open(name)?),
-        Way::Pipe(path) => Box::new(pipe::Pipe::open(path)?),
-    })
 }
 
 /// Whether there is something to read, the end or an error included, within `patience`.

@@ -1,51 +1,27 @@
 //! sender: the process that gives the rate to sockets and to standard output.
 
-use super::{
-    datagrams::Datagrams,
-    row_of,
-    socket::Socket,
-    standard_output::StandardOutput,
-    target::{Target, Way},
-    text,
+use crate::{
+    clock::now_ns,
+    hopeless::Hopeless,
+    pulse::Pulse,
+    rate_out::{
+        Target, Way,
+        datagrams::Datagrams,
+        row_of,
+        sink::{Form, Sink},
+        socket::Socket,
+        standard_output::StandardOutput,
+        text,
+    },
+    run_folder::Run,
+    stop::Stop,
 };
-use crate::{clock::now_ns, hopeless::Hopeless, pulse::Pulse, run_folder::Run, stop::Stop};
 use ipc_types::{Estimate, MARK_DATA, ServiceId, State, port::Hub, topic};
 use std::time::{Duration, Instant};
 
 const NAP: Duration = Duration::from_millis(20);
 /// So long standard output may take for the last rows.
 const PATIENCE: Duration = Duration::from_secs(1);
-
-/// A place that rows are given to.
-pub trait Sink {
-    /// Gives a row without waiting; to how many it could not be given.
-    fn give(&mut self, bytes: &[u8], form: Form) -> u64;
-
-    /// Does what waits: new receivers, rows without room; whether nothing waits any more.
-    fn turn(&mut self, form: Form) -> bool;
-
-    /// Whether more would have to wait too long.
-    fn is_full(&self) -> bool {
-        false
-    }
-}
-
-/// The form of rows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
-    /// Fixed bytes.
-    Binary,
-    /// Lines.
-    Text,
-}
-
-impl Form {
-    /// What comes first.
-    #[must_use]
-    pub fn header(self) -> &'static [u8] {
-        if self == Self::Text { text::HEADER.as_bytes() } else { &[] }
-    }
-}
 
 struct Out {
     sink: Box<dyn Sink>,

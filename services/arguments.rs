@@ -1,0 +1,105 @@
+//! The flags that several commands share.
+
+use crate::log::Options;
+use clap::ValueEnum;
+use gyro_model::Axis;
+use std::path::PathBuf;
+
+/// Which log, and how to read it.
+#[derive(clap::Args, Debug, Clone)]
+pub struct LogArgs {
+    /// The log: CSV or other text, ULog, MCAP, …, plain, .gz or .zst, the folder of a ROS 2 bag, or `-` for standard input
+    #[arg(value_name = "LOG")]
+    pub log: PathBuf,
+    #[command(flatten)]
+    pub(crate) names: NameArgs,
+    /// Judge by a reference that was computed from this very gyro all the same
+    #[arg(long)]
+    pub reference_is_dependent: bool,
+    /// The sensor was at rest all the time: an axis without reference is judged against zero rate
+    #[arg(long)]
+    pub at_rest: bool,
+}
+
+/// Which channels of a log are meant.
+#[derive(clap::Args, Debug, Clone, Default)]
+pub struct NameArgs {
+    /// A TOML file that renames foreign headers: lines such as `"IMU gz (deg/s)" = "gyro_z_dps"`
+    #[arg(long, value_name = "F")]
+    pub columns: Option<PathBuf>,
+    /// Take this channel under this name: `gyro_z=imu.gz`, `gyro_z_dps=0.1*raw_z+2`, `ref_q=/mocap.pose.orientation`; may
+    /// be given several times (`truerate channels LOG` lists the channels)
+    #[arg(long, value_name = "NAME=CHANNEL")]
+    pub map: Vec<String>,
+    /// Take the reference from this second file, joined in time; it may have a clock of its own
+    #[arg(long, value_name = "FILE")]
+    pub reference: Option<PathBuf>,
+    /// What the frames of a CAN log (candump, Vector ASC) mean: signals become channels MESSAGE.SIGNAL, in the unit that it says
+    #[arg(long, value_name = "FILE.dbc")]
+    pub dbc: Option<PathBuf>,
+}
+
+impl NameArgs {
+    /// How a log is to be read.
+    #[must_use]
+    pub fn options(&self) -> Options {
+        Options {
+            columns: self.columns.clone(),
+            map: self.map.clone(),
+            reference: self.reference.clone(),
+            dbc: self.dbc.clone(),
+            ..Options::default()
+        }
+    }
+
+    /// The flags as they were given.
+    #[must_use]
+    pub fn flags(&self) -> Vec<String> {
+        let path = |flag: &str, path: &PathBuf| [flag.to_owned(), path.display().to_string()];
+        let mut flags: Vec<String> = self.columns.iter().flat_map(|columns| path("--columns", columns)).collect();
+        flags.extend(self.map.iter().flat_map(|map| ["--map".to_owned(), map.clone()]));
+        flags.extend(self.reference.iter().flat_map(|file| path("--reference", file)));
+        flags.extend(self.dbc.iter().flat_map(|file| path("--dbc", file)));
+        flags
+    }
+}
+
+/// How a search is run.
+#[derive(clap::Args, Debug, Clone)]
+pub struct SearchArgs {
+    /// Show each test of each suspect, with its number and its threshold: why an effect was named, or was not
+    #[arg(long)]
+    pub explain: bool,
+    /// Stop the search after so many seconds and give the best so far, marked as unfinished; Ctrl-C does the same
+    #[arg(long, value_name = "SECONDS")]
+    pub budget: Option<f64>,
+}
+
+/// How a result is printed.
+#[derive(clap::Args, Debug, Clone)]
+pub struct ReportArgs {
+    /// What is printed to standard output
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+    /// Also write the report to this file; its ending (.txt, .json, .html) says in which form
+    #[arg(long, value_name = "F")]
+    pub report: Option<PathBuf>,
+}
+
+/// The forms of a report.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// For people, in the terminal
+    #[default]
+    Text,
+    /// For programs: SI units, keys that stay
+    Json,
+    /// One self-contained page with charts
+    Html,
+}
+
+/// The axes that `--axis` picks: that one, or all of the given.
+#[must_use]
+pub fn picked(axis: Option<Axis>, all: &[Axis]) -> Vec<Axis> {
+    axis.map_or_else(|| all.to_vec(), |axis| vec![axis])
+}
