@@ -3,9 +3,11 @@
 use crate::commands;
 use anyhow::Error;
 use clap::{CommandFactory, Parser, Subcommand};
+use signal_hook::consts::SIGXFSZ;
 use std::{
     io::{self, IsTerminal},
     process::ExitCode,
+    sync::Arc,
 };
 use tracing_subscriber::EnvFilter;
 
@@ -135,6 +137,8 @@ impl Command {
 #[must_use]
 pub fn enter() -> ExitCode {
     let cli = Cli::parse();
+    // A file that outgrows the limit of its size is an error of the write, and no reason to be killed.
+    let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
     let filter = EnvFilter::try_from_env("TRUERATE_LOG").unwrap_or_else(|_| EnvFilter::new("error,truerate=warn"));
     // A process whose standard error has gone (its supervisor's terminal, say) works on in silence.
     tracing_subscriber::fmt()

@@ -115,7 +115,10 @@ fn open(path: &Path, for_whom: For) -> io::Result<To> {
     // The umask narrows it, as for any new file.
     builder.permissions(Permissions::from_mode(if for_whom == For::User { 0o666 } else { 0o600 }));
     // Its error would name a file that nobody asked for.
-    let made = builder.prefix(".truerate-").tempfile_in(folder).map_err(|e| io::Error::from(e.kind()));
+    let made = builder.prefix(".truerate-").tempfile_in(folder).map_err(|error| match error.kind() {
+        io::ErrorKind::NotFound => io::Error::new(io::ErrorKind::NotFound, "no such folder"),
+        kind => kind.into(),
+    });
     made.map(To::Temporary)
 }
 

@@ -403,6 +403,7 @@ impl FromStr for Source {
         Ok(match text {
             "sim" => Self::Simulated,
             _ if Address::is_meant(text) => Self::Live(text.parse()?),
+            _ if Address::is_misspelt(text) => return Err(AddressError::Scheme(text.to_owned())),
             _ => Self::at(PathBuf::from(text)),
         })
     }

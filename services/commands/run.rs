@@ -101,7 +101,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         supervisor::supervise(Claim::take(&args.instance)?, settings, &Stop::on_signals().context("signals")?)?;
     if uses_standard_output {
         eprint!("{}", ending.summary);
-    } else {
+    } else if !ending.summary.is_empty() {
         print(&ending.summary)?;
     }
     Ok(ending.code)

@@ -83,7 +83,6 @@ trait Show {
 /// # Errors
 /// A log that stands there, a source that cannot be read, an axis that it does not have.
 pub fn run(settings: &Settings, stop: &Stop) -> Result<Ending> {
-    let mut log = GrowingLog::create(&settings.log)?;
     let mut show: Box<dyn Show> = if settings.json {
         Box::new(json::Json::new(&settings.log))
     } else if screen::is_wanted() {
@@ -94,6 +93,7 @@ pub fn run(settings: &Settings, stop: &Stop) -> Result<Ending> {
     if let Some(address) = settings.dashboard {
         show = Box::new(page::Page::open(address, &settings.log, show)?);
     }
+    let mut log = GrowingLog::create(&settings.log)?;
     let recorded = record(settings, stop, &mut log, show.as_mut());
     // Whatever happened, what was recorded stays.
     log.finish()?;

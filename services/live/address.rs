@@ -61,6 +61,9 @@ pub enum AddressError {
         /// What there is.
         known: &'static str,
     },
+    /// Neither an address nor a file.
+    #[error("{0}: there is no such file, and no address begins so: {known}", known = SCHEMES.map(|scheme| format!("{scheme}:…")).join(", "))]
+    Scheme(String),
     /// Not of the form `HOST:PORT`.
     #[error("{address}: a host and a port are needed, such as {example}")]
     HostPort {
@@ -99,6 +102,13 @@ impl Address {
     #[must_use]
     pub fn is_meant(text: &str) -> bool {
         text.split_once(':').is_some_and(|(scheme, _)| SCHEMES.contains(&scheme))
+    }
+
+    /// Whether a text looks like an address of a kind that there is not, and is no file.
+    #[must_use]
+    pub fn is_misspelt(text: &str) -> bool {
+        let is_word = |scheme: &str| !scheme.is_empty() && scheme.bytes().all(|b| b.is_ascii_alphanumeric());
+        text.split_once(':').is_some_and(|(scheme, _)| is_word(scheme)) && !Path::new(text).exists()
     }
 
     /// An address whose frames of a CAN bus are told by this DBC file, where frames come by it and it names none itself.

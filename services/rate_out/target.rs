@@ -1,7 +1,7 @@
 //! Where the rate goes: `unix:/run/rate`, `udp:127.0.0.1:5601`, `-`, `shm`; `?format=csv` or `binary` where both are possible.
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
-use std::{fmt, net::ToSocketAddrs, path::PathBuf, str::FromStr};
+use std::{fmt, io::ErrorKind, net::ToSocketAddrs, path::PathBuf, str::FromStr};
 
 /// A place that the rate is given to.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -35,6 +35,9 @@ pub enum TargetError {
     /// Not of the form `HOST:PORT`.
     #[error("{0}: a host and a port are needed, such as udp:127.0.0.1:5601")]
     HostPort(String),
+    /// No such host.
+    #[error("{0}: this host is not found: {1}")]
+    Host(String, String),
     /// Too long for a socket.
     #[error("{0}: a socket's path has room for 107 bytes")]
     Long(String),
@@ -56,8 +59,13 @@ impl FromStr for Target {
             ("shm", "") => Way::Shared(None),
             ("shm", path) => Way::Shared(Some(path.into())),
             ("unix", path) if !path.is_empty() => Way::Unix(path.into()),
-            ("udp", place) if place.to_socket_addrs().is_ok() => Way::Udp(place.to_owned()),
-            ("udp", _) => return Err(TargetError::HostPort(text.to_owned())),
+            ("udp", place) => match place.to_socket_addrs() {
+                Ok(_) => Way::Udp(place.to_owned()),
+                Err(error) if error.kind() == ErrorKind::InvalidInput => {
+                    return Err(TargetError::HostPort(text.to_owned()));
+                }
+                Err(error) => return Err(TargetError::Host(text.to_owned(), error.to_string())),
+            },
             _ => return Err(TargetError::Unknown(text.to_owned())),
         };
         if matches!(&way, Way::Unix(path) if path.as_os_str().len() > LONGEST_PATH) {

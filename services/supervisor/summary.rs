@@ -16,9 +16,13 @@ pub fn text(run: &Run, folder: &RunFolder, board: &Board) -> String {
     let mut out = String::new();
     let source = folder.source().unwrap_or_default();
     let took = crate::clock::now_ns().saturating_sub(run.began_ns) as f64 * 1e-9;
-    let _ = writeln!(out, "{}: {took:.1} s", if source.name.is_empty() { "no source" } else { &source.name });
+    let _ = match source.name.as_str() {
+        "" => writeln!(out, "no row came in {took:.1} s"),
+        name => writeln!(out, "{name}: {took:.1} s"),
+    };
     match model_file::load(&folder.model(), &source.free_names) {
         Ok(file) => parameters(&mut out, &file.model),
+        Err(_) if !folder.model().exists() => out.push_str("no model: nothing was learned\n"),
         Err(error) => {
             let _ = writeln!(out, "no model: {error:#}");
         }

@@ -253,7 +253,7 @@ mod tests {
 
     #[test]
     fn a_live_source_and_what_learning_waits_for_are_on_the_screen() {
-        let mut status = ipc_types::Status::default();
+        let mut status = Status::default();
         (status.source.link, status.source.garbled) = (ipc_types::health::Link::Lost as u32, 3);
         status.learning = Text::new("waits: 40 of 100 rows are there");
         let screen = picture(&Scene { status: Some(status), ..scene() }, 130, 40);

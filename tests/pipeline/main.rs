@@ -11,6 +11,7 @@ mod profile;
 mod rate_out;
 mod realtime;
 mod recording;
+mod refused;
 mod room;
 mod soak;
 mod sources;

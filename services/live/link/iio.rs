@@ -94,13 +94,17 @@ fn find(place: &Place) -> io::Result<(PathBuf, String)> {
     if all.join(&number).is_dir() {
         return Ok((all.join(&number), number));
     }
-    for entry in fs::read_dir(&all)?.flatten() {
+    for entry in fs::read_dir(&all).map_err(|error| no_devices(&all, &error))?.flatten() {
         let name = fs::read_to_string(entry.path().join("name")).unwrap_or_default();
         if name.trim() == place.device {
             return Ok((entry.path(), entry.file_name().to_string_lossy().into_owned()));
         }
     }
     Err(io::Error::new(io::ErrorKind::NotFound, format!("{}: no sensor '{}' there", all.display(), place.device)))
+}
+
+fn no_devices(folder: &Path, error: &io::Error) -> io::Error {
+    io::Error::new(error.kind(), format!("{}: {error}: this machine has no sensor of industrial I/O", folder.display()))
 }
 
 /// A channel's own factor and offset, or those of its kind.

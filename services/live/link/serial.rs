@@ -3,6 +3,7 @@
 use super::{Got, Link, has_come, of_stream};
 use rustix::{
     fs::{Mode, OFlags},
+    io::Errno,
     termios::{ControlModes, OptionalActions, SpecialCodeIndex, tcgetattr, tcsetattr},
 };
 use std::{
@@ -33,7 +34,10 @@ impl Serial {
         // A line without carrier must not keep us, nor become our controlling terminal.
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
         let line = rustix::fs::open(path, flags, Mode::empty())?;
-        let mut settings = tcgetattr(&line)?;
+        let mut settings = tcgetattr(&line).map_err(|error| match error {
+            Errno::NOTTY => io::Error::new(io::ErrorKind::InvalidInput, "it is no serial line"),
+            error => error.into(),
+        })?;
         settings.make_raw();
         settings.control_modes |= ControlModes::CREAD | ControlModes::CLOCAL | ControlModes::CS8;
         settings.control_modes &= !(ControlModes::PARENB | ControlModes::CSTOPB | ControlModes::CRTSCTS);
