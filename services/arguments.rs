@@ -13,7 +13,7 @@ pub struct LogArgs {
     pub log: PathBuf,
     #[command(flatten)]
     pub(crate) names: NameArgs,
-    /// Judge by a reference that was computed from this very gyro all the same
+    /// Use the reference although it was computed from this very gyro
     #[arg(long)]
     pub reference_is_dependent: bool,
     /// The sensor was at rest all the time: an axis without reference is judged against zero rate
@@ -34,7 +34,8 @@ pub struct NameArgs {
     /// Take the reference from this second file, joined in time; it may have a clock of its own
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
-    /// What the frames of a CAN log (candump, Vector ASC) mean: signals become channels MESSAGE.SIGNAL, in the unit that it says
+    /// A DBC file, which says what the frames of a CAN log (candump, Vector ASC) mean: each signal becomes a channel
+    /// MESSAGE.SIGNAL, in the unit that the file gives it
     #[arg(long, value_name = "FILE.dbc")]
     pub dbc: Option<PathBuf>,
 }

@@ -11,7 +11,7 @@ use std::{
 };
 use tracing_subscriber::EnvFilter;
 
-/// Tells the truth about a low-cost gyro.
+/// Says what is wrong with a low-cost gyro.
 ///
 /// What its errors are, which physics its model is missing, and what the rate really is, from a log or
 /// live.
@@ -23,7 +23,7 @@ use tracing_subscriber::EnvFilter;
     propagate_version = false,
     after_help = "Start with `truerate diagnose LOG`, or `truerate simulate -o log.csv.gz` where there is no log yet.",
     after_long_help = "\
-The usual way through:
+The usual steps:
   truerate simulate --hide delay -o log.csv.gz     a log to try things on, its truth beside it
   truerate fit log.csv.gz -o model.toml            scale factor and bias
   truerate diagnose log.csv.gz                     which physical effect is missing
@@ -36,9 +36,9 @@ LOG is CSV, plain or .gz, or `-` for standard input: a header row with `t` (s) a
   ref_rate_x …                         rad/s, a reference that gives rate
   ref_qw ref_qx ref_qy ref_qz          reference orientation, body to world
   accel_x …, temp, supply              m/s², °C, V
-A suffix gives another unit: gyro_x_dps, ref_angle_x_deg, accel_x_g, temp_f, t_ns, supply_mv.
-An empty field or `nan` is no value. Logs of other programs are read too: where their names are clear
-nothing is to be said, else `--map NAME=CHANNEL` names a channel; `truerate channels LOG` lists them.
+A suffix gives another unit: gyro_x_dps, ref_angle_x_deg, accel_x_g, temp_f, t_ns, supply_mv. An
+empty field or `nan` is no value. Logs of other programs are read too. Where their names are
+not clear, `--map NAME=CHANNEL` names a channel; `truerate channels LOG` lists the channels.
 
 Exit codes: 0 done; 1 failed, one line on standard error; 2 wrong usage; 3 `diagnose --fail-on`, or
 a `guide` that was ended before its log could tell.
@@ -58,7 +58,7 @@ pub enum Command {
     Guide(commands::guide::Args),
     /// Fit the base model: scale factor and bias
     Fit(commands::fit::Args),
-    /// Hold a model against the measurements, and see where it fails
+    /// Compare a model with the measurements, and see where it fails
     Compare(commands::compare::Args),
     /// Find out which physical effect is missing
     Diagnose(commands::diagnose::Args),
@@ -70,7 +70,7 @@ pub enum Command {
     Ladder(commands::ladder::Args),
     /// Compensate a log, with the very filter that runs live
     Apply(commands::apply::Args),
-    /// Write a model out for where it is used: C, Kalibr, ROS, ArduPilot, PX4, JSON
+    /// Write a model in the form of where it is used: C, Kalibr, ROS, ArduPilot, PX4, JSON
     Export(commands::export::Args),
     /// Show what a file holds: its channels, and a map to the names of a log
     Channels(commands::channels::Args),
@@ -80,7 +80,7 @@ pub enum Command {
     Effects(commands::effects::Args),
     /// Reproduce the paper behind this project: its seven figures, each number beside the printed one
     Paper(commands::paper::Args),
-    /// The main job in one go: a hidden effect, found and undone while the pipeline runs
+    /// Show it all: a simulated vehicle hides an effect, which is found and corrected while it drives
     Demo(commands::demo::Args),
     /// Run the pipeline: its processes, supervised, on a live source or a log
     Run(commands::run::Args),

@@ -33,6 +33,17 @@ fn lines_of(text: &str) -> impl Iterator<Item = String> {
     lines.into_iter()
 }
 
+#[test]
+fn no_line_of_a_help_text_is_so_long_that_it_is_broken() {
+    let root = Cli::command();
+    for command in root.get_subcommands().chain([&root]) {
+        let text = command.get_after_long_help().map(ToString::to_string).unwrap_or_default();
+        for line in text.lines() {
+            assert!(line.chars().count() <= 100, "{}: {line}", command.get_name());
+        }
+    }
+}
+
 /// The words of a command line without its redirections.
 fn words(line: &str) -> Vec<&str> {
     let end = line.find(['<', '>', '#', '|']).unwrap_or(line.len());

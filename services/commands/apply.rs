@@ -33,7 +33,8 @@ Columns, one row for each row of the log:
   rate_filtered_x  filtered rate, rad/s, and rate_std_x its standard deviation
   angle_x          integral of rate_x alone, rad, from the first reference on
   angle_fused_x    filtered angle, rad, with the reference where there is one
-No reference is needed. The rows are those of `truerate run --speed max --model M --freeze --record F`.")]
+No reference is needed. The rows are those of `truerate run --speed max --model M --freeze --record
+F`.")]
 pub struct Args {
     #[command(flatten)]
     log: LogArgs,

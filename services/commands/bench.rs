@@ -16,18 +16,22 @@ use std::{fmt::Write, process::ExitCode, thread, time::Duration};
 #[derive(clap::Args, Debug, Clone)]
 #[command(after_long_help = "\
 Examples:
-  truerate bench --count 500                           every way, quiet and busy, 500 round trips each
-  truerate bench --count 500 --load busy --way event   the pipeline's own hop on a busy machine, beside a pipe
+  truerate bench --count 500
+      every way, quiet and busy, 500 round trips each
+  truerate bench --count 500 --load busy --way event
+      the pipeline's own hop on a busy machine, beside a pipe
   truerate bench --count 500 --rate 1000 --load quiet --format json
 
-A round trip is a sample to another process and an estimate back, so two hops; the other process does nothing else. Ways:
-  event      the pipeline's own hop as it is unless told otherwise: it sleeps until it is woken
+A round trip is a sample to another process and an estimate back, so two hops; the other process
+does nothing else. Ways:
+  event      the pipeline's own hop, as it is by default: it sleeps until it is woken
   spin       the same, looking without pause (`wait` in the configuration)
   iceoryx2   publish and subscribe with notifier and listener, without what the pipeline adds
   socket     a Unix stream socket
   pipe       two pipes: what the others are divided by
-Ways take turns, so that what the machine does beside meets all alike. `spin` wants two free cores: on a busy machine its
-figures are the scheduler's. Compare ratios: times change from machine to machine and from hour to hour.")]
+The ways take turns, so that other load on the machine meets all of them alike. `spin` wants two
+free cores: on a busy machine its figures are the scheduler's. Compare ratios: times change from
+machine to machine and from hour to hour.")]
 pub struct Args {
     /// Round trips of each way under each load; without it, as many as 1.5 s allow
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]

@@ -20,18 +20,23 @@ use std::{fmt::Write, path::PathBuf, process::ExitCode};
 #[derive(clap::Args, Debug, Clone)]
 #[command(after_long_help = "\
 Examples:
-  truerate channels flight.ulg                     channels with rate, unit, span and gaps, and a map
-  truerate channels recording.mcap --format json   for programs
-  truerate channels candump.log                    the identifiers of a CAN log
-  truerate channels candump.log --dbc car.dbc      its signals
+  truerate channels flight.ulg
+      channels with rate, unit, span and gaps, and a map
+  truerate channels recording.mcap --format json
+      for programs
+  truerate channels candump.log
+      the identifiers of a CAN log
+  truerate channels candump.log --dbc car.dbc
+      its signals
 
-A channel is taken under a name of a log with `--map NAME=CHANNEL`, on every command that takes a log.
-What stands under `map` is taken without being named; what stands under `likely` has to be chosen.")]
+A channel is taken under a name of a log with `--map NAME=CHANNEL`, on every command that takes a
+log. What stands under `map` is taken without being named; what stands under `likely` has to be
+chosen.")]
 pub struct Args {
     /// The file: text, ULog, ArduPilot .bin, MCAP, ROS bag, CAN log, …, plain or packed, or the folder of a ROS 2 bag
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// What the frames of a CAN log mean; without it their identifiers are listed
+    /// A DBC file, which says what the frames of a CAN log mean; without it their identifiers are listed
     #[arg(long, value_name = "FILE.dbc")]
     dbc: Option<PathBuf>,
     /// What is printed to standard output

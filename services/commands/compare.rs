@@ -16,9 +16,12 @@ use std::{
 #[derive(clap::Args, Debug, Clone)]
 #[command(after_long_help = "\
 Examples:
-  truerate compare log.csv.gz                                   the base model, fitted to this log
-  truerate compare new.csv.gz --model model.toml                a model on a log that it has not seen
-  truerate compare log.csv.gz --model a.toml --against b.toml  two models on the same samples
+  truerate compare log.csv.gz
+      the base model, fitted to this log
+  truerate compare new.csv.gz --model model.toml
+      a model on a log that it has not seen
+  truerate compare log.csv.gz --model a.toml --against b.toml
+      two models on the same samples
   truerate compare log.csv.gz --model model.toml --report page.html
 
 The model's parameters are held. Where it was fitted on this very log, which its provenance tells,

@@ -9,9 +9,12 @@ use std::process::ExitCode;
 #[derive(clap::Args, Debug, Clone)]
 #[command(after_long_help = "\
 Examples:
-  truerate completions bash > truerate.bash    then: . ./truerate.bash, or keep it as /etc/bash_completion.d/truerate
-  truerate completions zsh > _truerate         in a folder of zsh's fpath
-  truerate completions fish > truerate.fish    in ~/.config/fish/completions/")]
+  truerate completions bash > truerate.bash
+      then: . ./truerate.bash, or keep it as /etc/bash_completion.d/truerate
+  truerate completions zsh > _truerate
+      in a folder of zsh's fpath
+  truerate completions fish > truerate.fish
+      in ~/.config/fish/completions/")]
 pub struct Args {
     /// The shell
     #[arg(value_enum)]

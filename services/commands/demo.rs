@@ -28,9 +28,12 @@ const LISTENS_WITHIN: Duration = Duration::from_secs(20);
 #[derive(clap::Args, Debug, Clone)]
 #[command(after_long_help = "\
 Examples:
-  truerate demo                       a simulated vehicle with an effect hidden at random; says what to look at
-  truerate demo --auto --seed 7       plays the whole loop by itself, to the terminal
-  truerate demo --log log.csv.gz      the same on a recording")]
+  truerate demo
+      a simulated vehicle with an effect hidden at random; says what to look at
+  truerate demo --auto --seed 7
+      plays the whole loop by itself, to the terminal
+  truerate demo --log log.csv.gz
+      the same on a recording")]
 pub struct Args {
     /// Use this recording in place of the simulated vehicle
     #[arg(long, value_name = "LOG")]

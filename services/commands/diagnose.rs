@@ -16,13 +16,16 @@ use std::{path::PathBuf, process::ExitCode};
 #[derive(clap::Args, Debug, Clone)]
 #[command(after_long_help = "\
 Examples:
-  truerate diagnose log.csv.gz                          what the base model is missing
-  truerate diagnose log.csv.gz --model model.toml       what this model is missing
-  truerate diagnose log.csv.gz --axis x --format json   for programs
-  truerate diagnose log.csv.gz --explain                why each effect was named or was not: every test
-                                                        with its number and its threshold
+  truerate diagnose log.csv.gz
+      what the base model is missing
+  truerate diagnose log.csv.gz --model model.toml
+      what this model is missing
+  truerate diagnose log.csv.gz --axis x --format json
+      for programs
+  truerate diagnose log.csv.gz --explain
+      why each effect was named or was not: every test with its number and its threshold
   truerate diagnose log.csv.gz --model model.toml --fail-on missing-effect
-                                                        exit code 3 where an effect is missing: for CI
+      exit code 3 where an effect is missing: for CI
 
 The model is refitted to the log first. Verdicts: adequate, missing-effect, ambiguous, unexplained,
 cannot-tell, bad-data; the last line says what to run next.")]

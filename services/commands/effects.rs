@@ -16,20 +16,22 @@ Examples:
   truerate effects                    the whole catalogue, a line each
   truerate effects g-sensitivity      equation, units, size, source, aliases, how to tell them apart
 
-An effect of your own is a table of the model file, from then on compared, ranked, fitted and run like any other:
+An effect of your own is a table of the model file, from then on compared, ranked, fitted and run
+like any other:
 
   [effect.load-bias]
   regressor = \"k * load\"
   parameters = { k = { unit = \"rad/s\", typical = 0.01 } }
 
 The regressor is what the gyro reads too much, rad/s. It may use
-  rate, rate_dot                      compensated rate of the axis, rad/s, and its derivative, rad/s²
-  angle, t                            shaft angle, rad; time from the log's first row, s
-  gyro_x, gyro_y, gyro_z              compensated rates, rad/s
-  accel_x, accel_y, accel_z           specific force, m/s²
-  temp, supply                        °C, V
+  rate, rate_dot               compensated rate of the axis, rad/s, and its derivative, rad/s²
+  angle, t                     shaft angle, rad; time from the log's first row, s
+  gyro_x, gyro_y, gyro_z       compensated rates, rad/s
+  accel_x, accel_y, accel_z    specific force, m/s²
+  temp, supply                 °C, V
   any other column of the log, + - * / ^, functions such as sin, exp, abs, and pi
-and has to be proportional to at least one parameter; the others are shapes. Then: truerate add LOG load-bias --model M")]
+and has to be proportional to at least one parameter; the others are shapes.
+Then: truerate add LOG load-bias --model M")]
 pub struct Args {
     /// The effect whose card to show; without it, the whole catalogue
     #[arg(value_name = "ID")]

@@ -12,15 +12,16 @@ use std::{path::PathBuf, process::ExitCode};
 #[derive(clap::Args, Debug, Clone)]
 #[command(after_long_help = "\
 Examples:
-  truerate export model.toml --to c -o gyro_model.h        a header for firmware: truerate_step() compensates a reading
+  truerate export model.toml --to c -o gyro_model.h
+      a header for firmware: truerate_step() compensates a reading
   truerate export model.toml --to px4 --sensor 1 -o gyro.params
   truerate export model.toml --to ardupilot -o gyro.param
   truerate export model.toml --to kalibr --rate 200 -o imu.yaml
   truerate export model.toml --to ros --rate 200
   truerate export model.toml --to json
 
-The header does to the last bit what `truerate apply` does wherever the model needs only + - * /. What a target cannot hold
-is a warning here and a comment there.")]
+The header does to the last bit what `truerate apply` does wherever the model needs only + - * /.
+What a target cannot hold is a warning here and a comment there.")]
 pub struct Args {
     /// The model to write out
     #[arg(value_name = "MODEL")]

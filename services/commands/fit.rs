@@ -17,10 +17,12 @@ use std::{
 #[derive(clap::Args, Debug, Clone)]
 #[command(after_long_help = "\
 Examples:
-  truerate fit log.csv.gz -o model.toml      scale factor and bias of every axis with a reference
-  truerate fit log.csv.gz --axis x           of one axis, only printed
+  truerate fit log.csv.gz -o model.toml
+      scale factor and bias of every axis with a reference
+  truerate fit log.csv.gz --axis x
+      of one axis, only printed
   truerate fit new.csv.gz --model old.toml -o new.toml
-                                             the effects of old.toml, refitted
+      the effects of old.toml, refitted
 
 What the model then still leaves: `truerate compare`, `truerate diagnose`.")]
 pub struct Args {

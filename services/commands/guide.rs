@@ -22,22 +22,21 @@ use std::{path::PathBuf, process::ExitCode};
 #[command(after_long_help = "\
 Examples:
   truerate guide --source serial:/dev/ttyUSB0 -o hand.csv
-                                                        says how to turn the sensor, and stops when the log tells what is
-                                                        missing
+      says how to turn the sensor, and stops when the log tells what is missing
   truerate guide --source udp:0.0.0.0:5600 --axes x,y -o arm.csv
-                                                        about two axes alone
+      about two axes alone
   truerate guide --source - --want delay --to delay=0.0002 -o late.csv
-                                                        until the delay is known to 0.2 ms
+      until the delay is known to 0.2 ms
   truerate guide --source can:can0 --dbc car.dbc -o car.csv
-                                                        frames of a CAN bus, in the signals that the DBC file names
+      frames of a CAN bus, in the signals that the DBC file names
   truerate guide --source sim --hide lag --speed max -o try.csv
-                                                        a simulated hand that follows: what a recording looks like
+      a simulated hand that follows: what a recording looks like
   truerate guide --source serial:/dev/ttyUSB0 --dashboard 0.0.0.0:7777 -o hand.csv
-                                                        on a phone beside the sensor too, at the address that it prints
-  truerate guide --source sim --want scale-factor,bias --to 1% --speed max --format json -o events.csv
-                                                        events for a program, a line of JSON each
+      on a phone beside the sensor too, at the address that it prints
+  truerate guide --source sim --want bias --to 1% --speed max --format json -o events.csv
+      events for a program, a line of JSON each
 
-The rows go to the log as they come, so that Ctrl-C loses none; a log that is there is not written over.
+The rows go to the log as they come, so that Ctrl-C loses none; an existing log is not overwritten.
 Exit code 0: the log tells what was asked; 3: it was ended before, and what it lacks is said.")]
 pub struct Args {
     /// Where rows come from: a sensor's address such as serial:/dev/ttyUSB0?baud=115200, can:can0?dbc=car.dbc,
@@ -53,7 +52,7 @@ pub struct Args {
     /// A TOML file that renames foreign headers: lines such as `"IMU gz (deg/s)" = "gyro_z_dps"`
     #[arg(long, value_name = "F")]
     columns: Option<PathBuf>,
-    /// What the frames of a CAN bus mean: for `can:can0`, and for the lines of `candump` on standard input
+    /// A DBC file, which says what the frames of a CAN bus mean: for `can:can0`, and for the lines of `candump` on standard input
     #[arg(long, value_name = "FILE.dbc")]
     dbc: Option<PathBuf>,
     /// Only these axes [default: all that have a reference]
@@ -75,7 +74,7 @@ pub struct Args {
     /// How fast a simulated hand moves: 1 is real time, `max` as fast as it is computed [default: 1]
     #[arg(long, value_name = "X|max")]
     speed: Option<String>,
-    /// Show it on a page too: where it listens: `127.0.0.1:0` for any free port, `0.0.0.0:7777` for a phone beside the sensor
+    /// Show it on a page too, at this address: `127.0.0.1:0` for any free port, `0.0.0.0:7777` for a phone beside the sensor
     #[arg(long, value_name = "ADDR")]
     dashboard: Option<String>,
     /// `text`, or `json` for events, a line each

@@ -17,8 +17,8 @@ use std::{
 #[derive(clap::Args, Debug, Clone)]
 #[command(after_long_help = "\
 Examples:
-  truerate man man1                   writes man1/truerate.1, man1/truerate-diagnose.1, …
-                                      read one: man -l man1/truerate-diagnose.1")]
+  truerate man man1
+      writes man1/truerate.1, man1/truerate-diagnose.1, … read one: man -l man1/truerate-diagnose.1")]
 pub struct Args {
     /// The folder to write the pages to; made where it is not there
     #[arg(value_name = "DIR")]

@@ -18,7 +18,7 @@ pub struct Args {
     /// The folder for the page and its figures
     #[arg(short, long, value_name = "DIR", default_value = "paper")]
     pub output: PathBuf,
-    /// Which draw of the noise
+    /// The seed of the noise
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
 }

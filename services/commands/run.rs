@@ -18,15 +18,20 @@ use std::{
 #[derive(clap::Args, Debug, Clone)]
 #[command(after_long_help = "\
 Examples:
-  truerate run                                          a simulated vehicle, live, with the dashboard
-  truerate run --priority 50 --lock-memory              before everything that is not real-time
+  truerate run
+      a simulated vehicle, live, with the dashboard
+  truerate run --priority 50 --lock-memory
+      acquisition, kalman and sender run before everything that is not real-time
   truerate run --source log.csv.gz --speed max --profile trace.json
-                                                        when each sample was where, for ui.perfetto.dev
-  truerate run --hide delay g-sensitivity               the same with two effects that the model does not know
-  truerate run --source log.csv.gz --speed max          a log pushed through the processes without loss
-  truerate run --source serial:/dev/ttyUSB0 --out shm   a sensor on a serial line, the rate in shared memory
+      when each sample was where, for ui.perfetto.dev
+  truerate run --hide delay g-sensitivity
+      a simulated vehicle with two effects that the model does not know
+  truerate run --source log.csv.gz --speed max
+      a log pushed through the processes without loss
+  truerate run --source serial:/dev/ttyUSB0 --out shm
+      a sensor on a serial line, the rate in shared memory
   truerate run --source log.csv.gz --speed max --model m.toml --freeze --record out.csv
-                                                        the same rows as `truerate apply`, byte for byte")]
+      the same rows as `truerate apply`, byte for byte")]
 pub struct Args {
     /// A TOML file with the pipeline's settings (see deploy/truerate.toml); flags win over it
     #[arg(long, value_name = "F")]
@@ -39,8 +44,8 @@ pub struct Args {
     pub source: Option<String>,
     #[command(flatten)]
     pub(crate) names: NameArgs,
-    /// How fast a log is replayed: 1 is real time, 10 ten times that, `max` unpaced and without loss, which is also what
-    /// gives rows that come live through `-` as soon as they have come [default: 1]
+    /// How fast a log is replayed: 1 is real time, 10 ten times that, `max` as fast as it is computed, without loss.
+    /// Rows that come live through `-` are given at once with `max` [default: 1]
     #[arg(long, value_name = "X|max")]
     pub speed: Option<String>,
     /// The model to start from; without it the base model, learned on the way
@@ -72,7 +77,7 @@ pub struct Args {
     /// Keep a process to these cores: `kalman=1`, `compensator=0,2`; may be given several times
     #[arg(long, value_name = "NAME=LIST")]
     pub cores: Vec<String>,
-    /// Lock the memory of acquisition, kalman and sender, their stacks touched beforehand
+    /// Lock the memory of acquisition, kalman and sender, and touch their stacks beforehand
     #[arg(long)]
     pub lock_memory: bool,
     /// Let timers of acquisition, kalman and sender be late by so many µs at most (0: as exact as can be) [default: 50]

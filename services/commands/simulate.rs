@@ -20,12 +20,15 @@ use std::{
 #[derive(clap::Args, Debug, Clone)]
 #[command(after_long_help = "\
 Examples:
-  truerate simulate -o clean.csv.gz                              nothing hidden
-  truerate simulate --hide delay:d=0.012 -o late.csv.gz          the gyro is 12 ms late
-  truerate simulate --hide warm-up --hide cross-axis -o two.csv  two effects at their typical sizes
+  truerate simulate -o clean.csv.gz
+      nothing hidden
+  truerate simulate --hide delay:d=0.012 -o late.csv.gz
+      the gyro is 12 ms late
+  truerate simulate --hide warm-up --hide cross-axis -o two.csv
+      two effects at their typical sizes
   truerate simulate --motion drive --seconds 300 --rate 200 --seed 7 -o drive.csv.gz
-  truerate simulate --reference orientation --reference-noise 3e-4:10-70 --rate 286 -o cameras.csv.gz
-                                                                noise of cameras between 10 and 70 Hz
+  truerate simulate --reference orientation --reference-noise 3e-4:10-70 --rate 286 -o cameras.csv
+      noise of cameras between 10 and 70 Hz
 
 The log holds three gyro axes, the shaft encoder of the tested axis, accelerometer, temperature and
 supply. What was hidden stands in LOG.truth.toml, a model file: `truerate compare LOG --model
@@ -44,7 +47,7 @@ pub struct Args {
     /// Rows a second
     #[arg(long, value_name = "HZ", default_value = "100", value_parser = positive)]
     pub rate: f64,
-    /// Which draw of everything random
+    /// The seed of everything that is random
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
     /// What the reference is: the angle of an `encoder`, a `rate`, or the `orientation` of the whole sensor
@@ -56,13 +59,13 @@ pub struct Args {
     /// Standard deviation of the reference's stamps, s
     #[arg(long, value_name = "S", value_parser = positive)]
     pub jitter: Option<f64>,
-    /// Values of its own that the reference has a second, straight lines between
+    /// How many values a second the reference has; between them it is interpolated by straight lines
     #[arg(long, value_name = "HZ", value_parser = positive)]
     pub reference_rate: Option<f64>,
-    /// Standard deviation of the bell that the reference is smoothed with, s
+    /// Standard deviation of the Gaussian window that smooths the reference, s
     #[arg(long, value_name = "S", value_parser = positive)]
     pub smoothing: Option<f64>,
-    /// Ripple of so many Hz at the motion's fastest: beyond half the sampling rate it comes back folded
+    /// Add a ripple to the motion, of this frequency where the motion is fastest; beyond half the sampling rate it is aliased
     #[arg(long, value_name = "HZ", value_parser = positive)]
     pub fold: Option<f64>,
     /// The axis on the shaft

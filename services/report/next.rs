@@ -137,7 +137,7 @@ struct Line<'a> {
 }
 
 /// What is said of a ladder that was climbed and not kept.
-const AGAIN: &str = "comes to this model again and keeps it in a file, for `compare`, `apply` and `run`";
+const AGAIN: &str = "finds the same model again and writes it to a file, for `compare`, `apply` and `run`";
 /// What is said of a search that was stopped.
 const ON: &str = "looks to the end, however long that takes";
 /// What is said of a log that is still to be recorded.

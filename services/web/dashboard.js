@@ -256,7 +256,7 @@
       h('.choices', h('button', { type: 'button', 'data-do': 'undo', title: 'Back to the model before the last change (u)' }, 'Undo'),
         h('button', { type: 'button', 'data-do': model.paused ? 'resume' : 'pause', title: 'Learning on and off (p)' }, model.paused ? 'Resume learning' : 'Pause learning'),
         h('button', { type: 'button', 'data-do': 'forget', title: 'Forget what was seen so far' }, 'Forget')),
-      h('p.soft.small', model.paused ? 'Learning rests: by command, or because the motion excites too little.' : `Fitted on the motion so far, thinned to ${model.samples.toLocaleString('en')} means.`),
+      h('p.soft.small', model.paused ? 'Learning rests: by command, or because the motion excites too little.' : `Fitted on the motion so far, averaged to ${model.samples.toLocaleString('en')} rows.`),
       h('table.values', h('tbody', mine.parameters.map(p => h('tr', h('td', { title: p.says }, `${p.effect} `, h('code', p.name)), h('td.number', p.shown))))));
   }
   let minis = new Map();

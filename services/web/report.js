@@ -75,7 +75,7 @@
     if (!axis.curves.length || !axis.curves[0].tau.length) return null;
     const place = h('');
     later.push(() => Charts.errorCurve(place, axis.curves, axis.judged, 320, 'tau'));
-    const about = `Floor: what noise and the limits of the set-up alone would leave${axis.floor_source ? ` (${axis.floor_source})` : ''}. The gap between curve and floor is missing physics; where it opens says fast (left) or slow (right).`;
+    const about = `Floor: what noise and the limits of the set-up alone would leave${axis.floor_source ? ` (${axis.floor_source})` : ''}. Where the curve lies above the floor, physics is missing from the model: at short times (left) something fast, at long times (right) something slow.`;
     return h('.grid', panel(axis.steps.length ? 'two-thirds' : '', 'Drift rate over a time τ, on data not used for the fit', place, h('p.soft.small', about)), axis.steps.length ? panel('third', 'Error ÷ floor at its worst, step by step (log scale)', Parts.steps(axis.steps)) : null);
   }
 
@@ -85,9 +85,9 @@
     if (!l || !l.tau.length) return null;
     const [areas, whose] = [h(''), h('')];
     later.push(() => Charts.budget(areas, l, 'tau'));
-    later.push(() => Charts.make(whose, { sync: 'frequency', name: 'Whose error it is, by frequency', x: { label: 'frequency', short: 'f', unit: 'Hz', log: true }, y: { label: 'density', unit: '°/s/√Hz', log: true }, height: 280, series: [{ label: 'motion', ink: 'measured', width: 1, unit: '°/s/√Hz' }, { label: 'error', ink: 'residual', width: 1.5, unit: '°/s/√Hz' }, { label: 'of it the reference\'s', ink: 'part-2', width: 1.5, unit: '°/s/√Hz' }, { label: 'of it the gyro\'s', ink: 'part-0', width: 1.5, unit: '°/s/√Hz' }], data: [l.frequency, ...['gyro', 'error', 'of_reference', 'of_gyro'].map(k => Charts.positive(l[k]))] }));
+    later.push(() => Charts.make(whose, { sync: 'frequency', name: 'Whose error it is, by frequency', x: { label: 'frequency', short: 'f', unit: 'Hz', log: true }, y: { label: 'density', unit: '°/s/√Hz', log: true }, height: 280, series: [{ label: 'motion', ink: 'measured', width: 1, unit: '°/s/√Hz' }, { label: 'error', ink: 'residual', width: 1.5, unit: '°/s/√Hz' }, { label: 'part from the reference', ink: 'part-2', width: 1.5, unit: '°/s/√Hz' }, { label: 'part from the gyro', ink: 'part-0', width: 1.5, unit: '°/s/√Hz' }], data: [l.frequency, ...['gyro', 'error', 'of_reference', 'of_gyro'].map(k => Charts.positive(l[k]))] }));
     const says = axis.says.includes(l.says.replace(/\.$/, '')) ? null : h('p', Parts.prose(l.says));
-    return h('.grid', panel('half', `What limits this log: ${l.by}`, says, areas, h('p.soft.small', `Share of the error² at each averaging time. The noise behind the floor is ${({ measured: 'measured on this log', assumed: 'taken from data sheets' })[l.floor_from] ?? 'not known'}.`)), l.frequency.length ? panel('half', 'Whose error it is', whose, h('p.soft.small', 'Where a line is missing the motion hides it.')) : null);
+    return h('.grid', panel('half', `What limits this log: ${l.by}`, says, areas, h('p.soft.small', `Share of the error² at each averaging time. The noise behind the floor is ${({ measured: 'measured on this log', assumed: 'taken from data sheets' })[l.floor_from] ?? 'not known'}.`)), l.frequency.length ? panel('half', 'Whose error it is', whose, h('p.soft.small', 'Where a line has a gap, the motion is too large to tell.')) : null);
   }
 
   function overlay(axis) {
@@ -184,7 +184,7 @@
     const test = (place, name, xs, ys, band) => later.push(() => Charts.make(place, { name, x: { label: 'lag', unit: 's' }, y: { label: 'correlation', unit: '' }, height: 190, sync: 'lag', series: [{ label: 'correlation', ink: 'residual', width: 1.2, points: 4 }, { label: '99 % band', ink: 'floor', width: 1, dash: [5, 4] }, { label: '', ink: 'floor', width: 1, dash: [5, 4] }], data: [xs, ys, xs.map(() => band), xs.map(() => -band)] }));
     test(a, 'Autocorrelation of the residual', whiteness.lag_s, whiteness.autocorrelation, whiteness.band_99);
     test(c, 'Correlation of the residual with the motion', whiteness.cross_lag_s, whiteness.motion_correlation, whiteness.motion_band_99);
-    return h('.grid', panel('half', 'Spectrum', s), heat_maps.length ? panel('half', 'Error ÷ white noise by regime and frequency', heat(heat_maps)) : null, panel('half', 'Is the residual white? Its autocorrelation', a, h('p.soft.small', whiteSays(whiteness.autocorrelation, whiteness.band_99, 'White means that an error says nothing about the next one: only noise does so.', 'what is left goes on from one moment to the next, as noise of a reference does, a bias that drifts, or physics that is missing'))), panel('half', 'Does it follow the motion? Correlation with it', c, h('p.soft.small', whiteSays(whiteness.motion_correlation, whiteness.motion_band_99, 'An error that goes with the motion is physics that the model lacks; right of 0 the error comes after the motion.', 'what is left goes with the motion'))));
+    return h('.grid', panel('half', 'Spectrum', s), heat_maps.length ? panel('half', 'Error ÷ white noise by regime and frequency', heat(heat_maps)) : null, panel('half', 'Is what is left noise? Autocorrelation of the residual', a, h('p.soft.small', whiteSays(whiteness.autocorrelation, whiteness.band_99, 'In noise, one error says nothing about the next one: the correlation stays within the band.', 'the errors depend on each other. Noise of the reference, a bias that drifts and missing physics all make that'))), panel('half', 'Does the error follow the motion? Correlation of the two', c, h('p.soft.small', whiteSays(whiteness.motion_correlation, whiteness.motion_band_99, 'An error that follows the motion comes from physics that the model lacks. Right of 0 the error is later than the motion.', 'the error follows the motion'))));
   }
 
   // What a test of whiteness shows, counted: one lag in a hundred of noise lies outside the band.

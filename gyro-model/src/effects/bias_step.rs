@@ -62,7 +62,8 @@ impl Effect for BiasStep {
     }
 
     fn says(&self, _: Axis, p: &[Measured]) -> String {
-        format!("your gyro's zero {} by {} at once, at {}", p[0].goes(), p[0].size("rad/s"), p[1].signed("s"))
+        let goes = if p[0].value < 0.0 { "down" } else { "up" };
+        format!("your gyro's zero jumps {goes} by {} at {}, and stays there", p[0].size("rad/s"), p[1].signed("s"))
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

@@ -22,7 +22,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "a long log with changing rates throughout",
     mended_by: "re-stamping",
-    at_source: "stamp gyro and reference by one clock",
+    at_source: "stamp gyro and reference with the same clock",
     traits: &[],
     aliases: &[],
 };

@@ -22,7 +22,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "changing rates before and after the instant",
     mended_by: "re-stamping",
-    at_source: "stamp by a clock that nobody sets: CLOCK_MONOTONIC, or the sensor's own; let NTP slew",
+    at_source: "stamp with a clock that is never set: CLOCK_MONOTONIC, or the sensor's own. Let NTP correct the clock gradually",
     traits: &[Trait::Onset],
     aliases: &[],
 };

@@ -22,7 +22,7 @@ static CARD: Card = Card {
     needs: &[Need::OtherGyros],
     excited_by: "rotation about the other axes, independent of this one",
     mended_by: "exactly",
-    at_source: "square the sensor to the axis of rotation (1.7 % is one degree of tilt)",
+    at_source: "mount the sensor square to the axis of rotation (1.7 % is one degree of tilt)",
     traits: &[Trait::Turn],
     aliases: &[Alias {
         id: "scale-factor",

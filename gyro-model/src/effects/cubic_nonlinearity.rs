@@ -23,7 +23,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "at least two amplitudes",
     mended_by: "exactly, by iteration in the compensated rate",
-    at_source: "choose a wider range if the sensor has one: its middle is straighter",
+    at_source: "set a wider range, if the sensor has one: in the middle of its range a sensor is more linear",
     traits: &[],
     aliases: &[
         Alias {

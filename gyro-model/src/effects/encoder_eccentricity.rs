@@ -74,7 +74,7 @@ impl Effect for EncoderEccentricity {
     }
 
     fn says(&self, _: Axis, p: &[Measured]) -> String {
-        format!("the encoder is off by {} once a turn", amplitude(p).size("rad"))
+        format!("the encoder has an error of up to {} that repeats once per turn", amplitude(p).size("rad"))
     }
 
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {

@@ -72,7 +72,7 @@ impl Effect for EncoderSubdivision {
     fn says(&self, _: Axis, p: &[Measured]) -> String {
         let times =
             if p[2].value.round() == 2.0 { "twice".to_owned() } else { format!("{} times", p[2].value.round()) };
-        format!("the encoder is off by {}, {times} a turn", amplitude(p).size("rad"))
+        format!("the encoder has an error of up to {} that repeats {times} per turn", amplitude(p).size("rad"))
     }
 
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {

@@ -22,7 +22,7 @@ static CARD: Card = Card {
     needs: &[Need::Accelerometer],
     excited_by: "a horizontal axis (gravity turns), or an arm and changing rates",
     mended_by: "exactly, where acceleration is measured at the sensor",
-    at_source: "mount the sensor near the axis of rotation and on something soft, or use a part with less of it",
+    at_source: "mount the sensor near the axis of rotation and on something soft, or use a part that is less sensitive to acceleration",
     traits: &[],
     aliases: &[
         Alias {

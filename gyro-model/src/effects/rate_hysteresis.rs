@@ -25,7 +25,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "reversals of the acceleration, several amplitudes, a rate that goes on changing",
     mended_by: "well, where noise is smaller than h",
-    at_source: "it is the part's own: keep the correction, or take another part",
+    at_source: "nothing: the part is made so. Keep the correction, or use another part",
     traits: &[],
     aliases: &[],
 };

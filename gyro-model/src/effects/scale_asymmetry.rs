@@ -22,7 +22,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "both directions, several amplitudes",
     mended_by: "exactly, by iteration in the compensated rate",
-    at_source: "it is the part's own: keep the correction, or take another part",
+    at_source: "nothing: the part is made so. Keep the correction, or use another part",
     traits: &[],
     aliases: &[Alias {
         id: "quadratic-nonlinearity",
@@ -57,7 +57,7 @@ impl Effect for ScaleAsymmetry {
     fn says(&self, _: Axis, p: &[Measured]) -> String {
         let (more, less) = if p[0].value > 0.0 { ("positive", "negative") } else { ("negative", "positive") };
         format!(
-            "your gyro reads {} too much turning in the {more} direction, and as much too little in the {less} one",
+            "your gyro reads {} too much when it turns in the {more} direction, and as much too little in the {less} one",
             p[0].size("1")
         )
     }

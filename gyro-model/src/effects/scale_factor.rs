@@ -21,7 +21,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "any rotation",
     mended_by: "exactly",
-    at_source: "every part differs by some per cent: keep the factor, or set it in the driver's conversion",
+    at_source: "nothing: each part differs by a few per cent. Keep the correction, or set the factor in the driver",
     traits: &[Trait::Gain],
     aliases: &[
         Alias {

@@ -83,7 +83,7 @@ impl Effect for TemperatureBias {
     }
 
     fn says(&self, _: Axis, p: &[Measured]) -> String {
-        let bends = if p[1].is_seen() { " at 25 °C, and by another amount at other temperatures" } else { "" };
+        let bends = if p[1].is_seen() { " at 25 °C, and by a different amount at other temperatures" } else { "" };
         format!("your gyro's zero {} by {}{bends}", p[0].goes(), p[0].size("rad/s/K").replace("/K", " per K"))
     }
 

@@ -22,7 +22,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "power-on in the log",
     mended_by: "exactly, in a log that starts at power-on",
-    at_source: "power the sensor some minutes before it is needed",
+    at_source: "switch the sensor on some minutes before it is needed",
     traits: &[Trait::Slow],
     aliases: &[
         Alias {

@@ -1,9 +1,9 @@
 //! Two models on the same samples: which is better, by how much, and by which effect.
 
 use super::{
-    Headline, Named, clause, joined,
+    Headline, Named, clause,
     left::{is_noise, said},
-    sentence, sources,
+    sentences, sources,
 };
 use crate::{
     Axis,
@@ -104,7 +104,7 @@ pub fn of_against(names: (&str, &str), axis: &AxisDiagnosis, other: &AxisDiagnos
     let parameters: Vec<_> = named.parameters.iter().copied().cloned().collect();
     let clauses: Vec<String> = own.iter().map(|id| clause(axis.axis, id, &parameters)).collect();
     if !clauses.is_empty() {
-        answer = format!("{answer} {}", sentence(&joined(&clauses)));
+        answer = format!("{answer} {}", sentences(&clauses));
     }
     Headline { answer, at_source: sources(&own) }
 }

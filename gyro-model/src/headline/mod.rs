@@ -103,7 +103,7 @@ pub fn of_ladder_beside(axis: &AxisLadder, told: &[&str]) -> Headline {
     }
     let own: Vec<&str> = added.iter().copied().filter(|id| !told.contains(id)).collect();
     let clauses: Vec<String> = own.iter().map(|id| clause(axis.axis, id, &axis.parameters)).collect();
-    let mut answer = if own.is_empty() { String::new() } else { sentence(&joined(&clauses)) };
+    let mut answer = if own.is_empty() { String::new() } else { sentences(&clauses) };
     if let Some((before, after)) = said(&first.error_curve).zip(here) {
         let settled = matches!(axis.verdict, Verdict::Adequate | Verdict::Ambiguous);
         let rest = match limit(axis.limited_by, &axis.limited_says) {
@@ -151,7 +151,7 @@ pub fn of_change(
         return only(answer);
     }
     let clauses: Vec<String> = ids.iter().map(|id| clause(after.axis, id, &after.parameters)).collect();
-    let says = if clauses.is_empty() { String::new() } else { format!(" {}", sentence(&joined(&clauses))) };
+    let says = if clauses.is_empty() { String::new() } else { format!(" {}", sentences(&clauses)) };
     Headline { answer: format!("{}{says}", sentence(&format!("{}{fall}", and(&changes)))), at_source: sources(&ids) }
 }
 
@@ -228,10 +228,10 @@ fn missing(axis: &AxisDiagnosis, best: &Suspect, told: &[&str]) -> Headline {
 /// What makes an error: so many causes of the axis' own, and so many that it shares.
 const fn subject(own: usize, shared: usize) -> &'static str {
     match (own, shared) {
-        (0, _) => "What the axes share makes",
+        (0, _) => "The cause that the axes share makes",
         (1, 0) => "That makes",
         (_, 0) => "Together they make",
-        _ => "With what the axes share that makes",
+        _ => "With the cause that the axes share, that makes",
     }
 }
 
@@ -287,7 +287,7 @@ fn adequate(here: Option<ErrorPoint>, within: Option<bool>, of_recording: Option
     let (error, over) = (units::rate(point.error), units::time(point.tau_s));
     if within == Some(false) {
         return format!(
-            "No effect is missing: over {over} the error is {error} °/s (white noise alone: {}), and the rest is a zero that drifts.",
+            "No effect is missing: over {over} the error is {error} °/s (white noise alone: {}). The rest comes from a zero that drifts.",
             units::rate(point.floor)
         );
     }
@@ -295,29 +295,30 @@ fn adequate(here: Option<ErrorPoint>, within: Option<bool>, of_recording: Option
     format!("Nothing is missing: over {over} the error is {error} °/s{rest}.")
 }
 
-/// What to do about these, where they come from.
+/// What to do about these, where they come from; which is for which, where they want different things.
 fn sources(ids: &[&str]) -> String {
-    let mut all: Vec<String> = Vec::new();
-    for says in ids.iter().filter_map(|id| effects::find(id)).map(|effect| effect.card().at_source) {
-        if !says.is_empty() && !all.iter().any(|known| known == says) {
-            all.push(says.to_owned());
+    let mut all: Vec<(Vec<String>, &str)> = Vec::new();
+    for (id, says) in ids.iter().filter_map(|id| Some((id, effects::find(id)?.card().at_source))) {
+        match all.iter_mut().find(|(_, known)| *known == says) {
+            Some((names, _)) => names.push(name(id)),
+            None if !says.is_empty() => all.push((vec![name(id)], says)),
+            None => {}
         }
     }
-    all.join("; ")
-}
-
-/// Clauses of one subject share it: `your gyro is late and feels …`.
-fn joined(clauses: &[String]) -> String {
-    const GYRO: &str = "your gyro ";
-    // Only where all have it: in a mixed list the subject of the last named would be taken on.
-    if clauses.iter().all(|clause| clause.starts_with(GYRO)) {
-        let rest: Vec<String> = clauses.iter().map(|clause| clause[GYRO.len()..].to_owned()).collect();
-        return format!("{GYRO}{}", and(&rest));
+    match all.as_slice() {
+        [(_, says)] => (*says).to_owned(),
+        all => {
+            let each: Vec<String> = all.iter().map(|(names, says)| format!("for {}, {says}", and(names))).collect();
+            first_small(&sentences(&each))
+        }
     }
-    and(clauses)
 }
 
-/// An effect's name in a sentence.
+/// Each clause a sentence.
+fn sentences(clauses: &[String]) -> String {
+    clauses.iter().map(|clause| sentence(clause)).collect::<Vec<_>>().join(" ")
+}
+
 /// Whether a value is larger than its standard error.
 fn is_known(parameter: &ParameterValue) -> bool {
     parameter.value.zip(parameter.std_error).is_none_or(|(value, std_error)| value.abs() > std_error)
@@ -329,6 +330,7 @@ fn unsized_clause(id: &str) -> String {
     format!("{id} is missing{title}")
 }
 
+/// An effect's name in a sentence.
 fn name(id: &str) -> String {
     id.replace('-', " ")
 }

@@ -215,10 +215,35 @@ fn a_ladder_tells_all_that_it_added_at_once_and_what_was_before() {
     let headline = of_ladder(&climbed(Verdict::Adequate, 1.02));
     assert_eq!(
         headline.answer,
-        "Your gyro is 10.05 ± 0.20 ms late and the encoder has 0.576 ± 0.011° of play against the shaft. Together they make 0.481 °/s of \
+        "Your gyro is 10.05 ± 0.20 ms late. The encoder has 0.576 ± 0.011° of play against the shaft. Together they make 0.481 °/s of \
          error over 1 s; corrected, 0.0351 is left, which is noise."
     );
-    assert!(headline.at_source.contains("interrupt") && headline.at_source.contains("take the play out"));
+    let at_source = headline.at_source;
+    assert!(at_source.starts_with("for delay, stamp gyro and reference") && !at_source.ends_with('.'), "{at_source}");
+    assert!(at_source.contains(". For encoder backlash, take the play out"), "{at_source}");
+}
+
+/// `cargo test -p gyro-model headline -- --nocapture` prints them to be read.
+#[test]
+fn any_two_effects_are_told_in_a_sentence_each_and_what_to_do_about_both() {
+    let known: Vec<&str> = CATALOGUE.iter().map(|effect| effect.card().id).filter(|id| *id != "bias").collect();
+    for (k, one) in known.iter().enumerate().skip(1) {
+        let other = known[(k + 7) % known.len()];
+        let mut axis = climbed(Verdict::Adequate, 1.02);
+        axis.effects = ["scale-factor", "bias", one, other].map(Into::into).to_vec();
+        axis.parameters = [one, other].iter().flat_map(|id| made_up(Axis::Z, id, 1.0)).collect();
+        axis.steps[1].added = Some((*one).into());
+        axis.steps[2].added = Some(other.into());
+        let Headline { answer, at_source } = of_ladder(&axis);
+        println!("{one}, {other}: {answer}\n    At the source: {at_source}.");
+        let told = |id: &str| sentence(&clause(Axis::Z, id, &axis.parameters));
+        assert_eq!(answer.find(&told(one)), Some(0), "{answer}");
+        assert!(answer.contains(&told(other)) && answer.contains(" Together they make "), "{answer}");
+        assert!(at_source.starts_with("for "), "{at_source}");
+    }
+    let both = ["temperature-bias", "temperature-scale"];
+    assert!(sources(&both).starts_with("keep the sensor at one temperature"), "{}", sources(&both));
+    assert_eq!(sources(&[]), "");
 }
 
 #[test]
