@@ -72,6 +72,8 @@ pub struct State {
     /// Of each effect, by [`key`].
     memory: [[(u64, Memory); MEMORIES]; 3],
     axes: [AxisPast; 3],
+    /// α and δ of the model that `axes` is compensated with.
+    calibration: [(f64, f64); 3],
     environment: Environment,
 }
 
@@ -123,6 +125,12 @@ struct AxisPast {
 }
 
 impl AxisPast {
+    fn recalibrate(&mut self, affine: impl Fn(f64) -> f64) {
+        self.felt = affine(self.felt);
+        self.rates = self.rates.map(&affine);
+        self.output = affine(self.output);
+    }
+
     /// Whether what undoing a response makes of this reading is a guess, after one that was lost: it takes two more for a
     /// curvature, and what they were taken for has to die away.
     fn is_unsure(&mut self, lost: bool, t_ns: i64, reach: f64) -> bool {
@@ -369,7 +377,7 @@ impl Compensation {
     /// other effects change is carried over from the last sample), so that no later output mixes two models. Returns
     /// the step of each axis' last compensated rate.
     pub fn set_model(&mut self, model: &Model, angle: [f64; 3]) -> [f64; 3] {
-        let before: [(f64, f64); 3] = std::array::from_fn(|i| (self.plans[i].alpha, self.plans[i].delta));
+        let before = self.calibration();
         let mut again = Instant {
             t_ns: self.past.iter().filter(|past| past.started).map(|past| past.t_ns).max().unwrap_or(0),
             stamps: [0; 3],
@@ -569,12 +577,17 @@ impl Compensation {
                 *memory = (key(placed.effect), placed.memory);
             }
         }
-        State { memory, axes: self.past, environment: self.environment }
+        State { memory, axes: self.past, calibration: self.calibration(), environment: self.environment }
+    }
+
+    fn calibration(&self) -> [(f64, f64); 3] {
+        self.plans.each_ref().map(|plan| (plan.alpha, plan.delta))
     }
 
     /// Takes up where a saved compensation left off, the effects that its model had too with what they remembered; the
-    /// history starts again at its last sample.
-    pub fn restore(&mut self, state: &State) {
+    /// history starts again at its last sample. Returns the step of each axis' last compensated rate where this model's α and δ
+    /// are others.
+    pub fn restore(&mut self, state: &State) -> [f64; 3] {
         for (memory, plan) in state.memory.iter().zip(&mut self.plans) {
             for placed in plan.placed_mut() {
                 if let Some((_, memory)) = memory.iter().find(|(known, _)| *known == key(placed.effect)) {
@@ -583,6 +596,11 @@ impl Compensation {
             }
         }
         self.past = state.axes;
+        for ((past, plan), (alpha, delta)) in self.past.iter_mut().zip(&self.plans).zip(state.calibration) {
+            if (plan.alpha, plan.delta) != (alpha, delta) {
+                past.recalibrate(|rate| plan.alpha * (rate - delta) / alpha + plan.delta);
+            }
+        }
         let origin = self.environment.supply_origin;
         self.environment = state.environment;
         if origin.is_finite() {
@@ -595,6 +613,7 @@ impl Compensation {
                 self.history[i].push(self.plans[i].valid_time(self.past[i].t_ns), self.past[i].output);
             }
         }
+        std::array::from_fn(|i| self.past[i].output - state.axes[i].output)
     }
 }
 

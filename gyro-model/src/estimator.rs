@@ -291,11 +291,11 @@ impl Estimator {
         }
     }
 
-    /// Goes on from a snapshot, with the model that is set now (the one that it was taken with, usually). References
-    /// that waited are lost, and the angle's integral takes up at the snapshot's last sample.
+    /// Goes on from a snapshot, with the model that is set now: the one that it was taken with, usually; else as if that model were
+    /// set after it. References that waited are lost, and the angle's integral takes up at the snapshot's last sample.
     pub fn restore(&mut self, snapshot: &Snapshot) {
         let epoch = self.last.epoch;
-        self.compensation.restore(&snapshot.compensation);
+        let steps = self.compensation.restore(&snapshot.compensation);
         self.waiting.clear();
         self.t_ns = snapshot.t_ns;
         self.started = snapshot.started;
@@ -303,6 +303,14 @@ impl Estimator {
         self.attitude = snapshot.attitude;
         for (axis, state) in self.axes.iter_mut().zip(&snapshot.axes) {
             axis.restore(state);
+        }
+        if epoch != snapshot.estimate.epoch && self.started {
+            let valid_before = self.last.valid_t_ns;
+            self.last.valid_t_ns = self.valid_time(self.t_ns);
+            let shift = self.last.valid_t_ns.saturating_sub(valid_before);
+            for (axis, step) in self.axes.iter_mut().zip(steps) {
+                axis.set_model(&self.compensation, step, valid_before, [shift; 2]);
+            }
         }
     }
 

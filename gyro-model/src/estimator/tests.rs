@@ -612,3 +612,35 @@ proptest! {
         }
     }
 }
+
+/// A filter that makes up for a wrong model by its bias goes on under the right one, which came while the process was dead.
+#[test]
+fn a_snapshot_of_another_model_goes_on_without_a_bump() {
+    let model = |delta: f64, epoch: u64| {
+        let mut axis = AxisModel::base(Axis::Z);
+        (axis.terms[1].values[0], axis.terms[1].std_errors[0]) = (delta, 0.02);
+        let mut model = Model { epoch, ..Model::default() };
+        model.axes[Axis::Z.index()] = Some(axis);
+        model
+    };
+    let rate = |ms: i64| 0.5 * (0.1256 * ms as f64 * 1e-3).sin();
+    let row = |ms: i64| {
+        let mut row = Row { t_ns: ms * 1_000_000, ..Row::EMPTY };
+        (row.gyro[2], row.ref_angle[2]) = (rate(ms) - 0.05, -0.5 / 0.1256 * (0.1256 * ms as f64 * 1e-3).cos());
+        row
+    };
+    let mut before = Estimator::new(Options::default());
+    before.set_model(&model(-0.03, 1));
+    for ms in 0..8000 {
+        before.step(&row(ms));
+    }
+    let worst = |epoch: u64, delta: f64| {
+        let mut after = Estimator::new(Options::default());
+        after.set_model(&model(delta, epoch));
+        after.restore(&before.save());
+        let off = (8050..8060).map(|ms| (after.step(&row(ms)).axes[2].rate_filtered - rate(ms)).abs());
+        off.fold(0.0, f64::max)
+    };
+    assert!(worst(1, -0.03) < 2e-3, "{}", worst(1, -0.03));
+    assert!(worst(2, 0.05) < 2e-3, "{}", worst(2, 0.05));
+}
