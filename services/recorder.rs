@@ -33,7 +33,7 @@ const NAP: Duration = Duration::from_millis(20);
 pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Result<()> {
     let settings = &run.settings;
     let wanted = settings.record.as_deref().context("no file to record to")?;
-    let mut pulse = Pulse::begin(hub, run.number, ServiceId::Recorder, ["kalman-to-recorder", "recorder", ""])?;
+    let pulse = Pulse::begin(hub, run.number, ServiceId::Recorder, ["kalman-to-recorder", "recorder", ""])?;
     let begun = folder.mark("recording");
     let lives = std::fs::read(&begun).map_or(0, |marks| marks.len());
     if lives > 0 && settings.lossless() {
@@ -41,58 +41,90 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
         return Err(Hopeless::from_error(lost));
     }
     std::fs::write(&begun, vec![b'.'; lives + 1]).with_context(|| begun.display().to_string())?;
-    let path = &part(wanted, lives);
+    let path = part(wanted, lives);
     if lives > 0 {
         tracing::warn!("what a recorder that died had is lost; {} goes on from here", path.display());
     }
     let estimates = hub.reader(&topic::ESTIMATE, None, settings.wait.recorder)?;
     // The samples' bell is for those who estimate; they are looked at when an estimate rings.
-    let samples = if is_mcap(path) { Some(hub.reader(&topic::SAMPLE, None, Wait::Spin)?) } else { None };
-    let mut sampled = 0;
-    let mut writer: Option<Writer> = None;
-    let mut ended = false;
-    let mut sequence = 0;
-    pulse.become_state(State::Running)?;
+    let samples = if is_mcap(&path) { Some(hub.reader(&topic::SAMPLE, None, Wait::Spin)?) } else { None };
+    let mut recorder =
+        Recorder { run: run.number, folder, path, pulse, samples, sampled: 0, writer: None, sequence: 0, ended: false };
+    recorder.pulse.become_state(State::Running)?;
     while !stop.asked() {
         while let Some(message) = estimates.take()? {
-            let took_ns = now_ns();
-            if message.run != run.number || message.sequence <= sequence {
-                continue;
-            }
-            pulse.health.lost += message.sequence - sequence - 1;
-            sequence = message.sequence;
-            pulse.health.acknowledged = sequence;
-            if message.mark == MARK_DATA {
-                pulse.health.received += 1;
-                if writer.is_none() {
-                    writer = Some(begin(folder, path)?);
-                }
-                if let Some(writer) = &mut writer {
-                    // A sample is given before its estimate, so what belongs to this one waits already.
-                    take_samples(samples.as_ref(), run.number, &mut sampled, writer, &mut pulse)?;
-                    writer.estimate(&message).map_err(Hopeless::from_error)?;
-                }
-                pulse.health.sent += 1;
-                stamp(&mut pulse, &message, took_ns);
-            } else {
-                ended = true;
-            }
-            pulse.beat(128)?;
+            recorder.take(&message)?;
         }
-        if ended && let Some(writer) = writer.take() {
-            writer.finish().map_err(Hopeless::from_error)?;
+        if recorder.ended {
+            recorder.finish().map_err(Hopeless::from_error)?;
+            recorder.pulse.become_state(State::Finished)?;
         }
-        if ended {
-            pulse.become_state(State::Finished)?;
-        }
-        pulse.beat(1)?;
+        recorder.pulse.beat(1)?;
         estimates.wait(NAP)?;
     }
     // Interrupted: what there is is kept.
-    if let Some(writer) = writer.take() {
-        writer.finish()?;
+    recorder.finish()?;
+    Ok(recorder.pulse.beat_now()?)
+}
+
+/// A recording under way.
+struct Recorder<'a> {
+    run: u64,
+    folder: &'a RunFolder,
+    path: PathBuf,
+    pulse: Pulse,
+    /// Where they are recorded too, and the number of the last one.
+    samples: Option<Reader<Sample>>,
+    sampled: u64,
+    /// From the first estimate on.
+    writer: Option<Writer>,
+    /// Number of the last estimate.
+    sequence: u64,
+    ended: bool,
+}
+
+impl Recorder<'_> {
+    fn take(&mut self, message: &Estimate) -> anyhow::Result<()> {
+        let took_ns = now_ns();
+        if message.run != self.run || message.sequence <= self.sequence {
+            return Ok(());
+        }
+        self.pulse.health.lost += message.sequence - self.sequence - 1;
+        self.sequence = message.sequence;
+        self.pulse.health.acknowledged = self.sequence;
+        if message.mark == MARK_DATA {
+            self.pulse.health.received += 1;
+            let mut writer = self.writer.take().map_or_else(|| begin(self.folder, &self.path), Ok)?;
+            // A sample is given before its estimate, so what belongs to this one waits already.
+            self.take_samples(&mut writer)?;
+            writer.estimate(message).map_err(Hopeless::from_error)?;
+            self.writer = Some(writer);
+            self.pulse.health.sent += 1;
+            self.pulse.health.stages[0].record(took_ns.saturating_sub(message.kalman_gave_ns));
+            self.pulse.health.stages[1].record(now_ns().saturating_sub(took_ns));
+        } else {
+            self.ended = true;
+        }
+        Ok(self.pulse.beat(128)?)
     }
-    Ok(pulse.beat_now()?)
+
+    /// Writes every sample that waits and was not written yet.
+    fn take_samples(&mut self, writer: &mut Writer) -> anyhow::Result<()> {
+        let (Some(samples), Writer::Mcap(recording)) = (&self.samples, writer) else { return Ok(()) };
+        while let Some(sample) = samples.take()? {
+            if sample.run == self.run && sample.sequence > self.sampled && sample.mark == MARK_DATA {
+                self.pulse.health.lost += sample.sequence - self.sampled - 1;
+                self.sampled = sample.sequence;
+                recording.sample(&wire::row_of(&sample)).map_err(Hopeless::from_error)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts the recording in its place.
+    fn finish(&mut self) -> anyhow::Result<()> {
+        self.writer.take().map_or(Ok(()), Writer::finish)
+    }
 }
 
 /// The file of a recorder's next life, where a vehicle goes on without waiting: `run.csv`, `run-2.csv`, ….
@@ -126,25 +158,6 @@ fn is_mcap(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("mcap"))
 }
 
-/// Writes every sample that waits and was not written yet.
-fn take_samples(
-    samples: Option<&Reader<Sample>>,
-    run: u64,
-    sampled: &mut u64,
-    writer: &mut Writer,
-    pulse: &mut Pulse,
-) -> anyhow::Result<()> {
-    let (Some(samples), Writer::Mcap(recording)) = (samples, writer) else { return Ok(()) };
-    while let Some(sample) = samples.take()? {
-        if sample.run == run && sample.sequence > *sampled && sample.mark == MARK_DATA {
-            pulse.health.lost += sample.sequence - *sampled - 1;
-            *sampled = sample.sequence;
-            recording.sample(&wire::row_of(&sample)).map_err(Hopeless::from_error)?;
-        }
-    }
-    Ok(())
-}
-
 /// What is recorded into.
 enum Writer {
     Csv(Box<EstimateWriter>),
@@ -165,9 +178,4 @@ impl Writer {
             Self::Mcap(writer) => writer.finish(),
         }
     }
-}
-
-fn stamp(pulse: &mut Pulse, message: &Estimate, took_ns: u64) {
-    pulse.health.stages[0].record(took_ns.saturating_sub(message.kalman_gave_ns));
-    pulse.health.stages[1].record(now_ns().saturating_sub(took_ns));
 }

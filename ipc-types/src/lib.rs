@@ -22,6 +22,8 @@
 //! `NaN` stands for "no value", as in logs. Sequence numbers start at 1. Times that end in `_ns` without more are
 //! nanoseconds of `CLOCK_MONOTONIC`; `time_ns` and `valid_ns` are nanoseconds from the source's first row.
 
+mod ask;
+mod bytes;
 pub mod command;
 pub mod diagnosis;
 pub mod domain;
@@ -31,9 +33,11 @@ pub mod health;
 pub mod histogram;
 pub mod parameters;
 pub mod port;
+mod port_error;
 pub mod rate;
 pub mod sample;
 pub mod status;
+mod stream;
 pub mod text;
 pub mod topic;
 pub mod wait;

@@ -3,61 +3,31 @@
 //! The supervisor creates every topic with its full quality of service and holds it ([`Hub::create_all`]); all others
 //! only open, so that a process that is killed while opening never leaves a half-made topic behind.
 
+pub use crate::{
+    ask::{Answerer, Caller},
+    bytes::{BytesReader, BytesWriter},
+    port_error::PortError,
+    stream::{Reader, Writer},
+};
+
 use crate::{
-    domain::{Domain, DomainError},
+    domain::Domain,
     doorbell::Doorbell,
+    port_error::refused,
     topic::{self, Service, Topic},
     wait::Wait,
 };
 use iceoryx2::{
     node::Node,
-    port::{
-        client::Client, publisher::Publisher, server::Server, subscriber::Subscriber,
-        update_connections::UpdateConnections,
-    },
     prelude::{
         AllocationStrategy, AttributeVerifier, CallbackProgression, NodeBuilder, NodeState, ServiceName,
         SignalHandlingMode, ZeroCopySend, ipc,
     },
 };
-use std::{
-    any::Any,
-    fmt::Debug,
-    time::{Duration, Instant},
-};
+use std::{any::Any, fmt::Debug};
 
 const NODES: usize = 48;
 const SCHEMA: &str = "schema";
-
-/// What iceoryx2 refused.
-#[derive(Debug, thiserror::Error)]
-pub enum PortError {
-    /// The place is wrong.
-    #[error(transparent)]
-    Domain(#[from] DomainError),
-    /// Anything else.
-    #[error("{what} of topic '{topic}': {cause}")]
-    Refused {
-        /// What was tried.
-        what: &'static str,
-        /// On which topic.
-        topic: &'static str,
-        /// In iceoryx2's words.
-        cause: String,
-    },
-    /// No answer in time.
-    #[error("no answer from topic '{topic}' within {seconds} s: is the pipeline running? ('truerate status' tells)")]
-    Silent {
-        /// The topic asked.
-        topic: &'static str,
-        /// How long was waited in all.
-        seconds: f64,
-    },
-}
-
-fn refused<E: Debug>(what: &'static str, topic: &'static str) -> impl Fn(E) -> PortError {
-    move |cause| PortError::Refused { what, topic, cause: format!("{cause:?}") }
-}
 
 /// One process' place in a domain. Not `Send`: ports stay on the thread that opened them.
 #[derive(Debug)]
@@ -70,53 +40,6 @@ pub struct Hub {
 /// Topics kept alive.
 #[derive(Debug)]
 pub struct Held(#[allow(dead_code, reason = "held for its drop")] Vec<Box<dyn Any>>);
-
-/// Gives messages.
-#[derive(Debug)]
-pub struct Writer<M: Debug + Copy + ZeroCopySend + 'static> {
-    publisher: Publisher<ipc::Service, M, ()>,
-    doorbell: Option<Doorbell>,
-    topic: &'static str,
-}
-
-/// Takes messages.
-#[derive(Debug)]
-pub struct Reader<M: Debug + Copy + ZeroCopySend + 'static> {
-    subscriber: Subscriber<ipc::Service, M, ()>,
-    doorbell: Option<Doorbell>,
-    wait: Wait,
-    topic: &'static str,
-}
-
-/// Gives texts of bounded length.
-#[derive(Debug)]
-pub struct BytesWriter(Publisher<ipc::Service, [u8], ()>);
-
-/// Takes texts of bounded length.
-#[derive(Debug)]
-pub struct BytesReader(Subscriber<ipc::Service, [u8], ()>);
-
-/// Asks.
-#[derive(Debug)]
-pub struct Caller<Q, A>
-where
-    Q: Debug + Copy + ZeroCopySend + 'static,
-    A: Debug + Copy + ZeroCopySend + 'static,
-{
-    client: Client<ipc::Service, Q, (), A, ()>,
-    topic: &'static str,
-}
-
-/// Answers.
-#[derive(Debug)]
-pub struct Answerer<Q, A>
-where
-    Q: Debug + Copy + ZeroCopySend + 'static,
-    A: Debug + Copy + ZeroCopySend + 'static,
-{
-    server: Server<ipc::Service, Q, (), A, ()>,
-    topic: &'static str,
-}
 
 fn service_name(name: &'static str) -> Result<ServiceName, PortError> {
     name.try_into().map_err(refused("the name", name))
@@ -365,166 +288,4 @@ pub fn inhabited(domain: &Domain) -> Result<bool, PortError> {
     })
     .map_err(refused("the list of nodes", "domain"))?;
     Ok(alive)
-}
-
-impl<M: Debug + Copy + ZeroCopySend + 'static> Writer<M> {
-    /// Gives one message; says how many readers got it. One allocation, inside iceoryx2's loan.
-    ///
-    /// # Errors
-    /// Where the plumbing is broken.
-    pub fn give(&self, message: M) -> Result<usize, PortError> {
-        let loan = self.publisher.loan_uninit().map_err(refused("a loan", self.topic))?;
-        let readers = loan.write_payload(message).send().map_err(refused("sending", self.topic))?;
-        if let Some(doorbell) = &self.doorbell {
-            doorbell.ring();
-        }
-        Ok(readers)
-    }
-
-    /// Connects new readers without giving anything new: late joiners get the last message.
-    ///
-    /// # Errors
-    /// Where the plumbing is broken.
-    pub fn connect(&self) -> Result<(), PortError> {
-        self.publisher.update_connections().map_err(refused("connecting", self.topic))
-    }
-}
-
-impl<M: Debug + Copy + ZeroCopySend + 'static> Reader<M> {
-    /// The next message, if one waits.
-    ///
-    /// # Errors
-    /// Where the plumbing is broken.
-    pub fn take(&self) -> Result<Option<M>, PortError> {
-        Ok(self.subscriber.receive().map_err(refused("taking", self.topic))?.map(|sample| *sample))
-    }
-
-    /// The newest message that waits, the others being dropped.
-    ///
-    /// # Errors
-    /// Where the plumbing is broken.
-    pub fn newest(&self) -> Result<Option<M>, PortError> {
-        let mut newest = None;
-        while let Some(message) = self.take()? {
-            newest = Some(message);
-        }
-        Ok(newest)
-    }
-
-    /// Returns when a message waits, or after `longest`; may return early. A topic that wakes nobody is waited for by
-    /// looking every millisecond.
-    ///
-    /// # Errors
-    /// Where the plumbing is broken.
-    pub fn wait(&self, longest: Duration) -> Result<(), PortError> {
-        let spin_for = match self.wait {
-            Wait::Event => Duration::ZERO,
-            Wait::Spin => longest,
-            Wait::Hybrid(spin) => spin.min(longest),
-        };
-        if !spin_for.is_zero() {
-            let start = Instant::now();
-            loop {
-                for _ in 0..32 {
-                    if self.subscriber.has_samples().map_err(refused("looking", self.topic))? {
-                        return Ok(());
-                    }
-                    std::hint::spin_loop();
-                }
-                if start.elapsed() >= spin_for {
-                    break;
-                }
-            }
-        }
-        if spin_for < longest {
-            match &self.doorbell {
-                Some(doorbell) => {
-                    let rung = doorbell.rung();
-                    if !self.subscriber.has_samples().map_err(refused("looking", self.topic))? {
-                        doorbell.wait(rung, longest.saturating_sub(spin_for));
-                    }
-                }
-                None => std::thread::sleep(longest.saturating_sub(spin_for).min(Duration::from_millis(1))),
-            }
-        }
-        Ok(())
-    }
-}
-
-impl BytesWriter {
-    /// Gives one text.
-    ///
-    /// # Errors
-    /// Where it is too long, or the plumbing broken.
-    pub fn give(&self, bytes: &[u8]) -> Result<(), PortError> {
-        let loan = self.0.loan_slice_uninit(bytes.len()).map_err(refused("a loan", topic::REPORT.name))?;
-        loan.write_from_slice(bytes).send().map_err(refused("sending", topic::REPORT.name))?;
-        Ok(())
-    }
-}
-
-impl BytesReader {
-    /// The newest text that waits.
-    ///
-    /// # Errors
-    /// Where the plumbing is broken.
-    pub fn newest(&self) -> Result<Option<Vec<u8>>, PortError> {
-        let mut newest = None;
-        while let Some(bytes) = self.0.receive().map_err(refused("taking", topic::REPORT.name))? {
-            newest = Some(bytes.to_vec());
-        }
-        Ok(newest)
-    }
-}
-
-impl<Q, A> Caller<Q, A>
-where
-    Q: Debug + Copy + ZeroCopySend + 'static,
-    A: Debug + Copy + ZeroCopySend + 'static,
-{
-    /// Asks, and asks again where no answer comes within `patience`, `attempts` times in all. The question must carry
-    /// an id by which the other side knows a repetition; `fits` tells an answer to this question from an older one.
-    ///
-    /// # Errors
-    /// Where nobody answers, or the plumbing is broken.
-    pub fn ask(
-        &self,
-        question: Q,
-        patience: Duration,
-        attempts: u32,
-        fits: impl Fn(&A) -> bool,
-    ) -> Result<A, PortError> {
-        for _ in 0..attempts {
-            let pending = self.client.send_copy(question).map_err(refused("asking", self.topic))?;
-            let start = Instant::now();
-            while start.elapsed() < patience {
-                while let Some(answer) = pending.receive().map_err(refused("the answer", self.topic))? {
-                    if fits(&answer) {
-                        return Ok(*answer);
-                    }
-                }
-                std::thread::sleep(Duration::from_millis(2));
-            }
-        }
-        Err(PortError::Silent { topic: self.topic, seconds: patience.as_secs_f64() * f64::from(attempts) })
-    }
-}
-
-impl<Q, A> Answerer<Q, A>
-where
-    Q: Debug + Copy + ZeroCopySend + 'static,
-    A: Debug + Copy + ZeroCopySend + 'static,
-{
-    /// Answers every question that waits; one without an answer yet will be asked again.
-    ///
-    /// # Errors
-    /// Where the plumbing is broken. Nobody left to hear an answer is no error.
-    pub fn serve(&self, mut answer: impl FnMut(&Q) -> Option<A>) -> Result<(), PortError> {
-        while let Some(request) = self.server.receive().map_err(refused("a question", self.topic))? {
-            if let Some(answer) = answer(&request) {
-                let _ = request.send_copy(answer);
-            }
-        }
-        Ok(())
-    }
 }

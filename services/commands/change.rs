@@ -2,16 +2,13 @@
 
 use crate::{
     arguments::{LogArgs, ReportArgs},
-    commands::subject::{Subject, writable},
+    commands::subject::Subject,
     model_file,
     report::{self, Change, Command},
 };
 use anyhow::{Context, Result, bail};
 use gyro_model::{Axis, AxisModel, Model, Term, effects::Stage};
-use std::{
-    path::{Path, PathBuf},
-    process::ExitCode,
-};
+use std::{path::PathBuf, process::ExitCode};
 
 /// What both take.
 #[derive(clap::Args, Debug, Clone)]
@@ -48,11 +45,7 @@ pub enum Direction {
 /// # Errors
 /// A refused log or model, an effect that is not there or is there already, a file that cannot be written.
 pub fn run(args: &ChangeArgs, direction: Direction) -> Result<ExitCode> {
-    let keep: Vec<&Path> = std::iter::once(args.log.log.as_path()).chain(args.output.as_deref()).collect();
-    args.report.check(&keep)?;
-    if let Some(path) = &args.output {
-        writable(path, &keep[..1])?;
-    }
+    args.report.check_with(&args.log.log, args.output.as_deref())?;
     let subject = Subject::read(&args.log, args.axis)?;
     let start = subject.load(args.model.as_deref())?;
     if direction == Direction::Add {

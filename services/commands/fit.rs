@@ -2,16 +2,13 @@
 
 use crate::{
     arguments::{LogArgs, ReportArgs},
-    commands::subject::{Subject, writable},
+    commands::subject::Subject,
     model_file,
     report::{self, Command},
 };
 use anyhow::{Context, Result};
 use gyro_model::Axis;
-use std::{
-    path::{Path, PathBuf},
-    process::ExitCode,
-};
+use std::{path::PathBuf, process::ExitCode};
 
 /// What `truerate fit` takes.
 #[derive(clap::Args, Debug, Clone)]
@@ -46,11 +43,7 @@ pub struct Args {
 /// # Errors
 /// A refused log or model, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    let keep: Vec<&Path> = std::iter::once(args.log.log.as_path()).chain(args.output.as_deref()).collect();
-    args.report.check(&keep)?;
-    if let Some(path) = &args.output {
-        writable(path, &keep[..1])?;
-    }
+    args.report.check_with(&args.log.log, args.output.as_deref())?;
     let subject = Subject::read(&args.log, args.axis)?;
     let (start, own_effects) = match &args.model {
         Some(path) => {

@@ -2,7 +2,7 @@
 
 use crate::{
     arguments::{Format, LogArgs, ReportArgs, SearchArgs},
-    commands::subject::{Subject, writable},
+    commands::subject::Subject,
     deadline::Deadline,
     model_file,
     progress::Progress,
@@ -14,10 +14,7 @@ use gyro_model::{
     diagnosis::{Ladder, LadderStep},
     headline,
 };
-use std::{
-    path::{Path, PathBuf},
-    process::ExitCode,
-};
+use std::{path::PathBuf, process::ExitCode};
 
 /// What `truerate ladder` takes.
 #[derive(clap::Args, Debug, Clone)]
@@ -54,11 +51,7 @@ pub struct Args {
 /// # Errors
 /// A refused log or model, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    let keep: Vec<&Path> = std::iter::once(args.log.log.as_path()).chain(args.output.as_deref()).collect();
-    args.report.check(&keep)?;
-    if let Some(path) = &args.output {
-        writable(path, &keep[..1])?;
-    }
+    args.report.check_with(&args.log.log, args.output.as_deref())?;
     let subject = Subject::read(&args.log, args.axis)?;
     let start = subject.start(args.model.as_deref())?;
     let (model, mut axes) = {

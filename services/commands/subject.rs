@@ -312,6 +312,16 @@ impl ReportArgs {
         Ok(())
     }
 
+    /// The same, and that what the command makes can be written, which takes the place of neither log nor report.
+    ///
+    /// # Errors
+    /// As [`Self::check`], of either file.
+    pub fn check_with(&self, log: &Path, product: Option<&Path>) -> Result<()> {
+        let keep: Vec<&Path> = std::iter::once(log).chain(product).collect();
+        self.check(&keep)?;
+        product.map_or(Ok(()), |path| writable(path, &keep[..1]))
+    }
+
     /// Prints a result, and writes the report file. `render` makes it, told whether it is for a file. Nothing is printed
     /// where `product`, what the command makes, went to standard output.
     ///

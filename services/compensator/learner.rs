@@ -276,13 +276,16 @@ pub fn not_excited(model: &Model) -> Option<String> {
             let known = sized().any(|(_, std_error, typical)| std_error <= typical);
             if let Some((card, std_error, typical)) = sized().next().filter(|_| !known) {
                 let unit = units::shown(card.unit, &[Some(typical)]);
-                let shown = |value: f64| units::round(value * unit.factor);
+                let shown = |value: f64| format!("{}{}", units::round(value * unit.factor), unit.unit);
+                let known = if std_error.is_finite() {
+                    format!("known to ± {}", shown(std_error))
+                } else {
+                    "not known".into()
+                };
                 return Some(format!(
-                    "{id}.{} of axis {axis} is known to ± {}{u}, and {}{u} is typical",
+                    "{id}.{} of axis {axis} is {known}, and {} is typical",
                     card.name,
-                    shown(std_error),
-                    shown(typical),
-                    u = unit.unit,
+                    shown(typical)
                 ));
             }
         }

@@ -87,13 +87,12 @@ impl Compensator<'_> {
                 _ => (Some(model), None),
             },
         };
-        if self.waits_for != without {
-            tracing::info!(
-                "{}",
-                without.as_ref().map_or("learning".to_owned(), |why| format!("learning waits: {why}"))
-            );
-            self.waits_for.clone_from(&without);
+        // The figures in it change with every solution.
+        if self.waits_for.is_some() != without.is_some() {
+            let says = without.as_ref().map_or("learning".to_owned(), |why| format!("learning waits: {why}"));
+            tracing::info!("{says}");
         }
+        self.waits_for.clone_from(&without);
         match model {
             Some(model) => {
                 let proposed = self.current.solved(model, solution.rows as u64, self.folder)?;

@@ -174,80 +174,80 @@ impl Compensator<'_> {
         if self.phase != Phase::Streaming && kind != Kind::Save {
             bail!("the stream has ended: nothing can be changed any more");
         }
-        let says = match kind {
-            Kind::Add => {
-                let mut model = with_effect(command, &mut self.current, &self.facts)?;
-                let is_this = |c: &Challenger| (c.command.effect, c.command.axis) == (command.effect, command.axis);
-                if self.challenger.as_ref().is_some_and(is_this) {
-                    return Ok(Some(format!("{} is on trial already: not better so far, not in use", command.effect)));
-                }
-                let instead_of = self.end_trial();
-                if let Some(found) = self.lookout.found(self.current.start()) {
-                    found.begin(&mut model);
-                }
-                self.challenger = Some(Challenger { command: *command, model, instead_of, since_ns: now_ns() });
-                // The trial need not wait.
-                self.void();
-                self.solved_ns = 0;
-                return Ok(None);
-            }
-            Kind::Remove => {
-                let model = without_effect(command, &self.current)?;
-                let ended = self.end_trial();
-                self.void();
-                self.solved_ns = 0;
-                let proposed = self.current.changed(model, self.current.samples, self.folder)?;
-                let says = format!("{} removed{}", command.effect, gives_up(ended));
-                self.keep(proposed, Then::Answer(command.id, says));
-                return Ok(None);
-            }
-            Kind::Undo => {
-                self.void();
-                if let Some(effect) = self.end_trial() {
-                    format!("{effect} is not on trial any more")
-                } else if let Some(proposed) = self.current.undone(self.folder)? {
-                    let says = "the model before the last change is back".to_owned();
-                    self.keep(proposed, Then::Answer(command.id, says));
-                    return Ok(None);
-                } else {
-                    bail!("nothing was changed: there is nothing to undo")
-                }
-            }
+        match kind {
+            Kind::Add => self.add(command),
+            Kind::Remove => self.remove(command).map(|()| None),
+            Kind::Undo => self.undo(command),
             Kind::Pause => {
                 self.paused = true;
                 self.void();
-                "learning is paused".to_owned()
+                Ok(Some("learning is paused".to_owned()))
             }
             Kind::Resume => {
                 self.paused = false;
-                "learning goes on".to_owned()
+                Ok(Some("learning goes on".to_owned()))
             }
             Kind::Forget => {
                 self.void();
                 self.lookout.forget();
                 self.store.clear();
-                "what was seen so far is forgotten; the model stays until there is a new one".to_owned()
+                Ok(Some("what was seen so far is forgotten; the model stays until there is a new one".to_owned()))
             }
-            Kind::Save | Kind::Hide => {
-                let path = Path::new(command.argument.as_str());
-                ensure!(path.is_absolute(), "'{}' is not an absolute path", command.argument);
-                let is_pipe = fs::metadata(path).is_ok_and(|there| there.file_type().is_fifo());
-                ensure!(
-                    !is_pipe,
-                    "{} is a pipe, which may keep a model waiting for ever: save to a file",
-                    path.display()
-                );
-                ensure!(
-                    self.current.start().axes.iter().any(Option::is_some),
-                    "nothing is learned yet: there is no model"
-                );
-                let writing = self.current.saved_to(path, provenance(&self.facts, self.current.samples));
-                let then = Then::Answer(command.id, format!("saved to {}", path.display()));
-                self.keeper.ask(Keeping { writing, proposal: None, then });
-                return Ok(None);
-            }
-        };
-        Ok(Some(says))
+            Kind::Save | Kind::Hide => self.save(command).map(|()| None),
+        }
+    }
+
+    /// Puts an effect on trial, in place of the one that is.
+    fn add(&mut self, command: &Command) -> anyhow::Result<Option<String>> {
+        let mut model = with_effect(command, &mut self.current, &self.facts)?;
+        let is_this = |c: &Challenger| (c.command.effect, c.command.axis) == (command.effect, command.axis);
+        if self.challenger.as_ref().is_some_and(is_this) {
+            return Ok(Some(format!("{} is on trial already: not better so far, not in use", command.effect)));
+        }
+        let instead_of = self.end_trial();
+        if let Some(found) = self.lookout.found(self.current.start()) {
+            found.begin(&mut model);
+        }
+        self.challenger = Some(Challenger { command: *command, model, instead_of, since_ns: now_ns() });
+        // The trial need not wait.
+        self.void();
+        self.solved_ns = 0;
+        Ok(None)
+    }
+
+    fn remove(&mut self, command: &Command) -> anyhow::Result<()> {
+        let model = without_effect(command, &self.current)?;
+        let ended = self.end_trial();
+        self.void();
+        self.solved_ns = 0;
+        let proposed = self.current.changed(model, self.current.samples, self.folder)?;
+        self.keep(proposed, Then::Answer(command.id, format!("{} removed{}", command.effect, gives_up(ended))));
+        Ok(())
+    }
+
+    /// Ends a trial, or brings back the model before the last change.
+    fn undo(&mut self, command: &Command) -> anyhow::Result<Option<String>> {
+        self.void();
+        if let Some(effect) = self.end_trial() {
+            return Ok(Some(format!("{effect} is not on trial any more")));
+        }
+        let proposed = self.current.undone(self.folder)?.context("nothing was changed: there is nothing to undo")?;
+        self.keep(proposed, Then::Answer(command.id, "the model before the last change is back".to_owned()));
+        Ok(None)
+    }
+
+    /// Has the model written to a file of the user's.
+    fn save(&mut self, command: &Command) -> anyhow::Result<()> {
+        let path = Path::new(command.argument.as_str());
+        ensure!(path.is_absolute(), "'{}' is not an absolute path", command.argument);
+        let is_pipe = fs::metadata(path).is_ok_and(|there| there.file_type().is_fifo());
+        ensure!(!is_pipe, "{} is a pipe, which may keep a model waiting for ever: save to a file", path.display());
+        let is_learned = self.current.start().axes.iter().any(Option::is_some);
+        ensure!(is_learned, "nothing is learned yet: there is no model");
+        let writing = self.current.saved_to(path, provenance(&self.facts, self.current.samples));
+        let then = Then::Answer(command.id, format!("saved to {}", path.display()));
+        self.keeper.ask(Keeping { writing, proposal: None, then });
+        Ok(())
     }
 
     /// What changes the model waits until whoever asked for a trial before was told how it goes.

@@ -13,6 +13,7 @@ mod json;
 mod lines;
 mod page;
 mod precision;
+mod recording;
 mod screen;
 mod source;
 mod worker;
@@ -21,7 +22,7 @@ pub use ending::Ending;
 pub use precision::Precisions;
 pub use source::From;
 
-use crate::{compensator::store::Store, listening::Address, live::words, log::GrowingLog, stop::Stop};
+use crate::{listening::Address, live::words, log::GrowingLog, stop::Stop};
 use anyhow::{Result, bail};
 use gyro_model::{
     Axis, Record, Row,
@@ -29,12 +30,12 @@ use gyro_model::{
     guide::{Guide, Stage, State, Wanted},
 };
 use ipc_types::health::SourceHealth;
+use recording::Recording;
 use source::{Next, Source};
 use std::{
     path::PathBuf,
     time::{Duration, Instant},
 };
-use worker::{Done, Worker};
 
 /// What is recorded, from where, and what is wanted of it.
 pub struct Settings {
@@ -56,17 +57,12 @@ pub struct Settings {
 
 /// What must be known of any gyro before what is missing shows.
 pub const USUAL: [&str; 3] = ["scale-factor", "bias", "delay"];
-/// How often it is asked what the rows tell, and shown how it stands: s of the source, and of ours.
-const ASKS: f64 = 0.5;
+/// How often it is shown how it stands.
 const SHOWS: Duration = Duration::from_millis(500);
 /// The first rows say what the source has, s.
 const FIRST: f64 = 1.0;
 /// A source that gives no reference for so long is said to have none, s.
 const NO_REFERENCE: f64 = 5.0;
-/// Rows that are taken before anything else is looked at.
-const AT_ONCE: usize = 256;
-/// Rows that are kept to be judged: 20 minutes at 1 kHz.
-const MOST_ROWS: usize = 1_200_000;
 
 /// What is shown, and how.
 trait Show {
@@ -122,66 +118,26 @@ fn record(
     let Some(mut source) = opened? else { return Ok((None, true)) };
     let Some(first) = first_rows(&mut source, stop, show)? else { return Ok((None, stop.asked())) };
     log.begin(&first, source.origin().map_or(0, |origin| origin.start_ns))?;
-    let mut store = Store::new(MOST_ROWS, false, first.free_names.clone());
-    let mut guide = guide(settings, &first)?;
-    for row in &first.rows {
-        store.push(*row);
-        guide.take(row);
-    }
-    let mut worker = Worker::start(store.view())?;
-    let (mut asked, mut now) = (0.0, first.duration());
-    while guide.state().stage != Stage::Over {
+    let mut recording = Recording::begin(log, &first, guide(settings, &first)?)?;
+    while recording.guide.state().stage != Stage::Over {
         if stop.asked() {
-            return Ok((Some(guide), true));
+            return Ok((Some(recording.guide), true));
         }
-        let mut over = false;
-        for k in 0..AT_ONCE {
-            match source.next(if k == 0 { Duration::from_millis(20) } else { Duration::ZERO })? {
-                Next::Row(row) => {
-                    log.row(&row)?;
-                    store.push(row);
-                    guide.take(&row);
-                    now = row.t_ns as f64 * 1e-9;
-                    if source.waits() && now >= asked + ASKS {
-                        break;
-                    }
-                }
-                Next::Later => break,
-                Next::End => {
-                    over = true;
-                    break;
-                }
-            }
-        }
-        log.flush()?;
-        store.settle();
-        if !worker.busy && (now >= asked + ASKS || over) {
-            asked = now;
-            match (guide.state().stage, guide.ask()) {
-                (Stage::Searching, _) => worker.search(guide.judged_axes()),
-                (_, Some(ask)) => worker.ask(ask),
-                _ => {}
-            }
-        }
-        let done = worker.done(source.waits() || over)?;
-        let learned = done.is_some();
-        match done {
-            Some(Done::Learned(answer)) => guide.learn(answer),
-            Some(Done::Searched(axes)) => guide.judge(axes?),
-            None => {}
-        }
-        if over && guide.state().stage == Stage::Recording {
-            show.state(&guide.state(), None)?;
-            return Ok((Some(guide), false));
+        let is_over = recording.take(&mut source)?;
+        recording.ask(is_over);
+        let learned = recording.learn(source.waits() || is_over)?;
+        let state = recording.guide.state();
+        if is_over && state.stage == Stage::Recording {
+            show.state(&state, None)?;
+            return Ok((Some(recording.guide), false));
         }
         if learned || shown.elapsed() > SHOWS {
             shown = Instant::now();
-            let state = guide.state();
             show.state(&state, trouble_of(&source.health()).as_deref())?;
             source.hears(&state);
         }
     }
-    Ok((Some(guide), false))
+    Ok((Some(recording.guide), false))
 }
 
 /// The rows of the first second in which there is a reference; `None` where it ends or is stopped before.

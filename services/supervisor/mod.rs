@@ -4,8 +4,10 @@
 //! adopts them.
 
 pub mod board;
+mod ending;
 mod janitor;
 mod manager;
+mod ports;
 pub mod process;
 pub mod room;
 pub mod summary;
@@ -23,58 +25,25 @@ use crate::{
 };
 use anyhow::{Context, bail};
 use board::Board;
-use ipc_types::{
-    Health, ServiceId, State,
-    health::Link,
-    port::{Held, Hub, Reader, Writer},
-    topic,
-    wait::Wait,
-};
+use ending::end;
+use ipc_types::{ServiceId, State, health::Link};
 use janitor::Janitor;
 use manager::Manager;
+use ports::Ports;
 use process::{Fate, Process};
 use rustix::{
     event::{PollFd, PollFlags, Timespec, poll},
     io::Errno,
 };
-use std::{
-    fs,
-    process::ExitCode,
-    time::{Duration, Instant},
-};
+use std::{fs, process::ExitCode, time::Duration};
 use watchdog::Watchdog;
 
 /// Between two looks at the processes and two sweeps for what dead ones left; a death is seen at once.
 const LOOK: Timespec = Timespec { tv_sec: 0, tv_nsec: 25_000_000 };
 const STATUS_NS: u64 = 200_000_000;
-/// How long a process may take to end when asked to.
-const PATIENCE: Duration = Duration::from_secs(3);
 /// Early deaths of a process in a row after which the domain itself is taken to be broken. It is made anew once: where that
 /// does not help, it is the process, and the others are left alone.
 const BROKEN: u32 = 6;
-
-/// The ports of the supervisor. Dropped before the domain is wiped.
-struct Ports {
-    hub: Hub,
-    health: Reader<Health>,
-    status: Writer<ipc_types::Status>,
-    _held: Held,
-}
-
-impl Ports {
-    fn open(claim: &Claim) -> anyhow::Result<Self> {
-        let hub = Hub::join(claim.domain(), "supervisor")?;
-        // Nobody else clears the dead, an earlier supervisor among them.
-        let _ = hub.sweep();
-        let held = hub.create_all()?;
-        Ok(Self {
-            health: hub.reader(&topic::HEALTH, None, Wait::Event)?,
-            status: hub.writer(&topic::STATUS)?,
-            hub,
-            _held: held,
-        })
-    }
-}
 
 /// One pipeline under supervision.
 struct Pipeline {
@@ -89,6 +58,8 @@ struct Pipeline {
     watchdog: Watchdog,
     status_ns: u64,
     manager: Manager,
+    /// A vehicle's recording broke off, and it goes on without.
+    unrecorded: bool,
 }
 
 /// What an ended run comes to.
@@ -128,7 +99,7 @@ pub fn supervise(claim: Claim, settings: Settings, stop: &Stop) -> anyhow::Resul
     }
     pipeline.claim.remove()?;
     let complete = ended?;
-    let failed = matches!(complete, End::Hopeless) || (lost > 0 && complete == End::Complete);
+    let failed = matches!(complete, End::Hopeless) || pipeline.unrecorded || (lost > 0 && complete == End::Complete);
     Ok(Ending {
         code: if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS },
         complete: complete == End::Complete,
@@ -201,6 +172,7 @@ impl Pipeline {
             watchdog: Watchdog::default(),
             status_ns: 0,
             manager: Manager::of_this_process(),
+            unrecorded: false,
         };
         pipeline.open()?;
         Ok(pipeline)
@@ -274,13 +246,18 @@ impl Pipeline {
 
     fn look_at_processes(&mut self) -> anyhow::Result<Option<End>> {
         for i in 0..self.processes.len() {
+            let service = self.processes[i].service;
+            let (goes_on, name) = (self.goes_on_without(service), service.name());
             let process = &mut self.processes[i];
-            let name = process.service.name();
             match process.look() {
                 Fate::Alive => {}
                 // Nobody but its onlookers needs the dashboard.
-                Fate::Hopeless if process.service == ServiceId::Dashboard => {
+                Fate::Hopeless if service == ServiceId::Dashboard => {
                     tracing::warn!("there is no dashboard: give another --dashboard ADDR, or off");
+                }
+                Fate::Hopeless if goes_on => {
+                    tracing::error!("the recording has broken off; the vehicle goes on without");
+                    self.unrecorded = true;
                 }
                 Fate::Hopeless => return Ok(Some(End::Hopeless)),
                 Fate::Died(words) => {
@@ -295,10 +272,10 @@ impl Pipeline {
                             process.early_deaths()
                         ),
                     }
-                    if process.service == ServiceId::Acquisition && self.run.settings.source.comes_once() {
+                    if service == ServiceId::Acquisition && self.run.settings.source.comes_once() {
                         bail!("acquisition {words}, and what it read cannot be read again: run it on a file");
                     }
-                    if process.early_deaths() == BROKEN && process.service != ServiceId::Dashboard {
+                    if process.early_deaths() == BROKEN && service != ServiceId::Dashboard {
                         tracing::warn!("{name} dies again and again; everything is ended and begun again");
                         self.begin_again()?;
                         return Ok(None);
@@ -313,6 +290,12 @@ impl Pipeline {
             }
         }
         Ok(None)
+    }
+
+    /// Whether nobody needs this process any more, who had done something before: a vehicle does not stop for a full disk.
+    fn goes_on_without(&self, service: ServiceId) -> bool {
+        let has_begun = self.board.of(service).is_some_and(|health| health.sent > 0);
+        service == ServiceId::Recorder && self.run.settings.is_vehicle() && has_begun
     }
 
     /// Ends a process that has been silent for longer than a slow machine explains.
@@ -401,26 +384,6 @@ impl Pipeline {
         });
         self.processes = processes;
     }
-}
-
-/// Ends processes one after the other, in the order of the flow, so that each takes in what the one before it gave:
-/// asked first, killed when they take too long. `meanwhile` is called again and again.
-fn end(processes: &mut [Process], mut meanwhile: impl FnMut()) {
-    for process in processes {
-        process.ask_to_end();
-        let start = Instant::now();
-        let mut killed = false;
-        while !process.has_ended() && start.elapsed() < 2 * PATIENCE {
-            if start.elapsed() > PATIENCE && !killed {
-                tracing::warn!("{} does not end and is killed", process.service.name());
-                process.kill();
-                killed = true;
-            }
-            meanwhile();
-            std::thread::sleep(Duration::from_millis(2));
-        }
-    }
-    meanwhile();
 }
 
 /// Clears the run's files but the claim's lock.

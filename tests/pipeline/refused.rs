@@ -1,6 +1,7 @@
 //! Settings that nothing can be made of: what is said, and that nothing is left behind.
 
-use crate::harness::Place;
+use crate::harness::{Place, is_root};
+use serde_json::Value;
 use std::net::TcpListener;
 
 /// What a command says that is refused: one line, exit code 1.
@@ -63,4 +64,34 @@ fn a_guide_whose_page_has_no_place_leaves_no_log() {
     let error = refusal(&place, &["guide", "--source", "sim", "--dashboard", &address, "-o", log.to_str().unwrap()]);
     assert!(error.contains(&address), "{error}");
     assert!(!log.exists());
+}
+
+#[test]
+fn a_vehicle_goes_on_when_its_recording_breaks_off() {
+    if !is_root() {
+        return;
+    }
+    let mut place = Place::new();
+    let (disk, record) = (place.file("disk"), place.file("disk/run.csv"));
+    std::fs::create_dir(&disk).unwrap();
+    // A small disk of the pipeline's own mount namespace, which goes with it.
+    let small = format!("mount -t tmpfs -o size=64k none {}; exec \"$@\"", disk.display());
+    place.wrapper = ["unshare", "-m", "sh", "-c", &small, "sh"].map(str::to_owned).to_vec();
+    let mut pipeline = place.start("full", &["--source", "sim", "--record", record.to_str().unwrap()]);
+    pipeline.until("the end of the recording", |p| p.errors().contains("the vehicle goes on without"));
+    let status = |name: &str| place.status("full").and_then(|s| service(&s, name)["received"].as_u64());
+    let before = status("kalman").unwrap_or(0);
+    pipeline.until("more samples", |_| status("kalman") > Some(before));
+    let ended = pipeline.interrupt();
+    assert_eq!(ended.code, Some(1), "{}", ended.error);
+    assert!(
+        ended.error.contains("No space left") && ended.out.contains("model of epoch"),
+        "{}{}",
+        ended.out,
+        ended.error
+    );
+}
+
+fn service<'a>(status: &'a Value, name: &str) -> &'a Value {
+    status["services"].as_array().unwrap().iter().find(|service| service["name"] == name).unwrap()
 }

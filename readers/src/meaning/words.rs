@@ -166,95 +166,159 @@ fn part(word: &str) -> Option<usize> {
 /// Understands a name; `unit` is what stands beside it.
 #[must_use]
 pub fn understand(name: &str, unit: Option<Unit>) -> Option<Meaning> {
-    let (bare, in_name) = unit::split(name);
-    let mut words = words(bare);
-    let mut unit = unit.or(in_name);
-    // A unit as the last word: gyro_x_dps, timestamp_ns.
-    if unit.is_none()
-        && words.len() > 1
-        && let Some(last) = words.last()
-        && (last.len() > 1 || last == "s")
-        && let Some(found) = unit::parse(last).filter(|unit| unit.quantity != Quantity::Other)
-    {
-        unit = Some(found);
-        words.pop();
+    let name = Name::of(name, unit);
+    if let Some(time) = name.time() {
+        return Some(time);
     }
-    let is = |any: &[&str]| words.iter().any(|word| any.contains(&word.as_str()));
-    let who = if is(REFERENCE) { Who::Reference } else { Who::Unsaid };
-    let has = |quantity| unit.is_none_or(|u: Unit| u.quantity == quantity);
-    let meaning = |what, rank, sensor: String| Some(Meaning { what, who, unit, sensor, rank });
-    if let Some(rank) = time_rank(&words)
-        && has(Quantity::Time)
-    {
+    if name.words.is_empty() || name.is_no_reading() {
+        return None;
+    }
+    if let Some(place) = name.squeezed() {
+        return name.of_squeezed(place);
+    }
+    name.rate()
+        .or_else(|| name.acceleration())
+        .or_else(|| name.quaternion())
+        .or_else(|| name.angle())
+        .or_else(|| name.temperature())
+        .or_else(|| name.supply())
+}
+
+/// A name on its way to a meaning.
+struct Name {
+    words: Vec<String>,
+    last: String,
+    unit: Option<Unit>,
+    who: Who,
+}
+
+impl Name {
+    fn of(name: &str, unit: Option<Unit>) -> Self {
+        let (bare, in_name) = unit::split(name);
+        let mut words = words(bare);
+        let mut unit = unit.or(in_name);
+        // A unit as the last word: gyro_x_dps, timestamp_ns.
+        if unit.is_none()
+            && words.len() > 1
+            && let Some(last) = words.last()
+            && (last.len() > 1 || last == "s")
+            && let Some(found) = unit::parse(last).filter(|unit| unit.quantity != Quantity::Other)
+        {
+            unit = Some(found);
+            words.pop();
+        }
+        let last = words.last().cloned().unwrap_or_default();
+        let mut name = Self { words, last, unit, who: Who::Unsaid };
+        if name.is(REFERENCE) {
+            name.who = Who::Reference;
+        }
+        name
+    }
+
+    /// Whether one of its words is one of these.
+    fn is(&self, any: &[&str]) -> bool {
+        self.words.iter().any(|word| any.contains(&word.as_str()))
+    }
+
+    /// Whether its unit is of this quantity, or not said.
+    fn may_be(&self, quantity: Quantity) -> bool {
+        self.unit.is_none_or(|unit| unit.quantity == quantity)
+    }
+
+    fn means(&self, what: What, rank: u8, sensor: String) -> Meaning {
+        Meaning { what, who: self.who, unit: self.unit, sensor, rank }
+    }
+
+    /// The name but for its last `parts` words.
+    fn sensor(&self, parts: usize) -> String {
+        self.words[..self.words.len().saturating_sub(parts)].join("_")
+    }
+
+    fn time(&self) -> Option<Meaning> {
+        let rank = time_rank(&self.words).filter(|_| self.may_be(Quantity::Time))?;
         // `millis` is a time and its unit.
-        let unit = unit.or_else(|| unit::parse(&words[0]).filter(|u| words.len() == 1 && u.quantity == Quantity::Time));
-        return Some(Meaning { what: What::Time, who, unit, sensor: String::new(), rank });
+        let only = || unit::parse(&self.words[0]).filter(|u| self.words.len() == 1 && u.quantity == Quantity::Time);
+        Some(Meaning { unit: self.unit.or_else(only), ..self.means(What::Time, rank, String::new()) })
     }
-    let last = words.last()?.clone();
-    let sensor = |parts: usize| words[..words.len().saturating_sub(parts)].join("_");
-    // EuRoC's estimate of a bias: b_w_RS_S_x.
-    if words[0] == "b" && words.len() > 3 {
-        return None;
+
+    /// What is computed of a reading, or is none.
+    fn is_no_reading(&self) -> bool {
+        // EuRoC's estimate of a bias: b_w_RS_S_x.
+        let is_bias = self.words[0] == "b" && self.words.len() > 3;
+        // A reference of an estimate is one; how sure it is of it is none.
+        let is_sure_of = self.who != Who::Reference || self.is(&["bias", "std", "cov", "covariance"]);
+        is_bias || self.is(NOT_A_READING) && is_sure_of
     }
-    // A reference of an estimate is one; how sure it is of it is none.
-    if is(NOT_A_READING) && (who != Who::Reference || is(&["bias", "std", "cov", "covariance"])) {
-        return None;
+
+    /// Quantity and axis in two letters: which of them.
+    fn squeezed(&self) -> Option<usize> {
+        ["gx", "gy", "gz", "wx", "wy", "wz", "ax", "ay", "az"].iter().position(|two| *two == self.last)
     }
-    let squeezed = ["gx", "gy", "gz", "wx", "wy", "wz", "ax", "ay", "az"].iter().position(|two| *two == last);
-    if let Some(place) = squeezed {
-        let what = if place < 6 { What::Rate(place % 3) } else { What::Acceleration(place % 3) };
-        let fits = has(if place < 6 { Quantity::Rate } else { Quantity::Acceleration });
-        return fits.then(|| meaning(what, 1, sensor(1) + &last[..1])).flatten();
+
+    fn of_squeezed(&self, place: usize) -> Option<Meaning> {
+        let (what, quantity) = if place < 6 {
+            (What::Rate(place % 3), Quantity::Rate)
+        } else {
+            (What::Acceleration(place % 3), Quantity::Acceleration)
+        };
+        self.may_be(quantity).then(|| self.means(what, 1, self.sensor(1) + &self.last[..1]))
     }
-    let quaternion = is(&["q", "quat", "quaternion", "orientation", "attitude", "rotation"])
-        || words.last().is_some_and(|w| ["qw", "qx", "qy", "qz", "q0", "q1", "q2", "q3"].contains(&w.as_str()));
-    let turns = is(&["gyr", "gyro", "gyroadc", "gyros", "gyroscope", "omega", "angvel"])
-        || is(&["angular", "rotation", "rot", "turn"]) && is(&["velocity", "vel", "rate", "rates", "speed"])
-        || words.windows(2).any(|pair| pair == ["w", "rs"] || pair == ["rate", "gyro"])
-        || is(&["drehrate", "winkelgeschwindigkeit"])
-        // Nothing but a rate of turn has such a unit.
-        || unit.is_some_and(|u| u.quantity == Quantity::Rate);
-    if turns
-        && has(Quantity::Rate)
-        && let Some(axis) = axis(&last)
-    {
-        return meaning(What::Rate(axis), 0, sensor(1));
+
+    fn rate(&self) -> Option<Meaning> {
+        if !self.may_be(Quantity::Rate) {
+            return None;
+        }
+        let turns = self.is(&["gyr", "gyro", "gyroadc", "gyros", "gyroscope", "omega", "angvel"])
+            || self.is(&["angular", "rotation", "rot", "turn"])
+                && self.is(&["velocity", "vel", "rate", "rates", "speed"])
+            || self.words.windows(2).any(|pair| pair == ["w", "rs"] || pair == ["rate", "gyro"])
+            || self.is(&["drehrate", "winkelgeschwindigkeit"])
+            // Nothing but a rate of turn has such a unit.
+            || self.unit.is_some_and(|unit| unit.quantity == Quantity::Rate);
+        if let Some(axis) = axis(&self.last).filter(|_| turns) {
+            return Some(self.means(What::Rate(axis), 0, self.sensor(1)));
+        }
+        // `yaw rate`, `yawspeed`: about the axis of an angle.
+        rate_of_angle(&self.words).map(|(axis, sensor)| self.means(What::Rate(axis), 1, sensor))
     }
-    // `yaw rate`, `yawspeed`: about the axis of an angle.
-    if has(Quantity::Rate)
-        && let Some((axis, sensor)) = rate_of_angle(&words)
-    {
-        return meaning(What::Rate(axis), 1, sensor);
+
+    fn acceleration(&self) -> Option<Meaning> {
+        let pushes = self.is(&["acc", "accel", "accelerometer", "acceleration", "accsmooth", "specific"])
+            || self.words.windows(2).any(|pair| pair == ["a", "rs"]);
+        let axis = axis(&self.last).filter(|_| pushes && self.may_be(Quantity::Acceleration))?;
+        Some(self.means(What::Acceleration(axis), u8::from(self.is(&["linear", "free"])), self.sensor(1)))
     }
-    let pushes = is(&["acc", "accel", "accelerometer", "acceleration", "accsmooth", "specific"])
-        || words.windows(2).any(|pair| pair == ["a", "rs"]);
-    if pushes
-        && has(Quantity::Acceleration)
-        && let Some(axis) = axis(&last)
-    {
-        return meaning(What::Acceleration(axis), u8::from(is(&["linear", "free"])), sensor(1));
+
+    fn quaternion(&self) -> Option<Meaning> {
+        let is_one = self.is(&["q", "quat", "quaternion", "orientation", "attitude", "rotation"])
+            || ["qw", "qx", "qy", "qz", "q0", "q1", "q2", "q3"].contains(&self.last.as_str());
+        let part = part(&self.last).filter(|_| is_one && self.may_be(Quantity::Other))?;
+        Some(self.means(What::Quaternion(part), 0, self.sensor(1)))
     }
-    if quaternion
-        && unit.is_none_or(|u| u.quantity == Quantity::Other)
-        && let Some(part) = part(&last)
-    {
-        return meaning(What::Quaternion(part), 0, sensor(1));
+
+    fn angle(&self) -> Option<Meaning> {
+        let has_unit = self.unit.is_some_and(|unit| unit.quantity == Quantity::Angle);
+        let is_called_one = self.is(&["angle", "position", "winkel"]);
+        // What an encoder hands out is an angle, though the name does not say in what.
+        let is_encoder = self.unit.is_none() && self.is(ENCODER);
+        if !(has_unit || is_encoder || self.who == Who::Reference && is_called_one) {
+            return None;
+        }
+        let about = axis(&self.last).or_else(|| self.words.iter().find_map(|word| axis(word)));
+        let unsure = if has_unit || is_called_one { 0 } else { UNSURE };
+        let sensor = self.sensor(usize::from(about.is_some()));
+        Some(self.means(What::Angle(about), unsure + u8::from(about.is_none()), sensor))
     }
-    let angle = unit.is_some_and(|u| u.quantity == Quantity::Angle);
-    // What an encoder hands out is an angle, though the name does not say in what.
-    let encoder = unit.is_none() && is(ENCODER);
-    if angle || encoder || who == Who::Reference && is(&["angle", "position", "winkel"]) {
-        let about = axis(&last).or_else(|| words.iter().find_map(|word| axis(word)));
-        let unsure = if angle || is(&["angle", "position", "winkel"]) { 0 } else { UNSURE };
-        return meaning(What::Angle(about), unsure + u8::from(about.is_none()), sensor(usize::from(about.is_some())));
+
+    fn temperature(&self) -> Option<Meaning> {
+        let is_one = self.is(&["temp", "temperature", "temps"]) && self.may_be(Quantity::Temperature);
+        is_one.then(|| self.means(What::Temperature, u8::from(self.words.len() > 2), String::new()))
     }
-    if is(&["temp", "temperature", "temps"]) && has(Quantity::Temperature) {
-        return meaning(What::Temperature, u8::from(words.len() > 2), String::new());
+
+    fn supply(&self) -> Option<Meaning> {
+        let is_one = self.is(&["vbat", "supply", "vbatlatest", "vcc", "vdd"]) && self.may_be(Quantity::Voltage);
+        is_one.then(|| self.means(What::Supply, 0, String::new()))
     }
-    if is(&["vbat", "supply", "vbatlatest", "vcc", "vdd"]) && has(Quantity::Voltage) {
-        return meaning(What::Supply, 0, String::new());
-    }
-    None
 }
 
 /// The axis that a rate of turn is about which is named after an angle, and the rest of the name.

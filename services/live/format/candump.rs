@@ -1,6 +1,10 @@
 //! Frames of a CAN bus as lines of `candump`, and a DBC file that says what they mean: a row a frame.
 
-use super::{Format, Found, frames::check};
+use super::{
+    Format, Found,
+    cutter::{Cut, Cutter},
+    frames::check,
+};
 use crate::{
     live::{Content, Fault},
     log::{Frames, Maps},
@@ -18,8 +22,7 @@ const NAMED: usize = 4;
 pub struct Candump {
     frames: Frames,
     lines: Lines,
-    line: Vec<u8>,
-    skips: bool,
+    cutter: Cutter,
     /// The time of the row before, ns, as it stands there and as it was given.
     last: Option<(i64, i64)>,
     content: Content,
@@ -47,16 +50,15 @@ impl Candump {
         let frames = Frames::new(maps)?;
         let content = Content::of(frames.layout());
         let lines = Lines::new(Writer::Candump);
-        Ok(Self { frames, lines, line: Vec::new(), skips: false, last: None, content, barren: Barren::default() })
+        Ok(Self { frames, lines, cutter: Cutter::default(), last: None, content, barren: Barren::default() })
     }
 
-    fn whole(&mut self, found: &mut dyn FnMut(Found)) {
-        let line = std::mem::take(&mut self.line);
-        if !std::mem::take(&mut self.skips) {
-            self.understand(&line, found);
+    fn take_cut(&mut self, cut: Cut<'_>, found: &mut dyn FnMut(Found)) {
+        match cut {
+            Cut::Line(line) => self.understand(line, found),
+            Cut::TooLong => found(Found::Fault(Fault::Garbled, format!("a line of more than {LONGEST} bytes"))),
+            Cut::Passed => {}
         }
-        self.line = line;
-        self.line.clear();
     }
 
     fn understand(&mut self, line: &[u8], found: &mut dyn FnMut(Found)) {
@@ -102,27 +104,15 @@ impl Barren {
 
 impl Format for Candump {
     fn take(&mut self, bytes: &[u8], found: &mut dyn FnMut(Found)) {
-        for piece in bytes.split_inclusive(|&b| b == b'\n') {
-            let (text, ends) = piece.strip_suffix(b"\n").map_or((piece, false), |text| (text, true));
-            if self.line.len() + text.len() > LONGEST && !self.skips {
-                found(Found::Fault(Fault::Garbled, format!("a line of more than {LONGEST} bytes")));
-                self.skips = true;
-            }
-            if self.skips {
-                self.line.clear();
-            } else {
-                self.line.extend_from_slice(text);
-            }
-            if ends {
-                self.whole(found);
-            }
-        }
+        let mut cutter = std::mem::take(&mut self.cutter);
+        cutter.take(bytes, LONGEST, |cut| self.take_cut(cut, found));
+        self.cutter = cutter;
     }
 
     fn cut(&mut self, found: &mut dyn FnMut(Found)) {
-        if !self.line.is_empty() || self.skips {
-            self.whole(found);
-        }
+        let mut cutter = std::mem::take(&mut self.cutter);
+        cutter.cut(|cut| self.take_cut(cut, found));
+        self.cutter = cutter;
     }
 
     fn content(&self) -> Option<&Content> {

@@ -1,7 +1,10 @@
 //! Lines of comma-separated fields below a header, as logs have them. What stands above the header, and every line that
 //! is no row, is passed over.
 
-use super::{Format, Found};
+use super::{
+    Format, Found,
+    cutter::{Cut, Cutter},
+};
 use crate::{
     live::{Content, Fault},
     log::{Layout, LogError, Maps, Options, Problem, Refusal, RowFault, RowParser},
@@ -18,11 +21,9 @@ const SHOWN: usize = 80;
 /// Finds rows in lines.
 pub struct Lines {
     maps: Maps,
-    line: Vec<u8>,
+    cutter: Cutter,
     /// Lines that have begun so far.
     number: u64,
-    /// The rest of a line that was too long, or begun before we came, is passed over.
-    skips: bool,
     /// The places of a line's fields.
     places: Vec<Range<usize>>,
     columns: Option<Columns>,
@@ -54,9 +55,8 @@ impl Lines {
         let maps = if is_reference { maps.for_a_reference() } else { maps };
         let mut lines = Self {
             maps,
-            line: Vec::new(),
+            cutter: Cutter::default(),
             number: 0,
-            skips: false,
             places: Vec::new(),
             columns: None,
             content: None,
@@ -76,14 +76,20 @@ impl Lines {
         self.columns = Some(Columns::new(layout, header));
     }
 
-    fn whole(&mut self, found: &mut dyn FnMut(Found)) {
-        let line = std::mem::take(&mut self.line);
-        self.number += 1;
-        if !std::mem::take(&mut self.skips) && !line.trim_ascii().is_empty() {
-            self.understand(line.trim_ascii(), found);
+    fn take_cut(&mut self, cut: Cut<'_>, found: &mut dyn FnMut(Found)) {
+        match cut {
+            Cut::Line(line) => {
+                self.number += 1;
+                if !line.trim_ascii().is_empty() {
+                    self.understand(line.trim_ascii(), found);
+                }
+            }
+            Cut::TooLong => {
+                let says = format!("line {}: more than {LONGEST} bytes", self.number + 1);
+                found(Found::Fault(Fault::Garbled, says));
+            }
+            Cut::Passed => self.number += 1,
         }
-        self.line = line;
-        self.line.clear();
     }
 
     /// A line understood as a header.
@@ -149,28 +155,15 @@ impl Lines {
 
 impl Format for Lines {
     fn take(&mut self, bytes: &[u8], found: &mut dyn FnMut(Found)) {
-        for piece in bytes.split_inclusive(|&b| b == b'\n') {
-            let (text, ends) = piece.strip_suffix(b"\n").map_or((piece, false), |text| (text, true));
-            if self.line.len() + text.len() > LONGEST && !self.skips {
-                let says = format!("line {}: more than {LONGEST} bytes", self.number + 1);
-                found(Found::Fault(Fault::Garbled, says));
-                self.skips = true;
-            }
-            if self.skips {
-                self.line.clear();
-            } else {
-                self.line.extend_from_slice(text);
-            }
-            if ends {
-                self.whole(found);
-            }
-        }
+        let mut cutter = std::mem::take(&mut self.cutter);
+        cutter.take(bytes, LONGEST, |cut| self.take_cut(cut, found));
+        self.cutter = cutter;
     }
 
     fn cut(&mut self, found: &mut dyn FnMut(Found)) {
-        if !self.line.is_empty() || self.skips {
-            self.whole(found);
-        }
+        let mut cutter = std::mem::take(&mut self.cutter);
+        cutter.cut(|cut| self.take_cut(cut, found));
+        self.cutter = cutter;
     }
 
     fn content(&self) -> Option<&Content> {

@@ -1,6 +1,7 @@
 //! What bytes are: rows in them, and what is none. One format a file, all alike.
 
 pub mod candump;
+mod cutter;
 pub mod frames;
 pub mod lines;
 pub mod mavlink;

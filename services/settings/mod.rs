@@ -1,26 +1,37 @@
 //! What a pipeline is told: the file of `run --config` (strict), overridden by flags, handed to every process of the run
 //! in one file of its folder.
 
+mod filter;
+mod learning;
+mod simulation;
+mod source;
+mod speed;
+mod waits;
+
+pub use filter::{Filter, Gain};
+pub use learning::Learning;
+pub use simulation::{SimulatedReference, Simulation};
+pub use source::Source;
+pub use speed::Speed;
+pub use waits::Waits;
+
 use crate::{
     listening,
-    live::{Address, address::AddressError},
+    live::Address,
     rate_out::{Target, Way, ring},
     realtime::Realtime,
 };
 use anyhow::{Context, bail};
-use gyro_model::estimator;
 use ipc_types::{ServiceId, wait::Wait};
-use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
+use serde::{Deserialize, Serialize};
+use source::STANDARD_INPUT;
 use std::{
     fs,
     path::{Path, PathBuf},
-    str::FromStr,
 };
 
 /// Name of the settings' file in the instance's folder.
 pub const FILE: &str = "run.json";
-/// The path that means standard input.
-const STANDARD_INPUT: &str = "-";
 
 /// Settings of one pipeline; every default is usable.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -64,119 +75,6 @@ pub struct Settings {
     pub realtime: Realtime,
 }
 
-/// The simulated vehicle.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Simulation {
-    /// `sine`, `multisine` or `drive`.
-    pub motion: String,
-    /// Length, s; without end where it is left out.
-    pub seconds: Option<f64>,
-    /// Samples a second, Hz.
-    pub rate_hz: f64,
-    /// What it is held against.
-    pub reference: SimulatedReference,
-    /// Which vehicle and sensor.
-    pub seed: u64,
-    /// How far the temperature goes up and down, K; as the seed draws it where it is left out.
-    pub swing: Option<f64>,
-    /// Within what time, s; as the seed draws it where it is left out.
-    pub swing_period: Option<f64>,
-}
-
-/// What a simulated vehicle's gyro is held against.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum SimulatedReference {
-    /// A shaft encoder on one axis.
-    #[default]
-    Encoder,
-    /// An orientation: all three axes turn and are fitted.
-    Orientation,
-}
-
-/// How kalman filters.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Filter {
-    /// Which gain.
-    pub gain: Gain,
-}
-
-/// The gains that can be chosen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Gain {
-    /// The Kalman filter's own.
-    #[default]
-    Kalman,
-    /// The paper's observer with the stationary gain of its equation (8).
-    PaperRiccati,
-    /// The paper's observer with the gain that it prints.
-    PaperPrinted,
-}
-
-impl Filter {
-    /// The estimator's options.
-    #[must_use]
-    pub fn options(self) -> estimator::Options {
-        let gain = match self.gain {
-            Gain::Kalman => estimator::Gain::Kalman,
-            Gain::PaperRiccati => estimator::Gain::PaperRiccati,
-            Gain::PaperPrinted => estimator::Gain::PaperPrinted,
-        };
-        estimator::Options { gain, ..estimator::Options::default() }
-    }
-}
-
-/// How the compensator learns.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Learning {
-    /// The sliding window, s.
-    pub window: f64,
-    /// Between two solutions, s.
-    pub period: f64,
-    /// Between two diagnoses of a live stream at least, s; 0 for none.
-    pub diagnosis: f64,
-    /// The share of one core that solving, and judging, may take while the stream runs.
-    pub duty: f64,
-    /// Raw rows kept; the oldest go first.
-    pub rows: usize,
-}
-
-/// How each process waits.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Waits {
-    /// kalman.
-    #[serde(with = "as_text")]
-    pub kalman: Wait,
-    /// compensator.
-    #[serde(with = "as_text")]
-    pub compensator: Wait,
-    /// recorder.
-    #[serde(with = "as_text")]
-    pub recorder: Wait,
-    /// sender.
-    #[serde(with = "as_text")]
-    pub sender: Wait,
-}
-
-impl Waits {
-    /// Of this process; `None` where it waits for no stream.
-    #[must_use]
-    pub fn of(&self, service: ServiceId) -> Option<Wait> {
-        match service {
-            ServiceId::Kalman => Some(self.kalman),
-            ServiceId::Compensator => Some(self.compensator),
-            ServiceId::Recorder => Some(self.recorder),
-            ServiceId::Sender => Some(self.sender),
-            ServiceId::Acquisition | ServiceId::Dashboard => None,
-        }
-    }
-}
-
 impl Default for Settings {
     fn default() -> Self {
         Self {
@@ -200,48 +98,6 @@ impl Default for Settings {
             realtime: Realtime::default(),
         }
     }
-}
-
-impl Default for Simulation {
-    fn default() -> Self {
-        Self {
-            motion: "drive".to_owned(),
-            seconds: None,
-            rate_hz: 1000.0,
-            reference: SimulatedReference::default(),
-            seed: 1,
-            swing: None,
-            swing_period: None,
-        }
-    }
-}
-
-impl Default for Learning {
-    fn default() -> Self {
-        Self { window: 60.0, period: 0.4, diagnosis: 1.0, duty: 0.3, rows: 1_800_000 }
-    }
-}
-
-/// Where samples come from.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Source {
-    /// A simulated vehicle.
-    Simulated,
-    /// A log that comes while it is read, and only once: standard input (`-`), a pipe.
-    Stream(PathBuf),
-    /// A log that can be read again.
-    Log(PathBuf),
-    /// A sensor that goes on by itself: a serial line, the network.
-    Live(Address),
-}
-
-/// How fast a source is played.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Speed {
-    /// That many times real time.
-    Times(f64),
-    /// Unpaced, and without loss.
-    Max,
 }
 
 impl Settings {
@@ -362,6 +218,13 @@ impl Settings {
         })
     }
 
+    /// Whether the source is a vehicle that drives without end, and waits for nobody.
+    #[must_use]
+    pub fn is_vehicle(&self) -> bool {
+        let is_simulated = self.source == Source::Simulated && self.simulation.seconds.is_none();
+        self.source.is_live() || is_simulated && self.speed != Speed::Max
+    }
+
     /// Whether a row that a process missed is given again.
     #[must_use]
     pub fn lossless(&self) -> bool {
@@ -372,123 +235,6 @@ impl Settings {
     #[must_use]
     pub fn unpaced(&self) -> bool {
         self.speed == Speed::Max && !self.source.is_live()
-    }
-}
-
-impl Source {
-    /// The log at this path.
-    #[must_use]
-    pub fn at(path: PathBuf) -> Self {
-        let is_file = || fs::metadata(&path).map_or(true, |there| there.is_file() || there.is_dir());
-        if path == Path::new(STANDARD_INPUT) || !is_file() { Self::Stream(path) } else { Self::Log(path) }
-    }
-
-    /// Whether what was read of it cannot be read again.
-    #[must_use]
-    pub fn comes_once(&self) -> bool {
-        matches!(self, Self::Stream(_))
-    }
-
-    /// Whether it goes on by itself and waits for nobody: each row is given when it comes.
-    #[must_use]
-    pub fn is_live(&self) -> bool {
-        matches!(self, Self::Live(_))
-    }
-}
-
-impl FromStr for Source {
-    type Err = AddressError;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        Ok(match text {
-            "sim" => Self::Simulated,
-            _ if Address::is_meant(text) => Self::Live(text.parse()?),
-            _ if Address::is_misspelt(text) => return Err(AddressError::Scheme(text.to_owned())),
-            _ => Self::at(PathBuf::from(text)),
-        })
-    }
-}
-
-impl Source {
-    /// A source as it is told on a command line, with the DBC file of `--dbc`.
-    ///
-    /// # Errors
-    /// An address that is none.
-    pub fn told(text: &str, dbc: Option<&Path>) -> Result<Self, AddressError> {
-        match dbc.filter(|_| Address::is_meant(text)) {
-            Some(dbc) => Address::of_frames(text, dbc).map(Self::Live),
-            None => text.parse(),
-        }
-    }
-}
-
-impl FromStr for Speed {
-    type Err = anyhow::Error;
-
-    fn from_str(text: &str) -> anyhow::Result<Self> {
-        if text == "max" {
-            return Ok(Self::Max);
-        }
-        match text.parse::<f64>() {
-            Ok(x) if x.is_finite() && x > 0.0 => Ok(Self::Times(x)),
-            _ => bail!("'{text}' is no speed: 1 is real time, 10 ten times that, `max` unpaced"),
-        }
-    }
-}
-
-impl Serialize for Source {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::Simulated => "sim".serialize(serializer),
-            Self::Stream(path) | Self::Log(path) => path.serialize(serializer),
-            Self::Live(address) => serializer.collect_str(address),
-        }
-    }
-}
-
-impl<'de> Deserialize<'de> for Source {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        String::deserialize(deserializer)?.parse().map_err(D::Error::custom)
-    }
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(untagged)]
-enum SpeedText {
-    Number(f64),
-    Word(String),
-}
-
-impl Serialize for Speed {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::Times(x) => SpeedText::Number(*x),
-            Self::Max => SpeedText::Word("max".to_owned()),
-        }
-        .serialize(serializer)
-    }
-}
-
-impl<'de> Deserialize<'de> for Speed {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let text = match SpeedText::deserialize(deserializer)? {
-            SpeedText::Number(x) => x.to_string(),
-            SpeedText::Word(word) => word,
-        };
-        text.parse().map_err(|e: anyhow::Error| D::Error::custom(e))
-    }
-}
-
-mod as_text {
-    use super::{Deserialize, Deserializer, Serializer, Wait};
-    use serde::de::Error as _;
-
-    pub fn serialize<S: Serializer>(wait: &Wait, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(wait)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Wait, D::Error> {
-        String::deserialize(deserializer)?.parse().map_err(D::Error::custom)
     }
 }
 
