@@ -61,10 +61,10 @@ fn refused() -> Vec<(&'static str, Vec<u8>, Vec<&'static str>)> {
         ),
         ("decimal.csv", text(whole.replace('.', ",")), vec!["line 2", "6 fields", "decimal commas", "semicolons"]),
         ("digits.csv", text(rough_times(&whole)), vec!["too few digits", "changes by 1 s", "%.6f"]),
-        ("other-axis.csv", header("t,gyro_z,ref_angle_x"), vec!["no axis has both"]),
+        ("other-axis.csv", header("t,gyro_z,ref_angle_x"), vec!["no axis has both", "a reference on axis x"]),
         ("twice.csv", header("t,gyro_z,gyro_z"), vec!["line 1", "column 3", "gyro_z", "named twice"]),
         ("twice-unit.csv", header("t,gyro_z,gyro_z_dps"), vec!["column 3", "`gyro_z`", "`gyro_z_dps`", "named twice"]),
-        ("twice-free.csv", header("t,gyro_z,a").into_iter().collect(), vec!["no axis has both"]),
+        ("twice-free.csv", header("t,gyro_z,a").into_iter().collect(), vec!["no axis has both", "not used: 'a'"]),
         (
             "unit.csv",
             header("t,gyro_z_g,ref_angle_z"),

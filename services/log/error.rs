@@ -100,7 +100,8 @@ pub enum Problem {
     /// No axis can be fitted.
     #[error(
         "no axis has both a gyro and a reference: add ref_angle_{axis}, ref_rate_{axis} or ref_qw … ref_qz, name yours with \
-         `--map ref_angle_{axis}=CHANNEL`, or take it from a second file with `--reference FILE`{}{}{}",
+         `--map ref_angle_{axis}=CHANNEL`, or take it from a second file with `--reference FILE`{}{}{}{}",
+        clause("", &known.has),
         clause("so far: ", &known.chosen),
         clause("likely, if something else than this gyro measured it: ", &known.likely),
         clause("not understood: ", &known.near)

@@ -2,16 +2,17 @@
 
 use super::{
     LogError,
-    error::{Known, Problem},
+    error::{Known, Problem, listed},
     header::{Layout, flags, near_names},
     pending::Pending,
     row::Parsed,
     rows::{Rows, line_problem},
     skipped::{self, Times},
     tally::{RowFault, Tally},
+    unit::Channel,
 };
 use crate::clock::now_ns;
-use gyro_model::{Row, diagnosis::DataFault};
+use gyro_model::{Axis, Row, diagnosis::DataFault};
 
 /// Reads rows in order. Times repeated or going back are left out, infinite values are taken as no value, both counted.
 ///
@@ -349,5 +350,15 @@ pub(super) fn no_reference(layout: &Layout) -> Problem {
     let axis = layout.gyros().first().map_or("z", |a| a.letter());
     let near = near_names(&layout.free_names);
     let (chosen, likely) = (flags(&layout.chosen), flags(&layout.offered));
-    Problem::NoReference { axis, known: Box::new(Known { has: String::new(), chosen, likely, near }) }
+    let other = Axis::ALL.into_iter().find(|a| layout.has(Channel::RefAngle(*a)) || layout.has(Channel::RefRate(*a)));
+    let has = match other {
+        Some(other) => format!(
+            "there is a reference on axis {other}: where gyro and reference turn about one shaft, give both the same letter"
+        ),
+        None if likely.is_empty() && !layout.free_names.is_empty() => {
+            format!("not used: {}", listed(&layout.free_names))
+        }
+        None => String::new(),
+    };
+    Problem::NoReference { axis, known: Box::new(Known { has, chosen, likely, near }) }
 }

@@ -170,7 +170,9 @@ fn along_reference(record: &Record, report: &mut Report) {
         }
         if fit.1 > 0.8 {
             if fit.0 < 0.0 {
-                let says = format!("gyro_{axis} turns against {column}: negate one of them");
+                let says = format!(
+                    "gyro_{axis} turns against {column}: negate one of them, such as with `--map NAME=-1*NAME`"
+                );
                 report.add_on(axis, "wrong-sign", rows, Some(0.0), says);
             }
             if let Some(says) =

@@ -368,7 +368,7 @@ fn time_rank(words: &[String]) -> Option<u8> {
         | "field_header_stamp_secs" => 2,
         "datetime" | "date_time" | "sec" | "secs" | "seconds" | "second" | "millis" | "micros" | "ms" | "us" | "ns"
         | "s" => 3,
-        "time_boot" | "logging_time" | "unix_time" | "epoch" | "epoch_time" | "utc_time" | "system_time"
+        "time_boot" | "logging_time" | "unix" | "unix_time" | "epoch" | "epoch_time" | "utc_time" | "system_time"
         | "host_time" | "device_time" => 4,
         _ if joined.ends_with("_timestamp") || joined.ends_with("_time") && words.len() == 2 => 5,
         _ if words.iter().any(|word| word == "timestamp") => 6,
@@ -392,6 +392,7 @@ mod tests {
             ("gyroADC[1]", What::Rate(1)),
             ("w_RS_S_x [rad s^-1]", What::Rate(0)),
             ("gz", What::Rate(2)),
+            ("unix_ms", What::Time),
             ("GyroX", What::Rate(0)),
             ("gyro_rad[2]", What::Rate(2)),
             ("field.angular_velocity.y", What::Rate(1)),
