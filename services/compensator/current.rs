@@ -43,6 +43,8 @@ pub struct Current {
     own: Vec<&'static dyn Effect>,
     /// The models before each change by command, the last one last.
     before: Vec<Model>,
+    /// Whether an earlier life of this process learned it, and this one nothing yet.
+    inherited: bool,
     /// Rows that it was fitted on.
     pub samples: u64,
 }
@@ -61,11 +63,13 @@ impl Current {
         let of_this_run = |path: &Path| -> anyhow::Result<Option<ModelFile>> {
             path.exists().then(|| model_file::load(path, &free_names)).transpose()
         };
-        let left = of_this_run(&folder.model())?.unwrap_or_else(|| told.clone());
+        let left = of_this_run(&folder.model())?;
+        let inherited = left.is_some();
+        let left = left.unwrap_or_else(|| told.clone());
         let before = of_this_run(&folder.model_before())?.map(|file| file.model).into_iter().collect();
         let message = wire::parameters_of(&left.model).map_err(Hopeless::from_error)?;
-        let mut current =
-            Self { model: left.model, message, first: told.model, own: told.own_effects, before, samples: 0 };
+        let (first, own) = (told.model, told.own_effects);
+        let mut current = Self { model: left.model, message, first, own, before, inherited, samples: 0 };
         left.own_effects.into_iter().for_each(|effect| current.know(effect));
         if let Err(error) = current.save(folder) {
             tracing::error!("{error:#}: going on without");
@@ -148,7 +152,7 @@ impl Current {
     pub fn adopt(&mut self, proposal: Proposal) {
         let before = std::mem::replace(&mut self.model, proposal.model);
         match proposal.what {
-            What::Solution => {}
+            What::Solution => self.inherited = false,
             What::Change => self.before.push(before),
             What::Undo => {
                 self.before.pop();
@@ -171,6 +175,12 @@ impl Current {
     #[must_use]
     pub fn message(&self) -> &Parameters {
         &self.message
+    }
+
+    /// Whether an earlier life of this process learned the model, and this one nothing yet.
+    #[must_use]
+    pub fn is_inherited(&self) -> bool {
+        self.inherited
     }
 
     /// Where the next solution starts.

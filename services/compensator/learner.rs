@@ -76,6 +76,8 @@ pub struct Solution {
     pub model: Result<Model, FitError>,
     /// Rows that it rests on.
     pub rows: usize,
+    /// Whether the data that there are do not fill the window yet.
+    pub is_young: bool,
     /// How a trial went.
     pub trial: Option<Trial>,
     /// By how many of its standard errors what is on trial differs from nothing; `None` where that says nothing.
@@ -90,7 +92,16 @@ pub struct Solution {
 
 impl Solution {
     fn plain(model: Result<Model, FitError>, rows: usize) -> Self {
-        Self { model, rows, trial: None, told: None, errors: Vec::new(), took: Duration::ZERO, number: 0 }
+        Self {
+            model,
+            rows,
+            is_young: false,
+            trial: None,
+            told: None,
+            errors: Vec::new(),
+            took: Duration::ZERO,
+            number: 0,
+        }
     }
 
     /// Whether the other model of a trial is better on data that neither learned from, and by no chance.
@@ -151,11 +162,12 @@ impl Learner {
             self.changed = contradicts(recent, all);
         }
         let (first, second) = if self.changed { (window, whole) } else { (whole, window) };
-        match (first, second) {
+        let solution = match (first, second) {
             (Some(first), Some(second)) if first.model.is_err() => second,
             (Some(only), _) | (None, Some(only)) => only,
             (None, None) => Solution::plain(Err(FitError::NoReference), 0),
-        }
+        };
+        Solution { is_young: covers_all, ..solution }
     }
 
     /// The model fitted to as many rows as the time allows.
@@ -243,6 +255,16 @@ fn contradicts(a: &Model, b: &Model) -> bool {
     parameters(a).zip(parameters(b)).any(|((x, sx), (y, sy))| (x - y).abs() > DISAGREE * sx.hypot(sy))
 }
 
+/// Whether a solution agrees with a model within their standard errors and knows none of its parameters better.
+#[must_use]
+pub fn adds_nothing(solution: &Model, to: &Model) -> bool {
+    let effects = |model: &Model| model.axes.each_ref().map(|axis| axis.as_ref().map(AxisModel::effect_ids));
+    let better = |((_, new), (_, known)): ((f64, f64), (f64, f64))| new < known || !known.is_finite();
+    effects(solution) == effects(to)
+        && !contradicts(solution, to)
+        && !parameters(solution).zip(parameters(to)).any(better)
+}
+
 fn parameters(model: &Model) -> impl Iterator<Item = (f64, f64)> + '_ {
     let terms = |axis: &AxisModel| -> Vec<(f64, f64)> {
         axis.terms.iter().flat_map(|t| t.values.iter().copied().zip(t.std_errors.iter().copied())).collect()
@@ -295,7 +317,7 @@ pub fn not_excited(model: &Model) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Axis, Model, Solution, Trial, not_excited, told};
+    use super::{Axis, Model, Solution, Trial, adds_nothing, not_excited, told};
     use gyro_model::{AxisModel, Term, effects::find};
     use ipc_types::diagnosis::ErrorPoint;
 
@@ -319,6 +341,23 @@ mod tests {
         // Of a zone without motion, its width; nothing is known of it yet.
         assert_eq!(told(&base, &model(&[("dead-zone", &[0.1], &[f64::NAN])])), None);
         assert_eq!(told(&base, &base), None);
+    }
+
+    #[test]
+    fn a_few_seconds_add_nothing_to_what_minutes_told_unless_they_contradict_it() {
+        let model = |delta: f64, std_error: f64| {
+            let mut axis = AxisModel::base(Axis::Z);
+            for (term, value) in axis.terms.iter_mut().zip([1.0, delta]) {
+                (term.values, term.std_errors) = (vec![value], vec![std_error]);
+            }
+            Model { axes: [None, None, Some(axis)], ..Model::default() }
+        };
+        let minutes = model(0.01, 1e-5);
+        assert!(adds_nothing(&model(0.015, 5e-3), &minutes));
+        assert!(!adds_nothing(&model(0.05, 5e-3), &minutes), "it contradicts");
+        assert!(!adds_nothing(&model(0.01, 5e-6), &minutes), "it knows more");
+        assert!(!adds_nothing(&model(0.015, 5e-3), &model(0.0, f64::NAN)), "nothing was known");
+        assert!(!adds_nothing(&model(0.015, 5e-3), &Model::default()), "there was no model");
     }
 
     #[test]

@@ -5,7 +5,7 @@ use super::{
     current::Proposal,
     is_due,
     keeper::{Keeping, Then},
-    learner::{Job, Solution, Task, not_excited},
+    learner::{Job, Solution, Task, adds_nothing, not_excited},
     next,
     phase::{Asked, Phase},
     trial::TRIAL_NS,
@@ -84,6 +84,12 @@ impl Compensator<'_> {
             Err(error) => (None, Some(error.to_string())),
             Ok(model) => match not_excited(&model) {
                 Some(reason) if !last => (None, Some(reason)),
+                None if solution.is_young
+                    && self.current.is_inherited()
+                    && adds_nothing(&model, self.current.start()) =>
+                {
+                    (None, Some("the model is still known better from before this process began".to_owned()))
+                }
                 _ => (Some(model), None),
             },
         };
