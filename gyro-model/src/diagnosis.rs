@@ -162,6 +162,21 @@ impl LimitedBy {
         Self::Unattributed,
     ];
 
+    /// Where an error comes from: behind "most of it".
+    #[must_use]
+    pub const fn cause(self) -> &'static str {
+        match self {
+            Self::GyroNoise => "noise of the gyro",
+            Self::BiasWander => "a bias that wanders",
+            Self::ReferenceNoise => "noise of the reference",
+            Self::ReferenceBandwidth => "from a reference that does not follow",
+            Self::Timing => "from stamps that scatter",
+            Self::FoldedMotion => "from motion too fast for the log's rate",
+            Self::MissingEffect => "from an effect that is missing",
+            Self::Unattributed => "from a cause that is not known",
+        }
+    }
+
     /// In words.
     #[must_use]
     pub const fn words(self) -> &'static str {

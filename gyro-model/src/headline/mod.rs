@@ -21,7 +21,7 @@ pub use together::{Named, Shared, Together};
 use crate::{
     Axis,
     budget::says::what_and_remedy,
-    diagnosis::{AxisDiagnosis, AxisLadder, ErrorPoint, LimitedBy, ParameterValue, Suspect, Verdict},
+    diagnosis::{AxisDiagnosis, AxisLadder, BudgetPoint, ErrorPoint, LimitedBy, ParameterValue, Suspect, Verdict},
     effects,
     measured::{Measured, and},
     units,
@@ -216,13 +216,24 @@ fn missing(axis: &AxisDiagnosis, best: &Suspect, told: &[&str]) -> Headline {
     let mut answer = if is_told { String::new() } else { sentence(&clause(axis.axis, &best.effect, &best.parameters)) };
     if let Some((before, after)) = corrected(&axis.error_curve, &best.error_curve) {
         let subject = subject(usize::from(!is_told), usize::from(is_told));
-        answer.push_str(&makes(subject, before, after, &rest(&after, is_noise(&after))));
+        let rest = match beside_what_is_missing(&axis.budget, after.tau_s) {
+            Some(by) if by.is_of_recording() => format!(", most of it {}", by.cause()),
+            _ => rest(&after, is_noise(&after)),
+        };
+        answer.push_str(&makes(subject, before, after, &rest));
     }
     if effects::find(&best.effect).is_some_and(|effect| effect.stage().is_of_reference()) {
         answer.push_str(" Your gyro is not the cause.");
     }
     let at_source = if is_told { String::new() } else { sources(&[&best.effect]) };
     Headline { answer: answer.trim_start().to_owned(), at_source }
+}
+
+/// What makes most of the error at this averaging time once what is missing is there.
+fn beside_what_is_missing(budget: &[BudgetPoint], tau: f64) -> Option<LimitedBy> {
+    let point = budget.iter().find(|point| (point.tau_s / tau - 1.0).abs() < 1e-6)?;
+    let parts = LimitedBy::ALL.into_iter().zip(point.parts()).filter(|(by, _)| *by != LimitedBy::MissingEffect);
+    parts.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, part)| *part > 0.0).map(|(by, _)| by)
 }
 
 /// What makes an error: so many causes of the axis' own, and so many that it shares.

@@ -102,6 +102,23 @@ fn each_effect_says_what_it_does_with_its_number_and_what_to_do_about_it() {
 }
 
 #[test]
+fn what_the_recording_makes_of_the_rest_is_not_called_noise() {
+    let says = |folded: f64| {
+        let point = BudgetPoint {
+            tau_s: 1.0,
+            gyro_noise: Some(1e-8),
+            folded_motion: Some(folded),
+            missing: Some(1e-6),
+            ..BudgetPoint::default()
+        };
+        let axis = diagnosed(Verdict::MissingEffect, vec![suspect("delay", &[], 1.0)], 14.0);
+        of_diagnosis(&AxisDiagnosis { budget: vec![point], ..axis }).answer
+    };
+    assert!(says(1e-9).ends_with("is left, which is noise."), "{}", says(1e-9));
+    assert!(says(1e-7).ends_with("is left, most of it from motion too fast for the log's rate."), "{}", says(1e-7));
+}
+
+#[test]
 fn each_sentence_has_the_sign_that_its_equation_has() {
     let says = |id: &str, sign: f64| clause(Axis::Z, id, &made_up(Axis::Z, id, sign));
     assert_eq!(says("delay", 1.0), "your gyro is 10.05 ± 0.20 ms late");
