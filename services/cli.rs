@@ -11,20 +11,20 @@ use std::{
 };
 use tracing_subscriber::EnvFilter;
 
-/// Says what is wrong with a low-cost gyro.
+/// Finds and corrects the errors of a low-cost gyro.
 ///
-/// What its errors are, which physics its model is missing, and what the rate really is, from a log or
-/// live.
+/// It compares the gyro with a reference, names the physical effect that its model lacks, and
+/// compensates the rate, on a log or live.
 #[derive(Parser, Debug)]
 #[command(
     name = "truerate",
     version,
     max_term_width = 100,
     propagate_version = false,
-    after_help = "Start with `truerate diagnose LOG`, or `truerate simulate -o log.csv.gz` where there is no log yet.",
+    after_help = "Start with `truerate diagnose LOG`, or `truerate simulate -o log.csv.gz` if you have no log yet.",
     after_long_help = "\
 The usual steps:
-  truerate simulate --hide delay -o log.csv.gz     a log to try things on, its truth beside it
+  truerate simulate --hide delay -o log.csv.gz     a log to try things on, with its true model
   truerate fit log.csv.gz -o model.toml            scale factor and bias
   truerate diagnose log.csv.gz                     which physical effect is missing
   truerate ladder log.csv.gz -o model.toml         add what is missing until nothing is
@@ -41,7 +41,7 @@ empty field or `nan` is no value. Logs of other programs are read too. Where the
 not clear, `--map NAME=CHANNEL` names a channel; `truerate channels LOG` lists the channels.
 
 Exit codes: 0 done; 1 failed, one line on standard error; 2 wrong usage; 3 `diagnose --fail-on`, or
-a `guide` that was ended before its log could tell.
+a `guide` that ended before its log was sufficient.
 TRUERATE_LOG=info (or debug, truerate=trace, …) shows more on standard error."
 )]
 pub struct Cli {
@@ -54,47 +54,47 @@ pub struct Cli {
 /// under `commands/`.
 #[derive(Subcommand, Debug)]
 pub enum Command {
-    /// Record with guidance: which manoeuvre next, until the log can tell
+    /// Record a log with instructions for the next motion, until the log is sufficient
     Guide(commands::guide::Args),
     /// Fit the base model: scale factor and bias
     Fit(commands::fit::Args),
-    /// Compare a model with the measurements, and see where it fails
+    /// Compare a model with the measurements, and show where it fails
     Compare(commands::compare::Args),
     /// Find out which physical effect is missing
     Diagnose(commands::diagnose::Args),
-    /// Add effects to a model, refit, see before and after
+    /// Add effects to a model, refit it, and show before and after
     Add(commands::add::Args),
-    /// Remove effects from a model, refit, see before and after
+    /// Remove effects from a model, refit it, and show before and after
     Remove(commands::remove::Args),
-    /// Diagnose and add until nothing is missing
+    /// Diagnose and add effects until nothing is missing
     Ladder(commands::ladder::Args),
-    /// Compensate a log, with the very filter that runs live
+    /// Compensate a log with the same filter that runs live
     Apply(commands::apply::Args),
-    /// Write a model in the form of where it is used: C, Kalibr, ROS, ArduPilot, PX4, JSON
+    /// Export a model: C header, Kalibr, ROS, ArduPilot, PX4, JSON
     Export(commands::export::Args),
-    /// Show what a file holds: its channels, and a map to the names of a log
+    /// Show the channels of a file, and propose a map to the names of a log
     Channels(commands::channels::Args),
-    /// Make a log with a known truth beside it
+    /// Simulate a log whose true model is written beside it
     Simulate(commands::simulate::Args),
-    /// Show the catalogue of physical effects, or one card of it
+    /// Show the catalogue of physical effects, or one effect of it
     Effects(commands::effects::Args),
-    /// Reproduce the paper behind this project: its seven figures, each number beside the printed one
+    /// Reproduce the paper behind this project: its seven figures, each number beside the published one
     Paper(commands::paper::Args),
-    /// Show it all: a simulated vehicle hides an effect, which is found and corrected while it drives
+    /// Demonstrate it: a simulated vehicle with a hidden effect, found and corrected while it drives
     Demo(commands::demo::Args),
-    /// Run the pipeline: its processes, supervised, on a live source or a log
+    /// Run the supervised processes of the pipeline on a live source or a log
     Run(commands::run::Args),
     /// Run one process of a pipeline
     Service(commands::service::Args),
-    /// Show what runs, and every stage's latency
+    /// Show what runs, and the latency of every stage
     Status(commands::status::Args),
     /// Change the model or the source of a running pipeline
     Control(commands::control::Args),
     /// Watch a running pipeline in the terminal, and add what is missing
     Top(commands::top::Args),
-    /// Measure what a hop from process to process costs on this machine, beside sockets and pipes
+    /// Measure the latency from process to process on this machine, beside sockets and pipes
     Bench(commands::bench::Args),
-    /// Print what a shell needs to complete commands and flags
+    /// Print the completions of commands and flags for a shell
     Completions(commands::completions::Args),
     /// Write the manual pages to a folder
     Man(commands::man::Args),

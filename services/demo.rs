@@ -181,12 +181,12 @@ impl Player {
         }
         let letter = Axis::ALL[place].letter();
         print(&format!(
-            "compare:  the error of axis {letter} is up to {before:.2} times noise after {seconds:.0} s of driving"
+            "compare:  after {seconds:.0} s of driving the error of axis {letter} is up to {before:.2} times the floor"
         ))?;
         let aliases = suspect.aliases.as_str();
-        let aliases = if aliases.is_empty() { String::new() } else { format!(" (looks the same here: {aliases})") };
+        let aliases = if aliases.is_empty() { String::new() } else { format!(" (or on this drive also {aliases})") };
         print(&format!(
-            "diagnose: {named} is missing{aliases}; adding it removes {} of the error beyond noise",
+            "diagnose: {named} is missing{aliases}; adding it removes {} of the error above the floor",
             // What a fit leaves may lie below the noise that was expected.
             units::percent(suspect.error_fall.clamp(0.0, 1.0))
         ))?;
@@ -198,11 +198,12 @@ impl Player {
             ..Command::default()
         };
         let reply = ask(&self.watch.hub, command)?;
-        print(&format!("add:      {}", reply.says))?;
+        // How the error falls is told over the same samples as before, below.
+        print(&format!("add:      {}", reply.says.as_str().split(" (").next().unwrap_or_default()))?;
         let Some(after) = self.wait_for_fall(place, &named, reply.epoch, stop)? else { return Ok(None) };
-        let band = if after.within_floor == 1 { ", which noise alone makes as well" } else { "" };
+        let band = if after.within_floor == 1 { ", which is noise" } else { "" };
         let after = after.error_over_floor;
-        print(&format!("compare:  the error is up to {after:.2} times noise{band}"))?;
+        print(&format!("compare:  the error is up to {after:.2} times the floor{band}"))?;
         Ok(Some(Played { named, before, after }))
     }
 

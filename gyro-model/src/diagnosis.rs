@@ -74,6 +74,9 @@ pub struct AxisDiagnosis {
     /// The effects that are missing together, where there are several.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<String>,
+    /// The error curve with all of these added; empty where there are not several.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub missing_error_curve: Vec<ErrorPoint>,
     /// Why each effect was named or was not, where that was asked for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub explained: Vec<Explained>,
@@ -100,6 +103,20 @@ pub struct AxisDiagnosis {
     /// What the pictures are drawn from, where they were asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub detail: Option<AxisDetail>,
+}
+
+impl AxisDiagnosis {
+    /// The error curve with what is missing added: all of it, where that is several effects; empty where there is no suspect.
+    #[must_use]
+    pub fn corrected_curve(&self) -> &[ErrorPoint] {
+        match self.suspects.first() {
+            _ if self.verdict == Verdict::MissingEffect && !self.missing_error_curve.is_empty() => {
+                &self.missing_error_curve
+            }
+            Some(best) => &best.error_curve,
+            None => &[],
+        }
+    }
 }
 
 /// Where the noise that a floor is made of is known from.
@@ -169,8 +186,8 @@ impl LimitedBy {
             Self::GyroNoise => "noise of the gyro",
             Self::BiasWander => "a bias that wanders",
             Self::ReferenceNoise => "noise of the reference",
-            Self::ReferenceBandwidth => "from a reference that does not follow",
-            Self::Timing => "from stamps that scatter",
+            Self::ReferenceBandwidth => "because the reference does not follow fast motion",
+            Self::Timing => "from time stamps that scatter",
             Self::FoldedMotion => "from motion too fast for the log's rate",
             Self::MissingEffect => "from an effect that is missing",
             Self::Unattributed => "from a cause that is not known",
@@ -186,7 +203,7 @@ impl LimitedBy {
             Self::ReferenceNoise => "reference noise",
             Self::ReferenceBandwidth => "reference bandwidth",
             Self::Timing => "timing",
-            Self::FoldedMotion => "folded motion",
+            Self::FoldedMotion => "aliased motion",
             Self::MissingEffect => "missing effect",
             Self::Unattributed => "unattributed",
         }
@@ -320,7 +337,7 @@ pub struct Suspect {
     /// What ln L gains by it, over what noise alone gains beyond white noise; `None` where no likelihood says so.
     #[serde(default)]
     pub log_likelihood_gain: Option<f64>,
-    /// Its parameters after an exact refit.
+    /// Its parameters after an exact refit: with all that is missing, where that is several effects.
     pub parameters: Vec<ParameterValue>,
     /// The error curve with it added.
     pub error_curve: Vec<ErrorPoint>,

@@ -46,57 +46,57 @@ macro_rules! thresholds {
 thresholds! {
     /// p that an effect needs.
     SIGNIFICANCE = 2e-3, "1", ByHand;
-    /// p at which an effect is plain: needed by what shows once in a log, which a bias that wanders may make too.
+    /// A very small p: needed by an effect that shows only once in a log, because a wandering bias can look like it.
     PLAIN = 1e-4, "1", ByHand;
     /// J up to which the error may be noise.
     NOISE = 1.2, "1", ByHand;
-    /// J above which the model is wrong enough that the likelihood, which trusts it, says little.
+    /// J above which the model is too wrong for the likelihood to be trusted.
     ROUGH = 1.5, "1", ByHand;
-    /// J₁/J₀ that an effect has to bring beside the base model.
+    /// J₁/J₀ below which an effect lowers the error, beside the base model alone.
     LOWERS = 1.0, "1", Derived("the error has to fall");
-    /// J₁/J₀ that an effect has to bring beside other effects, whose forms are right to a small share of what they remove.
+    /// The same beside other effects: their equations are exact only to a small share of what they remove.
     LOWERS_BESIDE_OTHERS = 0.996, "1", ByHand;
-    /// J₁/J₀ that is within what J scatters by near the floor.
+    /// J₁/J₀ that J may reach by chance near the floor.
     SCATTERS = 1.01, "1", ByHand;
     /// Error with an effect over that without it, at any averaging time where it is more than noise.
     GROWS = 1.1, "1", ByHand;
     /// Share of J − 1 that an effect has to remove.
     SHARE = 0.1, "1", ByHand;
-    /// Share of J − 1 that makes up for a likelihood which drowns in other missing physics.
+    /// Share of J − 1 with which an effect dominates the error; other missing effects may then hide its gain in ln L.
     DOMINATES = 0.4, "1", ByHand;
-    /// Fall of the error, ln(J₀/J₁) over the blocks, that is no chance.
+    /// Fall of the error, ln(J₀/J₁) over the blocks, that chance does not bring.
     FALLS = 4.0, "standard errors", ByHand;
-    /// The same for an effect that goes slowly: it differs from its mean in some blocks more than in others.
+    /// The same for a slow effect, which shows more in some blocks than in others.
     FALLS_SLOWLY = 3.0, "standard errors", ByHand;
-    /// The same where the likelihood holds on data that were not fitted, too.
+    /// The same where the likelihood improves on held-out data too.
     FALLS_TOO = 2.0, "standard errors", Literature("two-sided 95 %");
     /// The same where the whole sensor has the effect and another axis shows it.
     FALLS_ALIKE = 1.0, "standard errors", ByHand;
-    /// Gain in ln L on data that were not fitted, that one block alone cannot bring: it has a standard error of one.
+    /// Held-out gain in ln L that one block alone cannot bring: the gain of one block is one standard error.
     HELD_OUT = 1.2, "standard errors", Derived("one block's gain is one standard error; a fifth more");
     /// The same where an effect is clear throughout the log.
     CLEAR = 4.0, "standard errors", ByHand;
-    /// Held-out gain in ln L where nothing holds.
+    /// Held-out gain in ln L of an effect that does not hold.
     NOTHING = 0.0, "standard errors", Derived("a gain is positive");
-    /// Share of the gain in ln L that has to hold on data that were not fitted.
+    /// Share of the gain in ln L that has to hold on held-out data.
     HOLDS = 0.25, "1", ByHand;
-    /// Gain in ln L that is compared with at most.
+    /// Largest gain in ln L that this share is taken of.
     GAIN_COUNTED = 40.0, "1", ByHand;
-    /// A coefficient over its typical size, while much is left unexplained.
+    /// A coefficient over its typical size, while much error is unexplained.
     OUTSIZED = 20.0, "1", ByHand;
-    /// Swings of an effect's error from which on a bias that wanders would have to follow it too often.
+    /// Swings of an effect's error that a wandering bias would not follow by chance.
     SWINGS = 6.0, "swings", ByHand;
-    /// ln J of two effects apart that no optimum is found to.
+    /// Difference in ln J to which an optimum is found.
     ERROR_FOUND_TO = 1e-3, "1", ByHand;
-    /// ln L of two effects apart that no optimum is found to.
+    /// Difference in ln L to which an optimum is found.
     GAIN_FOUND_TO = 0.25, "1", ByHand;
-    /// The same of two that may be taken for one another: how either is undone between samples makes as much of the noise.
+    /// The same of two aliases: how each is compensated between samples changes the noise by as much.
     GAIN_WITHIN_FORM = 2.0, "1", ByHand;
-    /// Standard errors that two effects lie apart where a log tells them apart.
+    /// Difference of two effects that tells them apart.
     APART = 2.0, "standard errors", Literature("two-sided 95 %");
-    /// Kept J of two effects, larger over smaller, where only one leaves rows out.
+    /// Larger over smaller J of two effects on the rows that they keep, where only one leaves rows out.
     KEPT_ALIKE = 1.5, "1", ByHand;
-    /// J of two effects, one over the other, that counts as equal.
+    /// Ratio of J of two effects that counts as equal.
     CLOSE = 1.03, "1", ByHand;
     /// The same where a plainer effect is preferred.
     CLOSE_IF_PLAINER = 1.1, "1", ByHand;
@@ -106,51 +106,51 @@ thresholds! {
     PARAMETER = 4.0, "1", Literature("Schwarz 1978: ln(n)/2, some thousand readings");
     /// One parameter more, and not two.
     ONE_PARAMETER = 1.5, "parameters", Derived("between one and two");
-    /// Squared correlation of what two effects take out, from which on one may be the other.
+    /// Squared correlation of what two effects remove, above which they may be aliases.
     SHARED = 0.1, "1", ByHand;
-    /// The same from which on what begins at an instant is the plainer effect that is there throughout.
+    /// The same above which an effect that begins at an instant is replaced by the one that is there all the time.
     THE_SAME = 0.95, "1", Derived("1/(1 − R²), the variance inflation factor, is 20: twice what counts as collinear (Marquardt 1970)");
-    /// J₁/J₀ that a removed effect may not cost, whatever its significance.
+    /// J with an effect over J without it below which it stays, whatever its significance.
     NEEDED = 0.9, "1", ByHand;
-    /// Size of an effect in its own standard errors, all that the model knows of its parameters used, that keeps it (Wald test).
-    WALD = 3.0, "standard errors", Derived("of 26 effects that are nothing, noise brings 1.2 beyond two standard errors and 0.07 beyond three");
-    /// The same where an error is left without it that is not noise.
+    /// Size of an effect in its standard errors that keeps it, by all of its parameters together (Wald test).
+    WALD = 3.0, "standard errors", Derived("of 26 effects of size zero, noise brings 1.2 above two standard errors and 0.07 above three");
+    /// The same where more than noise is left without it.
     WALD_NEEDED = 2.0, "standard errors", Literature("two-sided 95 %");
-    /// J that all suspects together leave, by the score test, beyond which no three of them end in noise.
+    /// J that all suspects together leave by the score test, above which no three of them can reduce the error to noise.
     OUT_OF_REACH = 4.0, "1", ByHand;
-    /// Largest error over floor at one averaging time that is worth a look ahead.
+    /// Largest error over floor at one averaging time that starts a look-ahead.
     ABOVE = 1.4, "1", ByHand;
-    /// Gain in ln L of each of two effects beside the other that is no chance among all pairs.
+    /// Gain in ln L of each of two effects beside the other that chance does not bring among all pairs.
     TOGETHER = 15.0, "1", Derived("χ² with one degree of freedom: p = 4e-8, and 1.4e-5 after Bonferroni over 325 pairs");
-    /// Share of its own that each of two effects has to show to be tried together.
+    /// Share of each of two effects that the other does not span, needed to try them together.
     OWN_OF_PAIR = 0.01, "1", ByHand;
-    /// The same of an effect beside one that it may be taken for.
+    /// The same for two aliases.
     OWN_BESIDE_ALIAS = 0.5, "1", ByHand;
     /// An exact refit leaves at least this share of the error that the score test predicts, and gains at most its inverse in ln L.
     GRID = 0.4, "1", Calibrated("make_cases --seed 301, 302, 303 --count 20: the names were those of the full search");
-    /// Share of J that the score test has to promise for an exact refit.
+    /// Share of J that the score test has to predict for an exact refit.
     PROMISES = 0.02, "1", ByHand;
-    /// Gain in ln L, less its degrees of freedom, that the score test has to promise for an exact refit.
+    /// Gain in ln L, less its degrees of freedom, that the score test has to predict for an exact refit.
     NOTICEABLE = 3.0, "1", ByHand;
     /// No difference.
     NO_MORE = 0.0, "1", Derived("a difference has a sign");
-    /// Share by which what a whole sensor has may differ from axis to axis.
+    /// Share by which an effect of the whole sensor may differ from axis to axis.
     ALIKE_ON_AXES = 0.3, "1", ByHand;
-    /// Standard error of the scale factor, over its value, beyond which a log does not tell it.
+    /// Standard error of the scale factor, over its value, above which the log does not show it.
     UNEXCITED = 0.03, "1", ByHand;
-    /// Cost in ln L of the nearest noise that sensors have, beyond which what is left is no such noise.
+    /// Loss in ln L with the nearest noise that sensors have, above which what is left is not such noise.
     UNUSUAL = 4.0, "1", ByHand;
     /// Gain in ln L of a slow effect that a wandering bias may hide.
     SLOW_HIDDEN = 5.0, "1", ByHand;
-    /// Largest error over its floor that a wandering bias is believed to leave.
+    /// Largest error over its floor that may be called a wandering bias.
     WANDER = 3.0, "1", ByHand;
     /// Share of a log that may be left out before the rest is not enough for a verdict.
     SILENT = 0.6, "1", ByHand;
-    /// Share of a log left out that is worth a sentence.
+    /// Share of a log left out that is reported.
     MENTIONED = 0.02, "1", ByHand;
-    /// Length of a log, s, that shows little of what adds up slowly.
+    /// Length of a log, s, that is too short to show slow effects.
     BRIEF = 10.0, "s", ByHand;
-    /// Readings within which a rate error is forgotten that is no wandering bias.
+    /// Correlation time of a rate error, in readings, up to which it counts as white noise.
     FORGOTTEN = 10.0, "readings", ByHand;
 }
 

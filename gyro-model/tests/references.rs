@@ -298,7 +298,7 @@ fn a_reference_of_another_motion_is_not_called_a_scale_factor() {
     });
     let axes = diagnose::diagnose(&record, &Model::base_for(&record), &[Axis::Z], &Options::default()).unwrap();
     assert_eq!(axes[0].verdict, Verdict::CannotTell, "{}", axes[0].says);
-    assert!(axes[0].says.contains("does not go together"), "{}", axes[0].says);
+    assert!(axes[0].says.contains("do not agree, whatever the scale factor"), "{}", axes[0].says);
 }
 
 /// More readings than the noise is first looked for on, of noise that goes on from row to row.

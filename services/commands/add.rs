@@ -11,7 +11,7 @@ Examples:
   truerate add log.csv.gz delay -o late.toml                     the base model and a delay
   truerate add log.csv.gz g-sensitivity lag --axis x --model late.toml -o new.toml
 
-Both models are refitted to the log and judged on data that they did not see.")]
+Both models are refitted to the log and judged on data that the fit did not use.")]
 pub struct Args {
     #[command(flatten)]
     change: change::ChangeArgs,

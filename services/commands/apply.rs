@@ -29,7 +29,7 @@ Examples:
 Columns, one row for each row of the log:
   t                when the row's rates are valid, s on the log's own clock: a model with a delay d
                    makes it the row's time less d
-  rate_x …         compensated rate, rad/s, nothing else done to it
+  rate_x …         compensated rate, rad/s, not filtered
   rate_filtered_x  filtered rate, rad/s, and rate_std_x its standard deviation
   angle_x          integral of rate_x alone, rad, from the first reference on
   angle_fused_x    filtered angle, rad, with the reference where there is one
@@ -38,7 +38,7 @@ F`.")]
 pub struct Args {
     #[command(flatten)]
     log: LogArgs,
-    /// The model that compensates
+    /// The model to compensate with
     #[arg(long, value_name = "M")]
     model: PathBuf,
     /// Only this axis

@@ -24,19 +24,19 @@ Examples:
 
 A round trip is a sample to another process and an estimate back, so two hops; the other process
 does nothing else. Ways:
-  event      the pipeline's own hop, as it is by default: it sleeps until it is woken
-  spin       the same, looking without pause (`wait` in the configuration)
+  event      the pipeline's own hop with the default wait: it sleeps until it is woken
+  spin       the same with a busy wait (`wait` in the configuration)
   iceoryx2   publish and subscribe with notifier and listener, without what the pipeline adds
   socket     a Unix stream socket
-  pipe       two pipes: what the others are divided by
-The ways take turns, so that other load on the machine meets all of them alike. `spin` wants two
-free cores: on a busy machine its figures are the scheduler's. Compare ratios: times change from
+  pipe       two pipes: the ratios are relative to them
+The ways take turns, so that other load on the machine affects all of them equally. `spin` needs
+two free cores: on a busy machine its figures show the scheduler. Compare ratios: times differ from
 machine to machine and from hour to hour.")]
 pub struct Args {
     /// Round trips of each way under each load; without it, as many as 1.5 s allow
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     count: Option<u64>,
-    /// Begin so many round trips a second, as a sensor would; without it, each begins when the one before has ended
+    /// Round trips a second, as from a sensor; without it, each begins when the one before has ended
     #[arg(long, value_name = "HZ", value_parser = rate)]
     rate: Option<f64>,
     /// Under this load only: `quiet`, or `busy` (a loop on every core)

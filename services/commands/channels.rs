@@ -29,14 +29,13 @@ Examples:
   truerate channels candump.log --dbc car.dbc
       its signals
 
-A channel is taken under a name of a log with `--map NAME=CHANNEL`, on every command that takes a
-log. What stands under `map` is taken without being named; what stands under `likely` has to be
-chosen.")]
+`--map NAME=CHANNEL` uses a channel under a name of a log, on every command that takes a log. The
+channels under `map` are used without it; those under `likely` have to be chosen with it.")]
 pub struct Args {
     /// The file: text, ULog, ArduPilot .bin, MCAP, ROS bag, CAN log, …, plain or packed, or the folder of a ROS 2 bag
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// A DBC file, which says what the frames of a CAN log mean; without it their identifiers are listed
+    /// A DBC file, which defines the frames of a CAN log; without it their identifiers are listed
     #[arg(long, value_name = "FILE.dbc")]
     dbc: Option<PathBuf>,
     /// What is printed to standard output

@@ -19,20 +19,20 @@ Examples:
   truerate compare log.csv.gz
       the base model, fitted to this log
   truerate compare new.csv.gz --model model.toml
-      a model on a log that it has not seen
+      a model on a log that it was not fitted to
   truerate compare log.csv.gz --model a.toml --against b.toml
       two models on the same samples
   truerate compare log.csv.gz --model model.toml --report page.html
 
-The model's parameters are held. Where it was fitted on this very log, which its provenance tells,
-the errors shown are those of refits that did not see the block they are judged on.")]
+The model's parameters stay as they are. If the model was fitted on this very log (it stores that),
+the errors shown are those of refits without the block that is judged.")]
 pub struct Args {
     #[command(flatten)]
     log: LogArgs,
-    /// The model to hold against the log; without it the base model, fitted to it
+    /// The model to compare with the log; without it the base model, fitted to the log
     #[arg(long, value_name = "M")]
     model: Option<PathBuf>,
-    /// Another model to hold against the same samples
+    /// Another model to compare with the same samples
     #[arg(long, value_name = "M2")]
     against: Option<PathBuf>,
     /// Only this axis

@@ -28,7 +28,7 @@ pub struct Args {
     /// What to change
     #[command(subcommand)]
     pub request: Request,
-    /// The pipeline that is meant
+    /// The name of the pipeline
     #[arg(long, value_name = "NAME", default_value = "default", global = true)]
     pub instance: String,
 }
@@ -38,9 +38,9 @@ pub struct Args {
 pub enum Request {
     /// Add an effect to the model of one axis
     ///
-    /// Both models learn from the same samples. The new one takes over when it errs less on data that it did not see, by no
-    /// chance: its effect differs from nothing by four standard errors, or the error falls plainly. After two minutes without
-    /// that it is given up. `undo` ends the trial, or takes the effect out again.
+    /// Both models learn from the same samples. The new one takes over when its error on data that it did not learn from is
+    /// significantly smaller: its effect is four standard errors from zero, or the error falls clearly. Otherwise it is given
+    /// up after two minutes. `undo` ends the trial, or takes the effect out again.
     Add {
         /// Effect id
         effect: String,

@@ -29,22 +29,22 @@ const LISTENS_WITHIN: Duration = Duration::from_secs(20);
 #[command(after_long_help = "\
 Examples:
   truerate demo
-      a simulated vehicle with an effect hidden at random; says what to look at
+      a simulated vehicle with a random hidden effect; prints what to look at
   truerate demo --auto --seed 7
-      plays the whole loop by itself, to the terminal
+      runs the whole loop by itself, in the terminal
   truerate demo --log log.csv.gz
       the same on a recording")]
 pub struct Args {
     /// Use this recording in place of the simulated vehicle
     #[arg(long, value_name = "LOG")]
     pub log: Option<PathBuf>,
-    /// Play the whole loop to the terminal: compare, diagnose, add, see the error fall
+    /// Show the whole loop in the terminal: compare, diagnose, add, and how the error falls
     #[arg(long)]
     pub auto: bool,
-    /// Which vehicle and which hidden effect; without it one at random
+    /// Seed of the vehicle and its hidden effect; without it a random one
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-    /// The name of this pipeline: several of different names run side by side [default: demo, or demo-2, … where that runs]
+    /// The name of this pipeline; pipelines of different names run side by side [default: demo, or demo-2, … if that runs]
     #[arg(long, value_name = "NAME")]
     pub instance: Option<String>,
 }
@@ -108,7 +108,7 @@ fn show(claim: Claim, source: &str, settings: Settings, stop: &Stop) -> anyhow::
 
 /// Plays the loop: the pipeline in one thread, the player, who only watches and asks, in this one.
 fn play(claim: Claim, source: &str, settings: Settings, hidden: Option<&str>, stop: &Stop) -> anyhow::Result<ExitCode> {
-    let about = if hidden.is_some() { "something is wrong with the gyro" } else { "let us see what the gyro does" };
+    let about = if hidden.is_some() { "its gyro has a hidden error" } else { "its gyro is examined" };
     print(&format!("{source}: acquisition, kalman and compensator are starting; {about}."))?;
     let (instance, other) = (claim.domain().name().to_owned(), stop.clone());
     let pipeline = thread::spawn(move || {

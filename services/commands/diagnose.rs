@@ -23,12 +23,12 @@ Examples:
   truerate diagnose log.csv.gz --axis x --format json
       for programs
   truerate diagnose log.csv.gz --explain
-      why each effect was named or was not: every test with its number and its threshold
+      why each effect was named or not: every test with its number and its threshold
   truerate diagnose log.csv.gz --model model.toml --fail-on missing-effect
-      exit code 3 where an effect is missing: for CI
+      exit code 3 if an effect is missing: for CI
 
 The model is refitted to the log first. Verdicts: adequate, missing-effect, ambiguous, unexplained,
-cannot-tell, bad-data; the last line says what to run next.")]
+cannot-tell, bad-data. The last lines say what to run next.")]
 pub struct Args {
     #[command(flatten)]
     log: LogArgs,
@@ -42,7 +42,7 @@ pub struct Args {
     search: SearchArgs,
     #[command(flatten)]
     report: ReportArgs,
-    /// Exit with code 3 where this is the verdict of an axis; may be given several times
+    /// Exit with code 3 if an axis has this verdict; may be given several times
     #[arg(long, value_enum, value_name = "VERDICT")]
     fail_on: Vec<FailOn>,
 }
@@ -52,9 +52,9 @@ pub struct Args {
 pub enum FailOn {
     /// One physical effect is missing and named
     MissingEffect,
-    /// One is missing, and this log cannot tell which
+    /// An effect is missing, and this log cannot tell which of a group
     Ambiguous,
-    /// An excess that no effect explains
+    /// The error is more than noise, and no effect explains it
     Unexplained,
     /// The log does not decide it: it lacks a motion, or noise explains it as well
     CannotTell,

@@ -16,24 +16,24 @@ Examples:
   truerate effects                    the whole catalogue, a line each
   truerate effects g-sensitivity      equation, units, size, source, aliases, how to tell them apart
 
-An effect of your own is a table of the model file, from then on compared, ranked, fitted and run
-like any other:
+An effect of your own is a table in the model file. It is then compared, ranked, fitted and run like
+any other:
 
   [effect.load-bias]
   regressor = \"k * load\"
   parameters = { k = { unit = \"rad/s\", typical = 0.01 } }
 
-The regressor is what the gyro reads too much, rad/s. It may use
+The regressor is the rate that the gyro reads too high, rad/s. It may use
   rate, rate_dot               compensated rate of the axis, rad/s, and its derivative, rad/s²
   angle, t                     shaft angle, rad; time from the log's first row, s
   gyro_x, gyro_y, gyro_z       compensated rates, rad/s
   accel_x, accel_y, accel_z    specific force, m/s²
   temp, supply                 °C, V
   any other column of the log, + - * / ^, functions such as sin, exp, abs, and pi
-and has to be proportional to at least one parameter; the others are shapes.
+and has to be proportional to at least one parameter; the others are shape parameters.
 Then: truerate add LOG load-bias --model M")]
 pub struct Args {
-    /// The effect whose card to show; without it, the whole catalogue
+    /// The effect to show; without it, the whole catalogue
     #[arg(value_name = "ID")]
     pub id: Option<String>,
 }
@@ -76,8 +76,8 @@ fn card(effect: &dyn Effect) -> String {
     line("typical", card.typical);
     line("needs", &card.needs.iter().map(Need::to_string).collect::<Vec<_>>().join(", "));
     line("shows in", card.excited_by);
-    line("mended by", card.mended_by);
-    line("at source", card.at_source);
+    line("correction", card.mended_by);
+    line("remedy", card.at_source);
     line("source", card.source);
     text.push_str("\nparameters\n");
     let mut seen = BTreeSet::new();
@@ -85,8 +85,8 @@ fn card(effect: &dyn Effect) -> String {
         if seen.insert(parameter.name) {
             let shape = match parameter.role {
                 Role::Linear => "",
-                Role::Shape => "; a shape, scanned",
-                Role::Chosen => "; scanned, not refined",
+                Role::Shape => "; a shape parameter",
+                Role::Chosen => "; a shape parameter, chosen from a list",
             };
             let (low, high) = parameter.bounds;
             let _ = writeln!(
@@ -110,10 +110,10 @@ fn acts_on(stage: Stage) -> &'static str {
         Stage::Calibration => "the calibration of the reading",
         Stage::Felt => "the rate that the sensor feels",
         Stage::Timing => "the time at which a reading is valid",
-        Stage::Response => "the way from the true rate to the felt one, as a filter",
+        Stage::Response => "the response from the true rate to the rate that the sensor feels",
         Stage::Reading => "the reading itself",
         Stage::Reference => "the reference angle",
-        Stage::Shown => "what the reference shows of the motion",
+        Stage::Shown => "the motion that the reference shows",
     }
 }
 

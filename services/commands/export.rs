@@ -20,22 +20,22 @@ Examples:
   truerate export model.toml --to ros --rate 200
   truerate export model.toml --to json
 
-The header does to the last bit what `truerate apply` does wherever the model needs only + - * /.
-What a target cannot hold is a warning here and a comment there.")]
+If the model needs only + - * /, the header computes the same as `truerate apply` to the last bit.
+Anything that a target cannot represent gives a warning here and a comment in the file.")]
 pub struct Args {
-    /// The model to write out
+    /// The model to export
     #[arg(value_name = "MODEL")]
     model: PathBuf,
     /// Where it is used
     #[arg(long, value_enum, value_name = "TARGET")]
     to: Target,
-    /// Messages of the gyro a second, Hz, for kalibr and ros
+    /// Message rate of the gyro, Hz, for kalibr and ros
     #[arg(long, value_name = "HZ", value_parser = rate)]
     rate: Option<f64>,
     /// The topic of the gyro's messages, for kalibr
     #[arg(long, value_name = "NAME", default_value = "/imu/data_raw")]
     topic: String,
-    /// Which of the autopilot's gyros it is, 1 the first, for ardupilot and px4
+    /// Number of the gyro in the autopilot, from 1, for ardupilot and px4
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=3))]
     sensor: u8,
     /// The file to write; without it, standard output

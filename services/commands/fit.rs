@@ -17,11 +17,11 @@ Examples:
   truerate fit log.csv.gz -o model.toml
       scale factor and bias of every axis with a reference
   truerate fit log.csv.gz --axis x
-      of one axis, only printed
+      of one axis; printed only
   truerate fit new.csv.gz --model old.toml -o new.toml
       the effects of old.toml, refitted
 
-What the model then still leaves: `truerate compare`, `truerate diagnose`.")]
+Then `truerate compare` and `truerate diagnose` show what error the model leaves.")]
 pub struct Args {
     #[command(flatten)]
     log: LogArgs,

@@ -22,13 +22,13 @@ use std::{path::PathBuf, process::ExitCode};
 #[command(after_long_help = "\
 Examples:
   truerate guide --source serial:/dev/ttyUSB0 -o hand.csv
-      says how to turn the sensor, and stops when the log tells what is missing
+      says how to turn the sensor, and stops when the log shows what is missing
   truerate guide --source udp:0.0.0.0:5600 --axes x,y -o arm.csv
       about two axes alone
   truerate guide --source - --want delay --to delay=0.0002 -o late.csv
       until the delay is known to 0.2 ms
   truerate guide --source can:can0 --dbc car.dbc -o car.csv
-      frames of a CAN bus, in the signals that the DBC file names
+      frames of a CAN bus, decoded by the DBC file
   truerate guide --source sim --hide lag --speed max -o try.csv
       a simulated hand that follows: what a recording looks like
   truerate guide --source serial:/dev/ttyUSB0 --dashboard 0.0.0.0:7777 -o hand.csv
@@ -36,8 +36,8 @@ Examples:
   truerate guide --source sim --want bias --to 1% --speed max --format json -o events.csv
       events for a program, a line of JSON each
 
-The rows go to the log as they come, so that Ctrl-C loses none; an existing log is not overwritten.
-Exit code 0: the log tells what was asked; 3: it was ended before, and what it lacks is said.")]
+Each row is written at once, so that Ctrl-C loses none; an existing log is not overwritten. Exit
+code 0: the log is sufficient; 3: the recording ended before, and the program prints what it lacks.")]
 pub struct Args {
     /// Where rows come from: a sensor's address such as serial:/dev/ttyUSB0?baud=115200, can:can0?dbc=car.dbc,
     /// udp:0.0.0.0:5600, tcp:HOST:PORT, mavlink:udp:0.0.0.0:14550 (docs/feed.md), `-` for standard input, or `sim` for a simulated hand
@@ -46,38 +46,38 @@ pub struct Args {
     /// The log to record: CSV
     #[arg(long, short, value_name = "LOG.csv")]
     output: PathBuf,
-    /// Take the reference from this address; it joins the gyro's next row
+    /// Take the reference from this address; its newest value is added to the gyro's next row
     #[arg(long, value_name = "ADDRESS")]
     reference: Option<String>,
     /// A TOML file that renames foreign headers: lines such as `"IMU gz (deg/s)" = "gyro_z_dps"`
     #[arg(long, value_name = "F")]
     columns: Option<PathBuf>,
-    /// A DBC file, which says what the frames of a CAN bus mean: for `can:can0`, and for the lines of `candump` on standard input
+    /// A DBC file, which defines the frames of a CAN bus: for `can:can0`, and for the lines of `candump` on standard input
     #[arg(long, value_name = "FILE.dbc")]
     dbc: Option<PathBuf>,
     /// Only these axes [default: all that have a reference]
     #[arg(long, value_name = "x,y,z", value_delimiter = ',')]
     axes: Vec<Axis>,
-    /// What the log is to tell: these effects (`truerate effects`) [default: whatever is missing]
+    /// Measure these effects (`truerate effects`) [default: whatever is missing]
     #[arg(long, value_name = "EFFECT,…", value_delimiter = ',')]
     want: Vec<String>,
-    /// How well: a standard error as a share of the effect's typical size, or of one effect in SI units, `delay=0.0002`; may
+    /// The wanted standard error, as a share of the effect's typical size, or of one effect in SI units, `delay=0.0002`; may
     /// be given several times [default: 2%]
     #[arg(long, value_name = "PERCENT%|EFFECT=VALUE")]
     to: Vec<String>,
     /// Hide this effect in the simulated sensor, at its typical size or with these values
     #[arg(long, value_name = "ID[:NAME=VALUE,…]", num_args = 1..)]
     hide: Vec<String>,
-    /// Which simulated sensor and hand
+    /// Seed of the simulated sensor and hand
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// How fast a simulated hand moves: 1 is real time, `max` as fast as it is computed [default: 1]
+    /// Speed of the simulation: 1 is real time, `max` as fast as possible [default: 1]
     #[arg(long, value_name = "X|max")]
     speed: Option<String>,
     /// Show it on a page too, at this address: `127.0.0.1:0` for any free port, `0.0.0.0:7777` for a phone beside the sensor
     #[arg(long, value_name = "ADDR")]
     dashboard: Option<String>,
-    /// `text`, or `json` for events, a line each
+    /// `text`, or `json` for one event a line
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
@@ -122,7 +122,7 @@ fn wanted(want: &[String], precisions: &Precisions) -> Result<Option<Vec<&'stati
         let effect = known(id)?;
         if let Some(why) = unguided(effect) {
             bail!(
-                "--want {id}: no manoeuvre makes it known, because {why}; leave --want out, and the log is made to tell what is missing"
+                "--want {id}: no manoeuvre can measure it, because {why}; without --want the guide records until the log shows what is missing"
             );
         }
     }

@@ -26,8 +26,8 @@ Examples:
   truerate ladder log.csv.gz --budget 30                   the best model that 30 s find
 
 Each step adds the effect that removes most of the held-out error and refits the model. At the end,
-what is no longer needed is taken out again. It stops at the floor, which noise alone leaves, or
-says what is left and where.")]
+effects that are no longer needed are removed. It stops at the floor, the error that noise alone
+leaves, or says what error is left and where.")]
 pub struct Args {
     #[command(flatten)]
     log: LogArgs,

@@ -10,7 +10,7 @@ use std::process::ExitCode;
 Examples:
   truerate remove log.csv.gz delay --model model.toml -o without.toml
 
-Both models are refitted to the log and judged on data that they did not see.")]
+Both models are refitted to the log and judged on data that the fit did not use.")]
 pub struct Args {
     #[command(flatten)]
     change: change::ChangeArgs,

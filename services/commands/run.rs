@@ -23,17 +23,17 @@ Examples:
   truerate run --priority 50 --lock-memory
       acquisition, kalman and sender run before everything that is not real-time
   truerate run --source log.csv.gz --speed max --profile trace.json
-      when each sample was where, for ui.perfetto.dev
+      the times of each sample at each stage, for ui.perfetto.dev
   truerate run --hide delay g-sensitivity
-      a simulated vehicle with two effects that the model does not know
+      a simulated vehicle with two effects that the model lacks
   truerate run --source log.csv.gz --speed max
-      a log pushed through the processes without loss
+      a log through the processes, as fast as possible, without loss
   truerate run --source serial:/dev/ttyUSB0 --out shm
       a sensor on a serial line, the rate in shared memory
   truerate run --source log.csv.gz --speed max --model m.toml --freeze --record out.csv
       the same rows as `truerate apply`, byte for byte")]
 pub struct Args {
-    /// A TOML file with the pipeline's settings (see deploy/truerate.toml); flags win over it
+    /// A TOML file with the pipeline's settings (see deploy/truerate.toml); flags override it
     #[arg(long, value_name = "F")]
     pub config: Option<PathBuf>,
     /// Where samples come from: `sim`, a log (CSV, .gz, .mcap), `-` for standard input, or a sensor's address such as
@@ -44,11 +44,11 @@ pub struct Args {
     pub source: Option<String>,
     #[command(flatten)]
     pub(crate) names: NameArgs,
-    /// How fast a log is replayed: 1 is real time, 10 ten times that, `max` as fast as it is computed, without loss.
-    /// Rows that come live through `-` are given at once with `max` [default: 1]
+    /// Speed of the replay of a log: 1 is real time, 10 ten times that, `max` as fast as possible without loss.
+    /// With `max`, rows that come live through `-` are processed at once [default: 1]
     #[arg(long, value_name = "X|max")]
     pub speed: Option<String>,
-    /// The model to start from; without it the base model, learned on the way
+    /// The model to start from; without it the base model, learned during the run
     #[arg(long, value_name = "M")]
     pub model: Option<PathBuf>,
     /// No learning: the model stays as it is
@@ -60,11 +60,11 @@ pub struct Args {
     /// Record the estimates, in the columns of `truerate apply`: CSV, or MCAP by the file's ending
     #[arg(long, value_name = "F")]
     pub record: Option<PathBuf>,
-    /// Write when every sample was at every stage, as a trace that ui.perfetto.dev shows (0.6 MB a second at 1 kHz)
+    /// Write the times of every sample at every stage, as a trace for ui.perfetto.dev (0.6 MB a second at 1 kHz)
     #[arg(long, value_name = "F")]
     pub profile: Option<PathBuf>,
-    /// Give the rate to this place: `unix:PATH`, `udp:HOST:PORT`, `-` (standard output; the summary goes to stderr), `shm`
-    /// (shared memory); `?format=csv` or `?format=binary` behind it. May be given several times (docs/feed.md)
+    /// Send the rate to `unix:PATH`, `udp:HOST:PORT`, `-` (standard output; the summary goes to stderr), `shm`
+    /// (shared memory); add `?format=csv` or `?format=binary` to choose the form. May be given several times (docs/feed.md)
     #[arg(long, value_name = "PLACE")]
     pub out: Vec<String>,
     /// Where the dashboard listens: HOST:PORT, HOST:FIRST-LAST for the first free port of these, or `off`
@@ -80,17 +80,17 @@ pub struct Args {
     /// Lock the memory of acquisition, kalman and sender, and touch their stacks beforehand
     #[arg(long)]
     pub lock_memory: bool,
-    /// Let timers of acquisition, kalman and sender be late by so many µs at most (0: as exact as can be) [default: 50]
+    /// Largest delay of the timers of acquisition, kalman and sender, µs (0: as exact as possible) [default: 50]
     #[arg(long, value_name = "US")]
     pub timer_slack: Option<u64>,
-    /// Learn only where nobody else wants the core (SCHED_IDLE)
+    /// Learn only when the core is otherwise idle (SCHED_IDLE)
     #[arg(long)]
     pub idle_learning: bool,
-    /// How kalman waits for its next sample: `event` sleeps, `spin` takes a core, `hybrid(50)` looks for 50 µs before it
+    /// How kalman waits for its next sample: `event` sleeps, `spin` occupies a core, `hybrid(50)` spins for 50 µs and then
     /// sleeps [default: event]
     #[arg(long, value_name = "WAY")]
     pub wait: Option<String>,
-    /// The name of this pipeline: several of different names run side by side
+    /// The name of this pipeline; pipelines of different names run side by side
     #[arg(long, value_name = "NAME", default_value = "default")]
     pub instance: String,
 }

@@ -31,8 +31,8 @@ Examples:
       noise of cameras between 10 and 70 Hz
 
 The log holds three gyro axes, the shaft encoder of the tested axis, accelerometer, temperature and
-supply. What was hidden stands in LOG.truth.toml, a model file: `truerate compare LOG --model
-LOG.truth.toml` holds it against the log. `truerate effects` lists what can be hidden.")]
+supply. The hidden effects are written to LOG.truth.toml, a model file: `truerate compare LOG --model
+LOG.truth.toml` compares it with the log. `truerate effects` lists what can be hidden.")]
 pub struct Args {
     /// Hide this effect, at its typical size or with these values; may be given several times
     #[arg(long, value_name = "ID[:NAME=VALUE,…]", num_args = 1..)]
@@ -41,13 +41,13 @@ pub struct Args {
     /// `rate-table` (one rate after another, held)
     #[arg(long, value_name = "sine|multisine|drive|rate-table", default_value = "multisine")]
     pub motion: Motion,
-    /// How long, s
+    /// Length of the log, s
     #[arg(long, value_name = "S", default_value = "120", value_parser = positive)]
     pub seconds: f64,
     /// Rows a second
     #[arg(long, value_name = "HZ", default_value = "100", value_parser = positive)]
     pub rate: f64,
-    /// The seed of everything that is random
+    /// Seed of all random numbers
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
     /// What the reference is: the angle of an `encoder`, a `rate`, or the `orientation` of the whole sensor
@@ -56,16 +56,16 @@ pub struct Args {
     /// Noise of the reference, rad (rad/s of a rate), white or between two frequencies, Hz: 3e-4:10-70
     #[arg(long, value_name = "SIZE[:LOW-HIGH]", value_parser = Coloured::parse)]
     pub reference_noise: Option<Coloured>,
-    /// Standard deviation of the reference's stamps, s
+    /// Standard deviation of the reference's time stamps, s
     #[arg(long, value_name = "S", value_parser = positive)]
     pub jitter: Option<f64>,
-    /// How many values a second the reference has; between them it is interpolated by straight lines
+    /// New values a second of the reference; between them it is interpolated linearly
     #[arg(long, value_name = "HZ", value_parser = positive)]
     pub reference_rate: Option<f64>,
     /// Standard deviation of the Gaussian window that smooths the reference, s
     #[arg(long, value_name = "S", value_parser = positive)]
     pub smoothing: Option<f64>,
-    /// Add a ripple to the motion, of this frequency where the motion is fastest; beyond half the sampling rate it is aliased
+    /// Add a ripple to the motion, with this frequency at the largest rate; above half the sampling rate it is aliased
     #[arg(long, value_name = "HZ", value_parser = positive)]
     pub fold: Option<f64>,
     /// The axis on the shaft

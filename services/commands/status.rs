@@ -21,7 +21,7 @@ pub struct Args {
     /// What is printed to standard output
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
-    /// The pipeline that is meant
+    /// The name of the pipeline
     #[arg(long, value_name = "NAME", default_value = "default")]
     pub instance: String,
 }

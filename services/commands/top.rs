@@ -6,7 +6,7 @@ use std::process::ExitCode;
 /// What `truerate top` takes.
 #[derive(clap::Args, Debug, Clone)]
 pub struct Args {
-    /// The pipeline that is meant
+    /// The name of the pipeline
     #[arg(long, value_name = "NAME", default_value = "default")]
     pub instance: String,
 }

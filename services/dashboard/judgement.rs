@@ -52,6 +52,7 @@ fn axis_of(axis: Axis, a: &wire::AxisDiagnosis) -> AxisDiagnosis {
         fails_where: Vec::new(),
         searched: true,
         missing: Vec::new(),
+        missing_error_curve: Vec::new(),
         explained: Vec::new(),
         unfinished: false,
         suspects: suspects
@@ -93,7 +94,7 @@ pub fn page(diagnosis: &Diagnosis) -> Page {
     for axis in &mut page.axes {
         axis.detail = None;
         if axis.verdict == Verdict::Unexplained {
-            axis.says = format!("{} {AGAIN}", axis.says);
+            axis.says = format!("{} {AGAIN}", axis.says).trim_start().to_owned();
         }
         [&mut axis.headline, &mut axis.label, &mut axis.says].into_iter().for_each(live);
         axis.limit.iter_mut().for_each(|limit| live(&mut limit.says));

@@ -117,8 +117,8 @@ pub enum Problem {
     MapFlag(String),
     /// The reference's clock is another, and the motion does not tell which.
     #[error(
-        "the clocks of log and reference are not one, and the motion of both does not tell how far apart they are (likeness {0:.2}, \
-         0.5 is wanted): record both with one clock, or begin and end with a few quick turns"
+        "log and reference have different clocks, and their motion does not show the offset (correlation {0:.2}, at least 0.5 is needed): \
+         record both with one clock, or begin and end with a few quick turns"
     )]
     NotAligned(f64),
     /// A second file without a reference in it.

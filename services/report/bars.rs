@@ -15,7 +15,7 @@ pub(super) struct Row {
     pub floor_99: Option<f64>,
 }
 
-/// The rows that fit a screen: about even in log τ, with those nearest 0.1, 1 and 10 s.
+/// The rows that fit a screen: about even in log τ, with those nearest 0.1, 1 and 10 s and the worst.
 pub(super) fn rows(axis: &AxisView) -> Vec<Row> {
     let Some(judged) = axis.curves.get(axis.judged).filter(|c| !c.tau.is_empty()) else { return Vec::new() };
     let before = axis.curves.first().filter(|_| axis.judged > 0);
@@ -26,6 +26,9 @@ pub(super) fn rows(axis: &AxisView) -> Vec<Row> {
         .map(|&tau| nearest(judged, tau))
         .collect();
     picked.extend([0, last]);
+    let ratio = |i: usize| judged.error[i].zip(judged.floor[i]).map_or(0.0, |(error, floor)| error / floor);
+    // Of the worst it is said how many times its floor it is.
+    picked.extend((0..=last).max_by(|&a, &b| ratio(a).total_cmp(&ratio(b))));
     for i in 0..ROWS {
         if picked.len() >= ROWS {
             break;

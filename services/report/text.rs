@@ -138,11 +138,7 @@ impl Screen {
             self.wrapped("        ", &format!("At the source: {}.", axis.at_source), Ink::Plain);
         }
         self.wrapped("        ", &format!("Verdict: {}.", axis.label), Ink::Quiet);
-        // A fault of the data is the headline already.
-        let said = axis.verdict == Verdict::BadData && axis.headline.contains(axis.says.trim_end_matches('.'));
-        if !said {
-            self.wrapped("        ", &axis.says, Ink::Quiet);
-        }
+        self.wrapped("        ", &axis.says, Ink::Quiet);
         if axis.verdict != Verdict::BadData {
             self.limit(axis);
         }
@@ -172,12 +168,8 @@ impl Screen {
     /// What limits the log, and what its error² is made of at a few averaging times.
     fn limit(&mut self, axis: &AxisView) {
         let Some(limit) = &axis.limit else { return };
-        self.heading(&format!("what limits this log: {}", limit.by));
-        // The verdict says it too, in the middle of a sentence.
-        let said = axis.says.to_lowercase().contains(limit.says.trim_end_matches('.').to_lowercase().as_str());
-        if !said && !limit.says.is_empty() {
-            self.wrapped("  ", &limit.says, Ink::Plain);
-        }
+        self.heading(&format!("{}: {}", limit.head, limit.by));
+        self.wrapped("  ", &limit.says, Ink::Plain);
         let shown: Vec<usize> = SHOWN
             .iter()
             .filter(|tau| limit.tau.first().is_some_and(|t| *tau > t) && limit.tau.last().is_some_and(|t| *tau < t))
@@ -313,17 +305,20 @@ impl Screen {
         if axis.suspects.is_empty() {
             return;
         }
-        self.heading("suspects, likeliest first, and what each removes alone");
+        self.heading(axis.suspects_head);
         for suspect in axis.suspects.iter().take(SUSPECTS) {
-            let values: Vec<String> = suspect.parameters.iter().map(|p| format!("{} = {}", p.name, p.shown)).collect();
+            let values: Vec<String> = suspect.parameters.iter().map(ParameterView::equation).collect();
             let name = self.terminal.paint(Ink::Strong, &suspect.effect);
             let pad = " ".repeat(24usize.saturating_sub(suspect.effect.chars().count()));
             let room = self.terminal.width >= 36 + suspect.card.title.chars().count();
             let title = if room { suspect.card.title.as_str() } else { "" };
             self.line(&format!("{:>6}  {name}{pad} {title}", suspect.removes));
+            if !room {
+                self.wrapped("          ", &suspect.card.title, Ink::Plain);
+            }
             self.wrapped("          ", &values.join(", "), Ink::Plain);
             if !suspect.significance.is_empty() {
-                let says = format!("chance that noise alone looks like it: {}", suspect.significance);
+                let says = format!("chance that noise alone looks like this: {}", suspect.significance);
                 self.wrapped("          ", &says, Ink::Quiet);
             }
             if !suspect.odds.is_empty() {
@@ -363,7 +358,10 @@ impl Screen {
         let wide = axis.explained.iter().map(|e| e.effect.chars().count()).max().unwrap_or(0);
         for explained in &axis.explained {
             let name = self.terminal.paint(Ink::Strong, &format!("{:wide$}", explained.effect));
-            self.line(&format!("  {name}  {}", explained.outcome));
+            let start = self.text.len();
+            let indent = " ".repeat(wide + 4);
+            self.wrapped(&indent, &explained.outcome, Ink::Plain);
+            self.text.replace_range(start..start + indent.len(), &format!("  {name}  "));
             for test in &explained.tests {
                 self.item(&format!("      {:4}  ", test.mark), &format!("{}: {}", test.name, test.numbers));
             }

@@ -196,10 +196,10 @@
     const answer = looking ? [h('h2.answer', looking), h('p', h('b', 'So far: '), view.headline)] : Parts.answer(view);
     if (looking) $('verdict').className = 'panel two-thirds verdict unknown';
     fill('verdict', h('p.soft.small', `axis ${axis}`), answer, way,
-      h('.figures', figures, view.error_over_floor == null ? null : figure('error at its worst', `${number(view.error_over_floor)} × floor`, view.within_floor ? 'no more than noise and set-up make' : 'more than noise and set-up make')));
+      h('.figures', figures, view.error_over_floor == null ? null : figure('error at its worst', `${number(view.error_over_floor)} × floor`, view.within_floor ? 'within the range of noise and set-up' : 'above the range of noise and set-up')));
     drawCurve(view);
     drawLimit(view.limit);
-    fill('suspects', h('h3', 'What may be missing'), view.suspects.length ? view.suspects.map((s, i) => Parts.suspect(s, tried(axis) === s.effect ? h('span.pill.warn', 'on trial') : has(s.effect) ? h('span.pill.good', 'in use') : adding(s.effect, i ? 'button' : 'button.primary', 'Add', i ? '' : ' (a)'))) : h('p.soft', view.verdict === 'adequate' ? 'Nothing: what is left is noise.' : 'No suspect stands out yet.'));
+    fill('suspects', h('h3', 'What may be missing'), view.suspects.length ? view.suspects.map((s, i) => Parts.suspect(s, tried(axis) === s.effect ? h('span.pill.warn', 'on trial') : has(s.effect) ? h('span.pill.good', 'in use') : adding(s.effect, i ? 'button' : 'button.primary', 'Add', i ? '' : ' (a)'))) : h('p.soft', view.verdict === 'adequate' ? 'Nothing: the rest is noise.' : 'No suspect stands out yet.'));
     const faults = view.data_faults.length ? [h('h3', 'Data faults'), Parts.list(view.data_faults)] : null;
     fill('fails', h('h3', 'Where it fails'), view.fails_where.length ? Parts.list(view.fails_where) : h('p.soft', 'No regime stands out from the noise.'), faults);
   }
@@ -256,7 +256,7 @@
       h('.choices', h('button', { type: 'button', 'data-do': 'undo', title: 'Back to the model before the last change (u)' }, 'Undo'),
         h('button', { type: 'button', 'data-do': model.paused ? 'resume' : 'pause', title: 'Learning on and off (p)' }, model.paused ? 'Resume learning' : 'Pause learning'),
         h('button', { type: 'button', 'data-do': 'forget', title: 'Forget what was seen so far' }, 'Forget')),
-      h('p.soft.small', model.paused ? 'Learning rests: by command, or because the motion excites too little.' : `Fitted on the motion so far, averaged to ${model.samples.toLocaleString('en')} rows.`),
+      h('p.soft.small', model.paused ? 'Learning is paused: by command, or because there is too little motion.' : `Fitted on the motion so far, averaged to ${model.samples.toLocaleString('en')} rows.`),
       h('table.values', h('tbody', mine.parameters.map(p => h('tr', h('td', { title: p.says }, `${p.effect} `, h('code', p.name)), h('td.number', p.shown))))));
   }
   let minis = new Map();

@@ -19,7 +19,7 @@ const Parts = (() => {
   const prose = text => text.split('`').map((part, k) => (k % 2 ? h('code', part) : part));
 
   // The answer in the page's largest words, what to do about it on the vehicle, and the verdict's own sentence.
-  const answer = view => [h('h2.answer', view.headline), view.at_source ? h('p', h('b', 'At the source: '), `${view.at_source}.`) : null, h('p.soft.small', h('b', `${view.label[0].toUpperCase()}${view.label.slice(1)}. `), view.verdict === 'bad-data' && view.headline.includes(view.says.replace(/\.$/, '')) ? null : Parts.prose(view.says))];
+  const answer = view => [h('h2.answer', view.headline), view.at_source ? h('p', h('b', 'At the source: '), `${view.at_source}.`) : null, h('p.soft.small', h('b', `${view.label[0].toUpperCase()}${view.label.slice(1)}. `), Parts.prose(view.says))];
 
   const panel = (size, heading, ...content) => h('section.panel' + (size ? '.' + size : ''), heading ? h('h3', heading) : null, ...content);
 
@@ -38,7 +38,7 @@ const Parts = (() => {
   const command = next => h('', h('.command', h('code', next.command), copyButton(next.command)), h('p.soft.small', prose(next.says)));
 
   function card(c) {
-    const rows = [['physics', c.physics], ['equation', c.equation], ['typical size', c.typical], ['shown by', c.excited_by], ['mended by', c.mended_by], ['source', c.source]];
+    const rows = [['physics', c.physics], ['equation', c.equation], ['typical size', c.typical], ['shown by', c.excited_by], ['correction', c.mended_by], ['source', c.source]];
     return h('details', h('summary', `What ${c.id} is`), h('dl', rows.filter(r => r[1]).map(([k, v]) => [h('dt', k), h('dd', k === 'equation' ? h('code', v) : v)])));
   }
 
@@ -56,7 +56,7 @@ const Parts = (() => {
       h('.share', { title: `removes ${s.removes} of the excess error` }, h('i', { style: `width:${100 * (s.share ?? 0)}%` })),
       h('p.small', `removes ${s.removes} of the excess error`, s.significance ? `, ${s.significance}` : ''),
       s.odds ? h('p.soft.small', `Odds against the next suspect: ${s.odds}.`) : null,
-      s.parameters.length ? h('p.number', s.parameters.map(p => h('', `${p.name} = ${p.shown}`))) : null,
+      s.parameters.length ? h('p.number', s.parameters.map(p => h('', `${p.name}${/^not /.test(p.shown) ? ':' : ' ='} ${p.shown}`))) : null,
       s.card.typical ? h('p.soft.small', `Usual: ${s.card.typical}.`) : null,
       s.aliases.map(a => h('.alias', h('p', `Here it cannot be told from `, h('b', a.id), a.title ? ` (${a.title})` : '', '.'), a.when ? h('p.soft.small', `They look alike when ${a.when}.`) : null, a.split_by ? h('p.small', `To tell them apart: ${a.split_by}.`) : null)),
       s.aliases.length && s.separate_by ? h('p', h('b', 'Manoeuvre: '), s.separate_by) : null,

@@ -67,7 +67,7 @@
       const i = judged.tau.reduce((best, t, k) => (Math.abs(Math.log(t / tau)) < Math.abs(Math.log(judged.tau[best] / tau)) ? k : best), 0);
       return h('.figure', h('.of', `error at ${Charts.seconds(judged.tau[i])} s`), h('.value', `${number(judged.error[i])} °/s`), h('.of', `${number(judged.error[i] * judged.tau[i])}° in that time; floor: ${number(judged.floor[i])} °/s`), fits(judged.tau[i], judged.error[i]));
     };
-    const within = axis.within_floor == null ? '' : axis.within_floor ? 'no more than noise and set-up make' : 'more than noise and set-up make';
+    const within = axis.within_floor == null ? '' : axis.within_floor ? 'within the range of noise and set-up' : 'above the range of noise and set-up';
     return h('.figures', at(0.1), at(1), at(10), axis.error_over_floor == null ? null : h('.figure', h('.of', 'error at its worst'), h('.value', `${number(axis.error_over_floor)} × floor`), h('.of', within)));
   }
 
@@ -75,7 +75,7 @@
     if (!axis.curves.length || !axis.curves[0].tau.length) return null;
     const place = h('');
     later.push(() => Charts.errorCurve(place, axis.curves, axis.judged, 320, 'tau'));
-    const about = `Floor: what noise and the limits of the set-up alone would leave${axis.floor_source ? ` (${axis.floor_source})` : ''}. Where the curve lies above the floor, physics is missing from the model: at short times (left) something fast, at long times (right) something slow.`;
+    const about = `Floor: what noise and the limits of the set-up alone would leave${axis.floor_source ? ` (${axis.floor_source})` : ''}. Where the curve is above the floor, the model lacks an effect: a fast one at short times (left), a slow one at long times (right).`;
     return h('.grid', panel(axis.steps.length ? 'two-thirds' : '', 'Drift rate over a time τ, on data not used for the fit', place, h('p.soft.small', about)), axis.steps.length ? panel('third', 'Error ÷ floor at its worst, step by step (log scale)', Parts.steps(axis.steps)) : null);
   }
 
@@ -86,8 +86,8 @@
     const [areas, whose] = [h(''), h('')];
     later.push(() => Charts.budget(areas, l, 'tau'));
     later.push(() => Charts.make(whose, { sync: 'frequency', name: 'Whose error it is, by frequency', x: { label: 'frequency', short: 'f', unit: 'Hz', log: true }, y: { label: 'density', unit: '°/s/√Hz', log: true }, height: 280, series: [{ label: 'motion', ink: 'measured', width: 1, unit: '°/s/√Hz' }, { label: 'error', ink: 'residual', width: 1.5, unit: '°/s/√Hz' }, { label: 'part from the reference', ink: 'part-2', width: 1.5, unit: '°/s/√Hz' }, { label: 'part from the gyro', ink: 'part-0', width: 1.5, unit: '°/s/√Hz' }], data: [l.frequency, ...['gyro', 'error', 'of_reference', 'of_gyro'].map(k => Charts.positive(l[k]))] }));
-    const says = axis.says.includes(l.says.replace(/\.$/, '')) ? null : h('p', Parts.prose(l.says));
-    return h('.grid', panel('half', `What limits this log: ${l.by}`, says, areas, h('p.soft.small', `Share of the error² at each averaging time. The noise behind the floor is ${({ measured: 'measured on this log', assumed: 'taken from data sheets' })[l.floor_from] ?? 'not known'}.`)), l.frequency.length ? panel('half', 'Whose error it is', whose, h('p.soft.small', 'Where a line has a gap, the motion is too large to tell.')) : null);
+    const says = h('p', Parts.prose(l.says));
+    return h('.grid', panel('half', `${l.head[0].toUpperCase()}${l.head.slice(1)}: ${l.by}`, says, areas, h('p.soft.small', `Share of the error² at each averaging time. The noise behind the floor is ${({ measured: 'measured on this log', assumed: 'taken from data sheets' })[l.floor_from] ?? 'not known'}.`)), l.frequency.length ? panel('half', 'Whose error it is', whose, h('p.soft.small', 'A line has a gap where the motion is too large to separate it.')) : null);
   }
 
   function overlay(axis) {
@@ -173,7 +173,7 @@
 
   function suspects(axis) {
     if (!axis.suspects.length) return null;
-    return h('.grid', panel('', 'Suspects, likeliest first', h('.suspects', axis.suspects.map(s => Parts.suspect(s)))));
+    return h('.grid', panel('', axis.suspects_head[0].toUpperCase() + axis.suspects_head.slice(1), h('.suspects', axis.suspects.map(s => Parts.suspect(s)))));
   }
 
   function spectra(axis) {

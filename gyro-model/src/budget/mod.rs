@@ -274,9 +274,9 @@ impl Budget {
         let share = format!("{:.0} %", 100.0 * self.unattributed);
         if is_noise && !judged.within() && judged.over_floor() > limit::WANDER.value {
             let says = format!(
-                "the error is up to {white:.1} times what white noise leaves, the cause of {share} of its square is not known, and no effect \
-                 of the catalogue stands out. It may be a zero that drifts, or something that is not in the catalogue. Record a second \
-                 log, and one at rest."
+                "the error is up to {white:.1} times what white noise leaves, and {share} of the error² has no known cause. No effect of \
+                 the catalogue stands out: the cause may be a wandering bias, or an effect that is not in the catalogue. Record a \
+                 second log, and one at rest."
             );
             return (Verdict::CannotTell, says);
         }
@@ -285,16 +285,16 @@ impl Budget {
         }
         if self.unattributed > EXPLAINED {
             let error = format!("the error is up to {:.1} times what noise leaves", judged.over_floor());
-            return (verdict, format!("{error}, the cause of {share} of its square is not known, and {says}"));
+            return (verdict, format!("{error}, {share} of the error² has no known cause, and {says}"));
         }
         let limit = &self.limited_says;
         if judged.within() {
-            let says = format!("no effect that this log could show is missing. What limits it: {limit}");
+            let says = format!("no effect that this log can show is missing. What limits this log: {limit}");
             return (Verdict::Adequate, says);
         }
         let says = format!(
-            "the error is known but for {share} of its square, and too large to tell what smaller effects the gyro has. What limits \
-             this log: {limit}"
+            "all but {share} of the error² has a known cause, and the error is too large to show smaller effects of the gyro. What \
+             limits this log: {limit}"
         );
         (Verdict::CannotTell, says)
     }
@@ -318,7 +318,7 @@ impl Budget {
     #[must_use]
     pub fn fault(&self, axis: Axis) -> Option<DataFault> {
         let says = format!(
-            "{}. Gyro and reference both show it, but not in the proportion of motion of that frequency, so no effect is made of it. Sample \
+            "{}. Gyro and reference both show it, but not in the proportion of motion of that frequency, so no effect is named for it. Sample \
              faster, or filter both before sampling",
             self.folded?.says()
         );

@@ -41,7 +41,7 @@ pub fn says(
     let of = |part: Part| numbers(part).unwrap_or_default();
     match limit {
         LimitedBy::GyroNoise => format!(
-            "the gyro's own white noise, {} °/√s ({part}). Only a quieter gyro, or a longer average, does better.",
+            "the gyro's own white noise, {} °/√s ({part}). Use a quieter gyro, or average over longer times.",
             digits(seen.walks.0.to_degrees())
         ),
         LimitedBy::BiasWander => {
@@ -52,28 +52,28 @@ pub fn says(
                 format!("{} °/s in a minute", digits((walk * 60_f64.sqrt()).to_degrees()))
             };
             format!(
-                "the gyro's bias wanders by {how} ({part}). No parameter takes that out: let a filter with a reference follow it, or keep \
-                 the sensor's temperature."
+                "the gyro's bias wanders by {how} ({part}). No parameter removes that: estimate the bias live with a reference, or keep \
+                 the sensor at one temperature."
             )
         }
         LimitedBy::ReferenceNoise => {
             let [sigma, low, high] = of(Part::ReferenceNoise);
             if low > 0.0 && seen.walks.1 == 0.0 {
                 format!(
-                    "noise of the reference, {} ° in all, between {low:.0} and {high:.0} Hz more than the gyro's whole signal ({part}). \
-                     It says nothing against the gyro: record a steadier reference, or judge over longer times.",
+                    "noise of the reference, {}° in all, between {low:.0} and {high:.0} Hz more than the gyro's whole signal ({part}). \
+                     The gyro is not the cause: record a steadier reference, or judge over longer times.",
                     digits(sigma.to_degrees())
                 )
             } else if seen.walks.1 > seen.walks.0 {
                 format!(
-                    "noise of the reference, {} °/√s, more than the gyro's own {} °/√s ({part}). It says nothing against the gyro: record \
-                     a quieter reference.",
+                    "noise of the reference, {} °/√s, more than the gyro's own {} °/√s ({part}). The gyro is not the cause: record a \
+                     quieter reference.",
                     digits(seen.walks.1.to_degrees()),
                     digits(seen.walks.0.to_degrees())
                 )
             } else {
                 format!(
-                    "noise of the reference, {} ° a reading ({part}). It says nothing against the gyro: record a finer reference, or judge \
+                    "noise of the reference, {}° a reading ({part}). The gyro is not the cause: record a finer reference, or judge \
                      over longer times.",
                     digits(sigma.to_degrees())
                 )
@@ -83,8 +83,8 @@ pub fn says(
             let [size, knots, _] = of(Part::ReferenceBandwidth);
             if knots > 0.0 {
                 format!(
-                    "the reference has a value of its own every {} only, and straight lines between ({part}): it follows nothing faster \
-                     than {:.1} Hz. Log it as it comes, with its own stamps, or record a faster one.",
+                    "the reference has a new value only every {}, with straight lines between, and follows nothing faster than {:.1} Hz \
+                     ({part}). Log it at its own rate with its own time stamps, or record a faster one.",
                     seconds(size),
                     0.5 / size
                 )
@@ -98,13 +98,14 @@ pub fn says(
             }
         }
         LimitedBy::Timing => format!(
-            "the stamps of gyro and reference scatter by {} against each other ({part}). Stamp in hardware, or log both with one clock.",
+            "the time stamps of gyro and reference scatter by {} against each other ({part}). Stamp in hardware, or log both with one \
+             clock.",
             seconds(of(Part::Timing)[0])
         ),
         LimitedBy::FoldedMotion => match Motion::behind(&seen.folded, seen.dt) {
             Some(motion) => format!("{} ({part}). Sample faster, or filter both before sampling.", motion.says()),
             None => format!(
-                "the motion is still strong at half the sampling rate ({} °/s/√Hz), and what is faster comes back folded ({part}). Sample \
+                "the motion is still strong at half the sampling rate ({} °/s/√Hz), and faster motion is aliased ({part}). Sample \
                  faster, or filter both before sampling.",
                 digits(of(Part::FoldedMotion)[0].to_degrees())
             ),

@@ -49,10 +49,9 @@ fn regime(channel: &Channel, windows: &[(usize, usize)], referenced: &Referenced
         .enumerate()
         .filter_map(|(i, edge)| {
             let last = i + 2 == edges.len();
-            let inside: Vec<&Piece> = pieces
-                .iter()
-                .filter(|p| p.value >= edge[0] && (p.value < edge[1] || last && p.value <= edge[1]))
-                .collect();
+            // The outer edges are rounded, and what lies at the ends belongs inside them.
+            let is_inside = |p: &&Piece| (i == 0 || p.value >= edge[0]) && (last || p.value < edge[1]);
+            let inside: Vec<&Piece> = pieces.iter().filter(is_inside).collect();
             (inside.len() >= least).then(|| bin(edge[0], edge[1], &inside))
         })
         .collect();

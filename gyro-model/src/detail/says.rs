@@ -8,6 +8,8 @@ use statrs::distribution::{ContinuousCDF, Normal};
 const CHANCE: f64 = 0.01;
 /// Standard errors that a mean is off by at least, however few bins there are.
 const LEAST: f64 = 4.0;
+/// Standard error of a mean over the mean below which it is none.
+const STILL: f64 = 1e-6;
 /// Sentences at most.
 const SENTENCES: usize = 5;
 
@@ -112,7 +114,9 @@ fn quiet_elsewhere(bins: &[RegimeBin], worst: &Stretch, off: f64) -> bool {
 fn reads(stretch: &Stretch) -> String {
     let (mean, error) = (stretch.mean.to_degrees(), stretch.std_error.to_degrees());
     let side = if mean > 0.0 { "high" } else { "low" };
-    let mean = units::uncertain(Some(mean.abs()), Some(error), &Shown { factor: 1.0, unit: " °/s".into() });
+    // A reading that stands still has no scatter to take a standard error from.
+    let error = Some(error).filter(|error| *error > STILL * mean.abs());
+    let mean = units::uncertain(Some(mean.abs()), error, &Shown { factor: 1.0, unit: " °/s".into() });
     format!("the rate reads {mean} {side}")
 }
 

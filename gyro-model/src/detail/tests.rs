@@ -153,3 +153,27 @@ fn what_happens_while_the_rate_falls_is_said_so() {
     assert!(found[0].says.starts_with("while the rate falls"), "{}", found[0].says);
     assert!(found[0].says.contains("high"), "{}", found[0].says);
 }
+
+/// A sensor that hangs at half time: its readings stand still, and another channel stands at its largest value.
+#[test]
+fn all_rows_belong_to_a_regime_and_what_stands_still_has_no_standard_error() {
+    let (t, rate, noisy) = log(|_, _| 0.0);
+    let half = t.len() / 2;
+    let error: Vec<f64> = (0..t.len())
+        .map(|k| if k < half { noisy[k] + 0.01 * t[k] } else { noisy[half] + 0.01 * t[half] - 0.01 * (t[k] - t[half]) })
+        .collect();
+    let level = (0..t.len()).map(|k| if k < half { 9.8 + 0.05 * (0.3 * t[k]).sin() } else { 9.904_74 }).collect();
+    let channels = [
+        Channel { regressor: "time".into(), unit: "s", values: t.clone() },
+        Channel { regressor: "acceleration-x".into(), unit: "m/s²", values: level },
+    ];
+    let noise = Noise { angle_random_walk: 1e-4, bias_random_walk: 0.0, encoder: 2e-4 };
+    let detail = detail(&Input { t: &t, rate: &rate, error_angle: &error, channels: &channels, noise });
+    for regime in &detail.regimes {
+        let inside: usize = regime.bins.iter().map(|bin| bin.samples).sum();
+        assert!(inside as f64 > 0.9 * t.len() as f64, "{}: {inside} of {} rows", regime.regressor, t.len());
+    }
+    for fails in fails_where(&detail) {
+        assert!(!fails.says.contains("throughout") && !fails.says.contains("e−"), "{}", fails.says);
+    }
+}

@@ -36,7 +36,7 @@ const PLAIN_LINE: [Condition<Case>; 4] =
 pub(super) static ADMISSION: &[Test<Case>] = &[
     Test {
         name: "bounds",
-        asks: "no parameter ran to the end of what is physical; a shape may where the effect dominates the error",
+        asks: "no parameter is at its physical bound; a shape parameter may be, where the effect dominates the error",
         applies: &[JUDGED],
         ways: &[
             &[Not(&IS_AT_BOUND), Not(&IS_SHAPE_AT_BOUND)],
@@ -45,7 +45,7 @@ pub(super) static ADMISSION: &[Test<Case>] = &[
     },
     Test {
         name: "error",
-        asks: "the held-out error falls; near the floor it may scatter by 1 % where the likelihood is clear",
+        asks: "the held-out error falls; near the floor it may rise by 1 %, where the likelihood is clear",
         applies: &[JUDGED],
         ways: &[
             &[Below(&RATIO, &limit::LOWERS_BESIDE_OTHERS)],
@@ -61,19 +61,19 @@ pub(super) static ADMISSION: &[Test<Case>] = &[
     },
     Test {
         name: "every averaging time",
-        asks: "at no averaging time does the held-out error grow by a tenth, beyond what noise leaves",
+        asks: "at no averaging time where the held-out error is more than noise does it grow by a tenth",
         applies: &[JUDGED],
         ways: &[&[Below(&GROWS, &limit::GROWS)]],
     },
     Test {
         name: "significance",
-        asks: "noise alone would hardly gain as much (likelihood-ratio test, corrected for the search), or it dominates the error",
+        asks: "noise alone would rarely gain as much (likelihood-ratio test, corrected for the search), or the effect dominates the error",
         applies: &[JUDGED],
         ways: &[&[Below(&P_VALUE, &limit::SIGNIFICANCE)], &DOMINATES, &DOMINATES_SLOWLY],
     },
     Test {
         name: "share",
-        asks: "it removes a tenth of the excess, or it is plain beside a bias that wanders",
+        asks: "it removes a tenth of J − 1; near the floor it may remove less, if p is very small and only noise is left",
         applies: &[JUDGED, Above(&BEFORE, &limit::NOISE)],
         ways: &[
             &[Above(&REMOVED, &limit::SHARE)],
@@ -83,31 +83,31 @@ pub(super) static ADMISSION: &[Test<Case>] = &[
     },
     Test {
         name: "size",
-        asks: "while much is left unexplained, no coefficient is far beyond what such sensors have",
+        asks: "while much error is unexplained, no coefficient is far larger than such sensors have",
         applies: &[JUDGED, Above(&AFTER, &limit::ROUGH)],
         ways: &[&[Below(&SIZE, &limit::OUTSIZED)]],
     },
     Test {
         name: "line",
-        asks: "while much is left unexplained, a line stands in the gyro's own reading",
+        asks: "while much error is unexplained, a spectral line is in the gyro's own readings",
         applies: &[JUDGED, Is(&IS_LINE), Above(&AFTER, &limit::ROUGH)],
         ways: &[&PLAIN_LINE],
     },
     Test {
         name: "motion",
-        asks: "a line far beyond what such sensors have is not in the reference too: what both show is motion, folded perhaps",
+        asks: "a line far larger than such sensors have is not in the reference: a line in both is motion, perhaps aliased",
         applies: &[JUDGED, Is(&IS_LINE), Above(&SIZE, &limit::OUTSIZED)],
         ways: &[&[Not(&IS_IN_REFERENCE)]],
     },
     Test {
         name: "mean",
-        asks: "a mean over time makes noise less too: it is named only where the error is more than noise",
+        asks: "an effect that averages over time also reduces noise, so it is named only where the error is more than noise",
         applies: &[JUDGED, Is(&IS_MEAN)],
         ways: &[&[Above(&BEFORE, &limit::NOISE)]],
     },
     Test {
         name: "held-out",
-        asks: "it holds on blocks that it was not fitted on, in the likelihood or in the error; what shows once takes much of the error",
+        asks: "it improves the likelihood or the error on blocks that it was not fitted on; an effect that shows only once removes much of the error",
         applies: &[JUDGED],
         ways: &[
             &[Above(&HELD_SHARE, &limit::HOLDS), Above(&HELD_OUT, &limit::HELD_OUT)],
@@ -124,7 +124,7 @@ pub(super) static ADMISSION: &[Test<Case>] = &[
     },
     Test {
         name: "shown once",
-        asks: "what shows once in a log is plainer than a bias that wanders",
+        asks: "an effect that shows only once has a very small p, or dominates the error, since a wandering bias can look like it",
         applies: &[JUDGED, Is(&IS_SLOW), Below(&SWINGS, &limit::SWINGS)],
         ways: &[&[Below(&P_VALUE, &limit::PLAIN)], &DOMINATES_SLOWLY],
     },
@@ -134,13 +134,13 @@ pub(super) static ADMISSION: &[Test<Case>] = &[
 pub(super) static MENTION: &[Test<Case>] = &[
     Test {
         name: "bounds",
-        asks: "no parameter ran to the end of what is physical",
+        asks: "no parameter is at its physical bound",
         applies: &[],
         ways: &[&[Not(&IS_AT_BOUND), Not(&IS_SHAPE_AT_BOUND)]],
     },
     Test {
         name: "significance",
-        asks: "noise alone would hardly gain as much",
+        asks: "noise alone would rarely gain as much",
         applies: &[],
         ways: &[&[Below(&P_VALUE, &limit::SIGNIFICANCE)]],
     },
@@ -156,7 +156,7 @@ pub(super) static MENTION: &[Test<Case>] = &[
 pub(super) static ELIMINATION: &[Test<Case>] = &[
     Test {
         name: "error",
-        asks: "the held-out error is larger without it; near the floor it may scatter by 1 %",
+        asks: "the held-out error is larger without it; near the floor it may be smaller by 1 %",
         applies: &[],
         ways: &[
             &[Below(&RATIO, &limit::LOWERS)],
@@ -165,7 +165,7 @@ pub(super) static ELIMINATION: &[Test<Case>] = &[
     },
     Test {
         name: "significance",
-        asks: "noise alone would hardly gain as much, or the error is larger by a tenth without it",
+        asks: "noise alone would rarely gain as much, or J is larger by a tenth without it",
         applies: &[],
         ways: &[&[Below(&P_VALUE, &limit::SIGNIFICANCE)], &[Below(&RATIO, &limit::NEEDED)]],
     },

@@ -108,39 +108,40 @@ pub(super) static REMOVED: M = Measure { name: "share of J − 1 that it removes
 /// p.
 pub(super) static P_VALUE: M = Measure { name: "p, corrected for the search", of: |c| c.p_value };
 /// The fall of the error.
-pub(super) static FALL: M = Measure { name: "fall of the error over the blocks", of: |c| c.fall.in_errors() };
+pub(super) static FALL: M = Measure { name: "fall of ln J over the blocks", of: |c| c.fall.in_errors() };
 /// The held-out gain in ln L.
 pub(super) static HELD_OUT: M = Measure { name: "held-out gain in ln L", of: |c| c.held_out.in_errors() };
 /// What holds of the gain, as far as it counts.
 pub(super) static HELD_SHARE: M =
-    Measure { name: "held-out share of the gain in ln L, of which 40 count", of: Case::held_share };
+    Measure { name: "held-out share of the gain in ln L (of a gain of 40 at most)", of: Case::held_share };
 /// The size.
 pub(super) static SIZE: M = Measure { name: "largest coefficient over its typical size", of: |c| c.size };
 /// The swings.
-pub(super) static SWINGS: M = Measure { name: "swings of its error", of: |c| c.swings };
+pub(super) static SWINGS: M = Measure { name: "number of swings of its error", of: |c| c.swings };
 
 /// The facts.
-pub(super) static IS_SLOW: F = Fact { says: "slow", of: |c| c.is_slow };
+pub(super) static IS_SLOW: F = Fact { says: "a slow effect", of: |c| c.is_slow };
 /// A line.
-pub(super) static IS_LINE: F = Fact { says: "a line", of: |c| c.is_line };
+pub(super) static IS_LINE: F = Fact { says: "a spectral line", of: |c| c.is_line };
 /// A mean.
 pub(super) static IS_MEAN: F = Fact { says: "a mean over time", of: |c| c.is_mean };
 /// More than a wander.
 pub(super) static IS_BEYOND_WANDER: F =
-    Fact { says: "without it, more left than a bias that wanders makes", of: |c| c.is_beyond_wander };
+    Fact { says: "without it, more error than a wandering bias makes", of: |c| c.is_beyond_wander };
 /// Leaves noise.
-pub(super) static LEAVES_NOISE: F = Fact { says: "with it, only noise that sensors have left", of: |c| c.leaves_noise };
+pub(super) static LEAVES_NOISE: F =
+    Fact { says: "with it, only noise of a size that sensors have is left", of: |c| c.leaves_noise };
 /// In the reading.
-pub(super) static IS_IN_READING: F = Fact { says: "a line of the gyro's own reading", of: |c| c.is_in_reading };
+pub(super) static IS_IN_READING: F = Fact { says: "a line of the gyro's own spectrum", of: |c| c.is_in_reading };
 /// In the reference.
-pub(super) static IS_IN_REFERENCE: F = Fact { says: "a line of the reference too", of: |c| c.is_in_reference };
+pub(super) static IS_IN_REFERENCE: F = Fact { says: "a line that the reference shows too", of: |c| c.is_in_reference };
 /// Read off.
 pub(super) static IS_READ_OFF: F = Fact { says: "read off the readings themselves", of: |c| c.is_read_off };
 /// A parameter at its bound.
-pub(super) static IS_AT_BOUND: F = Fact { says: "at the end of what is physical", of: |c| c.is_at_bound };
+pub(super) static IS_AT_BOUND: F = Fact { says: "a coefficient at its physical bound", of: |c| c.is_at_bound };
 /// A shape at its bound.
 pub(super) static IS_SHAPE_AT_BOUND: F =
-    Fact { says: "at the end of what is physical by a shape", of: |c| c.is_shape_at_bound };
+    Fact { says: "a shape parameter at its physical bound", of: |c| c.is_shape_at_bound };
 
 /// Whatever is not read off the readings.
 pub(super) const JUDGED: Condition<Case> = Condition::Not(&IS_READ_OFF);

@@ -43,18 +43,18 @@ pub fn compare(
                     None => verdict::rest(&incumbent, &[], &judged, k),
                 };
                 if verdict == Verdict::Unexplained {
-                    says = format!(
-                        "the error is up to {:.1} times what noise leaves: `truerate diagnose` looks for what is missing.",
-                        budget.over_floor(&judged)
-                    );
+                    says =
+                        "more than noise is left: `truerate diagnose` looks for the effect that is missing.".to_owned();
                 }
                 bad_data(record, options.faults, bench, &mut verdict, &mut says);
-                let more = if options.own_log && verdict != Verdict::BadData { untold(&incumbent, k) } else { String::new() };
+                let more =
+                    if options.own_log && verdict != Verdict::BadData { untold(&incumbent, k) } else { String::new() };
                 let told = (verdict, says);
                 let mut found = axis_diagnosis(record, &incumbent.study, k, (&judged, budget), told, None, options);
                 // What is left of the error, an effect may take from α.
                 let fits = matches!(verdict, Verdict::Adequate | Verdict::CannotTell);
-                let models = if fits { vec![judged::axis_model(&incumbent.study.model, found.axis)] } else { Vec::new() };
+                let models =
+                    if fits { vec![judged::axis_model(&incumbent.study.model, found.axis)] } else { Vec::new() };
                 say_ratio(record, found.axis, &models, found.verdict, &mut found.says, &mut found.data_faults);
                 (found, more)
             })
@@ -84,7 +84,7 @@ fn unsearched(axis: AxisDiagnosis) -> AxisDiagnosis {
                 if over > thresholds::WANDER.value {
                     "this is not noise"
                 } else {
-                    "noise that wanders or a small effect"
+                    "what is left may be a wandering bias or a small effect"
                 },
                 units::ratio(over)
             ),
@@ -108,10 +108,9 @@ fn untold(incumbent: &Incumbent, series: usize) -> String {
     if untold.is_empty() {
         return String::new();
     }
-    let them = if untold.len() == 1 { "it" } else { "them" };
+    let (is, them) = if untold.len() == 1 { ("is", "it") } else { ("are", "them") };
     format!(
-        " This log does not tell {} from nothing (less than {} standard errors): `truerate remove` takes {them} out again.",
-        untold.join(" and "),
-        TOLD
+        " On this log {} {is} less than {TOLD} standard errors from zero: `truerate remove` takes {them} out again.",
+        untold.join(" and ")
     )
 }

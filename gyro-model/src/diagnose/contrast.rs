@@ -82,18 +82,20 @@ type F = Fact<Contrast>;
 static WORST: M = Measure { name: "the larger J", of: |c| c.worst() };
 static RATIO: M = Measure { name: "J of the first over that of the second", of: |c| c.after[0] / c.after[1] };
 static RATIO_BACK: M = Measure { name: "J of the second over that of the first", of: |c| c.after[1] / c.after[0] };
-static KEPT_MOST: M = Measure { name: "the larger J on the rows that each keeps", of: |c| c.kept[0].max(c.kept[1]) };
+static KEPT_MOST: M =
+    Measure { name: "the larger J, each on the rows that it keeps", of: |c| c.kept[0].max(c.kept[1]) };
 static KEPT_RATIO: M = Measure {
-    name: "J on the rows that each keeps, larger over smaller",
+    name: "larger over smaller J, each on the rows that it keeps",
     of: |c| c.kept[0].max(c.kept[1]) / c.kept[0].min(c.kept[1]),
 };
-static ERROR_APART: M = Measure { name: "ln J apart", of: |c| c.error_apart.value.abs() };
-static ERROR_APART_SE: M = Measure { name: "ln J apart", of: |c| c.error_apart.in_errors().abs() };
-static GAIN_APART: M = Measure { name: "held-out ln L apart", of: |c| c.gain_apart.value.abs() };
-static GAIN_APART_SE: M = Measure { name: "held-out ln L apart", of: |c| c.gain_apart.value.abs() / c.gain_error() };
+static ERROR_APART: M = Measure { name: "difference in ln J", of: |c| c.error_apart.value.abs() };
+static ERROR_APART_SE: M = Measure { name: "difference in ln J", of: |c| c.error_apart.in_errors().abs() };
+static GAIN_APART: M = Measure { name: "difference in held-out ln L", of: |c| c.gain_apart.value.abs() };
+static GAIN_APART_SE: M =
+    Measure { name: "difference in held-out ln L", of: |c| c.gain_apart.value.abs() / c.gain_error() };
 static GAIN_MORE: M = Measure { name: "ln L of the first over that of the second", of: |c| c.gain[0] - c.gain[1] };
 static GAIN_BEYOND_STEPS: M = Measure {
-    name: "ln L apart, less what an encoder's steps may make of it",
+    name: "difference in ln L less what encoder steps may add to it",
     of: |c| (c.gain[0] - c.gain[1]).abs() - c.of_steps,
 };
 static HELD_OUT_MORE: M =
@@ -112,9 +114,9 @@ static GAIN_A_PARAMETER: M = Measure {
 
 static ARE_ALIASES: F = Fact { says: "aliases in the catalogue", of: |c| c.are_aliases };
 static ON_ONE_SINE: F = Fact { says: "on one exact sine", of: |c| c.is_one_sine };
-static OTHER_ROWS: F = Fact { says: "only one leaving rows out", of: |c| c.leave_other_rows };
+static OTHER_ROWS: F = Fact { says: "only one leaves rows out", of: |c| c.leave_other_rows };
 static AT_ODDS: F =
-    Fact { says: "the likelier one erring more", of: |c| (c.gain[0] > c.gain[1]) == (c.after[0] > c.after[1]) };
+    Fact { says: "the likelier one has the larger J", of: |c| (c.gain[0] > c.gain[1]) == (c.after[0] > c.after[1]) };
 static MEASURED_AS_WELL: F = Fact {
     says: "the second going with a measured channel where the first does",
     of: |c| c.measured[1] || !c.measured[0],
@@ -124,7 +126,7 @@ static ALONE_MEASURED: F =
 
 const SAME_ROWS: Test<Contrast> = Test {
     name: "rows",
-    asks: "where only one leaves rows out, both leave about the same error on those that they keep",
+    asks: "where only one leaves rows out, both leave about the same error on the rows that they keep",
     applies: &[Is(&OTHER_ROWS)],
     ways: &[&[Below(&KEPT_MOST, &limit::ROUGH)], &[Below(&KEPT_RATIO, &limit::KEPT_ALIKE)]],
 };
@@ -134,7 +136,7 @@ pub(super) static ALIKE: &[Test<Contrast>] = &[
     SAME_ROWS,
     Test {
         name: "likelihood",
-        asks: "their held-out likelihoods differ by no more than noise, or an encoder's steps, make",
+        asks: "their held-out likelihoods differ by no more than noise or encoder steps explain",
         applies: &[],
         ways: &[
             &[Below(&GAIN_APART, &limit::GAIN_FOUND_TO)],
@@ -146,7 +148,7 @@ pub(super) static ALIKE: &[Test<Contrast>] = &[
     },
     Test {
         name: "error",
-        asks: "their held-out errors differ by no more than noise, or an encoder's steps, make",
+        asks: "their held-out errors differ by no more than noise or encoder steps explain",
         applies: &[],
         ways: &[
             &[Below(&ERROR_APART, &limit::ERROR_FOUND_TO)],

@@ -81,6 +81,8 @@ pub fn diagnose(
             };
             let missing = if lacks && !after.is_empty() { found.judged.removed(&after) } else { Vec::new() };
             let budget = Budget::of(rest, k, &found.judged, noise, &missing);
+            let mut missing_error_curve = if found.set.len() > 1 { after.clone() } else { Vec::new() };
+            budget.raise_points(&mut missing_error_curve);
             let says = found.says(&budget, after);
             let mut says = with(says, &users::became(seen, &found.own, options.own_effects, k));
             let mut verdict = found.verdict;
@@ -99,7 +101,7 @@ pub fn diagnose(
             let models: Vec<AxisModel> =
                 std::iter::once(judged::axis_model(&incumbent.study.model, axis.axis)).chain(models).collect();
             say_ratio(record, axis.axis, &models, axis.verdict, &mut axis.says, &mut axis.data_faults);
-            AxisDiagnosis { missing, explained, unfinished, ..axis }
+            AxisDiagnosis { missing, missing_error_curve, explained, unfinished, ..axis }
         });
         let told = of_one_orientation(told.collect());
         (incumbent.study.model.clone(), told)
@@ -197,11 +199,7 @@ impl<'f, 'a> Finding<'f, 'a> {
         budget.raise_points(&mut after);
         let ids = self.set.iter().map(id_of).zip(self.set_aliases.iter().cloned());
         let ratios = after.iter().filter_map(|point| Some(point.error? / point.floor?));
-        verdict::together(&Together {
-            effects: ids.collect(),
-            before: budget.over_floor(&self.judged),
-            after: ratios.fold(0.0, f64::max),
-        })
+        verdict::together(&Together { effects: ids.collect(), after: ratios.fold(0.0, f64::max) })
     }
 
     /// The models that may be the right one: with all that is missing, else with each suspect that is reported.
@@ -211,10 +209,25 @@ impl<'f, 'a> Finding<'f, 'a> {
         top.chain(each)
     }
 
+    /// With its parameters of the model that has all that is missing: alone, it takes up what the others leave.
+    fn beside_the_others(&self, mut suspect: Suspect, series: usize) -> Suspect {
+        if let Some(top) = &self.top {
+            let mut study = top.study.clone();
+            study.stamp(&top.gls);
+            let axis = study.bench.problem.series[series].axis;
+            let own = judged::axis_model(&study.model, axis);
+            if let Some(term) = own.term(&suspect.effect) {
+                suspect.parameters = judged::parameters(std::slice::from_ref(term), axis);
+            }
+        }
+        suspect
+    }
+
     /// The suspects as reported: what is missing together, else the best of the first round.
     fn listed(&self, seen: &Incumbent, before: &Judged, series: usize) -> Vec<Suspect> {
         if !self.set.is_empty() {
-            return self.set.iter().zip(&self.set_aliases).map(|(r, a)| suspect(r, a, before, series)).collect();
+            let listed = self.set.iter().zip(&self.set_aliases).map(|(r, a)| suspect(r, a, before, series));
+            return listed.map(|suspect| self.beside_the_others(suspect, series)).collect();
         }
         let listed = self.own.iter().zip(&self.aliases).filter(|(r, _)| is_listed(r, seen)).take(LISTED);
         listed.map(|(r, a)| suspect(r, a, before, series)).collect()

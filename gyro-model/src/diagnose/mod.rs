@@ -333,6 +333,7 @@ fn axis_diagnosis(
         searched,
         suspects,
         missing: Vec::new(),
+        missing_error_curve: Vec::new(),
         explained: Vec::new(),
         unfinished: false,
         data_faults: options.faults.iter().cloned().chain(budget.fault(axis)).collect(),

@@ -30,8 +30,8 @@ pub fn unexcited(study: &Study, gls: &Gls, series: usize) -> Option<String> {
         Rest::Whole => return None,
         Rest::OfReference => {
             return Some(format!(
-                "the reference of axis {axis} does not turn in this log, so nothing can be said of its gyro: {turn}, or leave \
-                 the axis out"
+                "the reference of axis {axis} does not turn in this log, so its gyro cannot be judged: {turn}, or leave the \
+                 axis out"
             ));
         }
         Rest::None => {}
@@ -45,8 +45,8 @@ pub fn unexcited(study: &Study, gls: &Gls, series: usize) -> Option<String> {
         let sigma = gls.std_error(k);
         if effect.is(Trait::Gain) && value <= effect.parameters(axis)[slot.parameter].bounds.0 {
             return Some(format!(
-                "what gyro_{axis} and its reference show does not go together, whatever the scale factor: check that both are of this \
-                 axis and of one time, and which way they turn"
+                "gyro_{axis} and its reference do not agree, whatever the scale factor: check that both are of this axis and of \
+                 the same time, and check their signs"
             ));
         }
         if effect.is(Trait::Gain) && (sigma.is_nan() || sigma > limit::UNEXCITED.value * value.abs()) {
@@ -54,12 +54,12 @@ pub fn unexcited(study: &Study, gls: &Gls, series: usize) -> Option<String> {
             let travel = travel(&study.bench.problem.series[series], model);
             return Some(if travel > QUARTER {
                 format!(
-                    "this log tells the scale factor of axis {axis} to no better than {share:.0} %, though it turns: at one rate alone \
-                     scale factor and bias look alike, and a gyro that does not go with its reference shows neither: {turn}"
+                    "the scale factor of axis {axis} is known only to {share:.0} %, although the axis turns. Either it turns at one \
+                     rate only, where scale factor and bias look alike, or gyro and reference do not agree: {turn}"
                 )
             } else {
                 format!(
-                    "axis {axis} turns through {} ° at most in this log, so its scale factor is not known to better than {share:.0} %: \
+                    "axis {axis} turns through {}° at most in this log, so its scale factor is not known to better than {share:.0} %: \
                      {turn}",
                     degrees(travel)
                 )
@@ -89,8 +89,8 @@ pub fn at_rest(study: &Study, series: usize, verdict: Verdict, says: String) -> 
     }
     let verdict = if verdict == Verdict::Adequate { Verdict::CannotTell } else { verdict };
     let more = format!(
-        " Axis {} does not turn in this log: its bias and its noise are judged, and nothing is known of its scale factor, which stays \
-         as it was. To know it, turn it to and fro through at least a quarter turn for a minute, at several speeds.",
+        " Axis {} does not turn in this log: only its bias and its noise are judged, and its scale factor stays as it was. To measure \
+         the scale factor, turn the axis to and fro through at least a quarter turn for a minute, at several speeds.",
         s.axis
     );
     (verdict, super::with(says, &more))
@@ -139,37 +139,32 @@ fn missing(card: &Card, aliases: &[String]) -> (Verdict, String) {
 pub(super) struct Together {
     /// Their ids, and what each cannot be told from.
     pub effects: Vec<(&'static str, Vec<String>)>,
-    /// Largest error over floor without them.
-    pub before: f64,
-    /// The same with all of them.
+    /// Largest error over floor with all of them.
     pub after: f64,
 }
 
 /// What is said of them.
 #[must_use]
 pub(super) fn together(found: &Together) -> String {
-    let named = |(id, aliases): &(&str, Vec<String>)| {
-        std::iter::once(*id).chain(aliases.iter().map(String::as_str)).collect::<Vec<_>>().join(" or ")
+    let named = |(id, aliases): &(&str, Vec<String>)| match aliases.as_slice() {
+        [] => (*id).to_owned(),
+        others => format!("{id} (or {})", others.join(" or ")),
     };
     let ids: Vec<String> = found.effects.iter().map(named).collect();
-    let (lead, all, them) = match ids.as_slice() {
-        [one] => (format!("{one} is missing"), "it", "it"),
-        [a, b] => (format!("more than one effect is missing: {a} and {b}"), "both", "them"),
-        [list @ .., last] => {
-            (format!("more than one effect is missing: {} and {last}", list.join(", ")), "all", "them")
-        }
+    let lead = match ids.as_slice() {
+        [one] => format!("{one} is missing. `truerate ladder` adds it"),
+        [list @ .., last] => format!(
+            "more than one effect is missing: {} and {last}. `truerate ladder` adds them one by one",
+            list.join(", ")
+        ),
         [] => return String::new(),
     };
     let splits = found.effects.iter().filter(|(_, aliases)| !aliases.is_empty());
     let apart: Vec<String> = splits.map(|(id, aliases)| split_by(id, aliases)).collect();
     let rest =
-        if found.after > limit::WANDER.value { " What is left then, no effect of the catalogue explains." } else { "" };
+        if found.after > limit::WANDER.value { " No effect of the catalogue explains what is then left." } else { "" };
     let apart = if apart.is_empty() { String::new() } else { format!(" To tell them apart: {}.", apart.join("; ")) };
-    format!(
-        "{lead}. With {all} the largest error falls from {:.1} to {:.1} times the floor. Add {them}: `truerate ladder` does, one by \
-         one.{rest}{apart}",
-        found.before, found.after
-    )
+    format!("{lead}.{rest}{apart}")
 }
 
 /// What an effect is, where its name does not say so.
@@ -199,8 +194,8 @@ pub fn rest(incumbent: &Incumbent, suspects: &[&Challenger], judged: &Judged, se
             return (
                 Verdict::CannotTell,
                 format!(
-                    "the error is what noise alone leaves, but {} are too short to show what adds up slowly: record a minute \
-                     or more, turning to and fro at several speeds",
+                    "the error is what noise alone leaves, but {} of data are too short to show slow effects: record a minute or \
+                     more, turning to and fro at several speeds",
                     duration(lasts)
                 ),
             );
@@ -210,21 +205,21 @@ pub fn rest(incumbent: &Incumbent, suspects: &[&Challenger], judged: &Judged, se
             return (
                 Verdict::CannotTell,
                 format!(
-                    "the error is what noise alone leaves where this log says anything, but in {:.0} % of it the rate is not \
-                     known: readings are missing, inside a play or a dead zone, or beyond the range. Record a rate that goes \
-                     on changing, which passes a play and a dead zone quickly, and stays within the range.",
+                    "in {:.0} % of this log the rate is not known: readings are missing, or lie inside a play or a dead zone, or \
+                     beyond the range. In the rest the error is what noise alone leaves. Record a rate that keeps changing, so \
+                     that it passes a play or a dead zone quickly, and that stays within the range.",
                     100.0 * silent
                 ),
             );
         }
         let left_out = if silent > limit::MENTIONED.value {
-            format!(" In {:.0} % of it the rate is not known, and nothing is judged there.", 100.0 * silent)
+            format!(" In {:.0} % of the log the rate is not known; that part is not judged.", 100.0 * silent)
         } else {
             String::new()
         };
         return (
             Verdict::Adequate,
-            format!("the error is what noise alone leaves: no physics that this log could show is missing.{left_out}"),
+            format!("the error is what noise alone leaves: no effect that this log can show is missing.{left_out}"),
         );
     }
     let largest = noise::of_sensors(prior);
@@ -245,8 +240,8 @@ pub fn rest(incumbent: &Incumbent, suspects: &[&Challenger], judged: &Judged, se
         (true, Some(r), _) => (
             Verdict::CannotTell,
             format!(
-                "a slow error is left that a drift of the zero ({wanders}) and {} explain alike: record \
-                 a second cycle (heat and cool, restart hot, or twice as long)",
+                "a slow error is left that a wandering bias ({wanders}) and {} explain equally well: record a second cycle (heat \
+                 and cool, or restart hot), or a log twice as long",
                 r.candidate.term.effect.card().id
             ),
         ),
@@ -255,27 +250,27 @@ pub fn rest(incumbent: &Incumbent, suspects: &[&Challenger], judged: &Judged, se
             (
                 Verdict::CannotTell,
                 format!(
-                    "an error is left that may be noise alone or also {}, which removes little of it. What shows it: {}.",
+                    "an error is left that may be noise or {}, which removes little of it. To show which, record: {}.",
                     card.id, card.excited_by
                 ),
             )
         }
         (true, None, _) if is_wander => (
             Verdict::Adequate,
-            format!("what is left is noise: the zero drifts by {wanders}; only a live reference can follow that."),
+            format!("what is left is noise: the bias wanders by {wanders}, which only a live reference can follow."),
         ),
         (true, None, _) => (
             Verdict::Adequate,
             format!(
-                "what is left is noise, of the gyro {} °/√s and of the reference {} °: no parameter can take it out.",
+                "what is left is noise: {} °/√s of the gyro and {}° of the reference. No parameter removes it.",
                 degrees(white),
                 degrees(noise.encoder)
             ),
         ),
         (false, ..) => (
             Verdict::Unexplained,
-            "no effect of the catalogue removes it: look at where it fails, check the reference and its mounting, or write the \
-             effect that you suspect as your own."
+            "no effect of the catalogue removes it: look at where it fails, check the reference and its mounting, or describe the \
+             effect that you suspect as your own (`truerate effects --help`)."
                 .to_owned(),
         ),
     }
@@ -303,11 +298,20 @@ pub fn split_by(id: &str, aliases: &[String]) -> String {
     let Some(effect) = crate::effects::find(id) else {
         return "change one of their causes and not the other".into();
     };
-    let known: Vec<&str> =
-        effect.card().aliases.iter().filter(|a| aliases.iter().any(|b| b == a.id)).map(|a| a.split_by).collect();
-    if known.is_empty() {
-        format!("record what excites {id} alone ({})", effect.card().excited_by)
-    } else {
-        known.join("; ")
+    let mut splits: Vec<String> = Vec::new();
+    for alias in aliases {
+        let other = crate::effects::find(alias).map(|other| other.card());
+        // Either card may describe the pair.
+        let own = effect.card().aliases.iter().find(|a| a.id == alias);
+        let pair = own.or_else(|| other.and_then(|card| card.aliases.iter().find(|a| a.id == id)));
+        let split = match (pair, other) {
+            (Some(pair), _) => pair.split_by.to_owned(),
+            (None, Some(card)) => format!("{alias} shows in {}", card.excited_by),
+            (None, None) => continue,
+        };
+        if !splits.contains(&split) {
+            splits.push(split);
+        }
     }
+    if splits.is_empty() { format!("{id} shows in {}", effect.card().excited_by) } else { splits.join("; ") }
 }

@@ -13,31 +13,31 @@ pub struct BiasDrift;
 
 static CARD: Card = Card {
     id: "bias-drift",
-    title: "the zero runs off steadily",
-    physics: "The bias moves steadily through the log: ageing, settling stress, or a cause that nobody measures.",
+    title: "the zero-rate output drifts steadily",
+    physics: "The bias moves steadily through the log: ageing, settling stress, or a cause that is not measured.",
     equation: "ω_f = ω + r t, t from the log's first row",
     typical: "0.001–0.1 °/s per minute (3e-7–3e-5 rad/s²), more while settling",
     source: "IEEE Std 1431 and IEEE Std 952, rate ramp",
     needs: &[],
     excited_by: "a long log",
-    mended_by: "within this log; a ramp says nothing about the next one",
-    at_source: "find what changes all the time (temperature, supply, stress on the board) and record it",
+    mended_by: "within this log; the slope may differ in the next one",
+    at_source: "find what changes steadily (temperature, supply, stress on the board) and record it",
     traits: &[Trait::Slow],
     aliases: &[
         Alias {
             id: "temperature-bias",
             when: "the temperature rises steadily",
-            split_by: "heat and cool: a drift goes on, a temperature effect comes back",
+            split_by: "heat and cool: a drift continues, a temperature effect reverses",
         },
         Alias {
             id: "warm-up",
             when: "the log is short against the time constant",
-            split_by: "a log of several time constants: a warm-up ends, a drift goes on",
+            split_by: "a log of several time constants: a warm-up ends, a drift continues",
         },
         Alias {
             id: "supply-voltage",
             when: "one battery discharge",
-            split_by: "change the supply: a drift does not notice",
+            split_by: "change the supply: a drift does not depend on it",
         },
     ],
 };

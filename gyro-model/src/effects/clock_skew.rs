@@ -13,9 +13,9 @@ pub struct ClockSkew;
 
 static CARD: Card = Card {
     id: "clock-skew",
-    title: "the clocks of gyro and reference run apart",
-    physics: "Sensor and reference are stamped by two oscillators. What begins in step is apart by s·t later, so the \
-              error grows with the length of the log.",
+    title: "the clocks of gyro and reference run at different rates",
+    physics: "Sensor and reference are stamped by two oscillators. Stamps that agree at the start differ by s·t later, \
+             so the error grows with the length of the log.",
     equation: "ω_f(t) = ω(t (1 + s)), t from the log's first row",
     typical: "10–100 ppm with quartz, up to 5000 ppm with an RC oscillator",
     source: "oscillator tolerances in MEMS data sheets",

@@ -14,8 +14,8 @@ pub struct ClockStep;
 static CARD: Card = Card {
     id: "clock-step",
     title: "a clock was set during the log: the delay changes once",
-    physics: "NTP, a driver that starts again or a buffer that ran over moves one clock against the other. From that instant on \
-              every reading is later, or earlier, than before.",
+    physics: "NTP, a restarted driver or an overflowing buffer shifts one clock against the other. From that instant \
+             on every reading is later, or earlier, than before.",
     equation: "ω_f(t) = ω(t − j) for t > t0",
     typical: "1–1000 ms",
     source: "NTP steps a clock that is off by more than 128 ms (RFC 5905)",

@@ -15,7 +15,7 @@ static CARD: Card = Card {
     id: "cross-axis",
     title: "misalignment: turning about another axis is read too",
     physics: "The sensitive axis is tilted against the axis of rotation, by its mounting and inside the package, so \
-              a share of the other two rates is felt.",
+             the gyro reads a share of the other two rates.",
     equation: "ω_f = ω + Σ m_k ω_k, over the two other axes k",
     typical: "0.5–2 % on the chip, up to 6 % with mounting (1° of tilt is 1.7 %)",
     source: "IEEE Std 1431, input axis misalignment; cross-axis sensitivity in MEMS data sheets",

@@ -14,8 +14,8 @@ pub struct CubicNonlinearity;
 static CARD: Card = Card {
     id: "cubic-nonlinearity",
     title: "an error that grows with the cube of the rate",
-    physics: "Springs stiffen and amplifiers bend before they clip: the scale factor at fast turns differs from that \
-              at slow turns, the same both ways.",
+    physics: "Springs stiffen, and amplifiers become nonlinear before they clip: the scale factor at fast turns \
+             differs from that at slow turns, equally in both directions.",
     equation: "ω_f = ω + k3 ω³",
     typical: "0.1–0.2 % of full scale in data sheets (at 250 °/s full scale, 0.1 % is k3 = 5.3e-5 s²/rad²), several \
               times as much on uncalibrated parts",
@@ -29,22 +29,22 @@ static CARD: Card = Card {
         Alias {
             id: "saturation",
             when: "the motion has one amplitude",
-            split_by: "several amplitudes: a rail stays where it is, a curve does not",
+            split_by: "several amplitudes: a limit is always at the same rate, a curve is not",
         },
         Alias {
             id: "dead-zone",
             when: "the motion has one amplitude",
-            split_by: "several amplitudes: a dead zone stays where it is, a curve does not",
+            split_by: "several amplitudes: a dead zone is always at the same rate, a curve is not",
         },
         Alias {
             id: "reference-smoothing",
             when: "the motion is fast only where it is large",
-            split_by: "a slower and a faster motion of one size; or the filter settings of the reference",
+            split_by: "a slower and a faster motion of the same amplitude; or the filter settings of the reference",
         },
         Alias {
             id: "mount-resonance",
             when: "the motion is fast only where it is large",
-            split_by: "a slower and a faster motion of one size",
+            split_by: "a slower and a faster motion of the same amplitude",
         },
     ],
 };

@@ -28,12 +28,12 @@ static CARD: Card = Card {
         Alias {
             id: "cubic-nonlinearity",
             when: "the motion has one amplitude",
-            split_by: "several amplitudes: a dead zone stays where it is, a curve does not",
+            split_by: "several amplitudes: a dead zone is always at the same rate, a curve is not",
         },
         Alias {
             id: "saturation",
             when: "the motion has one amplitude",
-            split_by: "several amplitudes: the one acts at the range's end, the other about zero",
+            split_by: "several amplitudes: saturation acts at the end of the range, a dead zone around zero",
         },
     ],
 };

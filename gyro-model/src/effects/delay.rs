@@ -27,7 +27,7 @@ static CARD: Card = Card {
     aliases: &[
         Alias {
             id: "lag",
-            when: "the motion holds little content near the corner frequency 1/(2πτ)",
+            when: "the motion has little content near the corner frequency 1/(2πτ)",
             split_by: "sharp steps, or motion up to the corner frequency: only a lag loses amplitude",
         },
         Alias {

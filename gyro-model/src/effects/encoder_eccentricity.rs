@@ -26,14 +26,14 @@ static CARD: Card = Card {
     aliases: &[
         Alias {
             id: "g-sensitivity",
-            when: "the rate is constant, so that gravity and the magnet both come once a turn",
-            split_by: "two rates (the magnet's error in rate grows with rate, gravity's does not), or a vertical \
-                       axis",
+            when: "the rate is constant, so that both errors repeat once a turn",
+            split_by: "two rates (the encoder's error in rate grows with rate, that of gravity does not), or a \
+             vertical axis",
         },
         Alias {
             id: "scale-factor",
-            when: "the travel is much under a turn: the calibrated scale takes the error up and every residual looks \
-                   clean",
+            when: "the travel is much less than a turn: the fitted scale factor absorbs the error and the residual \
+             looks clean",
             split_by: "full turns",
         },
     ],

@@ -22,7 +22,7 @@ static CARD: Card = Card {
     needs: &[Need::Accelerometer],
     excited_by: "a horizontal axis (gravity turns), or an arm and changing rates",
     mended_by: "exactly, where acceleration is measured at the sensor",
-    at_source: "mount the sensor near the axis of rotation and on something soft, or use a part that is less sensitive to acceleration",
+    at_source: "mount the sensor near the axis of rotation and on soft material, or use a part that is less sensitive to acceleration",
     traits: &[],
     aliases: &[
         Alias {
@@ -32,7 +32,7 @@ static CARD: Card = Card {
         },
         Alias {
             id: "lag",
-            when: "one sine of small amplitude, where gravity and dω/dt follow one another",
+            when: "one sine of small amplitude, where gravity and dω/dt are proportional",
             split_by: "motion of more than one frequency, or of large amplitude",
         },
         Alias {
@@ -42,9 +42,9 @@ static CARD: Card = Card {
         },
         Alias {
             id: "encoder-eccentricity",
-            when: "the rate is constant, so that gravity and the magnet both come once a turn",
-            split_by: "two rates (the magnet's error in rate grows with rate, gravity's does not), or a vertical \
-                       axis",
+            when: "the rate is constant, so that both errors repeat once a turn",
+            split_by: "two rates (the encoder's error in rate grows with rate, that of gravity does not), or a \
+             vertical axis",
         },
     ],
 };

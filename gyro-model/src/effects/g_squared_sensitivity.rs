@@ -17,12 +17,12 @@ static CARD: Card = Card {
     physics: "A nonlinear suspension turns acceleration either way into an error of one sign: vibration whose mean \
               is zero moves the bias.",
     equation: "ω_f = ω + g_x a_x² + g_y a_y² + g_z a_z², a the specific force",
-    typical: "rarely printed; 1e-4–1e-2 °/s per g² (2e-8–2e-6 rad/s per (m/s²)²), ten times that on cheap parts",
+    typical: "rarely in data sheets; 1e-4–1e-2 °/s per g² (2e-8–2e-6 rad/s per (m/s²)²), ten times that on cheap parts",
     source: "IEEE Std 1431, g²-sensitivity (vibration rectification)",
     needs: &[Need::Accelerometer],
     excited_by: "a horizontal axis, or vibration of changing strength",
     mended_by: "exactly, where acceleration is measured without aliasing",
-    at_source: "keep vibration away from the sensor: balance what turns, mount the sensor on something soft",
+    at_source: "keep vibration away from the sensor: balance rotating parts, mount the sensor on soft material",
     traits: &[],
     aliases: &[],
 };

@@ -21,19 +21,19 @@ static CARD: Card = Card {
     typical: "τ 0.5–30 ms (bandwidth 5–300 Hz)",
     source: "IEEE Std 1431, bandwidth; the filter tables of MEMS data sheets",
     needs: &[],
-    excited_by: "content near 1/(2πτ), steps",
+    excited_by: "motion at frequencies near 1/(2πτ), steps",
     mended_by: "the inverse filter, which amplifies noise above 1/(2πτ)",
     at_source: "raise the cut-off of the sensor's low-pass filter",
     traits: &[],
     aliases: &[
         Alias {
             id: "delay",
-            when: "the motion holds little content near the corner frequency 1/(2πτ)",
+            when: "the motion has little content near the corner frequency 1/(2πτ)",
             split_by: "sharp steps, or motion up to the corner frequency: only a lag loses amplitude",
         },
         Alias {
             id: "g-sensitivity",
-            when: "one sine of small amplitude, where gravity and dω/dt follow one another",
+            when: "one sine of small amplitude, where gravity and dω/dt are proportional",
             split_by: "motion of more than one frequency, or of large amplitude",
         },
     ],

@@ -17,26 +17,26 @@ pub struct MountResonance;
 static CARD: Card = Card {
     id: "mount-resonance",
     title: "the mount is springy and rings at its own frequency",
-    physics: "Tape, foam or a thin plate between shaft and gyro is a spring with damping: quick motion is magnified \
-              up to the resonance and swallowed above it.",
+    physics: "Tape, foam or a thin plate between shaft and gyro is a damped spring: motion is amplified up to the \
+             resonance and attenuated above it.",
     equation: "ω_f = ω through (2ζω_n s + ω_n²)/(s² + 2ζω_n s + ω_n²), ω_n = 2πf",
     typical: "f 5–300 Hz, ζ 0.02–0.3",
     source: "base-excited oscillator (transmissibility), any text on vibration",
     needs: &[],
-    excited_by: "content up to f",
+    excited_by: "motion at frequencies up to f",
     mended_by: "the inverse D = ω − ω_f, 2ζω_n D' + ω_n² D = ω_f'', which amplifies noise above f",
     at_source: "mount the sensor stiffly: screws in place of tape or foam, a thicker plate",
     traits: &[Trait::Resonance],
     aliases: &[
         Alias {
             id: "reference-smoothing",
-            when: "the motion stays far below the resonance: both make the gyro turn more by the square of the frequency",
+            when: "the motion stays far below the resonance: both raise the gyro's rate with the square of the frequency",
             split_by: "motion up to the resonance; or the filter settings of the reference",
         },
         Alias {
             id: "cubic-nonlinearity",
             when: "the motion is fast only where it is large",
-            split_by: "a slower and a faster motion of one size",
+            split_by: "a slower and a faster motion of the same amplitude",
         },
     ],
 };

@@ -34,7 +34,7 @@ static CARD: Card = Card {
         Alias {
             id: "scale-asymmetry",
             when: "the motion has one amplitude",
-            split_by: "several amplitudes: a kink at rest against a curve",
+            split_by: "several amplitudes: scale-asymmetry has a kink at zero rate, quadratic-nonlinearity is a smooth curve",
         },
     ],
 };

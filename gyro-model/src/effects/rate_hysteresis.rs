@@ -16,16 +16,16 @@ pub struct RateHysteresis;
 
 static CARD: Card = Card {
     id: "rate-hysteresis",
-    title: "the reading depends on whether the rate came from above or below",
-    physics: "Friction in the suspension or charge in the dielectric holds the output back until the rate has \
-              changed by h, at every turn of the acceleration.",
+    title: "the reading depends on whether the rate rises or falls",
+    physics: "Friction in the suspension or charge in the dielectric holds the output back until the rate has changed \
+             by h, at every reversal of the acceleration.",
     equation: "ω_f = P_h(ω): stands still until ω has left the clearance ±h/2 about it",
     typical: "0.01–0.5 °/s",
     source: "IEEE Std 1431, hysteresis error; play operator",
     needs: &[],
-    excited_by: "reversals of the acceleration, several amplitudes, a rate that goes on changing",
+    excited_by: "reversals of the acceleration, several amplitudes, a rate that keeps changing",
     mended_by: "well, where noise is smaller than h",
-    at_source: "nothing: the part is made so. Keep the correction, or use another part",
+    at_source: "nothing: it is a property of the part. Keep the correction, or use another part",
     traits: &[],
     aliases: &[],
 };

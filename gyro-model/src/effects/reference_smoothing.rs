@@ -14,25 +14,25 @@ static CARD: Card = Card {
     id: "reference-smoothing",
     title: "the reference is smoothed and does not follow fast motion",
     physics: "A camera system fits a curve through its frames, and software takes central differences or a filter without \
-              phase. What the reference shows is a mean of the motion before and after, so fast motion comes out too small.",
+              phase. The reference then shows a moving average of the motion, so fast motion comes out too small.",
     equation: "θ_e(t) = ∫ θ(t + u) N(u; 0, w²) du, which is about θ + w²/2 dω/dt",
     typical: "w 5–100 ms (camera systems, central differences)",
     source: "Gaussian filter: transfer function exp(−(2πf w)²/2)",
     needs: &[],
-    excited_by: "content near 1/(2πw)",
+    excited_by: "motion at frequencies near 1/(2πw)",
     mended_by: "the model is compared with the reference as smoothed; live, w²/2 dω/dt is taken out of the reference",
     at_source: "switch off the smoothing of the reference, or raise its cut-off, in the camera system's or the logger's settings",
     traits: &[],
     aliases: &[
         Alias {
             id: "mount-resonance",
-            when: "the motion stays far below the resonance: both make the gyro turn more by the square of the frequency",
+            when: "the motion stays far below the resonance: both raise the gyro's rate with the square of the frequency",
             split_by: "motion up to the resonance; or the filter settings of the reference",
         },
         Alias {
             id: "cubic-nonlinearity",
             when: "the motion is fast only where it is large",
-            split_by: "a slower and a faster motion of one size",
+            split_by: "a slower and a faster motion of the same amplitude",
         },
     ],
 };

@@ -16,7 +16,7 @@ static CARD: Card = Card {
     title: "end of range: faster rates are cut off",
     physics: "Beyond its range the sensor puts out its largest reading, whatever the rate.",
     equation: "ω_g held within ±l",
-    typical: "97 % of the printed full scale",
+    typical: "97 % of the full scale in the data sheet",
     source: "IEEE Std 1431, input rate limits; MEMS data sheets",
     needs: &[],
     excited_by: "turns faster than the range",
@@ -27,12 +27,12 @@ static CARD: Card = Card {
         Alias {
             id: "cubic-nonlinearity",
             when: "the motion has one amplitude",
-            split_by: "several amplitudes: a rail stays where it is, a curve does not",
+            split_by: "several amplitudes: a limit is always at the same rate, a curve is not",
         },
         Alias {
             id: "dead-zone",
             when: "the motion has one amplitude",
-            split_by: "several amplitudes: the one acts at the range's end, the other about zero",
+            split_by: "several amplitudes: saturation acts at the end of the range, a dead zone around zero",
         },
     ],
 };

@@ -15,19 +15,19 @@ static CARD: Card = Card {
     id: "scale-asymmetry",
     title: "reads one direction of turning more than the other",
     physics: "Positive and negative rates go through different halves of the sense electronics, so the two \
-              directions scale differently. To and fro, the angle drifts although the bias is right.",
+              directions scale differently. During turns to and fro the angle drifts although the bias is right.",
     equation: "ω_f = ω + a |ω|",
     typical: "50–600 ppm in data sheets, up to 1 % on cheap parts",
     source: "IEEE Std 1431, scale factor asymmetry",
     needs: &[],
     excited_by: "both directions, several amplitudes",
     mended_by: "exactly, by iteration in the compensated rate",
-    at_source: "nothing: the part is made so. Keep the correction, or use another part",
+    at_source: "nothing: it is a property of the part. Keep the correction, or use another part",
     traits: &[],
     aliases: &[Alias {
         id: "quadratic-nonlinearity",
         when: "the motion has one amplitude",
-        split_by: "several amplitudes: a kink at rest against a curve",
+        split_by: "several amplitudes: scale-asymmetry has a kink at zero rate, quadratic-nonlinearity is a smooth curve",
     }],
 };
 

@@ -31,8 +31,8 @@ static CARD: Card = Card {
         },
         Alias {
             id: "encoder-eccentricity",
-            when: "the travel is much under a turn: the calibrated scale takes the error up and every residual looks \
-                   clean",
+            when: "the travel is much less than a turn: the fitted scale factor absorbs the error and the residual \
+             looks clean",
             split_by: "full turns",
         },
     ],

@@ -13,9 +13,9 @@ pub struct SupplyVoltage;
 
 static CARD: Card = Card {
     id: "supply-voltage",
-    title: "the zero-rate output goes with the supply voltage",
-    physics: "The drive amplitude and the references of the converter hang on the supply, and with them the bias. A \
-              motor that starts pulls the supply down and the reading off.",
+    title: "the zero-rate output changes with the supply voltage",
+    physics: "The drive amplitude and the voltage references of the converter depend on the supply, and so does the \
+             bias. A starting motor lowers the supply and shifts the reading.",
     equation: "ω_f = ω + c ΔV, ΔV = V less the median of the log on which the model was fitted",
     typical: "2 °/s per V (0.035 rad/s/V)",
     source: "power supply sensitivity in MEMS data sheets",
@@ -28,7 +28,7 @@ static CARD: Card = Card {
         Alias {
             id: "temperature-bias",
             when: "the battery discharges while the sensor heats",
-            split_by: "vary one at a time: heat at constant supply, or change the supply at constant temperature",
+            split_by: "change one at a time: heat at constant supply, or change the supply at constant temperature",
         },
         Alias {
             id: "warm-up",
@@ -38,7 +38,7 @@ static CARD: Card = Card {
         Alias {
             id: "bias-drift",
             when: "one battery discharge",
-            split_by: "change the supply: a drift does not notice",
+            split_by: "change the supply: a drift does not depend on it",
         },
     ],
 };

@@ -13,7 +13,7 @@ pub struct TemperatureBias;
 
 static CARD: Card = Card {
     id: "temperature-bias",
-    title: "the zero-rate output goes with the temperature",
+    title: "the zero-rate output changes with the temperature",
     physics: "The silicon and its package expand, the quadrature error leaks differently, and the reading at rest \
               moves with the sensor's temperature.",
     equation: "ω_f = ω + c1 ΔT + c2 ΔT²,  ΔT = T − 25 °C",
@@ -33,17 +33,17 @@ static CARD: Card = Card {
         Alias {
             id: "bias-drift",
             when: "the temperature rises steadily",
-            split_by: "heat and cool: a drift goes on, a temperature effect comes back",
+            split_by: "heat and cool: a drift continues, a temperature effect reverses",
         },
         Alias {
             id: "supply-voltage",
             when: "the battery discharges while the sensor heats",
-            split_by: "vary one at a time: heat at constant supply, or change the supply at constant temperature",
+            split_by: "change one at a time: heat at constant supply, or change the supply at constant temperature",
         },
         Alias {
             id: "temperature-scale",
             when: "the rate is constant",
-            split_by: "turn the other way at two temperatures",
+            split_by: "turn in both directions at two temperatures",
         },
     ],
 };

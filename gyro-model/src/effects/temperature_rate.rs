@@ -13,15 +13,15 @@ pub struct TemperatureRate;
 
 static CARD: Card = Card {
     id: "temperature-rate",
-    title: "the zero goes with how fast it heats up",
-    physics: "While it heats or cools the package is not at one temperature: its gradients bend the structure, and \
-              the error goes when the temperature stands still.",
+    title: "the zero-rate output changes with the rate of heating",
+    physics: "While the package heats or cools, temperature gradients bend its structure. The error is zero when the \
+             temperature is constant.",
     equation: "ω_f = ω + c dT/dt, dT/dt of the measured temperature: on a log from cubics as wide as its readings ask \
                for, live from a causal fading-memory parabola (time constant 0.7 s)",
-    typical: "hardly ever printed; 0.5–5 °/s per K/s seen on plastic packages",
+    typical: "rarely in data sheets; 0.5–5 °/s per K/s seen on plastic packages",
     source: "IEEE Std 1431, bias temperature gradient sensitivity; fading-memory polynomial filter after N. Morrison",
     needs: &[Need::Temperature],
-    excited_by: "heating and cooling, quick against the log",
+    excited_by: "heating and cooling within the log",
     mended_by: "well, where temperature is measured at the sensor and not too noisily",
     at_source: "slow the change of temperature: a cover against wind, more copper or mass at the sensor",
     traits: &[Trait::Slow],

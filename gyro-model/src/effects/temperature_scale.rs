@@ -13,7 +13,7 @@ pub struct TemperatureScale;
 
 static CARD: Card = Card {
     id: "temperature-scale",
-    title: "the scale factor goes with the temperature",
+    title: "the scale factor changes with the temperature",
     physics: "The resonance and the electronics' gain move with temperature, and with them the scale factor.",
     equation: "ω_f = ω + c ΔT ω,  ΔT = T − 25 °C",
     typical: "2–4 % over the range −40…85 °C (1.6e-4–3.2e-4 1/K)",
@@ -26,7 +26,7 @@ static CARD: Card = Card {
     aliases: &[Alias {
         id: "temperature-bias",
         when: "the rate is constant",
-        split_by: "turn the other way at two temperatures",
+        split_by: "turn in both directions at two temperatures",
     }],
 };
 

@@ -20,9 +20,9 @@ static CARD: Card = Card {
     typical: "0.05–5 °/s, 5–400 Hz",
     source: "vibration environment of motors and fans",
     needs: &[],
-    excited_by: "any log; two logs show whether it stays",
-    mended_by: "within this log: its phase is another one in the next",
-    at_source: "find what turns at that frequency (fan, propeller, pump), balance it, or mount the sensor on something soft",
+    excited_by: "any log; a second log shows whether it stays",
+    mended_by: "only within this log: the phase differs in the next one",
+    at_source: "find what turns at that frequency (fan, propeller, pump), balance it, or mount the sensor on soft material",
     traits: &[Trait::Line],
     aliases: &[],
 };

@@ -14,8 +14,8 @@ pub struct WarmUp;
 static CARD: Card = Card {
     id: "warm-up",
     title: "turn-on transient: the zero settles after switching on",
-    physics: "After power-on the sensor heats itself and its loops settle: the bias starts off and creeps to its \
-              final value.",
+    physics: "After power-on the sensor heats itself and its loops settle: the bias starts with an error and settles \
+             to its final value.",
     equation: "ω_f = ω + a exp(−t/τ), t from the log's first row",
     typical: "τ 5–600 s, 0.1–2 °/s",
     source: "IEEE Std 1431, warm-up time; MEMS data sheets",
@@ -33,7 +33,7 @@ static CARD: Card = Card {
         Alias {
             id: "bias-drift",
             when: "the log is short against the time constant",
-            split_by: "a log of several time constants: a warm-up ends, a drift goes on",
+            split_by: "a log of several time constants: a warm-up ends, a drift continues",
         },
         Alias {
             id: "supply-voltage",

@@ -315,11 +315,11 @@ fn prior(series: &Series, reference: &[f64]) -> Prior {
     let was_found = series.walk.gyro > 0.0;
     let assumed = if was_found { series.walk.assumed } else { jerky && gyro.quiet > poor };
     let (variance, gyro_says) = if assumed {
-        (poor, "a poor MEMS sensor's data sheet (0.03 °/s/√Hz): the motion is jerky and never rests")
+        (poor, "the data sheet of a poor MEMS sensor (0.03 °/s/√Hz), because the motion is always jerky")
     } else if was_found {
         (series.walk.gyro.powi(2) / dt, "the readings, measured before they were averaged")
     } else if jerky {
-        (gyro.quiet, "the quietest stretches (the motion is jerky)")
+        (gyro.quiet, "the quietest stretches, because the motion is jerky")
     } else if reference_is_jerky {
         (gyro.smooth, "the reading, measured on this log where the motion is smooth")
     } else {
@@ -328,15 +328,18 @@ fn prior(series: &Series, reference: &[f64]) -> Prior {
     let variance = variance.max(lsb * lsb / 12.0);
     let rounding = Rounding::of(series, lsb);
     let rounded = rounding.as_ref().map_or_else(String::new, |rounding| {
-        format!(", which does not even out the reading's steps of {:.3} °/s", rounding.step.to_degrees())
+        format!(", too small to average out the reading's steps of {:.3} °/s", rounding.step.to_degrees())
     });
     let (encoder, from) = if step > 0.0 {
-        let more = if series.encoder.noise > 0.0 { " and what it varies by beyond that" } else { "" };
-        (step.sqrt(), format!("its step of {:.3} °{more}", series.encoder.step.to_degrees()))
+        let more = if series.encoder.noise > 0.0 { " and its noise beyond that step" } else { "" };
+        (step.sqrt(), format!("its step of {:.3}°{more}", series.encoder.step.to_degrees()))
     } else {
         let beside = beside_gyro(series, reference, variance * dt);
-        let (least, of) =
-            if beside.mean < angle.mean { (beside, "the reference less the gyro") } else { (angle, "the reference") };
+        let (least, of) = if beside.mean < angle.mean {
+            (beside, "the difference of reference and gyro")
+        } else {
+            (angle, "its own readings")
+        };
         let variance = if least.uneven() { least.quiet } else { least.mean };
         (variance.sqrt().max(1e-9), format!("{of}, measured on this log"))
     };

@@ -55,9 +55,9 @@ pub(super) fn sized(effect: &'static dyn Effect, axis: Axis) -> impl Iterator<It
 #[must_use]
 pub fn unguided(effect: &dyn Effect) -> Option<&'static str> {
     if effect.stage() == Stage::Reading {
-        Some("it is read off the readings, without a standard error")
+        Some("it is found in the readings, without a standard error")
     } else if effect.is(Trait::Onset) {
-        Some("it happens once, and nobody knows when")
+        Some("it happens once, at an unknown time")
     } else if effect.is(Trait::Line) || effect.is(Trait::Resonance) {
         Some("its frequency is not known beforehand")
     } else {

@@ -7,6 +7,8 @@ use crate::{
 
 /// Averaging time at which errors are said, s.
 const SAID_AT: f64 = 1.0;
+/// Error before over after from which on it is said to fall: three figures show it.
+const FALLS: f64 = 1.005;
 /// A curve that ends earlier, by this factor, is said at its end.
 const NEAR: f64 = 1.5;
 
@@ -17,6 +19,16 @@ pub(super) fn makes(subject: &str, before: ErrorPoint, after: ErrorPoint, rest: 
         units::rate(before.error),
         units::time(before.tau_s),
         units::rate(after.error)
+    )
+}
+
+/// ` It changes this log's error little: 0.0362 °/s over 1 s, which is noise.`
+pub(super) fn changes_little(subject: &str, here: ErrorPoint) -> String {
+    let rest = rest(&here, is_noise(&here));
+    format!(
+        " {subject} this log's error little: {} °/s over {}{rest}.",
+        units::rate(here.error),
+        units::time(here.tau_s)
     )
 }
 
@@ -63,16 +75,17 @@ pub(super) fn same_time(before: &[ErrorPoint], after: &[ErrorPoint]) -> Option<(
     }
 }
 
-/// Where it is best said what a correction takes away: as [`same_time`], but where the error falls if it does not at 1 s.
+/// Where it is best said what a correction takes away: as [`same_time`], but where the error falls if it does not at 1 s; `None` where
+/// it falls nowhere.
 pub(super) fn corrected(before: &[ErrorPoint], after: &[ErrorPoint]) -> Option<(ErrorPoint, ErrorPoint)> {
     let fall = |(p, q): &(ErrorPoint, ErrorPoint)| p.error.zip(q.error).map_or(0.0, |(p, q)| p / q);
     let usual = same_time(before, after)?;
-    if fall(&usual) > 1.0 {
+    if fall(&usual) > FALLS {
         return Some(usual);
     }
     let at = |tau: f64| after.iter().copied().find(|p| (p.tau_s / tau - 1.0).abs() < 1e-6 && p.error.is_some());
     let pairs = before.iter().filter(|p| !is_noise(p)).filter_map(|p| at(p.tau_s).map(|q| (*p, q)));
-    pairs.filter(|pair| fall(pair) > 1.0).max_by(|a, b| fall(a).total_cmp(&fall(b))).or(Some(usual))
+    pairs.filter(|pair| fall(pair) > FALLS).max_by(|a, b| fall(a).total_cmp(&fall(b)))
 }
 
 pub(super) fn is_noise(p: &ErrorPoint) -> bool {
@@ -95,8 +108,11 @@ impl Fall {
     #[must_use]
     pub fn of_ladder(axis: &AxisLadder) -> Option<Self> {
         let (first, last) = (axis.steps.first()?, axis.steps.last()?);
-        let after = said(&last.error_curve)?;
-        let before = said(&first.error_curve).filter(|_| axis.steps.len() > 1);
+        let pair = if axis.steps.len() > 1 { corrected(&first.error_curve, &last.error_curve) } else { None };
+        let (before, after) = match pair {
+            Some((before, after)) => (Some(before), after),
+            None => (None, said(&last.error_curve)?),
+        };
         Some(Self { before, after, is_noise: axis.verdict == Verdict::Adequate || is_noise(&after) })
     }
 
@@ -104,7 +120,7 @@ impl Fall {
     #[must_use]
     pub fn of_diagnosis(axis: &AxisDiagnosis) -> Option<Self> {
         let named = matches!(axis.verdict, Verdict::MissingEffect | Verdict::Ambiguous);
-        let pair = axis.suspects.first().filter(|_| named).and_then(|s| corrected(&axis.error_curve, &s.error_curve));
+        let pair = Some(axis.corrected_curve()).filter(|_| named).and_then(|after| corrected(&axis.error_curve, after));
         let (before, after) = match pair {
             Some((before, after)) => (Some(before), after),
             None => (None, said(&axis.error_curve)?),

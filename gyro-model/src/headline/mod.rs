@@ -26,7 +26,7 @@ use crate::{
     measured::{Measured, and},
     units,
 };
-use left::{corrected, is_noise, left, makes, rest, same_time};
+use left::{changes_little, corrected, is_noise, left, makes, rest, same_time};
 
 /// The answer, and what to do where it comes from.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -104,7 +104,7 @@ pub fn of_ladder_beside(axis: &AxisLadder, told: &[&str]) -> Headline {
     let own: Vec<&str> = added.iter().copied().filter(|id| !told.contains(id)).collect();
     let clauses: Vec<String> = own.iter().map(|id| clause(axis.axis, id, &axis.parameters)).collect();
     let mut answer = if own.is_empty() { String::new() } else { sentences(&clauses) };
-    if let Some((before, after)) = said(&first.error_curve).zip(here) {
+    if let Some((before, after)) = corrected(&first.error_curve, &last.error_curve) {
         let settled = matches!(axis.verdict, Verdict::Adequate | Verdict::Ambiguous);
         let rest = match limit(axis.limited_by, &axis.limited_says) {
             Some((what, _)) if !settled || axis.limited_by.is_some_and(LimitedBy::is_of_recording) => {
@@ -113,6 +113,8 @@ pub fn of_ladder_beside(axis: &AxisLadder, told: &[&str]) -> Headline {
             _ => rest(&after, settled || within),
         };
         answer.push_str(&makes(subject(own.len(), added.len() - own.len()), before, after, &rest));
+    } else if let Some(before) = said(&first.error_curve) {
+        answer.push_str(&changes_little(if added.len() > 1 { "They change" } else { "It changes" }, before));
     }
     if axis.verdict == Verdict::Ambiguous {
         let aliases: Vec<String> = axis.steps.iter().flat_map(|step| step.aliases.iter().map(|id| name(id))).collect();
@@ -147,7 +149,7 @@ pub fn of_change(
     });
     let ids: Vec<&str> = added.iter().map(String::as_str).filter(|id| after.effects.iter().any(|e| e == id)).collect();
     if !ids.is_empty() && !ids.iter().any(|id| is_told(after.axis, id, &after.parameters)) {
-        let answer = sentence(&format!("{}{fall}", and(&changes))) + " But this log does not tell it from nothing.";
+        let answer = sentence(&format!("{}{fall}", and(&changes))) + " But on this log it cannot be told from zero.";
         return only(answer);
     }
     let clauses: Vec<String> = ids.iter().map(|id| clause(after.axis, id, &after.parameters)).collect();
@@ -212,21 +214,30 @@ fn own_clause(id: &str, parameters: &[ParameterValue]) -> String {
 }
 
 fn missing(axis: &AxisDiagnosis, best: &Suspect, told: &[&str]) -> Headline {
-    let is_told = told.contains(&best.effect.as_str());
-    let mut answer = if is_told { String::new() } else { sentence(&clause(axis.axis, &best.effect, &best.parameters)) };
-    if let Some((before, after)) = corrected(&axis.error_curve, &best.error_curve) {
-        let subject = subject(usize::from(!is_told), usize::from(is_told));
+    let named = |suspect: &&Suspect| axis.missing.is_empty() || axis.missing.contains(&suspect.effect);
+    let many = if axis.missing.is_empty() { 1 } else { axis.missing.len() };
+    let lacks: Vec<&Suspect> = axis.suspects.iter().filter(named).take(many).collect();
+    let is_told = |suspect: &Suspect| told.contains(&suspect.effect.as_str());
+    let own: Vec<&Suspect> = lacks.iter().copied().filter(|suspect| !is_told(suspect)).collect();
+    let clauses: Vec<String> = own.iter().map(|s| clause(axis.axis, &s.effect, &s.parameters)).collect();
+    let mut answer = sentences(&clauses);
+    let (own_count, shared_count) = (own.len(), lacks.len() - own.len());
+    if let Some((before, after)) = corrected(&axis.error_curve, axis.corrected_curve()) {
+        let subject = subject(own_count, shared_count);
         let rest = match beside_what_is_missing(&axis.budget, after.tau_s) {
             Some(by) if by.is_of_recording() => format!(", most of it {}", by.cause()),
             _ => rest(&after, is_noise(&after)),
         };
         answer.push_str(&makes(subject, before, after, &rest));
+    } else if let Some(here) = said(&axis.error_curve) {
+        answer.push_str(&changes_little(if lacks.len() > 1 { "They change" } else { "It changes" }, here));
     }
-    if effects::find(&best.effect).is_some_and(|effect| effect.stage().is_of_reference()) {
+    let is_of_reference = |id: &str| effects::find(id).is_some_and(|effect| effect.stage().is_of_reference());
+    if is_of_reference(&best.effect) && lacks.iter().all(|suspect| is_of_reference(&suspect.effect)) {
         answer.push_str(" Your gyro is not the cause.");
     }
-    let at_source = if is_told { String::new() } else { sources(&[&best.effect]) };
-    Headline { answer: answer.trim_start().to_owned(), at_source }
+    let ids: Vec<&str> = own.iter().map(|suspect| suspect.effect.as_str()).collect();
+    Headline { answer: answer.trim_start().to_owned(), at_source: sources(&ids) }
 }
 
 /// What makes most of the error at this averaging time once what is missing is there.
@@ -239,10 +250,11 @@ fn beside_what_is_missing(budget: &[BudgetPoint], tau: f64) -> Option<LimitedBy>
 /// What makes an error: so many causes of the axis' own, and so many that it shares.
 const fn subject(own: usize, shared: usize) -> &'static str {
     match (own, shared) {
-        (0, _) => "The cause that the axes share makes",
+        (0, 1) => "The cause that the axes share makes",
+        (0, _) => "The causes that the axes share make",
         (1, 0) => "That makes",
         (_, 0) => "Together they make",
-        _ => "With the cause that the axes share, that makes",
+        _ => "Together with what the axes share, that makes",
     }
 }
 
@@ -257,6 +269,8 @@ fn ambiguous(axis: &AxisDiagnosis, best: &Suspect) -> Headline {
     if let Some((before, after)) = corrected(&axis.error_curve, &best.error_curve) {
         let rest = rest(&after, is_noise(&after));
         answer.push_str(&makes("It makes", before, after, &rest));
+    } else if let Some(here) = said(&axis.error_curve) {
+        answer.push_str(&changes_little("It changes", here));
     }
     if !best.separate_by.is_empty() {
         answer = format!("{answer} To tell them apart: {}.", best.separate_by.trim_end_matches('.'));
@@ -294,11 +308,11 @@ fn of_recording(by: Option<LimitedBy>, says: &str) -> Option<&str> {
 }
 
 fn adequate(here: Option<ErrorPoint>, within: Option<bool>, of_recording: Option<&str>) -> String {
-    let Some(point) = here else { return "Nothing is missing that this log could show.".into() };
+    let Some(point) = here else { return "Nothing is missing that this log can show.".into() };
     let (error, over) = (units::rate(point.error), units::time(point.tau_s));
     if within == Some(false) {
         return format!(
-            "No effect is missing: over {over} the error is {error} °/s (white noise alone: {}). The rest comes from a zero that drifts.",
+            "No effect is missing: over {over} the error is {error} °/s (white noise alone: {}). The rest comes from a bias that wanders.",
             units::rate(point.floor)
         );
     }

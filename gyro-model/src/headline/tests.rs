@@ -1,6 +1,6 @@
 use super::*;
 use crate::{
-    diagnosis::{FloorFrom, NoiseValue},
+    diagnosis::{FloorFrom, LadderStep, NoiseValue},
     effects::CATALOGUE,
 };
 
@@ -74,6 +74,7 @@ fn diagnosed(verdict: Verdict, suspects: Vec<Suspect>, ratio: f64) -> AxisDiagno
         limited_says: String::new(),
         explained: Vec::new(),
         missing: Vec::new(),
+        missing_error_curve: Vec::new(),
         unfinished: false,
         detail: None,
     }
@@ -195,8 +196,56 @@ fn what_a_correction_takes_away_is_told_where_the_error_falls() {
     assert!(answer.contains("of error over 0.1 s; corrected"), "{answer}");
 }
 
+#[test]
+fn a_correction_that_lowers_no_error_is_not_said_to_leave_more() {
+    let mut zone = suspect("dead-zone", &[], 1.0);
+    zone.error_curve = curve(1.2);
+    let answer = of_diagnosis(&diagnosed(Verdict::MissingEffect, vec![zone], 1.02)).answer;
+    assert!(answer.ends_with("It changes this log's error little: 0.0351 °/s over 1 s, which is noise."), "{answer}");
+    let ladder = AxisLadder {
+        steps: climbed(Verdict::Adequate, 1.0)
+            .steps
+            .into_iter()
+            .map(|step| LadderStep { error_curve: curve(1.0), ..step })
+            .collect(),
+        ..climbed(Verdict::Adequate, 1.0)
+    };
+    let answer = of_ladder(&ladder).answer;
+    assert!(answer.contains("They change this log's error little") && !answer.contains("corrected"), "{answer}");
+}
+
+#[test]
+fn effects_that_are_missing_together_are_told_together_with_one_error_before_and_after() {
+    let axis = AxisDiagnosis {
+        missing: vec!["delay".into(), "encoder-backlash".into()],
+        missing_error_curve: curve(1.02),
+        ..diagnosed(
+            Verdict::MissingEffect,
+            vec![
+                Suspect { error_curve: curve(4.0), ..suspect("delay", &[], 1.0) },
+                Suspect { error_curve: curve(13.0), ..suspect("encoder-backlash", &[], 1.0) },
+            ],
+            14.0,
+        )
+    };
+    let headline = of_diagnosis(&axis);
+    // As the ladder says it, and the gyro is a cause.
+    assert_eq!(headline.answer, of_ladder(&climbed(Verdict::Adequate, 1.02)).answer);
+    assert!(headline.at_source.starts_with("for delay, stamp"), "{}", headline.at_source);
+    let rest = of_diagnosis_beside(&axis, &["delay"]).answer;
+    assert!(
+        rest.starts_with("The encoder has") && rest.contains("Together with what the axes share, that makes"),
+        "{rest}"
+    );
+    assert!(
+        of_diagnosis_beside(&axis, &["delay", "encoder-backlash"])
+            .answer
+            .starts_with("The causes that the axes share make")
+    );
+}
+
 fn climbed(verdict: Verdict, ratio: f64) -> AxisLadder {
-    let step = |added: Option<&str>, ratio: f64| crate::diagnosis::LadderStep {
+    let step = |added: Option<&str>, ratio: f64| LadderStep {
         added: added.map(Into::into),
         removed: None,
         aliases: Vec::new(),
@@ -293,7 +342,7 @@ fn a_change_tells_what_it_did_to_the_error() {
     );
     after.parameters[0].std_error = Some(0.02);
     let needless = of_change(&["delay".into()], &[], Some(&before), &after);
-    assert!(needless.answer.ends_with("this log does not tell it from nothing.") && needless.at_source.is_empty());
+    assert!(needless.answer.ends_with("on this log it cannot be told from zero.") && needless.at_source.is_empty());
 }
 
 #[test]

@@ -15,9 +15,9 @@ use gyro_model::{
 pub(super) fn words(verdict: Verdict, suspect: Option<&str>, aliases: &[String], limit: Option<LimitedBy>) -> String {
     match (verdict, suspect) {
         (Verdict::Adequate, _) if limit.is_some_and(LimitedBy::is_of_recording) => {
-            "adequate: no effect is missing that this log could show".into()
+            "adequate, no effect is missing that this log can show".into()
         }
-        (Verdict::Adequate, _) => "adequate: what is left is noise".into(),
+        (Verdict::Adequate, _) => "adequate, what is left is noise".into(),
         (Verdict::MissingEffect, Some(effect)) => format!("missing effect: {effect}"),
         (Verdict::MissingEffect, None) => "an effect is missing".into(),
         (Verdict::Ambiguous, Some(effect)) => {
@@ -30,6 +30,48 @@ pub(super) fn words(verdict: Verdict, suspect: Option<&str>, aliases: &[String],
         (Verdict::BadData, _) => "bad data".into(),
     }
 }
+
+/// What a verdict's own sentences say beside the headline, the label, and what limits the log. Headline and label name the `several`
+/// effects that are missing, where they are several.
+pub(super) fn beyond(
+    verdict: Verdict,
+    headline: &str,
+    says: &str,
+    limited: &str,
+    several: bool,
+    searched: bool,
+) -> String {
+    let is_named = matches!(verdict, Verdict::MissingEffect | Verdict::Ambiguous);
+    let is_said = |k: usize, one: &str| {
+        let bare = one.trim().trim_end_matches('.');
+        let lower = bare.to_lowercase();
+        let names =
+            is_named && k == 0 && (several || !lower.starts_with("more than one")) && lower.contains(" is missing");
+        names
+            || headline.to_lowercase().contains(&lower)
+            || is_named && (bare == "Add it and look again" || bare.starts_with("`truerate ladder` adds"))
+            || verdict == Verdict::Adequate && lower.starts_with("the error is what noise alone leaves: no effect")
+            || verdict == Verdict::Unexplained && !searched && k == 0
+    };
+    // What limits the log has a place of its own.
+    let says = if limited.is_empty() { says.to_owned() } else { says.replace(&format!("{LIMIT}{limited}"), "") };
+    // The headline of what cannot be told is the first sentence up to its colon.
+    let first = says.split(". ").next().unwrap_or_default();
+    let told = first
+        .find(": ")
+        .filter(|at| verdict == Verdict::CannotTell && headline.to_lowercase().contains(&first[..*at].to_lowercase()));
+    let says = told.map_or(&says[..], |at| &says[at + 2..]);
+    let mut left: Vec<&str> = Vec::new();
+    for (k, one) in says.split_inclusive(". ").enumerate() {
+        if !is_said(k, one) {
+            left.push(one.trim());
+        }
+    }
+    sentence(&left.join(" "))
+}
+
+/// Where the sentence of what limits a log begins.
+const LIMIT: &str = " What limits this log: ";
 
 /// What is said of an excess where nobody looked for its cause.
 pub(super) const NOT_SEARCHED: &str = "the model leaves more than noise";
@@ -67,10 +109,11 @@ pub(super) fn curve(label: &str, points: &[ErrorPoint]) -> Curve {
     }
 }
 
-/// What limits a log.
+/// What limits a log; where an effect is missing, adding it is what to do, and no other remedy is told.
 pub(super) fn limit(
     by: Option<LimitedBy>,
     says: &str,
+    verdict: Verdict,
     floor_from: FloorFrom,
     budget: &[BudgetPoint],
     frequencies: &[FrequencyShare],
@@ -89,9 +132,16 @@ pub(super) fn limit(
     let density = |of: &dyn Fn(&FrequencyShare) -> Option<f64>| -> Vec<Option<f64>> {
         frequencies.iter().map(|f| of(f).filter(|d| *d > 0.0).map(|d| d.sqrt().to_degrees())).collect()
     };
+    let is_named = matches!(verdict, Verdict::MissingEffect | Verdict::Ambiguous);
+    let (head, says) = match says.split_once("). ") {
+        Some((what, _)) if is_named => ("the error's largest part", format!("{what}).")),
+        _ if is_named => ("the error's largest part", says.to_owned()),
+        _ => ("what limits this log", says.to_owned()),
+    };
     Some(LimitView {
+        head,
         by: by.words(),
-        says: sentence(says),
+        says: sentence(&says),
         floor_from,
         tau: budget.iter().map(|point| point.tau_s).collect(),
         parts: parts.into_iter().map(|(_, view)| view).collect(),
@@ -140,12 +190,17 @@ pub(super) fn parameters(axis: Axis, values: &[ParameterValue], rest: bool) -> V
 fn parameter(axis: Axis, p: &ParameterValue, all: &[ParameterValue]) -> ParameterView {
     let card = effects::find(&p.effect).and_then(|e| e.parameters(axis).iter().find(|c| c.name == p.name));
     // Numbers that are no shares of anything.
-    let is_plain =
-        matches!((p.effect.as_str(), p.name.as_str()), ("scale-factor", "alpha") | ("encoder-subdivision", "n"));
+    let is_plain = matches!(
+        (p.effect.as_str(), p.name.as_str()),
+        ("scale-factor", "alpha") | ("encoder-subdivision", "n") | ("mount-resonance", "zeta")
+    );
     let unit = if is_plain {
         Shown { factor: 1.0, unit: String::new() }
     } else {
-        let like = all.iter().filter(|other| other.effect == p.effect && other.unit == p.unit);
+        // An instant is no size.
+        let is_instant = |p: &ParameterValue| p.name == "t0";
+        let is_like = |other: &&ParameterValue| other.effect == p.effect && is_instant(other) == is_instant(p);
+        let like = all.iter().filter(|other| other.unit == p.unit).filter(is_like);
         let sizes: Vec<Option<f64>> = like.flat_map(|other| [other.value, other.std_error]).collect();
         units::shown(&p.unit, &sizes)
     };
@@ -182,20 +237,20 @@ fn is_at_limit(p: &ParameterValue, bounds: (f64, f64)) -> bool {
 /// Times its typical size.
 const BEYOND_TYPICAL: f64 = 3.0;
 /// What is said of such a parameter instead of its value.
-const UNSEEN: &str = "? not seen on this log";
+pub(super) const UNSEEN: &str = "not seen on this log";
 /// What is said of one that a fit presses against its bound.
 const AT_LIMIT: &str = "at its limit";
 
 /// Noise in data-sheet units, what is too little for any gyro left out. Where more than noise is left, that stands in it.
 pub(super) fn noise(noise: &NoiseValue, verdict: Verdict) -> String {
-    let part = |name: &str, value: Option<f64>, unit: &str| {
-        let value = value.filter(|v| v.is_finite() && *v > NEGLIGIBLE)?;
-        Some(format!("{name} {}\u{a0}{unit}", units::number(value.to_degrees())))
+    let part = |name: &str, value: Option<f64>, unit: &str, least: f64| {
+        let value = value.filter(|v| v.is_finite() && *v > least)?;
+        Some(format!("{name} {}{unit}", units::number(value.to_degrees())))
     };
     let parts = [
-        part("angle random walk", noise.angle_random_walk, "°/√s"),
-        part("random walk of the bias", noise.bias_random_walk, "°/s/√s"),
-        part("encoder", noise.encoder, "°"),
+        part("angle random walk", noise.angle_random_walk, "\u{a0}°/√s", NEGLIGIBLE),
+        part("random walk of the bias", noise.bias_random_walk, "\u{a0}°/s/√s", NEGLIGIBLE),
+        part("encoder", noise.encoder, "°", NEGLIGIBLE_ANGLE),
     ];
     let parts: Vec<String> = parts.into_iter().flatten().collect();
     let more = match verdict {
@@ -207,6 +262,8 @@ pub(super) fn noise(noise: &NoiseValue, verdict: Verdict) -> String {
 
 /// Noise below which there is none, in SI units: of the quietest gyros the bias walks by as much.
 const NEGLIGIBLE: f64 = 1e-9;
+/// The same of an angle, rad: an encoder of 25 bits has steps of twice as much.
+const NEGLIGIBLE_ANGLE: f64 = 1e-7;
 
 /// What the catalogue says; a user's own effect has its id alone.
 pub(super) fn card(id: &str) -> CardView {
@@ -237,10 +294,13 @@ pub(super) fn card(id: &str) -> CardView {
     }
 }
 
-/// The suspects, the first with its odds against the next.
-pub(super) fn suspects(axis: Axis, all: &[Suspect]) -> Vec<SuspectView> {
+/// The suspects, the first with its odds against the next. Where `several` are missing together, none is odds against another, and
+/// what each gains alone says little.
+pub(super) fn suspects(axis: Axis, all: &[Suspect], several: bool) -> Vec<SuspectView> {
     let mut views: Vec<SuspectView> = all.iter().map(|s| suspect(axis, s)).collect();
-    if let ([first, second, ..], Some(view)) = (all, views.first_mut()) {
+    if several {
+        views.iter_mut().for_each(|view| view.significance.clear());
+    } else if let ([first, second, ..], Some(view)) = (all, views.first_mut()) {
         view.odds = odds(first, second).unwrap_or_default();
     }
     views
@@ -303,10 +363,11 @@ fn suspect(axis: Axis, s: &Suspect) -> SuspectView {
     }
 }
 
-/// `outliers (12 times, first at 3.40 s): …`.
+/// `outliers (12 times, first at 3.40 s): …`; the count is left out where the words begin with it, or where it counts all rows.
 pub(super) fn fault(fault: &DataFault) -> String {
     let at = fault.first_t.filter(|t| t.is_finite()).map_or_else(String::new, |t| format!(", first at {t:.2} s"));
-    let count = if fault.count > 1 {
+    let says_count = fault.says.starts_with(&format!("{} ", fault.count));
+    let count = if fault.count > 1 && !says_count && fault.fault != "not-excited" {
         format!(" ({} times{at})", fault.count)
     } else if at.is_empty() {
         String::new()

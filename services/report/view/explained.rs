@@ -9,8 +9,8 @@ pub(super) fn view(explained: &Explained) -> ExplainedView {
     let outcome = match explained.stage.as_str() {
         "admitted" => "passes every test".to_owned(),
         "scan" => format!(
-            "not among the suspects: the score test promises {} of the error and {} in ln L",
-            percent(explained.promises),
+            "not refitted: by the score test it removes {} of the error and gains {} in ln L",
+            percent(explained.promises.map(|share| share.max(0.0))),
             number(explained.score)
         ),
         _ => format!("refused by: {}", failed.join(", ")),
@@ -27,7 +27,7 @@ fn test(test: &TestOutcome) -> TestView {
         },
         name: test.test.clone(),
         asks: test.asks.clone(),
-        numbers: if test.applies { numbers(test) } else { "not asked of this one".to_owned() },
+        numbers: if test.applies { numbers(test) } else { "does not apply".to_owned() },
     }
 }
 
@@ -69,10 +69,10 @@ fn condition(condition: &TestCondition) -> String {
 fn number(value: Option<f64>) -> String {
     match value {
         None => "–".to_owned(),
-        Some(v) if v != 0.0 && !(1e-3..1e5).contains(&v.abs()) => format!("{v:.1e}"),
+        Some(v) if v != 0.0 && !(1e-3..1e5).contains(&v.abs()) => format!("{v:.1e}").replace('-', "−"),
         Some(v) => {
             let decimals = if v == 0.0 { 0 } else { (2.0 - v.abs().log10().floor()).clamp(0.0, 4.0) as usize };
-            let text = format!("{v:.decimals$}");
+            let text = format!("{v:.decimals$}").replace('-', "−");
             if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
         }
     }
@@ -120,6 +120,6 @@ mod tests {
     #[test]
     fn numbers_have_three_figures() {
         let shown = [0.0, 1.0, 0.25, 12.345, -3.456, 4.2e-9, 123_456.0].map(|v| number(Some(v)));
-        assert_eq!(shown, ["0", "1", "0.25", "12.3", "-3.46", "4.2e-9", "1.2e5"]);
+        assert_eq!(shown, ["0", "1", "0.25", "12.3", "−3.46", "4.2e−9", "1.2e5"]);
     }
 }

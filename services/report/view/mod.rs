@@ -82,6 +82,8 @@ pub struct AxisView {
     pub fails_where: Vec<String>,
     /// What may be missing, best first.
     pub suspects: Vec<SuspectView>,
+    /// What stands above them.
+    pub suspects_head: &'static str,
     /// The ladder's steps.
     pub steps: Vec<StepView>,
     /// Faults of the data, in words.
@@ -215,19 +217,20 @@ impl AxisView {
 
     fn of_diagnosis(axis: &AxisDiagnosis) -> Self {
         let mut curves = vec![curve("model", &axis.error_curve)];
-        if let Some(best) = axis.suspects.first().filter(|s| !s.error_curve.is_empty()) {
-            curves.push(curve(&format!("with {}", best.effect), &best.error_curve));
+        let several = axis.missing.len() > 1;
+        if let Some(best) = axis.suspects.first().filter(|_| !axis.corrected_curve().is_empty()) {
+            let label = if several { "with all that is missing".to_owned() } else { format!("with {}", best.effect) };
+            curves.push(curve(&label, axis.corrected_curve()));
         }
         let suspect = axis.suspects.first().map(|s| s.effect.as_str());
         let spoken = headline::of_diagnosis(axis);
         Self {
             axis: axis.axis.letter(),
             verdict: axis.verdict,
-            headline: spoken.answer,
             at_source: spoken.at_source,
             label: match axis.verdict {
                 Verdict::Unexplained if !axis.searched => axis::NOT_SEARCHED.into(),
-                Verdict::MissingEffect if axis.missing.len() > 1 => {
+                Verdict::MissingEffect if several => {
                     format!("missing effects: {}", axis.missing.join(", "))
                 }
                 verdict => {
@@ -236,7 +239,8 @@ impl AxisView {
                 }
             },
             tone: tone(axis.verdict),
-            says: axis::sentence(&axis.says),
+            says: axis::beyond(axis.verdict, &spoken.answer, &axis.says, &axis.limited_says, several, axis.searched),
+            headline: spoken.answer,
             effects: axis.effects.iter().map(|id| axis::card(id)).collect(),
             parameters: axis::parameters(axis.axis, &axis.parameters, true),
             noise: axis::noise(&axis.noise, axis.verdict),
@@ -248,6 +252,7 @@ impl AxisView {
             limit: axis::limit(
                 axis.limited_by,
                 &axis.limited_says,
+                axis.verdict,
                 axis.floor_from,
                 &axis.budget,
                 &axis.error_by_frequency,
@@ -257,7 +262,12 @@ impl AxisView {
                 Verdict::Adequate => Vec::new(),
                 _ => axis.fails_where.iter().map(|f| f.says.clone()).collect(),
             },
-            suspects: axis::suspects(axis.axis, &axis.suspects),
+            suspects: axis::suspects(axis.axis, &axis.suspects, several),
+            suspects_head: if several {
+                "what is missing: sizes fitted together, and what each removes alone"
+            } else {
+                "suspects, likeliest first, and what each removes alone"
+            },
             steps: Vec::new(),
             data_faults: axis.data_faults.iter().map(axis::fault).collect(),
             explained: axis.explained.iter().map(explained::view).collect(),
@@ -312,11 +322,11 @@ impl AxisView {
         Self {
             axis: axis.axis.letter(),
             verdict: axis.verdict,
-            headline: spoken.answer,
             at_source: spoken.at_source,
             label: words(axis.verdict, named, aliases, axis.limited_by),
             tone: tone(axis.verdict),
-            says: axis::sentence(&axis.says),
+            says: axis::beyond(axis.verdict, &spoken.answer, &axis.says, &axis.limited_says, false, true),
+            headline: spoken.answer,
             effects: axis.effects.iter().map(|id| axis::card(id)).collect(),
             parameters: axis::parameters(axis.axis, &axis.parameters, true),
             noise: axis::noise(&axis.noise, axis.verdict),
@@ -328,6 +338,7 @@ impl AxisView {
             limit: axis::limit(
                 axis.limited_by,
                 &axis.limited_says,
+                axis.verdict,
                 axis.floor_from,
                 &axis.budget,
                 &axis.error_by_frequency,
@@ -339,6 +350,7 @@ impl AxisView {
                 _ => Vec::new(),
             },
             suspects: Vec::new(),
+            suspects_head: "",
             steps,
             data_faults: axis.data_faults.iter().map(axis::fault).collect(),
             explained: axis.explained.iter().map(explained::view).collect(),

@@ -30,6 +30,8 @@ pub struct TestView {
 /// What limits a log, and what its error is made of.
 #[derive(Clone, Debug, Serialize)]
 pub struct LimitView {
+    /// What stands before it: `what limits this log`.
+    pub head: &'static str,
     /// `reference noise`, …
     pub by: &'static str,
     /// In one sentence, with the remedy.
@@ -89,6 +91,15 @@ pub struct ParameterView {
     pub shown: String,
     /// What is usual of its effect on low-cost sensors, where that is not said yet.
     pub typical: String,
+}
+
+impl ParameterView {
+    /// `d = 12.10 ± 0.12 ms`.
+    #[must_use]
+    pub fn equation(&self) -> String {
+        let is = if self.shown == super::axis::UNSEEN { ":" } else { " =" };
+        format!("{}{is} {}", self.name, self.shown)
+    }
 }
 
 /// What the catalogue says of an effect.

@@ -139,14 +139,15 @@ fn size(named: &Named, id: &str) -> String {
     size_of(named.axis, id, &own)
 }
 
-/// Its first parameter; with its name where there are more.
+/// Its first parameter that the log shows; with its name where there are more.
 fn size_of(axis: Axis, id: &str, own: &[ParameterValue]) -> String {
     let views = axis::parameters(axis, own, false);
-    let mut views = views.iter().filter(|view| view.effect == id);
-    match (views.next(), views.next()) {
-        (Some(one), None) => one.shown.clone(),
-        (Some(first), Some(_)) => format!("{} = {}, …", first.name, first.shown),
-        (None, _) => String::new(),
+    let own: Vec<_> = views.iter().filter(|view| view.effect == id).collect();
+    let seen = own.iter().find(|view| view.shown != axis::UNSEEN);
+    match (own.as_slice(), seen) {
+        ([one], _) => one.shown.clone(),
+        (_, Some(first)) => format!("{} = {}, …", first.name, first.shown),
+        (_, None) => String::new(),
     }
 }
 
