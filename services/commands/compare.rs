@@ -43,8 +43,8 @@ pub struct Args {
 }
 
 /// What has to be said of a model on its own log.
-const OWN_LOG: &str = "The model was fitted on this very log: the errors are those of refits that did not see the stretch they \
-                       are judged on. Another log says more.";
+const OWN_LOG: &str = "The model was fitted on this very log: the errors are those of refits without the part that is judged. A new \
+                       log is a better test.";
 
 /// Compares and prints.
 ///

@@ -31,8 +31,8 @@ Examples:
       noise of cameras between 10 and 70 Hz
 
 The log holds three gyro axes, the shaft encoder of the tested axis, accelerometer, temperature and
-supply. The hidden effects are written to LOG.truth.toml, a model file: `truerate compare LOG --model
-LOG.truth.toml` compares it with the log. `truerate effects` lists what can be hidden.")]
+supply. The true model, with the hidden effects, is written to LOG.truth.toml: `truerate compare LOG
+--model LOG.truth.toml` compares it with the log. `truerate effects` lists what can be hidden.")]
 pub struct Args {
     /// Hide this effect, at its typical size or with these values; may be given several times
     #[arg(long, value_name = "ID[:NAME=VALUE,…]", num_args = 1..)]

@@ -96,7 +96,9 @@ impl Screen {
 
     /// What the axes share, and the table of all.
     fn story(&mut self, story: &Story) {
-        self.text.push('\n');
+        if !story.shared.is_empty() {
+            self.text.push('\n');
+        }
         for shared in &story.shared {
             self.wrapped("", &shared.says, Ink::Warn);
             if !shared.at_source.is_empty() {

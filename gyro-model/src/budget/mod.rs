@@ -292,9 +292,10 @@ impl Budget {
             let says = format!("no effect that this log can show is missing. What limits this log: {limit}");
             return (Verdict::Adequate, says);
         }
+        let known = format!("{:.0} %", 100.0 * (1.0 - self.unattributed));
         let says = format!(
-            "all but {share} of the error² has a known cause, and the error is too large to show smaller effects of the gyro. What \
-             limits this log: {limit}"
+            "{known} of the error² has a known cause, and the error is too large to show smaller effects of the gyro. What limits this \
+             log: {limit}"
         );
         (Verdict::CannotTell, says)
     }
