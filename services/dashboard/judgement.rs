@@ -94,7 +94,7 @@ pub fn page(diagnosis: &Diagnosis) -> Page {
     for axis in &mut page.axes {
         axis.detail = None;
         if axis.verdict == Verdict::Unexplained {
-            axis.says = format!("{} {AGAIN}", axis.says).trim_start().to_owned();
+            format!("{} {AGAIN}", axis.says).trim_start().clone_into(&mut axis.says);
         }
         [&mut axis.headline, &mut axis.label, &mut axis.says].into_iter().for_each(live);
         axis.limit.iter_mut().for_each(|limit| live(&mut limit.says));

@@ -43,8 +43,8 @@ pub fn compare(
                     None => verdict::rest(&incumbent, &[], &judged, k),
                 };
                 if verdict == Verdict::Unexplained {
-                    says =
-                        "more than noise is left: `truerate diagnose` looks for the effect that is missing.".to_owned();
+                    "more than noise is left: `truerate diagnose` looks for the effect that is missing."
+                        .clone_into(&mut says);
                 }
                 bad_data(record, options.faults, bench, &mut verdict, &mut says);
                 let more =

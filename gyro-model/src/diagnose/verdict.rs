@@ -5,7 +5,7 @@ use crate::{
     AxisModel,
     budget::Budget,
     diagnosis::Verdict,
-    effects::{Card, Stage, Trait},
+    effects::{Card, Effect, Stage, Trait},
     evidence::{
         identify,
         integrate::integral,
@@ -300,7 +300,7 @@ pub fn split_by(id: &str, aliases: &[String]) -> String {
     };
     let mut splits: Vec<String> = Vec::new();
     for alias in aliases {
-        let other = crate::effects::find(alias).map(|other| other.card());
+        let other = crate::effects::find(alias).map(Effect::card);
         // Either card may describe the pair.
         let own = effect.card().aliases.iter().find(|a| a.id == alias);
         let pair = own.or_else(|| other.and_then(|card| card.aliases.iter().find(|a| a.id == id)));

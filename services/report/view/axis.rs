@@ -299,7 +299,9 @@ pub(super) fn card(id: &str) -> CardView {
 pub(super) fn suspects(axis: Axis, all: &[Suspect], several: bool) -> Vec<SuspectView> {
     let mut views: Vec<SuspectView> = all.iter().map(|s| suspect(axis, s)).collect();
     if several {
-        views.iter_mut().for_each(|view| view.significance.clear());
+        for view in &mut views {
+            view.significance.clear();
+        }
     } else if let ([first, second, ..], Some(view)) = (all, views.first_mut()) {
         view.odds = odds(first, second).unwrap_or_default();
     }
