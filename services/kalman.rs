@@ -9,6 +9,7 @@ use crate::{
     rate_out::{self, ring::Ring},
     run_folder::{Run, RunFolder},
     settings::Settings,
+    source_clock::SourceClock,
     stop::Stop,
     vault::Vault,
     wire,
@@ -42,6 +43,7 @@ struct Saved {
     sent: u64,
     lost: u64,
     rejected: u64,
+    clock: SourceClock,
     snapshot: Snapshot,
 }
 
@@ -65,6 +67,7 @@ pub struct Kalman {
     saved: u64,
     saved_ns: u64,
     ended: bool,
+    clock: SourceClock,
     newest: Option<Parameters>,
     /// What an earlier life left, until there is a model to go on with.
     left: Option<Snapshot>,
@@ -122,12 +125,14 @@ impl Kalman {
             saved: 0,
             saved_ns: 0,
             ended: false,
+            clock: SourceClock::default(),
             newest: None,
             left: None,
         };
         if let Some(saved) = kalman.vault.load() {
             kalman.left = Some(saved.snapshot);
             (kalman.sequence, kalman.saved, kalman.ended) = (saved.sequence, saved.sequence, saved.ended);
+            kalman.clock = saved.clock;
             let health = &mut kalman.pulse.health;
             (health.received, health.sent) = (saved.received, saved.sent);
             (health.lost, health.rejected) = (saved.lost, saved.rejected);
@@ -205,13 +210,16 @@ impl Kalman {
             self.pulse.health.received += 1;
             let estimate = self.estimator.step(&wire::row_of(sample));
             self.pulse.health.rejected += u64::from(wire::is_rejected(&estimate));
-            wire::message_of(&estimate, sample, took_ns)
+            self.clock.take(sample.time_ns, sample.arrived_ns);
+            let message = wire::message_of(&estimate, sample, took_ns);
+            Estimate { valid_clock_ns: self.clock.at(message.valid_ns).unwrap_or(sample.arrived_ns), ..message }
         } else {
             self.ended = sample.mark == MARK_END;
             Estimate {
                 run: sample.run,
                 sequence: sample.sequence,
                 mark: sample.mark,
+                valid_clock_ns: sample.arrived_ns,
                 arrived_ns: sample.arrived_ns,
                 acquisition_gave_ns: sample.acquisition_gave_ns,
                 kalman_took_ns: took_ns,
@@ -290,6 +298,7 @@ impl Kalman {
             sent: health.sent,
             lost: health.lost,
             rejected: health.rejected,
+            clock: self.clock,
             snapshot: self.estimator.save(),
         });
         (self.saved, self.saved_ns) = (self.sequence, now_ns());

@@ -69,6 +69,7 @@ pub mod run_folder;
 pub mod sender;
 pub mod settings;
 pub mod source;
+pub mod source_clock;
 pub mod stop;
 pub mod supervisor;
 pub mod toml_error;

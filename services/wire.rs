@@ -78,6 +78,7 @@ pub fn message_of(estimate: &estimator::Estimate, sample: &Sample, took_ns: u64)
             reference_innovation: a.reference_innovation,
             reference_innovation_std: a.reference_innovation_std,
         }),
+        valid_clock_ns: 0,
         arrived_ns: sample.arrived_ns,
         acquisition_gave_ns: sample.acquisition_gave_ns,
         kalman_took_ns: took_ns,

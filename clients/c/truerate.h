@@ -35,7 +35,7 @@ struct truerate_row {
     uint16_t version, flags;
     uint64_t sequence;       /* the sample's number */
     int64_t valid_ns;        /* when the rate held, from the source's first row */
-    uint64_t valid_clock_ns; /* the same on CLOCK_MONOTONIC */
+    uint64_t valid_clock_ns; /* the same on CLOCK_MONOTONIC: now less this is how old the rate is */
     uint64_t given_ns;       /* when this row was given, CLOCK_MONOTONIC */
     uint64_t epoch;          /* of the parameters */
     double rate[3];          /* rad/s, compensated and filtered; 0 where the axis is not present */

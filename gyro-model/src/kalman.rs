@@ -19,6 +19,10 @@
 //! Each innovation ν is gated at [`GATE`] of its own standard deviation. Beyond it, a signal that has made such steps
 //! lately (at first: any that `ACCELERATION_UNKNOWN` makes) makes another, and the filter starts again from it; else up to [`PATIENCE`] in a row are taken for outliers,
 //! and the next one for a step. So neither a spike gets in nor a sudden motion locks the filter out.
+//!
+//! A reference that makes [`SLIPS`] such steps in a row, all of one sign, steps no more: the state is wrong and too certain of
+//! itself, be it the rate or the bias. Where ν is what it is off by after a time T (of an angle; of a rate, T = 1), the variance of both grows by (ν/T)²
+//! in opposite directions, since the gyro knows their sum, that of the rate by (ν/T)² once more, and the acceleration is unknown.
 
 use nalgebra::{Matrix4, RowVector4, Vector4};
 
@@ -32,6 +36,10 @@ pub const GATE: f64 = 5.0;
 
 /// Rejected in a row before the filter believes them.
 pub const PATIENCE: u8 = 2;
+
+/// Steps of a reference in a row and of one sign, none taken between them, from which on the state is doubted: among the first differences of
+/// white noise one run in sixty is as long.
+const SLIPS: i8 = 4;
 
 /// Standard deviations of g beyond which a manoeuvre has begun (3 in 1000 samples without one).
 pub const MANOEUVRE: f64 = 3.0;
@@ -114,6 +122,10 @@ pub struct Filter {
     reach: [f64; 3],
     /// g.
     trend: f64,
+    /// New starts from a reference in a row, by their sign; one a measurement.
+    slips: [i8; 3],
+    /// Since an angle was taken or started from, s.
+    since_angle: f64,
 }
 
 impl Filter {
@@ -124,7 +136,15 @@ impl Filter {
         let mut p = Matrix4::from_diagonal(&Vector4::new(0.0, r + b, ACCELERATION_UNKNOWN.powi(2), b));
         p[(RATE, BIAS)] = -b;
         p[(BIAS, RATE)] = -b;
-        Self { x: Vector4::new(0.0, rate, 0.0, 0.0), p, rejected: [0; 3], reach: [f64::NAN, 0.0, 0.0], trend: 0.0 }
+        Self {
+            x: Vector4::new(0.0, rate, 0.0, 0.0),
+            p,
+            rejected: [0; 3],
+            reach: [f64::NAN, 0.0, 0.0],
+            trend: 0.0,
+            slips: [0; 3],
+            since_angle: 0.0,
+        }
     }
 
     /// Moves the state `dt` ahead.
@@ -134,6 +154,7 @@ impl Filter {
         }
         let forget = (-dt / REACH_MEMORY).exp();
         self.reach = self.reach.map(|reach| reach * forget);
+        self.since_angle += dt;
         if dt > GAP {
             self.predict_over_gap(dt, drive);
             return;
@@ -187,6 +208,10 @@ impl Filter {
         let rejected = &mut self.rejected[measured as usize];
         if nu * nu <= GATE * GATE * s {
             *rejected = 0;
+            self.slips[measured as usize] = 0;
+            if measured == Measured::Angle {
+                self.since_angle = 0.0;
+            }
             let (ph, s) = if measured == Measured::Gyro && self.manoeuvre(nu, s) {
                 let ph = self.p * h.transpose();
                 (ph, (h * ph)[0] + r)
@@ -206,6 +231,9 @@ impl Filter {
             let reach = &mut self.reach[measured as usize];
             *reach = reach.max(nu.abs());
             self.restart(measured, z, r);
+            if measured != Measured::Gyro {
+                self.slip(measured, nu);
+            }
             innovation.fate = Fate::Restarted;
         }
         innovation
@@ -252,9 +280,30 @@ impl Filter {
         self.p[(ACCELERATION, ACCELERATION)] = ACCELERATION_UNKNOWN.powi(2);
     }
 
+    /// Counts a new start from a reference that the state was off by `nu`; after too many it is the state that is wrong.
+    fn slip(&mut self, measured: Measured, nu: f64) {
+        let after = if measured == Measured::Angle { std::mem::take(&mut self.since_angle) } else { 1.0 };
+        let count = &mut self.slips[measured as usize];
+        let sign = if nu > 0.0 { 1 } else { -1 };
+        *count = if *count * sign > 0 { (*count + sign).clamp(-SLIPS, SLIPS) } else { sign };
+        if count.abs() < SLIPS || after <= 0.0 {
+            return;
+        }
+        let variance = (nu / after).powi(2).min(RATE_UNKNOWN.powi(2));
+        self.p[(RATE, RATE)] += 2.0 * variance;
+        self.p[(BIAS, BIAS)] += variance;
+        self.p[(RATE, BIAS)] -= variance;
+        self.p[(BIAS, RATE)] -= variance;
+        self.p.row_mut(ACCELERATION).fill(0.0);
+        self.p.column_mut(ACCELERATION).fill(0.0);
+        self.p[(ACCELERATION, ACCELERATION)] = ACCELERATION_UNKNOWN.powi(2);
+    }
+
     /// Sets the angle, known to a variance of `r`.
     pub fn anchor(&mut self, angle: f64, r: f64) {
         self.rejected[Measured::Angle as usize] = 0;
+        self.slips[Measured::Angle as usize] = 0;
+        self.since_angle = 0.0;
         self.restart(Measured::Angle, angle, r);
     }
 

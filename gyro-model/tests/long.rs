@@ -1,19 +1,25 @@
 //! Logs of half an hour and more, over which the bias of any gyro wanders.
 
 use gyro_model::{
-    Axis, Model,
-    diagnose::{Options, ladder},
+    Axis, Model, Record,
+    diagnose::{Options, compare, ladder},
     diagnosis::{AxisLadder, Verdict},
     effects,
+    fit::fit,
     simulate::{Hidden, Motion, Scenario, simulate},
 };
 
-/// What half an hour and more tells of one hidden effect, or none.
-fn climbed(id: Option<&str>, seconds: f64, seed: u64) -> AxisLadder {
+/// Half an hour and more with one hidden effect, or none.
+fn recorded(id: Option<&str>, seconds: f64, seed: u64) -> Record {
     let hidden = id.map(|id| Hidden::typical(effects::find(id).unwrap(), Axis::X)).into_iter().collect();
     let motion = Motion::Multisine { travel: 8.0 };
     let scenario = Scenario { motion, seconds, rate_hz: 25.0, seed, hidden, ..Scenario::default() };
-    let record = simulate(&scenario).record;
+    simulate(&scenario).record
+}
+
+/// What it tells.
+fn climbed(id: Option<&str>, seconds: f64, seed: u64) -> AxisLadder {
+    let record = recorded(id, seconds, seed);
     ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap().1.remove(0)
 }
 
@@ -30,6 +36,18 @@ fn a_bias_that_wanders_over_a_long_log_is_noise_of_the_gyro() {
         let last = clean.budget.last().unwrap();
         assert!(last.bias_wander.unwrap() > 0.5 * last.total(), "{last:?}");
     }
+}
+
+/// Without a search a slow effect may do the same, and neither is said.
+#[test]
+fn a_model_held_against_a_long_log_leaves_a_zero_that_drifts_or_a_slow_effect() {
+    let record = recorded(None, 1800.0, 5);
+    let model = fit(&record, &Model::base_for(&record), &[Axis::X]).unwrap();
+    let held =
+        compare(&record, &model, &[Axis::X], &Options { own_log: true, ..Options::default() }).unwrap().remove(0);
+    assert!(held.error_over_floor.unwrap() > 3.0, "{:?}", held.error_over_floor);
+    assert_eq!(held.verdict, Verdict::CannotTell, "{}", held.says);
+    assert!(held.says.starts_with("what is left may be a wandering bias or a slow effect"), "{}", held.says);
 }
 
 #[test]

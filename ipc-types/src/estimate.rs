@@ -43,7 +43,7 @@ pub struct AxisEstimate {
 /// The state after one sample.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("truerate.Estimate.v1")]
+#[type_name("truerate.Estimate.v2")]
 pub struct Estimate {
     /// The run that this belongs to.
     pub run: u64,
@@ -61,6 +61,8 @@ pub struct Estimate {
     pub valid_ns: i64,
     /// The axes.
     pub axes: [AxisEstimate; 3],
+    /// The same on this machine's clock, ns.
+    pub valid_clock_ns: u64,
     /// When acquisition had the row.
     pub arrived_ns: u64,
     /// When acquisition gave the sample away.
@@ -71,4 +73,4 @@ pub struct Estimate {
     pub kalman_gave_ns: u64,
 }
 
-const _: () = assert!(size_of::<Estimate>() == 392);
+const _: () = assert!(size_of::<Estimate>() == 400);

@@ -77,9 +77,20 @@ fn axis_of(axis: Axis, a: &wire::AxisDiagnosis) -> AxisDiagnosis {
     }
 }
 
-/// A stream is no log: what it says of one is said of the motion that was seen.
+/// What a diagnosis says of a log, and what a page that is fed by a stream says in its place.
+const LIVE: [(&str, &str); 5] = [
+    ("this log", "the motion so far"),
+    ("This log", "The motion so far"),
+    ("Add them: `truerate ladder` does, one by one.", "Add them, one after the other."),
+    ("Add it: `truerate ladder` does, one by one.", "Add it."),
+    ("`truerate diagnose` looks for", "the search that runs beside the stream looks for"),
+];
+
+/// A stream is no log, and whoever watches it needs no command for one.
 fn live(text: &mut String) {
-    *text = text.replace("this log", "the motion so far").replace("This log", "The motion so far");
+    for (of_a_log, of_a_stream) in LIVE {
+        *text = text.replace(of_a_log, of_a_stream);
+    }
 }
 
 /// A search that found nothing is not the last one.
@@ -235,6 +246,26 @@ mod tests {
         let headline = &page.axes[0].headline;
         assert!(headline.contains("; the motion so far cannot tell which"), "{headline}");
         assert!(!serde_json::to_string(&page.axes[0]).unwrap().to_lowercase().contains("this log"));
+    }
+
+    #[test]
+    fn a_stream_is_not_sent_to_commands_for_logs() {
+        let mut message = ipc_types::Diagnosis::default();
+        message.axes[2].present = 1;
+        let says = |sentence: &str| {
+            let mut diagnosis = of_message(&message);
+            diagnosis.axes[0].says = sentence.to_owned();
+            page(&diagnosis).axes.remove(0).says
+        };
+        // The sentences of gyro_model::diagnose::{verdict, compare}.
+        let two = "With both the largest error falls from 9.1 to 1.2 times the floor. Add them: `truerate ladder` does, one by one.";
+        assert!(says(two).ends_with("floor. Add them, one after the other."), "{}", says(two));
+        let left = "the error is up to 3.0 times what noise leaves: `truerate diagnose` looks for what is missing.";
+        assert!(
+            says(left).ends_with("the search that runs beside the stream looks for what is missing."),
+            "{}",
+            says(left)
+        );
     }
 
     #[test]

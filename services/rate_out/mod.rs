@@ -25,13 +25,11 @@ use ipc_types::{
 pub fn row_of(estimate: &Estimate) -> RateRow {
     let data = estimate.mark == MARK_DATA;
     let stale = if estimate.flags & FLAG_STALE_PARAMETERS != 0 { STALE } else { 0 };
-    // The row arrived when its time had come: that much earlier or later the rate held.
-    let since = estimate.valid_ns.saturating_sub(estimate.time_ns);
     let mut row = RateRow {
         flags: stale | if data { 0 } else { END },
         sequence: estimate.sequence,
         valid_ns: estimate.valid_ns,
-        valid_clock_ns: estimate.arrived_ns.saturating_add_signed(since),
+        valid_clock_ns: estimate.valid_clock_ns,
         given_ns: estimate.kalman_gave_ns,
         epoch: estimate.epoch,
         ..RateRow::default()
@@ -57,7 +55,7 @@ mod tests {
 
     #[test]
     fn nothing_that_is_not_finite_goes_out() {
-        let mut estimate = Estimate { time_ns: 30, valid_ns: 10, arrived_ns: 100, ..Estimate::default() };
+        let mut estimate = Estimate { valid_ns: 10, valid_clock_ns: 80, ..Estimate::default() };
         for (axis, rate) in estimate.axes.iter_mut().zip([f64::NAN, 0.5, f64::INFINITY]) {
             (axis.present, axis.rate_filtered, axis.rate_std) = (1, rate, f64::NAN);
         }

@@ -31,8 +31,8 @@ use vehicle::{Control, Sensor, Taken};
 const INSTANCE: &str = "chaos";
 /// A process that has lived for so long is no early death.
 const GROWN: Duration = Duration::from_millis(1_100);
-/// What the rate may be off by: a second and a half of the motion, which a busy machine may be late by, rad/s.
-const WRONG: f64 = 0.1;
+/// What the rate may be off by: the motion of half a second, rad/s.
+const WRONG: f64 = 0.03;
 
 /// What the faults of one kind did.
 #[derive(Default)]

@@ -50,48 +50,45 @@ pub fn compare(
                 let more =
                     if options.own_log && verdict != Verdict::BadData { untold(&incumbent, k) } else { String::new() };
                 let told = (verdict, says);
+                let is_wander = budget.is_wander(&judged);
                 let mut found = axis_diagnosis(record, &incumbent.study, k, (&judged, budget), told, None, options);
                 // What is left of the error, an effect may take from α.
                 let fits = matches!(verdict, Verdict::Adequate | Verdict::CannotTell);
                 let models =
                     if fits { vec![judged::axis_model(&incumbent.study.model, found.axis)] } else { Vec::new() };
                 say_ratio(record, found.axis, &models, found.verdict, &mut found.says, &mut found.data_faults);
-                (found, more)
+                (found, is_wander, more)
             })
             .collect::<Vec<_>>();
         (model.clone(), found)
     };
-    let standing = |found: &Vec<(AxisDiagnosis, String)>| {
-        let standing = Standing::of(found.iter().map(|(d, _)| (d.verdict, &d.effects[..], &d.error_curve[..])));
+    let standing = |found: &Vec<(AxisDiagnosis, bool, String)>| {
+        let standing = Standing::of(found.iter().map(|(d, ..)| (d.verdict, &d.effects[..], &d.error_curve[..])));
         Standing { says: if standing.has_play { standing.says } else { Says::All }, ..standing }
     };
     let all = each_group(record, model, axes, options, work, standing)?;
-    let told = all.into_iter().flat_map(|(_, found)| found).map(|(found, more)| {
-        let found = unsearched(found);
+    let told = all.into_iter().flat_map(|(_, found)| found).map(|(found, is_wander, more)| {
+        let found = unsearched(found, is_wander);
         AxisDiagnosis { says: with(found.says, &more), ..found }
     });
     Ok(sorted(told.collect(), |d| d.axis))
 }
 
-/// What noise could explain, an effect that nobody has looked for may explain as well.
-fn unsearched(axis: AxisDiagnosis) -> AxisDiagnosis {
+/// What noise could explain, an effect that nobody has looked for may explain as well: a small one, or, where a bias that wanders
+/// would explain all of it, a slow one.
+fn unsearched(axis: AxisDiagnosis, is_wander: bool) -> AxisDiagnosis {
     let over = axis.error_over_floor.filter(|_| axis.within_floor == Some(false));
-    match over {
-        Some(over) if axis.verdict == Verdict::Adequate => AxisDiagnosis {
-            verdict: if over > thresholds::WANDER.value { Verdict::Unexplained } else { Verdict::CannotTell },
-            says: format!(
-                "{}: the error is up to {} times the floor. Next: `truerate diagnose` looks for the effect.",
-                if over > thresholds::WANDER.value {
-                    "this is not noise"
-                } else {
-                    "what is left may be a wandering bias or a small effect"
-                },
-                units::ratio(over)
-            ),
-            ..axis
-        },
-        _ => axis,
-    }
+    let Some(over) = over.filter(|_| axis.verdict == Verdict::Adequate) else { return axis };
+    let is_small = over <= thresholds::WANDER.value;
+    let (verdict, cause) = match (is_small, is_wander) {
+        (true, _) => (Verdict::CannotTell, "what is left may be a wandering bias or a small effect"),
+        (false, true) => (Verdict::CannotTell, "what is left may be a wandering bias or a slow effect"),
+        (false, false) => (Verdict::Unexplained, "this is not noise"),
+    };
+    let over = units::ratio(over);
+    let says =
+        format!("{cause}: the error is up to {over} times the floor. Next: `truerate diagnose` looks for the effect.");
+    AxisDiagnosis { verdict, says, ..axis }
 }
 
 /// Standard errors that one effect which was asked for has to differ from nothing by.

@@ -310,6 +310,63 @@ fn a_step_of_the_signal_does_not_lock_the_filter_out_and_a_spike_does_not_get_in
     }
 }
 
+/// A swing so slow that its acceleration hardly shows in the readings.
+fn swing(t: f64) -> (f64, f64) {
+    let w = TAU * 0.02;
+    (0.5 / w * (1.0 - (w * t).cos()), 0.5 * (w * t).sin())
+}
+
+/// A reference without error, which pins the rate down, is away for a while: the first angle after it is not where it was expected.
+#[test]
+fn a_sharp_reference_that_was_away_does_not_lock_the_filter_out() {
+    for away_ms in [0_usize, 20, 100, 300, 450, 700, 1500] {
+        let mut model = model(1.0, 0.0);
+        model.axes[2].as_mut().unwrap().noise =
+            Noise { angle_random_walk: 7.6e-6, bias_random_walk: 1e-18, encoder: 2e-8 };
+        let mut normal = Normal::new(away_ms as u64);
+        let all: Vec<Row> = (0..40_000_i64)
+            .filter(|k| !(12_000..12_000 + away_ms as i64).contains(k))
+            .map(|k| {
+                let (angle, rate) = swing(k as f64 * 1e-3);
+                let mut row = Row { t_ns: k * 1_000_000, ..Row::EMPTY };
+                row.gyro[2] = rate + 4e-3 * ((k as f64 * 0.618_033_988_75).fract() - 0.5);
+                row.ref_angle[2] = angle + 1e-9 * normal.draw();
+                row
+            })
+            .collect();
+        let estimates = run(Options::default(), &model, &all);
+        for (k, e) in estimates.iter().enumerate().skip(3000) {
+            let off = (e.axes[2].rate_filtered - true_rate(swing, e)).abs();
+            assert!(off < 6e-3, "{away_ms} ms away, {k}: off by {off}, {:?}", e.axes[2]);
+        }
+    }
+}
+
+/// A model that is wrong and certain of itself: the reference tells the bias all the same.
+#[test]
+fn a_reference_corrects_a_bias_that_the_model_is_wrongly_certain_of() {
+    let with_angle = rows(multisine, 100, 30, (1.0, 0.05, 0.0), 5);
+    let with_rate: Vec<Row> = with_angle
+        .iter()
+        .map(|row| {
+            let mut row = Row { ref_angle: [f64::NAN; 3], ..*row };
+            row.ref_rate[2] = multisine(row.t_ns as f64 * 1e-9).1;
+            row
+        })
+        .collect();
+    let mut sharp = model(1.0, 0.0);
+    sharp.axes[2].as_mut().unwrap().noise.encoder = 1e-7;
+    for (name, model, rows) in [("angle", &sharp, &with_angle), ("rate", &model(1.0, 0.0), &with_rate)] {
+        let mut rows = rows.clone();
+        if name == "angle" {
+            rows.iter_mut().for_each(|row| row.ref_angle[2] = multisine(row.t_ns as f64 * 1e-9).0);
+        }
+        let estimates = run(Options::default(), model, &rows);
+        let off = rms(estimates[500..].iter().map(|e| e.axes[2].rate_filtered - true_rate(multisine, e)));
+        assert!(off < 2e-3, "{name}: off by {off}");
+    }
+}
+
 #[test]
 fn an_orientation_serves_three_axes() {
     use nalgebra::{UnitQuaternion, Vector3};
