@@ -4,7 +4,7 @@ use super::{
     case::{
         AFTER, BEFORE, Case, FALL, GROWS, HELD_OUT, HELD_SHARE, IS_AT_BOUND, IS_BEYOND_WANDER, IS_IN_READING,
         IS_IN_REFERENCE, IS_LINE, IS_MEAN, IS_SHAPE_AT_BOUND, IS_SLOW, JUDGED, LEAVES_NOISE, P_VALUE, RATIO, REMOVED,
-        SIZE, SWINGS,
+        SILENCES, SIZE, SWINGS,
     },
     decision::{
         Condition::{self, Above, Below, Is, Not},
@@ -64,6 +64,12 @@ pub(super) static ADMISSION: &[Test<Case>] = &[
         asks: "at no averaging time where the held-out error is more than noise does it grow by a tenth",
         applies: &[JUDGED],
         ways: &[&[Below(&GROWS, &limit::GROWS)]],
+    },
+    Test {
+        name: "rows",
+        asks: "it leaves out too little of what is judged without it for a verdict to be lost",
+        applies: &[JUDGED],
+        ways: &[&[Below(&SILENCES, &limit::SILENT)]],
     },
     Test {
         name: "significance",
@@ -204,6 +210,7 @@ mod tests {
             ("bounds", Case { is_shape_at_bound: true, ..weak }),
             ("error", Case { after: 10.1, ..Case::UNKNOWN }),
             ("every averaging time", Case { grows: 1.5, ..Case::UNKNOWN }),
+            ("rows", Case { silences: 0.9, ..Case::UNKNOWN }),
             ("significance", Case { p_value: 0.01, ..weak }),
             ("share", Case { after: 9.5, ..Case::UNKNOWN }),
             ("size", Case { size: 50.0, after: 2.0, ..Case::UNKNOWN }),

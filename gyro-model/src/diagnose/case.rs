@@ -23,6 +23,8 @@ pub(super) struct Case {
     pub after: f64,
     /// The most that the error grows by at any averaging time, E₁/max(E₀, 1.4 F).
     pub grows: f64,
+    /// Share of the steps that are judged without it and that it leaves out.
+    pub silences: f64,
     /// Chance of its gain in ln L from noise alone, corrected for the search.
     pub p_value: f64,
     /// Gain in ln L.
@@ -59,6 +61,7 @@ impl Case {
         before: 10.0,
         after: 1.0,
         grows: 0.5,
+        silences: 0.0,
         p_value: 1e-9,
         gain: 100.0,
         held_out: Estimate { value: 80.0, std_error: 10.0 },
@@ -101,6 +104,8 @@ pub(super) static AFTER: M = Measure { name: "J with it", of: |c| c.after };
 /// Where the error grows most.
 pub(super) static GROWS: M =
     Measure { name: "error with it over error without it at the worst averaging time", of: |c| c.grows };
+/// What it leaves out.
+pub(super) static SILENCES: M = Measure { name: "share of the judged steps that it leaves out", of: |c| c.silences };
 /// The ratio of both.
 pub(super) static RATIO: M = Measure { name: "J with it over J without it", of: |c| c.after / c.before };
 /// Share of J − 1 that it removes.

@@ -40,6 +40,7 @@ impl Incumbent<'_> {
             before: self.excess(series),
             after: with.excess(series),
             grows: f64::NAN,
+            silences: f64::NAN,
             p_value: chance(gain, &candidate, &with.study),
             gain,
             held_out: unknown,
@@ -82,7 +83,13 @@ impl Challenger<'_> {
 
     /// Its numbers beside the model `incumbent`.
     pub(super) fn case(&self, incumbent: &Incumbent) -> Case {
-        Case { before: self.before(incumbent), is_beyond_wander: incumbent.gls.noise.beyond_wander(), ..self.alone() }
+        let [judged, left] = [&incumbent.study, &self.study].map(|study| 1.0 - study.silent());
+        Case {
+            before: self.before(incumbent),
+            silences: 1.0 - left / judged,
+            is_beyond_wander: incumbent.gls.noise.beyond_wander(),
+            ..self.alone()
+        }
     }
 
     /// Those numbers that the model which it joins has no part in.
@@ -99,6 +106,7 @@ impl Challenger<'_> {
             before: f64::NAN,
             after: self.excess,
             grows: self.grows,
+            silences: f64::NAN,
             p_value: self.p_value,
             gain: self.rise,
             held_out: self.held_out,

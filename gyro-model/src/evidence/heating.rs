@@ -5,7 +5,7 @@
 //! that says best what was left out (cross-validation): of means over stretches so long that each has a reading of its own.
 
 use super::{integrate::hermite, series::three_point_slopes};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{SMatrix, SVector};
 
 /// Half widths h that are tried, s.
 const HALVES: [f64; 4] = [2.0, 4.0, 8.0, 16.0];
@@ -65,12 +65,19 @@ fn slopes(t: &[f64], y: &[f64], half: f64) -> (Vec<f64>, f64) {
             // Beside a gap there may be too few.
             let around = from.min(k.saturating_sub(1))..to.max((k + 2).min(t.len()));
             let order = CUBIC.min(around.len() - 1).max(2);
-            let x = |row: usize| (t[around.start + row] - t[k]) / half;
-            let powers = DMatrix::from_fn(around.len(), order, |row, power| x(row).powf(power as f64));
-            let squares = powers.tr_mul(&powers);
-            let right = powers.tr_mul(&DVector::from_fn(around.len(), |row, _| y[around.start + row] - y[k]));
+            // The normal equations of the cubic: sums of powers of the time, and of those times the readings.
+            let (mut squares, mut right) = (SMatrix::<f64, CUBIC, CUBIC>::identity(), SVector::<f64, CUBIC>::zeros());
+            squares.view_mut((0, 0), (order, order)).fill(0.0);
+            for row in around {
+                let x = (t[row] - t[k]) / half;
+                let powers = [1.0, x, x * x, x * x * x];
+                for i in 0..order {
+                    right[i] += powers[i] * (y[row] - y[k]);
+                    (0..order).for_each(|j| squares[(i, j)] += powers[i] * powers[j]);
+                }
+            }
             let Some(inverse) = squares.try_inverse() else { return 0.0 };
-            let fitted = &inverse * right;
+            let fitted = inverse * right;
             // Without its own value a fit misses it by (y − ŷ)/(1 − leverage).
             missed += (fitted[0] / (1.0 - inverse[(0, 0)]).max(1e-9)).powi(2);
             fitted[1] / half

@@ -16,47 +16,72 @@ pub struct Line {
     pub cosine: f64,
 }
 
-impl Line {
-    /// What of the signal goes like sin 2πft and cos 2πft, by Hann weights, so that slow motion does not leak in; what comes
-    /// unevenly lets a little of a large one. Values that are not finite say nothing.
-    #[must_use]
-    pub fn at(frequency: f64, t: &[f64], values: &[f64]) -> Self {
-        let (t0, span) = (t[0], t[t.len() - 1] - t[0]);
-        Self::weighted(frequency, t, values, |t| 0.5 - 0.5 * (TAU * (t - t0) / span).cos())
+/// A signal under a taper.
+struct Tapered<'a> {
+    t: &'a [f64],
+    /// Values times weights; what is not finite says nothing.
+    weighted: Vec<f64>,
+    /// Of the weights.
+    sum: f64,
+}
+
+impl<'a> Tapered<'a> {
+    fn of(t: &'a [f64], values: &[f64], weight: impl Fn(f64) -> f64) -> Self {
+        let mut sum = 0.0;
+        let weighted = t.iter().zip(values).map(|(&t, value)| {
+            let weight = if value.is_finite() { weight(t) } else { return 0.0 };
+            sum += weight;
+            weight * value
+        });
+        Self { t, weighted: weighted.collect(), sum }
     }
 
-    fn weighted(frequency: f64, t: &[f64], values: &[f64], weight: impl Fn(f64) -> f64) -> Self {
-        let (mut s, mut c, mut sum) = (0.0, 0.0, 0.0);
-        for (&t, value) in t.iter().zip(values).filter(|(_, value)| value.is_finite()) {
-            let w = weight(t);
+    /// By Hann's weights, so that slow motion does not leak in.
+    fn by_hann(t: &'a [f64], values: &[f64]) -> Self {
+        let (t0, span) = (t[0], t[t.len() - 1] - t[0]);
+        Self::of(t, values, |t| 0.5 - 0.5 * (TAU * (t - t0) / span).cos())
+    }
+
+    fn line(&self, frequency: f64) -> Line {
+        let (mut s, mut c) = (0.0, 0.0);
+        for (t, value) in self.t.iter().zip(&self.weighted) {
             let (sin, cos) = (TAU * frequency * t).sin_cos();
-            s += w * value * sin;
-            c += w * value * cos;
-            sum += w;
+            s += value * sin;
+            c += value * cos;
         }
-        Self { frequency, sine: 2.0 * s / sum, cosine: 2.0 * c / sum }
+        Line { frequency, sine: 2.0 * s / self.sum, cosine: 2.0 * c / self.sum }
+    }
+
+    /// The largest line about a frequency that is known to `near`, Hz.
+    fn largest(&self, frequency: f64, near: f64) -> Line {
+        let (mut best, mut step) = (self.line(frequency), near);
+        for _ in 0..HALVINGS {
+            let beside = [best.frequency - step, best.frequency + step].map(|f| self.line(f));
+            best = beside.into_iter().fold(best, |best, own| if own.size() > best.size() { own } else { best });
+            step *= 0.5;
+        }
+        best
+    }
+}
+
+impl Line {
+    /// What of the signal goes like sin 2πft and cos 2πft, by Hann weights; what comes unevenly lets a little of a large one leak in.
+    /// Values that are not finite say nothing.
+    #[must_use]
+    pub fn at(frequency: f64, t: &[f64], values: &[f64]) -> Self {
+        Tapered::by_hann(t, values).line(frequency)
     }
 
     /// The largest line about a frequency that is known to `near`, Hz.
     #[must_use]
     pub fn top(frequency: f64, near: f64, t: &[f64], values: &[f64]) -> Self {
-        Self::largest(frequency, near, |f| Self::at(f, t, values))
+        Tapered::by_hann(t, values).largest(frequency, near)
     }
 
     /// The same by equal weights: beside white noise, and nothing else, the likeliest.
     #[must_use]
     pub fn likeliest(frequency: f64, near: f64, t: &[f64], values: &[f64]) -> Self {
-        Self::largest(frequency, near, |f| Self::weighted(f, t, values, |_| 1.0))
-    }
-
-    fn largest(frequency: f64, near: f64, at: impl Fn(f64) -> Self) -> Self {
-        let (mut best, mut step) = (at(frequency), near);
-        for _ in 0..HALVINGS {
-            let beside = [best.frequency - step, best.frequency + step].map(&at);
-            best = beside.into_iter().fold(best, |best, own| if own.size() > best.size() { own } else { best });
-            step *= 0.5;
-        }
-        best
+        Tapered::of(t, values, |_| 1.0).largest(frequency, near)
     }
 
     /// Its amplitude.
@@ -94,15 +119,28 @@ pub fn only(t: &[f64], values: &[f64]) -> Option<f64> {
         return None;
     }
     let frequency = 0.5 * (turns.len() - 1) as f64 / (turns[turns.len() - 1] - turns[0]);
-    let line = Line::top(frequency, 0.5 / span, t, &about);
-    let rest: Vec<f64> = t.iter().zip(&about).map(|(&t, value)| value - line.value(t)).collect();
-    (size(&rest) < PURE * size(&about)).then_some(line.frequency)
+    let beside = |rows: usize, span: f64| {
+        let (t, about) = (&t[..rows], &about[..rows]);
+        let line = Line::top(frequency, 0.5 / span, t, about);
+        let rest: Vec<f64> = t.iter().zip(about).map(|(&t, value)| value - line.value(t)).collect();
+        (line.frequency, size(&rest) / size(about))
+    };
+    // Some turns show what is far from being a line.
+    if let Some(&some) = turns.get(4 * FEWEST)
+        && beside(t.partition_point(|&t| t < some), some - t[0]).1 > FAR * PURE
+    {
+        return None;
+    }
+    let (frequency, share) = beside(t.len(), span);
+    (share < PURE).then_some(frequency)
 }
 
 /// Half turns that show a frequency.
 const FEWEST: usize = 8;
 /// Share of a line that may be beside it.
 const PURE: f64 = 0.01;
+/// Times that share that may be beside it over a few turns, of which the ends count for more.
+const FAR: f64 = 20.0;
 
 /// Bins from the middle one of three to the top of the line that their power shows: near it, ln power is a parabola.
 #[must_use]

@@ -186,6 +186,18 @@ impl<'a> Study<'a> {
         self.warm.iter().any(|w| w.unsure.contains(&true))
     }
 
+    /// Share of the steps that its model leaves out, or will once it is fitted for itself: beside another one, whose rows a trial
+    /// keeps to, what it is unsure of is judged all the same.
+    #[must_use]
+    pub fn silent(&self) -> f64 {
+        let problem = &self.bench.problem;
+        let mut silent = self.evaluation.lost.clone();
+        for unsure in (0..problem.series.len()).filter_map(|k| problem.unsure(&self.evaluation, k)) {
+            silent.iter_mut().zip(&unsure).for_each(|(silent, unsure)| *silent |= unsure);
+        }
+        silent.iter().filter(|silent| **silent).count() as f64 / silent.len() as f64
+    }
+
     /// Held-out errors of all channels together.
     #[must_use]
     pub fn held_out(&self) -> HeldOut {

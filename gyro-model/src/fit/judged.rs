@@ -76,13 +76,13 @@ impl Judged {
         self.error.iter().zip(&self.floor.upper).all(|(e, u)| e <= u)
     }
 
-    /// As reported.
+    /// As reported. An error of nothing at all is one of no steps: a model that leaves out every one of them is not judged.
     #[must_use]
     pub fn points(&self) -> Vec<ErrorPoint> {
         (0..self.tau.len())
             .map(|k| ErrorPoint {
                 tau_s: self.tau[k],
-                error: finite(self.error[k]),
+                error: finite(self.error[k]).filter(|error| *error > 0.0),
                 floor: finite(self.floor.floor[k]),
                 floor_99: finite(self.floor.upper[k]),
             })
