@@ -1,7 +1,6 @@
 //! `truerate guide`: a recording, guided, until the log can tell.
 
 use crate::{
-    arguments::Format,
     guide::{self, From, Precisions, Settings},
     listening,
     live::{Address, address::AddressError},
@@ -78,8 +77,8 @@ pub struct Args {
     #[arg(long, value_name = "ADDR")]
     dashboard: Option<String>,
     /// `text`, or `json` for one event a line
-    #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    #[arg(long, value_parser = ["text", "json"], default_value = "text")]
+    format: String,
 }
 
 /// The exit code of a recording that lacks something.
@@ -90,9 +89,6 @@ const LACKS: u8 = 3;
 /// # Errors
 /// Words that make no sense together, a log that is there, a source that cannot be read.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    if args.format == Format::Html {
-        bail!("--format html: a recording has no page; use `truerate diagnose LOG --report report.html` behind it");
-    }
     let precisions = Precisions::parse(&args.to)?;
     let effects = wanted(&args.want, &precisions)?;
     let mut axes = args.axes.clone();
@@ -104,7 +100,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         axes,
         effects,
         precisions,
-        json: args.format == Format::Json,
+        json: args.format == "json",
         dashboard: args.dashboard.as_deref().map(listening::Address::parse).transpose()?.flatten(),
     };
     let ending = guide::run(&settings, &Stop::on_signals().context("signals")?)?;

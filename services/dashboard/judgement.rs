@@ -81,8 +81,8 @@ fn axis_of(axis: Axis, a: &wire::AxisDiagnosis) -> AxisDiagnosis {
 const LIVE: [(&str, &str); 5] = [
     ("this log", "the motion so far"),
     ("This log", "The motion so far"),
-    ("Add them: `truerate ladder` does, one by one.", "Add them, one after the other."),
-    ("Add it: `truerate ladder` does, one by one.", "Add it."),
+    ("`truerate ladder` adds them one by one", "Add them, one after the other"),
+    ("`truerate ladder` adds it", "Add it"),
     ("`truerate diagnose` looks for", "the search that runs beside the stream looks for"),
 ];
 
@@ -258,14 +258,11 @@ mod tests {
             page(&diagnosis).axes.remove(0).says
         };
         // The sentences of gyro_model::diagnose::{verdict, compare}.
-        let two = "With both the largest error falls from 9.1 to 1.2 times the floor. Add them: `truerate ladder` does, one by one.";
-        assert!(says(two).ends_with("floor. Add them, one after the other."), "{}", says(two));
-        let left = "the error is up to 3.0 times what noise leaves: `truerate diagnose` looks for what is missing.";
-        assert!(
-            says(left).ends_with("the search that runs beside the stream looks for what is missing."),
-            "{}",
-            says(left)
-        );
+        let two = "more than one effect is missing: delay and lag. `truerate ladder` adds them one by one.";
+        assert!(says(two).ends_with("delay and lag. Add them, one after the other."), "{}", says(two));
+        let left = "more than noise is left: `truerate diagnose` looks for the effect that is missing.";
+        let live = "the search that runs beside the stream looks for the effect that is missing.";
+        assert!(says(left).ends_with(live), "{}", says(left));
     }
 
     #[test]
