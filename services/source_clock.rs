@@ -44,8 +44,8 @@ mod tests {
         let mut clock = SourceClock::default();
         assert_eq!(clock.at(0), None);
         let mut hold = |time_ms: u64, arrived_ms: u64| {
-            clock.take((time_ms * MS) as i64, arrived_ms * MS);
-            clock.at((time_ms * MS) as i64).unwrap() / MS
+            clock.take((time_ms * MS).cast_signed(), arrived_ms * MS);
+            clock.at((time_ms * MS).cast_signed()).unwrap() / MS
         };
         for k in 0..5_000 {
             // Every third row is up to 7 ms late.
@@ -65,7 +65,7 @@ mod tests {
     fn a_source_whose_clock_is_slow_is_followed() {
         let mut clock = SourceClock::default();
         for k in 0..100_000_u64 {
-            let time_ns = (k * MS) as i64 * 999 / 1000;
+            let time_ns = (k * MS).cast_signed() * 999 / 1000;
             clock.take(time_ns, 10_000 * MS + k * MS);
             let early = (10_000 * MS + k * MS) - clock.at(time_ns).unwrap();
             assert!(early <= 5 * MS, "{early} ns at {k} ms");

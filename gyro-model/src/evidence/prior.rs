@@ -46,6 +46,8 @@ pub struct Prior {
 }
 
 const ORDER: usize = 6;
+/// The same as an exponent.
+const POWER: i32 = 6;
 /// N of a poor MEMS gyro, rad/√s (one-sided density 0.03 °/s/√Hz): taken where motion hides the noise everywhere.
 const POOR: f64 = 4e-4;
 const WINDOW: usize = 18;
@@ -89,8 +91,7 @@ impl Lines {
         }
         let power = spectrum::power(&mut tapered);
         // What white noise has there, but for its size.
-        let gain =
-            |k: usize| (2.0 * (std::f64::consts::PI * k as f64 / n as f64).sin()).powi(2 * ORDER as i32).max(1e-300);
+        let gain = |k: usize| (2.0 * (std::f64::consts::PI * k as f64 / n as f64).sin()).powi(2 * POWER).max(1e-300);
         let mut over = Vec::new();
         for (j, part) in power.chunks(beside).enumerate() {
             let gain = |k: usize| gain(j * beside + k);
@@ -162,7 +163,7 @@ impl Rough {
     pub(crate) fn line(&self, frequency: f64) -> Line {
         let span = self.apart * self.differences.len() as f64;
         let line = Line::top(frequency, 1.0 / span, &self.times, &self.differences);
-        let gain = -(2.0 * (0.5 * TAU * line.frequency * self.apart).sin()).powi(ORDER as i32);
+        let gain = -(2.0 * (0.5 * TAU * line.frequency * self.apart).sin()).powi(POWER);
         Line { sine: line.sine / gain, cosine: line.cosine / gain, ..line }
     }
 }
