@@ -319,13 +319,13 @@ fn swing(t: f64) -> (f64, f64) {
 /// A reference without error, which pins the rate down, is away for a while: the first angle after it is not where it was expected.
 #[test]
 fn a_sharp_reference_that_was_away_does_not_lock_the_filter_out() {
-    for away_ms in [0_usize, 20, 100, 300, 450, 700, 1500] {
+    for away_ms in [0_u32, 20, 100, 300, 450, 700, 1500] {
         let mut model = model(1.0, 0.0);
         model.axes[2].as_mut().unwrap().noise =
             Noise { angle_random_walk: 7.6e-6, bias_random_walk: 1e-18, encoder: 2e-8 };
-        let mut normal = Normal::new(away_ms as u64);
+        let mut normal = Normal::new(u64::from(away_ms));
         let all: Vec<Row> = (0..40_000_i64)
-            .filter(|k| !(12_000..12_000 + away_ms as i64).contains(k))
+            .filter(|k| !(12_000..12_000 + i64::from(away_ms)).contains(k))
             .map(|k| {
                 let (angle, rate) = swing(k as f64 * 1e-3);
                 let mut row = Row { t_ns: k * 1_000_000, ..Row::EMPTY };
@@ -359,7 +359,9 @@ fn a_reference_corrects_a_bias_that_the_model_is_wrongly_certain_of() {
     for (name, model, rows) in [("angle", &sharp, &with_angle), ("rate", &model(1.0, 0.0), &with_rate)] {
         let mut rows = rows.clone();
         if name == "angle" {
-            rows.iter_mut().for_each(|row| row.ref_angle[2] = multisine(row.t_ns as f64 * 1e-9).0);
+            for row in &mut rows {
+                row.ref_angle[2] = multisine(row.t_ns as f64 * 1e-9).0;
+            }
         }
         let estimates = run(Options::default(), model, &rows);
         let off = rms(estimates[500..].iter().map(|e| e.axes[2].rate_filtered - true_rate(multisine, e)));
