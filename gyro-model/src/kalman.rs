@@ -20,7 +20,7 @@
 //! lately (at first: any that `ACCELERATION_UNKNOWN` makes) makes another, and the filter starts again from it; else up to [`PATIENCE`] in a row are taken for outliers,
 //! and the next one for a step. So neither a spike gets in nor a sudden motion locks the filter out.
 //!
-//! A reference that makes [`SLIPS`] such steps in a row, all of one sign, steps no more: the state is wrong and too certain of
+//! A reference that makes four such steps in a row, all of one sign, steps no more: the state is wrong and too certain of
 //! itself, be it the rate or the bias. Where ν is what it is off by after a time T (of an angle; of a rate, T = 1), the variance of both grows by (ν/T)²
 //! in opposite directions, since the gyro knows their sum, that of the rate by (ν/T)² once more, and the acceleration is unknown.
 
