@@ -14,6 +14,7 @@
 //! | `told` | `dependent-reference`: a command | how alike its steps are |
 //! | `own` | `dependent-reference`: a copy or filter of the gyro | what the gyro's readings leave of it |
 //! | `stuck`, `frozen` | `stuck-channel` | the other sensor, and the jump as it goes on |
+//! | `hung` | `stuck-channel` of all channels at once | their own noise before |
 //! | `reference`, `orientation` | `wrong-unit`, `wrong-sign`, `swapped-axes`, `not-excited` | the other sensor |
 //!
 //! Thresholds stand in `thresholds`, each with its unit and reason. How often clean logs are flagged:
@@ -29,6 +30,7 @@ mod counts;
 mod crossings;
 mod frozen;
 pub mod held;
+mod hung;
 mod jumps;
 mod markers;
 mod missing;
@@ -76,6 +78,7 @@ static CHECKS: &[Check] = &[
     repeated::check,
     spikes::check,
     frozen::check,
+    hung::check,
     jumps::check,
     counts::check,
     stuck::check,
@@ -103,7 +106,8 @@ pub fn check(record: &mut Record, already: &[bool]) -> Report {
 pub fn is_grave(fault: &DataFault, rows: usize) -> bool {
     match fault.fault.as_str() {
         "wrong-unit" | "wrong-sign" | "swapped-axes" | "burst-timestamps" => true,
-        "stuck-channel" => fault.count as f64 >= stuck::MARKED_UP_TO * rows as f64,
+        // Of a sensor that hung at rest the rest of the log can be judged.
+        "stuck-channel" => fault.axis.is_some() && fault.count as f64 >= stuck::MARKED_UP_TO * rows as f64,
         _ => false,
     }
 }

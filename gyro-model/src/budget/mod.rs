@@ -287,15 +287,17 @@ impl Budget {
             let error = format!("the error is up to {:.1} times what noise leaves", judged.over_floor());
             return (verdict, format!("{error}, {share} of the error² has no known cause, and {says}"));
         }
-        let limit = &self.limited_says;
-        if judged.within() {
-            let says = format!("no effect that this log can show is missing. What limits this log: {limit}");
+        let limited_says = &self.limited_says;
+        // The gyro's own noise is no larger than the sensor shows at rest: nothing is hidden beneath it that could be known.
+        let is_own_noise = self.limited_by == LimitedBy::GyroNoise && judged.over_floor() < limit::WANDER.value;
+        if judged.within() || is_own_noise {
+            let says = format!("no effect that this log can show is missing. What limits this log: {limited_says}");
             return (Verdict::Adequate, says);
         }
         let known = format!("{:.0} %", 100.0 * (1.0 - self.unattributed));
         let says = format!(
             "{known} of the error² has a known cause, and the error is too large to show smaller effects of the gyro. What limits this \
-             log: {limit}"
+             log: {limited_says}"
         );
         (Verdict::CannotTell, says)
     }

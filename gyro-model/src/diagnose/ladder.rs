@@ -12,6 +12,7 @@ use crate::{
     AxisModel, Model, Record,
     budget::Budget,
     diagnosis::{AxisLadder, LadderStep, Verdict},
+    effects,
     evidence::study::Bench,
     fit::{
         self,
@@ -29,6 +30,7 @@ pub fn climb(record: &Record, bench: &Bench, start: &Model, options: &Options) -
         steps[change.series].push(step);
     });
     note(&mut steps, &top.alike);
+    share(&mut steps);
     conclude(record, &top.incumbent, (&top.incumbent, &top.last), &steps, options)
 }
 
@@ -41,6 +43,23 @@ pub(super) fn note(steps: &mut [Vec<LadderStep>], alike: &[Alike]) {
             step.aliases.retain(|id| !found.told_apart.contains(&id.as_str()));
             let new: Vec<String> = found.others.iter().filter(|id| !step.aliases.contains(id)).cloned().collect();
             step.aliases.extend(new);
+            step.aliases.truncate(ALIASES);
+        }
+    }
+}
+
+/// What the whole sensor has joins on the other axes with the one that it was found on: what it could not be told from there, it cannot
+/// on any of them.
+pub(super) fn share(steps: &mut [Vec<LadderStep>]) {
+    let of_all = |step: &LadderStep| {
+        let id = step.added.as_deref().filter(|_| !step.aliases.is_empty())?;
+        effects::find(id)?.is_of_whole_sensor().then(|| (id.to_owned(), step.aliases.clone()))
+    };
+    let found: Vec<(String, Vec<String>)> = steps.iter().flatten().filter_map(of_all).collect();
+    for (id, aliases) in found {
+        for step in steps.iter_mut().flatten().filter(|step| step.added.as_deref() == Some(&id)) {
+            let more: Vec<String> = aliases.iter().filter(|alias| !step.aliases.contains(alias)).cloned().collect();
+            step.aliases.extend(more);
             step.aliases.truncate(ALIASES);
         }
     }
@@ -74,12 +93,13 @@ pub(super) fn conclude(
                 Some(says) => (Verdict::CannotTell, says),
                 None => verdict::rest(incumbent, &list, &judged, k),
             };
-            let split = unsplit(&steps, &own.effect_ids());
-            if !split.is_empty() && matches!(verdict, Verdict::Adequate) {
-                (verdict, says) = (Verdict::Ambiguous, split.join("; "));
-            }
-            says = super::with(says, &users::became(incumbent, &list, options.own_effects, k));
+            let users = users::became(incumbent, &list, options.own_effects, k);
+            says = super::with(says, &users);
             (verdict, says) = budget.settle(verdict, says, &mut judged);
+            let split = unsplit(&steps, &own.effect_ids());
+            if !split.is_empty() && verdict == Verdict::Adequate {
+                (verdict, says) = (Verdict::Ambiguous, super::with(split.join("; "), &users));
+            }
             for step in &mut steps {
                 step.on(&budget);
             }

@@ -61,6 +61,7 @@ impl Parts {
         }
         ladder::note(&mut steps, &slow.alike);
         ladder::note(&mut steps, &fast.alike);
+        ladder::share(&mut steps);
         ladder::conclude(record, &incumbent, (&slow.incumbent, &slow.last), &steps, options)
     }
 }

@@ -1,0 +1,132 @@
+//! A sensor that hung: from one row to the next all its channels repeat, to the last digit, what they gave before.
+//!
+//! A reading that stands still at rest may be a coarse one. Noise of several channels at once stands still by chance in no log: where
+//! they changed in most rows before, at rest as well, and then do not in so many, nobody measures any more.
+
+use super::{Report, seconds, stuck::MARKED_UP_TO};
+use crate::{Axis, Record, Row};
+use std::ops::Range;
+
+/// Rows that repeat at least.
+const FEWEST: usize = 200;
+/// Rows before them that have to change.
+const BEFORE: usize = 200;
+/// Channels at least: those of a gyro alone may be coarse.
+const CHANNELS: usize = 4;
+/// What a gyro at rest reads within those rows at most, rad/s.
+const RESTS: f64 = 0.02;
+
+/// Reports it, and takes out what the gyro read meanwhile where that is little of the log.
+pub(super) fn check(record: &mut Record, report: &mut Report) {
+    let Some(first) = record.rows.first() else { return };
+    let channels = values(first).iter().filter(|value| value.is_finite()).count();
+    if channels < CHANNELS {
+        return;
+    }
+    let hung: Vec<Range<usize>> = runs(&record.rows).filter(|run| is_alive_before(&record.rows, run.start)).collect();
+    let Some(run) = hung.iter().max_by_key(|run| run.len()) else { return };
+    let rows: usize = hung.iter().map(|run| run.len() - 1).sum();
+    let (from, lasts) = (seconds(record, run.start), seconds(record, run.end - 1) - seconds(record, run.start));
+    let is_little = (rows as f64) < MARKED_UP_TO * record.len() as f64;
+    let says = format!(
+        "all {channels} channels of the sensor repeat one row for {lasts:.1} s, to the last digit, though they changed before: the sensor or \
+         what reads it hung, and gave no measurement then{}. Check its supply and its bus",
+        if is_little { "; its readings are left out" } else { "" }
+    );
+    report.add("stuck-channel", rows as u64, Some(from), says);
+    if is_little {
+        for row in hung.into_iter().flat_map(|run| run.start + 1..run.end) {
+            record.rows[row].gyro.fill(f64::NAN);
+            report.mark(row);
+        }
+    }
+}
+
+/// What the sensor gave.
+fn values(row: &Row) -> [f64; 6] {
+    let ([a, b, c], [d, e, f]) = (row.gyro, row.accel);
+    [a, b, c, d, e, f]
+}
+
+/// Whether two rows are one, to the last digit.
+fn is_same(a: &Row, b: &Row) -> bool {
+    values(a).iter().zip(values(b)).all(|(a, b)| a.to_bits() == b.to_bits())
+}
+
+/// Runs of rows that are the same.
+fn runs(rows: &[Row]) -> impl Iterator<Item = Range<usize>> + '_ {
+    let mut from = 0;
+    rows.chunk_by(is_same)
+        .map(move |run| {
+            let own = from..from + run.len();
+            from = own.end;
+            own
+        })
+        .filter(|run| run.len() >= FEWEST)
+}
+
+/// Whether the sensor rested before a row, and its channels changed in more than half of the rows.
+fn is_alive_before(rows: &[Row], start: usize) -> bool {
+    let Some(before) = start.checked_sub(BEFORE).map(|from| &rows[from..start]) else { return false };
+    let changes = before.windows(2).filter(|pair| !is_same(&pair[0], &pair[1])).count();
+    let rests = Axis::ALL.iter().all(|axis| {
+        let read = before.iter().map(|row| row.gyro[axis.index()]).filter(|x| x.is_finite());
+        let (low, high) = read.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        high - low < RESTS
+    });
+    2 * changes > before.len() && rests
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sensor at rest at 100 Hz that reads whole counts of noise, up to a row; from there on `then` says.
+    fn record(hangs_at: usize, rows: usize, then: impl Fn(&mut Row)) -> Record {
+        let noise = |k: usize, channel: usize| ((k * 7919 + channel * 104_729) % 13) as f64 - 6.0;
+        let mut all: Vec<Row> = (0..rows)
+            .map(|k| {
+                let mut row = Row { t_ns: k as i64 * 10_000_000, ref_rate: [0.0; 3], ..Row::EMPTY };
+                for axis in 0..3 {
+                    row.gyro[axis] = 0.001 * noise(k, axis);
+                    row.accel[axis] = 0.02 * noise(k, axis + 3) + if axis == 2 { 9.8 } else { 0.0 };
+                }
+                row
+            })
+            .collect();
+        for k in hangs_at..rows {
+            let mut row = Row { t_ns: all[k].t_ns, ..all[hangs_at] };
+            then(&mut row);
+            all[k] = row;
+        }
+        Record { rows: all, ..Record::default() }
+    }
+
+    fn faults(record: &mut Record) -> Vec<crate::diagnosis::DataFault> {
+        let mut report = Report { already: vec![false; record.len()], ..Report::default() };
+        check(record, &mut report);
+        report.faults
+    }
+
+    #[test]
+    fn a_sensor_that_repeats_its_last_row_hung() {
+        let mut half = record(3000, 6000, |_| {});
+        let found = faults(&mut half);
+        assert_eq!((found.len(), found[0].count, found[0].first_t), (1, 2999, Some(30.0)), "{found:?}");
+        assert!(half.rows[4000].gyro[2].is_finite(), "so much of a log is not taken out");
+        let mut end = record(5700, 6000, |_| {});
+        assert_eq!(faults(&mut end)[0].count, 299);
+        assert!(end.rows[5900].gyro[2].is_nan() && end.rows[5700].gyro[2].is_finite());
+    }
+
+    #[test]
+    fn one_that_measures_did_not() {
+        assert!(faults(&mut record(6000, 6000, |_| {})).is_empty());
+        // One channel still measures.
+        let mut alive = record(3000, 6000, |row| row.accel[1] += 1e-9 * row.t_ns as f64);
+        assert!(faults(&mut alive).is_empty());
+        // Coarse readings at rest never changed.
+        let mut coarse = record(0, 6000, |_| {});
+        assert!(faults(&mut coarse).is_empty());
+    }
+}
