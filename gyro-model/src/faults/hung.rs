@@ -13,8 +13,8 @@ const FEWEST: usize = 200;
 const BEFORE: usize = 200;
 /// Channels at least: those of a gyro alone may be coarse.
 const CHANNELS: usize = 4;
-/// What a gyro at rest reads within those rows at most, rad/s.
-const RESTS: f64 = 0.02;
+/// Standard deviation of a gyro that rests within those rows at most, rad/s: the noise of a poor one, and a tenth of slow motion.
+const RESTS: f64 = 0.05;
 
 /// Reports it, and takes out what the gyro read meanwhile where that is little of the log.
 pub(super) fn check(record: &mut Record, report: &mut Report) {
@@ -70,9 +70,10 @@ fn is_alive_before(rows: &[Row], start: usize) -> bool {
     let Some(before) = start.checked_sub(BEFORE).map(|from| &rows[from..start]) else { return false };
     let changes = before.windows(2).filter(|pair| !is_same(&pair[0], &pair[1])).count();
     let rests = Axis::ALL.iter().all(|axis| {
-        let read = before.iter().map(|row| row.gyro[axis.index()]).filter(|x| x.is_finite());
-        let (low, high) = read.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
-        high - low < RESTS
+        let read = || before.iter().map(|row| row.gyro[axis.index()]).filter(|x| x.is_finite());
+        let count = read().count().max(1) as f64;
+        let mean = read().sum::<f64>() / count;
+        read().map(|x| (x - mean).powi(2)).sum::<f64>() < RESTS * RESTS * count || read().next().is_none()
     });
     2 * changes > before.len() && rests
 }
@@ -82,22 +83,21 @@ mod tests {
     use super::*;
 
     /// A sensor at rest at 100 Hz that reads whole counts of noise, up to a row; from there on `then` says.
-    fn record(hangs_at: usize, rows: usize, then: impl Fn(&mut Row)) -> Record {
-        let noise = |k: usize, channel: usize| ((k * 7919 + channel * 104_729) % 13) as f64 - 6.0;
+    fn record(hangs_at: usize, rows: u32, then: impl Fn(&mut Row)) -> Record {
+        let noise = |k: u32, channel: u32| f64::from((k * 7919 + channel * 104_729) % 13) - 6.0;
         let mut all: Vec<Row> = (0..rows)
-            .map(|k| {
-                let mut row = Row { t_ns: k as i64 * 10_000_000, ref_rate: [0.0; 3], ..Row::EMPTY };
-                for axis in 0..3 {
-                    row.gyro[axis] = 0.001 * noise(k, axis);
-                    row.accel[axis] = 0.02 * noise(k, axis + 3) + if axis == 2 { 9.8 } else { 0.0 };
-                }
-                row
+            .map(|k| Row {
+                t_ns: i64::from(k) * 10_000_000,
+                gyro: [0, 1, 2].map(|channel| 0.001 * noise(k, channel)),
+                accel: [3, 4, 5].map(|channel| 0.02 * noise(k, channel)),
+                ref_rate: [0.0; 3],
+                ..Row::EMPTY
             })
             .collect();
-        for k in hangs_at..rows {
-            let mut row = Row { t_ns: all[k].t_ns, ..all[hangs_at] };
-            then(&mut row);
-            all[k] = row;
+        let last = all.get(hangs_at).copied();
+        for (row, last) in all.iter_mut().skip(hangs_at).zip(last.into_iter().cycle()) {
+            *row = Row { t_ns: row.t_ns, ..last };
+            then(row);
         }
         Record { rows: all, ..Record::default() }
     }
