@@ -67,6 +67,8 @@ pub struct Kalman {
     saved: u64,
     saved_ns: u64,
     ended: bool,
+    /// Whether the source goes on by itself: a replay's time may run slower than this machine's clock.
+    is_live: bool,
     clock: SourceClock,
     newest: Option<Parameters>,
     /// What an earlier life left, until there is a model to go on with.
@@ -125,6 +127,7 @@ impl Kalman {
             saved: 0,
             saved_ns: 0,
             ended: false,
+            is_live: settings.source.is_live(),
             clock: SourceClock::default(),
             newest: None,
             left: None,
@@ -210,6 +213,9 @@ impl Kalman {
             self.pulse.health.received += 1;
             let estimate = self.estimator.step(&wire::row_of(sample));
             self.pulse.health.rejected += u64::from(wire::is_rejected(&estimate));
+            if !self.is_live {
+                self.clock = SourceClock::default();
+            }
             self.clock.take(sample.time_ns, sample.arrived_ns);
             let message = wire::message_of(&estimate, sample, took_ns);
             Estimate { valid_clock_ns: self.clock.at(message.valid_ns).unwrap_or(sample.arrived_ns), ..message }

@@ -1,9 +1,8 @@
-//! When a source's time began, on this machine's clock. A row comes late where a link, a queue or a busy machine keeps it, and never
-//! early, so the smallest arrival − time of the last seconds tells best: the minimum filter of clock synchronisation (Paxson, "On
-//! calibrating measurements of packet transit times", 1998).
+//! When a source's time began, on this machine's clock. A link, a queue or a busy machine can make a row late, and nothing makes it early:
+//! the smallest difference of arrival and time over the last seconds is the best estimate. This is the minimum filter of clock
+//! synchronisation (Paxson, "On calibrating measurements of packet transit times", 1998).
 
-/// Half of the time that is looked back, ns: a hundred times the hiccups that are common, and a clock that is wrong by 1 in 1000 makes
-/// 4 ms of error in it.
+/// Half of the window, ns. In a whole one a source's clock that is wrong by 1 in 1000 makes an error of 4 ms.
 const HALF_NS: u64 = 2_000_000_000;
 
 /// Smallest arrival − time, ns, over the present half and over the one before it.

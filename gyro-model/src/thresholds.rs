@@ -144,7 +144,7 @@ thresholds! {
     SLOW_HIDDEN = 5.0, "1", ByHand;
     /// Largest error over its floor that may be called a wandering bias.
     WANDER = 3.0, "1", ByHand;
-    /// Share of the judged steps that an effect may leave out.
+    /// Share of the judged steps that an effect may mark as unknown.
     LEAVES_OUT = 0.966, "1", Derived("29 of the 30 blocks that a log is cut into: less than one is left to judge it by");
     /// Share of a log that may be left out before the rest is not enough for a verdict.
     SILENT = 0.6, "1", ByHand;

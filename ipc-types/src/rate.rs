@@ -66,8 +66,8 @@ pub struct RateRow {
     pub sequence: u64,
     /// When the rate held, ns from the source's first row.
     pub valid_ns: i64,
-    /// The same on `CLOCK_MONOTONIC` of this machine, as far as the arrivals of the last seconds tell, ns: a row that waited in a queue
-    /// is as old as it says.
+    /// The same on `CLOCK_MONOTONIC` of this machine, as far as the arrivals of the last seconds tell, ns; the time that a row waited
+    /// in a queue is not added.
     pub valid_clock_ns: u64,
     /// When this row was given, ns of `CLOCK_MONOTONIC`.
     pub given_ns: u64,

@@ -288,7 +288,7 @@ impl Budget {
             return (verdict, format!("{error}, {share} of the error² has no known cause, and {says}"));
         }
         let limited_says = &self.limited_says;
-        // The gyro's own noise is no larger than the sensor shows at rest: nothing is hidden beneath it that could be known.
+        // The gyro's own white noise is known, and it is most of the error: a smaller effect cannot show beside it.
         let is_own_noise = self.limited_by == LimitedBy::GyroNoise && judged.over_floor() < limit::WANDER.value;
         if judged.within() || is_own_noise {
             let says = format!("no effect that this log can show is missing. What limits this log: {limited_says}");

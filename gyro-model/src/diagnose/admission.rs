@@ -67,7 +67,7 @@ pub(super) static ADMISSION: &[Test<Case>] = &[
     },
     Test {
         name: "rows",
-        asks: "it leaves something to judge it by of what is judged without it",
+        asks: "it does not mark nearly all steps as unknown: one of the 30 blocks at least is left to judge it by",
         applies: &[JUDGED],
         ways: &[&[Below(&SILENCES, &limit::LEAVES_OUT)]],
     },

@@ -23,7 +23,7 @@ pub(super) struct Case {
     pub after: f64,
     /// The most that the error grows by at any averaging time, E₁/max(E₀, 1.4 F).
     pub grows: f64,
-    /// Share of the steps that are judged without it and that it leaves out.
+    /// Of the steps that the model without it judges, the share that it marks as unknown.
     pub silences: f64,
     /// Chance of its gain in ln L from noise alone, corrected for the search.
     pub p_value: f64,
@@ -104,8 +104,9 @@ pub(super) static AFTER: M = Measure { name: "J with it", of: |c| c.after };
 /// Where the error grows most.
 pub(super) static GROWS: M =
     Measure { name: "error with it over error without it at the worst averaging time", of: |c| c.grows };
-/// What it leaves out.
-pub(super) static SILENCES: M = Measure { name: "share of the judged steps that it leaves out", of: |c| c.silences };
+/// The steps that it marks as unknown.
+pub(super) static SILENCES: M =
+    Measure { name: "share of the judged steps that it marks as unknown", of: |c| c.silences };
 /// The ratio of both.
 pub(super) static RATIO: M = Measure { name: "J with it over J without it", of: |c| c.after / c.before };
 /// Share of J − 1 that it removes.

@@ -83,7 +83,7 @@ impl Challenger<'_> {
 
     /// Its numbers beside the model `incumbent`.
     pub(super) fn case(&self, incumbent: &Incumbent) -> Case {
-        let [judged, left] = [&incumbent.study, &self.study].map(|study| 1.0 - study.silent());
+        let [judged, left] = [&incumbent.study, &self.study].map(|study| 1.0 - study.share_left_out());
         Case {
             before: self.before(incumbent),
             silences: 1.0 - left / judged,

@@ -186,10 +186,10 @@ impl<'a> Study<'a> {
         self.warm.iter().any(|w| w.unsure.contains(&true))
     }
 
-    /// Share of the steps that its model leaves out, or will once it is fitted for itself: beside another one, whose rows a trial
-    /// keeps to, what it is unsure of is judged all the same.
+    /// Share of the steps that its model leaves out, or will leave out once it is fitted on its own. A trial beside another model keeps
+    /// that model's rows, and judges there what its own model is unsure of.
     #[must_use]
-    pub fn silent(&self) -> f64 {
+    pub fn share_left_out(&self) -> f64 {
         let problem = &self.bench.problem;
         let mut silent = self.evaluation.lost.clone();
         for unsure in (0..problem.series.len()).filter_map(|k| problem.unsure(&self.evaluation, k)) {
