@@ -31,8 +31,8 @@ fn logs_of_real_and_simulated_sensors_show_no_fault_but_true_gaps() {
             for fault in faults {
                 // Real recordings lose or repeat a sample in a hundred, and one was made at rest with a sensor that hung.
                 let is_rare = (fault.count as f64) < 0.01 * record.len() as f64;
-                let is_small = is_rare && ["dropouts", "repeated-samples"].contains(&fault.fault.as_str());
-                let rests = ["not-excited", "stuck-channel"].contains(&fault.fault.as_str())
+                let is_small = is_rare && ["dropouts", "repeated-samples"].contains(&fault.kind.name());
+                let rests = ["not-excited", "stuck-channel"].contains(&fault.kind.name())
                     && path.to_string_lossy().contains("at-rest");
                 assert!(part == "recorded" && (is_small || rests), "{path:?}: {fault:?}");
             }

@@ -17,7 +17,9 @@ mod log_file;
 use choice::Case;
 use clap::Parser;
 use gyro_model::{
-    Record, faults,
+    Record,
+    fault::FaultKind,
+    faults,
     simulate::{Reference, Scenario, simulate},
 };
 use std::{collections::BTreeMap, error::Error, path::PathBuf};
@@ -39,7 +41,7 @@ struct Arguments {
 #[derive(Default)]
 struct Tally {
     logs: BTreeMap<String, u64>,
-    found: BTreeMap<(String, String), u64>,
+    found: BTreeMap<(String, FaultKind), u64>,
 }
 
 impl Tally {
@@ -47,9 +49,9 @@ impl Tally {
         *self.logs.entry(kind.to_owned()).or_default() += 1;
         let report = faults::check(record, &[]);
         for fault in &report.faults {
-            println!("{name}: {} ({}): {}", fault.fault, fault.count, fault.says);
+            println!("{name}: {} ({}): {}", fault.kind, fault.count, fault.says);
         }
-        let mut names: Vec<String> = report.faults.into_iter().map(|fault| fault.fault).collect();
+        let mut names: Vec<FaultKind> = report.faults.into_iter().map(|fault| fault.kind).collect();
         names.sort();
         names.dedup();
         for fault in names {

@@ -2,9 +2,13 @@
 //!
 //! SI units; what has no value is `None` (JSON `null`), never a number that is not finite.
 
-pub use crate::detail::FailsWhere;
 use crate::{Axis, detail::AxisDetail};
+pub use crate::{
+    detail::FailsWhere,
+    fault::{DataFault, FaultKind},
+};
 use serde::{Deserialize, Serialize};
+use std::fmt;
 
 /// `compare` and `diagnose` of one log.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -348,11 +352,120 @@ const fn is_false(value: &bool) -> bool {
     !*value
 }
 
+/// The tests of a suspect, by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum TestName {
+    /// No parameter is at its physical bound.
+    Bounds,
+    /// Both are of one channel.
+    Channel,
+    /// The held-out error.
+    Error,
+    /// The held-out error, averaging time by averaging time.
+    #[serde(rename = "every averaging time")]
+    EveryAveragingTime,
+    /// Blocks that took no part in the fit.
+    HeldOut,
+    /// The likelihood of the identified noise.
+    Likelihood,
+    /// A spectral line.
+    Line,
+    /// An effect that averages over time.
+    Mean,
+    /// A line that is motion.
+    Motion,
+    /// How many parameters.
+    Parameters,
+    /// The rows that are left to judge by.
+    Rows,
+    /// The share of the error that it removes.
+    Share,
+    /// An effect that shows only once.
+    #[serde(rename = "shown once")]
+    ShownOnce,
+    /// The likelihood-ratio test.
+    Significance,
+    /// The size that such sensors have.
+    Size,
+}
+
+impl TestName {
+    /// As it is written.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Bounds => "bounds",
+            Self::Channel => "channel",
+            Self::Error => "error",
+            Self::EveryAveragingTime => "every averaging time",
+            Self::HeldOut => "held-out",
+            Self::Likelihood => "likelihood",
+            Self::Line => "line",
+            Self::Mean => "mean",
+            Self::Motion => "motion",
+            Self::Parameters => "parameters",
+            Self::Rows => "rows",
+            Self::Share => "share",
+            Self::ShownOnce => "shown once",
+            Self::Significance => "significance",
+            Self::Size => "size",
+        }
+    }
+}
+
+impl fmt::Display for TestName {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// How a number is held against a threshold, or whether a fact is asked for or denied.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Relation {
+    /// The measure has to be larger.
+    #[serde(rename = "above")]
+    Above,
+    /// The measure has to be smaller.
+    #[serde(rename = "below")]
+    Below,
+    /// The fact has to hold.
+    #[serde(rename = "is")]
+    Is,
+    /// The fact must not hold.
+    #[serde(rename = "is not")]
+    IsNot,
+}
+
+impl fmt::Display for Relation {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            Self::Above => "above",
+            Self::Below => "below",
+            Self::Is => "is",
+            Self::IsNot => "is not",
+        })
+    }
+}
+
+/// How far a suspect came.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SuspectStage {
+    /// The score test left it behind others.
+    Scan,
+    /// It was refitted, and a test refused it.
+    Refit,
+    /// It passed every test.
+    Admitted,
+}
+
 /// One test of one suspect: it is passed where every condition of one of its ways holds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TestOutcome {
     /// Its name.
-    pub test: String,
+    pub test: TestName,
     /// What it asks.
     pub asks: String,
     /// Whether it is asked of this suspect at all.
@@ -368,8 +481,8 @@ pub struct TestOutcome {
 pub struct TestCondition {
     /// What is measured.
     pub measure: String,
-    /// `above`, `below`, `is` or `is not`.
-    pub relation: String,
+    /// What is asked of it.
+    pub relation: Relation,
     /// Its value.
     pub value: Option<f64>,
     /// What it is held against.
@@ -385,32 +498,14 @@ pub struct TestCondition {
 pub struct Explained {
     /// Effect id.
     pub effect: String,
-    /// How far it came: `scan` (the score test left it behind others), `refit` (a test refused it), `admitted`.
-    pub stage: String,
+    /// How far it came.
+    pub stage: SuspectStage,
     /// Gain in ln L that the score test promises.
     pub score: Option<f64>,
     /// Share of the error that the score test says it removes.
     pub promises: Option<f64>,
     /// The tests of its exact refit; empty where there was none.
     pub tests: Vec<TestOutcome>,
-}
-
-/// A fault of the data, reported beside the effects and never as physics.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct DataFault {
-    /// `outliers`, `torn-readings`, `markers`, `wrapped`, `dropouts`, `repeated-samples`, `held-samples`, `timestamp-jitter`,
-    /// `burst-timestamps`, `stuck-channel`, `reference-jumps`, `lost-counts`, `dependent-reference`, `wrong-ratio`, `wrong-unit`,
-    /// `wrong-sign`, `swapped-axes`, `not-excited`, `non-finite`, `time-going-back`, `unused-columns`.
-    pub fault: String,
-    /// The axis whose gyro or reference it is in; `None` where it concerns the log as a whole.
-    #[serde(default)]
-    pub axis: Option<Axis>,
-    /// How often.
-    pub count: u64,
-    /// When first, s.
-    pub first_t: Option<f64>,
-    /// In words: which column, where, what to do.
-    pub says: String,
 }
 
 /// `ladder` of one log.

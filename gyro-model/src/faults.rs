@@ -51,7 +51,11 @@ mod torn;
 mod witness;
 mod wrapped;
 
-use crate::{Axis, Record, diagnosis::DataFault, order::quantile};
+use crate::{
+    Axis, Record,
+    fault::{DataFault, FaultKind},
+    order::quantile,
+};
 
 /// What was found.
 #[derive(Clone, Debug, Default)]
@@ -100,18 +104,6 @@ pub fn check(record: &mut Record, already: &[bool]) -> Report {
     report
 }
 
-/// Whether a fault makes every verdict on what it is in worthless, of a log of so many rows. A channel that was stuck for little
-/// of it is not among them: what it read meanwhile is taken out.
-#[must_use]
-pub fn is_grave(fault: &DataFault, rows: usize) -> bool {
-    match fault.fault.as_str() {
-        "wrong-unit" | "wrong-sign" | "swapped-axes" | "burst-timestamps" => true,
-        // Of a sensor that hung at rest the rest of the log can be judged.
-        "stuck-channel" => fault.axis.is_some() && fault.count as f64 >= stuck::MARKED_UP_TO * rows as f64,
-        _ => false,
-    }
-}
-
 impl Report {
     /// Counts a row of which a reading is missing or was taken out, once.
     fn mark(&mut self, row: usize) {
@@ -123,17 +115,17 @@ impl Report {
     }
 
     /// A fault of the log as a whole.
-    fn add(&mut self, fault: &str, count: u64, first_t: Option<f64>, says: String) {
-        self.add_for(None, fault, count, first_t, says);
+    fn add(&mut self, kind: FaultKind, count: u64, first_t: Option<f64>, says: String) {
+        self.add_for(None, kind, count, first_t, says);
     }
 
     /// A fault of one axis.
-    fn add_on(&mut self, axis: Axis, fault: &str, count: u64, first_t: Option<f64>, says: String) {
-        self.add_for(Some(axis), fault, count, first_t, says);
+    fn add_on(&mut self, axis: Axis, kind: FaultKind, count: u64, first_t: Option<f64>, says: String) {
+        self.add_for(Some(axis), kind, count, first_t, says);
     }
 
-    fn add_for(&mut self, axis: Option<Axis>, fault: &str, count: u64, first_t: Option<f64>, says: String) {
-        self.faults.push(DataFault { fault: fault.to_owned(), axis, count, first_t, says });
+    fn add_for(&mut self, axis: Option<Axis>, kind: FaultKind, count: u64, first_t: Option<f64>, says: String) {
+        self.faults.push(DataFault { kind, axis, count, first_t, says });
     }
 }
 

@@ -77,7 +77,8 @@
 //! | [`compensation`] | from readings to rates, sample by sample |
 //! | [`kalman`] | the filter of one axis |
 //! | [`estimator`] | compensation and filters together: one row in, one estimate out |
-//! | [`faults`] | faults of the data, as against physics |
+//! | [`fault`] | a fault of the data: its kind and place |
+//! | [`faults`] | faults of the data found, as against physics |
 //! | [`paper`] | the paper's experiment, simulated |
 //! | [`diagnosis`] | the result types, as the JSON interface has them |
 //! | [`detail`] | the pictures behind a verdict: overlay, regimes, spectrum, whiteness |
@@ -103,6 +104,7 @@ pub mod diagnosis;
 pub mod effects;
 pub mod estimator;
 pub mod evidence;
+pub mod fault;
 pub mod faults;
 pub mod fit;
 pub mod guide;

@@ -39,7 +39,7 @@ fn climb(mut record: Record) -> Climbed {
 
 impl Climbed {
     fn names(&self) -> Vec<&str> {
-        self.faults.iter().map(|fault| fault.fault.as_str()).collect()
+        self.faults.iter().map(|fault| fault.kind.name()).collect()
     }
 
     fn alpha(&self, axis: Axis) -> f64 {
@@ -161,7 +161,7 @@ fn a_ratio_that_no_gyro_has_is_said_and_lost_counts_are_no_nonlinearity() {
     geared.rows.iter_mut().for_each(|row| row.ref_angle[0] *= 1.25);
     let geared = climb(geared);
     let told = &geared.ladders[0].data_faults;
-    assert!(told.len() == 1 && told[0].fault == "wrong-ratio" && told[0].says.contains("5 : 4"), "{told:?}");
+    assert!(told.len() == 1 && told[0].kind.name() == "wrong-ratio" && told[0].says.contains("5 : 4"), "{told:?}");
     assert!(geared.ladders[0].says.contains("gear ratio"), "{}", geared.ladders[0].says);
     let mut lossy = shaft(4);
     let (mut lost, limit) = (0.0, 2.5);
@@ -181,7 +181,12 @@ fn what_an_effect_does_to_the_ratio_is_no_fault_of_the_reference() {
     for record in [with("temperature-bias:c1=0.06"), with("lag:tau=0.05"), with("saturation:l=1.2")] {
         let climbed = climb(record);
         let own = &climbed.ladders[0];
-        assert!(own.data_faults.iter().all(|fault| fault.fault != "wrong-ratio"), "{:?}: {}", own.effects, own.says);
+        assert!(
+            own.data_faults.iter().all(|fault| fault.kind.name() != "wrong-ratio"),
+            "{:?}: {}",
+            own.effects,
+            own.says
+        );
     }
 }
 
@@ -254,7 +259,7 @@ fn motion_that_is_folded_is_told_with_its_true_frequency_and_no_tone_is_made_of_
     let climbed = climb(Record { rows, ..Record::default() });
     let ladder = &climbed.ladders[0];
     assert!(!ladder.effects.iter().any(|id| id == "vibration-tone"), "{:?}", ladder.effects);
-    let fault = ladder.data_faults.iter().find(|fault| fault.fault == "aliased-motion").expect(&ladder.says);
+    let fault = ladder.data_faults.iter().find(|fault| fault.kind.name() == "aliased-motion").expect(&ladder.says);
     let before = |unit: &str| -> f64 {
         let text = fault.says.split(unit).next().unwrap();
         text.rsplit(' ').find(|word| !word.is_empty()).unwrap().parse().unwrap()

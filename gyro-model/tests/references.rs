@@ -280,7 +280,7 @@ fn readings_that_stand_in_several_rows_are_no_physics() {
             }
         }
         let report = faults::check(&mut record, &[]);
-        assert!(report.faults.iter().any(|f| f.fault == "held-samples"), "{:?}", report.faults);
+        assert!(report.faults.iter().any(|f| f.kind.name() == "held-samples"), "{:?}", report.faults);
         let start = Model::base_for(&record);
         let (_, ladders) = diagnose::ladder(&record, &start, &[Axis::X], &Options::default()).unwrap();
         assert_eq!(ladders[0].verdict, Verdict::Adequate, "{}", ladders[0].says);

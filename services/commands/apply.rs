@@ -130,7 +130,7 @@ fn summary(args: &Args, record: &Record, axes: &[Axis], faults: &[DataFault]) ->
         args.model.display()
     );
     for fault in faults {
-        let _ = writeln!(text, "data fault {}: {}", fault.fault, fault.says);
+        let _ = writeln!(text, "data fault {}: {}", fault.kind, fault.says);
     }
     text
 }

@@ -14,7 +14,6 @@ use gyro_model::{
     Axis, Model, Record, diagnose,
     diagnosis::{AxisDiagnosis, DataFault, Diagnosis, Verdict},
     effects::Effect,
-    faults::is_grave,
     fit, units,
 };
 use jiff::Timestamp;
@@ -148,7 +147,7 @@ impl Subject {
         let _spinner = Progress::spinner("fitting");
         fit::fit(&self.record, model, &self.axes).map_err(|error| {
             // A fault of the whole log is why, where there is one.
-            let grave = self.faults.iter().find(|fault| fault.axis.is_none() && is_grave(fault, self.record.len()));
+            let grave = self.faults.iter().find(|fault| fault.axis.is_none() && fault.is_fatal(self.record.len()));
             let why = grave.map_or_else(|| anyhow::Error::from(error), |fault| anyhow!("{}", fault.says));
             why.context(self.name.clone())
         })

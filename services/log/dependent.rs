@@ -3,18 +3,15 @@
 
 use gyro_model::{
     Axis,
-    diagnosis::{DataFault, Verdict},
+    diagnosis::{DataFault, FaultKind, Verdict},
 };
 use log_readers::meaning::Second;
-
-/// The name of the fault.
-pub const FAULT: &str = "dependent-reference";
 
 /// The fault of a log whose reference `by` computed, and that has these other gyros.
 #[must_use]
 pub fn fault(by: &str, seconds: &[Second], rows: u64) -> DataFault {
     DataFault {
-        fault: FAULT.to_owned(),
+        kind: FaultKind::DependentReference,
         axis: None,
         count: rows,
         first_t: Some(0.0),
@@ -58,5 +55,5 @@ pub fn overrule(faults: &[DataFault], axis: Axis) -> Option<(Verdict, String)> {
 /// Whether an axis is judged by such a reference.
 #[must_use]
 pub fn concerns(fault: &DataFault, axis: Axis) -> bool {
-    fault.fault == FAULT && fault.axis.is_none_or(|of| of == axis)
+    fault.kind == FaultKind::DependentReference && fault.concerns(axis)
 }

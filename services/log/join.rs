@@ -8,7 +8,11 @@ use super::{
     reader::Reader,
     unit::Channel,
 };
-use gyro_model::{Row, align::align, diagnosis::DataFault};
+use gyro_model::{
+    Row,
+    align::align,
+    fault::{DataFault, FaultKind},
+};
 use log_readers::meaning::Pick;
 use std::path::Path;
 
@@ -40,7 +44,7 @@ pub fn with_reference(mut log: Reader, mut other: Reader, second: &Path) -> Resu
             row.time += shift;
         }
         faults.push(DataFault {
-            fault: "other-clock".to_owned(),
+            kind: FaultKind::OtherClock,
             axis: None,
             count: rows.len() as u64,
             first_t: None,

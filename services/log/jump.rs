@@ -1,6 +1,9 @@
 //! Clocks that are set while a log is recorded: a gap of days or years in a log of minutes.
 
-use gyro_model::{Row, diagnosis::DataFault};
+use gyro_model::{
+    Row,
+    fault::{DataFault, FaultKind},
+};
 
 /// A log may span this many sample intervals, or ten times its rows, whichever is more: 14 hours at 100 Hz.
 const LONGEST: f64 = 5e6;
@@ -26,7 +29,7 @@ pub fn cut(rows: &mut Vec<Row>, marked: &mut Vec<bool>, faults: &mut Vec<DataFau
         }
         left_out += count as u64;
         faults.push(DataFault {
-            fault: "time-going-back".to_owned(),
+            kind: FaultKind::TimeGoingBack,
             axis: None,
             count: count as u64,
             first_t: Some(t),

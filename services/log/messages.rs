@@ -11,7 +11,10 @@ use super::{
     tally::{RowFault, Tally},
     unit::{self, Name},
 };
-use gyro_model::{Row, diagnosis::DataFault};
+use gyro_model::{
+    Row,
+    fault::{DataFault, FaultKind},
+};
 use log_readers::{
     can::Database,
     format::{Note, Sink, Topic},
@@ -111,13 +114,13 @@ pub(super) fn understood(
 
 /// A note of a reader as a fault of the data.
 fn fault(note: &Note) -> DataFault {
-    let (fault, count) = match note {
-        Note::BreaksOff { .. } => ("skipped-lines", 1),
-        Note::Damaged { bytes, .. } => ("skipped-lines", *bytes),
-        Note::Lost { count, .. } => ("dropouts", *count),
-        Note::NotRead { .. } | Note::Skipped { .. } | Note::Stamps { .. } => ("unused-columns", 1),
+    let (kind, count) = match note {
+        Note::BreaksOff { .. } => (FaultKind::SkippedLines, 1),
+        Note::Damaged { bytes, .. } => (FaultKind::SkippedLines, *bytes),
+        Note::Lost { count, .. } => (FaultKind::Dropouts, *count),
+        Note::NotRead { .. } | Note::Skipped { .. } | Note::Stamps { .. } => (FaultKind::UnusedColumns, 1),
     };
-    DataFault { fault: fault.to_owned(), axis: None, count, first_t: None, says: note.to_string() }
+    DataFault { kind, axis: None, count, first_t: None, says: note.to_string() }
 }
 
 /// Files that are read twice; what comes only once is kept.

@@ -12,7 +12,10 @@ use super::{
     unit::Channel,
 };
 use crate::clock::now_ns;
-use gyro_model::{Axis, Row, diagnosis::DataFault};
+use gyro_model::{
+    Axis, Row,
+    fault::{DataFault, FaultKind},
+};
 
 /// Reads rows in order. Times repeated or going back are left out, infinite values are taken as no value, both counted.
 ///
@@ -177,7 +180,7 @@ impl Reader {
         }
         if let Some(first) = self.layout.unused_names.first() {
             faults.push(DataFault {
-                fault: "unused-columns".to_owned(),
+                kind: FaultKind::UnusedColumns,
                 axis: None,
                 count: self.layout.unused_names.len() as u64,
                 first_t: None,

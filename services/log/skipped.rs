@@ -1,6 +1,6 @@
 //! Lines that are no rows, as faults.
 
-use gyro_model::diagnosis::DataFault;
+use gyro_model::fault::{DataFault, FaultKind};
 use log_readers::text::{Skip, Skipped};
 
 /// When the first line of each kind was met: the time of the row before it, s.
@@ -36,7 +36,7 @@ pub fn faults(skipped: &Skipped, times: &Times) -> impl Iterator<Item = DataFaul
             Skip::Torn => "the last row breaks off: left out".to_owned(),
         };
         DataFault {
-            fault: "skipped-lines".to_owned(),
+            kind: FaultKind::SkippedLines,
             axis: None,
             count,
             first_t: Some(times.of(kind)),

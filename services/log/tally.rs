@@ -1,6 +1,9 @@
 //! Faults counted and located while rows are read.
 
-use gyro_model::{Axis, diagnosis::DataFault};
+use gyro_model::{
+    Axis,
+    fault::{DataFault, FaultKind},
+};
 use std::collections::BTreeMap;
 
 /// Faults that one row shows by itself or against the row before.
@@ -73,38 +76,44 @@ impl Tally {
             .map(|(&(found, column), count)| {
                 let (n, line, (name, axis)) = (count.rows, count.first_line, of(column));
                 let rows = if n == 1 { "1 row".to_owned() } else { format!("{n} rows") };
-                let (fault, what) = match found {
-                    RowFault::NoTime => ("non-finite", format!("no time in {rows}: left out")),
+                let (kind, what) = match found {
+                    RowFault::NoTime => (FaultKind::NonFinite, format!("no time in {rows}: left out")),
                     RowFault::TimeGoingBack => {
-                        ("time-going-back", format!("the time repeats or goes back in {rows}: left out"))
+                        (FaultKind::TimeGoingBack, format!("the time repeats or goes back in {rows}: left out"))
                     }
                     RowFault::SetBack => (
-                        "time-going-back",
+                        FaultKind::TimeGoingBack,
                         "the clock stood or was set back: what follows is kept apart from what came before".to_owned(),
                     ),
-                    RowFault::TimeAhead => {
-                        ("time-going-back", format!("the time jumps ahead, and back after it, in {rows}: left out"))
+                    RowFault::TimeAhead => (
+                        FaultKind::TimeGoingBack,
+                        format!("the time jumps ahead, and back after it, in {rows}: left out"),
+                    ),
+                    RowFault::Infinite => {
+                        (FaultKind::NonFinite, format!("{name} is infinite in {rows}: no value there"))
                     }
-                    RowFault::Infinite => ("non-finite", format!("{name} is infinite in {rows}: no value there")),
                     RowFault::Impossible => {
-                        ("outliers", format!("{name} is beyond anything physical in {rows}: no value there"))
+                        (FaultKind::Outliers, format!("{name} is beyond anything physical in {rows}: no value there"))
                     }
-                    RowFault::NotARotation => {
-                        ("outliers", format!("the reference quaternion is not of length 1 in {rows}: no value there"))
-                    }
+                    RowFault::NotARotation => (
+                        FaultKind::Outliers,
+                        format!("the reference quaternion is not of length 1 in {rows}: no value there"),
+                    ),
                     RowFault::TimerOverflow => {
                         let times = if n == 1 { "once".to_owned() } else { format!("{n} times") };
                         (
-                            "timer-overflow",
+                            FaultKind::TimerOverflow,
                             format!("the counter of {name} overflows {times}: its times go on from there"),
                         )
                     }
-                    RowFault::TextColumn => ("unused-columns", format!("{name} holds text in {rows}: no value there")),
+                    RowFault::TextColumn => {
+                        (FaultKind::UnusedColumns, format!("{name} holds text in {rows}: no value there"))
+                    }
                 };
                 // What concerns a row's time concerns every axis.
                 let of_column = matches!(found, RowFault::Infinite | RowFault::Impossible);
                 DataFault {
-                    fault: fault.to_owned(),
+                    kind,
                     axis: axis.filter(|_| of_column),
                     count: n,
                     first_t: count.first_t,

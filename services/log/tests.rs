@@ -197,7 +197,7 @@ fn a_free_column_of_text_is_left_out_and_said_but_text_among_numbers_is_refused(
     };
     fs::write(&path, text(&|_| "ok".to_owned())).unwrap();
     let (_, faults, _) = read(&path, &Options::default()).unwrap();
-    assert!(faults.iter().any(|f| f.fault == "unused-columns" && f.count == 200), "{faults:?}");
+    assert!(faults.iter().any(|f| f.kind.name() == "unused-columns" && f.count == 200), "{faults:?}");
     fs::write(&path, text(&|k| if k == 90 { "ok".to_owned() } else { k.to_string() })).unwrap();
     let refused = read(&path, &Options::default()).unwrap_err().to_string();
     assert!(refused.contains("line 92 column 3 (state)"), "{refused}");

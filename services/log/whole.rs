@@ -44,10 +44,7 @@ pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, P
         found.push(dependent::fault(by, &reader.layout().seconds, record.len() as u64));
     }
     let faulty = reader.rows_faulty() + left_out + report.rows_marked;
-    let costs_rows = |f: &&DataFault| {
-        ["non-finite", "time-going-back", "outliers", "markers", "torn-readings", "repeated-samples"]
-            .contains(&f.fault.as_str())
-    };
+    let costs_rows = |f: &&DataFault| f.kind.costs_rows();
     let worst = || found.iter().filter(costs_rows).max_by_key(|f| f.count).map_or_else(String::new, |f| f.says.clone());
     if faulty as f64 > FAULTY_SHARE * reader.rows_read() as f64 {
         if let Some(problem) = reader.few_digits() {

@@ -3,8 +3,8 @@ use gyro_model::{
     Axis, Noise,
     detail::{Channel, Input, detail},
     diagnosis::{
-        AxisDiagnosis, AxisLadder, BudgetPoint, DataFault, ErrorPoint, FailsWhere, FloorFrom, LadderStep, LimitedBy,
-        NoiseValue, ParameterValue, Suspect, Verdict,
+        AxisDiagnosis, AxisLadder, BudgetPoint, DataFault, ErrorPoint, FailsWhere, FaultKind, FloorFrom, LadderStep,
+        LimitedBy, NoiseValue, ParameterValue, Suspect, Verdict,
     },
 };
 
@@ -106,7 +106,7 @@ fn late(verdict: Verdict) -> AxisDiagnosis {
             },
         ],
         data_faults: vec![DataFault {
-            fault: "outliers".into(),
+            kind: FaultKind::Outliers,
             axis: Some(Axis::Z),
             count: 3,
             first_t: Some(12.5),
@@ -294,7 +294,7 @@ fn sizes_of_one_effect_have_one_unit_in_the_sentence_and_in_the_list() {
 fn a_count_is_told_once() {
     let mut diagnosis = diagnosis(Verdict::Adequate);
     let fault = &mut diagnosis.axes[0].data_faults[0];
-    (fault.fault, fault.count, fault.says) = ("dropouts".into(), 3, "3 gaps, about 5 samples missing".into());
+    (fault.kind, fault.count, fault.says) = (FaultKind::Dropouts, 3, "3 gaps, about 5 samples missing".into());
     let text = render(&diagnosis, Format::Text, &context(Command::Diagnose));
     assert!(text.contains("dropouts (first at 12.50 s): 3 gaps"), "{text}");
 }
@@ -439,7 +439,7 @@ fn three_axes() -> Ladder {
 fn several_axes_are_one_story_and_what_they_share_is_said_once() {
     let ladder = three_axes();
     let faulty = DataFault {
-        fault: "dropouts".into(),
+        kind: FaultKind::Dropouts,
         axis: None,
         count: 1,
         first_t: Some(0.5),

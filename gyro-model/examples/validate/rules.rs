@@ -11,7 +11,7 @@ use crate::{
 use gyro_model::{
     Axis, Model,
     diagnose::{Options, ladder},
-    diagnosis::{Explained, TestCondition, TestOutcome},
+    diagnosis::{Explained, Relation, TestCondition, TestName, TestOutcome},
     fit::FitError,
     simulate::{Scenario, simulate},
 };
@@ -26,7 +26,7 @@ pub struct Arguments {
 }
 
 /// A way, in words; empty for its test.
-type Key = (String, String);
+type Key = (TestName, String);
 
 /// How often something was asked, and decided alone.
 #[derive(Clone, Copy, Default)]
@@ -69,20 +69,20 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), FitError> {
                 count.asked += 1;
                 count.alone += usize::from(decides);
             };
-            count((test.test.clone(), String::new()), others && !test.passed);
+            count((test.test, String::new()), others && !test.passed);
             let passing = passing(test);
             for (j, way) in test.ways.iter().enumerate() {
-                count((test.test.clone(), words(way)), others && passing == [j]);
+                count((test.test, words(way)), others && passing == [j]);
             }
         }
     }
     let mut table = Table::new(&["test", "way", "asked", "decides alone"]);
-    order.sort_by_key(|(test, _)| suspect_order(&rounds, test));
+    order.sort_by_key(|(test, _)| suspect_order(&rounds, *test));
     for key in order {
         let Count { asked, alone } = counts[&key];
         let (test, way) = key;
         let way = if way.is_empty() { "(refuses)".to_owned() } else { way };
-        table.row([test, way, asked.to_string(), alone.to_string()]);
+        table.row([test.to_string(), way, asked.to_string(), alone.to_string()]);
     }
     table.print();
     println!("{} refits on {} logs.", rounds.iter().map(|(_, e)| e.len()).sum::<usize>(), rounds.len());
@@ -98,14 +98,14 @@ fn passing(test: &TestOutcome) -> Vec<usize> {
 fn words(way: &[TestCondition]) -> String {
     let one = |condition: &TestCondition| match condition.threshold {
         Some(threshold) => format!("{} {} {threshold}", condition.measure, condition.relation),
-        None if condition.relation == "is" => condition.measure.clone(),
+        None if condition.relation == Relation::Is => condition.measure.clone(),
         None => format!("not {}", condition.measure),
     };
     way.iter().map(one).collect::<Vec<_>>().join("; ")
 }
 
 /// Where a test stands among those of a suspect.
-fn suspect_order(rounds: &[(Trial<Scenario>, Vec<Explained>)], test: &str) -> usize {
+fn suspect_order(rounds: &[(Trial<Scenario>, Vec<Explained>)], test: TestName) -> usize {
     let mut tests = rounds.iter().flat_map(|(_, explained)| explained).map(|suspect| &suspect.tests);
     tests.find_map(|tests| tests.iter().position(|other| other.test == test)).unwrap_or(usize::MAX)
 }

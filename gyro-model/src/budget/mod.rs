@@ -24,7 +24,7 @@ mod timing;
 
 use crate::{
     Axis,
-    diagnosis::{BudgetPoint, DataFault, ErrorPoint, FloorFrom, FrequencyShare, LimitedBy, Verdict},
+    diagnosis::{BudgetPoint, DataFault, ErrorPoint, FaultKind, FloorFrom, FrequencyShare, LimitedBy, Verdict},
     evidence::{study::Study, whiten::NoiseModel},
     fit::judged::{Judged, finite},
     thresholds as limit,
@@ -325,7 +325,7 @@ impl Budget {
              faster, or filter both before sampling",
             self.folded?.says()
         );
-        Some(DataFault { fault: "aliased-motion".to_owned(), axis: Some(axis), count: 1, first_t: None, says })
+        Some(DataFault { kind: FaultKind::AliasedMotion, axis: Some(axis), count: 1, first_t: None, says })
     }
 }
 

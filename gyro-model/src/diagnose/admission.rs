@@ -11,7 +11,7 @@ use super::{
         Test,
     },
 };
-use crate::thresholds as limit;
+use crate::{diagnosis::TestName, thresholds as limit};
 
 /// What other missing physics cannot hide: the error itself falls, and by much.
 const DOMINATES: [Condition<Case>; 4] = [
@@ -35,7 +35,7 @@ const PLAIN_LINE: [Condition<Case>; 4] =
 /// What a suspect has to pass to be named, and to be added by the ladder.
 pub(super) static ADMISSION: &[Test<Case>] = &[
     Test {
-        name: "bounds",
+        name: TestName::Bounds,
         asks: "no parameter is at its physical bound; a shape parameter may be, where the effect dominates the error",
         applies: &[JUDGED],
         ways: &[
@@ -44,7 +44,7 @@ pub(super) static ADMISSION: &[Test<Case>] = &[
         ],
     },
     Test {
-        name: "error",
+        name: TestName::Error,
         asks: "the held-out error falls; near the floor it may rise by 1 %, where the likelihood is clear",
         applies: &[JUDGED],
         ways: &[
@@ -60,25 +60,25 @@ pub(super) static ADMISSION: &[Test<Case>] = &[
         ],
     },
     Test {
-        name: "every averaging time",
+        name: TestName::EveryAveragingTime,
         asks: "at no averaging time where the held-out error is more than noise does it grow by a tenth",
         applies: &[JUDGED],
         ways: &[&[Below(&GROWS, &limit::GROWS)]],
     },
     Test {
-        name: "rows",
+        name: TestName::Rows,
         asks: "it does not mark nearly all steps as unknown: one of the 30 blocks at least is left to judge it by",
         applies: &[JUDGED],
         ways: &[&[Below(&SILENCES, &limit::LEAVES_OUT)]],
     },
     Test {
-        name: "significance",
+        name: TestName::Significance,
         asks: "noise alone would rarely gain as much (likelihood-ratio test, corrected for the search), or the effect dominates the error",
         applies: &[JUDGED],
         ways: &[&[Below(&P_VALUE, &limit::SIGNIFICANCE)], &DOMINATES, &DOMINATES_SLOWLY],
     },
     Test {
-        name: "share",
+        name: TestName::Share,
         asks: "it removes a tenth of J − 1; near the floor it may remove less, if p is very small and only noise is left",
         applies: &[JUDGED, Above(&BEFORE, &limit::NOISE)],
         ways: &[
@@ -88,31 +88,31 @@ pub(super) static ADMISSION: &[Test<Case>] = &[
         ],
     },
     Test {
-        name: "size",
+        name: TestName::Size,
         asks: "while much error is unexplained, no coefficient is far larger than such sensors have",
         applies: &[JUDGED, Above(&AFTER, &limit::ROUGH)],
         ways: &[&[Below(&SIZE, &limit::OUTSIZED)]],
     },
     Test {
-        name: "line",
+        name: TestName::Line,
         asks: "while much error is unexplained, a spectral line is in the gyro's own readings",
         applies: &[JUDGED, Is(&IS_LINE), Above(&AFTER, &limit::ROUGH)],
         ways: &[&PLAIN_LINE],
     },
     Test {
-        name: "motion",
+        name: TestName::Motion,
         asks: "a line far larger than such sensors have is not in the reference: a line in both is motion, perhaps aliased",
         applies: &[JUDGED, Is(&IS_LINE), Above(&SIZE, &limit::OUTSIZED)],
         ways: &[&[Not(&IS_IN_REFERENCE)]],
     },
     Test {
-        name: "mean",
+        name: TestName::Mean,
         asks: "an effect that averages over time also reduces noise, so it is named only where the error is more than noise",
         applies: &[JUDGED, Is(&IS_MEAN)],
         ways: &[&[Above(&BEFORE, &limit::NOISE)]],
     },
     Test {
-        name: "held-out",
+        name: TestName::HeldOut,
         asks: "it improves the likelihood or the error on blocks that it was not fitted on; an effect that shows only once removes much of the error",
         applies: &[JUDGED],
         ways: &[
@@ -129,7 +129,7 @@ pub(super) static ADMISSION: &[Test<Case>] = &[
         ],
     },
     Test {
-        name: "shown once",
+        name: TestName::ShownOnce,
         asks: "an effect that shows only once has a very small p, or dominates the error, since a wandering bias can look like it",
         applies: &[JUDGED, Is(&IS_SLOW), Below(&SWINGS, &limit::SWINGS)],
         ways: &[&[Below(&P_VALUE, &limit::PLAIN)], &DOMINATES_SLOWLY],
@@ -139,19 +139,19 @@ pub(super) static ADMISSION: &[Test<Case>] = &[
 /// What a suspect has to pass to be listed, be it that it is not let in.
 pub(super) static MENTION: &[Test<Case>] = &[
     Test {
-        name: "bounds",
+        name: TestName::Bounds,
         asks: "no parameter is at its physical bound",
         applies: &[],
         ways: &[&[Not(&IS_AT_BOUND), Not(&IS_SHAPE_AT_BOUND)]],
     },
     Test {
-        name: "significance",
+        name: TestName::Significance,
         asks: "noise alone would rarely gain as much",
         applies: &[],
         ways: &[&[Below(&P_VALUE, &limit::SIGNIFICANCE)]],
     },
     Test {
-        name: "held-out",
+        name: TestName::HeldOut,
         asks: "the likelihood holds on data that were not fitted, or the error falls",
         applies: &[],
         ways: &[&[Above(&HELD_OUT, &limit::NOTHING)], &[Above(&FALL, &limit::FALLS)]],
@@ -161,7 +161,7 @@ pub(super) static MENTION: &[Test<Case>] = &[
 /// What an effect of a model has to pass to stay, the model without it being what stands.
 pub(super) static ELIMINATION: &[Test<Case>] = &[
     Test {
-        name: "error",
+        name: TestName::Error,
         asks: "the held-out error is larger without it; near the floor it may be smaller by 1 %",
         applies: &[],
         ways: &[
@@ -170,7 +170,7 @@ pub(super) static ELIMINATION: &[Test<Case>] = &[
         ],
     },
     Test {
-        name: "significance",
+        name: TestName::Significance,
         asks: "noise alone would rarely gain as much, or J is larger by a tenth without it",
         applies: &[],
         ways: &[&[Below(&P_VALUE, &limit::SIGNIFICANCE)], &[Below(&RATIO, &limit::NEEDED)]],
@@ -186,14 +186,14 @@ mod tests {
     };
 
     /// The names of the tests that refuse a case.
-    fn refused(case: &Case) -> Vec<String> {
+    fn refused(case: &Case) -> Vec<TestName> {
         let all = outcomes(ADMISSION, case).into_iter();
         all.filter(|outcome| !outcome.passed).map(|outcome| outcome.test).collect()
     }
 
     #[test]
     fn an_effect_that_takes_all_of_an_error_is_let_in() {
-        assert_eq!(refused(&Case::UNKNOWN), [""; 0]);
+        assert_eq!(refused(&Case::UNKNOWN), []);
     }
 
     #[test]
@@ -222,7 +222,7 @@ mod tests {
             ("shown once", Case { is_slow: true, swings: 1.0, p_value: 6e-4, ..weak }),
         ];
         for (test, case) in cases {
-            assert!(refused(&case).iter().any(|name| name == test), "{test}: {:?} of {case:?}", refused(&case));
+            assert!(refused(&case).iter().any(|name| name.name() == test), "{test}: {:?} of {case:?}", refused(&case));
         }
     }
 
@@ -234,7 +234,7 @@ mod tests {
     #[test]
     fn beside_other_effects_a_fall_of_the_error_within_their_forms_is_none() {
         let slight = Case { before: 1.6, after: 1.598, ..Case::UNKNOWN };
-        assert!(refused(&slight).contains(&"error".to_owned()));
+        assert!(refused(&slight).contains(&TestName::Error));
     }
 
     #[test]

@@ -6,7 +6,6 @@
 use crate::{
     Axis, Model, Record,
     diagnosis::{AxisDiagnosis, AxisLadder, DataFault},
-    faults::is_grave,
     fit::FitError,
 };
 
@@ -21,7 +20,7 @@ pub(super) struct Parts<'a> {
 
 /// `None` where all axes are good, or none is.
 pub(super) fn parts<'a>(record: &'a Record, axes: &[Axis], faults: &[DataFault]) -> Option<Parts<'a>> {
-    let is_bad = |axis: &Axis| faults.iter().any(|f| f.axis == Some(*axis) && is_grave(f, record.len()));
+    let is_bad = |axis: &Axis| faults.iter().any(|f| f.axis == Some(*axis) && f.is_fatal(record.len()));
     let (bad, good): (Vec<Axis>, Vec<Axis>) = axes.iter().copied().partition(is_bad);
     if bad.is_empty() || good.is_empty() {
         return None;

@@ -4,7 +4,7 @@ use super::decision::{
     Condition::{Above, Below, Is, Not},
     Fact, Measure, Test,
 };
-use crate::{statistics::Estimate, thresholds as limit};
+use crate::{diagnosis::TestName, statistics::Estimate, thresholds as limit};
 
 /// What the tests see of two suspects, the first held against the second.
 #[derive(Clone, Copy, Debug)]
@@ -125,7 +125,7 @@ static ALONE_MEASURED: F =
     Fact { says: "the second alone going with a measured channel", of: |c| c.measured[1] && !c.measured[0] };
 
 const SAME_ROWS: Test<Contrast> = Test {
-    name: "rows",
+    name: TestName::Rows,
     asks: "where only one leaves rows out, both leave about the same error on the rows that they keep",
     applies: &[Is(&OTHER_ROWS)],
     ways: &[&[Below(&KEPT_MOST, &limit::ROUGH)], &[Below(&KEPT_RATIO, &limit::KEPT_ALIKE)]],
@@ -135,7 +135,7 @@ const SAME_ROWS: Test<Contrast> = Test {
 pub(super) static ALIKE: &[Test<Contrast>] = &[
     SAME_ROWS,
     Test {
-        name: "likelihood",
+        name: TestName::Likelihood,
         asks: "their held-out likelihoods differ by no more than noise or encoder steps explain",
         applies: &[],
         ways: &[
@@ -147,7 +147,7 @@ pub(super) static ALIKE: &[Test<Contrast>] = &[
         ],
     },
     Test {
-        name: "error",
+        name: TestName::Error,
         asks: "their held-out errors differ by no more than noise or encoder steps explain",
         applies: &[],
         ways: &[
@@ -163,7 +163,7 @@ pub(super) static ALIKE: &[Test<Contrast>] = &[
 pub(super) static EQUALS: &[Test<Contrast>] = &[
     SAME_ROWS,
     Test {
-        name: "error",
+        name: TestName::Error,
         asks: "its error is no larger",
         applies: &[],
         ways: &[
@@ -173,7 +173,7 @@ pub(super) static EQUALS: &[Test<Contrast>] = &[
         ],
     },
     Test {
-        name: "likelihood",
+        name: TestName::Likelihood,
         asks: "its held-out likelihood is no less",
         applies: &[],
         ways: &[
@@ -188,13 +188,13 @@ pub(super) static EQUALS: &[Test<Contrast>] = &[
 /// Whether what the second gains beyond the first is a small share of what both gain.
 pub(super) static NEARLY_EQUALS: &[Test<Contrast>] = &[
     Test {
-        name: "error",
+        name: TestName::Error,
         asks: "its error is larger by 3 % at most",
         applies: &[],
         ways: &[&[Below(&RATIO, &limit::CLOSE)]],
     },
     Test {
-        name: "likelihood",
+        name: TestName::Likelihood,
         asks: "its held-out gain is less by 3 % at most",
         applies: &[],
         ways: &[&[Above(&HELD_OUT_RATIO, &limit::GAIN_CLOSE)]],
@@ -204,13 +204,13 @@ pub(super) static NEARLY_EQUALS: &[Test<Contrast>] = &[
 /// Whether the first, both being nearly right, is likelier than the second by less than a parameter is worth.
 pub(super) static HARDLY_BEATS: &[Test<Contrast>] = &[
     Test {
-        name: "error",
+        name: TestName::Error,
         asks: "both are nearly right, and the second's error is larger by a tenth at most",
         applies: &[],
         ways: &[&[Below(&WORST, &limit::ROUGH), Below(&RATIO_BACK, &limit::CLOSE_IF_PLAINER)]],
     },
     Test {
-        name: "likelihood",
+        name: TestName::Likelihood,
         asks: "its likelihood is not worth one more parameter",
         applies: &[],
         ways: &[&[Below(&GAIN_MORE, &limit::PARAMETER)]],
@@ -220,13 +220,13 @@ pub(super) static HARDLY_BEATS: &[Test<Contrast>] = &[
 /// Whether the second is the plainer one: fewer parameters, and no free shape in the place of a measured channel.
 pub(super) static PLAINER: &[Test<Contrast>] = &[
     Test {
-        name: "parameters",
+        name: TestName::Parameters,
         asks: "the second has fewer parameters",
         applies: &[],
         ways: &[&[Above(&PARAMETERS_MORE, &limit::NO_MORE)]],
     },
     Test {
-        name: "channel",
+        name: TestName::Channel,
         asks: "the second goes with a measured channel where the first does",
         applies: &[],
         ways: &[&[Is(&MEASURED_AS_WELL)]],
@@ -235,7 +235,7 @@ pub(super) static PLAINER: &[Test<Contrast>] = &[
 
 /// The same for the order of suspects, where a measured channel is worth one more parameter.
 pub(super) static SIMPLER: &[Test<Contrast>] = &[Test {
-    name: "parameters",
+    name: TestName::Parameters,
     asks: "the second has fewer parameters, or one more at most and a measured channel where the first has a free shape",
     applies: &[],
     ways: &[
@@ -247,13 +247,13 @@ pub(super) static SIMPLER: &[Test<Contrast>] = &[Test {
 /// Whether the first belongs in the place of the second, which the model has.
 pub(super) static REPLACES: &[Test<Contrast>] = &[
     Test {
-        name: "error",
+        name: TestName::Error,
         asks: "both are nearly right, and its error is larger by 3 % at most",
         applies: &[],
         ways: &[&[Below(&WORST, &limit::ROUGH), Below(&RATIO, &limit::CLOSE)]],
     },
     Test {
-        name: "likelihood",
+        name: TestName::Likelihood,
         asks: "it is likelier by what its parameters are worth, and one more",
         applies: &[],
         ways: &[&[Above(&GAIN_A_PARAMETER, &limit::PARAMETER)]],
@@ -263,7 +263,7 @@ pub(super) static REPLACES: &[Test<Contrast>] = &[
 /// Which of two leads: by the held-out error where that tells them apart, else by the held-out likelihood, which tells more finely.
 /// Passed where the first, whose error is larger, may lead nevertheless.
 pub(super) static MAY_LEAD: &[Test<Contrast>] = &[Test {
-    name: "error",
+    name: TestName::Error,
     asks: "its error is the least, or, both being nearly right, within 3 % or two standard errors of the least",
     applies: &[],
     ways: &[

@@ -4,7 +4,7 @@
 //! of tests, each of them a disjunction of ways, each of them a conjunction of inequalities; nothing else takes part in it.
 
 use crate::{
-    diagnosis::{TestCondition, TestOutcome},
+    diagnosis::{Relation, TestCondition, TestName, TestOutcome},
     thresholds::Threshold,
 };
 
@@ -40,7 +40,7 @@ pub(super) struct Fact<S> {
 /// A named test.
 pub(super) struct Test<S: 'static> {
     /// Its name.
-    pub name: &'static str,
+    pub name: TestName,
     /// What it asks, in a sentence.
     pub asks: &'static str,
     /// Whether it is asked of this subject: every condition has to hold.
@@ -60,27 +60,27 @@ impl<S> Condition<S> {
     }
 
     fn told(&self, subject: &S) -> TestCondition {
-        let number = |measure: &Measure<S>, threshold: &Threshold, relation: &str| TestCondition {
+        let number = |measure: &Measure<S>, threshold: &Threshold, relation: Relation| TestCondition {
             measure: measure.name.to_owned(),
-            relation: relation.to_owned(),
+            relation,
             value: Some((measure.of)(subject)).filter(|value| value.is_finite()),
             threshold: Some(threshold.value),
             unit: threshold.unit.to_owned(),
             holds: self.holds(subject),
         };
-        let fact = |fact: &Fact<S>, relation: &str| TestCondition {
+        let fact = |fact: &Fact<S>, relation: Relation| TestCondition {
             measure: fact.says.to_owned(),
-            relation: relation.to_owned(),
+            relation,
             value: None,
             threshold: None,
             unit: String::new(),
             holds: self.holds(subject),
         };
         match self {
-            Self::Above(measure, threshold) => number(measure, threshold, "above"),
-            Self::Below(measure, threshold) => number(measure, threshold, "below"),
-            Self::Is(is) => fact(is, "is"),
-            Self::Not(is) => fact(is, "is not"),
+            Self::Above(measure, threshold) => number(measure, threshold, Relation::Above),
+            Self::Below(measure, threshold) => number(measure, threshold, Relation::Below),
+            Self::Is(is) => fact(is, Relation::Is),
+            Self::Not(is) => fact(is, Relation::IsNot),
         }
     }
 }
@@ -106,7 +106,7 @@ pub(super) fn outcomes<S>(tests: &[Test<S>], subject: &S) -> Vec<TestOutcome> {
     tests
         .iter()
         .map(|test| TestOutcome {
-            test: test.name.to_owned(),
+            test: test.name,
             asks: test.asks.to_owned(),
             applies: test.applies(subject),
             passed: !test.applies(subject) || test.passes(subject),

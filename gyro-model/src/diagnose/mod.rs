@@ -37,7 +37,7 @@ use crate::{
         problem::HeldRate,
         study::{Bench, Study},
     },
-    faults::{is_grave, ratio},
+    faults::ratio,
     fit::{
         FitError, calibrated, groups,
         judged::{self, Judged, finite},
@@ -283,7 +283,7 @@ fn say_ratio(
 fn grave<'a>(record: &Record, faults: &'a [DataFault], bench: &Bench) -> Option<&'a DataFault> {
     let concerns =
         |fault: &&DataFault| fault.axis.is_none_or(|axis| bench.problem.series.iter().any(|s| s.axis == axis));
-    faults.iter().filter(concerns).find(|fault| is_grave(fault, record.len()))
+    faults.iter().filter(concerns).find(|fault| fault.is_fatal(record.len()))
 }
 
 /// What is told of one axis: `budget` divides its error, and `suspects` is what a search found, where there was one.

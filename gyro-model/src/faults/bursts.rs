@@ -4,6 +4,7 @@ use super::{
     Report, counted, quantile,
     thresholds::{BURST, BURST_SHARE, PAUSE},
 };
+use crate::fault::FaultKind;
 
 /// Of large bursts: how far readings are apart within one, over how far they would be apart evenly, 1. A log with pauses, taken
 /// evenly between them, has more.
@@ -67,7 +68,7 @@ impl Bursts {
             1e3 * period,
             counted(count, "reading")
         );
-        report.add("burst-timestamps", count as u64, Some(t), says);
+        report.add(FaultKind::BurstTimestamps, count as u64, Some(t), says);
     }
 }
 

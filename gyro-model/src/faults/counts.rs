@@ -11,7 +11,7 @@ use super::{
     thresholds::{LOST, LOST_EITHER_WAY, LOST_FOR_SURE, NOT_LOST},
     witness::{Witness, integral},
 };
-use crate::{Axis, Record, order::quantile, record::ReferenceKind};
+use crate::{Axis, Record, fault::FaultKind, order::quantile, record::ReferenceKind};
 
 /// Rate of a piece over its fastest reading, 1, at least.
 const STEADY: f64 = 0.7;
@@ -123,7 +123,7 @@ fn of_axis(record: &mut Record, axis: Axis, report: &mut Report) -> Option<()> {
         100.0 * share,
         super::counted(fast, "row")
     );
-    report.add_on(axis, "lost-counts", fast as u64, first, says);
+    report.add_on(axis, FaultKind::LostCounts, fast as u64, first, says);
     Some(())
 }
 

@@ -12,7 +12,7 @@ use super::{
     thresholds::{CROSSED, CROSSING},
     witness::angle_read,
 };
-use crate::{Axis, Record, record::ReferenceKind};
+use crate::{Axis, Record, fault::FaultKind, record::ReferenceKind};
 use std::f64::consts::TAU;
 
 /// Takes out readings that come of crossings, and reports them.
@@ -41,7 +41,7 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
             channel.name(),
             counted(found.len(), "reading")
         );
-        report.add_on(axis, "reference-jumps", found.len() as u64, Some(super::seconds(record, first)), says);
+        report.add_on(axis, FaultKind::ReferenceJumps, found.len() as u64, Some(super::seconds(record, first)), says);
     }
 }
 

@@ -11,11 +11,14 @@ use super::{
     counted, quantile, quantum,
     reference::{Motion, turn},
     seconds,
-    stuck::MARKED_UP_TO,
     thresholds::{CAUGHT_UP, GOES_ON, LEAST_STEP},
     witness::angle_read,
 };
-use crate::{Axis, Record, record::ReferenceKind};
+use crate::{
+    Axis, Record,
+    fault::{FaultKind, STUCK_UP_TO},
+    record::ReferenceKind,
+};
 use std::ops::Range;
 
 /// Rows that stand still at least.
@@ -55,7 +58,7 @@ fn take_out(
 ) {
     let rows: Vec<usize> = runs.iter().flat_map(|run| run.start + 1..run.end).collect();
     let Some(&first) = rows.first() else { return };
-    if rows.len() as f64 >= MARKED_UP_TO * record.len() as f64 {
+    if rows.len() as f64 >= STUCK_UP_TO * record.len() as f64 {
         return;
     }
     let longest = runs.iter().map(|run| seconds(record, run.end - 1) - seconds(record, run.start)).fold(0.0, f64::max);
@@ -69,7 +72,7 @@ fn take_out(
         if runs.len() == 1 { "once".to_owned() } else { format!("{} times", runs.len()) },
         counted(rows.len(), "reading")
     );
-    report.add_for(axis, "stuck-channel", rows.len() as u64, Some(seconds(record, first)), says);
+    report.add_for(axis, FaultKind::StuckChannel, rows.len() as u64, Some(seconds(record, first)), says);
 }
 
 /// Runs of one value among all that there are, with the readings that follow.

@@ -4,7 +4,7 @@
 //! reading may repeat too, but not between changes of many of its steps.
 
 use super::{Report, quantum};
-use crate::{Axis, Record, Row};
+use crate::{Axis, Record, Row, fault::FaultKind};
 
 /// Leaves of each reading the first row that it stands in.
 #[derive(Clone, Debug, Default)]
@@ -113,8 +113,8 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
         );
         let t = channel.first_t_ns.map(|t_ns| t_ns as f64 / 1e9);
         match axis {
-            Some(axis) => report.add_on(axis, "held-samples", repeats, t, says),
-            None => report.add("held-samples", repeats, t, says),
+            Some(axis) => report.add_on(axis, FaultKind::HeldSamples, repeats, t, says),
+            None => report.add(FaultKind::HeldSamples, repeats, t, says),
         }
     }
 }

@@ -3,8 +3,11 @@
 //! A reading that stands still at rest may be a coarse one. Noise of several channels at once stands still by chance in no log: where
 //! they changed in most rows before, at rest as well, and then do not in so many, nobody measures any more.
 
-use super::{Report, seconds, stuck::MARKED_UP_TO};
-use crate::{Axis, Record, Row};
+use super::{Report, seconds};
+use crate::{
+    Axis, Record, Row,
+    fault::{FaultKind, STUCK_UP_TO},
+};
 use std::ops::Range;
 
 /// Rows that repeat at least.
@@ -27,13 +30,13 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
     let Some(run) = hung.iter().max_by_key(|run| run.len()) else { return };
     let rows: usize = hung.iter().map(|run| run.len() - 1).sum();
     let (from, lasts) = (seconds(record, run.start), seconds(record, run.end - 1) - seconds(record, run.start));
-    let is_little = (rows as f64) < MARKED_UP_TO * record.len() as f64;
+    let is_little = (rows as f64) < STUCK_UP_TO * record.len() as f64;
     let says = format!(
         "all {channels} channels of the sensor repeat one row for {lasts:.1} s, to the last digit, though they changed before: the sensor or \
          what reads it hung, and gave no measurement then{}. Check its supply and its bus",
         if is_little { "; its readings are left out" } else { "" }
     );
-    report.add("stuck-channel", rows as u64, Some(from), says);
+    report.add(FaultKind::StuckChannel, rows as u64, Some(from), says);
     if is_little {
         for row in hung.into_iter().flat_map(|run| run.start + 1..run.end) {
             record.rows[row].gyro.fill(f64::NAN);

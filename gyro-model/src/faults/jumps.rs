@@ -9,7 +9,7 @@ mod course;
 mod walk;
 
 use super::{Report, channel::Channel, counted, seconds, thresholds::CLOCK_SET};
-use crate::{Axis, Record, record::ReferenceKind};
+use crate::{Axis, Record, fault::FaultKind, record::ReferenceKind};
 use course::Course;
 use nalgebra::UnitQuaternion;
 use walk::{Moved, Walked};
@@ -121,7 +121,7 @@ fn say<O>(
         }
     };
     let t = seconds(record, course.rows[first]);
-    report.add_for(axis, "reference-jumps", count as u64, Some(t), says);
+    report.add_for(axis, FaultKind::ReferenceJumps, count as u64, Some(t), says);
 }
 
 /// A clock that was set: when, by how long the reference is later from then on, and the jump that it makes.
@@ -158,7 +158,7 @@ fn say_set(record: &Record, report: &mut Report, axis: Option<Axis>, name: &str,
         first.size.to_degrees().abs()
     );
     let t = seconds(record, course.rows[first.index]);
-    report.add_for(axis, "reference-jumps", set.len() as u64, Some(t), says);
+    report.add_for(axis, FaultKind::ReferenceJumps, set.len() as u64, Some(t), says);
 }
 
 #[cfg(test)]

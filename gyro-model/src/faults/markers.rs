@@ -11,7 +11,7 @@ use super::{
     thresholds::{ALIKE, AT_RANGE, BEYOND, LEADING, MARKED, MARKED_SHARE, MARKER_STEPS, SPIKE},
     witness::Witness,
 };
-use crate::{Record, order::quantile};
+use crate::{Record, fault::FaultKind, order::quantile};
 use std::{
     collections::BTreeMap,
     f64::consts::{PI, TAU},
@@ -43,7 +43,7 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
             channel.says(value),
             super::counted(rows, "row")
         );
-        report.add_for(channel.axis(), "markers", rows as u64, Some(super::seconds(record, marked[0])), says);
+        report.add_for(channel.axis(), FaultKind::Markers, rows as u64, Some(super::seconds(record, marked[0])), says);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Gyro readings that are missing where the rows around have them.
 
 use super::{Report, counted, seconds};
-use crate::{Axis, Record, Row};
+use crate::{Axis, Record, Row, fault::FaultKind};
 
 /// Reports missing gyro readings. A gyro slower than the reference, or in rows of its own, has none missing.
 pub(super) fn check(record: &mut Record, report: &mut Report) {
@@ -19,7 +19,7 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
         }
         report.add_on(
             axis,
-            "non-finite",
+            FaultKind::NonFinite,
             missing.len() as u64,
             Some(seconds(record, first)),
             format!("gyro_{axis} has no value in {}, where the rows around have one", counted(missing.len(), "row")),

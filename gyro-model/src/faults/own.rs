@@ -16,7 +16,7 @@ use super::{
     neighbours::Neighbours,
     thresholds::OWN,
 };
-use crate::{Axis, Record, record::ReferenceKind};
+use crate::{Axis, Record, fault::FaultKind, record::ReferenceKind};
 use nalgebra::{DMatrix, DVector};
 
 /// Readings on either side that a filter may reach to.
@@ -41,7 +41,7 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
             "{name} is made of gyro_{axis}'s own readings: what they do not explain of it is less than {OWN} of their noise. It has the \
              gyro's errors in it and shows none of them: use an encoder, motion capture, cameras or a second IMU"
         );
-        report.add_on(axis, "dependent-reference", reference.rows.len() as u64, Some(0.0), says);
+        report.add_on(axis, FaultKind::DependentReference, reference.rows.len() as u64, Some(0.0), says);
     }
 }
 

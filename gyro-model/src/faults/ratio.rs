@@ -5,7 +5,13 @@
 //! that ends cuts the fastest readings off. So it is α that is judged, fitted beside all effects of a model.
 
 use super::thresholds::{NEAR_A_RATIO, SCALE};
-use crate::{Axis, AxisModel, Record, diagnosis::DataFault, effects::Stage, order::quantile, record::ReferenceKind};
+use crate::{
+    Axis, AxisModel, Record,
+    effects::Stage,
+    fault::{DataFault, FaultKind},
+    order::quantile,
+    record::ReferenceKind,
+};
 
 /// Share of the fastest readings that a range's end may hold, 1.
 const AT_THE_END: f64 = 0.02;
@@ -45,7 +51,7 @@ pub(crate) fn fault(record: &Record, axis: Axis, models: &[AxisModel]) -> Option
         100.0 * (ratio - 1.0).abs()
     );
     let count = record.len() as u64;
-    Some(DataFault { fault: "wrong-ratio".to_owned(), axis: Some(axis), count, first_t: Some(0.0), says })
+    Some(DataFault { kind: FaultKind::WrongRatio, axis: Some(axis), count, first_t: Some(0.0), says })
 }
 
 /// Beyond this the fit ran to its end: gyro and reference do not go together, and no ratio is known.

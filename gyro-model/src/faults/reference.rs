@@ -1,7 +1,7 @@
 //! Gyro against reference, coarsely: is the unit, the sign or the axis wrong, and does the axis turn at all?
 
 use super::{Report, channel::unwrap, orientation, quantile};
-use crate::{Axis, Record, record::ReferenceKind};
+use crate::{Axis, Record, fault::FaultKind, record::ReferenceKind};
 use std::f64::consts::TAU;
 
 /// Increments are compared over pieces of this length, s: long against any delay, short against a log.
@@ -140,7 +140,7 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
 
 fn along_reference(record: &Record, report: &mut Report) {
     if let Some(says) = orientation::meant_otherwise(record) {
-        report.add("swapped-axes", record.len() as u64, Some(0.0), says);
+        report.add(FaultKind::SwappedAxes, record.len() as u64, Some(0.0), says);
         return;
     }
     for axis in Axis::ALL.into_iter().filter(|&a| record.has_gyro(a)) {
@@ -165,7 +165,7 @@ fn along_reference(record: &Record, report: &mut Report) {
             } else {
                 format!("axis {axis} hardly changes its rate: turn it both ways, at several rates")
             };
-            report.add_on(axis, "not-excited", rows, None, says);
+            report.add_on(axis, FaultKind::NotExcited, rows, None, says);
             continue;
         }
         if fit.1 > 0.8 {
@@ -173,15 +173,15 @@ fn along_reference(record: &Record, report: &mut Report) {
                 let says = format!(
                     "gyro_{axis} turns against {column}: negate one of them, such as with `--map NAME=-1*NAME`"
                 );
-                report.add_on(axis, "wrong-sign", rows, Some(0.0), says);
+                report.add_on(axis, FaultKind::WrongSign, rows, Some(0.0), says);
             }
             if let Some(says) =
                 unit.or_else(|| turns_of_360(&format!(", and gyro_{axis} like °/s: name it gyro_{axis}_dps")))
             {
-                report.add_on(axis, "wrong-unit", rows, Some(0.0), says);
+                report.add_on(axis, FaultKind::WrongUnit, rows, Some(0.0), says);
             }
         } else if let Some(says) = turns_of_360("") {
-            report.add_on(axis, "wrong-unit", rows, Some(0.0), says);
+            report.add_on(axis, FaultKind::WrongUnit, rows, Some(0.0), says);
         } else if fit.1 < 0.3 {
             let others = Axis::ALL.into_iter().filter(|&a| a != axis && record.has_gyro(a));
             let follows = others.filter_map(|a| {
@@ -191,7 +191,7 @@ fn along_reference(record: &Record, report: &mut Report) {
             if let Some((other, slope, _)) = follows.max_by(|a, b| a.2.total_cmp(&b.2)) {
                 let sign = if slope < 0.0 { ", with the other sign" } else { "" };
                 let says = format!("{column} follows gyro_{other}{sign}, not gyro_{axis}: rename one of them");
-                report.add_on(axis, "swapped-axes", rows, Some(0.0), says);
+                report.add_on(axis, FaultKind::SwappedAxes, rows, Some(0.0), says);
             }
         }
     }
@@ -336,7 +336,7 @@ fn other_units(record: &Record, report: &mut Report) {
                 "gyro_{axis} reads {fast:.0} rad/s or more in a tenth of the rows, faster than any low-cost gyro \
                  can read (4000 °/s are 70 rad/s): if it is in °/s, name it gyro_{axis}_dps, in the header or by `--map`"
             );
-            report.add_on(axis, "wrong-unit", rows, Some(0.0), says);
+            report.add_on(axis, FaultKind::WrongUnit, rows, Some(0.0), says);
         }
     }
     let steps = record.rows.windows(2).map(|pair| (pair[1].t_ns - pair[0].t_ns) as f64 * 1e-9).collect();
@@ -346,7 +346,7 @@ fn other_units(record: &Record, report: &mut Report) {
             "a row every {:.3} µs, by its times, is faster than any low-cost gyro gives them: name the times by their unit, t for s, t_ms, t_us or t_ns",
             step * 1e6
         );
-        report.add("wrong-unit", rows, Some(0.0), says);
+        report.add(FaultKind::WrongUnit, rows, Some(0.0), says);
     }
     if let Some(step) = step.filter(|step| *step > SLOWEST) {
         let unit = if step < 1e3 {
@@ -359,7 +359,7 @@ fn other_units(record: &Record, report: &mut Report) {
         let says = format!(
             "a row every {step:.0} s, by its times, is none of a gyro's logs: if t is in {unit}, name it t_{unit}"
         );
-        report.add("wrong-unit", rows, Some(0.0), says);
+        report.add(FaultKind::WrongUnit, rows, Some(0.0), says);
     }
     let middle = |of: fn(&crate::Row) -> f64| {
         quantile(record.rows.iter().map(of).filter(|x| x.is_finite()).collect(), 0.5).unwrap_or(f64::NAN)
@@ -367,19 +367,24 @@ fn other_units(record: &Record, report: &mut Report) {
     let gravity = middle(|r| (r.accel[0].powi(2) + r.accel[1].powi(2) + r.accel[2].powi(2)).sqrt());
     if (0.85..1.15).contains(&gravity) {
         let says = "the accelerometer shows about 1 where gravity is 9.81 m/s²: add _g to its columns' names";
-        report.add("wrong-unit", rows, Some(0.0), says.to_owned());
+        report.add(FaultKind::WrongUnit, rows, Some(0.0), says.to_owned());
     } else if (850.0..1150.0).contains(&gravity) {
         let says = "the accelerometer shows about 1000 where gravity is 9.81 m/s²: add _mg to its columns' names";
-        report.add("wrong-unit", rows, Some(0.0), says.to_owned());
+        report.add(FaultKind::WrongUnit, rows, Some(0.0), says.to_owned());
     }
     let temperature = middle(|r| r.temperature);
     if temperature > 200.0 {
-        report.add("wrong-unit", rows, Some(0.0), format!("temp is about {temperature:.0}: kelvin? Name it temp_k"));
+        report.add(
+            FaultKind::WrongUnit,
+            rows,
+            Some(0.0),
+            format!("temp is about {temperature:.0}: kelvin? Name it temp_k"),
+        );
     }
     let supply = middle(|r| r.supply);
     if supply > 500.0 {
         report.add(
-            "wrong-unit",
+            FaultKind::WrongUnit,
             rows,
             Some(0.0),
             format!("supply is about {supply:.0}: millivolts? Name it supply_mv"),

@@ -7,7 +7,7 @@ use super::{
     neighbours::Neighbours,
     quantum, seconds,
 };
-use crate::{Axis, Record, Row};
+use crate::{Axis, Record, Row, fault::FaultKind};
 
 /// Where more of the rows repeat than this, the log was polled faster than the sensor samples: said, but left as it is.
 const MARKED_UP_TO: f64 = 0.1;
@@ -65,7 +65,7 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
     let t = seconds(record, first);
     let then = if mark { "left out" } else { "they are kept, and look like a delay: log at the sensor's own rate" };
     report.add(
-        "repeated-samples",
+        FaultKind::RepeatedSamples,
         found.len() as u64,
         Some(t),
         format!("{} logged again in place of a new one{with_it}; {then}", counted(found.len(), "sample")),

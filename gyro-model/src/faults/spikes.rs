@@ -9,7 +9,7 @@ use super::{
     thresholds::{KNOWN_SIZE, MOST_SPIKES, RECURRING, SPIKE},
     torn,
 };
-use crate::Record;
+use crate::{Record, fault::FaultKind};
 
 /// Takes spikes of gyro, reference and temperature out, and reports them.
 pub(super) fn check(record: &mut Record, report: &mut Report) {
@@ -35,7 +35,7 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
                 channel,
                 &readings,
                 &of_one_size,
-                "torn-readings",
+                FaultKind::TornReadings,
                 &torn::says(channel, size, step),
             );
         }
@@ -46,7 +46,7 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
             channel.says(largest),
             channel.says(noise)
         );
-        take_out(record, report, channel, &readings, &spikes, "outliers", &says);
+        take_out(record, report, channel, &readings, &spikes, FaultKind::Outliers, &says);
     }
 }
 
@@ -57,7 +57,7 @@ fn take_out(
     channel: Channel,
     readings: &Readings,
     found: &[Apart],
-    fault: &str,
+    fault: FaultKind,
     says: &str,
 ) {
     let Some(first) = found.first() else { return };

@@ -1,16 +1,16 @@
 //! Channels that stand still while another one shows motion.
 
 use super::{Report, reference::Motion, seconds};
-use crate::{Axis, Record, Row};
+use crate::{
+    Axis, Record, Row,
+    fault::{FaultKind, STUCK_UP_TO},
+};
 
 /// Shorter than this, s, nothing is called stuck.
 const SHORTEST: f64 = 0.5;
 
 /// Pieces of a run over which rates are compared, s.
 const PIECE: f64 = 0.1;
-
-/// Where a channel is stuck in more of the rows than this, it is left as it is: the log is of no use.
-pub const MARKED_UP_TO: f64 = 0.1;
 
 /// Reports gyros and references that are stuck, and takes out what they read meanwhile.
 pub(super) fn check(record: &mut Record, report: &mut Report) {
@@ -27,7 +27,7 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
 
 fn take_out(record: &mut Record, runs: &[(usize, usize)], value: impl Fn(&mut Row) -> &mut f64) {
     let rows: usize = runs.iter().map(|&(from, to)| to - from).sum();
-    if (rows as f64) < MARKED_UP_TO * record.len() as f64 {
+    if (rows as f64) < STUCK_UP_TO * record.len() as f64 {
         for &(from, to) in runs {
             record.rows[from + 1..to].iter_mut().for_each(|row| *value(row) = f64::NAN);
         }
@@ -40,7 +40,7 @@ fn say(record: &Record, report: &mut Report, axis: Axis, name: &str, while_: &st
     let t = seconds(record, first);
     report.add_on(
         axis,
-        "stuck-channel",
+        FaultKind::StuckChannel,
         rows as u64,
         Some(t),
         format!("{name} stands still in {rows} rows while {while_}: check its wiring and driver"),

@@ -4,6 +4,7 @@ use super::check;
 use crate::{
     Axis, Record,
     effects::CATALOGUE,
+    fault::FaultKind,
     simulate::{Hidden, Motion, Reference, Scenario, SensorSpec, simulate},
 };
 use nalgebra::{Quaternion, UnitQuaternion};
@@ -52,7 +53,7 @@ fn spikes_are_taken_out_where_they_are_and_nowhere_else() {
         }
         let report = check(&mut record, &[]);
         assert_eq!(report.faults.len(), 1, "{:?}", report.faults);
-        assert_eq!((report.faults[0].fault.as_str(), report.faults[0].count), ("outliers", 5));
+        assert_eq!((report.faults[0].kind.name(), report.faults[0].count), ("outliers", 5));
         let out: Vec<usize> = (0..record.len()).filter(|&k| record.rows[k].gyro[0].is_nan()).collect();
         assert_eq!(out, places);
     }
@@ -67,7 +68,7 @@ fn a_sample_logged_again_is_found_among_quantised_ones() {
     }
     let report = check(&mut record, &[]);
     assert_eq!(report.faults.len(), 1, "{:?}", report.faults);
-    assert_eq!((report.faults[0].fault.as_str(), report.faults[0].count), ("repeated-samples", 9));
+    assert_eq!((report.faults[0].kind.name(), report.faults[0].count), ("repeated-samples", 9));
 }
 
 #[test]
@@ -86,7 +87,7 @@ fn of_readings_that_stand_in_several_rows_the_first_is_left() {
                 }
             }
             let report = check(&mut record, &[]);
-            let found: Vec<&str> = report.faults.iter().map(|f| f.fault.as_str()).collect();
+            let found: Vec<&str> = report.faults.iter().map(|f| f.kind.name()).collect();
             assert!(found.contains(&"held-samples") && report.rows_marked == 0, "{motion:?}, {ratio}: {found:?}");
             let stale = |k: &usize| {
                 let (row, own) = (&record.rows[*k], &whole.rows[*k]);
@@ -108,7 +109,7 @@ fn readings_that_noise_of_a_few_steps_makes_alike_are_not_held() {
         sensor.quantum = sensor.noise_density * (0.5_f64 * 400.0).sqrt() / steps;
         let scenario = Scenario { seconds: 90.0, rate_hz: 400.0, sensor, ..Scenario::default() };
         let faults = check(&mut simulate(&scenario).record, &[]).faults;
-        assert!(faults.iter().all(|fault| fault.fault != "held-samples"), "{steps}: {faults:?}");
+        assert!(faults.iter().all(|fault| fault.kind != FaultKind::HeldSamples), "{steps}: {faults:?}");
     }
 }
 
@@ -127,7 +128,7 @@ fn oriented(change: impl Fn(Quaternion<f64>) -> [f64; 4]) -> Record {
 fn an_orientation_that_is_meant_otherwise_is_said_so_and_how() {
     let says = |change: &dyn Fn(Quaternion<f64>) -> [f64; 4]| {
         let faults = check(&mut oriented(change), &[]).faults;
-        faults.into_iter().map(|fault| format!("{}: {}", fault.fault, fault.says)).collect::<Vec<String>>()
+        faults.into_iter().map(|fault| format!("{}: {}", fault.kind, fault.says)).collect::<Vec<String>>()
     };
     let as_is = |q: Quaternion<f64>| [q.w, q.i, q.j, q.k];
     assert!(says(&as_is).is_empty(), "{:?}", says(&as_is));
@@ -172,7 +173,7 @@ fn degrees_that_wrap_are_known_whatever_the_unit_of_the_gyro() {
             }
         }
         let report = check(&mut record, &[]);
-        let units = || report.faults.iter().filter(|fault| fault.fault == "wrong-unit").map(|fault| &fault.says);
+        let units = || report.faults.iter().filter(|fault| fault.kind == FaultKind::WrongUnit).map(|fault| &fault.says);
         let names = |says: &String| says.contains("ref_angle_x") && says.contains("_deg");
         assert!(units().any(names), "{:?}", units().collect::<Vec<_>>());
     }
@@ -185,7 +186,8 @@ fn rows_faster_than_any_gyro_gives_them_are_a_wrong_unit_of_the_times() {
         let mut record = record.clone();
         record.rows.iter_mut().for_each(|row| row.t_ns /= divided);
         let faults = check(&mut record, &[]).faults;
-        let told = faults.iter().any(|fault| fault.fault == "wrong-unit" && fault.says.contains("name the times"));
+        let told =
+            faults.iter().any(|fault| fault.kind == FaultKind::WrongUnit && fault.says.contains("name the times"));
         assert_eq!(told, is_fault, "{divided}: {faults:?}");
     }
 }

@@ -1,7 +1,7 @@
 //! Gaps between samples, and uneven ones.
 
 use super::{Report, bursts::Bursts, counted, quantile, seconds};
-use crate::Record;
+use crate::{Record, fault::FaultKind};
 
 /// An interval this many times the usual one is a gap.
 const GAP: f64 = 1.8;
@@ -31,7 +31,7 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
         let missing: f64 = gaps.iter().map(|&k| (dt[k] / usual).round() - 1.0).sum();
         let longest = gaps.iter().map(|&k| dt[k]).fold(0.0, f64::max);
         report.add(
-            "dropouts",
+            FaultKind::Dropouts,
             gaps.len() as u64,
             Some(seconds(record, rows[first])),
             format!(
@@ -46,7 +46,7 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
         let count = (0..dt.len()).filter(off).count() as u64;
         let first = (0..dt.len()).find(off).map(|k| seconds(record, rows[k]));
         report.add(
-            "timestamp-jitter",
+            FaultKind::TimestampJitter,
             count,
             first,
             format!(

@@ -9,7 +9,7 @@ use super::{
     quantum,
     thresholds::{TOLD, TOLD_SHARE},
 };
-use crate::{Axis, Record, order::quantile, record::ReferenceKind};
+use crate::{Axis, Record, fault::FaultKind, order::quantile, record::ReferenceKind};
 
 /// Share of the fastest rate, 1, that a step may be: of coarser ones, counts, many increments are alike.
 const COARSE: f64 = 0.02;
@@ -19,7 +19,7 @@ const TURNS: f64 = 0.1;
 /// Reports references that were told.
 pub(super) fn check(record: &mut Record, report: &mut Report) {
     // Between stamps that are no times of readings every reference turns evenly.
-    if report.faults.iter().any(|fault| fault.fault == "burst-timestamps") {
+    if report.faults.iter().any(|fault| fault.kind == FaultKind::BurstTimestamps) {
         return;
     }
     for axis in Axis::ALL.into_iter().filter(|&axis| record.has_gyro(axis)) {
@@ -38,7 +38,7 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
              What the drive does not follow is then taken for an error of the gyro: record an encoder at the shaft, and believe of \
              delay, lag and resonance that they are the drive's"
         );
-        report.add_on(axis, "dependent-reference", readings.rows.len() as u64, Some(0.0), says);
+        report.add_on(axis, FaultKind::DependentReference, readings.rows.len() as u64, Some(0.0), says);
     }
 }
 

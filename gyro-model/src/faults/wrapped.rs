@@ -15,7 +15,7 @@ use super::{
     thresholds::{BESIDE_WRAP, ONE_RANGE, SIGN_LOST, WRAP},
     witness::Witness,
 };
-use crate::{Axis, Record, order::median};
+use crate::{Axis, Record, fault::FaultKind, order::median};
 use std::ops::Range;
 
 /// Steps over which a step is known well enough from two readings that are one apart, 1.
@@ -64,7 +64,7 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
                 if over.len() == 1 { "once".to_owned() } else { format!("{} times", over.len()) },
             )
         };
-        report.add_on(axis, "wrapped", rows.len() as u64, Some(readings.t[rows[0]]), says);
+        report.add_on(axis, FaultKind::Wrapped, rows.len() as u64, Some(readings.t[rows[0]]), says);
     }
 }
 

@@ -5,8 +5,8 @@ use crate::report::units::{self, Shown};
 use gyro_model::{
     Axis,
     diagnosis::{
-        BudgetPoint, DataFault, ErrorPoint, FloorFrom, FrequencyShare, LimitedBy, NoiseValue, ParameterValue, Suspect,
-        Verdict,
+        BudgetPoint, DataFault, ErrorPoint, FaultKind, FloorFrom, FrequencyShare, LimitedBy, NoiseValue,
+        ParameterValue, Suspect, Verdict,
     },
     effects,
 };
@@ -369,12 +369,12 @@ fn suspect(axis: Axis, s: &Suspect) -> SuspectView {
 pub(super) fn fault(fault: &DataFault) -> String {
     let at = fault.first_t.filter(|t| t.is_finite()).map_or_else(String::new, |t| format!(", first at {t:.2} s"));
     let says_count = fault.says.starts_with(&format!("{} ", fault.count));
-    let count = if fault.count > 1 && !says_count && fault.fault != "not-excited" {
+    let count = if fault.count > 1 && !says_count && fault.kind != FaultKind::NotExcited {
         format!(" ({} times{at})", fault.count)
     } else if at.is_empty() {
         String::new()
     } else {
         format!(" ({})", &at[2..])
     };
-    format!("{}{count}: {}", fault.fault, fault.says)
+    format!("{}{count}: {}", fault.kind, fault.says)
 }

@@ -1,19 +1,19 @@
 //! The tests of a suspect in words.
 
 use super::{ExplainedView, TestView};
-use gyro_model::diagnosis::{Explained, TestCondition, TestOutcome};
+use gyro_model::diagnosis::{Explained, Relation, SuspectStage, TestCondition, TestOutcome};
 
 /// One effect.
 pub(super) fn view(explained: &Explained) -> ExplainedView {
-    let failed: Vec<&str> = explained.tests.iter().filter(|test| !test.passed).map(|test| test.test.as_str()).collect();
-    let outcome = match explained.stage.as_str() {
-        "admitted" => "passes every test".to_owned(),
-        "scan" => format!(
+    let failed: Vec<&str> = explained.tests.iter().filter(|test| !test.passed).map(|test| test.test.name()).collect();
+    let outcome = match explained.stage {
+        SuspectStage::Admitted => "passes every test".to_owned(),
+        SuspectStage::Scan => format!(
             "not refitted: by the score test it removes {} of the error and gains {} in ln L",
             percent(explained.promises.map(|share| share.max(0.0))),
             number(explained.score)
         ),
-        _ => format!("refused by: {}", failed.join(", ")),
+        SuspectStage::Refit => format!("refused by: {}", failed.join(", ")),
     };
     ExplainedView { effect: explained.effect.clone(), outcome, tests: explained.tests.iter().map(test).collect() }
 }
@@ -25,7 +25,7 @@ fn test(test: &TestOutcome) -> TestView {
             (true, true) => "pass",
             (true, false) => "fail",
         },
-        name: test.test.clone(),
+        name: test.test.to_string(),
         asks: test.asks.clone(),
         numbers: if test.applies { numbers(test) } else { "does not apply".to_owned() },
     }
@@ -60,7 +60,7 @@ fn condition(condition: &TestCondition) -> String {
         Some(threshold) => {
             format!("{measure} {}{unit}, asked {relation} {}{unit}", number(*value), number(Some(*threshold)))
         }
-        None if *holds == (relation == "is") => measure.clone(),
+        None if *holds == (*relation == Relation::Is) => measure.clone(),
         None => format!("not {measure}"),
     }
 }
@@ -85,15 +85,16 @@ fn percent(share: Option<f64>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use gyro_model::diagnosis::TestName;
 
     fn outcome(passed: bool, ways: Vec<Vec<TestCondition>>) -> TestOutcome {
-        TestOutcome { test: "held-out".into(), asks: String::new(), applies: true, passed, ways }
+        TestOutcome { test: TestName::HeldOut, asks: String::new(), applies: true, passed, ways }
     }
 
     fn above(value: f64, threshold: f64) -> TestCondition {
         TestCondition {
             measure: "held-out gain in ln L".into(),
-            relation: "above".into(),
+            relation: Relation::Above,
             value: Some(value),
             threshold: Some(threshold),
             unit: "standard errors".into(),
