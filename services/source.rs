@@ -144,7 +144,7 @@ impl Feed {
             }
             Source::Stream(path) => {
                 let address = Address::of_pipe(path.clone(), settings.dbc.clone());
-                let opened = Stream::open(&address, settings.columns.as_deref(), None, stop, meanwhile)?;
+                let opened = Stream::open(&address, &options, None, stop, meanwhile)?;
                 let Some(stream) = opened else { return Ok(None) };
                 let injection = injection(&stream.origin().content, settings)?;
                 Rows::Stream { stream, injection, kept: None, reference: None }
@@ -152,11 +152,11 @@ impl Feed {
             Source::Live(address) => {
                 let kept: Vault<Kept> = Vault::open(&folder.acquisition(), run.number)?;
                 before = kept.load();
-                let columns = settings.columns.as_deref();
                 let reference = settings.reference_address()?;
-                let reference = reference.as_ref().map(|address| Joined::open(address, columns, stop));
+                let options = Options { reference: reference.as_ref().map(|of| of.to_string().into()), ..options };
+                let reference = reference.as_ref().map(|address| Joined::open(address, &options, stop));
                 let reference = reference.transpose()?.map(Box::new);
-                let opened = Stream::open(address, columns, before.map(|kept| kept.given), stop, meanwhile)?;
+                let opened = Stream::open(address, &options, before.map(|kept| kept.given), stop, meanwhile)?;
                 let Some(stream) = opened else { return Ok(None) };
                 let injection = injection(&stream.origin().content, settings)?;
                 Rows::Stream { stream, injection, kept: Some(kept), reference }

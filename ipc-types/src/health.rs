@@ -85,7 +85,7 @@ impl Link {
 /// What a live source gave, and what of it was no good (acquisition only).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
-#[type_name("truerate.SourceHealth.v1")]
+#[type_name("truerate.SourceHealth.v2")]
 pub struct SourceHealth {
     /// [`Link`].
     pub link: u32,
@@ -107,7 +107,12 @@ pub struct SourceHealth {
     pub missed: u64,
     /// How often its clock began again or jumped.
     pub segments: u64,
+    /// What keeps it from being of use, and what to do: first of all that is shown. Empty where there is nothing.
+    pub trouble: Text<TROUBLE>,
 }
+
+/// Bytes of a source's trouble, in words.
+pub const TROUBLE: usize = 598;
 
 impl SourceHealth {
     /// Rows left out, or of which a value was.

@@ -1,6 +1,7 @@
 //! `truerate guide`: a recording, guided, until the log can tell.
 
 use crate::{
+    log::Options,
     guide::{self, From, Precisions, Settings},
     listening,
     live::{Address, address::AddressError},
@@ -51,6 +52,10 @@ pub struct Args {
     /// A TOML file that renames foreign headers: lines such as `"IMU gz (deg/s)" = "gyro_z_dps"`
     #[arg(long, value_name = "F")]
     columns: Option<PathBuf>,
+    /// Take this channel under this name: `gyro_z_dps=gz/131`; `ref:NAME=CHANNEL` for the address of --reference; may be given several
+    /// times
+    #[arg(long, value_name = "NAME=CHANNEL")]
+    map: Vec<String>,
     /// A DBC file, which defines the frames of a CAN bus: for `can:can0`, and for the lines of `candump` on standard input
     #[arg(long, value_name = "FILE.dbc")]
     dbc: Option<PathBuf>,
@@ -149,7 +154,13 @@ fn from(args: &Args) -> Result<From> {
         if args.dbc.is_some() && !gives_frames(&address) && !reference.as_ref().is_some_and(gives_frames) {
             bail!("--dbc is of the frames of a CAN bus: {address} gives none (can:can0, or ?format=candump)");
         }
-        Ok(From::Live { address, reference, columns: args.columns.clone() })
+        let options = Options {
+            columns: args.columns.clone(),
+            map: args.map.clone(),
+            reference: reference.as_ref().map(|address| address.to_string().into()),
+            ..Options::default()
+        };
+        Ok(From::Live { address, reference, options })
     };
     match source {
         Source::Live(address) => live(address),

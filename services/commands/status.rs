@@ -143,6 +143,9 @@ fn text(instance: &str, status: &Status) -> String {
     if let Some(source) = words::text(&status.source) {
         let _ = writeln!(out, "source: {source}");
     }
+    if let Some(trouble) = words::trouble(&status.source) {
+        let _ = writeln!(out, "{trouble}");
+    }
     if !status.learning.as_str().is_empty() {
         let _ = writeln!(out, "learning {}", status.learning);
     }

@@ -2,6 +2,7 @@
 
 use crate::{
     live::{Address, Joined, Origin, Stream},
+    log::Options,
     settings::Speed,
     stop::Stop,
 };
@@ -13,7 +14,6 @@ use gyro_model::{
 };
 use ipc_types::health::SourceHealth;
 use std::{
-    path::PathBuf,
     time::{Duration, Instant},
 };
 
@@ -26,8 +26,8 @@ pub enum From {
         address: Address,
         /// The reference.
         reference: Option<Address>,
-        /// A column map.
-        columns: Option<PathBuf>,
+        /// The names of their channels.
+        options: Options,
     },
     /// A simulated hand, at this speed.
     Hand(Box<Scenario>, Speed),
@@ -54,11 +54,10 @@ impl Source {
     /// Opens it at its first row; `None` when asked to stop before.
     pub fn open(from: &From, stop: &Stop, meanwhile: impl FnMut(&SourceHealth) -> Result<()>) -> Result<Option<Self>> {
         match from {
-            From::Live { address, reference, columns } => {
-                let columns = columns.as_deref();
+            From::Live { address, reference, options } => {
                 let reference =
-                    reference.as_ref().map(|own| Joined::open(own, columns, stop)).transpose()?.map(Box::new);
-                let stream = Stream::open(address, columns, None, stop, meanwhile)?;
+                    reference.as_ref().map(|own| Joined::open(own, options, stop)).transpose()?.map(Box::new);
+                let stream = Stream::open(address, options, None, stop, meanwhile)?;
                 Ok(stream.map(|stream| Self::Live { stream, reference }))
             }
             From::Hand(scenario, speed) => Ok(Some(Self::Hand {

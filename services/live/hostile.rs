@@ -6,6 +6,7 @@ use super::{
     format::{self, Found},
     timeline::{LIVE_JUMP_NS, Timeline},
 };
+use crate::log::Options;
 use std::io::Write;
 
 use proptest::{collection::vec, prelude::*};
@@ -35,7 +36,7 @@ fn rows(address: &str, pieces: &[Vec<u8>]) -> usize {
     let text = "BO_ 256 IMU: 8 X\n SG_ YAW_RATE : 0|16@1- (1,0) [0|0] \"deg/s\" X\n SG_ F : 0|32@1- (1,0) [0|0] \"\" X\nSIG_VALTYPE_ 256 F : 1;\n";
     dbc.write_all(text.as_bytes()).unwrap();
     let address: Address = address.replace("FILE", &dbc.path().display().to_string()).parse().unwrap();
-    let mut format = format::of(&address, None).unwrap();
+    let mut format = format::of(&address, &Options::default()).unwrap();
     let (mut timeline, mut tally) = (Timeline::new(LIVE_JUMP_NS, None), Tally::default());
     let (mut last, mut rows) = (i64::MIN, 0);
     for (k, piece) in pieces.iter().enumerate() {

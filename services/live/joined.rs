@@ -2,9 +2,9 @@
 //! effect `delay` finds.
 
 use super::{Address, Stream};
-use crate::stop::Stop;
+use crate::{log::Options, stop::Stop};
 use gyro_model::Row;
-use std::{path::Path, time::Duration};
+use std::time::Duration;
 
 /// A reference on its way.
 #[derive(Debug)]
@@ -18,12 +18,12 @@ impl Joined {
     ///
     /// # Errors
     /// Where no thread can be started.
-    pub fn open(address: &Address, columns: Option<&Path>, stop: &Stop) -> anyhow::Result<Self> {
+    pub fn open(address: &Address, options: &Options, stop: &Stop) -> anyhow::Result<Self> {
         let (give, opening) = std::sync::mpsc::sync_channel(1);
         let address = address.clone().of_reference();
-        let (columns, stop) = (columns.map(Path::to_owned), stop.clone());
+        let (options, stop) = (options.clone(), stop.clone());
         std::thread::Builder::new().name("reference".to_owned()).spawn(move || {
-            let _ = give.send(Stream::open(&address, columns.as_deref(), None, &stop, |_| Ok(())));
+            let _ = give.send(Stream::open(&address, &options, None, &stop, |_| Ok(())));
         })?;
         Ok(Self { stream: None, opening: Some(opening) })
     }

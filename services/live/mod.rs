@@ -19,6 +19,7 @@ mod reading;
 pub mod stream;
 pub mod tally;
 pub mod timeline;
+mod trouble;
 pub mod words;
 
 pub use address::Address;

@@ -4,16 +4,16 @@ use super::{
     Address, Tally,
     arrival::{Arrival, LOOK, Origin, Told, Watched},
     format::{Format, Found},
-    kind::Kind,
     link::{Got, Link},
     timeline::{Timed, Timeline},
+    trouble::Trouble,
 };
 use crate::{
     clock::now_ns,
     log::{LogError, Problem},
 };
 use anyhow::anyhow;
-use ipc_types::health;
+use ipc_types::{Text, health};
 use std::{
     io,
     sync::{Arc, Mutex, PoisonError, mpsc::SyncSender},
@@ -25,11 +25,8 @@ use std::{
 const PAUSES: [Duration; 2] = [Duration::from_millis(50), Duration::from_secs(2)];
 /// Bytes that are read at once.
 const CHUNK: usize = 1 << 14;
-/// Lines without a header after which it is said, and reads without a row.
-const HEADERLESS: u64 = 50;
+/// Reads without a row after which it is said.
 const BARREN: u64 = 1000;
-/// What may be done about a header that is missing.
-const HEADER: &str = "; or say the columns in the address: …?header=t,gyro_z,ref_angle_z";
 
 /// Why a link is left.
 enum Left {
@@ -48,6 +45,7 @@ pub(super) struct Reading {
     watched: Arc<Mutex<Watched>>,
     opened: Option<SyncSender<Origin>>,
     give: SyncSender<Told>,
+    trouble: Trouble,
     /// Reads before the first row, and whether it was said that none comes.
     barren: u64,
     told_barren: bool,
@@ -59,12 +57,13 @@ impl Reading {
         address: Address,
         format: Box<dyn Format>,
         timeline: Timeline,
+        trouble: Trouble,
         watched: Arc<Mutex<Watched>>,
         opened: SyncSender<Origin>,
         give: SyncSender<Told>,
     ) -> Self {
         let (tally, opened) = (Tally::default(), Some(opened));
-        Self { address, format, timeline, tally, watched, opened, give, barren: 0, told_barren: false }
+        Self { address, format, timeline, tally, watched, opened, give, trouble, barren: 0, told_barren: false }
     }
 
     /// Reads, until a pipe ends or nobody takes the rows any more.
@@ -131,10 +130,11 @@ impl Reading {
 
     /// The link is over: what was half here is no row, and the source's clock may begin again.
     fn lose(&mut self) {
-        if !self.hand_over(|format, found| format.cut(found)) {
-            return;
-        }
-        if self.address.is_pipe() {
+        let is_pipe = self.address.is_pipe();
+        let over = |format: &mut dyn Format, found: &mut dyn FnMut(Found)| {
+            if is_pipe { format.end(found) } else { format.cut(found) }
+        };
+        if !self.hand_over(over) || is_pipe {
             return;
         }
         self.timeline.expect_beginning();
@@ -152,13 +152,14 @@ impl Reading {
 
     /// Hands on what a format finds; whether somebody takes it.
     fn hand_over(&mut self, find: impl FnOnce(&mut dyn Format, &mut dyn FnMut(Found))) -> bool {
-        let Self { format, timeline, tally, opened, give, .. } = self;
+        let Self { format, timeline, tally, opened, give, trouble, .. } = self;
         let arrived_ns = now_ns();
         let (mut heard, mut rows, mut waiting) = (true, 0, Vec::new());
         find(format.as_mut(), &mut |found| match found {
             Found::Row(row, own) => {
                 timeline.take(row, own, arrived_ns, tally, |Timed { row, arrived_ns, start_ns }| {
                     rows += 1;
+                    trouble.row(&row);
                     let told = Told::Row(Arrival { row, read_ns: arrived_ns, start_ns });
                     if opened.is_some() {
                         // Until it is said what rows hold.
@@ -168,7 +169,10 @@ impl Reading {
                     }
                 });
             }
-            Found::Fault(fault, says) => tally.add(fault, &says),
+            Found::Fault(fault, says) => {
+                tally.add(fault, &says);
+                trouble.line(&says);
+            }
             Found::Missed(rows) => tally.counts.missed += rows,
             Found::Begins => timeline.expect_beginning(),
         });
@@ -190,19 +194,21 @@ impl Reading {
         }
     }
 
-    /// Shows the counts.
+    /// Shows the counts, and what is wrong with the source.
     fn watch(&mut self, has_rows: bool) {
+        let trouble = self.trouble.says(&self.address, self.format.as_ref(), &self.tally);
         let counts = &mut self.tally.counts;
         if has_rows {
             counts.link = health::Link::Connected as u32;
-        } else if counts.rows == 0
-            && (counts.remarks >= HEADERLESS || self.barren >= BARREN)
+        }
+        let barren = || (counts.rows == 0 && self.barren >= BARREN).then(|| "no row so far".to_owned());
+        if let Some(why) = trouble.clone().or_else(barren)
             && !std::mem::replace(&mut self.told_barren, true)
         {
-            let why = self.format.refusal().unwrap_or_else(|| "no row so far".to_owned());
-            let or = if self.address.format == Kind::Csv { HEADER } else { "" };
-            tracing::warn!("{}: {why}{or}", self.address);
+            tracing::warn!("{}: {why}", self.address);
         }
+        self.told_barren &= trouble.is_some() || counts.rows == 0;
+        counts.trouble = Text::new(trouble.as_deref().unwrap_or_default());
         let mut watched = self.watched.lock().unwrap_or_else(PoisonError::into_inner);
         watched.counts = *counts;
         if has_rows {

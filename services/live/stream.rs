@@ -7,12 +7,12 @@ use super::{
     format,
     reading::Reading,
     timeline::{Given, LIVE_JUMP_NS, PIPE_JUMP_NS, Timeline},
+    trouble::Trouble,
 };
-use crate::{clock::now_ns, hopeless::Hopeless, stop::Stop};
+use crate::{clock::now_ns, hopeless::Hopeless, log::Options, stop::Stop};
 use anyhow::bail;
 use ipc_types::health::{self, SourceHealth};
 use std::{
-    path::Path,
     sync::{
         Arc, Mutex, PoisonError,
         mpsc::{Receiver, RecvTimeoutError, sync_channel},
@@ -44,7 +44,7 @@ impl Stream {
     /// A pipe that cannot be read or has no row in it, a header that is none, and those of `meanwhile`.
     pub fn open(
         address: &Address,
-        columns: Option<&Path>,
+        options: &Options,
         given: Option<Given>,
         stop: &Stop,
         mut meanwhile: impl FnMut(&SourceHealth) -> anyhow::Result<()>,
@@ -53,8 +53,9 @@ impl Stream {
         let (give, rows) = sync_channel(WAITING);
         let watched = Arc::new(Mutex::new(Watched::default()));
         let timeline = Timeline::new(if address.is_pipe() { PIPE_JUMP_NS } else { LIVE_JUMP_NS }, given);
-        let format = format::of(address, columns).map_err(Hopeless::from_error)?;
-        let reading = Reading::new(address.clone(), format, timeline, Arc::clone(&watched), to_open, give);
+        let format = format::of(address, options).map_err(Hopeless::from_error)?;
+        let trouble = Trouble::new(address.is_reference, options.reference.is_some());
+        let reading = Reading::new(address.clone(), format, timeline, trouble, Arc::clone(&watched), to_open, give);
         // It may be waiting when the process ends: nobody joins it.
         thread::Builder::new().name("source".to_owned()).spawn(move || reading.run())?;
         let name = address.to_string();

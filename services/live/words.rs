@@ -10,7 +10,10 @@ pub fn text(source: &SourceHealth) -> Option<String> {
     if source.link == Link::None as u32 {
         return None;
     }
-    let mut out = format!("{}, {} rows", Link::name(source.link), source.rows);
+    // Bytes come, and mean nothing: to call that connected would be half the truth.
+    let is_understood = source.rows > 0 || trouble(source).is_none() || source.link != Link::Connected as u32;
+    let link = if is_understood { Link::name(source.link) } else { "not understood" };
+    let mut out = format!("{link}, {} rows", source.rows);
     let counted = [
         (source.garbled, "garbled", "garbled"),
         (source.cut, "of another length", "of another length"),
@@ -27,6 +30,12 @@ pub fn text(source: &SourceHealth) -> Option<String> {
     Some(out)
 }
 
+/// What keeps the source from being of use, and what to do.
+#[must_use]
+pub fn trouble(source: &SourceHealth) -> Option<&str> {
+    Some(source.trouble.as_str()).filter(|text| !text.is_empty())
+}
+
 /// For programs; null where the source is not live.
 #[must_use]
 pub fn json(source: &SourceHealth) -> Value {
@@ -36,7 +45,7 @@ pub fn json(source: &SourceHealth) -> Value {
     json!({
         "link": Link::name(source.link), "reconnects": source.reconnects, "rows": source.rows, "garbled": source.garbled,
         "cut": source.cut, "remarks": source.remarks, "values": source.values, "times": source.times,
-        "missed": source.missed, "segments": source.segments, "says": text(source),
+        "missed": source.missed, "segments": source.segments, "says": text(source), "trouble": trouble(source),
     })
 }
 

@@ -112,8 +112,11 @@ pub enum Problem {
         /// What there is.
         known: Box<Known>,
     },
+    /// A `--map` of a second file, and there is none.
+    #[error("--map {}: `ref:` is for a second file: name it with `--reference FILE`, or leave `ref:` out", quoted(.0))]
+    NoSecondFile(String),
     /// A `--map` without its two sides.
-    #[error("--map {}: is no NAME=CHANNEL, such as gyro_z_dps=imu.gz or gyro_z=0.001*raw_z", quoted(.0))]
+    #[error("--map {}: is not NAME=[a*]CHANNEL[/b][+c], such as gyro_z_dps=imu.gz or gyro_z_dps=gz/131", quoted(.0))]
     MapFlag(String),
     /// The reference's clock is another, and the motion does not tell which.
     #[error(

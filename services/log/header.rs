@@ -60,7 +60,7 @@ impl Layout {
     ///
     /// # Errors
     /// A header that is none, names a quantity twice or in a unit of another, or lacks what every log needs.
-    pub(super) fn new(head: &Head, maps: &Maps) -> Result<Self, Refusal> {
+    pub fn new(head: &Head, maps: &Maps) -> Result<Self, Refusal> {
         let headers = &head.names;
         if head.line.is_none() && maps.is_empty() {
             return Err((None, Problem::NoHeader { columns: headers.len(), row: shown_row(head) }));

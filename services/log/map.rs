@@ -3,6 +3,9 @@
 use super::error::Problem;
 use log_readers::meaning::{PARTS, Pick};
 
+/// What stands before a name that is meant for the second file.
+const SECOND: &str = "ref:";
+
 /// What one `--map` says: a name, and what is written for the channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapFlag {
@@ -10,6 +13,8 @@ pub struct MapFlag {
     pub text: String,
     name: String,
     channel: String,
+    /// Whether it is meant for the second file: `ref:NAME=CHANNEL`.
+    second: bool,
 }
 
 impl MapFlag {
@@ -20,15 +25,21 @@ impl MapFlag {
     pub fn parse(text: &str) -> Result<Self, Problem> {
         let (name, channel) = text.split_once('=').ok_or_else(|| Problem::MapFlag(text.to_owned()))?;
         let (name, channel) = (name.trim(), channel.trim());
+        let (name, second) = name.strip_prefix(SECOND).map_or((name, false), |name| (name.trim(), true));
         if name.is_empty() || channel.is_empty() {
             return Err(Problem::MapFlag(text.to_owned()));
         }
-        Ok(Self { text: text.to_owned(), name: name.to_owned(), channel: channel.to_owned() })
+        Ok(Self { text: text.to_owned(), name: name.to_owned(), channel: channel.to_owned(), second })
     }
 
-    /// Whether it names a reference.
+    /// Whether it says outright that it is meant for the second file.
+    pub fn is_of_second(&self) -> bool {
+        self.second
+    }
+
+    /// Whether it is about the reference, which a second file has where there is one.
     pub fn is_of_reference(&self) -> bool {
-        self.name.starts_with("ref_")
+        self.second || self.name.starts_with("ref_")
     }
 
     /// Whether it names the time.
@@ -62,32 +73,58 @@ impl MapFlag {
     }
 }
 
-/// What a channel with its factor and offset may be meant as, the plainest first: a name may hold any sign.
+/// What a channel with its factor and offset, `[a*]CHANNEL[/b][+c]` with a sign, may be meant as, the plainest first: a name may hold
+/// any sign.
 fn readings(text: &str) -> Vec<(f64, String, f64)> {
     let mut found = vec![(1.0, text.to_owned(), 0.0)];
     let mut with_offset = vec![(text, 0.0)];
     for (at, sign) in text.char_indices().filter(|(_, c)| matches!(c, '+' | '-')) {
-        if let Ok(offset) = text[at + 1..].trim().parse::<f64>() {
+        if let Some(offset) = number(&text[at + 1..]) {
             with_offset.push((text[..at].trim(), if sign == '-' { -offset } else { offset }));
         }
     }
-    for (rest, offset) in with_offset {
-        found.push((1.0, rest.to_owned(), offset));
-        for (at, _) in rest.match_indices('*') {
-            let (left, right) = (rest[..at].trim(), rest[at + 1..].trim());
-            // `0.1*gx`, and `3*0.1`: the third column times 0.1.
-            if let Ok(factor) = right.parse() {
-                found.push((factor, left.to_owned(), offset));
-            }
-            if let Ok(factor) = left.parse() {
-                found.push((factor, right.to_owned(), offset));
-            }
-        }
-        if let Some(channel) = rest.strip_prefix('-') {
-            found.push((-1.0, channel.trim().to_owned(), offset));
+    // `2+gz`, too.
+    for (at, sign) in text.char_indices().filter(|(_, c)| matches!(c, '+' | '-')).filter(|(at, _)| *at > 0) {
+        if let (Some(offset), rest) = (number(&text[..at]), text[at + 1..].trim()) {
+            found.extend(scaled(rest).into_iter().map(|(factor, channel)| {
+                (if sign == '-' { -factor } else { factor }, channel.to_owned(), offset)
+            }));
         }
     }
+    for (rest, offset) in with_offset {
+        found.extend(scaled(rest).into_iter().map(|(factor, channel)| (factor, channel.to_owned(), offset)));
+    }
     found
+}
+
+/// What a channel with a factor, or over a divisor, may be meant as.
+fn scaled(text: &str) -> Vec<(f64, &str)> {
+    let mut found = vec![(1.0, text)];
+    for (at, sign) in text.char_indices().filter(|(_, c)| matches!(c, '*' | '/')) {
+        let (left, right) = (text[..at].trim(), text[at + 1..].trim());
+        // `0.1*gx`, `1/131*gx`; and `3*0.1`: the third column times 0.1.
+        if let (Some(factor), '*') = (number(left), sign) {
+            found.extend(scaled(right).into_iter().map(|(inner, channel)| (factor * inner, channel)));
+        }
+        if let Some(factor) = number(right).filter(|x| sign == '*' || *x != 0.0) {
+            let factor = if sign == '*' { factor } else { factor.recip() };
+            found.extend(scaled(left).into_iter().map(|(inner, channel)| (factor * inner, channel)));
+        }
+    }
+    if let Some(channel) = text.strip_prefix('-') {
+        found.extend(scaled(channel.trim()).into_iter().map(|(factor, channel)| (-factor, channel)));
+    }
+    found
+}
+
+/// A number, or a fraction: `0.1`, `1/131`.
+fn number(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let finite = |text: &str| text.trim().parse::<f64>().ok().filter(|x| x.is_finite());
+    match text.split_once('/') {
+        Some((above, below)) => Some(finite(above)? / finite(below).filter(|x| *x != 0.0)?),
+        None => finite(text),
+    }
 }
 
 /// A channel by its name, whatever the case of its letters where only one fits, or by its number.
@@ -154,12 +191,20 @@ mod tests {
             ("gyro_z=0.1*gz+2", pick(0.1, "gz", 2.0)),
             ("gyro_z = gz*0.1 - 2", pick(0.1, "gz", -2.0)),
             ("gyro_z=-gz", pick(-1.0, "gz", 0.0)),
+            ("gyro_z=gz/4", pick(0.25, "gz", 0.0)),
+            ("gyro_z=1/4*gz", pick(0.25, "gz", 0.0)),
+            ("gyro_z=-gz/4+2", pick(-0.25, "gz", 2.0)),
+            ("gyro_z=-0.5*gz/2-1", pick(-0.25, "gz", -1.0)),
+            ("gyro_z=2-gz", pick(-1.0, "gz", 2.0)),
+            ("gyro_z = gz * 3 / 4", pick(0.75, "gz", 0.0)),
+            ("gyro_z=m/s", pick(1.0, "m/s", 0.0)),
+            ("gyro_z=m/s/4", pick(0.25, "m/s", 0.0)),
             ("gyro_z=3*0.1", pick(0.1, "a+1", 0.0)),
             ("gyro_z=a+1", pick(1.0, "a+1", 0.0)),
             ("gyro_z=2", pick(1.0, "t", 0.0)),
             ("gyro_z=GZ", pick(1.0, "gz", 0.0)),
         ] {
-            assert_eq!(one(text, &["gz", "t", "a+1"]), wanted, "{text}");
+            assert_eq!(one(text, &["gz", "t", "a+1", "m/s"]), wanted, "{text}");
         }
     }
 
@@ -193,5 +238,7 @@ mod tests {
         let error = MapFlag::parse("gyro_z=gyr_x").unwrap().picks(&channels).unwrap_err().to_string();
         assert!(error.contains("gyro_x"), "{error}");
         assert!(MapFlag::parse("gyro_z").is_err() && MapFlag::parse("=x").is_err());
+        let second = |text: &str| MapFlag::parse(text).unwrap().is_of_second();
+        assert!(second("ref:t_ns=time") && !second("t_ns=time"));
     }
 }

@@ -39,6 +39,7 @@ pub use frames::Frames;
 pub use header::{Layout, Refusal};
 pub use look::{Look, look};
 pub use reader::Reader;
+pub use rows::head_problem;
 pub use row::{Parsed, RowParser};
 pub use tally::RowFault;
 pub use whole::read;
@@ -88,25 +89,34 @@ impl Maps {
         let columns = options.columns.as_deref().map(ColumnMap::load).transpose()?;
         let flags = options.map.iter().map(|text| MapFlag::parse(text)).collect::<Result<Vec<_>, _>>()?;
         // With a second file the names of a reference mean its channels.
-        let flags = flags.into_iter().filter(|flag| options.reference.is_none() || !flag.is_of_reference());
+        let own = |flag: &MapFlag| options.reference.is_none() || !flag.is_of_reference();
+        if let Some(flag) = flags.iter().find(|flag| flag.is_of_second() && options.reference.is_none()) {
+            return Err(Problem::NoSecondFile(flag.text.clone()));
+        }
+        let flags = flags.into_iter().filter(own);
         Ok(Self { columns, flags: flags.collect(), database: database(options)?, reference: false })
     }
 
-    /// The same for rows that hold a reference alone, which needs no gyro.
-    #[must_use]
-    pub fn for_a_reference(self) -> Self {
-        Self { reference: true, ..self }
-    }
-
     /// Those of the second file, which the reference is taken from.
-    fn of_reference(options: &Options) -> Result<Self, Problem> {
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn of_reference(options: &Options) -> Result<Self, Problem> {
         let flags = options.map.iter().map(|text| MapFlag::parse(text)).collect::<Result<Vec<_>, _>>()?;
         let flags = flags.into_iter().filter(MapFlag::is_of_reference);
         Ok(Self { columns: None, flags: flags.collect(), database: database(options)?, reference: true })
     }
 
+    /// The same with the names of a column map.
+    ///
+    /// # Errors
+    /// A map that cannot be read, or is none.
+    pub fn and_columns(self, options: &Options) -> Result<Self, Problem> {
+        Ok(Self { columns: options.columns.as_deref().map(ColumnMap::load).transpose()?, ..self })
+    }
+
     /// Whether these names need no further look: those of the format, or those that the maps name.
-    fn know(&self, names: &[String]) -> bool {
+    pub fn know(&self, names: &[String]) -> bool {
         let has = |is: fn(&Channel) -> bool| {
             names.iter().any(|name| matches!(unit::name(name), unit::Name::Known(channel, _) if is(&channel)))
         };

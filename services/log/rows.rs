@@ -43,8 +43,11 @@ pub fn begin(log: &str, path: &Path, maps: &Maps) -> Result<(Layout, Rows, Tally
     }
     let packing = input.packing();
     let table = Table::open(input, &|names| maps.know(names)).map_err(|error| {
-        let (line, problem) = head_problem(error, packing);
-        refuse(line, None, problem)
+        let line = if let HeadError::DecimalCommas { line, .. } = error { Some(line) } else { None };
+        match error {
+            HeadError::Line(error) => refuse(Some(1), None, line_problem(error, packing)),
+            error => refuse(line, None, head_problem(error)),
+        }
     })?;
     let head = table.head();
     let line = head.line.or(Some(1));
@@ -53,13 +56,13 @@ pub fn begin(log: &str, path: &Path, maps: &Maps) -> Result<(Layout, Rows, Tally
     Ok((layout, Rows::Text { table: Box::new(table), parser }, Tally::default(), line))
 }
 
-fn head_problem(error: HeadError, packing: Packing) -> (Option<u64>, Problem) {
+/// Why a text has no table.
+#[must_use]
+pub fn head_problem(error: HeadError) -> Problem {
     match error {
-        HeadError::Empty => (None, Problem::Empty),
-        HeadError::DecimalCommas { line, found, names } => {
-            (Some(line), Problem::DecimalCommas { found, wanted: names })
-        }
-        HeadError::Line(error) => (Some(1), line_problem(error, packing)),
+        HeadError::Empty => Problem::Empty,
+        HeadError::DecimalCommas { found, names, .. } => Problem::DecimalCommas { found, wanted: names },
+        HeadError::Line(error) => line_problem(error, Packing::Plain),
     }
 }
 

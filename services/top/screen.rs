@@ -59,6 +59,17 @@ fn verdict(frame: &mut Frame, area: Rect, scene: &Scene, view: Option<&AxisView>
         Some("warn") => Color::Yellow,
         _ => Color::Magenta,
     };
+    let trouble = scene.status.as_ref().and_then(|s| words::trouble(&s.source)).filter(|_| view.is_none());
+    if let Some(trouble) = trouble {
+        let lines = trouble.lines().enumerate().map(|(k, line)| {
+            let style = if k == 0 { Style::new().fg(Color::Red).add_modifier(Modifier::BOLD) } else { Style::new() };
+            Line::styled(line, style)
+        });
+        let title = format!(" truerate: {} ", scene.instance);
+        let text: Vec<Line> = lines.collect();
+        frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }).block(Block::bordered().title(title)), area);
+        return;
+    }
     let headline = view.map_or_else(
         || "looking: the first diagnosis comes after some seconds of motion".to_owned(),
         |v| match looking {
@@ -260,6 +271,17 @@ mod tests {
         for text in ["source lost, 0 rows, 3 garbled", "learning waits: 40 of 100 rows are there"] {
             assert!(screen.contains(text), "{text}:\n{screen}");
         }
+    }
+
+    #[test]
+    fn a_source_that_is_not_understood_is_the_first_that_is_said() {
+        let mut status = Status::default();
+        status.source.link = ipc_types::health::Link::Connected as u32;
+        status.source.trouble = Text::new("not understood: 2910 lines such as `830⇥60.45`\nno time");
+        let scene = Scene { status: Some(status), instance: "yaw".into(), axis: 2, ..Scene::default() };
+        let screen = picture(&scene, 80, 24);
+        assert!(screen.contains("not understood: 2910 lines such as `830⇥60.45`"), "{screen}");
+        assert!(!screen.contains("looking") && !screen.contains("source connected"), "{screen}");
     }
 
     #[test]

@@ -181,7 +181,7 @@
   let curve, curveShape = '', before = null;
   function drawPage() {
     const view = ofAxis(scene.newest.page?.axes);
-    if (!view) return;
+    if (!view) return drawTrouble();
     const judged = view.curves[view.judged];
     $('verdict').className = `panel two-thirds verdict ${view.tone}`;
     const figure = (of, value, floor) => h('.figure', h('.of', of), h('.value', value), h('.of', floor));
@@ -285,9 +285,19 @@
   // Columns side by side, or, on a phone, each row as a block in which every value has its head beside it.
   const table = (heads, rows) => h('table.values.stacks', h('thead', h('tr', heads.map(head => h('th', head)))),
     h('tbody', rows.map(row => h('tr', row.map((value, i) => h('td' + (typeof value === 'string' && i ? '.number' : ''), { 'data-of': i ? heads[i] : null }, value))))));
+  // What keeps the source from being of use comes first: no judgement can follow from it.
+  function drawTrouble() {
+    const source = scene.newest.status?.source;
+    if (!source?.trouble || ofAxis(scene.newest.page?.axes)) return;
+    const [first, ...more] = source.trouble.split('\n');
+    $('verdict').className = 'panel two-thirds verdict bad';
+    fill('verdict', h('h2.answer', first), ...more.map(line => h('p', line)));
+    if ($('source').textContent === 'connecting') $('source').textContent = source.says;
+  }
   function drawStatus() {
     const status = scene.newest.status;
     if (!status) return;
+    drawTrouble();
     const tone = s => ({ running: 'good', failed: 'bad', restarting: 'warn', starting: 'warn' })[s];
     fill('services', h('h3', 'Processes'), status.source && h('p.small' + (status.source.link === 'connected' ? '.soft' : ''), 'Source: ' + status.source.says), h('.scroll', table(['process', 'state', 'restarts', 'taken', 'given', 'lost', 'refused'],
       status.services.map(s => [s.name, h('span.pill' + (tone(s.state) ? '.' + tone(s.state) : ''), s.state), ...[s.restarts, s.received, s.sent, s.lost, s.rejected].map(v => v.toLocaleString('en'))]))));

@@ -6,10 +6,12 @@
 //!                                                             0.02,0.2,-1,
 //! ```
 //!
+//! Before each record may stand a topic, as `mosquitto_sub -v` writes it: names of several topics are told apart by it.
 //! A list of three numbers is x, y, z; of another length, its items are numbered from 0. The columns are those of the first records.
 
 mod record;
 
+use crate::meaning::{What, understand};
 use record::Cell;
 use std::{
     collections::{HashMap, HashSet},
@@ -31,6 +33,9 @@ const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 #[must_use]
 pub fn is_records(start: &[u8]) -> bool {
     let start = start.strip_prefix(BYTE_ORDER_MARK).unwrap_or(start).trim_ascii_start();
+    let line = start.split(|&b| b == b'\n').next().unwrap_or_default();
+    // A topic before each record.
+    let start = prefixed(line).filter(|at| *at > 0).map_or(start, |at| &start[at..]);
     let first = match start.strip_prefix(b"[") {
         Some(rest) => rest.trim_ascii_start(),
         None => start,
@@ -46,200 +51,269 @@ pub fn is_records(start: &[u8]) -> bool {
     !is_columns && !value.starts_with(b"[")
 }
 
-/// The bytes of JSON turned into those of a CSV, a record a line. What is no record stands in a line of its own.
-pub struct AsCsv<R> {
-    source: R,
-    /// Bytes of the source from the first that is not used yet.
+/// A line of a stream as a record: where what stands before it ends, a topic or a stamp, and whether it is one.
+#[must_use]
+pub fn is_record_line(line: &[u8]) -> bool {
+    let line = line.trim_ascii();
+    prefixed(line).is_some_and(|at| record::cells(&line[at..]).is_some_and(|cells| !cells.is_empty()))
+}
+
+/// Where the record begins in a line before which something else stands: an MQTT topic, as `mosquitto_sub -v` writes it.
+fn prefixed(line: &[u8]) -> Option<usize> {
+    const LONGEST_PREFIX: usize = 200;
+    let at = line.iter().take(LONGEST_PREFIX).position(|&b| b == b'{')?;
+    let (before, after) = (&line[..at], line[at + 1..].trim_ascii_start());
+    let opens = after.first().is_none_or(|&b| matches!(b, b'"' | b'}'));
+    let is_prefix = before.is_empty()
+        || before.ends_with(b" ") && !before.contains(&b'"') && !matches!(before[0], b'#' | b'%' | b'/');
+    (opens && is_prefix).then_some(at)
+}
+
+/// Records as lines of a CSV, whoever has their bytes: a file or a stream. What is no record stands in a line of its own.
+#[derive(Default)]
+pub struct Records {
+    /// Bytes from the first that is not used yet.
     bytes: Vec<u8>,
     from: usize,
     ended: bool,
-    columns: HashMap<String, usize>,
-    /// Lines that wait, and how much of them was given.
-    text: Vec<u8>,
-    given: usize,
+    columns: HashMap<(String, String), usize>,
+    count: usize,
+    /// What the columns are taken from.
+    first: Vec<Part>,
+    looked_at: usize,
+    /// Kinds of records so far: the names in them, and how many there were of each.
+    kinds: HashMap<Vec<String>, usize>,
     begun: bool,
 }
 
 /// A part of the source.
 enum Part {
-    /// A record's cells.
-    Record(Vec<(String, Cell)>),
+    /// A record's cells, and the topic before it.
+    Record(String, Vec<(String, Cell)>),
     /// What stands where a record should.
     Other(Vec<u8>),
 }
 
-impl<R: Read> AsCsv<R> {
-    /// Of a source, from its first byte on.
-    pub fn new(source: R) -> Self {
-        Self {
-            source,
-            bytes: Vec::new(),
-            from: 0,
-            ended: false,
-            columns: HashMap::new(),
-            text: Vec::new(),
-            given: 0,
-            begun: false,
+impl Records {
+    /// Takes bytes; none at all: there are no more.
+    pub fn feed(&mut self, bytes: &[u8]) {
+        self.ended |= bytes.is_empty();
+        self.bytes.drain(..self.from);
+        self.from = 0;
+        let bytes = if self.begun || !self.first.is_empty() { bytes } else { bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes) };
+        self.bytes.extend_from_slice(bytes);
+    }
+
+    /// Adds the lines of what has come to `out`, below their header; of a stream the columns are settled after a few records.
+    pub fn write(&mut self, out: &mut Vec<u8>, is_stream: bool) {
+        while let Some(part) = self.next_part(is_stream) {
+            if self.begun {
+                self.line(part, out);
+                continue;
+            }
+            if let Part::Record(topic, cells) = &part {
+                let mut kind: Vec<String> = cells.iter().map(|(name, _)| name.clone()).collect();
+                self.looked_at += kind.iter().map(|name| name.len() + size_of::<Cell>()).sum::<usize>();
+                kind.push(topic.clone());
+                *self.kinds.entry(kind).or_default() += 1;
+            }
+            self.looked_at += usize::from(matches!(part, Part::Other(_)));
+            self.first.push(part);
+            let full = self.first.len() >= LOOKED_AT.0 || self.looked_at >= LOOKED_AT.1;
+            if full || is_stream && self.is_settled() {
+                self.begin(out);
+            }
+        }
+        if self.ended && !self.begun {
+            self.begin(out);
         }
     }
 
-    /// Takes the columns from the first records, and puts the header and their lines into the empty buffer.
-    fn begin(&mut self) -> io::Result<()> {
-        self.byte(BYTE_ORDER_MARK.len() - 1)?;
-        if self.bytes.starts_with(BYTE_ORDER_MARK) {
-            self.from += BYTE_ORDER_MARK.len();
+    /// Whether each kind of record of a stream has come often enough to expect no other.
+    fn is_settled(&self) -> bool {
+        const EACH: usize = 3;
+        const OF_STREAM: usize = 12;
+        self.first.len() >= OF_STREAM && self.kinds.values().all(|count| *count >= EACH) || self.first.len() >= 8 * OF_STREAM
+    }
+
+    /// Takes the columns from the first records, and writes the header and their lines.
+    fn begin(&mut self, out: &mut Vec<u8>) {
+        self.begun = true;
+        let first = std::mem::take(&mut self.first);
+        let records = first.iter().filter_map(|part| match part {
+            Part::Record(topic, cells) => Some((topic, cells)),
+            Part::Other(_) => None,
+        });
+        // A name of several topics is told apart by them; a time is one time.
+        let mut topics: HashMap<&str, HashSet<&str>> = HashMap::new();
+        for (topic, cells) in records.clone() {
+            cells.iter().for_each(|(name, _)| _ = topics.entry(name).or_default().insert(topic));
         }
-        let (mut parts, mut bytes) = (Vec::new(), 0);
+        let is_time = |name: &str| understand(name, None).is_some_and(|meaning| meaning.what == What::Time);
         let mut names: Vec<String> = Vec::new();
-        while parts.len() < LOOKED_AT.0 && bytes < LOOKED_AT.1 {
-            let Some(part) = self.next_part()? else { break };
-            match &part {
-                Part::Record(cells) => {
-                    for (name, _) in cells {
-                        bytes += name.len() + size_of::<Cell>();
-                        if !self.columns.contains_key(name) && names.len() < MOST_COLUMNS {
-                            self.columns.insert(name.clone(), names.len());
-                            names.push(name.clone());
-                        }
-                    }
+        for (topic, cells) in records {
+            for (name, _) in cells {
+                let place = (topic.clone(), name.clone());
+                if self.columns.contains_key(&place) || names.len() >= MOST_COLUMNS {
+                    continue;
                 }
-                Part::Other(line) => bytes += line.len(),
+                let apart = topics.get(name.as_str()).is_some_and(|topics| topics.len() > 1) && !is_time(name);
+                let full = if apart { format!("{topic}.{name}") } else { name.clone() };
+                let column = names.iter().position(|known| *known == full).unwrap_or_else(|| {
+                    names.push(full);
+                    names.len() - 1
+                });
+                self.columns.insert(place, column);
             }
-            parts.push(part);
         }
+        self.count = names.len();
         for (k, name) in names.iter().enumerate() {
             if k > 0 {
-                self.text.push(b',');
+                out.push(b',');
             }
-            record::write_text(&mut self.text, name);
+            record::write_text(out, name);
         }
-        self.text.push(b'\n');
-        for part in parts {
-            self.write(part);
+        out.push(b'\n');
+        for part in first {
+            self.line(part, out);
         }
-        Ok(())
     }
 
-    /// Puts a part's line into the buffer.
-    fn write(&mut self, part: Part) {
+    /// Writes a part's line.
+    fn line(&mut self, part: Part, out: &mut Vec<u8>) {
         match part {
-            Part::Record(cells) => {
-                let mut row: Vec<Option<Cell>> = vec![None; self.columns.len()];
+            Part::Record(topic, cells) => {
+                let mut row: Vec<Option<Cell>> = vec![None; self.count];
+                let mut place = (topic, String::new());
                 for (name, cell) in cells {
-                    if let Some(&column) = self.columns.get(&name) {
+                    place.1 = name;
+                    if let Some(&column) = self.columns.get(&place) {
                         row[column] = Some(cell);
                     }
                 }
                 for (k, cell) in row.iter().enumerate() {
                     if k > 0 {
-                        self.text.push(b',');
+                        out.push(b',');
                     }
                     if let Some(cell) = cell {
-                        cell.write(&mut self.text);
+                        cell.write(out);
                     }
                 }
             }
             Part::Other(bytes) => {
-                self.text.extend(bytes.iter().map(|&b| if b == b'\n' || b == b'\r' { b' ' } else { b }));
+                out.extend(bytes.iter().map(|&b| if b == b'\n' || b == b'\r' { b' ' } else { b }));
             }
         }
-        self.text.push(b'\n');
+        out.push(b'\n');
     }
 
-    /// The next record, or what stands in its place up to the end of its line; `None` at the end.
-    fn next_part(&mut self) -> io::Result<Option<Part>> {
+    /// The next record, or what stands in its place up to the end of its line; `None` where more has to come first. In a stream a record
+    /// stands in one line.
+    fn next_part(&mut self, is_stream: bool) -> Option<Part> {
         loop {
             // Between records.
-            while let Some(b) = self.byte(0)? {
-                if b.is_ascii_whitespace() || matches!(b, b',' | b'[' | b']') {
-                    self.from += 1;
-                } else {
-                    break;
-                }
+            let rest = &self.bytes[self.from..];
+            self.from += rest
+                .iter()
+                .position(|&b| !(b.is_ascii_whitespace() || matches!(b, b',' | b'[' | b']')))
+                .unwrap_or(rest.len());
+            let rest = &self.bytes[self.from..];
+            let line = rest.iter().take(LONGEST).position(|&b| b == b'\n').unwrap_or(rest.len().min(LONGEST));
+            let is_line = line < rest.len() || self.ended;
+            if rest.is_empty() || is_stream && !is_line {
+                return None;
             }
-            let Some(first) = self.byte(0)? else { return Ok(None) };
-            let whole = if first == b'{' { self.record_length()? } else { None };
-            if let Some(length) = whole {
-                let part = record::cells(&self.bytes[self.from..self.from + length]);
-                if let Some(cells) = part {
-                    self.from += length;
-                    return Ok(Some(Part::Record(cells)));
-                }
-            }
-            let mut length = 0;
-            while length < LONGEST
-                && let Some(b) = self.byte(length)?
-                && b != b'\n'
-            {
-                length += 1;
-            }
-            let other = self.bytes[self.from..self.from + length].to_vec();
-            self.from += length;
-            if !other.trim_ascii().is_empty() {
-                return Ok(Some(Part::Other(other)));
-            }
-        }
-    }
-
-    /// Bytes up to the brace that closes the one that comes next; `None` where none does within [`LONGEST`] bytes.
-    fn record_length(&mut self) -> io::Result<Option<usize>> {
-        let (mut depth, mut quoted, mut escaped) = (0_usize, false, false);
-        for at in 0..LONGEST {
-            let Some(b) = self.byte(at)? else { return Ok(None) };
-            match b {
-                _ if escaped => escaped = false,
-                b'\\' if quoted => escaped = true,
-                b'"' => quoted = !quoted,
-                b'{' if !quoted => depth += 1,
-                b'}' if !quoted => {
-                    depth -= 1;
-                    if depth == 0 {
-                        return Ok(Some(at + 1));
+            let begins = prefixed(&rest[..line]);
+            let within = if is_stream { line } else { rest.len() };
+            let length = begins.map_or(Length::None, |at| record_length(&rest[at..within]));
+            match length {
+                Length::Open if within < LONGEST && !self.ended && !is_stream => return None,
+                Length::Closed(length) => {
+                    let at = begins.unwrap_or_default();
+                    if let Some(cells) = record::cells(&rest[at..at + length]) {
+                        let topic = String::from_utf8_lossy(rest[..at].trim_ascii()).into_owned();
+                        self.from += at + length;
+                        return Some(Part::Record(topic, cells));
                     }
                 }
                 _ => {}
             }
+            if !is_line && line < LONGEST {
+                return None;
+            }
+            let other = rest[..line].to_vec();
+            self.from += line;
+            if !other.trim_ascii().is_empty() {
+                return Some(Part::Other(other));
+            }
         }
-        Ok(None)
     }
+}
 
-    /// The byte so far from the first that is not used; `None` beyond the end.
-    fn byte(&mut self, at: usize) -> io::Result<Option<u8>> {
-        while self.from + at >= self.bytes.len() {
-            if self.ended {
-                return Ok(None);
+/// How long a record is.
+enum Length {
+    /// Up to the brace that closes the first one.
+    Closed(usize),
+    /// It goes on.
+    Open,
+    /// There is none.
+    None,
+}
+
+/// Bytes up to the brace that closes the first one.
+fn record_length(bytes: &[u8]) -> Length {
+    let (mut depth, mut quoted, mut escaped) = (0_usize, false, false);
+    for (at, &b) in bytes.iter().take(LONGEST).enumerate() {
+        match b {
+            _ if escaped => escaped = false,
+            b'\\' if quoted => escaped = true,
+            b'"' => quoted = !quoted,
+            b'{' if !quoted => depth += 1,
+            b'}' if !quoted => {
+                depth -= 1;
+                if depth == 0 {
+                    return Length::Closed(at + 1);
+                }
             }
-            self.bytes.drain(..self.from);
-            self.from = 0;
-            let before = self.bytes.len();
-            self.bytes.resize(before + PIECE, 0);
-            let read = self.source.read(&mut self.bytes[before..]);
-            let come = *read.as_ref().unwrap_or(&0);
-            self.bytes.truncate(before + come);
-            if let Err(error) = read
-                && error.kind() != io::ErrorKind::Interrupted
-            {
-                return Err(error);
-            } else if come == 0 {
-                self.ended = true;
-            }
+            _ => {}
         }
-        Ok(Some(self.bytes[self.from + at]))
+    }
+    if bytes.len() < LONGEST { Length::Open } else { Length::None }
+}
+
+/// The bytes of JSON turned into those of a CSV, a record a line. What is no record stands in a line of its own.
+pub struct AsCsv<R> {
+    source: R,
+    records: Records,
+    piece: Vec<u8>,
+    ended: bool,
+    /// Lines that wait, and how much of them was given.
+    text: Vec<u8>,
+    given: usize,
+}
+
+impl<R: Read> AsCsv<R> {
+    /// Of a source, from its first byte on.
+    pub fn new(source: R) -> Self {
+        Self { source, records: Records::default(), piece: vec![0; PIECE], ended: false, text: Vec::new(), given: 0 }
     }
 }
 
 impl<R: Read> Read for AsCsv<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        if self.given == self.text.len() {
-            self.text.clear();
-            self.given = 0;
-            if !std::mem::replace(&mut self.begun, true) {
-                self.begin()?;
-            } else if let Some(part) = self.next_part()? {
-                self.write(part);
-            } else {
+        while self.given == self.text.len() {
+            if self.ended {
                 return Ok(0);
             }
+            self.text.clear();
+            self.given = 0;
+            let come = match self.source.read(&mut self.piece) {
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                other => other?,
+            };
+            self.ended = come == 0;
+            self.records.feed(&self.piece[..come]);
+            self.records.write(&mut self.text, false);
         }
         let n = buffer.len().min(self.text.len() - self.given);
         buffer[..n].copy_from_slice(&self.text[self.given..self.given + n]);
@@ -288,6 +362,29 @@ mod tests {
         assert_eq!(csv(cut), "t,w\n1,2\n{\"t\":2,\"w\n3,4\nrebooted\n{\"t\":4,\"w\":5\n");
         assert_eq!(csv(""), "\n");
         assert_eq!(csv("{}{}"), "\n\n\n");
+    }
+
+    #[test]
+    fn a_topic_before_each_record_tells_equal_names_apart_but_not_the_time() {
+        let lines = "a/imu {\"ms\":1,\"g\":{\"z\":2}}\na/ref {\"ms\":3,\"deg\":4}\na/imu {\"ms\":5,\"g\":{\"z\":6}\n";
+        assert!(is_records(lines.as_bytes()) && is_record_line(b"x {\"a\":1}") && !is_record_line(b"x {\"a\":1"));
+        assert_eq!(csv(lines), "ms,g.z,deg\n1,2,\n3,,4\na/imu {\"ms\":5,\"g\":{\"z\":6}\n");
+        let two = "a {\"t\":1,\"z\":2}\nb {\"t\":1,\"z\":3}\n";
+        assert_eq!(csv(two), "t,a.z,b.z\n1,2,\n1,,3\n");
+    }
+
+    #[test]
+    fn a_stream_gives_its_lines_as_soon_as_its_kinds_of_records_are_known() {
+        let (mut records, mut out) = (Records::default(), Vec::new());
+        for k in 0..40 {
+            records.feed(format!("{{\"t\":{k},\"w\":1}}\n{{\"t\":{k}.5,\"a\":").as_bytes());
+            records.write(&mut out, true);
+            records.feed(b"2}\nrst {\n");
+            records.write(&mut out, true);
+        }
+        let text = String::from_utf8(out).unwrap();
+        assert!(text.starts_with("t,w,a\n0,1,\n0.5,,2\nrst {\n1,1,\n"), "{text}");
+        assert!(text.ends_with("39.5,,2\nrst {\n"), "{text}");
     }
 
     #[test]

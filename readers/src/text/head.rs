@@ -31,6 +31,8 @@ pub struct Head {
     pub dialect: Dialect,
     /// The first few rows.
     pub samples: Vec<Vec<Vec<u8>>>,
+    /// What stands above the header as a key and a value.
+    pub keys: Vec<(String, String)>,
     /// The header as it stands there.
     pub(super) raw: Vec<u8>,
 }
@@ -48,8 +50,37 @@ impl Head {
             line: (!is_row).then_some(1),
             dialect: CSV,
             samples: if is_row { vec![names.iter().map(|name| name.to_vec()).collect()] } else { Vec::new() },
+            keys: Vec::new(),
             raw: Vec::new(),
         }
+    }
+
+    /// Of a line of names alone, written in this way.
+    #[must_use]
+    pub fn of_line(line: &[u8], dialect: Dialect) -> Self {
+        Self { dialect, raw: line.to_vec(), ..Self::of_names(&dialect.fields(line)) }
+    }
+
+    /// Of names that were given, for rows of which this is the first; `None` where it is no row of as many fields.
+    #[must_use]
+    pub fn given(names: &[String], row: &[u8]) -> Option<Self> {
+        let dialect = row_of(row).filter(|dialect| dialect.fields(row).len() == names.len())?;
+        Some(Self {
+            names: names.to_vec(),
+            units: vec![None; names.len()],
+            line: Some(0),
+            dialect,
+            samples: vec![dialect.fields(row).into_iter().map(<[u8]>::to_vec).collect()],
+            keys: Vec::new(),
+            raw: Vec::new(),
+        })
+    }
+
+    /// The value that stands above the header under one of these keys, in small letters without blanks and signs.
+    #[must_use]
+    pub fn key(&self, any: &[&str]) -> Option<&str> {
+        let plain = |text: &str| text.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_lowercase();
+        self.keys.iter().find(|(key, _)| any.contains(&plain(key).as_str())).map(|(_, value)| value.as_str())
     }
 }
 
@@ -105,69 +136,102 @@ fn is_separator_line(text: &[u8]) -> bool {
     text.len() <= 6 && text.get(..4).is_some_and(|first| first.eq_ignore_ascii_case(b"sep="))
 }
 
-/// Finds the table and passes by what stands above its first row. `knows` says of names that no further look is needed.
+/// Finds the table in lines that come one by one, whoever reads them: a file or a stream.
+#[derive(Default)]
+pub struct Finder {
+    looked: Vec<Looked>,
+    bytes: usize,
+    known: Option<usize>,
+    data: Option<(usize, Dialect)>,
+}
+
+impl Finder {
+    /// Takes the next line; whether more are wanted. `knows` says of names that no further look is needed.
+    pub fn take(&mut self, bytes: &[u8], number: u64, knows: &dyn Fn(&[String]) -> bool) -> bool {
+        self.bytes += bytes.len();
+        self.looked.push(Looked { bytes: bytes.to_vec(), number });
+        let line = &self.looked[self.looked.len() - 1];
+        if line.is_blank() {
+            return true;
+        }
+        if self.known.is_none() && self.data.is_none() && knows(&line.names(CSV)) {
+            self.known = Some(self.looked.len() - 1);
+            // The next line may hold units.
+            return true;
+        }
+        if self.known.is_some() {
+            return false;
+        }
+        // The three rows that are alike are the samples.
+        self.data = first_row(&self.looked);
+        self.data.is_none() && self.bytes < LOOK_BYTES && self.looked.len() < LOOK_LINES
+    }
+
+    /// The lines taken so far, with their numbers.
+    pub fn lines(&self) -> impl ExactSizeIterator<Item = (&[u8], u64)> {
+        self.looked.iter().map(|line| (line.bytes.as_slice(), line.number))
+    }
+
+    /// What the lines so far are the beginning of, and how many of them stand above the first row.
+    ///
+    /// # Errors
+    /// They are no table.
+    pub fn finish(&self, skipped: &mut Skipped) -> Result<(Head, usize), HeadError> {
+        let looked = &self.looked;
+        if let Some(header) = self.known {
+            return Ok(begin(looked, header, CSV, skipped));
+        }
+        let Some((first, dialect)) = self.data.or_else(|| only_row(looked)) else {
+            let header = looked
+                .iter()
+                .position(|line| !line.is_blank() && !line.bare().1 && !is_separator_line(line.bytes.trim_ascii()));
+            let header = header.ok_or(HeadError::Empty)?;
+            let dialect = Dialect::new(most_fields(&looked[header].bytes), Point::Dot);
+            return Ok(begin(looked, header, dialect, skipped));
+        };
+        let found = dialect.fields(&looked[first].bytes).len();
+        if dialect.labelled {
+            return Ok(named_in_the_rows(looked, first, dialect, skipped));
+        }
+        match header_above(looked, first, dialect, found) {
+            Above::Header(header) => Ok(begin(looked, header, dialect, skipped)),
+            Above::DecimalCommas(names) => {
+                Err(HeadError::DecimalCommas { line: looked[first].number, found, names })
+            }
+            Above::Nothing => {
+                note_above(&looked[..first], skipped);
+                let samples = samples(&looked[first..], dialect);
+                let names = (1..=found).map(|i| format!("column_{i}")).collect();
+                let head = Head {
+                    names,
+                    units: vec![None; found],
+                    line: None,
+                    dialect,
+                    samples,
+                    keys: keys(&looked[..first]),
+                    raw: Vec::new(),
+                };
+                Ok((head, first))
+            }
+        }
+    }
+}
+
+/// Finds the table and passes by what stands above its first row.
 pub(super) fn find<R: Read>(
     lines: &mut Lines<R>,
     knows: &dyn Fn(&[String]) -> bool,
     skipped: &mut Skipped,
 ) -> Result<Head, HeadError> {
-    let mut looked: Vec<Looked> = Vec::new();
-    let (mut bytes_seen, mut known, mut data) = (0, None, None);
-    lines.look(|bytes, number| {
-        bytes_seen += bytes.len();
-        looked.push(Looked { bytes: bytes.to_vec(), number });
-        let line = &looked[looked.len() - 1];
-        if line.is_blank() {
-            return true;
-        }
-        if known.is_none() && data.is_none() && knows(&line.names(CSV)) {
-            known = Some(looked.len() - 1);
-            // The next line may hold units.
-            return true;
-        }
-        if known.is_some() {
-            return false;
-        }
-        // The three rows that are alike are the samples.
-        data = first_row(&looked);
-        data.is_none() && bytes_seen < LOOK_BYTES && looked.len() < LOOK_LINES
-    })?;
-    if let Some(header) = known {
-        return Ok(begin(lines, &looked, header, CSV, skipped)?);
-    }
-    let Some((first, dialect)) = data.or_else(|| only_row(&looked)) else {
-        let header = looked
-            .iter()
-            .position(|line| !line.is_blank() && !line.bare().1 && !is_separator_line(line.bytes.trim_ascii()));
-        let header = header.ok_or(HeadError::Empty)?;
-        let dialect = Dialect::new(most_fields(&looked[header].bytes), Point::Dot);
-        return Ok(begin(lines, &looked, header, dialect, skipped)?);
-    };
-    let found = dialect.fields(&looked[first].bytes).len();
-    if dialect.labelled {
-        return Ok(named_in_the_rows(lines, &looked, first, dialect, skipped)?);
-    }
-    match header_above(&looked, first, dialect, found) {
-        Above::Header(header) => Ok(begin(lines, &looked, header, dialect, skipped)?),
-        Above::DecimalCommas(names) => Err(HeadError::DecimalCommas { line: looked[first].number, found, names }),
-        Above::Nothing => {
-            note_above(&looked[..first], skipped);
-            let samples = samples(&looked[first..], dialect);
-            lines.skip(first)?;
-            let names = (1..=found).map(|i| format!("column_{i}")).collect();
-            Ok(Head { names, units: vec![None; found], line: None, dialect, samples, raw: Vec::new() })
-        }
-    }
+    let mut finder = Finder::default();
+    lines.look(|bytes, number| finder.take(bytes, number, knows))?;
+    let (head, above) = finder.finish(skipped)?;
+    lines.skip(above)?;
+    Ok(head)
 }
 
 /// Takes the names that stand before the fields of the first row.
-fn named_in_the_rows<R: Read>(
-    lines: &mut Lines<R>,
-    looked: &[Looked],
-    first: usize,
-    dialect: Dialect,
-    skipped: &mut Skipped,
-) -> Result<Head, LineError> {
+fn named_in_the_rows(looked: &[Looked], first: usize, dialect: Dialect, skipped: &mut Skipped) -> (Head, usize) {
     note_above(&looked[..first], skipped);
     let row = &looked[first];
     let names: Vec<String> = dialect
@@ -175,9 +239,16 @@ fn named_in_the_rows<R: Read>(
         .into_iter()
         .map(|name| name.map_or_else(|| STAMP.to_owned(), fields::name))
         .collect();
-    let samples = samples(&looked[first..], dialect);
-    lines.skip(first)?;
-    Ok(Head { units: vec![None; names.len()], names, line: Some(row.number), dialect, samples, raw: Vec::new() })
+    let head = Head {
+        units: vec![None; names.len()],
+        names,
+        line: Some(row.number),
+        dialect,
+        samples: samples(&looked[first..], dialect),
+        keys: keys(&looked[..first]),
+        raw: Vec::new(),
+    };
+    (head, first)
 }
 
 /// What the stamp before each line is called.
@@ -204,13 +275,7 @@ fn tell_apart(names: &mut Vec<String>, above: &[Looked], dialect: Dialect) {
 }
 
 /// Takes this line for the header, and one of units below it.
-fn begin<R: Read>(
-    lines: &mut Lines<R>,
-    looked: &[Looked],
-    header: usize,
-    dialect: Dialect,
-    skipped: &mut Skipped,
-) -> Result<Head, LineError> {
+fn begin(looked: &[Looked], header: usize, dialect: Dialect, skipped: &mut Skipped) -> (Head, usize) {
     note_above(&looked[..header], skipped);
     let mut names = looked[header].names(dialect);
     tell_apart(&mut names, &looked[..header], dialect);
@@ -236,9 +301,36 @@ fn begin<R: Read>(
         *name = format!("column_{}", i + 1);
     }
     units.resize(names.len(), None);
-    lines.skip(after)?;
     let line = Some(looked[header].number);
-    Ok(Head { names, units, line, dialect, samples, raw: looked[header].bytes.clone() })
+    let keys = keys(&looked[..header]);
+    (Head { names, units, line, dialect, samples, keys, raw: looked[header].bytes.clone() }, after)
+}
+
+/// What stands above a header as a key and a value: `gscale,0.001`, `# Config: data_rate = 500.0 Hz, gyro_range = 250 dps`.
+fn keys(above: &[Looked]) -> Vec<(String, String)> {
+    let mut keys = Vec::new();
+    for line in above.iter().filter(|line| !line.is_blank()) {
+        let text = fields::name(line.bare().0);
+        let text = text.trim_matches('"');
+        let (mut alone, mut pairs) = (true, Vec::new());
+        for part in text.split([',', ';', '\t']) {
+            // `Config: data_rate = 500`: the last sign parts them.
+            let cut = part.rfind('=').or_else(|| part.find(": ")).or_else(|| part.strip_suffix(':').map(str::len));
+            if let Some(at) = cut {
+                let key = part[..at].rsplit(": ").next().unwrap_or_default();
+                pairs.push((key.to_owned(), part[at + 1..].to_owned()));
+                alone = false;
+            }
+        }
+        if alone || pairs.iter().all(|(_, value)| value.trim().is_empty()) {
+            let parts = text.split_once([',', ';', '\t']).or_else(|| text.split_once(':'));
+            pairs = parts.map(|(key, value)| (key.to_owned(), value.to_owned())).into_iter().collect();
+        }
+        let trimmed = |text: &str| text.trim().trim_matches(|c| matches!(c, '"' | ':' | '=')).trim().to_owned();
+        let pairs = pairs.iter().map(|(key, value)| (trimmed(key), trimmed(value)));
+        keys.extend(pairs.filter(|(key, value)| !key.is_empty() && !value.is_empty()));
+    }
+    keys
 }
 
 fn samples(looked: &[Looked], dialect: Dialect) -> Vec<Vec<Vec<u8>>> {

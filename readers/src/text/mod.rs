@@ -12,10 +12,10 @@ mod tests;
 mod utf16;
 
 pub use fields::{CSV, Dialect, Separator};
-pub use head::{Head, HeadError};
+pub use head::{Finder, Head, HeadError};
 pub use lines::{LONGEST_LINE, LineError};
 pub use moment::{Form, clock, date, date_time, form, last_digit_of_clock};
 pub use number::{Field, Point, TimeField, last_digit, time, value};
 pub use skipped::{Skip, Skipped};
-pub use table::{Table, TextRow};
+pub use table::{Sieve, Sifted, Table, TextRow};
 pub use utf16::{Utf16, is_utf16};

@@ -3,7 +3,7 @@
 use super::{
     fields::Dialect,
     head::{self, Head, HeadError, is_number},
-    lines::{Line, LineError, Lines},
+    lines::{LineError, Lines},
     skipped::{Skip, Skipped},
 };
 use std::{io::Read, ops::Range};
@@ -11,9 +11,25 @@ use std::{io::Read, ops::Range};
 /// The rows of a text, and what is known of its columns.
 pub struct Table<R> {
     lines: Lines<R>,
+    sieve: Sieve,
+}
+
+/// Tells rows from what stands among them, line by line.
+pub struct Sieve {
     head: Head,
     fields: Vec<Range<usize>>,
     skipped: Skipped,
+}
+
+/// What a line is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sifted {
+    /// A row, whatever the number of its fields.
+    Row,
+    /// No row.
+    Skip(Skip),
+    /// Nothing.
+    Blank,
 }
 
 /// One row.
@@ -54,22 +70,22 @@ impl<R: Read> Table<R> {
     pub fn open(source: R, knows: &dyn Fn(&[String]) -> bool) -> Result<Self, HeadError> {
         let (mut lines, mut skipped) = (Lines::new(source), Skipped::default());
         let head = head::find(&mut lines, knows, &mut skipped)?;
-        Ok(Self { lines, head, fields: Vec::new(), skipped })
+        Ok(Self { lines, sieve: Sieve::new(head, skipped) })
     }
 
     /// What is known of the columns.
     pub fn head(&self) -> &Head {
-        &self.head
+        &self.sieve.head
     }
 
     /// How the rows are written.
     pub fn dialect(&self) -> Dialect {
-        self.head.dialect
+        self.sieve.head.dialect
     }
 
     /// The lines so far that are no rows.
     pub fn skipped(&self) -> &Skipped {
-        &self.skipped
+        &self.sieve.skipped
     }
 
     /// The source.
@@ -89,25 +105,54 @@ impl<R: Read> Table<R> {
     pub fn next_row(&mut self) -> Result<Option<TextRow<'_>>, LineError> {
         loop {
             let Some(line) = self.lines.next()? else { return Ok(None) };
-            let bytes = self.lines.bytes(&line);
-            self.head.dialect.split(bytes, &mut self.fields);
-            let trails = self.fields.len() == self.head.names.len() + 1;
-            if trails && self.fields.last().is_some_and(Range::is_empty) {
-                self.fields.pop();
+            let sifted = self.sieve.sift(self.lines.bytes(&line), line.number, line.ended);
+            if sifted == Sifted::Row {
+                return Ok(Some(self.sieve.row(self.lines.bytes(&line), line.number)));
             }
-            let kind = match bytes.first() {
-                None => continue,
-                Some(_) if self.head.dialect.labelled && self.is_mislabelled(bytes) => Some(Skip::Text),
-                // Almost every row of almost every text.
-                Some(b'0'..=b'9' | b'-' | b'.') if line.ended => None,
-                Some(_) if bytes.trim_ascii().is_empty() => continue,
-                Some(_) => self.no_row(&line),
-            };
-            if let Some(kind) = kind {
-                self.skipped.add(kind, line.number);
-                continue;
+        }
+    }
+}
+
+impl Sieve {
+    /// For the rows below this head; `skipped` is what was passed by above them.
+    #[must_use]
+    pub fn new(head: Head, skipped: Skipped) -> Self {
+        Self { head, fields: Vec::new(), skipped }
+    }
+
+    /// What is known of the columns.
+    #[must_use]
+    pub fn head(&self) -> &Head {
+        &self.head
+    }
+
+    /// The row that was found in this line last.
+    #[must_use]
+    pub fn row<'a>(&'a self, line: &'a [u8], number: u64) -> TextRow<'a> {
+        TextRow { bytes: line, fields: &self.fields, line: number }
+    }
+
+    /// What a line is; one that is no row is counted. `ended` is whether a line end follows it.
+    pub fn sift(&mut self, line: &[u8], number: u64, ended: bool) -> Sifted {
+        self.head.dialect.split(line, &mut self.fields);
+        let trails = self.fields.len() == self.head.names.len() + 1;
+        if trails && self.fields.last().is_some_and(Range::is_empty) {
+            self.fields.pop();
+        }
+        let kind = match line.first() {
+            None => return Sifted::Blank,
+            Some(_) if self.head.dialect.labelled && self.is_mislabelled(line) => Some(Skip::Text),
+            // Almost every row of almost every text.
+            Some(b'0'..=b'9' | b'-' | b'.') if ended => None,
+            Some(_) if line.trim_ascii().is_empty() => return Sifted::Blank,
+            Some(_) => self.no_row(line, ended),
+        };
+        match kind {
+            Some(kind) => {
+                self.skipped.add(kind, number);
+                Sifted::Skip(kind)
             }
-            return Ok(Some(TextRow { bytes: self.lines.bytes(&line), fields: &self.fields, line: line.number }));
+            None => Sifted::Row,
         }
     }
 
@@ -120,15 +165,14 @@ impl<R: Read> Table<R> {
     }
 
     /// What a line is where it is no row.
-    fn no_row(&self, line: &Line) -> Option<Skip> {
-        let bytes = self.lines.bytes(line);
+    fn no_row(&self, bytes: &[u8], ended: bool) -> Option<Skip> {
         if bytes == self.head.raw {
             return Some(Skip::HeaderAgain);
         }
         if head::remark(bytes.trim_ascii()).is_some() {
             return Some(Skip::Remark);
         }
-        if !line.ended && (self.fields.len() < self.head.names.len() || bytes.contains(&0)) {
+        if !ended && (self.fields.len() < self.head.names.len() || bytes.contains(&0)) {
             return Some(Skip::Torn);
         }
         // Text at the beginning of a line that is no row in the number of its fields either.

@@ -1,5 +1,5 @@
-//! Lines of comma-separated fields below a header, as logs have them. What stands above the header, and every line that
-//! is no row, is passed over.
+//! Lines of text as logs have them, read by the readers of logs: whatever separates their fields, names before the values, records of
+//! JSON. What stands above the header, and every line that is no row, is passed over.
 
 use super::{
     Format, Found,
@@ -7,73 +7,92 @@ use super::{
 };
 use crate::{
     live::{Content, Fault},
-    log::{Layout, LogError, Maps, Options, Problem, Refusal, RowFault, RowParser},
+    log::{Layout, LogError, Maps, Options, Problem, RowFault, RowParser},
 };
 use anyhow::anyhow;
-use log_readers::text::{CSV, TextRow};
-use std::{ops::Range, path::Path};
+use log_readers::{
+    json::{Records, is_record_line},
+    text::{CSV, Finder, Head, Sieve, Sifted, Skip, Skipped},
+};
 
 /// A longer line is no row, bytes.
 const LONGEST: usize = 1 << 16;
 /// Of a line, so much is shown.
 const SHOWN: usize = 80;
+/// The last lines may still be the first rows of a table, or the header and the units above them.
+const MAY_BE_ROWS: usize = 8;
+/// Lines above a table.
+const MOST_ABOVE: usize = 500;
 
 /// Finds rows in lines.
 pub struct Lines {
     maps: Maps,
+    /// The columns' names, where the address says them.
+    given: Option<Vec<String>>,
     cutter: Cutter,
     /// Lines that have begun so far.
     number: u64,
-    /// The places of a line's fields.
-    places: Vec<Range<usize>>,
-    columns: Option<Columns>,
+    /// What turns records of JSON into lines of fields, once they are known to be that.
+    records: Option<Records>,
+    finder: Finder,
+    /// Lines of the finder that were counted as none of a table.
+    told: usize,
+    table: Option<Table>,
     content: Option<Content>,
-    refusal: Option<Problem>,
+    refusal: Option<Refused>,
+    /// Lines that were not understood, and the last of them.
+    unread: u64,
+    example: String,
 }
 
-/// What the header says.
-struct Columns {
+/// Where the rows stand.
+struct Table {
+    sieve: Sieve,
     layout: Layout,
     parser: RowParser,
-    header: Vec<u8>,
 }
 
-impl Columns {
-    fn new(layout: Layout, header: &[u8]) -> Self {
-        Self { parser: RowParser::new(&layout, CSV), layout, header: header.to_vec() }
+impl Table {
+    fn new(head: Head, layout: Layout) -> Self {
+        Self { parser: RowParser::new(&layout, head.dialect), sieve: Sieve::new(head, Skipped::default()), layout }
     }
+}
+
+/// Why what looked like a table is none.
+struct Refused {
+    has_header: bool,
+    problem: Problem,
 }
 
 impl Lines {
     /// A header that is given makes one in the stream needless.
     ///
     /// # Errors
-    /// A header or a column map that is none.
-    pub fn new(header: Option<&str>, columns: Option<&Path>, is_reference: bool) -> anyhow::Result<Self> {
-        let options = Options { columns: columns.map(Path::to_owned), ..Options::default() };
-        let maps = Maps::load(&options).map_err(|problem| LogError::new("--columns", None, None, problem))?;
-        let maps = if is_reference { maps.for_a_reference() } else { maps };
-        let mut lines = Self {
+    /// A header, a column map or a `--map` that is none.
+    pub fn new(header: Option<&str>, options: &Options, is_reference: bool) -> anyhow::Result<Self> {
+        let wrong = |problem| LogError::new("the source", None, None, problem);
+        let maps = super::maps(options, is_reference).map_err(wrong)?;
+        let mut given = None;
+        if let Some(header) = header {
+            let names: Vec<&[u8]> = CSV.fields(header.as_bytes());
+            Layout::of_names(&names, &maps)
+                .map_err(|(_, problem)| anyhow!("the header {header} of the source: {problem}"))?;
+            given = Some(names.iter().map(|name| String::from_utf8_lossy(name).into_owned()).collect());
+        }
+        Ok(Self {
             maps,
+            given,
             cutter: Cutter::default(),
             number: 0,
-            places: Vec::new(),
-            columns: None,
+            records: None,
+            finder: Finder::default(),
+            told: 0,
+            table: None,
             content: None,
             refusal: None,
-        };
-        if let Some(header) = header {
-            match lines.header(header.as_bytes()) {
-                Ok(layout) => lines.adopt(layout, header.as_bytes()),
-                Err((_, problem)) => return Err(anyhow!("the header {header} of the source: {problem}")),
-            }
-        }
-        Ok(lines)
-    }
-
-    fn adopt(&mut self, layout: Layout, header: &[u8]) {
-        self.content.get_or_insert_with(|| Content::of(&layout));
-        self.columns = Some(Columns::new(layout, header));
+            unread: 0,
+            example: String::new(),
+        })
     }
 
     fn take_cut(&mut self, cut: Cut<'_>, found: &mut dyn FnMut(Found)) {
@@ -81,7 +100,7 @@ impl Lines {
             Cut::Line(line) => {
                 self.number += 1;
                 if !line.trim_ascii().is_empty() {
-                    self.understand(line.trim_ascii(), found);
+                    self.line(line.trim_ascii_end(), found);
                 }
             }
             Cut::TooLong => {
@@ -92,64 +111,162 @@ impl Lines {
         }
     }
 
-    /// A line understood as a header.
-    fn header(&self, line: &[u8]) -> Result<Layout, Refusal> {
-        let mut places = Vec::new();
-        CSV.split(line, &mut places);
-        Layout::of_names(&places.into_iter().map(|place| &line[place]).collect::<Vec<_>>(), &self.maps)
+    /// A line of the source.
+    fn line(&mut self, line: &[u8], found: &mut dyn FnMut(Found)) {
+        if self.records.is_none() && self.table.is_none() && is_record_line(line) {
+            // One alone may be a remark of the source on itself.
+            let before = self.finder.lines().position(|(line, _)| is_record_line(line));
+            if let Some(before) = before {
+                self.tell(before, found);
+                let mut records = Records::default();
+                for (line, _) in self.finder.lines().skip(before) {
+                    records.feed(line);
+                    records.feed(b"\n");
+                }
+                self.begin_anew();
+                self.records = Some(records);
+            }
+        }
+        let Some(records) = &mut self.records else { return self.text(line, found) };
+        let mut text = Vec::new();
+        records.feed(line);
+        records.feed(b"\n");
+        records.write(&mut text, true);
+        for line in text.split(|&b| b == b'\n').filter(|line| !line.is_empty()) {
+            self.text(line, found);
+        }
     }
 
-    fn understand(&mut self, line: &[u8], found: &mut dyn FnMut(Found)) {
-        let Some(columns) = &mut self.columns else { return self.look_for_header(line, found) };
-        CSV.split(line, &mut self.places);
-        match columns.parser.parse(TextRow::new(line, &self.places, self.number), &columns.layout) {
-            Ok(parsed) => {
-                for &(fault, column) in &parsed.faults {
-                    let fault = match fault {
-                        RowFault::TextColumn | RowFault::TimerOverflow => continue,
-                        RowFault::NoTime => Fault::Time,
-                        _ => Fault::Value,
-                    };
-                    found(Found::Fault(fault, format!("line {}, column {}: {}", self.number, column + 1, shown(line))));
-                }
-                if let Some(time) = parsed.time {
-                    found(Found::Row(parsed.row, time));
-                }
-            }
-            Err(_) if line == columns.header => {
+    /// A line of fields, of the source or of what its records mean.
+    fn text(&mut self, line: &[u8], found: &mut dyn FnMut(Found)) {
+        let Some(table) = &mut self.table else { return self.look(line, found) };
+        match table.sieve.sift(line, self.number, true) {
+            Sifted::Blank => {}
+            Sifted::Skip(Skip::HeaderAgain) => {
                 found(Found::Fault(Fault::Remark, format!("line {}: the header again", self.number)));
                 found(Found::Begins);
             }
-            Err((_, Problem::Length { .. })) => self.other(Fault::Cut, line, found),
-            Err(_) => self.other(Fault::Garbled, line, found),
+            Sifted::Skip(Skip::Remark) => {
+                found(Found::Fault(Fault::Remark, format!("line {}: {}", self.number, shown(line))));
+            }
+            Sifted::Skip(_) => self.other(Fault::Garbled, line, found),
+            Sifted::Row => match table.parser.parse(table.sieve.row(line, self.number), &table.layout) {
+                Ok(parsed) => {
+                    for &(fault, column) in &parsed.faults {
+                        let fault = match fault {
+                            RowFault::TextColumn | RowFault::TimerOverflow => continue,
+                            RowFault::NoTime => Fault::Time,
+                            _ => Fault::Value,
+                        };
+                        let says = format!("line {}, column {}: {}", self.number, column + 1, shown(line));
+                        found(Found::Fault(fault, says));
+                    }
+                    if let Some(time) = parsed.time {
+                        found(Found::Row(parsed.row, time));
+                    }
+                }
+                Err((_, Problem::Length { .. })) => self.other(Fault::Cut, line, found),
+                Err(_) => self.other(Fault::Garbled, line, found),
+            },
         }
     }
 
     /// A line that is no row: another header of the same channels, text, or a row that is spoilt.
     fn other(&mut self, fault: Fault, line: &[u8], found: &mut dyn FnMut(Found)) {
-        let header = self.header(line).ok();
+        let dialect = self.table.as_ref().map_or(CSV, |table| table.sieve.head().dialect);
+        let head = Head::of_line(line, dialect);
         let same = |layout: &Layout| self.content.as_ref().is_some_and(|known| Content::of(layout) == *known);
-        if let Some(layout) = header.filter(same) {
+        if let Some(layout) = Layout::new(&head, &self.maps).ok().filter(same) {
             found(Found::Fault(Fault::Remark, format!("line {}: another header: {}", self.number, shown(line))));
             found(Found::Begins);
-            self.adopt(layout, line);
+            self.table = Some(Table::new(head, layout));
             return;
         }
-        let fault = if looks_like_numbers(line) { fault } else { Fault::Remark };
+        let fault = if looks_like_numbers(line) || self.records.is_some() { fault } else { Fault::Remark };
         found(Found::Fault(fault, format!("line {}: {}", self.number, shown(line))));
     }
 
-    fn look_for_header(&mut self, line: &[u8], found: &mut dyn FnMut(Found)) {
-        let refusal = match self.header(line) {
-            Ok(layout) => return self.adopt(layout, line),
-            Err(refusal) => refusal,
+    /// A line before the first row.
+    fn look(&mut self, line: &[u8], found: &mut dyn FnMut(Found)) {
+        let maps = &self.maps;
+        let more = match self.given.as_ref().map(|names| Head::given(names, line)) {
+            None => self.finder.take(line, self.number, &|names| maps.know(names)),
+            Some(Some(head)) if let Ok(layout) = Layout::new(&head, maps) => {
+                self.adopt(head, layout);
+                return self.text(line, found);
+            }
+            Some(_) => {
+                self.not_understood(line);
+                let says = format!("line {}, no row of the columns that the address names: {}", self.number, shown(line));
+                return found(Found::Fault(Fault::Remark, says));
+            }
         };
-        // NumPy puts `#` before a header.
-        if let Some(Ok(layout)) = line.strip_prefix(b"#").map(|bare| self.header(bare)) {
-            return self.adopt(layout, line);
+        let lines = self.finder.lines().len();
+        self.tell(lines.saturating_sub(MAY_BE_ROWS), found);
+        if !more {
+            self.settle(found);
+        } else if lines > MOST_ABOVE {
+            self.begin_anew();
         }
-        self.refusal.get_or_insert(refusal.1);
-        found(Found::Fault(Fault::Remark, format!("line {}, above the header: {}", self.number, shown(line))));
+    }
+
+    /// Takes the lines that were looked at for the beginning of a table.
+    fn settle(&mut self, found: &mut dyn FnMut(Found)) {
+        let lines: Vec<(Vec<u8>, u64)> = self.finder.lines().map(|(line, number)| (line.to_vec(), number)).collect();
+        let (above, problem) = match self.finder.finish(&mut Skipped::default()) {
+            Ok((head, above)) => match Layout::new(&head, &self.maps) {
+                Ok(layout) => {
+                    let header = head.line.unwrap_or(u64::MAX);
+                    let last = lines.iter().take(above).position(|(_, number)| *number >= header).unwrap_or(above);
+                    self.tell(last, found);
+                    self.adopt(head, layout);
+                    let number = self.number;
+                    for (line, at) in &lines[above..] {
+                        self.number = *at;
+                        self.text(line, found);
+                    }
+                    self.number = number;
+                    return;
+                }
+                Err((_, problem)) => (head.line.is_some(), problem),
+            },
+            Err(error) => (false, crate::log::head_problem(error)),
+        };
+        self.tell(lines.len(), found);
+        self.begin_anew();
+        if above || self.refusal.as_ref().is_none_or(|refused| !refused.has_header) {
+            self.refusal = Some(Refused { has_header: above, problem });
+        }
+    }
+
+    fn adopt(&mut self, head: Head, layout: Layout) {
+        self.content.get_or_insert_with(|| Content::of(&layout));
+        self.table = Some(Table::new(head, layout));
+        self.begin_anew();
+        (self.refusal, self.unread) = (None, 0);
+    }
+
+    /// Counts lines that were looked at, up to this one, as none of a table.
+    fn tell(&mut self, until: usize, found: &mut dyn FnMut(Found)) {
+        let lines: Vec<(Vec<u8>, u64)> = (self.finder.lines().take(until).skip(self.told))
+            .map(|(line, number)| (line.to_vec(), number))
+            .collect();
+        self.told = self.told.max(until);
+        for (line, number) in lines {
+            self.not_understood(&line);
+            found(Found::Fault(Fault::Remark, format!("line {number}, above the header: {}", shown(&line))));
+        }
+    }
+
+    fn not_understood(&mut self, line: &[u8]) {
+        self.unread += 1;
+        if self.example.is_empty() || looks_like_numbers(line) {
+            self.example = shown(line);
+        }
+    }
+
+    fn begin_anew(&mut self) {
+        (self.finder, self.told) = (Finder::default(), 0);
     }
 }
 
@@ -166,37 +283,68 @@ impl Format for Lines {
         self.cutter = cutter;
     }
 
+    fn end(&mut self, found: &mut dyn FnMut(Found)) {
+        self.cut(found);
+        let mut text = Vec::new();
+        if let Some(records) = &mut self.records {
+            records.feed(b"");
+            records.write(&mut text, true);
+        }
+        for line in text.split(|&b| b == b'\n').filter(|line| !line.is_empty()) {
+            self.text(line, found);
+        }
+        if self.table.is_none() && self.finder.lines().len() > 0 {
+            self.settle(found);
+        }
+    }
+
     fn content(&self) -> Option<&Content> {
         self.content.as_ref()
     }
 
     fn refusal(&self) -> Option<String> {
-        self.refusal.as_ref().filter(|_| self.columns.is_none()).map(ToString::to_string)
+        self.refusal.as_ref().filter(|_| self.table.is_none()).map(|refused| refused.problem.to_string())
+    }
+
+    fn not_understood(&self) -> Option<String> {
+        let lines = if self.unread == 1 { "line" } else { "lines" };
+        let is_enough = self.refusal.is_some() || self.unread >= 20;
+        (self.table.is_none() && is_enough && self.unread > 0)
+            .then(|| format!("not understood: {} {lines} such as `{}`", self.unread, self.example))
     }
 }
 
 /// Whether a line consists mostly of what numbers are written with.
 fn looks_like_numbers(line: &[u8]) -> bool {
-    let numeric = line.iter().filter(|b| b.is_ascii_digit() || b"+-.,eE ".contains(b)).count();
+    let numeric = line.iter().filter(|b| b.is_ascii_digit() || b"+-.,;eE \t".contains(b)).count();
     2 * numeric > line.len()
 }
 
-/// A line for a message: what cannot be shown is escaped.
+/// A line for a message: a tab as an arrow, what cannot be shown escaped.
 fn shown(line: &[u8]) -> String {
+    let line = line.trim_ascii();
     let more = if line.len() > SHOWN { "…" } else { "" };
-    format!("{}{more}", line[..line.len().min(SHOWN)].escape_ascii())
+    let parts = line[..line.len().min(SHOWN)].split(|&b| b == b'\t');
+    let text: Vec<String> = parts
+        .map(|part| std::str::from_utf8(part).map_or_else(|_| part.escape_ascii().to_string(), escaped))
+        .collect();
+    format!("{}{more}", text.join("⇥"))
+}
+
+fn escaped(text: &str) -> String {
+    text.chars().flat_map(|c| if c.is_control() { c.escape_default().collect::<Vec<_>>() } else { vec![c] }).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::{
         Fault::{self, Cut, Garbled, Remark, Time, Value},
-        Format, Found, Lines,
+        Format, Found, Lines, Options,
     };
 
     /// Rows as (time, gyro z), and faults, of a text that comes in pieces of so many bytes.
     fn read(text: &[u8], piece: usize) -> (Vec<(i128, f64)>, Vec<Fault>) {
-        let mut lines = Lines::new(None, None, false).unwrap();
+        let mut lines = Lines::new(None, &Options::default(), false).unwrap();
         let (mut rows, mut faults) = (Vec::new(), Vec::new());
         let mut found = |found| match found {
             Found::Row(row, time) => rows.push((time, row.gyro[2])),
@@ -206,7 +354,7 @@ mod tests {
         for piece in text.chunks(piece) {
             lines.take(piece, &mut found);
         }
-        lines.cut(&mut found);
+        lines.end(&mut found);
         (rows, faults)
     }
 
@@ -235,16 +383,16 @@ mod tests {
 
     #[test]
     fn a_header_in_the_address_serves_where_the_stream_has_none() {
-        let mut lines = Lines::new(Some("t_ms,gyro_z_dps"), None, false).unwrap();
+        let mut lines = Lines::new(Some("t_ms,gyro_z_dps"), &Options::default(), false).unwrap();
         let mut rows = 0;
         lines.take(b"3,4.5\n4,4.5\n", &mut |found| rows += usize::from(matches!(found, Found::Row(..))));
         assert_eq!((rows, lines.content().unwrap().gyros.len()), (2, 1));
-        assert!(Lines::new(Some("t_ms,temp"), None, false).is_err());
+        assert!(Lines::new(Some("t_ms,temp"), &Options::default(), false).is_err());
     }
 
     #[test]
     fn a_reference_needs_no_gyro() {
-        let mut lines = Lines::new(None, None, true).unwrap();
+        let mut lines = Lines::new(None, &Options::default(), true).unwrap();
         let mut angles = Vec::new();
         lines.take(b"boot\nt,ref_angle_z\n0,0.5\n1,0.25\n", &mut |found| {
             if let Found::Row(row, _) = found {

@@ -7,9 +7,8 @@ pub mod lines;
 pub mod mavlink;
 
 use super::{Content, Fault, address::Address, kind::Kind};
-use crate::log::{Maps, Options};
+use crate::log::{Maps, Options, Problem};
 use gyro_model::Row;
-use std::path::Path;
 
 /// What is found in bytes.
 #[derive(Debug)]
@@ -33,6 +32,11 @@ pub trait Format: Send {
     /// What has begun does not go on: the link was lost, or its packet is over.
     fn cut(&mut self, found: &mut dyn FnMut(Found));
 
+    /// Nothing more will ever come.
+    fn end(&mut self, found: &mut dyn FnMut(Found)) {
+        self.cut(found);
+    }
+
     /// What the rows hold, as soon as it is known; it does not change after that.
     fn content(&self) -> Option<&Content>;
 
@@ -40,20 +44,28 @@ pub trait Format: Send {
     fn refusal(&self) -> Option<String> {
         None
     }
+
+    /// What has come so far and is not understood, with an example.
+    fn not_understood(&self) -> Option<String> {
+        None
+    }
+}
+
+/// The names of a source's channels; of a reference alone those that are meant for it.
+fn maps(options: &Options, is_reference: bool) -> Result<Maps, Problem> {
+    if is_reference { Maps::of_reference(options)?.and_columns(options) } else { Maps::load(options) }
 }
 
 /// The format of an address.
 ///
 /// # Errors
-/// A column map, or a header in the address, that is none.
-pub fn of(address: &Address, columns: Option<&Path>) -> anyhow::Result<Box<dyn Format>> {
+/// A map, or a header in the address, that is none.
+pub fn of(address: &Address, options: &Options) -> anyhow::Result<Box<dyn Format>> {
     Ok(match address.format {
-        Kind::Csv => Box::new(lines::Lines::new(address.header.as_deref(), columns, address.is_reference)?),
+        Kind::Csv => Box::new(lines::Lines::new(address.header.as_deref(), options, address.is_reference)?),
         Kind::Candump => {
-            let (columns, dbc) = (columns.map(Path::to_owned), address.dbc.clone());
-            let options = Options { columns, dbc, ..Options::default() };
-            let maps = Maps::load(&options)?;
-            Box::new(candump::Candump::new(&if address.is_reference { maps.for_a_reference() } else { maps })?)
+            let options = Options { dbc: address.dbc.clone(), ..options.clone() };
+            Box::new(candump::Candump::new(&maps(&options, address.is_reference)?)?)
         }
         Kind::Frames => Box::new(frames::Frames::default()),
         Kind::Mavlink => Box::new(mavlink::Mavlink::default()),
