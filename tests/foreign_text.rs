@@ -257,7 +257,7 @@ fn a_map_names_channels_with_factor_offset_and_number() {
     assert_eq!(fitted(&bench, &["bare.csv", "--map", "t=1", "--map", "gyro_z=2", "--map", "ref_angle_z=3"]), wanted);
     let line = bench.refused(&["fit", "raw.csv", "--map", "t=clok"]);
     assert!(line.contains("likely: clock"), "{line}");
-    assert!(bench.refused(&["fit", "raw.csv", "--map", "t"]).contains("is no NAME=CHANNEL"));
+    assert!(bench.refused(&["fit", "raw.csv", "--map", "t"]).contains("is not NAME=[a*]CHANNEL[/b][+c]"));
 }
 
 #[test]

@@ -51,6 +51,8 @@ mod torn;
 mod witness;
 mod wrapped;
 
+pub use reference::ratio_to_reference;
+
 use crate::{
     Axis, Record,
     fault::{DataFault, FaultKind},

@@ -37,11 +37,19 @@ impl Unit {
         Self { quantity, suffix, factor: 1.0, symbol }
     }
 
+    /// So many of it.
+    #[must_use]
+    pub fn times(self, count: f64) -> Self {
+        Self { factor: self.factor * count, ..self }
+    }
+
     const fn scaled(quantity: Quantity, symbol: &'static str, suffix: &'static str, factor: f64) -> Self {
         Self { quantity, suffix, factor, symbol }
     }
 }
 
+/// Standard gravity, m/s² (exact by definition).
+pub const STANDARD_GRAVITY: f64 = 9.806_65;
 /// rad/s
 pub const RADIANS_PER_SECOND: Unit = Unit::new(Quantity::Rate, "rad/s", "");
 /// °/s

@@ -80,7 +80,7 @@ fn phones() {
 fn ros_and_px4_as_csv() {
     let ros = "%time,field.header.seq,field.header.stamp,field.angular_velocity.x,field.angular_velocity.y,field.angular_velocity.z\n\
         1400000000000000000,1,1400000000000000000,0.1,0.2,0.3\n1400000000005000000,2,1400000000005000000,0.1,0.2,0.3\n";
-    assert_eq!(chosen(ros)[..2], ["t_ns=time", "gyro_x=field.angular_velocity.x"]);
+    assert_eq!(chosen(ros)[..2], ["t_ns=field.header.stamp", "gyro_x=field.angular_velocity.x"]);
     let px4 = "timestamp,gyro_rad[0],gyro_rad[1],gyro_rad[2],gyro_integral_dt\n1000000,0.1,0.2,0.3,4000\n1004000,0.1,0.2,0.3,4000\n";
     assert_eq!(chosen(px4), ["t_us=timestamp", "gyro_x=gyro_rad[0]", "gyro_y=gyro_rad[1]", "gyro_z=gyro_rad[2]"]);
 }

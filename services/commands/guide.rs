@@ -1,10 +1,10 @@
 //! `truerate guide`: a recording, guided, until the log can tell.
 
 use crate::{
-    log::Options,
     guide::{self, From, Precisions, Settings},
     listening,
     live::{Address, address::AddressError},
+    log::Options,
     settings::{Source, Speed},
     stop::Stop,
 };

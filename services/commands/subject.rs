@@ -234,7 +234,10 @@ impl Subject {
     /// What the log is, in a few words each.
     fn about(&self, model: Option<&Path>) -> Vec<String> {
         let mut about = Vec::new();
-        let mut steps: Vec<i64> = self.record.rows.windows(2).map(|pair| pair[1].t_ns - pair[0].t_ns).collect();
+        // The rate is that of a gyro: rows of a reference may stand between its own.
+        let has_gyro = |row: &&gyro_model::Row| self.axes.iter().any(|axis| row.gyro[axis.index()].is_finite());
+        let times: Vec<i64> = self.record.rows.iter().filter(has_gyro).map(|row| row.t_ns).collect();
+        let mut steps: Vec<i64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
         if !steps.is_empty() {
             let middle = steps.len() / 2;
             let step = 1e-9 * *steps.select_nth_unstable(middle).1 as f64;

@@ -13,9 +13,7 @@ use gyro_model::{
     simulate::Scenario,
 };
 use ipc_types::health::SourceHealth;
-use std::{
-    time::{Duration, Instant},
-};
+use std::time::{Duration, Instant};
 
 /// Where rows come from.
 #[allow(clippy::large_enum_variant, reason = "there is one of it")]

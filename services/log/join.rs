@@ -3,15 +3,20 @@
 use super::{
     LogError,
     error::{Problem, listed},
-    header::Layout,
+    header::{Column, Layout},
+    opening::timed,
     pending::Pending,
     reader::Reader,
     unit::Channel,
+    unsaid,
 };
 use gyro_model::{
-    Row,
+    Model, Record, Row,
     align::align,
+    effects::find,
     fault::{DataFault, FaultKind},
+    fit,
+    model::Term,
 };
 use log_readers::meaning::Pick;
 use std::path::Path;
@@ -37,30 +42,69 @@ pub fn with_reference(mut log: Reader, mut other: Reader, second: &Path) -> Resu
     for row in &mut own {
         row.row = Row { ref_angle: NONE, ref_rate: NONE, ref_quaternion: [f64::NAN; 4], ..row.row };
     }
-    let mut faults = Vec::new();
+    let mut layout = together(log.layout(), other.layout(), from_gyro);
     let shift = shift(&own, &rows).map_err(|likeness| refuse(Problem::NotAligned(likeness)))?;
-    if shift != 0 {
-        for row in &mut rows {
-            row.time += shift;
-        }
-        faults.push(DataFault {
-            kind: FaultKind::OtherClock,
-            axis: None,
-            count: rows.len() as u64,
-            first_t: None,
-            says: format!(
-                "the reference's clock is {:.3} s behind the log's, by the motion of both: set to it; what is left of that is a `delay`",
-                shift as f64 / 1e9
-            ),
-        });
+    for row in &mut rows {
+        row.time += shift;
     }
-    let layout = together(log.layout(), other.layout(), from_gyro);
+    let factors = unsaid::factors(&mut layout, &timed(&merged(&own, &rows)));
+    for row in own.iter_mut().chain(&mut rows) {
+        unsaid::convert(&mut row.row, &layout, &factors);
+    }
+    let fine = if shift == 0 { 0 } else { residual(&merged(&own, &rows)) };
+    for row in &mut rows {
+        row.time += fine;
+    }
+    let faults = vec![DataFault {
+        kind: FaultKind::OtherClock,
+        axis: None,
+        count: rows.len() as u64,
+        first_t: None,
+        says: format!(
+            "the reference's clock is {:.4} s behind the log's, found from the motion in both: set to it, so a delay between the two cannot \
+             be told",
+            (shift + fine) as f64 / 1e9
+        ),
+    }];
+    let faults = if shift == 0 { Vec::new() } else { faults };
+    log.go_on(merged(&own, &rows), layout, faults);
+    Ok(log)
+}
+
+/// What is left of the offset between two clocks after the motions were laid over each other, ns: the delay that a fit finds. Between
+/// two clocks that were never compared it is no property of the gyro.
+fn residual(rows: &[Pending]) -> i128 {
+    const LONGEST: f64 = 0.1;
+    let record = Record { rows: timed(rows), ..Record::default() };
+    let axes = record.fitted_axes();
+    let mut model = Model::base_for(&record);
+    let Some(delay) = find("delay") else { return 0 };
+    for axis in &axes {
+        if let Some(of) = &mut model.axes[axis.index()] {
+            of.terms.push(Term::neutral(delay, *axis));
+        }
+    }
+    let Ok(model) = fit::fit(&record, &model, &axes) else { return 0 };
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for term in model.axes.iter().flatten().filter_map(|axis| axis.term("delay")) {
+        let (value, error) = (term.values[0], term.std_errors[0]);
+        if value.abs() < LONGEST && error > 0.0 && error.is_finite() {
+            sum += value / error.powi(2);
+            weights += error.powi(-2);
+        }
+    }
+    // A gyro that is late is not so against a reference that is set back by as much.
+    if weights > 0.0 { (sum / weights * 1e9) as i128 } else { 0 }
+}
+
+/// The rows of both in time, within the log's own span; a reference of the very time of a row is that row's.
+fn merged(own: &[Pending], reference: &[Pending]) -> Vec<Pending> {
     let (first, last) = (own.first().map_or(0, |row| row.time), own.last().map_or(0, |row| row.time));
-    rows.retain(|row| (first..=last).contains(&row.time));
-    own.extend(rows);
-    own.sort_by_key(|row| row.time);
+    let mut all: Vec<Pending> = own.to_vec();
+    all.extend(reference.iter().filter(|row| (first..=last).contains(&row.time)).cloned());
+    all.sort_by_key(|row| row.time);
     let mut merged: Vec<Pending> = Vec::with_capacity(own.len());
-    for next in own {
+    for next in all {
         match merged.last_mut() {
             Some(before)
                 if before.time == next.time && is_reference_row(&next.row) && !is_reference_row(&before.row) =>
@@ -76,8 +120,7 @@ pub fn with_reference(mut log: Reader, mut other: Reader, second: &Path) -> Resu
             _ => merged.push(next),
         }
     }
-    log.go_on(merged, layout, faults);
-    Ok(log)
+    merged
 }
 
 const NONE: [f64; 3] = [f64::NAN; 3];
@@ -128,6 +171,11 @@ fn overlapping(own: &[Pending], reference: &[Pending]) -> bool {
     }
 }
 
+/// A second gyro's name as that of a reference.
+fn as_reference(name: &str) -> String {
+    name.replacen("gyro_", "ref_rate_", 1)
+}
+
 /// The layout of both.
 fn together(own: &Layout, other: &Layout, from_gyro: bool) -> Layout {
     let mut layout = own.clone();
@@ -138,12 +186,16 @@ fn together(own: &Layout, other: &Layout, from_gyro: bool) -> Layout {
             channel if channel.is_reference() => channel,
             _ => return None,
         };
-        Some(super::header::Column { channel, ..column.clone() })
+        let name = if from_gyro { as_reference(&column.name) } else { column.name.clone() };
+        Some(Column { name, channel, ..column.clone() })
     }));
     let refs =
         other.chosen.iter().filter(|pick| pick.name.starts_with("ref_") || from_gyro && pick.name.starts_with("gyro_"));
     layout.chosen.retain(|pick| !pick.name.starts_with("ref_"));
-    layout.chosen.extend(refs.cloned());
+    layout.chosen.extend(refs.map(|pick| {
+        let name = if from_gyro { as_reference(&pick.name) } else { pick.name.clone() };
+        Pick { name, ..pick.clone() }
+    }));
     layout.dependent.clone_from(&other.dependent);
     layout
 }

@@ -66,7 +66,7 @@ impl MapFlag {
         }
         for (factor, channel, offset) in readings(&self.channel) {
             if let Some(found) = resolve(&channel, channels) {
-                return Ok(vec![Pick { name: self.name.clone(), channel: found, factor, offset }]);
+                return Ok(vec![Pick { name: self.name.clone(), channel: found, factor, offset, is_unit_said: true }]);
             }
         }
         Err(unknown(likely(&self.channel, channels)))
@@ -86,9 +86,11 @@ fn readings(text: &str) -> Vec<(f64, String, f64)> {
     // `2+gz`, too.
     for (at, sign) in text.char_indices().filter(|(_, c)| matches!(c, '+' | '-')).filter(|(at, _)| *at > 0) {
         if let (Some(offset), rest) = (number(&text[..at]), text[at + 1..].trim()) {
-            found.extend(scaled(rest).into_iter().map(|(factor, channel)| {
-                (if sign == '-' { -factor } else { factor }, channel.to_owned(), offset)
-            }));
+            found.extend(
+                scaled(rest)
+                    .into_iter()
+                    .map(|(factor, channel)| (if sign == '-' { -factor } else { factor }, channel.to_owned(), offset)),
+            );
         }
     }
     for (rest, offset) in with_offset {
@@ -184,8 +186,13 @@ mod tests {
 
     #[test]
     fn a_factor_and_an_offset_stand_on_either_side() {
-        let pick =
-            |factor, channel: &str, offset| Pick { name: "gyro_z".into(), channel: channel.into(), factor, offset };
+        let pick = |factor, channel: &str, offset| Pick {
+            name: "gyro_z".into(),
+            channel: channel.into(),
+            factor,
+            offset,
+            is_unit_said: true,
+        };
         for (text, wanted) in [
             ("gyro_z=gz", pick(1.0, "gz", 0.0)),
             ("gyro_z=0.1*gz+2", pick(0.1, "gz", 2.0)),

@@ -31,6 +31,7 @@ mod tally;
 mod tests;
 mod timer;
 mod unit;
+mod unsaid;
 mod whole;
 mod writer;
 
@@ -39,8 +40,8 @@ pub use frames::Frames;
 pub use header::{Layout, Refusal};
 pub use look::{Look, look};
 pub use reader::Reader;
-pub use rows::head_problem;
 pub use row::{Parsed, RowParser};
+pub use rows::head_problem;
 pub use tally::RowFault;
 pub use whole::read;
 pub use writer::{GrowingLog, RecordWriter, Time, create, write_record};

@@ -16,6 +16,8 @@ pub struct Names<'a> {
     headers: &'a [String],
     /// Their names now.
     pub renamed: Vec<String>,
+    /// Columns that a map names.
+    mapped: Vec<bool>,
     /// Columns of a name that another was given.
     pub displaced: Vec<bool>,
     /// Factor and offset.
@@ -35,23 +37,26 @@ impl<'a> Names<'a> {
         let mut names = Self {
             headers,
             renamed,
+            mapped: vec![false; count],
             displaced: vec![false; count],
             scaled: vec![(1.0, 0.0); count],
             chosen: Vec::new(),
         };
         for flag in &maps.flags {
             for pick in flag.picks(headers)? {
-                names.take(&pick);
+                if let Some(place) = names.take(&pick) {
+                    names.mapped[place] = true;
+                }
             }
         }
         Ok(names)
     }
 
     /// Gives a column the name that a pick has for it. What had that name before is not read.
-    fn take(&mut self, pick: &Pick) {
+    fn take(&mut self, pick: &Pick) -> Option<usize> {
         let untouched = |i: &usize| self.renamed[*i] == self.headers[*i];
         let mut places = (0..self.headers.len()).filter(|&i| self.headers[i] == pick.channel);
-        let Some(place) = places.clone().find(untouched).or_else(|| places.next()) else { return };
+        let place = places.clone().find(untouched).or_else(|| places.next())?;
         let channel = |name: &str| if let Name::Known(channel, _) = unit::name(name) { Some(channel) } else { None };
         for i in (0..self.renamed.len()).filter(|&i| i != place) {
             let same =
@@ -61,6 +66,7 @@ impl<'a> Names<'a> {
         self.renamed[place].clone_from(&pick.name);
         self.scaled[place] = (pick.factor, pick.offset);
         self.displaced[place] = false;
+        Some(place)
     }
 
     /// Takes what is clear where the names of the format and the maps leave something open.
@@ -83,8 +89,12 @@ impl<'a> Names<'a> {
             channel => channel.is_some_and(|channel| known.contains(&channel)),
         };
         // Columns that have a meaning already are no candidates for another.
-        let free: Vec<String> = (self.renamed.iter().zip(self.headers))
-            .map(|(name, header)| if base(name).is_some() && name != header { String::new() } else { header.clone() })
+        let free: Vec<String> = (self.renamed.iter().zip(self.headers).zip(&self.mapped))
+            .map(
+                |((name, header), mapped)| {
+                    if *mapped || base(name).is_some() && name != header { String::new() } else { header.clone() }
+                },
+            )
             .collect();
         let mut unnamed = head.clone();
         unnamed.names = free;
@@ -92,7 +102,8 @@ impl<'a> Names<'a> {
         proposal.dependent = meaning::of_text(head, &|_| true).dependent;
         for pick in proposal.chosen.clone() {
             // `t` as `t` is what it says.
-            if pick.name != pick.channel || self.headers.iter().all(|header| *header != pick.name) {
+            if pick.factor != 1.0 || pick.name != pick.channel || self.headers.iter().all(|header| *header != pick.name)
+            {
                 self.take(&pick);
                 self.chosen.push(pick);
             }

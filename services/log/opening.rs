@@ -1,6 +1,15 @@
 //! How a log is opened: its header understood, and its reference joined from a second file.
 
-use super::{LogError, Maps, Options, Reader, input::STANDARD_INPUT, join, reader::no_reference, rows::begin};
+use super::{
+    LogError, Maps, Options, Reader,
+    input::STANDARD_INPUT,
+    join,
+    pending::Pending,
+    reader::no_reference,
+    rows::{Rows, begin},
+    unsaid,
+};
+use gyro_model::Row;
 use std::path::Path;
 
 impl Reader {
@@ -16,12 +25,48 @@ impl Reader {
         if options.needs_reference && options.reference.is_none() && !layout.has_reference() {
             return Err(refuse(line, None, no_reference(&layout)));
         }
-        let reader = Self::of(log, layout, rows_from, tally);
-        match &options.reference {
-            Some(second) => join::with_reference(reader, of_reference(second, options)?, second),
-            None => Ok(reader),
+        let mut reader = Self::of(log, layout, rows_from, tally);
+        if let Some(second) = &options.reference {
+            return join::with_reference(reader, of_reference(second, options)?, second);
         }
+        reader.find_units(path, &maps)?;
+        Ok(reader)
     }
+
+    /// Takes the units that nobody said, where gyro and reference agree in them.
+    fn find_units(&mut self, path: &Path, maps: &Maps) -> Result<(), LogError> {
+        if !self.layout.has_reference() || self.layout.chosen.iter().all(|pick| pick.is_unit_said) {
+            return Ok(());
+        }
+        match &mut self.rows_from {
+            Rows::Ready { rows, .. } => {
+                let mut all: Vec<Pending> = std::mem::take(rows).collect();
+                let factors = unsaid::factors(&mut self.layout, &timed(&all));
+                for row in &mut all {
+                    unsaid::convert(&mut row.row, &self.layout, &factors);
+                }
+                *rows = all.into_iter();
+            }
+            // What comes only once cannot be looked through before.
+            Rows::Text { .. } if path == Path::new("-") => {}
+            Rows::Text { .. } => {
+                let (layout, rows_from, tally, _) = begin(&self.log, path, maps)?;
+                let mut first = Self::of(self.log.clone(), layout, rows_from, tally);
+                // What is damaged further on is refused where it is.
+                let rows: Vec<Row> =
+                    std::iter::from_fn(|| first.next_row().ok().flatten()).take(unsaid::LOOKED_AT).collect();
+                unsaid::factors(&mut self.layout, &rows);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Rows with their times.
+pub(super) fn timed(rows: &[Pending]) -> Vec<Row> {
+    let first = rows.first().map_or(0, |row| row.time);
+    let t_ns = |row: &Pending| i64::try_from(row.time - first).unwrap_or(i64::MAX);
+    rows.iter().take(unsaid::LOOKED_AT).map(|row| Row { t_ns: t_ns(row), ..row.row }).collect()
 }
 
 /// Opens a file for its reference alone.

@@ -2,6 +2,7 @@
 
 use gyro_model::Row;
 
+#[derive(Clone)]
 /// A row with its time, before it is known whether the next one fits.
 pub struct Pending {
     pub row: Row,

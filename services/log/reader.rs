@@ -21,9 +21,9 @@ use gyro_model::{
 ///
 /// It reads one row ahead, so that a single time far ahead of its neighbours costs that row and not all after it.
 pub struct Reader {
-    log: String,
-    rows_from: Rows,
-    layout: Layout,
+    pub(super) log: String,
+    pub(super) rows_from: Rows,
+    pub(super) layout: Layout,
     /// Own time of the first row, ns.
     start: Option<i128>,
     /// Own time of the last row given, ns.

@@ -1,7 +1,10 @@
 //! Column names of the log format, and the units that a suffix on them means.
 
 use gyro_model::Axis;
-use log_readers::{meaning::Pick, unit::Unit};
+use log_readers::{
+    meaning::Pick,
+    unit::{STANDARD_GRAVITY, Unit},
+};
 
 /// What a column holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,9 +67,6 @@ impl Conversion {
         Self { scale, ..Self::NONE }
     }
 }
-
-/// Standard gravity, m/s² (exact by definition).
-pub const STANDARD_GRAVITY: f64 = 9.806_65;
 
 /// The suffixes of the format.
 const SUFFIXES: [&str; 10] = ["dps", "deg", "g", "mg", "k", "f", "ms", "us", "ns", "mv"];

@@ -219,6 +219,15 @@ pub(super) fn gyro_rates(record: &Record, axis: Axis, motion: &Motion) -> Option
     Some(gyro.rates(*motion.t.first()?, *motion.t.last()?, motion.piece()))
 }
 
+/// What the reference turns for one of the gyro's numbers, and how much of its motion the gyro shows (r²); `None` where an axis lacks one.
+#[must_use]
+pub fn ratio_to_reference(record: &Record, axis: Axis) -> Option<(f64, f64)> {
+    let motion = Motion::of(record, axis)?;
+    let own = gyro_rates(record, axis, &motion)?;
+    let wanted = motion.rates(*motion.t.first()?, *motion.t.last()?, motion.piece());
+    Some(regress(&own, &wanted))
+}
+
 fn deviation(values: &[f64]) -> f64 {
     let n = values.len().max(1) as f64;
     let mean = values.iter().sum::<f64>() / n;

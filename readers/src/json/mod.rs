@@ -100,7 +100,11 @@ impl Records {
         self.ended |= bytes.is_empty();
         self.bytes.drain(..self.from);
         self.from = 0;
-        let bytes = if self.begun || !self.first.is_empty() { bytes } else { bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes) };
+        let bytes = if self.begun || !self.first.is_empty() {
+            bytes
+        } else {
+            bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes)
+        };
         self.bytes.extend_from_slice(bytes);
     }
 
@@ -133,7 +137,8 @@ impl Records {
     fn is_settled(&self) -> bool {
         const EACH: usize = 3;
         const OF_STREAM: usize = 12;
-        self.first.len() >= OF_STREAM && self.kinds.values().all(|count| *count >= EACH) || self.first.len() >= 8 * OF_STREAM
+        self.first.len() >= OF_STREAM && self.kinds.values().all(|count| *count >= EACH)
+            || self.first.len() >= 8 * OF_STREAM
     }
 
     /// Takes the columns from the first records, and writes the header and their lines.
@@ -147,7 +152,9 @@ impl Records {
         // A name of several topics is told apart by them; a time is one time.
         let mut topics: HashMap<&str, HashSet<&str>> = HashMap::new();
         for (topic, cells) in records.clone() {
-            cells.iter().for_each(|(name, _)| _ = topics.entry(name).or_default().insert(topic));
+            for (name, _) in cells {
+                topics.entry(name).or_default().insert(topic);
+            }
         }
         let is_time = |name: &str| understand(name, None).is_some_and(|meaning| meaning.what == What::Time);
         let mut names: Vec<String> = Vec::new();

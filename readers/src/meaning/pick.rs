@@ -14,6 +14,8 @@ pub struct Pick {
     pub factor: f64,
     /// Plus this.
     pub offset: f64,
+    /// Whether its unit is known, not only thought to be SI because nobody says another.
+    pub is_unit_said: bool,
 }
 
 impl Pick {
@@ -21,7 +23,7 @@ impl Pick {
     #[must_use]
     pub fn new(name: &str, channel: &str, unit: Option<Unit>) -> Self {
         let (suffix, factor) = unit.map_or(("", 1.0), |unit| (unit.suffix, unit.factor));
-        Self { name: format!("{name}{suffix}"), channel: channel.to_owned(), factor, offset: 0.0 }
+        Self { name: format!("{name}{suffix}"), channel: channel.to_owned(), factor, offset: 0.0, is_unit_said: true }
     }
 
     /// As `--map` takes it, quoted for a shell where that is needed.
@@ -40,14 +42,20 @@ impl Pick {
 impl fmt::Display for Pick {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}=", self.name)?;
-        if self.factor != 1.0 {
-            write!(f, "{}*", self.factor)?;
+        // Counts for a unit are said as their sheets do: gz/131, not 0.007633587786259542*gz.
+        let divisor = (self.factor.abs().recip() * 1e6).round() * 1e-6;
+        let divides = self.factor.to_string().len() > 8
+            && (divisor.recip() - self.factor.abs()).abs() < 1e-12 * self.factor.abs();
+        match self.factor {
+            1.0 => f.write_str(&self.channel)?,
+            -1.0 => write!(f, "-{}", self.channel)?,
+            factor if divides => write!(f, "{}{}/{divisor}", if factor < 0.0 { "-" } else { "" }, self.channel)?,
+            factor => write!(f, "{factor}*{}", self.channel)?,
         }
-        f.write_str(&self.channel)?;
-        if self.offset != 0.0 {
-            write!(f, "+{}", self.offset)?;
+        match self.offset {
+            0.0 => Ok(()),
+            offset => write!(f, "{offset:+}"),
         }
-        Ok(())
     }
 }
 

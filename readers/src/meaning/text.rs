@@ -3,7 +3,7 @@
 use super::{AXES, Dependent, Meaning, PARTS, Pick, Proposal, What, Who, understand, words::UNSURE};
 use crate::{
     text::{self, Head, TimeField},
-    unit::{self, Unit},
+    unit::{self, Quantity, STANDARD_GRAVITY, Unit},
 };
 
 /// What the names of a text say. `taken` tells the names of our logs that it has already: they need no map.
@@ -22,6 +22,7 @@ pub fn of_text(head: &Head, taken: &dyn Fn(&str) -> bool) -> Proposal {
     of.orientation(has_gyro);
     of.angles();
     of.letters(has_gyro);
+    of.over_three(has_gyro);
     of.found
 }
 
@@ -43,7 +44,7 @@ struct Of<'a> {
 
 impl Of<'_> {
     fn pick(&self, name: &str, column: usize, unit: Option<Unit>) -> Pick {
-        Pick::new(name, &self.head.names[column], unit)
+        Pick { is_unit_said: unit.is_some(), ..Pick::new(name, &self.head.names[column], unit) }
     }
 
     fn has(&self, name: &str) -> bool {
@@ -52,7 +53,13 @@ impl Of<'_> {
     }
 
     fn time(&mut self) {
+        // A key above the header says how many seconds one of its numbers is.
+        let scale = self.head.key(&["tscale", "timescale"]).and_then(number).filter(|scale| *scale > 0.0);
         if (self.taken)("t") {
+            let own = self.head.names.iter().position(|name| name == "t");
+            if let (Some(scale), Some(column)) = (scale, own) {
+                self.found.chosen.push(Pick { factor: scale, ..self.pick("t", column, None) });
+            }
             return;
         }
         let times = self.meanings.iter().filter(|(_, meaning)| meaning.what == What::Time);
@@ -63,20 +70,25 @@ impl Of<'_> {
             let named = |row: &Vec<Vec<u8>>| row.iter().take(self.head.names.len()).position(written);
             if let Some(column) = self.head.samples.first().and_then(named) {
                 self.found.chosen.push(self.pick("t", column, None));
+            } else if let Some((column, rate)) = counter(self.head) {
+                self.found.chosen.push(Pick { factor: rate.recip(), ..self.pick("t", column, None) });
             }
             return;
         };
         let unit = meaning.unit.or_else(|| time_unit(self.head, column));
-        // The Xsens clock ticks ten thousand times a second.
-        let ticks = self.head.names[column].trim() == "SampleTimeFine";
+        // The Xsens clock ticks ten thousand times a second, but that of a DOT a million times.
+        let ticks =
+            self.head.names[column].trim() == "SampleTimeFine" && step(self.head, column).is_none_or(|step| step < 2e3);
         let unit = if ticks { Some(Unit { factor: 100.0, ..unit::MICROSECONDS }) } else { unit };
+        let unit = scale.map(|factor| Unit { factor, ..unit::SECONDS }).or(unit);
         self.found.chosen.push(self.pick("t", column, unit));
     }
 
     /// Whether there is a gyro to choose. A second one is offered as a reference.
     fn gyro(&mut self) -> bool {
         let degrees = self.head.names.iter().any(|name| name.trim() == "loopIteration");
-        let unsaid = if degrees { Some(unit::DEGREES_PER_SECOND) } else { None };
+        let unsaid =
+            if degrees { Some(unit::DEGREES_PER_SECOND) } else { scale(self.head, "g", unit::RADIANS_PER_SECOND) };
         let rates: Vec<(usize, usize, Meaning)> = (self.meanings.iter())
             .filter_map(|(i, m)| if let What::Rate(axis) = m.what { Some((*i, axis, m.clone())) } else { None })
             .collect();
@@ -104,6 +116,30 @@ impl Of<'_> {
         !sensors.is_empty()
     }
 
+    /// One name, with its unit, over three columns of which the others have none: their order is not said.
+    fn over_three(&mut self, has_gyro: bool) {
+        if has_gyro {
+            return;
+        }
+        let is_rate = |name: &str| unit::split(name).1.is_some_and(|unit| unit.quantity == Quantity::Rate);
+        let nameless = |name: &String, k: usize| {
+            let bare = name.trim();
+            bare == k.to_string() || bare.is_empty() || bare.starts_with("column_") || bare.starts_with("Unnamed")
+        };
+        let names = &self.head.names;
+        let first = (0..names.len().saturating_sub(2))
+            .find(|&i| is_rate(&names[i]) && nameless(&names[i + 1], 1) && nameless(&names[i + 2], 2));
+        let Some(first) = first else { return };
+        let unit = unit::split(&names[first]).1;
+        // A GoPro gives z, x and y.
+        let order = if names.iter().any(|name| name.trim() == "cts") { [2, 0, 1] } else { [0, 1, 2] };
+        let mut picks: Vec<(usize, Pick)> = (order.into_iter().enumerate())
+            .map(|(k, axis)| (axis, self.pick(&format!("gyro_{}", AXES[axis]), first + k, unit)))
+            .collect();
+        picks.sort_by_key(|(axis, _)| *axis);
+        self.found.offered.extend(picks.into_iter().map(|(_, pick)| pick));
+    }
+
     /// Bare letters say nothing surely: p, q, r are rates of turn in flight, x, y, z may be anything.
     fn letters(&mut self, has_gyro: bool) {
         if has_gyro {
@@ -129,10 +165,12 @@ impl Of<'_> {
         let Some(first) = of.iter().min_by_key(|(i, _, m)| (m.rank, *i)).map(|(_, _, m)| m.sensor.clone()) else {
             return;
         };
+        let said =
+            scale(self.head, "a", unit::METRES_PER_SECOND_SQUARED.times(STANDARD_GRAVITY)).filter(|_| base == "accel");
         for (column, axis, meaning) in of.iter().filter(|(_, _, meaning)| meaning.sensor == first) {
             let name = format!("{base}_{}", AXES[*axis]);
             if !self.has(&name) {
-                self.found.chosen.push(self.pick(&name, *column, meaning.unit));
+                self.found.chosen.push(self.pick(&name, *column, meaning.unit.or(said)));
             }
         }
     }
@@ -192,21 +230,79 @@ impl Of<'_> {
     }
 }
 
+/// What a key above the header says one step of a sensor's numbers is: gyroflow's `gscale` in rad/s, `ascale` in g.
+fn scale(head: &Head, sensor: &str, unit: Unit) -> Option<Unit> {
+    let keys: &[&str] = if sensor == "g" { &["gscale"] } else { &["ascale"] };
+    head.key(keys).and_then(number).filter(|scale| *scale > 0.0 && *scale != 1.0).map(|scale| unit.times(scale))
+}
+
+/// The number that a value begins with.
+fn number(value: &str) -> Option<f64> {
+    let end = value.find(|c: char| !(c.is_ascii_digit() || "+-.eE".contains(c))).unwrap_or(value.len());
+    value[..end].trim_end_matches(['e', 'E']).parse().ok().filter(|x: &f64| x.is_finite())
+}
+
+/// Rows a second, where a key above the header says it.
+#[must_use]
+pub fn stated_rate(head: &Head) -> Option<f64> {
+    const KEYS: [&str; 14] = [
+        "datarate",
+        "samplerate",
+        "samplingrate",
+        "outputrate",
+        "updaterate",
+        "outputdatarate",
+        "odr",
+        "fs",
+        "rate",
+        "frequency",
+        "samplefrequency",
+        "samplingfrequency",
+        "gyrorate",
+        "imurate",
+    ];
+    let value = head.key(&KEYS)?;
+    let rate = number(value.trim())?;
+    let factor = if value.to_ascii_lowercase().contains("khz") { 1e3 } else { 1.0 };
+    Some(rate * factor).filter(|rate| (1.0..1e5).contains(rate))
+}
+
+/// The column that counts rows, and how many of them come a second, as a key above the header says.
+fn counter(head: &Head) -> Option<(usize, f64)> {
+    let rate = stated_rate(head)?;
+    (0..head.names.len()).find(|&column| counts_rows(head, column)).map(|column| (column, rate))
+}
+
+/// Whether the first rows are numbered in this column.
+#[must_use]
+pub fn counts_rows(head: &Head, column: usize) -> bool {
+    let values = numbers(head, column);
+    values.len() > 1 && values.windows(2).all(|pair| pair[1] - pair[0] == 1.0) && values[0].fract() == 0.0
+}
+
+/// The first rows' numbers in a column.
+fn numbers(head: &Head, column: usize) -> Vec<f64> {
+    let point = head.dialect.point;
+    let numbers = head.samples.iter().filter_map(|row| match text::time(row.get(column)?, point, 9) {
+        TimeField::Nanoseconds(parts) => Some(parts as f64 / 1e9),
+        _ => None,
+    });
+    numbers.collect()
+}
+
+/// From row to row, as the first rows show.
+fn step(head: &Head, column: usize) -> Option<f64> {
+    numbers(head, column).windows(2).map(|pair| pair[1] - pair[0]).find(|step| *step > 0.0)
+}
+
 /// The unit of a time that the name does not say: an epoch's by its size, any other by the time from row to row, which lies
 /// between 0.1 ms and 0.1 s in every log of a gyro.
 #[must_use]
 pub fn time_unit(head: &Head, column: usize) -> Option<Unit> {
-    let point = head.dialect.point;
-    let times: Vec<f64> = (head.samples.iter())
-        .filter_map(|row| match text::time(row.get(column)?, point, 9) {
-            TimeField::Nanoseconds(parts) => Some(parts as f64 / 1e9),
-            _ => None,
-        })
-        .collect();
-    let first = *times.first()?;
-    let step = times.windows(2).map(|pair| pair[1] - pair[0]).find(|step| *step > 0.0);
-    // A counter of microseconds that is as large as an epoch in seconds takes steps that no log of a gyro has.
-    let likely = |unit: &Unit| step.is_none_or(|step| step < 100.0 || *unit != unit::SECONDS);
+    let first = *numbers(head, column).first()?;
+    let step = step(head, column);
+    // A counter that is as large as an epoch in a coarser unit takes steps that no log of a gyro has.
+    let likely = |unit: &Unit| step.is_none_or(|step| step < if *unit == unit::SECONDS { 100.0 } else { 1e5 });
     if let Some(unit) = epoch_unit(first).filter(likely) {
         return Some(unit);
     }

@@ -184,6 +184,31 @@ pub fn understand(name: &str, unit: Option<Unit>) -> Option<Meaning> {
         .or_else(|| name.supply())
 }
 
+/// Cuts the letter of an axis off a word that is written without a sign before it: `gyroz`, `accelx`.
+fn unsqueeze(words: &mut Vec<String>) {
+    const STEMS: [&str; 10] = [
+        "gyro",
+        "gyr",
+        "gyroscope",
+        "acc",
+        "accel",
+        "accelerometer",
+        "acceleration",
+        "angvel",
+        "omega",
+        "angularvelocity",
+    ];
+    let cut = words.last().and_then(|last| {
+        let letter = ["x", "y", "z"].into_iter().find(|letter| last.ends_with(letter))?;
+        let stem = last.strip_suffix(letter).filter(|stem| STEMS.contains(stem))?;
+        Some((stem.to_owned(), letter.to_owned()))
+    });
+    if let Some((stem, letter)) = cut {
+        words.pop();
+        words.extend([stem, letter]);
+    }
+}
+
 /// A name on its way to a meaning.
 struct Name {
     words: Vec<String>,
@@ -207,6 +232,24 @@ impl Name {
             unit = Some(found);
             words.pop();
         }
+        // Before the letter of the axis: gyro_dps.z.
+        if unit.is_none()
+            && let [.., _, before, last] = words.as_slice()
+            && before.len() > 1
+            && axis(last).is_some()
+            && let Some(found) = unit::parse(before)
+                .filter(|unit| matches!(unit.quantity, Quantity::Rate | Quantity::Acceleration | Quantity::Angle))
+        {
+            words.remove(words.len() - 2);
+            // gyro_rad[2] is in rad/s.
+            let turns = words.iter().any(|word| word.starts_with("gyr"));
+            unit = Some(match (found.quantity, found.suffix) {
+                (Quantity::Angle, "") if turns => unit::RADIANS_PER_SECOND,
+                (Quantity::Angle, "_deg") if turns => unit::DEGREES_PER_SECOND,
+                _ => found,
+            });
+        }
+        unsqueeze(&mut words);
         let last = words.last().cloned().unwrap_or_default();
         let mut name = Self { words, last, unit, who: Who::Unsaid };
         if name.is(REFERENCE) {
@@ -268,8 +311,8 @@ impl Name {
         if !self.may_be(Quantity::Rate) {
             return None;
         }
-        let turns = self.is(&["gyr", "gyro", "gyroadc", "gyros", "gyroscope", "omega", "angvel"])
-            || self.is(&["angular", "rotation", "rot", "turn"])
+        let turns = self.is(&["gyr", "gyro", "gyroadc", "gyros", "gyroscope", "omega", "angvel", "angularvelocity"])
+            || self.is(&["angular", "ang", "rotation", "rot", "turn"])
                 && self.is(&["velocity", "vel", "rate", "rates", "speed"])
             || self.words.windows(2).any(|pair| pair == ["w", "rs"] || pair == ["rate", "gyro"])
             || self.is(&["drehrate", "winkelgeschwindigkeit"])
@@ -340,32 +383,24 @@ fn time_rank(words: &[String]) -> Option<u8> {
     let joined = words.join("_");
     Some(match joined.as_str() {
         "t" => 0,
-        "seconds_elapsed" | "elapsed" | "elapsed_time" | "time_elapsed" | "time_startup" | "sample_time_fine"
-        | "relative_time" => 1,
-        "time"
-        | "x_value"
-        | "zeit"
-        | "uhrzeit"
-        | "zeitstempel"
-        | "temps"
-        | "tiempo"
-        | "tempo"
-        | "timestamp"
-        | "timestamps"
-        | "ts"
-        | "time_stamp"
-        | "sample_time"
-        | "sensor_time"
-        | "timestamp_sample"
-        | "header_stamp"
-        | "stamp"
+        // The sensor's own stamp, before that of whoever took its message.
+        "header_stamp"
         | "field_header_stamp"
         | "header_timestamp"
-        | "stamp_secs"
         | "header_stamp_secs"
-        | "stamp_sec"
         | "header_stamp_sec"
-        | "field_header_stamp_secs" => 2,
+        | "field_header_stamp_secs"
+        | "seconds_elapsed"
+        | "elapsed"
+        | "elapsed_time"
+        | "time_elapsed"
+        | "time_startup"
+        | "sample_time_fine"
+        | "relative_time"
+        | "cts" => 1,
+        "time" | "x_value" | "zeit" | "uhrzeit" | "zeitstempel" | "temps" | "tiempo" | "tempo" | "timestamp"
+        | "timestamps" | "ts" | "time_stamp" | "sample_time" | "sensor_time" | "timestamp_sample" | "stamp"
+        | "stamp_secs" | "stamp_sec" => 2,
         "datetime" | "date_time" | "sec" | "secs" | "seconds" | "second" | "millis" | "micros" | "ms" | "us" | "ns"
         | "s" => 3,
         "time_boot" | "logging_time" | "unix" | "unix_time" | "epoch" | "epoch_time" | "utc_time" | "system_time"
@@ -394,6 +429,9 @@ mod tests {
             ("gz", What::Rate(2)),
             ("unix_ms", What::Time),
             ("GyroX", What::Rate(0)),
+            ("gyroz", What::Rate(2)),
+            ("ang_vel_y", What::Rate(1)),
+            ("imu.gyro_dps.z", What::Rate(2)),
             ("gyro_rad[2]", What::Rate(2)),
             ("field.angular_velocity.y", What::Rate(1)),
             ("Gyroscope x (rad/s)", What::Rate(0)),
@@ -449,6 +487,13 @@ mod tests {
         ] {
             assert_eq!(what(name), None, "{name}");
         }
+    }
+
+    #[test]
+    fn a_unit_before_the_axis_is_one() {
+        let unit = |name: &str| understand(name, None).and_then(|meaning| meaning.unit).map(|unit| unit.symbol);
+        assert_eq!(unit("imu.gyro_dps.z"), Some("deg/s"));
+        assert_eq!((unit("gyro.z"), unit("gyro_rad[2]"), unit("accel_mg_x")), (None, Some("rad/s"), Some("mg")));
     }
 
     #[test]

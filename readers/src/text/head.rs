@@ -168,6 +168,7 @@ impl Finder {
     }
 
     /// The lines taken so far, with their numbers.
+    #[must_use]
     pub fn lines(&self) -> impl ExactSizeIterator<Item = (&[u8], u64)> {
         self.looked.iter().map(|line| (line.bytes.as_slice(), line.number))
     }
@@ -195,9 +196,7 @@ impl Finder {
         }
         match header_above(looked, first, dialect, found) {
             Above::Header(header) => Ok(begin(looked, header, dialect, skipped)),
-            Above::DecimalCommas(names) => {
-                Err(HeadError::DecimalCommas { line: looked[first].number, found, names })
-            }
+            Above::DecimalCommas(names) => Err(HeadError::DecimalCommas { line: looked[first].number, found, names }),
             Above::Nothing => {
                 note_above(&looked[..first], skipped);
                 let samples = samples(&looked[first..], dialect);

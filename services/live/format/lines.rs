@@ -197,7 +197,8 @@ impl Lines {
             }
             Some(_) => {
                 self.not_understood(line);
-                let says = format!("line {}, no row of the columns that the address names: {}", self.number, shown(line));
+                let says =
+                    format!("line {}, no row of the columns that the address names: {}", self.number, shown(line));
                 return found(Found::Fault(Fault::Remark, says));
             }
         };
@@ -248,9 +249,8 @@ impl Lines {
 
     /// Counts lines that were looked at, up to this one, as none of a table.
     fn tell(&mut self, until: usize, found: &mut dyn FnMut(Found)) {
-        let lines: Vec<(Vec<u8>, u64)> = (self.finder.lines().take(until).skip(self.told))
-            .map(|(line, number)| (line.to_vec(), number))
-            .collect();
+        let lines: Vec<(Vec<u8>, u64)> =
+            (self.finder.lines().take(until).skip(self.told)).map(|(line, number)| (line.to_vec(), number)).collect();
         self.told = self.told.max(until);
         for (line, number) in lines {
             self.not_understood(&line);
@@ -325,9 +325,8 @@ fn shown(line: &[u8]) -> String {
     let line = line.trim_ascii();
     let more = if line.len() > SHOWN { "…" } else { "" };
     let parts = line[..line.len().min(SHOWN)].split(|&b| b == b'\t');
-    let text: Vec<String> = parts
-        .map(|part| std::str::from_utf8(part).map_or_else(|_| part.escape_ascii().to_string(), escaped))
-        .collect();
+    let text: Vec<String> =
+        parts.map(|part| std::str::from_utf8(part).map_or_else(|_| part.escape_ascii().to_string(), escaped)).collect();
     format!("{}{more}", text.join("⇥"))
 }
 

@@ -1,0 +1,207 @@
+//! Units that neither a name nor the file says: a unit is taken where gyro and reference agree in it.
+
+use super::{
+    header::{Column, Layout},
+    row::place,
+    unit::Channel,
+};
+use gyro_model::{Axis, Record, Row, faults};
+use log_readers::meaning::Pick;
+use std::f64::consts::{PI, TAU};
+
+/// Rows that are looked at, and at least.
+pub const LOOKED_AT: usize = 100_000;
+const FEWEST: usize = 100;
+/// How much of the reference's motion the gyro has to show, as r².
+const FOLLOWS: f64 = 0.8;
+/// A low-cost gyro's scale factor is within this of 1; neighbouring sensitivities lie nearer than that, the nearest one is meant.
+const SCALE: f64 = 0.2;
+const NEAREST: f64 = 0.06;
+/// Faster than a low-cost gyro reads, rad/s, and what hands and vehicles seldom reach.
+const FASTEST: f64 = 70.0;
+const FAST: f64 = 12.0;
+/// Raw counts of a turning gyro go further than this.
+const COUNTS: f64 = 300.0;
+
+/// Steps of a gyro's word for one °/s: those of the ranges of ±250 to ±2000 °/s (MPU, ICM), of 8.75 to 70 m°/s a step (L3G, LSM), the whole
+/// word over the range (BMI), and decimal and binary fractions.
+const SENSITIVITIES: [f64; 16] = [
+    131.0, 65.5, 32.8, 16.4, 114.286, 57.143, 28.571, 14.286, 262.144, 131.072, 65.536, 32.768, 16.384, 16.0, 10.0,
+    100.0,
+];
+/// Counts of an encoder for one turn.
+const COUNTS_PER_TURN: [f64; 16] = [
+    4096.0, 1024.0, 2048.0, 8192.0, 16_384.0, 32_768.0, 65_536.0, 512.0, 4000.0, 1000.0, 2000.0, 8000.0, 10_000.0,
+    20_000.0, 1440.0, 2400.0,
+];
+
+/// What a number of one channel is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Unit {
+    /// In SI units.
+    factor: f64,
+    /// The name's suffix, and its numbers for one of that.
+    suffix: &'static str,
+    divisor: f64,
+}
+
+impl Unit {
+    const SI: Self = Self { factor: 1.0, suffix: "", divisor: 1.0 };
+
+    fn degrees(suffix: &'static str, divisor: f64) -> Self {
+        Self { factor: PI / 180.0 / divisor, suffix, divisor }
+    }
+
+    fn is_counts(self) -> bool {
+        self.divisor > 1.0
+    }
+}
+
+/// The factors that make the columns of a layout SI units whose unit nobody said, by the place of the column; empty where all is said,
+/// or the rows do not tell.
+pub fn factors(layout: &mut Layout, rows: &[Row]) -> Vec<(usize, f64)> {
+    let unsaid = |column: &Column| {
+        let axis = column.channel.axis()?;
+        (layout.chosen.iter().any(|pick| pick.name == column.name && !pick.is_unit_said)).then_some(axis)
+    };
+    let axes: Vec<Axis> = layout.columns.iter().filter_map(unsaid).collect();
+    if axes.is_empty() || rows.len() < FEWEST {
+        return Vec::new();
+    }
+    let start = rows[0].t_ns;
+    let rows = rows.iter().take(LOOKED_AT).map(|row| Row { t_ns: row.t_ns - start, ..*row }).collect();
+    let record = Record { rows, ..Record::default() };
+    let mut factors = Vec::new();
+    let column = |layout: &Layout, channel: Channel| layout.columns.iter().position(|column| column.channel == channel);
+    let mut gyro_unit = None;
+    for axis in Axis::ALL.into_iter().filter(|axis| axes.contains(axis)) {
+        let gyro = column(layout, Channel::Gyro(axis));
+        let (angle, rate) = (column(layout, Channel::RefAngle(axis)), column(layout, Channel::RefRate(axis)));
+        let is_unsaid = |layout: &Layout, place: Option<usize>| {
+            place.is_some_and(|place| {
+                layout.chosen.iter().any(|pick| pick.name == layout.columns[place].name && !pick.is_unit_said)
+            })
+        };
+        let (of_gyro, of_angle, of_rate) = (is_unsaid(layout, gyro), is_unsaid(layout, angle), is_unsaid(layout, rate));
+        let Some(found) = told(&record, axis, of_gyro, of_angle, of_rate) else { continue };
+        for (place, is_meant, unit) in [(gyro, of_gyro, found.0), (angle, of_angle, found.1), (rate, of_rate, found.1)]
+        {
+            if let Some(place) = place.filter(|_| is_meant) {
+                factors.extend(adopt(layout, place, unit));
+            }
+        }
+        gyro_unit = gyro_unit.or(Some(found.0).filter(|_| of_gyro));
+    }
+    // One sensor has one unit.
+    if let Some(unit) = gyro_unit {
+        for axis in Axis::ALL {
+            let gyro = column(layout, Channel::Gyro(axis));
+            if let Some(place) = gyro.filter(|place| factors.iter().all(|(done, _)| done != place))
+                && layout.chosen.iter().any(|pick| pick.name == layout.columns[place].name && !pick.is_unit_said)
+            {
+                factors.extend(adopt(layout, place, unit));
+            }
+        }
+    }
+    factors
+}
+
+/// Puts the factors of columns into a row that was read without them.
+pub fn convert(row: &mut Row, layout: &Layout, factors: &[(usize, f64)]) {
+    for &(column, factor) in factors {
+        if let Some(value) = layout.columns.get(column).and_then(|column| place(row, column.channel)) {
+            *value *= factor;
+        }
+    }
+}
+
+/// Takes a unit for a column.
+fn adopt(layout: &mut Layout, place: usize, unit: Unit) -> Option<(usize, f64)> {
+    let column = &mut layout.columns[place];
+    let pick: &mut Pick = layout.chosen.iter_mut().find(|pick| pick.name == column.name)?;
+    pick.is_unit_said = true;
+    if unit == Unit::SI {
+        return None;
+    }
+    pick.name.push_str(unit.suffix);
+    pick.factor /= unit.divisor;
+    column.name.clone_from(&pick.name);
+    column.conversion.scale *= unit.factor;
+    column.conversion.offset *= unit.factor;
+    Some((place, unit.factor))
+}
+
+/// The units in which the gyro of an axis and its reference agree.
+fn told(record: &Record, axis: Axis, of_gyro: bool, of_angle: bool, of_rate: bool) -> Option<(Unit, Unit)> {
+    let i = axis.index();
+    let readings = |of: fn(&Row) -> [f64; 3]| -> Vec<f64> {
+        record.rows.iter().map(|row| of(row)[i]).filter(|x| x.is_finite()).collect()
+    };
+    let gyro = readings(|row| row.gyro);
+    let whole = |values: &[f64]| values.iter().all(|x| x.fract() == 0.0);
+    let largest = |values: &[f64]| values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let mut gyro_units = vec![Unit::SI];
+    if of_gyro {
+        gyro_units.extend([Unit::degrees("_dps", 1.0), Unit::degrees("_dps", 1000.0)]);
+        if whole(&gyro) && largest(&gyro) > COUNTS {
+            gyro_units.extend(SENSITIVITIES.map(|steps| Unit::degrees("_dps", steps)));
+        }
+    }
+    let angle = readings(|row| row.ref_angle);
+    let mut reference_units = vec![Unit::SI];
+    if of_angle {
+        reference_units.push(Unit::degrees("_deg", 1.0));
+        if whole(&angle) {
+            reference_units.extend(COUNTS_PER_TURN.map(|counts| Unit::degrees("_deg", counts / 360.0)));
+        }
+    } else if of_rate {
+        reference_units.push(Unit::degrees("_dps", 1.0));
+    }
+    let mut best: Option<(f64, Unit, Unit)> = None;
+    for reference in reference_units {
+        let mut scaled = record.clone();
+        for row in &mut scaled.rows {
+            row.ref_angle[i] *= reference.factor;
+            row.ref_rate[i] *= if of_angle { 1.0 } else { reference.factor };
+        }
+        let Some((ratio, r2)) = faults::ratio_to_reference(&scaled, axis).filter(|found| found.1 > FOLLOWS) else {
+            continue;
+        };
+        for unit in &gyro_units {
+            let off = (ratio.abs() / unit.factor).ln().abs();
+            let fast = quantile(&gyro) * unit.factor;
+            let near = if unit.is_counts() || reference.is_counts() { NEAREST } else { SCALE };
+            if off > near || fast > FASTEST {
+                continue;
+            }
+            // Where two pairs agree alike: the one whose readings a hand or a vehicle makes; counts only where nothing else fits.
+            let wraps = wraps(&angle, reference.factor);
+            let unlikely = f64::from(u8::from(fast > FAST))
+                + f64::from(u8::from(unit.is_counts()))
+                + 2.0 * f64::from(u8::from(of_angle && !wraps))
+                + f64::from(u8::from(reference.is_counts() && !wraps));
+            let cost = unlikely + off + (1.0 - r2);
+            if best.is_none_or(|(least, ..)| cost < least - 1e-3) {
+                best = Some((cost, *unit, reference));
+            }
+        }
+    }
+    best.map(|(_, gyro, reference)| (gyro, reference))
+}
+
+/// What nine tenths of the readings are below.
+fn quantile(values: &[f64]) -> f64 {
+    let mut sizes: Vec<f64> = values.iter().map(|x| x.abs()).collect();
+    if sizes.is_empty() {
+        return 0.0;
+    }
+    let place = sizes.len() * 9 / 10;
+    *sizes.select_nth_unstable_by(place, f64::total_cmp).1
+}
+
+/// Whether an angle fits this unit: it jumps by a whole turn, or by nothing that a turn could be.
+fn wraps(angle: &[f64], factor: f64) -> bool {
+    let jumps: Vec<f64> = angle.windows(2).map(|pair| (pair[1] - pair[0]).abs() * factor).collect();
+    let largest = jumps.iter().copied().fold(0.0, f64::max);
+    largest < 0.5 || (0.9 * TAU..=1.001 * TAU).contains(&largest)
+}
