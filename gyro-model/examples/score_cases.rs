@@ -17,6 +17,7 @@ use gyro_model::{
     diagnose::{Options, diagnose, ladder},
     diagnosis::AxisLadder,
     simulate::simulate,
+    words::Voice,
 };
 use std::{error::Error, time::Instant};
 
@@ -72,7 +73,7 @@ fn tell(record: &Record, axis: Axis, ladder: &AxisLadder) -> Result<(), Box<dyn 
     for diagnosis in
         diagnose(record, &start, &[axis], &Options { progress: &|line| eprintln!("{line}"), ..Options::default() })?
     {
-        println!("{:?}: {}", diagnosis.verdict, diagnosis.says);
+        println!("{:?}: {}", diagnosis.verdict, diagnosis.in_words(Voice::Log));
         for s in &diagnosis.suspects {
             let values: Vec<_> = s.parameters.iter().map(|p| (p.name.as_str(), p.value)).collect();
             println!("  {} fall {:?} p {:?} aliases {:?} {values:?}", s.effect, s.error_fall, s.p_value, s.aliases);
@@ -84,7 +85,7 @@ fn tell(record: &Record, axis: Axis, ladder: &AxisLadder) -> Result<(), Box<dyn 
             step.added, step.removed, step.aliases, step.error_over_floor
         );
     }
-    println!("{:?}: {}", ladder.verdict, ladder.says);
+    println!("{:?}: {}", ladder.verdict, ladder.in_words(Voice::Log));
     Ok(())
 }
 

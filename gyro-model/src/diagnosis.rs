@@ -2,10 +2,15 @@
 //!
 //! SI units; what has no value is `None` (JSON `null`), never a number that is not finite.
 
-use crate::{Axis, detail::AxisDetail};
+use crate::{
+    Axis,
+    detail::AxisDetail,
+    finding::{Finding, Remark},
+};
 pub use crate::{
     detail::FailsWhere,
     fault::{DataFault, FaultKind},
+    finding::Verdict,
 };
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -21,24 +26,6 @@ pub struct Diagnosis {
     pub axes: Vec<AxisDiagnosis>,
 }
 
-/// What a diagnosis comes to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Verdict {
-    /// The error is what noise alone makes.
-    Adequate,
-    /// One physical effect is missing and named.
-    MissingEffect,
-    /// One is missing, and this log cannot tell which of a group.
-    Ambiguous,
-    /// An excess is there and no suspect removes it.
-    Unexplained,
-    /// The log does not decide it: it lacks a motion, or noise explains what is left as well.
-    CannotTell,
-    /// The data are faulty.
-    BadData,
-}
-
 /// `compare` and `diagnose` of one axis.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct AxisDiagnosis {
@@ -48,6 +35,11 @@ pub struct AxisDiagnosis {
     pub verdict: Verdict,
     /// The verdict in one or two sentences, with what to do next.
     pub says: String,
+    /// What was found, with its reasons and numbers; the verdict is it in one word.
+    pub finding: Finding,
+    /// What is said beside it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub remarks: Vec<Remark>,
     /// The answer in a sentence or two, with its number ([`crate::headline`]).
     #[serde(default)]
     pub headline: String,
@@ -110,6 +102,47 @@ pub struct AxisDiagnosis {
 }
 
 impl AxisDiagnosis {
+    /// With this finding, and nothing else that is known.
+    #[must_use]
+    pub fn new(axis: Axis, finding: Finding) -> Self {
+        Self {
+            axis,
+            verdict: finding.verdict(),
+            says: String::new(),
+            finding,
+            remarks: Vec::new(),
+            headline: String::new(),
+            at_source: String::new(),
+            effects: Vec::new(),
+            parameters: Vec::new(),
+            noise: NoiseValue::default(),
+            error_curve: Vec::new(),
+            error_over_floor: None,
+            within_floor: None,
+            floor_source: String::new(),
+            fails_where: Vec::new(),
+            searched: false,
+            suspects: Vec::new(),
+            missing: Vec::new(),
+            missing_error_curve: Vec::new(),
+            explained: Vec::new(),
+            unfinished: false,
+            data_faults: Vec::new(),
+            floor_from: FloorFrom::default(),
+            budget: Vec::new(),
+            error_by_frequency: Vec::new(),
+            limited_by: None,
+            limited_says: String::new(),
+            detail: None,
+        }
+    }
+
+    /// With another finding in the place of its own.
+    pub fn find(&mut self, finding: Finding) {
+        (self.verdict, self.finding) = (finding.verdict(), finding);
+        self.remarks.clear();
+    }
+
     /// The error curve with what is missing added: all of it, where that is several effects; empty where there is no suspect.
     #[must_use]
     pub fn corrected_curve(&self) -> &[ErrorPoint] {
@@ -528,6 +561,11 @@ pub struct AxisLadder {
     pub verdict: Verdict,
     /// The verdict in one or two sentences, with what to do next.
     pub says: String,
+    /// What was found, with its reasons and numbers; the verdict is it in one word.
+    pub finding: Finding,
+    /// What is said beside it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub remarks: Vec<Remark>,
     /// The answer in a sentence or two, with its number ([`crate::headline`]).
     #[serde(default)]
     pub headline: String,
@@ -568,6 +606,14 @@ pub struct AxisLadder {
     /// What the pictures are drawn from, where they were asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub detail: Option<AxisDetail>,
+}
+
+impl AxisLadder {
+    /// With another finding in the place of its own.
+    pub fn find(&mut self, finding: Finding) {
+        (self.verdict, self.finding) = (finding.verdict(), finding);
+        self.remarks.clear();
+    }
 }
 
 /// One step of a ladder.

@@ -32,14 +32,14 @@
 //! # Add until nothing is missing, and say so
 //!
 //! ```
-//! # use gyro_model::{Axis, Model, diagnose::{Options, ladder}, headline, simulate::{Hidden, Scenario, simulate}};
+//! # use gyro_model::{Axis, Model, diagnose::{Options, ladder}, headline, simulate::{Hidden, Scenario, simulate}, words::Voice};
 //! # let late = Hidden::parse("delay:d=0.012", Axis::X).expect("an effect of the catalogue with its parameter");
 //! # let log = simulate(&Scenario { hidden: vec![late], ..Scenario::default() }).record;
 //! let (model, axes) = ladder(&log, &Model::base_for(&log), &[Axis::X], &Options::default())?;
 //! assert_eq!(axes[0].effects, ["scale-factor", "bias", "delay"]);
 //! // "Your gyro is 12.0 ± 0.2 ms late. That makes … of error over 1 s; corrected, … is left, which is noise."
-//! println!("{}", headline::of_ladder(&axes[0]).answer);
-//! # assert!(headline::of_ladder(&axes[0]).answer.contains("ms late"));
+//! println!("{}", headline::of_ladder(&axes[0], Voice::Library).answer);
+//! # assert!(headline::of_ladder(&axes[0], Voice::Library).answer.contains("ms late"));
 //! # assert!(model.axes[0].is_some());
 //! # Ok::<(), gyro_model::fit::FitError>(())
 //! ```
@@ -85,11 +85,13 @@
 //! | [`align`] | how far two clocks lie apart, by the motion that both saw |
 //! | [`nls`] | Levenberg–Marquardt on normal equations |
 //! | [`evidence`] | what a log says about a model: residual, error curve, floor, noise, likelihood |
+//! | [`finding`] | what is found of an axis, as data: cases with their numbers |
 //! | [`fit`] | the model's parameters on a log |
 //! | [`thresholds`] | every number that a decision is held against |
 //! | [`diagnose`] | which effect is missing: scan, refit, tests of admission, search, verdict |
 //! | [`guide`] | which manoeuvre of the sensor would tell most of what is still to be known |
 //! | [`headline`] | the answer in a sentence, of one axis or of several |
+//! | [`words`] | findings in sentences, with a voice for logs, streams and libraries |
 //! | [`axis`] | the axes x, y, z |
 //! | [`units`] | SI numbers in the units that engineers say |
 //! | [`measured`] | a value with its standard error, as effects say it |
@@ -106,6 +108,7 @@ pub mod estimator;
 pub mod evidence;
 pub mod fault;
 pub mod faults;
+pub mod finding;
 pub mod fit;
 pub mod guide;
 pub mod headline;
@@ -127,6 +130,7 @@ mod statistics;
 pub mod thin;
 pub mod thresholds;
 pub mod units;
+pub mod words;
 
 pub use axis::Axis;
 pub use model::{AxisModel, Model, Noise, Term};

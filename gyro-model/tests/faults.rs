@@ -7,6 +7,7 @@ use gyro_model::{
     diagnosis::{AxisLadder, DataFault, Verdict},
     faults,
     simulate::{Hidden, Motion, Reference, Scenario, SensorSpec, SetUp, Simulator, simulate},
+    words::Voice,
 };
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -51,7 +52,7 @@ impl Climbed {
     fn is_only(&self, name: &str, clean: &Self, part: f64) {
         assert_eq!(self.names(), [name], "{:?}", self.faults);
         for own in &self.ladders {
-            assert_eq!(own.verdict, Verdict::Adequate, "{name}, axis {}: {}", own.axis, own.says);
+            assert_eq!(own.verdict, Verdict::Adequate, "{name}, axis {}: {}", own.axis, own.in_words(Voice::Log));
             assert_eq!(own.effects, ["scale-factor", "bias"], "{name}, axis {}", own.axis);
             let (alpha, right) = (self.alpha(own.axis), clean.alpha(own.axis));
             assert!((alpha / right - 1.0).abs() < part, "{name}, axis {}: α {alpha} for {right}", own.axis);
@@ -162,7 +163,11 @@ fn a_ratio_that_no_gyro_has_is_said_and_lost_counts_are_no_nonlinearity() {
     let geared = climb(geared);
     let told = &geared.ladders[0].data_faults;
     assert!(told.len() == 1 && told[0].kind.name() == "wrong-ratio" && told[0].says.contains("5 : 4"), "{told:?}");
-    assert!(geared.ladders[0].says.contains("gear ratio"), "{}", geared.ladders[0].says);
+    assert!(
+        geared.ladders[0].in_words(Voice::Log).contains("gear ratio"),
+        "{}",
+        geared.ladders[0].in_words(Voice::Log)
+    );
     let mut lossy = shaft(4);
     let (mut lost, limit) = (0.0, 2.5);
     for k in 1..lossy.len() {
@@ -172,7 +177,7 @@ fn a_ratio_that_no_gyro_has_is_said_and_lost_counts_are_no_nonlinearity() {
     }
     let lossy = climb(lossy);
     assert!(lossy.names().contains(&"lost-counts"), "{:?}", lossy.faults);
-    assert_eq!(lossy.ladders[0].effects, ["scale-factor", "bias"], "{}", lossy.ladders[0].says);
+    assert_eq!(lossy.ladders[0].effects, ["scale-factor", "bias"], "{}", lossy.ladders[0].in_words(Voice::Log));
     assert!((lossy.alpha(Axis::X) / clean.alpha(Axis::X) - 1.0).abs() < 2e-3, "{}", lossy.alpha(Axis::X));
 }
 
@@ -185,7 +190,7 @@ fn what_an_effect_does_to_the_ratio_is_no_fault_of_the_reference() {
             own.data_faults.iter().all(|fault| fault.kind.name() != "wrong-ratio"),
             "{:?}: {}",
             own.effects,
-            own.says
+            own.in_words(Voice::Log)
         );
     }
 }
@@ -220,9 +225,9 @@ fn a_gyro_that_is_wired_the_wrong_way_round_does_not_take_the_others_along() {
             if is_bad { Verdict::BadData } else { Verdict::Adequate },
             "axis {}: {}",
             own.axis,
-            own.says
+            own.in_words(Voice::Log)
         );
-        assert!(own.says.contains("without"), "{}", own.says);
+        assert!(own.in_words(Voice::Log).contains("without"), "{}", own.in_words(Voice::Log));
         if !is_bad {
             let (alpha, right) = (climbed.alpha(own.axis), clean.alpha(own.axis));
             assert!((alpha / right - 1.0).abs() < 2e-3, "axis {}: α {alpha} for {right}", own.axis);
@@ -259,7 +264,11 @@ fn motion_that_is_folded_is_told_with_its_true_frequency_and_no_tone_is_made_of_
     let climbed = climb(Record { rows, ..Record::default() });
     let ladder = &climbed.ladders[0];
     assert!(!ladder.effects.iter().any(|id| id == "vibration-tone"), "{:?}", ladder.effects);
-    let fault = ladder.data_faults.iter().find(|fault| fault.kind.name() == "aliased-motion").expect(&ladder.says);
+    let fault = ladder
+        .data_faults
+        .iter()
+        .find(|fault| fault.kind.name() == "aliased-motion")
+        .unwrap_or_else(|| panic!("{}", ladder.in_words(Voice::Log)));
     let before = |unit: &str| -> f64 {
         let text = fault.says.split(unit).next().unwrap();
         text.rsplit(' ').find(|word| !word.is_empty()).unwrap().parse().unwrap()

@@ -7,6 +7,7 @@ use gyro_model::{
     effects,
     fit::fit,
     simulate::{Hidden, Motion, Scenario, simulate},
+    words::Voice,
 };
 
 /// Half an hour and more with one hidden effect, or none.
@@ -31,7 +32,7 @@ fn largest(ladder: &AxisLadder) -> f64 {
 fn a_bias_that_wanders_over_a_long_log_is_noise_of_the_gyro() {
     for seed in [5, 6] {
         let clean = climbed(None, 1800.0, seed);
-        assert_eq!(clean.verdict, Verdict::Adequate, "{}", clean.says);
+        assert_eq!(clean.verdict, Verdict::Adequate, "{}", clean.in_words(Voice::Log));
         assert!(largest(&clean) < 2.0, "{}", largest(&clean));
         let last = clean.budget.last().unwrap();
         assert!(last.bias_wander.unwrap() > 0.5 * last.total(), "{last:?}");
@@ -46,14 +47,18 @@ fn a_model_held_against_a_long_log_leaves_a_zero_that_drifts_or_a_slow_effect() 
     let held =
         compare(&record, &model, &[Axis::X], &Options { own_log: true, ..Options::default() }).unwrap().remove(0);
     assert!(held.error_over_floor.unwrap() > 3.0, "{:?}", held.error_over_floor);
-    assert_eq!(held.verdict, Verdict::CannotTell, "{}", held.says);
-    assert!(held.says.starts_with("what is left may be a wandering bias or a slow effect"), "{}", held.says);
+    assert_eq!(held.verdict, Verdict::CannotTell, "{}", held.in_words(Voice::Log));
+    assert!(
+        held.in_words(Voice::Log).starts_with("what is left may be a wandering bias or a slow effect"),
+        "{}",
+        held.in_words(Voice::Log)
+    );
 }
 
 #[test]
 fn a_bias_that_steps_soon_after_a_long_log_begins_is_found() {
     let found = climbed(Some("bias-step"), 1800.0, 77);
-    assert_eq!(found.effects[2..], ["bias-step"], "{}", found.says);
+    assert_eq!(found.effects[2..], ["bias-step"], "{}", found.in_words(Voice::Log));
     let instant = found.parameters.iter().find(|p| p.name == "t0").unwrap();
     assert!((instant.value.unwrap() - 30.0).abs() < 1.0, "{instant:?}");
 }
@@ -62,5 +67,5 @@ fn a_bias_that_steps_soon_after_a_long_log_begins_is_found() {
 #[test]
 fn a_wandering_bias_hides_no_warm_up() {
     let found = climbed(Some("warm-up"), 1800.0, 3);
-    assert_eq!(found.effects[2..], ["warm-up"], "{}", found.says);
+    assert_eq!(found.effects[2..], ["warm-up"], "{}", found.in_words(Voice::Log));
 }

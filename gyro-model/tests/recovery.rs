@@ -9,6 +9,7 @@ use gyro_model::{
     evidence::study::{Bench, Study},
     fit::fit,
     simulate::{Hidden, Motion, Scenario, SensorSpec, simulate},
+    words::Voice,
 };
 
 fn scenario(hidden: Vec<Hidden>, seed: u64) -> Scenario {
@@ -159,8 +160,8 @@ fn a_play_is_fitted_and_compared_on_held_rates() {
     let (_, h, std_error) = fitted.axes[0].as_ref().unwrap().terms[2].parameters(Axis::X).next().unwrap();
     assert!((h - 0.004).abs() < 3.0 * std_error && std_error < 2e-4, "{h} ± {std_error}");
     let found = compare(&simulated.record, &fitted, &[Axis::X], &Options::default()).unwrap();
-    assert_eq!(found[0].verdict, Verdict::Adequate, "{}", found[0].says);
-    assert!(!found[0].says.contains("not known"), "{}", found[0].says);
+    assert_eq!(found[0].verdict, Verdict::Adequate, "{}", found[0].in_words(Voice::Log));
+    assert!(!found[0].in_words(Voice::Log).contains("not known"), "{}", found[0].in_words(Voice::Log));
 }
 
 /// A light damping makes more of the noise far above the resonance than a heavy one: that is no reason to find it heavier.
@@ -263,7 +264,7 @@ fn an_error_of_the_rate_is_that_of_the_rate_that_was_felt_on_a_mount() {
     let record = simulate(&Scenario { rate_hz: 200.0, ..scenario(hidden, 3) }).record;
     let (_, ladders) = ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap();
     let added = ["scale-factor", "bias", "quadratic-nonlinearity", "mount-resonance"];
-    assert_eq!(ladders[0].effects, added, "{}", ladders[0].says);
+    assert_eq!(ladders[0].effects, added, "{}", ladders[0].in_words(Voice::Log));
     let found = ladders[0].parameters.iter().find(|p| p.name == "k2").unwrap();
     let (value, std_error) = (found.value.unwrap(), found.std_error.unwrap());
     assert!((value + 0.0035).abs() < 4.0 * std_error, "{value} ± {std_error}");

@@ -8,6 +8,7 @@ use gyro_model::{
     faults,
     fit::fit,
     simulate::{Hidden, Motion, Reference, Scenario, SensorSpec, simulate},
+    words::Voice,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -111,7 +112,7 @@ fn a_suspect_of_a_whole_sensor_is_fitted_on_every_axis_of_an_orientation() {
     let axes = diagnose::diagnose(&record, &Model::base_for(&record), &Axis::ALL, &Options::default()).unwrap();
     for axis in axes {
         let first = &axis.suspects[0];
-        assert_eq!(first.effect, "delay", "axis {}: {}", axis.axis, axis.says);
+        assert_eq!(first.effect, "delay", "axis {}: {}", axis.axis, axis.in_words(Voice::Log));
         assert!(first.error_fall.unwrap() > 0.95, "axis {}: {:?}", axis.axis, first.error_fall);
     }
 }
@@ -131,10 +132,16 @@ fn a_sensor_that_is_turned_is_found_on_all_axes_at_once() {
     }
     let (_, ladders) = diagnose::ladder(&record, &Model::base_for(&record), &Axis::ALL, &Options::default()).unwrap();
     for ladder in &ladders[..2] {
-        assert_eq!(ladder.effects, ["scale-factor", "bias", "cross-axis"], "{}: {}", ladder.axis, ladder.says);
+        assert_eq!(
+            ladder.effects,
+            ["scale-factor", "bias", "cross-axis"],
+            "{}: {}",
+            ladder.axis,
+            ladder.in_words(Voice::Log)
+        );
     }
     for ladder in &ladders {
-        assert_eq!(ladder.verdict, Verdict::Adequate, "{}: {}", ladder.axis, ladder.says);
+        assert_eq!(ladder.verdict, Verdict::Adequate, "{}: {}", ladder.axis, ladder.in_words(Voice::Log));
     }
 }
 
@@ -152,7 +159,13 @@ fn a_clock_that_is_set_is_found_to_a_sample() {
         let axes: &[Axis] = if reference == Reference::Quaternion { &Axis::ALL } else { &[Axis::X] };
         let (_, ladders) = diagnose::ladder(&record, &Model::base_for(&record), axes, &Options::default()).unwrap();
         for ladder in ladders {
-            assert_eq!(ladder.effects, ["scale-factor", "bias", "clock-step"], "{}: {}", ladder.axis, ladder.says);
+            assert_eq!(
+                ladder.effects,
+                ["scale-factor", "bias", "clock-step"],
+                "{}: {}",
+                ladder.axis,
+                ladder.in_words(Voice::Log)
+            );
             let value = |name: &str| ladder.parameters.iter().find(|p| p.name == name).and_then(|p| p.value).unwrap();
             assert!((value("j") / step - 1.0).abs() < 1e-3, "{}: {}", ladder.axis, value("j"));
             assert!((value("t0") - 41.234).abs() < 0.015, "{}: {}", ladder.axis, value("t0"));
@@ -173,7 +186,7 @@ fn a_reference_that_is_smoothed_is_found_with_its_window() {
         let (_, ladders) = diagnose::ladder(&record, &Model::base_for(&record), axes, &Options::default()).unwrap();
         for ladder in ladders {
             let own = ["scale-factor", "bias", "reference-smoothing"];
-            assert_eq!(ladder.effects, own, "{}: {}", ladder.axis, ladder.says);
+            assert_eq!(ladder.effects, own, "{}: {}", ladder.axis, ladder.in_words(Voice::Log));
             let w = ladder.parameters.iter().find(|p| p.name == "w").and_then(|p| p.value).unwrap();
             assert!((w - 0.015).abs() < 3e-4, "{}: {w}", ladder.axis);
         }
@@ -191,7 +204,7 @@ fn the_floor_beside_a_smoothed_reference_is_the_error() {
         let (_, ladders) =
             diagnose::ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap();
         let [ladder] = ladders.as_slice() else { panic!("one axis") };
-        assert_eq!(ladder.effects, ["scale-factor", "bias", "reference-smoothing"], "{}", ladder.says);
+        assert_eq!(ladder.effects, ["scale-factor", "bias", "reference-smoothing"], "{}", ladder.in_words(Voice::Log));
         let curve = &ladder.steps.last().unwrap().error_curve;
         // Over longer times so few increments stand in a minute that chance alone makes them more than that.
         for point in curve.iter().filter(|point| (0.035..0.3).contains(&point.tau_s)) {
@@ -210,7 +223,7 @@ fn a_delay_is_no_clock_that_was_set_where_the_log_begins() {
         diagnose::diagnose(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap().remove(0);
     let named =
         |id: &str| found.suspects.iter().any(|own| own.effect == id || own.aliases.iter().any(|alias| alias == id));
-    assert!(named("delay") && !named("clock-step"), "{}: {:?}", found.says, found.suspects);
+    assert!(named("delay") && !named("clock-step"), "{}: {:?}", found.in_words(Voice::Log), found.suspects);
 }
 
 /// The inverse of a resonance is a notch: near half the sampling rate it takes noise out at all frequencies.
@@ -221,7 +234,7 @@ fn less_noise_is_no_resonance() {
     let scenario = Scenario { motion, sensor, seed: 4, rate_hz: 250.0, seconds: 60.0, ..Scenario::default() };
     let record = simulate(&scenario).record;
     for found in diagnose::diagnose(&record, &Model::base_for(&record), &Axis::ALL, &Options::default()).unwrap() {
-        assert_eq!(found.verdict, Verdict::Adequate, "{}: {}", found.axis, found.says);
+        assert_eq!(found.verdict, Verdict::Adequate, "{}: {}", found.axis, found.in_words(Voice::Log));
     }
 }
 
@@ -283,7 +296,7 @@ fn readings_that_stand_in_several_rows_are_no_physics() {
         assert!(report.faults.iter().any(|f| f.kind.name() == "held-samples"), "{:?}", report.faults);
         let start = Model::base_for(&record);
         let (_, ladders) = diagnose::ladder(&record, &start, &[Axis::X], &Options::default()).unwrap();
-        assert_eq!(ladders[0].verdict, Verdict::Adequate, "{}", ladders[0].says);
+        assert_eq!(ladders[0].verdict, Verdict::Adequate, "{}", ladders[0].in_words(Voice::Log));
         assert_eq!(ladders[0].effects, ["scale-factor", "bias"]);
     }
 }
@@ -297,8 +310,12 @@ fn a_reference_of_another_motion_is_not_called_a_scale_factor() {
         (rate, -0.8 * (1.9 * t).sin() - 0.2 * (1.3 * t).sin())
     });
     let axes = diagnose::diagnose(&record, &Model::base_for(&record), &[Axis::Z], &Options::default()).unwrap();
-    assert_eq!(axes[0].verdict, Verdict::CannotTell, "{}", axes[0].says);
-    assert!(axes[0].says.contains("do not agree, whatever the scale factor"), "{}", axes[0].says);
+    assert_eq!(axes[0].verdict, Verdict::CannotTell, "{}", axes[0].in_words(Voice::Log));
+    assert!(
+        axes[0].in_words(Voice::Log).contains("do not agree, whatever the scale factor"),
+        "{}",
+        axes[0].in_words(Voice::Log)
+    );
 }
 
 /// More readings than the noise is first looked for on, of noise that goes on from row to row.
@@ -311,7 +328,7 @@ fn nothing_is_missing_in_a_clean_log_against_a_rate() {
         let record =
             simulate(&Scenario { motion, sensor, seed, seconds: 75.0, rate_hz: 400.0, ..Scenario::default() }).record;
         let (_, ladders) = diagnose::ladder(&record, &Model::base_for(&record), &[axis], &Options::default()).unwrap();
-        assert_eq!(ladders[0].effects, ["scale-factor", "bias"], "seed {seed}: {}", ladders[0].says);
+        assert_eq!(ladders[0].effects, ["scale-factor", "bias"], "seed {seed}: {}", ladders[0].in_words(Voice::Log));
     }
 }
 
@@ -324,7 +341,7 @@ fn a_lag_against_a_coarse_encoder_is_not_called_a_delay() {
     let scenario = Scenario { motion, sensor, hidden, seconds: 80.0, rate_hz: 500.0, ..Scenario::default() };
     let record = simulate(&scenario).record;
     let (_, ladders) = diagnose::ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap();
-    assert_eq!(ladders[0].effects, ["scale-factor", "bias", "lag"], "{}", ladders[0].says);
+    assert_eq!(ladders[0].effects, ["scale-factor", "bias", "lag"], "{}", ladders[0].in_words(Voice::Log));
 }
 
 /// A magnetic encoder flickers by more than its step: what is left is as much as that makes, and nothing is missing.
@@ -342,7 +359,7 @@ fn an_encoder_that_varies_by_more_than_its_step_hides_nothing() {
         let record = simulate(&Scenario { motion, sensor, seed, rate_hz: 200.0, ..Scenario::default() }).record;
         let (_, ladders) =
             diagnose::ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap();
-        assert_eq!(ladders[0].verdict, Verdict::Adequate, "seed {seed}: {}", ladders[0].says);
+        assert_eq!(ladders[0].verdict, Verdict::Adequate, "seed {seed}: {}", ladders[0].in_words(Voice::Log));
         let over = ladders[0].steps.last().and_then(|step| step.error_over_floor).unwrap();
         assert!((0.8..1.4).contains(&over), "seed {seed}: {over} times the floor");
     }
@@ -364,7 +381,12 @@ fn an_encoder_that_varies_by_less_than_its_step_hides_nothing() {
         let record = simulate(&scenario).record;
         let (_, ladders) =
             diagnose::ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap();
-        assert_eq!(ladders[0].effects, ["scale-factor", "bias", "cubic-nonlinearity"], "{}", ladders[0].says);
+        assert_eq!(
+            ladders[0].effects,
+            ["scale-factor", "bias", "cubic-nonlinearity"],
+            "{}",
+            ladders[0].in_words(Voice::Log)
+        );
         let short = ladders[0].steps.last().unwrap().error_curve.iter().take(8);
         let over = short.map(|p| p.error.unwrap() / p.floor.unwrap()).sum::<f64>() / 8.0;
         assert!((0.95..1.05).contains(&over), "seed {seed}: {over} times the floor");
@@ -387,7 +409,7 @@ fn a_gears_play_is_as_wide_as_where_the_shaft_turned_round() {
             ladders[0].effects,
             ["scale-factor", "bias", "encoder-backlash"],
             "seed {seed}: {}",
-            ladders[0].says
+            ladders[0].in_words(Voice::Log)
         );
         ladders[0].parameters.iter().find(|p| p.name == "b").and_then(|p| p.value).unwrap() - 0.0105
     };
@@ -410,7 +432,7 @@ fn a_shaft_that_stops_between_turns_has_no_play() {
         (rate + 2.5e-3 * normal(), ((angle + 2e-5 * normal()) / step).round() * step)
     });
     let (_, ladders) = diagnose::ladder(&record, &Model::base_for(&record), &[Axis::Z], &Options::default()).unwrap();
-    assert_eq!(ladders[0].effects, ["scale-factor", "bias"], "{}", ladders[0].says);
+    assert_eq!(ladders[0].effects, ["scale-factor", "bias"], "{}", ladders[0].in_words(Voice::Log));
 }
 
 /// A stepper whose cogs shake its shaft faster than the log is sampled, and never let it rest: gyro and encoder, which see
@@ -431,7 +453,7 @@ fn a_shaking_that_is_seen_late_is_no_noise_of_the_encoder() {
         (read, (shaft(t).1 / step).round() * step)
     });
     let (_, ladders) = diagnose::ladder(&record, &Model::base_for(&record), &[Axis::Z], &Options::default()).unwrap();
-    assert_eq!(ladders[0].effects, ["scale-factor", "bias", "delay"], "{}", ladders[0].says);
+    assert_eq!(ladders[0].effects, ["scale-factor", "bias", "delay"], "{}", ladders[0].in_words(Voice::Log));
     let over: Vec<f64> = ladders[0].steps.iter().filter_map(|step| step.error_over_floor).collect();
     assert!(over[0] > 20.0 && (1.0..2.5).contains(&over[1]), "{over:?} times the floor");
 }
@@ -452,6 +474,11 @@ fn steps_that_repeat_between_peaks_that_are_cut_off_are_no_effect() {
         let record = simulate(&scenario).record;
         let (_, ladders) =
             diagnose::ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap();
-        assert_eq!(ladders[0].effects, ["scale-factor", "bias", "saturation"], "seed {seed}: {}", ladders[0].says);
+        assert_eq!(
+            ladders[0].effects,
+            ["scale-factor", "bias", "saturation"],
+            "seed {seed}: {}",
+            ladders[0].in_words(Voice::Log)
+        );
     }
 }

@@ -5,6 +5,7 @@ use gyro_model::{
     diagnose::{self, Options},
     diagnosis::{AxisLadder, Verdict},
     simulate::{Hidden, Motion, Scenario, SensorSpec, simulate},
+    words::Voice,
 };
 
 /// The ladder of a minute.
@@ -38,8 +39,13 @@ fn a_tone_is_seen_beside_a_resonance_that_hides_it() {
         let drive = Motion::Drive { rate: 1.2, hold: 2.0 };
         let hidden = ["mount-resonance:f=3.57,zeta=0.095", "vibration-tone:a_sin=0.07,a_cos=-0.028,f=23.585"];
         let ladder = climbed(&hidden, drive, 100.0, seed);
-        assert_eq!(added(&ladder), ["mount-resonance", "vibration-tone"], "seed {seed}: {}", ladder.says);
-        assert_eq!(ladder.verdict, Verdict::Adequate, "seed {seed}: {}", ladder.says);
+        assert_eq!(
+            added(&ladder),
+            ["mount-resonance", "vibration-tone"],
+            "seed {seed}: {}",
+            ladder.in_words(Voice::Log)
+        );
+        assert_eq!(ladder.verdict, Verdict::Adequate, "seed {seed}: {}", ladder.in_words(Voice::Log));
         assert!(ladder.steps.iter().all(|step| step.aliases.is_empty()), "both are in the model: {:?}", ladder.steps);
     }
 }
@@ -62,7 +68,7 @@ fn what_was_added_first_gives_way_to_its_alias_where_nothing_else_helps() {
     let hidden = ["lag:tau=0.009", "quadratic-nonlinearity:k2=0.005"];
     let ladder = climbed(&hidden, Motion::Multisine { travel: 8.4 }, 100.0, 1);
     assert_eq!(ladder.steps[1].added.as_deref(), Some("delay"), "it has to come first: {:?}", ladder.steps);
-    assert_eq!(added(&ladder), ["lag", "quadratic-nonlinearity"], "{}", ladder.says);
+    assert_eq!(added(&ladder), ["lag", "quadratic-nonlinearity"], "{}", ladder.in_words(Voice::Log));
 }
 
 /// A light damping is hardly told by such a log, and less beside a drift: its fit ends at the least that there is.
@@ -70,7 +76,7 @@ fn what_was_added_first_gives_way_to_its_alias_where_nothing_else_helps() {
 fn a_resonance_is_found_whose_damping_the_log_does_not_tell() {
     let hidden = ["mount-resonance:f=27.557,zeta=0.0497", "temperature-bias:c1=-0.00021"];
     let ladder = climbed(&hidden, Motion::Multisine { travel: 7.4 }, 100.0, 2);
-    assert_eq!(added(&ladder), ["mount-resonance", "temperature-bias"], "{}", ladder.says);
+    assert_eq!(added(&ladder), ["mount-resonance", "temperature-bias"], "{}", ladder.in_words(Voice::Log));
 }
 
 /// Gravity that is taken for rotation goes with the motion as a damping does, and presses it to the least that there is.
@@ -84,7 +90,12 @@ fn a_resonance_is_found_whose_damping_other_missing_physics_presses_to_its_end()
     ];
     let multisine = Motion::Multisine { travel: 7.002_640_622_767_472 };
     let ladder = climbed_with(SensorSpec::random(seed), &hidden, multisine, 100.0, seed);
-    assert_eq!(added(&ladder), ["g-sensitivity", "mount-resonance", "temperature-bias"], "{}", ladder.says);
+    assert_eq!(
+        added(&ladder),
+        ["g-sensitivity", "mount-resonance", "temperature-bias"],
+        "{}",
+        ladder.in_words(Voice::Log)
+    );
 }
 
 /// What a hysteresis leaves at each turn, if its form is not right to a millisecond, looks like a lag that a delay nearly takes
@@ -94,7 +105,7 @@ fn the_difference_of_two_that_look_alike_is_not_added_for_what_a_form_leaves() {
     for seed in [1, 2] {
         let hidden = ["rate-hysteresis:h=0.0278", "delay:d=0.0043"];
         let ladder = climbed(&hidden, Motion::Multisine { travel: 6.0 }, 100.0, seed);
-        assert_eq!(added(&ladder), ["delay", "rate-hysteresis"], "seed {seed}: {}", ladder.says);
+        assert_eq!(added(&ladder), ["delay", "rate-hysteresis"], "seed {seed}: {}", ladder.in_words(Voice::Log));
     }
 }
 
@@ -103,7 +114,7 @@ fn the_difference_of_two_that_look_alike_is_not_added_for_what_a_form_leaves() {
 #[test]
 fn noise_that_a_resonance_made_large_is_not_taken_for_lateness() {
     let ladder = climbed(&["mount-resonance:f=8.986,zeta=0.0453"], Motion::Multisine { travel: 6.0 }, 500.0, 1);
-    assert_eq!(added(&ladder), ["mount-resonance"], "{}", ladder.says);
+    assert_eq!(added(&ladder), ["mount-resonance"], "{}", ladder.in_words(Voice::Log));
 }
 
 /// On a rate table most readings are taken while the rate is held. It is held where it came to, at the end of the play, and only
@@ -116,8 +127,8 @@ fn a_play_does_not_hide_what_readings_at_held_rates_tell() {
         ("cubic-nonlinearity:k3=0.0001", ["cubic-nonlinearity", "rate-hysteresis"]),
     ] {
         let ladder = climbed(&["rate-hysteresis:h=0.003", other], table, 200.0, 1);
-        assert_eq!(added(&ladder), both, "{}", ladder.says);
-        assert_ne!(ladder.verdict, Verdict::CannotTell, "{}", ladder.says);
+        assert_eq!(added(&ladder), both, "{}", ladder.in_words(Voice::Log));
+        assert_ne!(ladder.verdict, Verdict::CannotTell, "{}", ladder.in_words(Voice::Log));
     }
 }
 
@@ -126,7 +137,7 @@ fn a_play_does_not_hide_what_readings_at_held_rates_tell() {
 fn a_tone_is_found_that_a_slow_sensor_reads() {
     for motion in [Motion::Multisine { travel: 6.0 }, Motion::Drive { rate: 1.2, hold: 2.0 }] {
         let ladder = climbed(&["lag:tau=0.02", "vibration-tone:a_sin=0.03,a_cos=0.01,f=17.3"], motion, 100.0, 1);
-        assert_eq!(added(&ladder), ["lag", "vibration-tone"], "{motion:?}: {}", ladder.says);
+        assert_eq!(added(&ladder), ["lag", "vibration-tone"], "{motion:?}: {}", ladder.in_words(Voice::Log));
     }
 }
 
@@ -136,7 +147,7 @@ fn a_slow_tone_is_found_below_the_lines_of_an_encoder_at_held_rates() {
     for seed in [1, 2, 3] {
         let table = Motion::RateTable { rate: 0.5, hold: 3.0 };
         let ladder = climbed(&["vibration-tone:a_sin=0.0015,a_cos=0.0008,f=1.7"], table, 200.0, seed);
-        assert_eq!(added(&ladder), ["vibration-tone"], "seed {seed}: {}", ladder.says);
+        assert_eq!(added(&ladder), ["vibration-tone"], "seed {seed}: {}", ladder.in_words(Voice::Log));
     }
 }
 
@@ -151,7 +162,11 @@ fn what_is_late_on_one_sine_is_said_by_the_plainest() {
         let ladder = climbed_with(sensor, &hidden, sine, 100.0, seed);
         let ids = added(&ladder);
         let is_late = |id: &&str| ["delay", "lag"].contains(id);
-        assert!(ids.iter().any(is_late) && !ids.contains(&"mount-resonance"), "seed {seed}: {ids:?}, {}", ladder.says);
+        assert!(
+            ids.iter().any(is_late) && !ids.contains(&"mount-resonance"),
+            "seed {seed}: {ids:?}, {}",
+            ladder.in_words(Voice::Log)
+        );
     }
 }
 
@@ -162,7 +177,12 @@ fn a_felt_tone_is_found_beside_any_wander() {
         let sensor = SensorSpec { noise_density: 3.3e-4, ..SensorSpec::on(Axis::X) };
         let hidden = ["warm-up:a=-0.00186,tau=41", "vibration-tone:a_sin=0.0019,a_cos=0.0025,f=8.24"];
         let ladder = climbed_with(sensor, &hidden, Motion::Multisine { travel: 6.0 }, 100.0, seed);
-        assert!(added(&ladder).contains(&"vibration-tone"), "seed {seed}: {:?}, {}", ladder.effects, ladder.says);
+        assert!(
+            added(&ladder).contains(&"vibration-tone"),
+            "seed {seed}: {:?}, {}",
+            ladder.effects,
+            ladder.in_words(Voice::Log)
+        );
     }
 }
 
@@ -178,5 +198,10 @@ fn what_the_ladder_finds_by_looking_ahead_is_said_to_be_missing() {
     let axes = diagnose::diagnose(&record, &Model::base_for(&record), &[axis], &Options::default()).unwrap();
     let (found, mut named) = (&axes[0], axes[0].suspects.iter().map(|s| s.effect.as_str()).collect::<Vec<_>>());
     named.sort_unstable();
-    assert_eq!((found.verdict, named), (Verdict::MissingEffect, vec!["cross-axis", "warm-up"]), "{}", found.says);
+    assert_eq!(
+        (found.verdict, named),
+        (Verdict::MissingEffect, vec!["cross-axis", "warm-up"]),
+        "{}",
+        found.in_words(Voice::Log)
+    );
 }

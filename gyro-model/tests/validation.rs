@@ -29,6 +29,7 @@ mod table;
 
 use false_alarms::Kind;
 use gyro_model::simulate::{Hidden, Motion, Scenario, simulate};
+use gyro_model::words::Voice;
 use naming::{Called, MOTIONS, hidden_log};
 use outcome::Outcome;
 
@@ -192,6 +193,11 @@ fn a_log_of_which_most_lies_inside_a_play_is_not_called_adequate() {
     let motion = Motion::Drive { rate: 1.8, hold: 6.0 };
     let outcome = climbed(&Scenario { motion, seconds: 90.0, rate_hz: 100.0, hidden, ..Scenario::default() });
     assert!(outcome.names("rate-hysteresis"), "{}", outcome.says());
-    assert_eq!(outcome.ladder.verdict, gyro_model::diagnosis::Verdict::CannotTell, "{}", outcome.ladder.says);
-    assert!(outcome.ladder.says.contains("inside a play"), "{}", outcome.ladder.says);
+    assert_eq!(
+        outcome.ladder.verdict,
+        gyro_model::diagnosis::Verdict::CannotTell,
+        "{}",
+        outcome.ladder.in_words(Voice::Log)
+    );
+    assert!(outcome.ladder.in_words(Voice::Log).contains("inside a play"), "{}", outcome.ladder.in_words(Voice::Log));
 }

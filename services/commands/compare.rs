@@ -6,7 +6,7 @@ use crate::{
     report::{self, Against, Command},
 };
 use anyhow::Result;
-use gyro_model::{Axis, diagnosis::Diagnosis};
+use gyro_model::{Axis, diagnosis::Diagnosis, finding::Remark};
 use std::{
     path::{Path, PathBuf},
     process::ExitCode,
@@ -42,10 +42,6 @@ pub struct Args {
     report: ReportArgs,
 }
 
-/// What has to be said of a model on its own log.
-const OWN_LOG: &str = "The model was fitted on this very log: the errors are those of refits without the part that is judged. A new \
-                       log is a better test.";
-
 /// Compares and prints.
 ///
 /// # Errors
@@ -63,7 +59,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let judge = |start: &Start, is_given: bool| -> Result<Diagnosis> {
         let mut diagnosis = subject.compare(&start.file.model, start.own_log)?;
         for axis in diagnosis.axes.iter_mut().filter(|_| is_given && start.own_log) {
-            axis.says = format!("{}. {OWN_LOG}", axis.says.trim_end_matches('.'));
+            axis.remarks.push(Remark::OwnLog);
         }
         Ok(diagnosis)
     };

@@ -9,7 +9,7 @@ use crate::{
 };
 use anyhow::{Context, Result};
 use clap::ValueEnum;
-use gyro_model::{Axis, diagnose, diagnosis::Verdict};
+use gyro_model::{Axis, diagnose, diagnosis::Verdict, finding::Remark};
 use std::{path::PathBuf, process::ExitCode};
 
 /// What `truerate diagnose` takes.
@@ -111,11 +111,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     for axis in diagnosis.axes.iter_mut().filter(|axis| axis.verdict == Verdict::Adequate && args.model.is_some()) {
         if let Some((parameter, off)) = diagnose::moved(&start.file.model, axis).first() {
             context.moved = true;
-            axis.says = format!(
-                "{} But on this log `{parameter}` is not what the model file says, {off:.0} standard errors away: what is shown here \
-                 is refitted, and `truerate fit` keeps it.",
-                axis.says
-            );
+            axis.remarks.push(Remark::Moved { parameter: parameter.clone(), errors: *off });
         }
     }
     args.report.emit(None, |format, file| {

@@ -12,6 +12,7 @@ use anyhow::{Context, Result};
 use gyro_model::{
     Axis, Model, diagnose,
     diagnosis::{Ladder, LadderStep},
+    finding::{Finding, Why},
     headline,
 };
 use std::{path::PathBuf, process::ExitCode};
@@ -83,10 +84,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         all.sort_by_key(|own| own.axis);
         (model, all)
     };
-    for axis in &mut axes {
-        if let Some((verdict, says)) = subject.overruled(axis.axis) {
-            (axis.verdict, axis.says) = (verdict, says.to_owned());
-        }
+    for axis in axes.iter_mut().filter(|axis| subject.overruled.contains(&axis.axis)) {
+        axis.find(Finding::CannotTell(Why::Dependent));
     }
     let file = subject.fitted(model, start.file.own_effects);
     if let Some(path) = &args.output {

@@ -12,8 +12,9 @@ use crate::{
 use anyhow::{Context, Result, anyhow, bail};
 use gyro_model::{
     Axis, Model, Record, diagnose,
-    diagnosis::{AxisDiagnosis, DataFault, Diagnosis, Verdict},
+    diagnosis::{AxisDiagnosis, DataFault, Diagnosis},
     effects::Effect,
+    finding::{Finding, Why},
     fit, units,
 };
 use jiff::Timestamp;
@@ -32,8 +33,8 @@ pub struct Subject {
     pub axes: Vec<Axis>,
     /// The log as it was named.
     pub name: String,
-    /// The axes whose reference is none, and their verdict whatever the numbers say.
-    pub overruled: Vec<(Axis, Verdict, String)>,
+    /// The axes whose reference depends on the gyro or is no measurement: nothing can be told of them.
+    pub overruled: Vec<Axis>,
 }
 
 /// A model to start from.
@@ -66,9 +67,8 @@ impl Subject {
             bail!("{name}: axis {axis} has no gyro or no reference: choose from {}", has.join(", "));
         }
         let axes = picked(axis, &fitted);
-        let overrule = |axis: &Axis| dependent::overrule(&faults, *axis).map(|(verdict, says)| (*axis, verdict, says));
-        let overruled =
-            if args.reference_is_dependent { Vec::new() } else { axes.iter().filter_map(overrule).collect() };
+        let is_dependent = |axis: &&Axis| faults.iter().any(|fault| dependent::concerns(fault, **axis));
+        let overruled = axes.iter().filter(is_dependent).filter(|_| !args.reference_is_dependent).copied().collect();
         Ok(Self { record, faults, provenance, axes, name, overruled })
     }
 
@@ -173,16 +173,10 @@ impl Subject {
         Ok(self.diagnosis(axes))
     }
 
-    /// The verdict of an axis whose reference is none.
-    #[must_use]
-    pub fn overruled(&self, axis: Axis) -> Option<(Verdict, &str)> {
-        self.overruled.iter().find(|(of, ..)| *of == axis).map(|(_, verdict, says)| (*verdict, says.as_str()))
-    }
-
     /// The axes that are judged, and those whose reference is none.
     #[must_use]
     pub fn judged_and_overruled(&self) -> (Vec<Axis>, Vec<Axis>) {
-        self.axes.iter().partition(|axis| self.overruled(**axis).is_none())
+        self.axes.iter().partition(|axis| !self.overruled.contains(axis))
     }
 
     /// How a diagnosis of this log is run.
@@ -195,8 +189,8 @@ impl Subject {
     #[must_use]
     pub fn diagnosis(&self, mut axes: Vec<AxisDiagnosis>) -> Diagnosis {
         for axis in &mut axes {
-            if let Some((verdict, says)) = self.overruled(axis.axis) {
-                (axis.verdict, axis.says) = (verdict, says.to_owned());
+            if self.overruled.contains(&axis.axis) {
+                axis.find(Finding::CannotTell(Why::Dependent));
                 axis.suspects.clear();
             }
         }

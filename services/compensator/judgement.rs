@@ -70,8 +70,9 @@ impl Judgement {
             if nothing_found && found.verdict != axis.verdict {
                 continue;
             }
-            (axis.verdict, axis.searched) = (found.verdict, true);
-            axis.says.clone_from(&found.says);
+            axis.find(found.finding.clone());
+            axis.remarks.clone_from(&found.remarks);
+            axis.searched = true;
             axis.suspects.clone_from(&found.suspects);
             // A search knows which part of the error an effect would remove.
             axis.budget.clone_from(&found.budget);

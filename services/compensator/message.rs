@@ -4,6 +4,8 @@ use super::{judgement::Judgement, learner::Trial};
 use gyro_model::{
     detail::Trace,
     diagnosis::{AxisDiagnosis, Diagnosis, ErrorPoint},
+    headline,
+    words::Voice,
 };
 use ipc_types::{
     Text,
@@ -31,7 +33,8 @@ pub fn of(judgement: &Judgement) -> ipc_types::Diagnosis {
 /// The whole as JSON; the axes are taken for it.
 #[must_use]
 pub fn report(judgement: &mut Judgement, name: &str) -> Vec<u8> {
-    let axes = std::mem::take(&mut judgement.axes);
+    let mut axes = std::mem::take(&mut judgement.axes);
+    headline::fill(&mut axes, Voice::Stream);
     let mut whole = Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: name.to_owned(), axes };
     let report = serde_json::to_vec(&whole).unwrap_or_default();
     if report.len() <= REPORT_BYTES {

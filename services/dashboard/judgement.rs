@@ -4,7 +4,9 @@ use super::scene::ErrorAt;
 use crate::report::{Command, Context, Terminal, view::Page};
 use gyro_model::{
     Axis,
-    diagnosis::{AxisDiagnosis, Diagnosis, ErrorPoint, FloorFrom, NoiseValue, Suspect, Verdict},
+    diagnosis::{AxisDiagnosis, Diagnosis, ErrorPoint, Suspect, Verdict},
+    finding::Finding,
+    words::Voice,
 };
 use ipc_types::diagnosis::{self as wire, TrialState};
 use serde::Serialize;
@@ -26,15 +28,8 @@ pub fn of_message(message: &ipc_types::Diagnosis) -> Diagnosis {
 fn axis_of(axis: Axis, a: &wire::AxisDiagnosis) -> AxisDiagnosis {
     let finite = |v: f64| Some(v).filter(|v| v.is_finite());
     let suspects = a.suspects.iter().filter(|s| !s.effect.as_str().is_empty());
+    let verdict = serde_json::from_value(a.verdict.as_str().into()).unwrap_or(Verdict::CannotTell);
     AxisDiagnosis {
-        axis,
-        verdict: serde_json::from_value(a.verdict.as_str().into()).unwrap_or(Verdict::CannotTell),
-        says: String::new(),
-        headline: String::new(),
-        at_source: String::new(),
-        effects: Vec::new(),
-        parameters: Vec::new(),
-        noise: NoiseValue::default(),
         error_curve: a
             .curve
             .iter()
@@ -48,13 +43,7 @@ fn axis_of(axis: Axis, a: &wire::AxisDiagnosis) -> AxisDiagnosis {
             .collect(),
         error_over_floor: finite(a.error_over_floor),
         within_floor: Some(a.within_floor == 1),
-        floor_source: String::new(),
-        fails_where: Vec::new(),
         searched: true,
-        missing: Vec::new(),
-        missing_error_curve: Vec::new(),
-        explained: Vec::new(),
-        unfinished: false,
         suspects: suspects
             .map(|s| Suspect {
                 effect: s.effect.as_str().into(),
@@ -67,29 +56,7 @@ fn axis_of(axis: Axis, a: &wire::AxisDiagnosis) -> AxisDiagnosis {
                 error_curve: Vec::new(),
             })
             .collect(),
-        data_faults: Vec::new(),
-        floor_from: FloorFrom::default(),
-        budget: Vec::new(),
-        error_by_frequency: Vec::new(),
-        limited_by: None,
-        limited_says: String::new(),
-        detail: None,
-    }
-}
-
-/// What a diagnosis says of a log, and what a page that is fed by a stream says in its place.
-const LIVE: [(&str, &str); 5] = [
-    ("this log", "the motion so far"),
-    ("This log", "The motion so far"),
-    ("`truerate ladder` adds them one by one", "Add them, one after the other"),
-    ("`truerate ladder` adds it", "Add it"),
-    ("`truerate diagnose` looks for", "the search that runs beside the stream looks for"),
-];
-
-/// A stream is no log, and whoever watches it needs no command for one.
-fn live(text: &mut String) {
-    for (of_a_log, of_a_stream) in LIVE {
-        *text = text.replace(of_a_log, of_a_stream);
+        ..AxisDiagnosis::new(axis, Finding::Bare { verdict })
     }
 }
 
@@ -100,16 +67,14 @@ const AGAIN: &str =
 /// As the page shows it: words, human units, cards.
 #[must_use]
 pub fn page(diagnosis: &Diagnosis) -> Page {
-    let context = Context { terminal: Terminal::PLAIN, ..Context::new(Command::Diagnose, "live") };
+    let context =
+        Context { terminal: Terminal::PLAIN, voice: Voice::Stream, ..Context::new(Command::Diagnose, "live") };
     let mut page = Page::axis_by_axis(diagnosis, &context);
     for axis in &mut page.axes {
         axis.detail = None;
         if axis.verdict == Verdict::Unexplained {
             format!("{} {AGAIN}", axis.says).trim_start().clone_into(&mut axis.says);
         }
-        [&mut axis.headline, &mut axis.label, &mut axis.says].into_iter().for_each(live);
-        axis.limit.iter_mut().for_each(|limit| live(&mut limit.says));
-        axis.data_faults.iter_mut().for_each(live);
     }
     page
 }
@@ -196,6 +161,7 @@ pub fn errors(diagnosis: &Diagnosis, t: f64) -> impl Iterator<Item = ErrorAt> + 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use gyro_model::finding::Why;
     use ipc_types::Text;
 
     #[test]
@@ -252,17 +218,14 @@ mod tests {
     fn a_stream_is_not_sent_to_commands_for_logs() {
         let mut message = ipc_types::Diagnosis::default();
         message.axes[2].present = 1;
-        let says = |sentence: &str| {
+        let says = |why| {
             let mut diagnosis = of_message(&message);
-            diagnosis.axes[0].says = sentence.to_owned();
+            diagnosis.axes[0].find(Finding::CannotTell(why));
             page(&diagnosis).axes.remove(0).says
         };
-        // The sentences of gyro_model::diagnose::{verdict, compare}.
-        let two = "more than one effect is missing: delay and lag. `truerate ladder` adds them one by one.";
-        assert!(says(two).ends_with("elay and lag. Add them, one after the other."), "{}", says(two));
-        let left = "more than noise is left: `truerate diagnose` looks for the effect that is missing.";
-        let live = "the search that runs beside the stream looks for the effect that is missing.";
-        assert!(says(left).ends_with(live), "{}", says(left));
+        let left = says(Why::NotSearched { over_floor: 2.5, small: true });
+        let live = "Next: the search that runs beside the stream looks for the effect.";
+        assert!(left.ends_with(live) && !left.contains("truerate"), "{left}");
     }
 
     #[test]

@@ -5,6 +5,7 @@ use gyro_model::{
     diagnosis::{AxisDiagnosis, Verdict},
     guide::{Goal, Guide, Trouble},
     headline,
+    words::Voice,
 };
 use serde::Serialize;
 
@@ -71,7 +72,7 @@ impl Ending {
         };
         let state = guide.state();
         let mut axes = guide.axes().to_vec();
-        headline::fill(&mut axes);
+        headline::fill(&mut axes, Voice::Log);
         let verdicts: Vec<Told> = axes.iter().map(told).collect();
         let course = settings.effects.is_none();
         let lacking = state.goals.iter().filter(|goal| !goal.known).map(lack).collect();
@@ -101,7 +102,7 @@ fn told(axis: &AxisDiagnosis) -> Told {
     Told {
         axis: axis.axis,
         verdict: axis.verdict,
-        headline: if axis.headline.is_empty() { axis.says.clone() } else { axis.headline.clone() },
+        headline: axis.headline.clone(),
         effects: named,
         separate_by: alike.map_or_else(String::new, |best| best.separate_by.clone()),
     }

@@ -3,7 +3,7 @@
 
 use gyro_model::{
     Axis,
-    diagnosis::{DataFault, FaultKind, Verdict},
+    fault::{DataFault, FaultKind},
 };
 use log_readers::meaning::Second;
 
@@ -40,16 +40,6 @@ pub fn others(seconds: &[Second]) -> Option<String> {
         "{names} {are}, but logged {rate:.1} times a second only, where {needed} are needed: log each IMU at full rate, and the second one is \
          the reference, as if you said `{flags}`"
     ))
-}
-
-/// What an axis' verdict comes to with these faults: nothing can be told by a reference that depends on the gyro, or that is no
-/// measurement.
-#[must_use]
-pub fn overrule(faults: &[DataFault], axis: Axis) -> Option<(Verdict, String)> {
-    let fault = faults.iter().find(|fault| concerns(fault, axis))?;
-    let insists = "`--reference-is-dependent` judges it all the same";
-    let says = &fault.says;
-    Some((Verdict::CannotTell, if says.contains(insists) { says.clone() } else { format!("{says}; {insists}") }))
 }
 
 /// Whether an axis is judged by such a reference.

@@ -6,6 +6,7 @@ use super::{Against, Change};
 use gyro_model::{
     diagnosis::{AxisDiagnosis, Diagnosis, Ladder},
     headline::{self, Beside, Headline, Named, Together},
+    words::Voice,
 };
 use serde::Serialize;
 
@@ -27,7 +28,7 @@ pub(super) fn diagnosis(diagnosis: &Diagnosis) -> String {
 /// `ladder`.
 pub(super) fn ladder(ladder: &Ladder) -> String {
     let mut ladder = ladder.clone();
-    headline::fill_ladder(&mut ladder.axes);
+    headline::fill_ladder(&mut ladder.axes, Voice::Log);
     for detail in ladder.axes.iter_mut().filter_map(|a| a.detail.as_mut()) {
         detail.trace = gyro_model::detail::Trace::default();
     }
@@ -103,7 +104,7 @@ pub(super) fn against(against: &Against) -> String {
 /// With their headlines, and without the overlay.
 fn spoken(axes: &[AxisDiagnosis]) -> Vec<AxisDiagnosis> {
     let mut axes = axes.to_vec();
-    headline::fill(&mut axes);
+    headline::fill(&mut axes, Voice::Log);
     for detail in axes.iter_mut().filter_map(|a| a.detail.as_mut()) {
         detail.trace = gyro_model::detail::Trace::default();
     }

@@ -20,7 +20,10 @@ pub use next::{Command, quoted as shell_word};
 pub use terminal::Terminal;
 
 use crate::arguments::Format;
-use gyro_model::diagnosis::{Diagnosis, Ladder};
+use gyro_model::{
+    diagnosis::{Diagnosis, Ladder},
+    words::Voice,
+};
 use serde::Serialize;
 use std::path::Path;
 
@@ -51,6 +54,8 @@ pub struct Context {
     pub mailed: bool,
     /// The terminal that text is for.
     pub terminal: Terminal,
+    /// Of what is spoken, and to whom.
+    pub voice: Voice,
 }
 
 /// The model that a command made, to be taken along with its page.
@@ -79,6 +84,7 @@ impl Context {
             product: None,
             mailed: false,
             terminal: Terminal::detect(),
+            voice: Voice::Log,
         }
     }
 

@@ -6,6 +6,7 @@ use gyro_model::{
         AxisDiagnosis, AxisLadder, BudgetPoint, DataFault, ErrorPoint, FailsWhere, FaultKind, FloorFrom, LadderStep,
         LimitedBy, NoiseValue, ParameterValue, Suspect, Verdict,
     },
+    finding::{Adequate, Finding, NamedEffect, Remark, Why},
 };
 
 fn curve(excess: f64) -> Vec<ErrorPoint> {
@@ -50,12 +51,6 @@ fn late(verdict: Verdict) -> AxisDiagnosis {
     let noise = Noise { angle_random_walk: 7e-5, bias_random_walk: 0.0, encoder: 4.5e-4 };
     let detail = detail(&Input { t: &t, rate: &rate, error_angle: &error, channels: &channels, noise });
     AxisDiagnosis {
-        axis: Axis::Z,
-        verdict,
-        says: "The gyro is later than the reference by 12.1 ± 0.1 ms; adding `delay` removes 98 % of the excess."
-            .into(),
-        headline: String::new(),
-        at_source: String::new(),
         effects: vec!["scale-factor".into(), "bias".into()],
         parameters: vec![
             parameter("scale-factor", "alpha", 0.9939, 1e-5, "1"),
@@ -118,6 +113,7 @@ fn late(verdict: Verdict) -> AxisDiagnosis {
         limited_by: Some(LimitedBy::Timing),
         limited_says: "the stamps of gyro and reference scatter by 2.8 ms. Log both with one clock.".into(),
         detail: Some(detail),
+        ..AxisDiagnosis::new(Axis::Z, Finding::Bare { verdict })
     }
 }
 
@@ -160,7 +156,9 @@ fn ladder() -> Ladder {
         axes: vec![AxisLadder {
             axis: Axis::Z,
             verdict: Verdict::Adequate,
-            says: "Nothing is missing: what is left is noise.".into(),
+            says: String::new(),
+            finding: Finding::Adequate(Adequate::WithinFloor { silent: 0.0 }),
+            remarks: vec![],
             headline: String::new(),
             at_source: String::new(),
             effects: vec!["scale-factor".into(), "bias".into(), "delay".into()],
@@ -218,37 +216,32 @@ fn words(text: &str) -> String {
 
 #[test]
 fn what_headline_and_label_say_is_not_said_again() {
-    let text = |verdict, says: &str, limited: &str| {
-        let mut diagnosis = diagnosis(verdict);
+    let text = |finding: Finding, limited: &str| {
+        let mut diagnosis = diagnosis(finding.verdict());
         let axis = &mut diagnosis.axes[0];
-        (axis.says, axis.limited_says) = (says.into(), limited.into());
+        axis.find(finding);
+        axis.remarks.push(Remark::AtRest);
+        axis.limited_says = limited.into();
         words(&render(&diagnosis, Format::Text, &context(Command::Diagnose)))
     };
+    let delay = |aliases: &[&str]| NamedEffect {
+        effect: "delay".into(),
+        aliases: aliases.iter().map(|&alias| alias.into()).collect(),
+    };
     let limit = "noise of the reference, 0.025° a reading (99 % of the error² at 40 ms). Record a finer reference.";
-    let missing = text(
-        Verdict::MissingEffect,
-        "delay is missing: the gyro is later than the reference. Add it and look again. Axis z does not turn in this log.",
-        limit,
-    );
-    assert!(missing.contains("Verdict: missing effect: delay. Axis z does not turn in this log."), "{missing}");
+    let missing = text(Finding::Missing { effects: vec![delay(&[])], over_floor: None }, limit);
+    assert!(missing.contains("Verdict: missing effect: delay. Axis z does not turn in this log:"), "{missing}");
     assert!(!missing.contains("look again") && missing.contains("the error's largest part: timing"), "{missing}");
     // What to do is to add the effect.
     assert!(missing.contains("(99 % of the error² at 40 ms).") && !missing.contains("Record a finer"), "{missing}");
-    let ambiguous = text(
-        Verdict::Ambiguous,
-        "delay or lag is missing, and this log cannot tell which. To tell them apart: turn faster than 20 times a second: only a lag \
-         loses amplitude.",
-        limit,
-    );
+    let ambiguous = text(Finding::Ambiguous { effects: vec![delay(&["lag"])], over_floor: None, added: false }, limit);
     assert_eq!(ambiguous.matches("cannot tell which").count(), 1, "{ambiguous}");
-    let unknown = text(
-        Verdict::CannotTell,
-        "the scale factor of axis z is known only to 9 %: turn it to and fro. What limits this log: stamps that scatter. More.",
-        "stamps that scatter.",
-    );
-    assert_eq!(unknown.matches("he scale factor of axis z is known").count(), 1, "{unknown}");
-    assert!(unknown.contains("Turn it to and fro. More."), "{unknown}");
-    assert_eq!(unknown.to_lowercase().matches("stamps that scatter").count(), 1, "{unknown}");
+    let unknown =
+        text(Finding::CannotTell(Why::NotExcited { travel: 0.05, uncertainty: 0.09 }), "stamps that scatter.");
+    assert_eq!(unknown.matches("so its scale factor is not known to better than 9 %").count(), 1, "{unknown}");
+    assert!(unknown.contains("Turn it to and fro through at least a quarter turn"), "{unknown}");
+    let hidden = text(Finding::CannotTell(Why::Hidden { known: 0.9 }), "stamps that scatter.");
+    assert_eq!(hidden.to_lowercase().matches("stamps that scatter").count(), 1, "{hidden}");
 }
 
 #[test]
@@ -257,8 +250,9 @@ fn effects_that_are_missing_together_have_no_odds_against_one_another() {
     let axis = &mut diagnosis.axes[0];
     axis.missing = vec!["delay".into(), "encoder-backlash".into()];
     axis.missing_error_curve = curve(0.0);
-    axis.says =
-        "more than one effect is missing: delay and encoder-backlash. `truerate ladder` adds them one by one.".into();
+    let named = |effect: &str| NamedEffect { effect: effect.into(), aliases: vec![] };
+    let effects = vec![named("delay"), named("encoder-backlash")];
+    axis.find(Finding::Missing { effects, over_floor: Some(1.0) });
     let text = words(&render(&diagnosis, Format::Text, &context(Command::Diagnose)));
     assert!(text.contains("Verdict: missing effects: delay, encoder-backlash. the error's largest part"), "{text}");
     assert!(text.contains("12.10 ± 0.10 ms late. The encoder has") && text.contains("Together they make"), "{text}");
@@ -408,7 +402,7 @@ fn json_has_null_where_a_number_is_not_finite() {
 fn html_is_one_file_that_fetches_nothing_and_holds_text_as_text() {
     let mut diagnosis = diagnosis(Verdict::MissingEffect);
     diagnosis.log = "<script><b>{{scripts}}.csv".into();
-    diagnosis.axes[0].says = "</script><b>".into();
+    diagnosis.axes[0].floor_source = "</script><b>".into();
     let html = render(&diagnosis, Format::Html, &context(Command::Diagnose));
     for fetching in ["src=\"", "@import", "url(http", "<link rel=\"stylesheet\""] {
         assert!(!html.contains(fetching), "{fetching}");

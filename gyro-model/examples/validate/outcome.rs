@@ -5,6 +5,7 @@ use gyro_model::{
     diagnose::{Options, ladder},
     diagnosis::{AxisLadder, Verdict},
     fit::FitError,
+    words::Voice,
 };
 
 /// An effect that the ladder put into the model.
@@ -77,7 +78,7 @@ impl Outcome {
             let [value, std_error] = [p.value, p.std_error].map(|v| v.unwrap_or(f64::NAN));
             eprintln!("  {}.{} = {value:.5e} ± {std_error:.1e} {}", p.effect, p.name, p.unit);
         }
-        eprintln!("  {:?}: {}", self.ladder.verdict, self.ladder.says);
+        eprintln!("  {:?}: {}", self.ladder.verdict, self.ladder.in_words(Voice::Log));
     }
 }
 

@@ -24,10 +24,9 @@ mod timing;
 
 use crate::{
     Axis,
-    diagnosis::{BudgetPoint, DataFault, ErrorPoint, FaultKind, FloorFrom, FrequencyShare, LimitedBy, Verdict},
+    diagnosis::{BudgetPoint, DataFault, ErrorPoint, FaultKind, FloorFrom, FrequencyShare, LimitedBy},
     evidence::{study::Study, whiten::NoiseModel},
     fit::judged::{Judged, finite},
-    thresholds as limit,
 };
 use folded_lines::Motion;
 use seen::Seen;
@@ -99,6 +98,34 @@ const COMPONENTS: [(Part, Component); 6] = [
     (Part::ReferenceNoise, reference_noise::claim),
     (Part::BiasWander, bias_wander::claim),
 ];
+
+/// An error over a floor.
+#[derive(Clone, Copy, Debug)]
+pub struct Over {
+    /// Whether it is within the floor's band at every averaging time.
+    pub within: bool,
+    /// The largest E/F.
+    pub over: f64,
+}
+
+/// An error over floors, each with more in it than the one before.
+#[derive(Clone, Copy, Debug)]
+pub struct Floors {
+    /// White noise.
+    pub white: Over,
+    /// And what the set-up adds.
+    pub set_up: Over,
+    /// And a bias that wanders.
+    pub wander: Over,
+}
+
+impl Floors {
+    /// Before anybody has looked what the error is made of.
+    pub const UNKNOWN: Self = {
+        let nothing = Over { within: false, over: f64::INFINITY };
+        Self { white: nothing, set_up: nothing, wander: Over { within: true, over: 0.0 } }
+    };
+}
 
 /// The budget of one axis.
 #[derive(Clone, Debug)]
@@ -242,14 +269,6 @@ impl Budget {
         [&self.set_up, &self.wander].map(|part| part.get(k).copied().unwrap_or(0.0)).iter().sum()
     }
 
-    /// The largest E/F over the floor of the set-up as it is.
-    #[must_use]
-    pub fn over_floor(&self, judged: &Judged) -> f64 {
-        let mut raised = judged.clone();
-        self.raise(&mut raised);
-        raised.over_floor()
-    }
-
     /// Raises the floor of a curve of the same averaging times.
     pub fn raise_points(&self, points: &mut [ErrorPoint]) {
         for (k, point) in points.iter_mut().enumerate() {
@@ -261,45 +280,27 @@ impl Budget {
         }
     }
 
-    /// The last word on an error that no effect removes, its causes known: what is attributed is explained. Raises the floor of `judged`
-    /// by what the set-up adds; and by the bias that wanders, where the search left nothing but noise, which is more than white.
+    /// The error over the floor of white noise, of the set-up as it is, and with a bias that wanders besides.
     #[must_use]
-    pub fn settle(&mut self, verdict: Verdict, says: String, judged: &mut Judged) -> (Verdict, String) {
-        let white = judged.over_floor();
-        let is_noise = verdict == Verdict::Adequate;
+    pub fn floors(&self, judged: &Judged) -> Floors {
+        let over = |judged: &Judged| Over { within: judged.within(), over: judged.over_floor() };
+        let white = over(judged);
+        let mut raised = judged.clone();
+        self.raise(&mut raised);
+        let mut budget = self.clone();
+        budget.believe_wander();
+        let mut wander = judged.clone();
+        budget.raise(&mut wander);
+        Floors { white, set_up: over(&raised), wander: over(&wander) }
+    }
+
+    /// Raises the floor of `judged` by what the set-up adds; and by the bias that wanders, where the search left nothing but noise, which
+    /// is more than white.
+    pub fn settle(&mut self, judged: &mut Judged, is_noise: bool) {
         if is_noise && !judged.within() {
             self.believe_wander();
         }
         self.raise(judged);
-        let share = format!("{:.0} %", 100.0 * self.unattributed);
-        if is_noise && !judged.within() && judged.over_floor() > limit::WANDER.value {
-            let says = format!(
-                "the error is up to {white:.1} times what white noise leaves, and {share} of the error² has no known cause. No effect of \
-                 the catalogue stands out: the cause may be a wandering bias, or an effect that is not in the catalogue. Record a \
-                 second log, and one at rest."
-            );
-            return (Verdict::CannotTell, says);
-        }
-        if verdict != Verdict::Unexplained {
-            return (verdict, says);
-        }
-        if self.unattributed > EXPLAINED {
-            let error = format!("the error is up to {:.1} times what noise leaves", judged.over_floor());
-            return (verdict, format!("{error}, {share} of the error² has no known cause, and {says}"));
-        }
-        let limited_says = &self.limited_says;
-        // The gyro's own white noise is known, and it is most of the error: a smaller effect cannot show beside it.
-        let is_own_noise = self.limited_by == LimitedBy::GyroNoise && judged.over_floor() < limit::WANDER.value;
-        if judged.within() || is_own_noise {
-            let says = format!("no effect that this log can show is missing. What limits this log: {limited_says}");
-            return (Verdict::Adequate, says);
-        }
-        let known = format!("{:.0} %", 100.0 * (1.0 - self.unattributed));
-        let says = format!(
-            "{known} of the error² has a known cause, and the error is too large to show smaller effects of the gyro. What limits this \
-             log: {limited_says}"
-        );
-        (Verdict::CannotTell, says)
     }
 
     /// Counts the bias that wanders to the floor.
@@ -310,11 +311,7 @@ impl Budget {
     /// Whether an error is noise once a bias that wanders is believed.
     #[must_use]
     pub fn is_wander(&self, judged: &Judged) -> bool {
-        let mut budget = self.clone();
-        let mut judged = judged.clone();
-        budget.believe_wander();
-        budget.raise(&mut judged);
-        judged.within()
+        self.floors(judged).wander.within
     }
 
     /// Motion that is folded, as a fault of the data of an axis.
@@ -331,9 +328,6 @@ impl Budget {
 
 /// Share of the error² of an averaging time that makes folded motion a fault.
 const MUCH: f64 = 0.2;
-
-/// Share of the error² that may be attributed to nothing where the rest explains it.
-const EXPLAINED: f64 = 0.2;
 
 /// Whether a part is of the set-up, and not of the gyro.
 const fn is_of_set_up(part: Part) -> bool {

@@ -6,6 +6,7 @@
 use crate::{
     Axis, Model, Record,
     diagnosis::{AxisDiagnosis, AxisLadder, DataFault},
+    finding::Remark,
     fit::FitError,
 };
 
@@ -43,7 +44,7 @@ impl Parts<'_> {
         let mut all = judge(&self.without, &self.good)?;
         all.extend(judge(self.record, &self.bad)?);
         for own in &mut all {
-            self.say(own.axis, &mut own.says);
+            own.remarks.push(Remark::JudgedWithout { axes: self.bad.clone() });
         }
         all.sort_by_key(|own| own.axis);
         Ok(all)
@@ -63,23 +64,9 @@ impl Parts<'_> {
         model.epoch = start.epoch + 1;
         all.extend(ladders);
         for own in &mut all {
-            self.say(own.axis, &mut own.says);
+            own.remarks.push(Remark::JudgedWithout { axes: self.bad.clone() });
         }
         all.sort_by_key(|own| own.axis);
         Ok((model, all))
-    }
-
-    /// What was done, in the verdict's words.
-    fn say(&self, axis: Axis, says: &mut String) {
-        let named = |axes: &[Axis]| axes.iter().map(Axis::to_string).collect::<Vec<_>>().join(" and ");
-        *says = if self.bad.contains(&axis) {
-            super::with(std::mem::take(says), " The other axes are judged without this one.")
-        } else {
-            let them = if self.bad.len() == 1 { "axis" } else { "axes" };
-            super::with(
-                std::mem::take(says),
-                &format!(" Judged without {them} {}, whose data are faulty.", named(&self.bad)),
-            )
-        };
     }
 }

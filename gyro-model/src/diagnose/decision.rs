@@ -95,6 +95,23 @@ impl<S> Test<S> {
     }
 }
 
+/// One row of a table of which the first that holds decides.
+pub(super) struct Rule<S: 'static, T> {
+    /// What it comes to, in a few words: `docs/method.md` prints it.
+    #[cfg_attr(not(test), expect(dead_code, reason = "read by the test that holds docs/method.md"))]
+    pub name: &'static str,
+    /// Every condition has to hold.
+    pub when: &'static [Condition<S>],
+    /// What is then so.
+    pub then: fn(&S) -> T,
+}
+
+/// What the first rule that holds says.
+pub(super) fn first<S, T>(rules: &[Rule<S, T>], subject: &S) -> Option<T> {
+    let holds = |rule: &&Rule<S, T>| rule.when.iter().all(|condition| condition.holds(subject));
+    rules.iter().find(holds).map(|rule| (rule.then)(subject))
+}
+
 /// Whether every test that applies is passed.
 pub(super) fn passes<S>(tests: &[Test<S>], subject: &S) -> bool {
     tests.iter().all(|test| !test.applies(subject) || test.passes(subject))

@@ -4,6 +4,7 @@ use super::{
     admission::{ADMISSION, ELIMINATION},
     contrast::ALIKE,
     decision::{Condition, Test},
+    verdicts::VERDICTS,
 };
 use crate::thresholds::{self, Origin, Threshold};
 use std::{fmt::Write as _, fs, path::Path};
@@ -34,6 +35,15 @@ fn tests<S>(tests: &[Test<S>]) -> String {
     table
 }
 
+fn verdicts() -> String {
+    let mut table = String::from("| finding | where |\n| --- | --- |\n");
+    for rule in VERDICTS {
+        let when = if rule.when.is_empty() { "otherwise".to_owned() } else { all(rule.when) };
+        let _ = writeln!(table, "| {} | {when} |", rule.name);
+    }
+    table
+}
+
 fn thresholds() -> String {
     let mut table =
         String::from("| threshold | value | unit | what it is | origin |\n| --- | --: | --- | --- | --- |\n");
@@ -59,6 +69,7 @@ fn the_method_shows_the_tests_as_they_are() {
         ("admission", tests(ADMISSION)),
         ("elimination", tests(ELIMINATION)),
         ("alike", tests(ALIKE)),
+        ("verdicts", verdicts()),
         ("thresholds", thresholds()),
     ];
     let mut new = old.clone();

@@ -5,15 +5,18 @@ use super::{
     challenger::{Challenger, Incumbent},
     comparison::ALIASES,
     explain::explained,
+    observed::Observed,
     search::{Alike, Change, search},
-    users, verdict,
+    users,
+    verdicts::{at_rest, decide, leaves_noise},
 };
 use crate::{
     AxisModel, Model, Record,
     budget::Budget,
-    diagnosis::{AxisLadder, LadderStep, Verdict},
+    diagnosis::{AxisLadder, LadderStep},
     effects,
     evidence::study::Bench,
+    finding::{Finding, NamedEffect},
     fit::{
         self,
         judged::{self, Judged},
@@ -89,31 +92,32 @@ pub(super) fn conclude(
             let own = judged::axis_model(&model, axis);
             let mut steps = ended(&steps[k], &judged, study.bench.problem.series.len() > 1, &own);
             let list: Vec<&Challenger> = last.iter().filter(|r| r.candidate.series == k).collect();
-            let (mut verdict, mut says) = match verdict::unexcited(&incumbent.study, &incumbent.gls, k) {
-                Some(says) => (Verdict::CannotTell, says),
-                None => verdict::rest(incumbent, &list, &judged, k),
+            let observed = Observed {
+                alike: unsplit(&steps, &own.effect_ids()),
+                unfinished: (options.stop)(),
+                fault: super::fatal(record, options.faults, study.bench).cloned(),
+                ..Observed::of(incumbent, &list, &judged, k)
             };
-            let users = users::became(incumbent, &list, options.own_effects, k);
-            says = super::with(says, &users);
-            (verdict, says) = budget.settle(verdict, says, &mut judged);
-            let split = unsplit(&steps, &own.effect_ids());
-            if !split.is_empty() && verdict == Verdict::Adequate {
-                (verdict, says) = (Verdict::Ambiguous, super::with(split.join("; "), &users));
-            }
+            let is_noise = leaves_noise(&observed);
+            let observed = observed.divided(&budget, &judged);
+            let finding = decide(&observed);
+            budget.settle(&mut judged, is_noise);
             for step in &mut steps {
                 step.on(&budget);
             }
-            (verdict, says) = verdict::at_rest(&study, k, verdict, says);
-            let unfinished = (options.stop)();
-            if unfinished && verdict != Verdict::Adequate {
-                (verdict, says) = (Verdict::CannotTell, super::stopped(judged.over_floor()));
+            let mut remarks = Vec::new();
+            if !matches!(finding, Finding::BadData { .. } | Finding::Stopped { .. }) {
+                remarks.extend(users::became(incumbent, &list, options.own_effects, k));
             }
+            remarks.extend(at_rest(&observed, &finding));
             let explained = if options.explain { explained(seen, last, k, options) } else { Vec::new() };
             let (detail, _) = judged::pictures(record, &study, k);
             AxisLadder {
                 axis,
-                verdict,
-                says,
+                verdict: finding.verdict(),
+                says: String::new(),
+                finding,
+                remarks,
                 headline: String::new(),
                 at_source: String::new(),
                 effects: own.effect_ids().into_iter().map(str::to_owned).collect(),
@@ -121,7 +125,7 @@ pub(super) fn conclude(
                 noise: judged::noise(&own),
                 steps,
                 explained,
-                unfinished,
+                unfinished: observed.unfinished,
                 data_faults: options.faults.iter().cloned().chain(budget.fault(axis)).collect(),
                 floor_from: budget.floor_from,
                 budget: budget.points,
@@ -158,12 +162,11 @@ fn ended(steps: &[LadderStep], judged: &Judged, beside_others: bool, own: &AxisM
 /// Share by which an axis' error has to fall for what was added to others to be a step of its own.
 const MOVED: f64 = 0.05;
 
-/// What the log could not tell apart when it was added, and how to split it: of the effects that stayed.
-fn unsplit(steps: &[LadderStep], stayed: &[&str]) -> Vec<String> {
-    let says = |step: &LadderStep| {
-        let id = step.added.as_deref().filter(|id| stayed.contains(id) && !step.aliases.is_empty())?;
-        let split = verdict::split_by(id, &step.aliases);
-        Some(format!("this log cannot tell {id} from {}. To tell them apart: {split}", step.aliases.join(" or from ")))
+/// What the log could not tell apart when it was added: of the effects that stayed.
+fn unsplit(steps: &[LadderStep], stayed: &[&str]) -> Vec<NamedEffect> {
+    let alike = |step: &LadderStep| {
+        let effect = step.added.clone().filter(|id| stayed.contains(&id.as_str()) && !step.aliases.is_empty())?;
+        Some(NamedEffect { effect, aliases: step.aliases.clone() })
     };
-    steps.iter().filter_map(says).collect()
+    steps.iter().filter_map(alike).collect()
 }

@@ -4,22 +4,25 @@
 //! the best of the first round may stand for several: then the search goes on to its end, and what it ends with is what is missing.
 
 use super::{
-    Options, Standing, apart, axis_diagnosis, bad_data,
+    Options, Standing, apart, axis_diagnosis,
     challenger::{Challenger, Incumbent},
     comparison::aliases,
     each_group,
     explain::explained,
-    grave, say_ratio,
+    fatal,
+    observed::{Observed, unexcited},
     search::{Alike, added, search_on},
-    sorted, stopped, users,
-    verdict::{self, Together},
-    with,
+    sorted, users,
+    verdicts::{at_rest, decide, leaves_noise},
+    wrong_ratio,
 };
 use crate::{
     Axis, AxisModel, Model, Record,
     budget::Budget,
     diagnosis::{AxisDiagnosis, ErrorPoint, Suspect, Verdict},
+    effects::split_by,
     evidence::study::{Bench, Study},
+    finding::{Finding, NamedEffect, Remark},
     fit::{
         FitError,
         judged::{self, Judged, finite},
@@ -55,10 +58,10 @@ pub fn diagnose(
         };
         let gls = incumbent.gls.clone();
         incumbent.study.stamp(&gls);
-        let mut found: Vec<Finding> =
-            (0..bench.problem.series.len()).map(|k| Finding::of(&incumbent, &looked, k)).collect();
+        let mut found: Vec<Found> =
+            (0..bench.problem.series.len()).map(|k| Found::of(&incumbent, &looked, k)).collect();
         for (part, (seen, suspects)) in looked.iter().enumerate() {
-            let is_open = |found: &Finding| found.part == part && found.is_open();
+            let is_open = |found: &Found| found.part == part && found.is_open();
             if found.iter().any(is_open) && !(options.stop)() {
                 let sets = several(seen, suspects, model, options);
                 for (found, set) in found.iter_mut().zip(sets).filter(|(found, _)| found.part == part) {
@@ -69,11 +72,12 @@ pub fn diagnose(
         let told = found.into_iter().enumerate().map(|(k, found)| {
             let (seen, suspects) = &looked[found.part];
             let before = if parts.is_some() { Judged::new(&seen.study, k, false) } else { found.judged.clone() };
-            let is_bad = grave(record, options.faults, bench).is_some();
+            let fault = fatal(record, options.faults, bench).cloned();
+            let is_bad = fault.is_some();
             let listed = if is_bad { Vec::new() } else { found.listed(seen, &before, k) };
             let after = found.top.as_ref().map(|top| Judged::new(&top.study, k, false).points());
             let after = after.or_else(|| listed.first().map(|s: &Suspect| s.error_curve.clone())).unwrap_or_default();
-            let lacks = matches!(found.verdict, Verdict::MissingEffect | Verdict::Ambiguous) && !is_bad;
+            let lacks = !found.observed.named.is_empty() && found.is_shown() && !is_bad;
             let (rest, noise) = match (&found.top, found.own.first()) {
                 (Some(top), _) if lacks && parts.is_none() => (&top.study, &top.gls.noise),
                 (None, Some(first)) if lacks && parts.is_none() => (&first.study, &first.gls.noise),
@@ -83,24 +87,29 @@ pub fn diagnose(
             let budget = Budget::of(rest, k, &found.judged, noise, &missing);
             let mut missing_error_curve = if found.set.len() > 1 { after.clone() } else { Vec::new() };
             budget.raise_points(&mut missing_error_curve);
-            let says = found.says(&budget, after);
-            let mut says = with(says, &users::became(seen, &found.own, options.own_effects, k));
-            let mut verdict = found.verdict;
-            bad_data(record, options.faults, bench, &mut verdict, &mut says);
             let explained = if options.explain { explained(seen, suspects, k, options) } else { Vec::new() };
             let unfinished = (options.stop)();
-            if unfinished && !matches!(verdict, Verdict::Adequate | Verdict::BadData) {
-                (verdict, says) = (Verdict::CannotTell, stopped(budget.over_floor(&found.judged)));
+            let observed =
+                Observed { fault, unfinished, with_named: found.with_named(&budget, after), ..found.observed.clone() };
+            let is_noise = leaves_noise(&observed);
+            let finding = decide(&observed.clone().divided(&budget, &found.judged));
+            let mut remarks = Vec::new();
+            if finding.names() && found.set.is_empty() {
+                remarks.extend(observed.unexcited.clone().map(Remark::Unexcited));
             }
+            if !matches!(finding, Finding::BadData { .. } | Finding::Stopped { .. }) {
+                remarks.extend(users::became(seen, &found.own, options.own_effects, k));
+            }
+            remarks.extend(at_rest(&observed, &finding));
             let missing = found.set.iter().map(|r| r.candidate.term.effect.card().id.to_owned());
             let missing = if found.set.len() > 1 { missing.collect() } else { Vec::new() };
-            let (judged, told) = ((&found.judged, budget), (verdict, says));
-            let mut axis = axis_diagnosis(record, &incumbent.study, k, judged, told, Some(listed), options);
+            let (judged, told) = ((&found.judged, budget), (finding, remarks));
+            let mut axis = axis_diagnosis(record, &incumbent.study, k, judged, told, (Some(listed), is_noise), options);
             // Of what is missing, any may change α.
             let models = found.models(seen).map(|model| judged::axis_model(model, axis.axis));
             let models: Vec<AxisModel> =
                 std::iter::once(judged::axis_model(&incumbent.study.model, axis.axis)).chain(models).collect();
-            say_ratio(record, axis.axis, &models, axis.verdict, &mut axis.says, &mut axis.data_faults);
+            wrong_ratio(record, axis.axis, &models, &axis.finding, &mut axis.remarks, &mut axis.data_faults);
             AxisDiagnosis { missing, missing_error_curve, explained, unfinished, ..axis }
         });
         let told = of_one_orientation(told.collect());
@@ -116,17 +125,15 @@ pub fn diagnose(
 }
 
 /// What is found of one axis.
-struct Finding<'f, 'a> {
+struct Found<'f, 'a> {
     /// In which of the parts that were looked at.
     part: usize,
     judged: Judged,
-    verdict: Verdict,
-    says: String,
+    /// What is known of it so far.
+    observed: Observed,
     /// Its suspects, what is let in first, and what each cannot be told from.
     own: Vec<&'f Challenger<'a>>,
     aliases: Vec<Vec<String>>,
-    /// Whether the first is let in.
-    is_named: bool,
     /// What is missing together, each beside the model as it stands, where the search went on.
     set: Vec<Challenger<'a>>,
     /// What each of these cannot be told from.
@@ -135,7 +142,7 @@ struct Finding<'f, 'a> {
     top: Option<Incumbent<'a>>,
 }
 
-impl<'f, 'a> Finding<'f, 'a> {
+impl<'f, 'a> Found<'f, 'a> {
     /// What the first round shows; `incumbent` is the model on the whole log, `looked` that on its parts with the suspects there.
     fn of(incumbent: &Incumbent, looked: &'f [(Incumbent<'a>, Vec<Challenger<'a>>)], series: usize) -> Self {
         let judged = Judged::new(&incumbent.study, series, false);
@@ -153,53 +160,53 @@ impl<'f, 'a> Finding<'f, 'a> {
         }
         let aliases: Vec<Vec<String>> = own.iter().map(|&i| aliases(suspects, i, Some(seen))).collect();
         let own: Vec<&Challenger> = own.iter().map(|&i| &suspects[i]).collect();
-        let (verdict, says) = verdict::verdict(incumbent, seen, &own, &aliases, &judged, series);
-        let is_named = first.is_some();
-        Self {
-            part,
-            judged,
-            verdict,
-            says,
-            own,
-            aliases,
-            is_named,
-            set: Vec::new(),
-            set_aliases: Vec::new(),
-            top: None,
+        let mut observed = Observed::of(incumbent, &own, &judged, series);
+        if let (Some(_), Some(best)) = (first, own.first()) {
+            // What is missing hides the scale factor, too: excitation is judged with the best suspect in.
+            observed.unexcited = unexcited(&best.study, &best.gls, series);
+            observed.dominates = best.dominates(seen);
+            observed.named = vec![NamedEffect { effect: id_of(best).to_owned(), aliases: aliases[0].clone() }];
         }
+        Self { part, judged, observed, own, aliases, set: Vec::new(), set_aliases: Vec::new(), top: None }
     }
 
     /// Whether more may be missing than one effect: an error is left with the best one, or none was found alone.
     fn is_open(&self) -> bool {
-        match self.verdict {
-            Verdict::MissingEffect | Verdict::Ambiguous => {
-                self.own.first().is_some_and(|r| r.excess > limit::NOISE.value)
-            }
-            verdict => verdict == Verdict::Unexplained,
+        match decide(&self.observed) {
+            finding if finding.names() => self.own.first().is_some_and(|r| r.excess > limit::NOISE.value),
+            finding => finding.verdict() == Verdict::Unexplained,
         }
+    }
+
+    /// Whether the motion shows what is named.
+    fn is_shown(&self) -> bool {
+        decide(&self.observed).names()
     }
 
     /// What the search ended with.
     fn take(&mut self, found: Several<'a>) {
         let Several { set, aliases, top } = found;
-        let is_the_same = set.len() == 1 && self.is_named && id_of(&set[0]) == id_of(self.own[0]);
-        if set.is_empty() || is_the_same || self.verdict == Verdict::CannotTell {
+        let is_the_same = set.len() == 1 && !self.observed.named.is_empty() && id_of(&set[0]) == id_of(self.own[0]);
+        if set.is_empty() || is_the_same || decide(&self.observed).verdict() == Verdict::CannotTell {
             return;
         }
-        let is_told_apart = aliases.iter().all(Vec::is_empty);
-        self.verdict = if is_told_apart { Verdict::MissingEffect } else { Verdict::Ambiguous };
+        let named = set.iter().zip(&aliases);
+        self.observed.named = named
+            .map(|(refit, aliases)| NamedEffect { effect: id_of(refit).to_owned(), aliases: aliases.clone() })
+            .collect();
+        self.observed.dominates = true;
         (self.set, self.set_aliases, self.top) = (set, aliases, Some(top));
     }
 
-    /// What is said of it, over the floor of the set-up as it is; `after` is the error with all that is missing.
-    fn says(&self, budget: &Budget, mut after: Vec<ErrorPoint>) -> String {
+    /// The largest error with all that is missing over the floor of the set-up as it is, where that is more than the best suspect alone;
+    /// `after` is that error.
+    fn with_named(&self, budget: &Budget, mut after: Vec<ErrorPoint>) -> Option<f64> {
         if self.set.is_empty() {
-            return self.says.clone();
+            return None;
         }
         budget.raise_points(&mut after);
-        let ids = self.set.iter().map(id_of).zip(self.set_aliases.iter().cloned());
         let ratios = after.iter().filter_map(|point| Some(point.error? / point.floor?));
-        verdict::together(&Together { effects: ids.collect(), after: ratios.fold(0.0, f64::max) })
+        Some(ratios.fold(0.0, f64::max))
     }
 
     /// The models that may be the right one: with all that is missing, else with each suspect that is reported.
@@ -290,18 +297,14 @@ fn several<'a>(
 /// Axes that share an orientation carry their errors into one another's: while one lacks an effect, what is left on the others may
 /// be its.
 fn of_one_orientation(mut found: Vec<AxisDiagnosis>) -> Vec<AxisDiagnosis> {
-    let lacks = |d: &AxisDiagnosis| matches!(d.verdict, Verdict::MissingEffect | Verdict::Ambiguous);
+    let lacks = |d: &&AxisDiagnosis| d.finding.names();
     let Some((axis, effect)) =
-        found.iter().filter(|d| lacks(d)).find_map(|d| Some((d.axis, d.suspects.first()?.effect.clone())))
+        found.iter().filter(lacks).find_map(|d| Some((d.axis, d.suspects.first()?.effect.clone())))
     else {
         return found;
     };
-    let more = format!(
-        " But axes of one orientation carry their errors into one another's, and axis {axis} lacks {effect}: add it there first, and \
-         look again."
-    );
     for other in found.iter_mut().filter(|d| d.verdict == Verdict::Unexplained) {
-        other.says = with(std::mem::take(&mut other.says), &more);
+        other.remarks.push(Remark::OtherAxis { axis, effect: effect.clone() });
     }
     found
 }
@@ -338,7 +341,7 @@ fn suspect(refit: &Challenger, aliases: &[String], before: &Judged, series: usiz
     Suspect {
         effect: card.id.to_owned(),
         aliases: aliases.to_vec(),
-        separate_by: verdict::split_by(card.id, aliases),
+        separate_by: split_by(card.id, aliases),
         p_value: finite(refit.p_value),
         error_fall: (!before.within() && j0 > 1.0).then(|| finite((j0 - j1) / (j0 - 1.0))).flatten(),
         log_likelihood_gain: finite(refit.rise / refit.inflation),

@@ -23,10 +23,11 @@ mod judging;
 mod ladder;
 mod long;
 mod missing;
+mod observed;
 mod search;
 mod suspects;
 mod users;
-mod verdict;
+mod verdicts;
 
 use crate::{
     Axis, AxisModel, Model, Record,
@@ -38,6 +39,7 @@ use crate::{
         study::{Bench, Study},
     },
     faults::ratio,
+    finding::{Finding, Remark},
     fit::{
         FitError, calibrated, groups,
         judged::{self, Judged, finite},
@@ -197,11 +199,6 @@ fn may_lack_play(record: &Record, bench: &Bench, model: &Model) -> bool {
     Parts::new(record, bench, model).map_or_else(|| shows(bench), |parts| parts.each().into_iter().any(shows))
 }
 
-/// A verdict's words and more sentences behind them.
-fn with(says: String, more: &str) -> String {
-    if more.is_empty() { says } else { format!("{}.{more}", says.trim_end_matches('.')) }
-}
-
 /// Diagnoses and adds until nothing is missing; the final model and the steps.
 ///
 /// # Errors
@@ -217,16 +214,15 @@ pub fn ladder(
     }
     let work = |bench: &Bench, model: &Model, options: &Options| {
         // Of data that are none no effect is made.
-        let steps = if grave(record, options.faults, bench).is_some() { 0 } else { options.steps };
+        let steps = if fatal(record, options.faults, bench).is_some() { 0 } else { options.steps };
         let options = &Options { steps, ..*options };
         let (fitted, mut ladders) = match Parts::new(record, bench, model) {
             Some(parts) => parts.climb(record, bench, model, options),
             None => ladder::climb(record, bench, model, options),
         };
         for l in &mut ladders {
-            bad_data(record, options.faults, bench, &mut l.verdict, &mut l.says);
             let models = [judged::axis_model(&fitted, l.axis)];
-            say_ratio(record, l.axis, &models, l.verdict, &mut l.says, &mut l.data_faults);
+            wrong_ratio(record, l.axis, &models, &l.finding, &mut l.remarks, &mut l.data_faults);
         }
         (fitted, ladders)
     };
@@ -252,76 +248,59 @@ fn sorted<T>(mut list: Vec<T>, axis: impl Fn(&T) -> Axis) -> Vec<T> {
     list
 }
 
-/// Faults that make every other verdict on axes that are judged together worthless: theirs, and those of the whole log. A
-/// channel that was stuck for little of it is not among them: what it read meanwhile is taken out.
-fn bad_data(record: &Record, faults: &[DataFault], bench: &Bench, verdict: &mut Verdict, says: &mut String) {
-    if let Some(fault) = grave(record, faults, bench) {
-        *verdict = Verdict::BadData;
-        says.clone_from(&fault.says);
-    }
-}
-
-/// Says of an axis where α of its models is one that no gyro has: beside its verdict, for the error may be what noise makes.
-fn say_ratio(
+/// Remarks of an axis where α of its models is one that no gyro has: beside its finding, for the error may be what noise makes.
+fn wrong_ratio(
     record: &Record,
     axis: Axis,
     models: &[AxisModel],
-    verdict: Verdict,
-    says: &mut String,
+    finding: &Finding,
+    remarks: &mut Vec<Remark>,
     faults: &mut Vec<DataFault>,
 ) {
-    if verdict == Verdict::BadData {
+    if matches!(finding, Finding::BadData { .. }) {
         return;
     }
     if let Some(fault) = ratio::fault(record, axis, models) {
-        *says = with(std::mem::take(says), &format!(" But {}.", fault.says));
+        remarks.push(Remark::WrongRatio);
         faults.push(fault);
     }
 }
 
-/// The first of these faults.
-fn grave<'a>(record: &Record, faults: &'a [DataFault], bench: &Bench) -> Option<&'a DataFault> {
+/// The first of the faults that make every other verdict on axes that are judged together worthless: theirs, and those of the whole
+/// log. A channel that was stuck for little of it is not among them: what it read meanwhile is taken out.
+fn fatal<'a>(record: &Record, faults: &'a [DataFault], bench: &Bench) -> Option<&'a DataFault> {
     let concerns =
         |fault: &&DataFault| fault.axis.is_none_or(|axis| bench.problem.series.iter().any(|s| s.axis == axis));
     faults.iter().filter(concerns).find(|fault| fault.is_fatal(record.len()))
 }
 
-/// What is told of one axis: `budget` divides its error, and `suspects` is what a search found, where there was one.
+/// What is told of one axis: `budget` divides its error, and `suspects` is what a search found, where there was one, with whether it
+/// left nothing but noise.
 fn axis_diagnosis(
     record: &Record,
     study: &Study,
     series: usize,
     (judged, mut budget): (&Judged, Budget),
-    (verdict, says): (Verdict, String),
-    suspects: Option<Vec<Suspect>>,
+    (finding, remarks): (Finding, Vec<Remark>),
+    (suspects, is_noise): (Option<Vec<Suspect>>, bool),
     options: &Options,
 ) -> AxisDiagnosis {
     let searched = suspects.is_some();
     let mut suspects = suspects.unwrap_or_default();
     let mut judged = judged.clone();
-    let (verdict, says) = if searched {
-        budget.settle(verdict, says, &mut judged)
-    } else {
-        budget.raise(&mut judged);
-        (verdict, says)
-    };
+    budget.settle(&mut judged, is_noise);
     for suspect in &mut suspects {
         budget.raise_points(&mut suspect.error_curve);
     }
-    let (verdict, says) = verdict::at_rest(study, series, verdict, says);
     let axis = study.bench.problem.series[series].axis;
     let own = judged::axis_model(&study.model, axis);
     let (detail, mut fails_where) = judged::pictures(record, study, series);
     // Where a model fails on data that are none says nothing of the model.
-    if verdict == Verdict::BadData {
+    if matches!(finding, Finding::BadData { .. }) {
         fails_where.clear();
     }
     AxisDiagnosis {
-        axis,
-        verdict,
-        says,
-        headline: String::new(),
-        at_source: String::new(),
+        remarks,
         effects: own.effect_ids().into_iter().map(str::to_owned).collect(),
         parameters: judged::parameters(&own.terms, axis),
         noise: judged::noise(&own),
@@ -332,10 +311,6 @@ fn axis_diagnosis(
         fails_where,
         searched,
         suspects,
-        missing: Vec::new(),
-        missing_error_curve: Vec::new(),
-        explained: Vec::new(),
-        unfinished: false,
         data_faults: options.faults.iter().cloned().chain(budget.fault(axis)).collect(),
         floor_from: budget.floor_from,
         budget: budget.points,
@@ -343,13 +318,6 @@ fn axis_diagnosis(
         limited_by: Some(budget.limited_by),
         limited_says: budget.limited_says,
         detail: Some(detail),
+        ..AxisDiagnosis::new(axis, finding)
     }
-}
-
-/// What is said where a search was stopped before its end.
-fn stopped(over_floor: f64) -> String {
-    format!(
-        "the search was stopped before its end, and effects may be missing that it had not come to. By then the error is up to \
-         {over_floor:.1} times what noise leaves."
-    )
 }

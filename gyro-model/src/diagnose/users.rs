@@ -4,6 +4,7 @@ use super::challenger::{Challenger, Incumbent};
 use crate::{
     Term,
     effects::{Effect, Signals, user},
+    finding::{Became, Remark},
     scan::can_show,
     thresholds as limit,
 };
@@ -15,40 +16,36 @@ pub(super) fn became(
     suspects: &[&Challenger],
     own_effects: &[&'static dyn Effect],
     series: usize,
-) -> String {
-    let sentences = own_effects.iter().flat_map(|effect| says(incumbent, suspects, *effect, series));
-    sentences.fold(String::new(), |all, sentence| all + " " + &sentence)
+) -> Vec<Remark> {
+    let each = own_effects.iter().flat_map(|effect| {
+        let effect_id = || effect.card().id.to_owned();
+        let all = of(incumbent, suspects, *effect, series);
+        all.into_iter().map(move |became| Remark::OwnEffect { effect: effect_id(), became })
+    });
+    each.collect()
 }
 
-fn says(incumbent: &Incumbent, suspects: &[&Challenger], effect: &'static dyn Effect, series: usize) -> Vec<String> {
+fn of(incumbent: &Incumbent, suspects: &[&Challenger], effect: &'static dyn Effect, series: usize) -> Vec<Became> {
     let study = &incumbent.study;
     let own = &study.bench.problem.series[series];
     let id = effect.card().id;
     let is_in_model = study.model.axes[own.axis.index()].as_ref().is_some_and(|model| model.term(id).is_some());
     let term = Term::neutral(effect, own.axis);
-    let undefined = user::undefined(effect, signals(incumbent, series));
-    if undefined >= 1.0 {
-        return vec![format!("Your `{id}` has no finite value anywhere in this log.")];
+    let share = user::undefined(effect, signals(incumbent, series));
+    if share >= 1.0 {
+        return vec![Became::Undefined];
     }
-    let mut all = Vec::new();
-    if undefined > limit::MENTIONED.value {
-        let share = 100.0 * undefined;
-        all.push(format!("Your `{id}` has no finite value in {share:.0} % of this log, and is taken for 0 there."));
-    }
+    let partly = (share > limit::MENTIONED.value).then_some(Became::PartlyUndefined { share });
     let refit = suspects.iter().find(|r| r.candidate.term.effect.card().id == id);
-    all.extend(match refit {
+    let why = match refit {
         _ if is_in_model => None,
         Some(refit) if refit.passes(incumbent) || refit.significant() => None,
-        Some(_) => Some(format!("Your `{id}` removes no more than noise does.")),
-        None if !can_show(effect, own) => {
-            Some(format!("Your `{id}` goes by what does not change in this log, or not enough."))
-        }
-        None if incumbent.spans(&term, series) => Some(format!(
-            "Your `{id}` goes with what the model has already, and cannot be told from it: a constant is a bias, the rate a scale factor."
-        )),
-        None => Some(format!("Your `{id}` removes next to nothing of the error.")),
-    });
-    all
+        Some(_) => Some(Became::Noise),
+        None if !can_show(effect, own) => Some(Became::NothingChanges),
+        None if incumbent.spans(&term, series) => Some(Became::Spanned),
+        None => Some(Became::RemovesNothing),
+    };
+    partly.into_iter().chain(why).collect()
 }
 
 /// What an expression sees, row by row.

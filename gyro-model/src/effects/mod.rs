@@ -9,6 +9,7 @@ pub(crate) use operators::{
     sixth_differences, slowed, steadied, white_noise,
 };
 
+pub use split::split_by;
 pub use window::Window;
 
 use crate::{
@@ -41,6 +42,7 @@ pub mod reference_smoothing;
 pub mod saturation;
 pub mod scale_asymmetry;
 pub mod scale_factor;
+mod split;
 pub mod supply_voltage;
 pub mod temperature_bias;
 pub mod temperature_rate;

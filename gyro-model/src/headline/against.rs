@@ -9,6 +9,7 @@ use crate::{
     Axis,
     diagnosis::{AxisDiagnosis, ErrorPoint},
     units,
+    words::Voice,
 };
 use serde::Serialize;
 
@@ -86,7 +87,7 @@ pub fn by_which<'a>(axis: &'a AxisDiagnosis, other: &'a AxisDiagnosis) -> Named<
 /// Of `compare --against`: which model is better, where some causes have been `told`, for several axes share them.
 #[must_use]
 pub fn of_against(names: (&str, &str), axis: &AxisDiagnosis, other: &AxisDiagnosis, told: &[&str]) -> Headline {
-    let Some(beside) = Beside::of(axis, other) else { return super::of_diagnosis(axis) };
+    let Some(beside) = Beside::of(axis, other) else { return super::of_diagnosis(axis, Voice::Log) };
     let (name, other_name) = names;
     let over = units::time(beside.tau_s);
     let (error, other_error) = (units::rate(Some(beside.error)), units::rate(Some(beside.other_error)));

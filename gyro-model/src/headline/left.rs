@@ -3,6 +3,7 @@
 use crate::{
     diagnosis::{AxisDiagnosis, AxisLadder, ErrorPoint, Verdict},
     units,
+    words::Voice,
 };
 
 /// Averaging time at which errors are said, s.
@@ -23,10 +24,11 @@ pub(super) fn makes(subject: &str, before: ErrorPoint, after: ErrorPoint, rest: 
 }
 
 /// ` It changes this log's error little: 0.0362 °/s over 1 s, which is noise.`
-pub(super) fn changes_little(subject: &str, here: ErrorPoint) -> String {
+pub(super) fn changes_little(subject: &str, here: ErrorPoint, voice: Voice) -> String {
     let rest = rest(&here, is_noise(&here));
     format!(
-        " {subject} this log's error little: {} °/s over {}{rest}.",
+        " {subject} {} error little: {} °/s over {}{rest}.",
+        voice.of_log(),
         units::rate(here.error),
         units::time(here.tau_s)
     )
@@ -45,11 +47,11 @@ pub(super) fn rest(after: &ErrorPoint, is_noise: bool) -> String {
 const FLOOR: &str = "what noise and the set-up alone make";
 
 /// `0.51 °/s of error over 1 s, up to 14 times what noise and the set-up alone make`.
-pub(super) fn left(here: Option<ErrorPoint>, ratio: Option<f64>) -> String {
+pub(super) fn left(here: Option<ErrorPoint>, ratio: Option<f64>, voice: Voice) -> String {
     let over = ratio.filter(|r| r.is_finite()).map(|r| format!("up to {} times {FLOOR}", units::ratio(r)));
     let error = here.map(|p| format!("{} °/s of error over {}", units::rate(p.error), units::time(p.tau_s)));
     let parts: Vec<String> = error.into_iter().chain(over).collect();
-    if parts.is_empty() { "how much, this log does not say".into() } else { parts.join(", ") }
+    if parts.is_empty() { format!("how much, {} does not say", voice.log()) } else { parts.join(", ") }
 }
 
 /// The point of a curve at which errors are said: 1 s, or its end where it ends before.

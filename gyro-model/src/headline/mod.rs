@@ -25,6 +25,7 @@ use crate::{
     effects,
     measured::{Measured, and},
     units,
+    words::{self, Voice},
 };
 use left::{changes_little, corrected, is_noise, left, makes, rest, same_time};
 
@@ -39,35 +40,30 @@ pub struct Headline {
 
 /// Of `compare` and `diagnose`.
 #[must_use]
-pub fn of_diagnosis(axis: &AxisDiagnosis) -> Headline {
-    of_diagnosis_beside(axis, &[])
+pub fn of_diagnosis(axis: &AxisDiagnosis, voice: Voice) -> Headline {
+    of_diagnosis_beside(axis, &[], voice)
 }
 
 /// The same where some causes have been `told`, for several axes share them.
 #[must_use]
-pub fn of_diagnosis_beside(axis: &AxisDiagnosis, told: &[&str]) -> Headline {
+pub fn of_diagnosis_beside(axis: &AxisDiagnosis, told: &[&str], voice: Voice) -> Headline {
     let here = said(&axis.error_curve);
     match (axis.verdict, axis.suspects.first()) {
-        (Verdict::MissingEffect, Some(best)) => missing(axis, best, told),
-        (Verdict::Ambiguous, Some(best)) => ambiguous(axis, best),
+        (Verdict::MissingEffect, Some(best)) => missing(axis, best, told, voice),
+        (Verdict::Ambiguous, Some(best)) => ambiguous(axis, best, voice),
         (Verdict::MissingEffect | Verdict::Ambiguous, None) => {
-            only(format!("An effect is missing: {}.", left(here, axis.error_over_floor)))
+            only(format!("An effect is missing: {}.", left(here, axis.error_over_floor, voice)))
         }
         (Verdict::Adequate, _) => {
-            only(adequate(here, axis.within_floor, of_recording(axis.limited_by, &axis.limited_says)))
+            only(adequate(here, axis.within_floor, of_recording(axis.limited_by, &axis.limited_says), voice))
         }
         (Verdict::Unexplained, _) if axis.searched => {
-            unexplained(&left(here, axis.error_over_floor), axis.limited_by, &axis.limited_says)
+            unexplained(&left(here, axis.error_over_floor, voice), axis.limited_by, &axis.limited_says)
         }
         (Verdict::Unexplained, _) => {
-            only(format!("This model leaves more than noise: {}.", left(here, axis.error_over_floor)))
+            only(format!("This model leaves more than noise: {}.", left(here, axis.error_over_floor, voice)))
         }
-        (Verdict::CannotTell, _) => only(cannot_tell(&axis.says)),
-        (Verdict::BadData, _) => {
-            let fault = axis.data_faults.iter().find(|fault| fault.axis.is_none_or(|own| own == axis.axis));
-            let says = fault.map_or(axis.says.as_str(), |fault| fault.says.as_str());
-            only(bad_data(if axis.says.is_empty() { says } else { &axis.says }))
-        }
+        (Verdict::CannotTell | Verdict::BadData, _) => only(short(axis.verdict, &words::lead(axis, voice), voice)),
     }
 }
 
@@ -77,28 +73,35 @@ fn added(axis: &AxisLadder) -> Vec<&str> {
     started.filter(|id| axis.effects.iter().any(|e| e == id)).collect()
 }
 
+/// Whether what a ladder added and kept is its answer.
+#[must_use]
+pub fn has_additions(axis: &AxisLadder) -> bool {
+    !added(axis).is_empty()
+}
+
 /// Of `ladder`: what was added is the answer.
 #[must_use]
-pub fn of_ladder(axis: &AxisLadder) -> Headline {
-    of_ladder_beside(axis, &[])
+pub fn of_ladder(axis: &AxisLadder, voice: Voice) -> Headline {
+    of_ladder_beside(axis, &[], voice)
 }
 
 /// The same where some causes have been `told`, for several axes share them.
 #[must_use]
-pub fn of_ladder_beside(axis: &AxisLadder, told: &[&str]) -> Headline {
+pub fn of_ladder_beside(axis: &AxisLadder, told: &[&str], voice: Voice) -> Headline {
     let (Some(first), Some(last)) = (axis.steps.first(), axis.steps.last()) else { return Headline::default() };
     let added = added(axis);
     let here = said(&last.error_curve);
     let is_within = |p: &ErrorPoint| p.error.zip(p.floor_99).is_none_or(|(error, top)| error <= top);
     let within = last.error_curve.iter().all(is_within);
     if matches!(axis.verdict, Verdict::CannotTell | Verdict::BadData) && added.is_empty() {
-        let says = if axis.verdict == Verdict::BadData { bad_data(&axis.says) } else { cannot_tell(&axis.says) };
-        return only(says);
+        return only(short(axis.verdict, &words::lead(axis, voice), voice));
     }
     if added.is_empty() {
         return match axis.verdict {
-            Verdict::Adequate => only(adequate(here, Some(within), of_recording(axis.limited_by, &axis.limited_says))),
-            _ => unexplained(&left(here, last.error_over_floor), axis.limited_by, &axis.limited_says),
+            Verdict::Adequate => {
+                only(adequate(here, Some(within), of_recording(axis.limited_by, &axis.limited_says), voice))
+            }
+            _ => unexplained(&left(here, last.error_over_floor, voice), axis.limited_by, &axis.limited_says),
         };
     }
     let own: Vec<&str> = added.iter().copied().filter(|id| !told.contains(id)).collect();
@@ -114,11 +117,11 @@ pub fn of_ladder_beside(axis: &AxisLadder, told: &[&str]) -> Headline {
         };
         answer.push_str(&makes(subject(own.len(), added.len() - own.len()), before, after, &rest));
     } else if let Some(before) = said(&first.error_curve) {
-        answer.push_str(&changes_little(if added.len() > 1 { "They change" } else { "It changes" }, before));
+        answer.push_str(&changes_little(if added.len() > 1 { "They change" } else { "It changes" }, before, voice));
     }
     if axis.verdict == Verdict::Ambiguous {
         let aliases: Vec<String> = axis.steps.iter().flat_map(|step| step.aliases.iter().map(|id| name(id))).collect();
-        answer = format!("{answer} It may also be {}: this log cannot tell.", either(&aliases));
+        answer = format!("{answer} It may also be {}: {} cannot tell.", either(&aliases), voice.log());
     }
     Headline { answer: answer.trim_start().to_owned(), at_source: sources(&own) }
 }
@@ -157,18 +160,20 @@ pub fn of_change(
     Headline { answer: format!("{}{says}", sentence(&format!("{}{fall}", and(&changes)))), at_source: sources(&ids) }
 }
 
-/// Puts the headlines into results.
-pub fn fill(axes: &mut [AxisDiagnosis]) {
+/// Puts the words into results: what they say, and the headlines.
+pub fn fill(axes: &mut [AxisDiagnosis], voice: Voice) {
     for axis in axes {
-        let headline = of_diagnosis(axis);
+        axis.says = words::says(&*axis, voice);
+        let headline = of_diagnosis(axis, voice);
         (axis.headline, axis.at_source) = (headline.answer, headline.at_source);
     }
 }
 
 /// The same for a ladder.
-pub fn fill_ladder(axes: &mut [AxisLadder]) {
+pub fn fill_ladder(axes: &mut [AxisLadder], voice: Voice) {
     for axis in axes {
-        let headline = of_ladder(axis);
+        axis.says = words::says(&*axis, voice);
+        let headline = of_ladder(axis, voice);
         (axis.headline, axis.at_source) = (headline.answer, headline.at_source);
     }
 }
@@ -213,7 +218,7 @@ fn own_clause(id: &str, parameters: &[ParameterValue]) -> String {
     format!("your own effect '{id}' is there{with}")
 }
 
-fn missing(axis: &AxisDiagnosis, best: &Suspect, told: &[&str]) -> Headline {
+fn missing(axis: &AxisDiagnosis, best: &Suspect, told: &[&str], voice: Voice) -> Headline {
     let named = |suspect: &&Suspect| axis.missing.is_empty() || axis.missing.contains(&suspect.effect);
     let many = if axis.missing.is_empty() { 1 } else { axis.missing.len() };
     let lacks: Vec<&Suspect> = axis.suspects.iter().filter(named).take(many).collect();
@@ -230,7 +235,7 @@ fn missing(axis: &AxisDiagnosis, best: &Suspect, told: &[&str]) -> Headline {
         };
         answer.push_str(&makes(subject, before, after, &rest));
     } else if let Some(here) = said(&axis.error_curve) {
-        answer.push_str(&changes_little(if lacks.len() > 1 { "They change" } else { "It changes" }, here));
+        answer.push_str(&changes_little(if lacks.len() > 1 { "They change" } else { "It changes" }, here, voice));
     }
     let is_of_reference = |id: &str| effects::find(id).is_some_and(|effect| effect.stage().is_of_reference());
     if is_of_reference(&best.effect) && lacks.iter().all(|suspect| is_of_reference(&suspect.effect)) {
@@ -258,19 +263,19 @@ const fn subject(own: usize, shared: usize) -> &'static str {
     }
 }
 
-fn ambiguous(axis: &AxisDiagnosis, best: &Suspect) -> Headline {
+fn ambiguous(axis: &AxisDiagnosis, best: &Suspect, voice: Voice) -> Headline {
     let known = |id: &str| axis.suspects.iter().find(|s| s.effect == id);
     let mut group = vec![clause(axis.axis, &best.effect, &best.parameters)];
     group.extend(best.aliases.iter().map(|id| match known(id) {
         Some(suspect) if suspect.parameters.iter().any(is_known) => clause(axis.axis, id, &suspect.parameters),
         _ => unsized_clause(id),
     }));
-    let mut answer = format!("Either {}; this log cannot tell which.", group.join(", or "));
+    let mut answer = format!("Either {}; {} cannot tell which.", group.join(", or "), voice.log());
     if let Some((before, after)) = corrected(&axis.error_curve, &best.error_curve) {
         let rest = rest(&after, is_noise(&after));
         answer.push_str(&makes("It makes", before, after, &rest));
     } else if let Some(here) = said(&axis.error_curve) {
-        answer.push_str(&changes_little("It changes", here));
+        answer.push_str(&changes_little("It changes", here, voice));
     }
     if !best.separate_by.is_empty() {
         answer = format!("{answer} To tell them apart: {}.", best.separate_by.trim_end_matches('.'));
@@ -307,8 +312,8 @@ fn of_recording(by: Option<LimitedBy>, says: &str) -> Option<&str> {
     limit(by.filter(|by| by.is_of_recording()), says).map(|(what, _)| what)
 }
 
-fn adequate(here: Option<ErrorPoint>, within: Option<bool>, of_recording: Option<&str>) -> String {
-    let Some(point) = here else { return "Nothing is missing that this log can show.".into() };
+fn adequate(here: Option<ErrorPoint>, within: Option<bool>, of_recording: Option<&str>, voice: Voice) -> String {
+    let Some(point) = here else { return format!("Nothing is missing that {} can show.", voice.log()) };
     let (error, over) = (units::rate(point.error), units::time(point.tau_s));
     if within == Some(false) {
         return format!(
@@ -376,18 +381,12 @@ fn sentence(text: &str) -> String {
     if text.ends_with(['.', '?', '!']) { text } else { text + "." }
 }
 
-/// What a verdict says first, behind a lead.
-fn cannot_tell(says: &str) -> String {
-    first_sentence("This log cannot tell", says, &[". ", ": "])
-}
-
-/// With what to do, which stands behind a colon.
-fn bad_data(says: &str) -> String {
-    first_sentence("The data are at fault", says, &[". "])
-}
-
-fn first_sentence(lead: &str, says: &str, ends: &[&str]) -> String {
-    let end = ends.iter().filter_map(|end| says.find(end)).min().unwrap_or(says.len());
-    let first = says[..end].trim_end_matches('.');
+/// What a finding says first, behind a lead.
+fn short(verdict: Verdict, first: &str, voice: Voice) -> String {
+    let lead = match verdict {
+        Verdict::BadData => "The data are at fault".to_owned(),
+        _ => format!("{} cannot tell", voice.log_first()),
+    };
+    let first = first.trim_end_matches('.');
     if first.is_empty() { format!("{lead}.") } else { format!("{lead}: {first}.") }
 }

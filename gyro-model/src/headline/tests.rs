@@ -2,6 +2,8 @@ use super::*;
 use crate::{
     diagnosis::{FloorFrom, LadderStep, NoiseValue},
     effects::CATALOGUE,
+    fault::{DataFault, FaultKind},
+    finding::{Finding, Why},
 };
 
 /// Made-up numbers: each parameter a little off its typical size, known to 2 %; `sign` turns coefficients round.
@@ -48,35 +50,27 @@ fn suspect(id: &str, aliases: &[&str], sign: f64) -> Suspect {
 }
 
 fn diagnosed(verdict: Verdict, suspects: Vec<Suspect>, ratio: f64) -> AxisDiagnosis {
+    let finding = match verdict {
+        Verdict::CannotTell => Finding::CannotTell(Why::NotExcited { travel: 0.0366, uncertainty: 0.12 }),
+        Verdict::BadData => Finding::BadData { fault: FaultKind::WrongSign, axis: Some(Axis::Z), count: 9 },
+        verdict => Finding::Bare { verdict },
+    };
     AxisDiagnosis {
-        axis: Axis::Z,
-        verdict,
-        says:
-            "axis z turns through 2.1 ° at most in this log, so its scale factor is not known to better than 12 %: turn it to and fro"
-                .into(),
-        headline: String::new(),
-        at_source: String::new(),
         effects: vec!["scale-factor".into(), "bias".into()],
-        parameters: Vec::new(),
-        noise: NoiseValue::default(),
         error_curve: curve(ratio),
         error_over_floor: Some(ratio),
         within_floor: Some(ratio < 1.3),
-        floor_source: String::new(),
-        fails_where: Vec::new(),
         searched: true,
         suspects,
-        data_faults: Vec::new(),
+        data_faults: vec![DataFault {
+            kind: FaultKind::WrongSign,
+            axis: Some(Axis::Z),
+            count: 9,
+            first_t: None,
+            says: "gyro_z turns against ref_angle_z: negate one of them. Then look again".into(),
+        }],
         floor_from: FloorFrom::Measured,
-        budget: Vec::new(),
-        error_by_frequency: Vec::new(),
-        limited_by: None,
-        limited_says: String::new(),
-        explained: Vec::new(),
-        missing: Vec::new(),
-        missing_error_curve: Vec::new(),
-        unfinished: false,
-        detail: None,
+        ..AxisDiagnosis::new(Axis::Z, finding)
     }
 }
 
@@ -85,7 +79,8 @@ fn each_effect_says_what_it_does_with_its_number_and_what_to_do_about_it() {
     for effect in CATALOGUE {
         let id = effect.card().id;
         for sign in [1.0, -1.0] {
-            let headline = of_diagnosis(&diagnosed(Verdict::MissingEffect, vec![suspect(id, &[], sign)], 14.0));
+            let headline =
+                of_diagnosis(&diagnosed(Verdict::MissingEffect, vec![suspect(id, &[], sign)], 14.0), Voice::Log);
             // `cargo test -p gyro-model headline -- --nocapture` prints them to be read.
             println!("{id}: {}\n    At the source: {}.", headline.answer, headline.at_source);
             let first = headline.answer.split(". ").next().unwrap();
@@ -97,7 +92,8 @@ fn each_effect_says_what_it_does_with_its_number_and_what_to_do_about_it() {
             assert!(!headline.answer.contains("NaN") && !headline.answer.contains("inf"), "{id}: {}", headline.answer);
         }
         let encoder = effect.stage().is_of_reference();
-        let says = of_diagnosis(&diagnosed(Verdict::MissingEffect, vec![suspect(id, &[], 1.0)], 14.0)).answer;
+        let says =
+            of_diagnosis(&diagnosed(Verdict::MissingEffect, vec![suspect(id, &[], 1.0)], 14.0), Voice::Log).answer;
         assert_eq!(says.contains("Your gyro is not the cause."), encoder, "{says}");
     }
 }
@@ -113,7 +109,7 @@ fn what_the_recording_makes_of_the_rest_is_not_called_noise() {
             ..BudgetPoint::default()
         };
         let axis = diagnosed(Verdict::MissingEffect, vec![suspect("delay", &[], 1.0)], 14.0);
-        of_diagnosis(&AxisDiagnosis { budget: vec![point], ..axis }).answer
+        of_diagnosis(&AxisDiagnosis { budget: vec![point], ..axis }, Voice::Log).answer
     };
     assert!(says(1e-9).ends_with("is left, which is noise."), "{}", says(1e-9));
     assert!(says(1e-7).ends_with("is left, most of it from motion too fast for the log's rate."), "{}", says(1e-7));
@@ -165,12 +161,15 @@ fn each_verdict_has_its_answer_with_a_number() {
         ),
         (
             diagnosed(Verdict::CannotTell, Vec::new(), 14.0),
-            "This log cannot tell: axis z turns through 2.1 ° at most in this log, so its scale factor",
+            "This log cannot tell: axis z turns through 2.1° at most in this log, so its scale factor",
         ),
-        (diagnosed(Verdict::BadData, Vec::new(), 14.0), "is not known to better than 12 %: turn it to and fro."),
+        (
+            diagnosed(Verdict::BadData, Vec::new(), 14.0),
+            "The data are at fault: gyro_z turns against ref_angle_z: negate one of them.",
+        ),
     ];
     for (axis, wanted) in cases {
-        let answer = of_diagnosis(&axis).answer;
+        let answer = of_diagnosis(&axis, Voice::Log).answer;
         println!("{:?}: {answer}", axis.verdict);
         assert!(answer.contains(wanted), "{:?}: {answer}", axis.verdict);
     }
@@ -182,7 +181,7 @@ fn an_alias_of_which_no_size_is_known_is_named_without_numbers() {
     let mut alias = suspect("warm-up", &["bias-drift"], 1.0);
     alias.parameters.iter_mut().for_each(|p| p.std_error = p.value.map(|value| 3.0 * value.abs()));
     let group = vec![suspect("bias-drift", &["warm-up"], 1.0), alias];
-    let answer = of_diagnosis(&diagnosed(Verdict::Ambiguous, group, 14.0)).answer;
+    let answer = of_diagnosis(&diagnosed(Verdict::Ambiguous, group, 14.0), Voice::Log).answer;
     assert!(answer.contains(", or warm-up is missing (turn-on transient"), "{answer}");
 }
 
@@ -192,7 +191,7 @@ fn what_a_correction_takes_away_is_told_where_the_error_falls() {
     hysteresis.error_curve = curve(14.0);
     hysteresis.error_curve[2].error = hysteresis.error_curve[2].error.map(|error| 1.2 * error);
     hysteresis.error_curve[1].error = hysteresis.error_curve[1].error.map(|error| 0.2 * error);
-    let answer = of_diagnosis(&diagnosed(Verdict::MissingEffect, vec![hysteresis], 14.0)).answer;
+    let answer = of_diagnosis(&diagnosed(Verdict::MissingEffect, vec![hysteresis], 14.0), Voice::Log).answer;
     assert!(answer.contains("of error over 0.1 s; corrected"), "{answer}");
 }
 
@@ -200,7 +199,7 @@ fn what_a_correction_takes_away_is_told_where_the_error_falls() {
 fn a_correction_that_lowers_no_error_is_not_said_to_leave_more() {
     let mut zone = suspect("dead-zone", &[], 1.0);
     zone.error_curve = curve(1.2);
-    let answer = of_diagnosis(&diagnosed(Verdict::MissingEffect, vec![zone], 1.02)).answer;
+    let answer = of_diagnosis(&diagnosed(Verdict::MissingEffect, vec![zone], 1.02), Voice::Log).answer;
     assert!(answer.ends_with("It changes this log's error little: 0.0351 °/s over 1 s, which is noise."), "{answer}");
     let ladder = AxisLadder {
         steps: climbed(Verdict::Adequate, 1.0)
@@ -210,7 +209,7 @@ fn a_correction_that_lowers_no_error_is_not_said_to_leave_more() {
             .collect(),
         ..climbed(Verdict::Adequate, 1.0)
     };
-    let answer = of_ladder(&ladder).answer;
+    let answer = of_ladder(&ladder, Voice::Log).answer;
     assert!(answer.contains("They change this log's error little") && !answer.contains("corrected"), "{answer}");
 }
 
@@ -228,17 +227,17 @@ fn effects_that_are_missing_together_are_told_together_with_one_error_before_and
             14.0,
         )
     };
-    let headline = of_diagnosis(&axis);
+    let headline = of_diagnosis(&axis, Voice::Log);
     // As the ladder says it, and the gyro is a cause.
-    assert_eq!(headline.answer, of_ladder(&climbed(Verdict::Adequate, 1.02)).answer);
+    assert_eq!(headline.answer, of_ladder(&climbed(Verdict::Adequate, 1.02), Voice::Log).answer);
     assert!(headline.at_source.starts_with("for delay, stamp"), "{}", headline.at_source);
-    let rest = of_diagnosis_beside(&axis, &["delay"]).answer;
+    let rest = of_diagnosis_beside(&axis, &["delay"], Voice::Log).answer;
     assert!(
         rest.starts_with("The encoder has") && rest.contains("Together with what the axes share, that makes"),
         "{rest}"
     );
     assert!(
-        of_diagnosis_beside(&axis, &["delay", "encoder-backlash"])
+        of_diagnosis_beside(&axis, &["delay", "encoder-backlash"], Voice::Log)
             .answer
             .starts_with("The causes that the axes share make")
     );
@@ -258,6 +257,8 @@ fn climbed(verdict: Verdict, ratio: f64) -> AxisLadder {
         axis: Axis::Z,
         verdict,
         says: String::new(),
+        finding: Finding::Bare { verdict },
+        remarks: Vec::new(),
         headline: String::new(),
         at_source: String::new(),
         effects: ["scale-factor", "bias", "delay", "encoder-backlash"].map(Into::into).to_vec(),
@@ -278,7 +279,7 @@ fn climbed(verdict: Verdict, ratio: f64) -> AxisLadder {
 
 #[test]
 fn a_ladder_tells_all_that_it_added_at_once_and_what_was_before() {
-    let headline = of_ladder(&climbed(Verdict::Adequate, 1.02));
+    let headline = of_ladder(&climbed(Verdict::Adequate, 1.02), Voice::Log);
     assert_eq!(
         headline.answer,
         "Your gyro is 10.05 ± 0.20 ms late. The encoder has 0.576 ± 0.011° of play against the shaft. Together they make 0.481 °/s of \
@@ -300,7 +301,7 @@ fn any_two_effects_are_told_in_a_sentence_each_and_what_to_do_about_both() {
         axis.parameters = [one, other].iter().flat_map(|id| made_up(Axis::Z, id, 1.0)).collect();
         axis.steps[1].added = Some((*one).into());
         axis.steps[2].added = Some(other.into());
-        let Headline { answer, at_source } = of_ladder(&axis);
+        let Headline { answer, at_source } = of_ladder(&axis, Voice::Log);
         println!("{one}, {other}: {answer}\n    At the source: {at_source}.");
         let told = |id: &str| sentence(&clause(Axis::Z, id, &axis.parameters));
         assert_eq!(answer.find(&told(one)), Some(0), "{answer}");
@@ -320,13 +321,15 @@ fn what_a_ladder_leaves_by_the_set_up_s_fault_is_no_noise() {
             .into(),
         ..climbed(Verdict::CannotTell, 1.07)
     };
-    let answer = of_ladder(&limited).answer;
+    let answer = of_ladder(&limited, Voice::Log).answer;
     assert!(
         answer.ends_with("is left. Most of that: the rate swings by ±60 °/s at 83 Hz, beyond half the sampling rate."),
         "{answer}"
     );
     let unknown = AxisLadder { limited_by: Some(LimitedBy::Unattributed), ..climbed(Verdict::Unexplained, 3.0) };
-    assert!(of_ladder(&unknown).answer.ends_with("is left, 3.0 times what noise and the set-up alone make."));
+    assert!(
+        of_ladder(&unknown, Voice::Log).answer.ends_with("is left, 3.0 times what noise and the set-up alone make.")
+    );
 }
 
 #[test]

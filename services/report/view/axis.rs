@@ -9,13 +9,20 @@ use gyro_model::{
         ParameterValue, Suspect, Verdict,
     },
     effects,
+    words::Voice,
 };
 
 /// `missing effect: delay`, `adequate`, …
-pub(super) fn words(verdict: Verdict, suspect: Option<&str>, aliases: &[String], limit: Option<LimitedBy>) -> String {
+pub(super) fn words(
+    verdict: Verdict,
+    suspect: Option<&str>,
+    aliases: &[String],
+    limit: Option<LimitedBy>,
+    voice: Voice,
+) -> String {
     match (verdict, suspect) {
         (Verdict::Adequate, _) if limit.is_some_and(LimitedBy::is_of_recording) => {
-            "adequate, no effect is missing that this log can show".into()
+            format!("adequate, no effect is missing that {} can show", voice.log())
         }
         (Verdict::Adequate, _) => "adequate, what is left is noise".into(),
         (Verdict::MissingEffect, Some(effect)) => format!("missing effect: {effect}"),
@@ -26,52 +33,10 @@ pub(super) fn words(verdict: Verdict, suspect: Option<&str>, aliases: &[String],
         }
         (Verdict::Ambiguous, None) => "ambiguous: several effects fit alike".into(),
         (Verdict::Unexplained, _) => "unexplained: more than noise is left, and no known effect removes it".into(),
-        (Verdict::CannotTell, _) => "cannot tell: this log does not decide it".into(),
+        (Verdict::CannotTell, _) => format!("cannot tell: {} does not decide it", voice.log()),
         (Verdict::BadData, _) => "bad data".into(),
     }
 }
-
-/// What a verdict's own sentences say beside the headline, the label, and what limits the log. Headline and label name the `several`
-/// effects that are missing, where they are several.
-pub(super) fn beyond(
-    verdict: Verdict,
-    headline: &str,
-    says: &str,
-    limited: &str,
-    several: bool,
-    searched: bool,
-) -> String {
-    let is_named = matches!(verdict, Verdict::MissingEffect | Verdict::Ambiguous);
-    let is_said = |k: usize, one: &str| {
-        let bare = one.trim().trim_end_matches('.');
-        let lower = bare.to_lowercase();
-        let names =
-            is_named && k == 0 && (several || !lower.starts_with("more than one")) && lower.contains(" is missing");
-        names
-            || headline.to_lowercase().contains(&lower)
-            || is_named && (bare == "Add it and look again" || bare.starts_with("`truerate ladder` adds"))
-            || verdict == Verdict::Adequate && lower.starts_with("the error is what noise alone leaves: no effect")
-            || verdict == Verdict::Unexplained && !searched && k == 0
-    };
-    // What limits the log has a place of its own.
-    let says = if limited.is_empty() { says.to_owned() } else { says.replace(&format!("{LIMIT}{limited}"), "") };
-    // The headline of what cannot be told is the first sentence up to its colon.
-    let first = says.split(". ").next().unwrap_or_default();
-    let told = first
-        .find(": ")
-        .filter(|at| verdict == Verdict::CannotTell && headline.to_lowercase().contains(&first[..*at].to_lowercase()));
-    let says = told.map_or(&says[..], |at| &says[at + 2..]);
-    let mut left: Vec<&str> = Vec::new();
-    for (k, one) in says.split_inclusive(". ").enumerate() {
-        if !is_said(k, one) {
-            left.push(one.trim());
-        }
-    }
-    sentence(&left.join(" "))
-}
-
-/// Where the sentence of what limits a log begins.
-const LIMIT: &str = " What limits this log: ";
 
 /// What is said of an excess where nobody looked for its cause.
 pub(super) const NOT_SEARCHED: &str = "the model leaves more than noise";
@@ -117,6 +82,7 @@ pub(super) fn limit(
     floor_from: FloorFrom,
     budget: &[BudgetPoint],
     frequencies: &[FrequencyShare],
+    voice: Voice,
 ) -> Option<LimitView> {
     let by = by.filter(|_| !budget.is_empty())?;
     let share = |part: usize| -> Vec<f64> {
@@ -134,9 +100,9 @@ pub(super) fn limit(
     };
     let is_named = matches!(verdict, Verdict::MissingEffect | Verdict::Ambiguous);
     let (head, says) = match says.split_once("). ") {
-        Some((what, _)) if is_named => ("the error's largest part", format!("{what}).")),
-        _ if is_named => ("the error's largest part", says.to_owned()),
-        _ => ("what limits this log", says.to_owned()),
+        Some((what, _)) if is_named => ("the error's largest part".to_owned(), format!("{what}).")),
+        _ if is_named => ("the error's largest part".to_owned(), says.to_owned()),
+        _ => (format!("what limits {}", voice.log()), says.to_owned()),
     };
     Some(LimitView {
         head,

@@ -17,6 +17,7 @@ use gyro_model::{
     detail::{AxisDetail, Trace, fails_where},
     diagnosis::{AxisDiagnosis, AxisLadder, Diagnosis, ErrorPoint, Ladder, Verdict},
     headline::{self, Beside, Fall, Headline, Named, Together},
+    words::{Voice, beyond},
 };
 use serde::Serialize;
 
@@ -104,7 +105,7 @@ impl Page {
         let together = Together::of(&named);
         let mut page = Self::axis_by_axis(diagnosis, context);
         for (view, axis) in page.axes.iter_mut().zip(&diagnosis.axes) {
-            view.answer(headline::of_diagnosis_beside(axis, &together.told(axis.axis)));
+            view.answer(headline::of_diagnosis_beside(axis, &together.told(axis.axis), context.voice));
         }
         let falls: Vec<Option<Fall>> = diagnosis.axes.iter().map(Fall::of_diagnosis).collect();
         page.story = Story::of(&together, &named, &mut page.axes, &falls);
@@ -120,7 +121,12 @@ impl Page {
             _ => "Model against measurements",
         };
         let next = next_of(diagnosis.axes.iter().map(attention), context);
-        page(title, &diagnosis.log, diagnosis.axes.iter().map(AxisView::of_diagnosis).collect(), next)
+        page(
+            title,
+            &diagnosis.log,
+            diagnosis.axes.iter().map(|axis| AxisView::of_diagnosis(axis, context.voice)).collect(),
+            next,
+        )
     }
 
     /// Of `ladder`.
@@ -129,9 +135,9 @@ impl Page {
         let next = next_of(ladder.axes.iter().map(|a| (a.axis, a.verdict, None, Vec::new())), context);
         let named: Vec<Named> = ladder.axes.iter().map(Named::by_ladder).collect();
         let together = Together::of(&named);
-        let mut axes: Vec<AxisView> = ladder.axes.iter().map(AxisView::of_ladder).collect();
+        let mut axes: Vec<AxisView> = ladder.axes.iter().map(|axis| AxisView::of_ladder(axis, context.voice)).collect();
         for (view, axis) in axes.iter_mut().zip(&ladder.axes) {
-            view.answer(headline::of_ladder_beside(axis, &together.told(axis.axis)));
+            view.answer(headline::of_ladder_beside(axis, &together.told(axis.axis), context.voice));
         }
         let falls: Vec<Option<Fall>> = ladder.axes.iter().map(Fall::of_ladder).collect();
         let story = Story::of(&together, &named, &mut axes, &falls);
@@ -215,7 +221,7 @@ impl AxisView {
         (self.headline, self.at_source) = (spoken.answer, spoken.at_source);
     }
 
-    fn of_diagnosis(axis: &AxisDiagnosis) -> Self {
+    fn of_diagnosis(axis: &AxisDiagnosis, voice: Voice) -> Self {
         let mut curves = vec![curve("model", &axis.error_curve)];
         let several = axis.missing.len() > 1;
         if let Some(best) = axis.suspects.first().filter(|_| !axis.corrected_curve().is_empty()) {
@@ -223,7 +229,7 @@ impl AxisView {
             curves.push(curve(&label, axis.corrected_curve()));
         }
         let suspect = axis.suspects.first().map(|s| s.effect.as_str());
-        let spoken = headline::of_diagnosis(axis);
+        let spoken = headline::of_diagnosis(axis, voice);
         Self {
             axis: axis.axis.letter(),
             verdict: axis.verdict,
@@ -235,11 +241,11 @@ impl AxisView {
                 }
                 verdict => {
                     let aliases = axis.suspects.first().map_or(&[][..], |s| &s.aliases);
-                    words(verdict, suspect, aliases, axis.limited_by)
+                    words(verdict, suspect, aliases, axis.limited_by, voice)
                 }
             },
             tone: tone(axis.verdict),
-            says: axis::beyond(axis.verdict, &spoken.answer, &axis.says, &axis.limited_says, several, axis.searched),
+            says: axis::sentence(&beyond(axis, false, voice)),
             headline: spoken.answer,
             effects: axis.effects.iter().map(|id| axis::card(id)).collect(),
             parameters: axis::parameters(axis.axis, &axis.parameters, true),
@@ -256,6 +262,7 @@ impl AxisView {
                 axis.floor_from,
                 &axis.budget,
                 &axis.error_by_frequency,
+                voice,
             ),
             // Of many bins that hold noise alone a few stand out.
             fails_where: match axis.verdict {
@@ -277,7 +284,7 @@ impl AxisView {
     }
 
     fn of_pair(before: Option<&AxisDiagnosis>, before_label: &str, after: &AxisDiagnosis, label: &str) -> Self {
-        let mut view = Self::of_diagnosis(after);
+        let mut view = Self::of_diagnosis(after, Voice::Log);
         view.curves.truncate(1);
         view.curves[0].label = label.into();
         if let Some(before) = before {
@@ -292,7 +299,7 @@ impl AxisView {
         view
     }
 
-    fn of_ladder(axis: &AxisLadder) -> Self {
+    fn of_ladder(axis: &AxisLadder, voice: Voice) -> Self {
         let steps: Vec<StepView> = axis
             .steps
             .iter()
@@ -318,14 +325,14 @@ impl AxisView {
         let last = axis.steps.last();
         let is_within = |p: &ErrorPoint| p.error.zip(p.floor_99).is_none_or(|(error, top)| error <= top);
         let within_floor = last.map(|step| step.error_curve.iter().all(is_within));
-        let spoken = headline::of_ladder(axis);
+        let spoken = headline::of_ladder(axis, voice);
         Self {
             axis: axis.axis.letter(),
             verdict: axis.verdict,
             at_source: spoken.at_source,
-            label: words(axis.verdict, named, aliases, axis.limited_by),
+            label: words(axis.verdict, named, aliases, axis.limited_by, voice),
             tone: tone(axis.verdict),
-            says: axis::beyond(axis.verdict, &spoken.answer, &axis.says, &axis.limited_says, false, true),
+            says: axis::sentence(&beyond(axis, headline::has_additions(axis), voice)),
             headline: spoken.answer,
             effects: axis.effects.iter().map(|id| axis::card(id)).collect(),
             parameters: axis::parameters(axis.axis, &axis.parameters, true),
@@ -342,6 +349,7 @@ impl AxisView {
                 axis.floor_from,
                 &axis.budget,
                 &axis.error_by_frequency,
+                voice,
             ),
             fails_where: match &axis.detail {
                 Some(detail) if axis.verdict != Verdict::Adequate && within_floor != Some(true) => {

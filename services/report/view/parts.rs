@@ -31,7 +31,7 @@ pub struct TestView {
 #[derive(Clone, Debug, Serialize)]
 pub struct LimitView {
     /// What stands before it: `what limits this log`.
-    pub head: &'static str,
+    pub head: String,
     /// `reference noise`, …
     pub by: &'static str,
     /// In one sentence, with the remedy.
