@@ -19,39 +19,41 @@ type F = Fact<Observed>;
 type M = Measure<Observed>;
 
 static IS_FAULTY: F =
-    Fact { says: "a fault of the data makes every other verdict worthless", of: |o| o.fault.is_some() };
-static IS_STOPPED: F = Fact { says: "the search was stopped before its end", of: |o| o.unfinished };
+    Fact { says: "a fault of the data that makes every other verdict worthless", of: |o| o.fault.is_some() };
+static IS_STOPPED: F = Fact { says: "a search that was stopped before its end", of: |o| o.unfinished };
 static IS_ADEQUATE_SO_FAR: F = Fact {
-    says: "adequate by the rules below",
+    says: "an error that is adequate by the rules below",
     of: |o| matches!(decide(&Observed { unfinished: false, ..o.clone() }), Finding::Adequate(_)),
 };
-static IS_NAMED: F = Fact { says: "an effect is named", of: |o| !o.named.is_empty() };
+static IS_NAMED: F = Fact { says: "a named effect", of: |o| !o.named.is_empty() };
 static IS_SHOWN: F = Fact {
-    says: "the motion shows the base model's parameters, or what is named dominates the error",
+    says: "a motion that shows the base model's parameters, or an effect that dominates the error",
     of: |o| o.unexcited.is_none() || o.dominates,
 };
 static HAS_ALIAS: F =
-    Fact { says: "a named effect has an alias", of: |o| o.named.iter().any(|named| !named.aliases.is_empty()) };
-static IS_EXCITED: F = Fact { says: "the motion shows the base model's parameters", of: |o| o.unexcited.is_none() };
-static IS_WITHIN: F = Fact { says: "E(τ) is within the floor's band", of: |o| o.within };
+    Fact { says: "a named effect with an alias", of: |o| o.named.iter().any(|named| !named.aliases.is_empty()) };
+static IS_EXCITED: F = Fact { says: "a motion that shows the base model's parameters", of: |o| o.unexcited.is_none() };
+static IS_WITHIN: F = Fact { says: "an error within the floor's band", of: |o| o.within };
 static IS_NOISE: F = Fact {
-    says: "E(τ) is within the floor's band, or what is left is noise of a size that sensors have",
+    says: "an error of noise: within the floor's band, or of a size that sensors have",
     of: Observed::leaves_noise,
 };
-static HIDES_SLOW: F = Fact { says: "a slow effect may be hidden by a wandering bias", of: |o| o.slow.is_some() };
-static IS_LIKELY: F = Fact { says: "a suspect is significant", of: |o| o.likely.is_some() };
-static WANDER_EXPLAINS: F = Fact { says: "a wandering bias explains all of it", of: |o| o.wander_explains };
-static IS_SEARCHED: F = Fact { says: "effects were looked for", of: |o| o.searched };
+static HIDES_SLOW: F = Fact { says: "a slow effect that a wandering bias may hide", of: |o| o.slow.is_some() };
+static IS_LIKELY: F = Fact { says: "a significant suspect", of: |o| o.likely.is_some() };
+static WANDER_EXPLAINS: F = Fact { says: "a wandering bias that explains all of it", of: |o| o.wander_explains };
+static IS_SEARCHED: F = Fact { says: "a search for effects", of: |o| o.searched };
 static SET_UP_EXPLAINS: F =
-    Fact { says: "E(τ) is within the band of the floor with the set-up", of: |o| o.floors.set_up.within };
+    Fact { says: "an error within the band of the floor with the set-up", of: |o| o.floors.set_up.within };
 static WANDER_IN_FLOOR: F = Fact {
-    says: "E(τ) is within the band of the floor with the set-up and a wandering bias",
+    says: "an error within the band of the floor with the set-up and a wandering bias",
     of: |o| o.floors.wander.within,
 };
-static IS_GYRO_NOISE: F =
-    Fact { says: "the gyro's own white noise is most of the error", of: |o| o.limited_by == LimitedBy::GyroNoise };
-static IS_AT_REST: F = Fact { says: "the axis does not turn", of: |o| o.at_rest };
-static IS_ALIKE: F = Fact { says: "an effect that was added cannot be told from another", of: |o| !o.alike.is_empty() };
+static IS_GYRO_NOISE: F = Fact {
+    says: "white noise of the gyro as the largest part of the error",
+    of: |o| o.limited_by == LimitedBy::GyroNoise,
+};
+static IS_AT_REST: F = Fact { says: "an axis that does not turn", of: |o| o.at_rest };
+static IS_ALIKE: F = Fact { says: "an effect that was added and has an alias", of: |o| !o.alike.is_empty() };
 
 static SECONDS: M = Measure { name: "length of the log", of: |o| o.seconds };
 static SILENT: M = Measure { name: "share of the log in which the rate is not known", of: |o| o.silent };
