@@ -9,7 +9,7 @@ use gyro_model::{
     Axis, AxisModel, Model, Row, Term,
     effects::{CATALOGUE, Stage},
     estimator::{Estimator, Options},
-    kalman::{Drive, Filter, Measured},
+    kalman::{Calibration, Drive, Filter, Measured},
 };
 use nalgebra::{DMatrix, DVector};
 use std::hint::black_box;
@@ -97,7 +97,7 @@ fn estimator(full: bool) -> impl FnMut() {
 }
 
 fn kalman() -> impl FnMut() {
-    let (mut filter, mut k) = (Filter::new(0.0, R, 0.01), 0);
+    let (mut filter, mut k) = (Filter::new(0.0, R, Calibration { bias_std: 0.01, scale_std: 1e-3 }), 0);
     move || {
         filter.predict(DT, &DRIVE);
         black_box(filter.update(Measured::Gyro, reading(&mut k), R));

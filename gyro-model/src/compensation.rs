@@ -16,6 +16,7 @@ use crate::{
     AxisModel, Model, Noise, Row,
     effects::{Effect, Memory, Signals, Stage, Trait},
     history::{History, seconds},
+    kalman::Calibration,
     record::FREE_CHANNELS,
 };
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -47,22 +48,41 @@ pub struct Compensated {
 }
 
 /// What is known of an axis' uncertainty.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Identified {
     /// The model's noise.
     pub noise: Noise,
-    /// Standard deviation of the bias that the model leaves, rad/s: the standard error of δ, or what an unfitted
-    /// sensor may have.
-    pub bias_std: f64,
+    /// Standard deviations of the bias and scale error that the model leaves: the standard errors of δ and of α/α, or what a
+    /// sensor that was never fitted may have.
+    pub calibration: Calibration,
+    /// Whether both are fitted.
+    pub is_fitted: bool,
+    /// α and δ.
+    pub affine: [f64; 2],
+    /// A number that tells which effects the model has.
+    pub effects: u64,
 }
-
-/// Residual bias of a sensor that was never fitted, rad/s (11 °/s).
-const BIAS_UNFITTED: f64 = 0.2;
 
 impl Identified {
     fn of(model: &AxisModel) -> Self {
-        let fitted = model.term("bias").map_or(f64::NAN, |term| term.std_errors[0]);
-        Self { noise: model.noise, bias_std: if fitted.is_finite() { fitted } else { BIAS_UNFITTED } }
+        let fitted = |effect: &str| {
+            let error = model.term(effect).map_or(f64::NAN, |term| term.std_errors[0]);
+            error.is_finite().then_some(error)
+        };
+        // Without a delay in it a model does not say that there is none.
+        let delay = model.terms.iter().find(|term| term.effect.stage() == Stage::Timing).map(|term| term.std_errors[0]);
+        let (bias, scale) = (fitted("bias"), fitted("scale-factor").map(|error| error / model.alpha().abs()));
+        Self {
+            noise: model.noise,
+            calibration: Calibration {
+                bias_std: bias.unwrap_or(Calibration::UNFITTED.bias_std),
+                scale_std: scale.filter(|std| std.is_finite()).unwrap_or(Calibration::UNFITTED.scale_std),
+                delay_std: delay.filter(|std| std.is_finite()).unwrap_or(Calibration::UNFITTED.delay_std),
+            },
+            is_fitted: bias.is_some() && scale.is_some(),
+            affine: [model.alpha(), model.delta()],
+            effects: model.terms.iter().fold(0, |sum, term| sum.wrapping_mul(31).wrapping_add(key(term.effect))),
+        }
     }
 }
 
@@ -336,7 +356,7 @@ impl Compensation {
             past: [AxisPast::default(); 3],
             environment: Environment::EMPTY,
             history: [History::default(), History::default(), History::default()],
-            identified: [Identified::default(); 3],
+            identified: [Identified::of(&AxisModel::default()); 3],
             lost: [History::default(), History::default(), History::default()],
         };
         compensation.take(model);

@@ -15,9 +15,14 @@ use std::collections::VecDeque;
 
 mod attitude;
 mod axis;
+mod cross_check;
+mod motion;
+mod reference;
+mod reference_noise;
+mod spread;
 
 use attitude::Attitude;
-use axis::{AxisEstimator, AxisState, Moment, ReferenceTime};
+use axis::{AxisEstimator, AxisState, Missing, Moment, ReferenceTime};
 
 /// References that may wait: half a second at 8 kHz.
 const WAITING: usize = 4096;
@@ -170,7 +175,7 @@ pub struct Snapshot {
 
 /// A reference that waits for the estimate to reach its time.
 #[derive(Clone, Copy, Debug)]
-struct Reference {
+struct Waiting {
     t_ns: i64,
     angle: [f64; 3],
     rate: [f64; 3],
@@ -183,7 +188,7 @@ pub struct Estimator {
     compensation: Compensation,
     axes: [AxisEstimator; 3],
     attitude: Attitude,
-    waiting: VecDeque<Reference>,
+    waiting: VecDeque<Waiting>,
     started: bool,
     t_ns: i64,
     last: Estimate,
@@ -334,7 +339,7 @@ impl Estimator {
             if self.waiting.len() == WAITING {
                 self.waiting.pop_front();
             }
-            self.waiting.push_back(Reference {
+            self.waiting.push_back(Waiting {
                 t_ns: row.t_ns,
                 angle: row.ref_angle,
                 rate: row.ref_rate,
@@ -344,7 +349,7 @@ impl Estimator {
     }
 
     /// Hands a reference to the axes, the most direct form first: shaft angle, orientation, rate.
-    fn take_reference(&mut self, reference: &Reference, valid_t_ns: i64) {
+    fn take_reference(&mut self, reference: &Waiting, valid_t_ns: i64) {
         let when: [ReferenceTime; 3] = std::array::from_fn(|i| ReferenceTime {
             t_ns: reference.t_ns,
             valid_t_ns,
@@ -356,8 +361,9 @@ impl Estimator {
             let out = &mut self.last.axes[i];
             if reference.angle[i].is_finite() {
                 axis.take_angle(&mut self.compensation, &when[i], reference.angle[i], out);
-            } else if let Some(missing) = missing {
-                correction[i] = axis.take_difference(&when[i], missing[i], out);
+            } else if let Some([angle, increment]) = missing {
+                let missing = Missing { angle: angle[i], increment: increment[i] };
+                correction[i] = axis.take_difference(&self.compensation, &when[i], missing, out);
             } else if reference.rate[i].is_finite() {
                 axis.take_rate(&self.compensation, &when[i], reference.rate[i], out);
             }

@@ -1,46 +1,43 @@
 //! The Kalman filter of one axis.
 //!
 //! ```text
-//! x = [θ  ω  a  b]ᵀ    angle, rate, acceleration, residual bias of the compensated rate
-//! ẋ = [ω  a  w_j  w_b]ᵀ  w_j white jerk of density q (identified by [`crate::process_noise`]), w_b bias random walk
-//! gyro        z = ω + b + v        v of variance N²/dt
+//! x = [θ  u  a  b  s]ᵀ         angle; compensated rate u without its white noise, and its derivative a; residual bias and scale error of u
+//! u = (1 + s) ω + b            ω the true rate
+//! ẋ = [(u − b)/(1 + s)  a  w_j  w_b  0]ᵀ   w_j white jerk of density q (identified by [`crate::process_noise`]), w_b bias random walk
+//! gyro        z = u + v                v of variance N²/dt
 //! encoder     z = θ + v
-//! rate        z = ω + v
+//! rate        z = (u − b)/(1 + s) + v
 //! ```
+//!
+//! The state is u and not ω, so that the gyro's measurement is linear and says nothing of b and s: with ω in its place, an extended
+//! filter gains certainty about s from its own linearisation alone (the inconsistency that Huang, Mourikis and Roumeliotis, "Observability-based
+//! rules for designing consistent EKF SLAM estimators", 2010, describe). Only a reference tells b and s.
 //!
 //! The acceleration is a state because a rate alone, driven by white noise, cannot follow a motion and average at the
 //! same time: at 100 Hz on a 0.25 Hz sine of ±150° it leaves 99.9 % of the noise. Covariances are updated in Joseph
 //! form, P⁺ = (I − K H) P (I − K H)ᵀ + K R Kᵀ, which keeps P symmetric and positive for any gain.
 //!
 //! A manoeuvre begins faster than q is identified. It shows in whitened gyro innovations of one sign: where their
-//! fading sum g ← g/2 + ν/√S passes [`MANOEUVRE`] of its own standard deviation, P of rate and acceleration grows by
-//! the factor ν²/S before the update.
+//! fading sum g ← g/2 + ν/√S passes [`MANOEUVRE`] of its own standard deviation, P of u and a grows by the factor ν²/S before
+//! the update.
 //!
 //! Each innovation ν is gated at [`GATE`] of its own standard deviation. Beyond it, a signal that has made such steps
 //! lately (at first: any that `ACCELERATION_UNKNOWN` makes) makes another, and the filter starts again from it; else up to [`PATIENCE`] in a row are taken for outliers,
 //! and the next one for a step. So neither a spike gets in nor a sudden motion locks the filter out.
-//!
-//! Where four new starts from a reference follow one another with ν of one sign, the reference does not step: the filter's rate or
-//! bias is wrong, and its covariance too small. With T the time since the last angle (1 for a reference that is a rate) and
-//! v = (ν/T)², P of the bias grows by v, P of the rate by 2v and their covariance by −v, since the gyro measures their sum; and the
-//! acceleration starts again as unknown.
 
-use nalgebra::{Matrix4, RowVector4, Vector4};
+use nalgebra::{Matrix2, Matrix5, RowVector5, Vector2, Vector5};
 
 const ANGLE: usize = 0;
-const RATE: usize = 1;
+const SIGNAL: usize = 1;
 const ACCELERATION: usize = 2;
 const BIAS: usize = 3;
+const SCALE: usize = 4;
 
 /// Innovations beyond this many standard deviations are rejected.
 pub const GATE: f64 = 5.0;
 
 /// Rejected in a row before the filter believes them.
 pub const PATIENCE: u8 = 2;
-
-/// New starts from a reference in a row with ν of one sign from which on the state is doubted. Of first differences of white noise,
-/// four in a row have one sign once in sixty.
-const SLIPS: i8 = 4;
 
 /// Standard deviations of g beyond which a manoeuvre has begun (3 in 1000 samples without one).
 pub const MANOEUVRE: f64 = 3.0;
@@ -63,10 +60,33 @@ const GAP: f64 = 0.5;
 /// Largest variance that is kept, so that no product overflows.
 const VARIANCE_MAX: f64 = 1e12;
 
+/// No scale error beyond this is believed.
+const SCALE_MAX: f64 = 0.25;
+
+/// What is known of the compensation that the filter reads: standard deviations of what it leaves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Calibration {
+    /// Of the bias, rad/s.
+    pub bias_std: f64,
+    /// Of the scale error.
+    pub scale_std: f64,
+    /// Of the delay between gyro and reference, s.
+    pub delay_std: f64,
+}
+
+impl Calibration {
+    /// Of a sensor that was never fitted: 11 °/s, 5 % and 80 ms.
+    pub const UNFITTED: Self = Self { bias_std: 0.2, scale_std: 0.05, delay_std: 0.08 };
+
+    fn variances(self) -> [f64; 2] {
+        [self.bias_std.powi(2), self.scale_std.powi(2)]
+    }
+}
+
 /// What a measurement is of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Measured {
-    /// The compensated rate: ω + b.
+    /// The compensated rate, u.
     Gyro,
     /// An angle.
     Angle,
@@ -116,35 +136,26 @@ pub struct Drive {
 /// The filter of one axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Filter {
-    x: Vector4<f64>,
-    p: Matrix4<f64>,
+    x: Vector5<f64>,
+    p: Matrix5<f64>,
     rejected: [u8; 3],
     /// Largest innovation lately that was a step of the signal, one a measurement.
     reach: [f64; 3],
     /// g.
     trend: f64,
-    /// New starts from a reference in a row, by their sign; one a measurement.
-    slips: [i8; 3],
-    /// Since an angle was taken or started from, s.
-    since_angle: f64,
 }
 
 impl Filter {
-    /// A filter that starts from one gyro reading of variance `r`, with a residual bias of 0 ± `bias_std`.
+    /// A filter that starts from one gyro reading of variance `r`.
     #[must_use]
-    pub fn new(rate: f64, r: f64, bias_std: f64) -> Self {
-        let b = bias_std * bias_std;
-        let mut p = Matrix4::from_diagonal(&Vector4::new(0.0, r + b, ACCELERATION_UNKNOWN.powi(2), b));
-        p[(RATE, BIAS)] = -b;
-        p[(BIAS, RATE)] = -b;
+    pub fn new(rate: f64, r: f64, calibration: Calibration) -> Self {
+        let [b, s] = calibration.variances();
         Self {
-            x: Vector4::new(0.0, rate, 0.0, 0.0),
-            p,
+            x: Vector5::new(0.0, rate, 0.0, 0.0, 0.0),
+            p: Matrix5::from_diagonal(&Vector5::new(0.0, r, ACCELERATION_UNKNOWN.powi(2), b, s)),
             rejected: [0; 3],
             reach: [f64::NAN, 0.0, 0.0],
             trend: 0.0,
-            slips: [0; 3],
-            since_angle: 0.0,
         }
     }
 
@@ -155,7 +166,6 @@ impl Filter {
         }
         let forget = (-dt / REACH_MEMORY).exp();
         self.reach = self.reach.map(|reach| reach * forget);
-        self.since_angle += dt;
         if dt > GAP {
             self.predict_over_gap(dt, drive);
             return;
@@ -164,55 +174,81 @@ impl Filter {
             self.reach[Measured::Gyro as usize] = ACCELERATION_UNKNOWN * dt;
         }
         let (dt2, dt3) = (dt * dt, dt * dt * dt);
+        let gain = self.gain();
+        let turned = gain * (dt * (self.x[SIGNAL] - self.x[BIAS]) + 0.5 * dt2 * self.x[ACCELERATION]);
         #[rustfmt::skip]
-        let f = Matrix4::new(
-            1.0, dt,  0.5 * dt2, 0.0,
-            0.0, 1.0, dt,        0.0,
-            0.0, 0.0, 1.0,       0.0,
-            0.0, 0.0, 0.0,       1.0,
+        let f = Matrix5::new(
+            1.0, gain * dt, 0.5 * gain * dt2, -gain * dt, -gain * turned,
+            0.0, 1.0,       dt,               0.0,        0.0,
+            0.0, 0.0,       1.0,              0.0,        0.0,
+            0.0, 0.0,       0.0,              1.0,        0.0,
+            0.0, 0.0,       0.0,              0.0,        1.0,
         );
         let q = drive.jerk;
         #[rustfmt::skip]
-        let q = Matrix4::new(
-            q * dt3 * dt2 / 20.0, q * dt2 * dt2 / 8.0, q * dt3 / 6.0, 0.0,
-            q * dt2 * dt2 / 8.0,  q * dt3 / 3.0,       q * dt2 / 2.0, 0.0,
-            q * dt3 / 6.0,        q * dt2 / 2.0,       q * dt,        0.0,
-            0.0, 0.0, 0.0, drive.bias_random_walk.powi(2) * dt,
+        let q = Matrix5::new(
+            gain * gain * q * dt3 * dt2 / 20.0, gain * q * dt2 * dt2 / 8.0, gain * q * dt3 / 6.0, 0.0, 0.0,
+            gain * q * dt2 * dt2 / 8.0,         q * dt3 / 3.0,              q * dt2 / 2.0,        0.0, 0.0,
+            gain * q * dt3 / 6.0,               q * dt2 / 2.0,              q * dt,               0.0, 0.0,
+            0.0, 0.0, 0.0, drive.bias_random_walk.powi(2) * dt, 0.0,
+            0.0, 0.0, 0.0, 0.0, 0.0,
         );
-        self.x = f * self.x;
+        self.x[ANGLE] += turned;
+        self.x[SIGNAL] += dt * self.x[ACCELERATION];
         self.p = f * self.p * f.transpose() + q;
         self.bound();
     }
 
     /// Over a gap the rate is held, and nothing is known of where it went meanwhile.
     fn predict_over_gap(&mut self, dt: f64, drive: &Drive) {
-        let bias = self.p[(BIAS, BIAS)] + drive.bias_random_walk.powi(2) * dt;
-        let angle = self.p[(ANGLE, ANGLE)] + (RATE_UNKNOWN * dt).powi(2);
-        self.x[ANGLE] += self.x[RATE] * dt;
+        self.x[ANGLE] += self.rate() * dt;
         self.x[ACCELERATION] = 0.0;
-        let rate = RATE_UNKNOWN.powi(2) + bias;
-        self.p = Matrix4::from_diagonal(&Vector4::new(angle, rate, ACCELERATION_UNKNOWN.powi(2), bias));
+        self.p[(ANGLE, ANGLE)] += (RATE_UNKNOWN * dt).powi(2);
+        self.p[(BIAS, BIAS)] += drive.bias_random_walk.powi(2) * dt;
+        self.forget(SIGNAL, RATE_UNKNOWN.powi(2));
+        self.forget(ACCELERATION, ACCELERATION_UNKNOWN.powi(2));
+        // What the gap leaves of the angle is independent of bias and scale.
+        self.forget(ANGLE, self.p[(ANGLE, ANGLE)]);
         self.bound();
+    }
+
+    /// One part of the state, known to a variance of `variance` and independent of the others.
+    fn forget(&mut self, state: usize, variance: f64) {
+        self.p.row_mut(state).fill(0.0);
+        self.p.column_mut(state).fill(0.0);
+        self.p[(state, state)] = variance;
+    }
+
+    /// 1/(1 + s), ∂ω/∂u.
+    fn gain(&self) -> f64 {
+        1.0 / (1.0 + self.x[SCALE])
+    }
+
+    /// ∂ω/∂x.
+    fn rate_gradient(&self) -> RowVector5<f64> {
+        let gain = self.gain();
+        RowVector5::new(0.0, gain, 0.0, -gain, -gain * self.rate())
     }
 
     /// Takes a measurement `z` of variance `r`.
     pub fn update(&mut self, measured: Measured, z: f64, r: f64) -> Innovation {
         let h = match measured {
-            Measured::Gyro => RowVector4::new(0.0, 1.0, 0.0, 1.0),
-            Measured::Angle => RowVector4::new(1.0, 0.0, 0.0, 0.0),
-            Measured::Rate => RowVector4::new(0.0, 1.0, 0.0, 0.0),
+            Measured::Gyro => RowVector5::new(0.0, 1.0, 0.0, 0.0, 0.0),
+            Measured::Angle => RowVector5::new(1.0, 0.0, 0.0, 0.0, 0.0),
+            Measured::Rate => self.rate_gradient(),
+        };
+        let expected = match measured {
+            Measured::Gyro => self.x[SIGNAL],
+            Measured::Angle => self.x[ANGLE],
+            Measured::Rate => self.rate(),
         };
         let ph = self.p * h.transpose();
         let s = (h * ph)[0] + r;
-        let nu = z - (h * self.x)[0];
+        let nu = z - expected;
         let mut innovation = Innovation { value: nu, std: s.sqrt(), fate: Fate::Taken };
         let rejected = &mut self.rejected[measured as usize];
         if nu * nu <= GATE * GATE * s {
             *rejected = 0;
-            self.slips[measured as usize] = 0;
-            if measured == Measured::Angle {
-                self.since_angle = 0.0;
-            }
             let (ph, s) = if measured == Measured::Gyro && self.manoeuvre(nu, s) {
                 let ph = self.p * h.transpose();
                 (ph, (h * ph)[0] + r)
@@ -221,8 +257,9 @@ impl Filter {
             };
             let k = ph / s;
             self.x += k * nu;
-            let a = Matrix4::identity() - k * h;
+            let a = Matrix5::identity() - k * h;
             self.p = a * self.p * a.transpose() + k * r * k.transpose();
+            self.x[SCALE] = self.x[SCALE].clamp(-SCALE_MAX, SCALE_MAX);
             self.bound();
         } else if !nu.is_finite() || (*rejected < PATIENCE && nu.abs() > self.reach[measured as usize]) {
             *rejected = rejected.saturating_add(1);
@@ -232,9 +269,6 @@ impl Filter {
             let reach = &mut self.reach[measured as usize];
             *reach = reach.max(nu.abs());
             self.restart(measured, z, r);
-            if measured != Measured::Gyro {
-                self.slip(measured, nu);
-            }
             innovation.fate = Fate::Restarted;
         }
         innovation
@@ -248,8 +282,8 @@ impl Filter {
         }
         self.trend = 0.0;
         let root = (nu * nu / s).max(1.0).sqrt();
-        for state in [RATE, ACCELERATION] {
-            for other in 0..4 {
+        for state in [SIGNAL, ACCELERATION] {
+            for other in 0..5 {
                 self.p[(state, other)] *= root;
                 self.p[(other, state)] *= root;
             }
@@ -259,52 +293,28 @@ impl Filter {
 
     /// Starts the measured part of the state again from `z`; the other states keep what they know.
     fn restart(&mut self, measured: Measured, z: f64, r: f64) {
-        let clear = |p: &mut Matrix4<f64>, state: usize| {
-            p.row_mut(state).fill(0.0);
-            p.column_mut(state).fill(0.0);
-        };
-        if measured == Measured::Angle {
-            self.x[ANGLE] = z;
-            clear(&mut self.p, ANGLE);
-            self.p[(ANGLE, ANGLE)] = r;
-            return;
+        match measured {
+            Measured::Angle => {
+                self.x[ANGLE] = z;
+                self.forget(ANGLE, r);
+            }
+            Measured::Gyro => {
+                self.x[SIGNAL] = z;
+                self.x[ACCELERATION] = 0.0;
+                self.forget(SIGNAL, r);
+                self.forget(ACCELERATION, ACCELERATION_UNKNOWN.powi(2));
+            }
+            // The gyro's signal stays as it is: what differs from it is bias.
+            Measured::Rate => {
+                self.x[BIAS] = self.x[SIGNAL] - z * (1.0 + self.x[SCALE]);
+                self.forget(BIAS, r + self.p[(SIGNAL, SIGNAL)] + self.p[(SCALE, SCALE)] * z * z);
+            }
         }
-        let bias = if measured == Measured::Gyro { self.x[BIAS] } else { 0.0 };
-        let bias_variance = if measured == Measured::Gyro { self.p[(BIAS, BIAS)] } else { 0.0 };
-        self.x[RATE] = z - bias;
-        self.x[ACCELERATION] = 0.0;
-        clear(&mut self.p, RATE);
-        clear(&mut self.p, ACCELERATION);
-        self.p[(RATE, RATE)] = r + bias_variance;
-        self.p[(RATE, BIAS)] = -bias_variance;
-        self.p[(BIAS, RATE)] = -bias_variance;
-        self.p[(ACCELERATION, ACCELERATION)] = ACCELERATION_UNKNOWN.powi(2);
-    }
-
-    /// Counts a new start from a reference that the state was off by `nu`; after too many it is the state that is wrong.
-    fn slip(&mut self, measured: Measured, nu: f64) {
-        let after = if measured == Measured::Angle { std::mem::take(&mut self.since_angle) } else { 1.0 };
-        let count = &mut self.slips[measured as usize];
-        let sign = if nu > 0.0 { 1 } else { -1 };
-        *count = if *count * sign > 0 { (*count + sign).clamp(-SLIPS, SLIPS) } else { sign };
-        if count.abs() < SLIPS || after <= 0.0 {
-            return;
-        }
-        let variance = (nu / after).powi(2).min(RATE_UNKNOWN.powi(2));
-        self.p[(RATE, RATE)] += 2.0 * variance;
-        self.p[(BIAS, BIAS)] += variance;
-        self.p[(RATE, BIAS)] -= variance;
-        self.p[(BIAS, RATE)] -= variance;
-        self.p.row_mut(ACCELERATION).fill(0.0);
-        self.p.column_mut(ACCELERATION).fill(0.0);
-        self.p[(ACCELERATION, ACCELERATION)] = ACCELERATION_UNKNOWN.powi(2);
     }
 
     /// Sets the angle, known to a variance of `r`.
     pub fn anchor(&mut self, angle: f64, r: f64) {
         self.rejected[Measured::Angle as usize] = 0;
-        self.slips[Measured::Angle as usize] = 0;
-        self.since_angle = 0.0;
         self.restart(Measured::Angle, angle, r);
     }
 
@@ -319,28 +329,28 @@ impl Filter {
         self.p.column_mut(ANGLE).fill(0.0);
     }
 
-    /// Another compensation: the rate makes the step that the compensation makes, and the residual bias, which
-    /// belonged to the old one, starts again at 0 ± `bias_std`.
-    pub fn step_compensation(&mut self, step: f64, bias_std: f64) {
-        let b = bias_std * bias_std;
-        self.x[RATE] += step + self.x[BIAS];
-        self.x[BIAS] = 0.0;
-        let reading = self.p[(RATE, RATE)] + 2.0 * self.p[(RATE, BIAS)] + self.p[(BIAS, BIAS)];
-        for state in [ANGLE, RATE, ACCELERATION] {
-            self.p[(state, BIAS)] = 0.0;
-            self.p[(BIAS, state)] = 0.0;
-        }
-        self.p[(RATE, RATE)] = reading.max(0.0) + b;
-        self.p[(BIAS, BIAS)] = b;
-        self.p[(RATE, BIAS)] = -b;
-        self.p[(BIAS, RATE)] = -b;
-        for state in [ANGLE, ACCELERATION] {
-            // Keep |P_ij| ≤ √(P_ii P_jj), whatever the old bias had done to it.
-            let bound = (self.p[(state, state)] * self.p[(RATE, RATE)]).sqrt() * 0.99;
-            let value = self.p[(state, RATE)].clamp(-bound, bound);
-            self.p[(state, RATE)] = value;
-            self.p[(RATE, state)] = value;
-        }
+    /// Another compensation: u makes the step that the compensation makes, and the residual bias and scale error, which belonged to
+    /// the old one, start again as the new model knows them.
+    pub fn step_compensation(&mut self, step: f64, calibration: Calibration) {
+        let [b, s] = calibration.variances();
+        self.x[SIGNAL] += step;
+        (self.x[BIAS], self.x[SCALE]) = (0.0, 0.0);
+        self.forget(BIAS, b);
+        self.forget(SCALE, s);
+    }
+
+    /// b and s with their covariance.
+    #[must_use]
+    pub fn residual_calibration(&self) -> (Vector2<f64>, Matrix2<f64>) {
+        (Vector2::new(self.x[BIAS], self.x[SCALE]), self.p.fixed_view::<2, 2>(BIAS, BIAS).into_owned())
+    }
+
+    /// b and s are these, with this covariance, whatever was believed of them.
+    pub fn recalibrate(&mut self, calibration: Vector2<f64>, covariance: Matrix2<f64>) {
+        (self.x[BIAS], self.x[SCALE]) = (calibration[0], calibration[1]);
+        self.forget(BIAS, 0.0);
+        self.forget(SCALE, 0.0);
+        self.p.fixed_view_mut::<2, 2>(BIAS, BIAS).copy_from(&covariance);
     }
 
     /// θ, rad.
@@ -352,13 +362,13 @@ impl Filter {
     /// ω, rad/s.
     #[must_use]
     pub fn rate(&self) -> f64 {
-        self.x[RATE]
+        (self.x[SIGNAL] - self.x[BIAS]) * self.gain()
     }
 
     /// dω/dt, rad/s².
     #[must_use]
     pub fn acceleration(&self) -> f64 {
-        self.x[ACCELERATION]
+        self.x[ACCELERATION] * self.gain()
     }
 
     /// b, rad/s.
@@ -376,15 +386,21 @@ impl Filter {
     /// Standard deviation of ω, rad/s.
     #[must_use]
     pub fn rate_std(&self) -> f64 {
-        self.p[(RATE, RATE)].max(0.0).sqrt()
+        let h = self.rate_gradient();
+        (h * self.p * h.transpose())[0].max(0.0).sqrt()
     }
 
     /// The share of the last gyro innovation of variance `r` that the rate took, 0–1.
     #[must_use]
     pub fn rate_gain(&self, r: f64) -> f64 {
-        // K = P⁻/S = P⁺/R for the sum ω + b that the gyro measures.
-        let read = self.p[(RATE, RATE)] + 2.0 * self.p[(RATE, BIAS)] + self.p[(BIAS, BIAS)];
-        (read / r.max(f64::MIN_POSITIVE)).clamp(1e-6, 1.0)
+        // K = P⁻/S = P⁺/R.
+        (self.p[(SIGNAL, SIGNAL)] / r.max(f64::MIN_POSITIVE)).clamp(1e-6, 1.0)
+    }
+
+    /// s.
+    #[must_use]
+    pub fn scale(&self) -> f64 {
+        self.x[SCALE]
     }
 
     /// Standard deviation of b, rad/s.
@@ -402,7 +418,7 @@ impl Filter {
     /// Symmetric, and no variance beyond [`VARIANCE_MAX`].
     fn bound(&mut self) {
         self.p = 0.5 * (self.p + self.p.transpose());
-        for state in 0..4 {
+        for state in 0..5 {
             let variance = self.p[(state, state)];
             if variance > VARIANCE_MAX {
                 self.p.row_mut(state).fill(0.0);

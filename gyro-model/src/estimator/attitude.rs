@@ -19,6 +19,9 @@ pub(super) struct Attitude {
     /// The last reference, for axes that have no gyro.
     reference: UnitQuaternion<f64>,
     increment: Vector3<f64>,
+    /// Orientation at the last reference, and the rotation that was left between the two then.
+    then: UnitQuaternion<f64>,
+    left: Vector3<f64>,
     turning: [bool; 3],
     started: bool,
 }
@@ -29,6 +32,8 @@ impl Default for Attitude {
             world_from_body: UnitQuaternion::identity(),
             reference: UnitQuaternion::identity(),
             increment: Vector3::zeros(),
+            then: UnitQuaternion::identity(),
+            left: Vector3::zeros(),
             turning: [false; 3],
             started: false,
         }
@@ -49,8 +54,9 @@ impl Attitude {
     }
 
     /// The rotation from the estimate to this reference in body axes, rad, the estimate taken back by the angles that
-    /// it turned `since` the reference. `None` where there is no orientation or nothing to compare it with yet.
-    pub(super) fn compare(&mut self, wxyz: [f64; 4], since: [f64; 3]) -> Option<[f64; 3]> {
+    /// it turned `since` the reference; and how much of it has come since the last one, which was the same rotation in the body axes of that
+    /// time. `None` where there is no orientation or nothing to compare it with yet.
+    pub(super) fn compare(&mut self, wxyz: [f64; 4], since: [f64; 3]) -> Option<[[f64; 3]; 2]> {
         let raw = Quaternion::new(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
         let norm = raw.norm();
         if !norm.is_finite() || !(0.5..2.0).contains(&norm) {
@@ -59,8 +65,8 @@ impl Attitude {
         let reference = UnitQuaternion::from_quaternion(raw);
         let since = UnitQuaternion::from_scaled_axis(Vector3::from(since));
         if !self.started {
-            *self = Self { world_from_body: reference * since, reference, started: true, ..*self };
-            return Some([0.0; 3]);
+            *self = Self { world_from_body: reference * since, reference, then: reference, started: true, ..*self };
+            return Some([[0.0; 3]; 2]);
         }
         // What turned about an axis without gyro is taken from the reference itself.
         let mut blind = (self.reference.inverse() * reference).scaled_axis();
@@ -75,13 +81,16 @@ impl Attitude {
         }
         let then = self.world_from_body * since.inverse();
         let difference = (then.inverse() * reference).scaled_axis();
-        difference.iter().all(|v| v.is_finite()).then(|| difference.into())
+        let increment = difference - then.inverse() * (self.then * self.left);
+        (self.then, self.left) = (then, difference);
+        difference.iter().all(|v| v.is_finite()).then(|| [difference.into(), increment.into()])
     }
 
     /// Turns by what the filters took of the difference.
     pub(super) fn correct(&mut self, correction: [f64; 3]) {
         if correction.iter().any(|&c| c != 0.0) {
             self.world_from_body *= UnitQuaternion::from_scaled_axis(Vector3::from(correction));
+            self.left -= Vector3::from(correction);
             self.world_from_body.renormalize();
         }
     }

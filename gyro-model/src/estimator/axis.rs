@@ -1,6 +1,12 @@
 //! One axis of the estimator: compensated rate in, filter and open-loop angle out.
 
-use super::{AxisEstimate, Jerk, Options, flags};
+use super::{
+    AxisEstimate, Jerk, Options, flags,
+    motion::Motion,
+    reference::{Known, Reference},
+    reference_noise::{LONGEST, LONGEST_TURNING},
+    spread::Spread,
+};
 use crate::{
     compensation::{Compensation, Identified},
     history::seconds,
@@ -10,8 +16,15 @@ use crate::{
 };
 use std::f64::consts::{PI, SQRT_2, TAU};
 
-/// Standard deviation of a reference angle where the model has none, rad.
-const ENCODER_UNKNOWN: f64 = 1e-3;
+/// Standard deviation of the first angle of a reference that nothing is known of yet, rad.
+const ANGLE_UNKNOWN: f64 = 0.1;
+
+/// Times by which that variance has to exceed the model's to contradict it.
+const EXCEEDS: f64 = 16.0;
+
+/// Variance of a gyro reading as long as fewer than [`SPREAD_KNOWN`] are there, (rad/s)² (0.6 °/s).
+const READING_UNKNOWN: f64 = 1e-4;
+const SPREAD_KNOWN: f64 = 12.0;
 
 /// Smallest variance of a rate reading, (rad/s)²: no filter believes more than a nanoradian a second.
 const RATE_VARIANCE_MIN: f64 = 1e-18;
@@ -22,11 +35,6 @@ const FIRST: f64 = 1e-3;
 /// No angle or rate of a reference beyond this is believed, rad or rad/s.
 const ANGLE_MAX: f64 = 1e9;
 
-/// Over how many samples noise and interval are averaged.
-const AVERAGE: f64 = 256.0;
-
-/// Over what time the motion's own frequency is averaged, s.
-const MOTION_MEMORY: f64 = 4.0;
 /// Standard deviation of an angle by which the turn that it is in is known, rad.
 const KNOWN_TURN: f64 = 0.5 * PI;
 /// Readings beyond one turn that an encoder is believed not to wrap after.
@@ -37,6 +45,13 @@ pub(super) struct Moment {
     pub valid_t_ns: i64,
     /// Since the last one, s.
     pub dt: f64,
+}
+
+/// What an orientation shows of one axis beyond the estimate, rad: altogether, and since the last one.
+#[derive(Clone, Copy)]
+pub(super) struct Missing {
+    pub angle: f64,
+    pub increment: f64,
 }
 
 /// When a reference was read, and what has turned since.
@@ -57,7 +72,12 @@ pub(super) struct AxisState {
     process_noise: ProcessNoise,
     observer: Option<Observer>,
     spread: Spread,
-    reference_spread: Spread,
+    /// What the state is compensated with.
+    calibrated: Identified,
+    angle_reference: Reference,
+    rate_reference: Reference,
+    /// The references have shown that the model's bias or scale is wrong: until another comes, it counts as not fitted.
+    doubted: bool,
     motion: Motion,
     /// ∫ rate dt up to `integrated_to`.
     angle: f64,
@@ -82,71 +102,6 @@ pub(super) struct AxisEstimator {
     state: AxisState,
 }
 
-/// White noise of a sampled signal from its third differences (which a smooth motion leaves alone), and its interval.
-#[derive(Clone, Copy, Debug, Default)]
-struct Spread {
-    last: [f64; 3],
-    variance: f64,
-    interval: f64,
-    t_ns: i64,
-    count: f64,
-}
-
-impl Spread {
-    fn take(&mut self, t_ns: i64, value: f64) {
-        let dt = seconds(t_ns, self.t_ns);
-        if self.count > 0.0 && dt <= 0.0 {
-            return;
-        }
-        let weight = 1.0 / self.count.clamp(1.0, AVERAGE);
-        if self.count == 1.0 {
-            self.interval = dt;
-        } else if self.count > 1.0 {
-            self.interval += weight * (dt.clamp(0.3 * self.interval, 3.0 * self.interval) - self.interval);
-        }
-        let [a, b, c] = self.last;
-        if self.count >= 3.0 {
-            // Σ of squared weights 1, 3, 3, 1 is 20.
-            let square = (value - 3.0 * a + 3.0 * b - c).powi(2) / 20.0;
-            self.variance += (square - self.variance) / (self.count - 2.0).min(AVERAGE);
-        }
-        self.last = [value, a, b];
-        self.t_ns = t_ns;
-        self.count += 1.0;
-    }
-}
-
-/// The motion of the last seconds: mean squares of rate and acceleration (its own frequency is √(E a²/E ω²)/2π), and
-/// the filter's delay, weighed by a².
-#[derive(Clone, Copy, Debug, Default)]
-struct Motion {
-    rate: f64,
-    acceleration: f64,
-    lag: f64,
-}
-
-impl Motion {
-    /// Takes the filter's rate and acceleration; `tau` = (N²/q)^¼ is the time over which it averages. The stationary
-    /// filter's response from true to filtered rate is (1 + √2 jωτ)/(1 − ω²τ² + √2 jωτ).
-    fn take(&mut self, rate: f64, acceleration: f64, tau: f64, dt: f64) {
-        let forget = -(-dt / MOTION_MEMORY).exp_m1();
-        self.rate += forget * (rate * rate - self.rate);
-        self.acceleration += forget * (acceleration * acceleration - self.acceleration);
-        let omega = (self.acceleration / self.rate.max(f64::MIN_POSITIVE)).sqrt().clamp(1e-6, 1e6);
-        let x = (omega * tau).min(1e6);
-        let now = ((SQRT_2 * x).atan2(1.0 - x * x) - (SQRT_2 * x).atan()) / omega;
-        let weighed = now * acceleration * acceleration;
-        if weighed.is_finite() {
-            self.lag += forget * (weighed - self.lag);
-        }
-    }
-
-    /// The filter's delay, s.
-    fn lag(&self) -> f64 {
-        if self.acceleration > 0.0 { self.lag / self.acceleration } else { 0.0 }
-    }
-}
-
 impl AxisEstimator {
     pub(super) fn new(axis: usize, options: &Options, identified: Identified) -> Self {
         Self {
@@ -158,11 +113,14 @@ impl AxisEstimator {
             state: AxisState {
                 started: false,
                 anchored: false,
-                filter: Filter::new(0.0, RATE_VARIANCE_MIN, identified.bias_std),
+                filter: Filter::new(0.0, RATE_VARIANCE_MIN, identified.calibration),
                 process_noise: ProcessNoise::default(),
                 observer: options.gain.observer().map(Observer::new),
                 spread: Spread::default(),
-                reference_spread: Spread::default(),
+                calibrated: identified,
+                angle_reference: Reference::new(identified.calibration.delay_std),
+                rate_reference: Reference::new(identified.calibration.delay_std),
+                doubted: false,
                 motion: Motion::default(),
                 angle: 0.0,
                 integrated_to: 0,
@@ -207,9 +165,19 @@ impl AxisEstimator {
     ) {
         self.identified = compensation.identified(self.axis);
         let state = &mut self.state;
+        let (now, before) = (self.identified, std::mem::replace(&mut state.calibrated, self.identified));
+        let gain = now.affine[0] / before.affine[0];
+        state.doubted = false;
+        for reference in [&mut state.angle_reference, &mut state.rate_reference] {
+            if (now.effects, now.is_fitted) == (before.effects, before.is_fitted) && gain.is_finite() {
+                reference.rescale(gain, now.affine[1] - gain * before.affine[1]);
+            } else {
+                *reference = Reference::new(now.calibration.delay_std);
+            }
+        }
         state.noise_gain_interval = 0.0;
         if state.started {
-            state.filter.step_compensation(step, self.identified.bias_std);
+            state.filter.step_compensation(step, self.identified.calibration);
             state.integrated_to = state.integrated_to.saturating_add(own);
             let moved = [own, shift].map(|by| valid_t_ns.saturating_add(by));
             state.filter.turn(compensation.history(self.axis).integral(moved[0], moved[1]));
@@ -242,7 +210,7 @@ impl AxisEstimator {
                 state.started = true;
                 // Inside a dead zone or beyond the range a first reading says nothing of the rate.
                 let r = if lost { RATE_UNKNOWN.powi(2) } else { r };
-                state.filter = Filter::new(rate, r, self.identified.bias_std);
+                state.filter = Filter::new(rate, r, self.identified.calibration);
                 state.process_noise.step(rate, r, 0.0, 1.0);
             }
             return out;
@@ -329,10 +297,11 @@ impl AxisEstimator {
         reading: f64,
         out: &mut AxisEstimate,
     ) {
-        let state = &mut self.state;
-        if !state.started {
+        if !self.state.started {
             return;
         }
+        let known = self.known(compensation, when);
+        let state = &mut self.state;
         let expected = state.filter.angle() - when.since;
         if state.beyond_a_turn < BELIEVED {
             let beyond = reading.abs() > TAU + 0.1 && (reading - expected).abs() < PI && state.turns == 0.0;
@@ -340,9 +309,12 @@ impl AxisEstimator {
         }
         let mut reading = reading;
         if state.anchored && state.beyond_a_turn < BELIEVED {
-            let ahead = expected - reading - state.turns;
+            let open = Self::open_loop(state, compensation, self.axis, when);
+            // From the last reading on, the angle is known to what rate and time make of it; or as the filter knows it.
+            let next = state.angle_reference.expected(when.t_ns, open, &known, [state.filter.rate_std(), KNOWN_TURN]);
+            let near = next.or_else(|| (state.filter.angle_std() < KNOWN_TURN).then_some(expected));
             // After so long a gap that the angle may be anywhere, nothing says that the shaft went round meanwhile.
-            if ahead.abs() > PI && state.filter.angle_std() < KNOWN_TURN {
+            if let Some(ahead) = near.map(|near| near - reading - state.turns).filter(|ahead| ahead.abs() > PI) {
                 state.turns += (ahead / TAU).round() * TAU;
             }
             reading += state.turns;
@@ -356,39 +328,83 @@ impl AxisEstimator {
         }
         let angle = reading - error.sum;
         if angle.is_finite() && angle.abs() < ANGLE_MAX {
-            self.take_absolute(when, angle, out);
+            self.take_absolute(compensation, when, angle, None, out);
         }
     }
 
     /// The difference between an orientation's angle and the filter's; returns what the filter took of it.
-    pub(super) fn take_difference(&mut self, when: &ReferenceTime, difference: f64, out: &mut AxisEstimate) -> f64 {
+    pub(super) fn take_difference(
+        &mut self,
+        compensation: &Compensation,
+        when: &ReferenceTime,
+        missing: Missing,
+        out: &mut AxisEstimate,
+    ) -> f64 {
         if !self.state.started {
             return 0.0;
         }
         if !self.state.anchored {
-            self.take_absolute(when, 0.0, out);
+            self.take_absolute(compensation, when, 0.0, None, out);
             return 0.0;
         }
         let before = self.state.filter.angle();
-        self.take_absolute(when, before - when.since + difference, out);
+        self.take_absolute(compensation, when, before - when.since + missing.angle, Some(missing.increment), out);
         self.state.filter.angle() - before
     }
 
-    /// The true angle at the reference's time.
-    fn take_absolute(&mut self, when: &ReferenceTime, angle: f64, out: &mut AxisEstimate) {
-        let state = &mut self.state;
-        let noise = &self.identified.noise;
-        let encoder = if noise.encoder > 0.0 { noise.encoder } else { ENCODER_UNKNOWN };
-        let r = encoder.powi(2) + noise.angle_random_walk.powi(2) * seconds(when.valid_t_ns, when.t_ns).abs();
-        if !state.anchored {
+    /// The true angle at the reference's time. `increment` is what it has turned further since the last one than the estimate, where that
+    /// is not the difference of two angles.
+    fn take_absolute(
+        &mut self,
+        compensation: &Compensation,
+        when: &ReferenceTime,
+        angle: f64,
+        increment: Option<f64>,
+        out: &mut AxisEstimate,
+    ) {
+        let noise = self.identified.noise;
+        let walk = noise.angle_random_walk.powi(2);
+        if !self.state.anchored {
+            let unknown = if noise.encoder > 0.0 { noise.encoder } else { ANGLE_UNKNOWN };
+            let state = &mut self.state;
             state.anchored = true;
-            state.filter.anchor(angle + when.since, r);
+            state.filter.anchor(angle + when.since, unknown.powi(2));
             state.angle = angle;
             state.integrated_to = when.t_ns;
-        } else if self.fuse {
-            let innovation = state.filter.update(Measured::Angle, angle + when.since, r);
-            reported(&innovation, out);
         }
+        let open = Self::open_loop(&self.state, compensation, self.axis, when);
+        let known = self.known(compensation, when);
+        let known = Known { over: if increment.is_some() { LONGEST_TURNING } else { LONGEST }, ..known };
+        let reference = &mut self.state.angle_reference;
+        let heard = increment.and_then(|more| Some(reference.continued(when.t_ns, open, &known)? + more));
+        let taken = reference.take_angle(when.t_ns, open, heard.unwrap_or(angle), &known);
+        let (Some([late, variance]), true) = (taken, self.fuse) else { return };
+        let r = variance + walk * seconds(when.valid_t_ns, when.t_ns).abs();
+        let innovation = self.state.filter.update(Measured::Angle, angle + late + when.since, r);
+        reported(&innovation, out);
+        self.doubt(|state| &mut state.angle_reference);
+    }
+
+    /// ∫ rate dt from the first reference up to this one, rad.
+    fn open_loop(state: &AxisState, compensation: &Compensation, axis: usize, when: &ReferenceTime) -> f64 {
+        state.angle + compensation.history(axis).integral(state.integrated_to, when.valid_t_ns) - when.since
+    }
+
+    /// What is known of a reference's noise, and of the motion at its time.
+    fn known(&self, compensation: &Compensation, when: &ReferenceTime) -> Known {
+        let (noise, state) = (&self.identified.noise, &self.state);
+        let believed = noise.encoder > 0.0 && self.identified.is_fitted && !state.doubted;
+        let walk = match noise.angle_random_walk {
+            n if n > 0.0 => n * n,
+            _ => state.spread.variance * state.spread.interval,
+        };
+        let (bias, scale) = (state.filter.bias(), state.filter.scale());
+        let rate = compensation
+            .history(self.axis)
+            .value(when.t_ns)
+            .map_or(state.filter.rate(), |u| (u - bias) / (1.0 + scale));
+        let motion = [rate, state.filter.acceleration()];
+        Known { encoder: believed.then_some(noise.encoder), walk, over: LONGEST, motion, bias, scale }
     }
 
     /// A rate read at the reference's time; what the compensated rate has changed since is added to it.
@@ -403,19 +419,29 @@ impl AxisEstimator {
             return;
         }
         if !self.state.anchored {
-            self.take_absolute(when, 0.0, out);
+            let state = &mut self.state;
+            state.anchored = true;
+            state.filter.anchor(when.since, ANGLE_UNKNOWN.powi(2));
+            (state.angle, state.integrated_to) = (0.0, when.t_ns);
         }
         let history = compensation.history(self.axis);
-        let change = match (history.value(when.valid_t_ns), history.value(when.t_ns)) {
-            (Some(now), Some(then)) => now - then,
-            _ => 0.0,
-        };
-        let state = &mut self.state;
-        state.reference_spread.take(when.t_ns, reading);
-        let r = state.reference_spread.variance.max(state.spread.variance).max(RATE_VARIANCE_MIN);
-        if self.fuse && state.reference_spread.count > 8.0 {
-            let innovation = state.filter.update(Measured::Rate, reading + change, r);
-            reported(&innovation, out);
+        let (Some(now), Some(then)) = (history.value(when.valid_t_ns), history.value(when.t_ns)) else { return };
+        let state = &self.state;
+        let least = state.spread.variance.max(RATE_VARIANCE_MIN);
+        let known = self.known(compensation, when);
+        let taken = self.state.rate_reference.take_rate(when.t_ns, then, reading, least, &known);
+        let (Some([late, r]), true) = (taken, self.fuse) else { return };
+        let innovation = self.state.filter.update(Measured::Rate, reading + late + now - then, r);
+        reported(&innovation, out);
+        self.doubt(|state| &mut state.rate_reference);
+    }
+
+    /// Takes bias and scale error from the references alone where they contradict the filter's.
+    fn doubt(&mut self, reference: fn(&mut AxisState) -> &mut Reference) {
+        let (main, covariance) = self.state.filter.residual_calibration();
+        if let Some((calibration, covariance)) = reference(&mut self.state).check.contradicts(main, covariance) {
+            self.state.filter.recalibrate(calibration, covariance);
+            self.state.doubted = true;
         }
     }
 
@@ -436,20 +462,23 @@ impl AxisEstimator {
     }
 
     /// Variance of one compensated reading: N²/dt, times what undoing a lag or resonance makes of it; from third
-    /// differences where the model has no N.
+    /// differences where the model has no N, or one that they contradict.
     fn rate_variance(&mut self, compensation: &Compensation) -> f64 {
         let state = &mut self.state;
         let n = self.identified.noise.angle_random_walk;
         // How far apart readings are is not known at the first.
         let interval = if state.started { state.spread.interval } else { FIRST };
         if !(n > 0.0 && interval > 0.0) {
-            return state.spread.variance.max(RATE_VARIANCE_MIN);
+            let known = state.spread.count >= SPREAD_KNOWN;
+            return state.spread.variance.max(if known { RATE_VARIANCE_MIN } else { READING_UNKNOWN });
         }
         if (interval - state.noise_gain_interval).abs() > 0.1 * interval {
             state.noise_gain = compensation.noise_gain(self.axis, interval);
             state.noise_gain_interval = interval;
         }
-        (n * n / interval * state.noise_gain).max(RATE_VARIANCE_MIN)
+        let by_model = n * n / interval * state.noise_gain;
+        let variance = if state.spread.least > EXCEEDS * by_model { state.spread.least } else { by_model };
+        variance.max(RATE_VARIANCE_MIN)
     }
 }
 
