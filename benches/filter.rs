@@ -97,7 +97,7 @@ fn estimator(full: bool) -> impl FnMut() {
 }
 
 fn kalman() -> impl FnMut() {
-    let (mut filter, mut k) = (Filter::new(0.0, R, Calibration { bias_std: 0.01, scale_std: 1e-3 }), 0);
+    let (mut filter, mut k) = (Filter::new(0.0, R, Calibration { bias_std: 0.01, scale_std: 1e-3, delay_std: 0.0 }), 0);
     move || {
         filter.predict(DT, &DRIVE);
         black_box(filter.update(Measured::Gyro, reading(&mut k), R));

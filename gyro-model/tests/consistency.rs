@@ -159,14 +159,14 @@ fn run(model: Option<&Model>, rows: &[Row]) -> Vec<Estimate> {
     rows.iter().map(|row| estimator.step(row)).collect()
 }
 
-/// Share of rows beyond three standard deviations; the worst error in them and what it was said to be known to, °/s;
-/// standard deviation after 8 s and at the end, °/s.
-#[derive(Debug)]
+/// How a run went.
 struct Score {
+    /// Share of rows beyond three standard deviations.
     beyond: f64,
-    worst: (f64, f64, f64),
+    /// The worst error of them, its standard deviation, °/s, and its time, s.
+    worst: [f64; 3],
+    /// Standard deviation after 8 s, °/s.
     after_8_s: f64,
-    at_end: f64,
 }
 
 fn score(motion: Motion, estimates: &[Estimate]) -> Score {
@@ -189,12 +189,8 @@ fn score(motion: Motion, estimates: &[Estimate]) -> Score {
             after = axis.rate_std;
         }
     }
-    Score {
-        beyond: beyond / counted.max(1.0),
-        worst: (worst.0 / DEGREE, worst.1 / DEGREE, worst.2),
-        after_8_s: after / DEGREE,
-        at_end: estimates.last().map_or(f64::NAN, |e| e.axes[2].rate_std) / DEGREE,
-    }
+    let worst = [worst.0 / DEGREE, worst.1 / DEGREE, worst.2];
+    Score { beyond: beyond / counted.max(1.0), worst, after_8_s: after / DEGREE }
 }
 
 /// A fitted base model with standard errors as a fit of a minute has them.
@@ -218,23 +214,18 @@ fn a_rate_is_never_wrong_and_certain_from_the_first_row_on() {
                 let score = score(motion, &run(None, &rows));
                 all += 1.0;
                 beyond += score.beyond;
-                let line = format!("{name}, {motion_name}, gyro {g}: {score:.3?}");
-                if std::env::var("TABLE").is_ok() {
-                    println!("{line}");
-                }
                 if score.beyond > 0.01 {
-                    bad.push(line);
+                    let [worst, std, t] = score.worst;
+                    bad.push(format!("{name}, {motion_name}, gyro {g}: {worst:.2} ± {std:.2} °/s at {t:.1} s"));
+                }
+                if motion_name == "rest" && reference.hz >= 5.0 {
+                    assert!(score.after_8_s < 1.5, "{name}, gyro {g}: ± {} °/s after 8 s at rest", score.after_8_s);
                 }
             }
         }
     }
     let mean = beyond / all;
-    assert!(
-        mean < 0.01 && bad.len() < 5,
-        "{mean} of all rows beyond 3 σ; {} of {all} runs:\n{}",
-        bad.len(),
-        bad.join("\n")
-    );
+    assert!(mean < 0.002 && bad.len() < 5, "{mean} of all rows beyond 3 σ; of {all} runs:\n{}", bad.join("\n"));
 }
 
 /// The share of rows beyond three standard deviations, over the whole run and over its second half, mean over references, motions and
@@ -270,7 +261,7 @@ fn a_reference_of_ten_hertz_corrects_a_bias_that_the_model_is_wrongly_certain_of
         let (_, late) =
             off_by(0.0, 0.05, encoder, |r| r.hz >= 10.0 && r.noise < 0.01 && r.correlated == 0.0 && !r.is_rate);
         assert!(
-            late < 0.05,
+            late < 0.1,
             "{late} of the second halves beyond 3 σ, encoder noise believed to {encoder} of what it is"
         );
     }

@@ -118,7 +118,7 @@ impl CrossCheck {
         let ph = self.p * h.transpose();
         let s = (h * ph)[0] + r;
         let nu = z - (h * self.x)[0];
-        if !(nu * nu <= GATE * GATE * s) {
+        if !nu.is_finite() || nu * nu > GATE * GATE * s {
             return false;
         }
         self.rejected = 0;

@@ -88,13 +88,11 @@ impl Octave {
         }
         self.last = [mean, self.last[0]];
         self.held = (self.held + 1).min(2);
-        match self.half.take() {
-            Some(half) => Some(0.5 * (half + mean)),
-            None => {
-                self.half = Some(mean);
-                None
-            }
-        }
+        let Some(half) = self.half.take() else {
+            self.half = Some(mean);
+            return None;
+        };
+        Some(0.5 * (half + mean))
     }
 
     /// Independent differences in the mean square.

@@ -309,7 +309,7 @@ fn a_step_of_the_signal_does_not_lock_the_filter_out_and_a_spike_does_not_get_in
     assert!(estimates[7000].axes[2].flags & flags::OUTLIER != 0);
     assert!(estimates[7000].axes[2].rate_filtered.abs() < 0.01);
     for e in &estimates[9005..] {
-        assert!((e.axes[2].rate_filtered - 5.0).abs() < 0.01, "{:?}", e);
+        assert!((e.axes[2].rate_filtered - 5.0).abs() < 0.01, "{e:?}");
     }
 }
 
