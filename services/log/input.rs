@@ -6,7 +6,7 @@ use flate2::read::MultiGzDecoder;
 use log_readers::{
     can::Database,
     format::{Format, START, Sink, Unreadable},
-    formats::{Unread, can, recognise, unread},
+    formats::{Unread, can, kinds::Kinds, recognise, unread},
     json, packed,
     text::{Utf16, is_utf16},
 };
@@ -87,8 +87,15 @@ impl Input {
             bytes = Box::new(Utf16::new(Cursor::new(start).chain(bytes)));
             start = self::start(&mut bytes, START).map_err(|error| Problem::reading(error, packing))?;
         }
-        let (own, records) = (is_own(&start), json::is_records(&start));
-        let format = recognise(if own || records { b"t" } else { &start });
+        let (own, mut records) = (is_own(&start), json::is_records(&start));
+        let mut format = recognise(if own || records { b"t" } else { &start });
+        if is_text(format) && !own && !records {
+            look_further(&mut bytes, &mut start).map_err(|error| Problem::reading(error, packing))?;
+            records = json::is_records_below(&start);
+            if !records && Kinds::is_text_of(&start) {
+                format = &Kinds;
+            }
+        }
         let unread = if own || records || !is_text(format) { None } else { unread(&start) };
         let whole = Cursor::new(start).chain(bytes);
         let bytes: Box<dyn Read + Send> = match () {
@@ -161,6 +168,12 @@ fn unwritten(path: &Path) -> Result<(), Problem> {
         return Err(Problem::Unwritten(Path::new(&log).display().to_string()));
     }
     Ok(())
+}
+
+/// Adds what comes next of a text to its start: as much as tells whether its rows are of several kinds.
+fn look_further(source: &mut impl Read, start: &mut Vec<u8>) -> io::Result<()> {
+    const LOOK: u64 = 1 << 15;
+    source.take(LOOK).read_to_end(start).map(drop)
 }
 
 /// The first bytes of a source: those of its first line, where that comes alone.

@@ -234,7 +234,7 @@ impl<'a> Taker<'a> {
 }
 
 /// Adds the values of a row to another that has none of them; `false` where both have one.
-fn joined(row: &mut Row, other: &Row) -> bool {
+pub(super) fn joined(row: &mut Row, other: &Row) -> bool {
     let values = |row: &Row| {
         let of = [row.gyro, row.ref_angle, row.ref_rate, row.accel].concat();
         [of.as_slice(), &row.ref_quaternion, &[row.temperature, row.supply], &row.free].concat()

@@ -4,6 +4,7 @@ use super::{
     LogError,
     error::{Known, Problem, listed},
     header::{Layout, flags, near_names},
+    messages,
     pending::Pending,
     row::Parsed,
     rows::{Rows, line_problem},
@@ -219,6 +220,17 @@ impl Reader {
                 }
                 return row;
             }
+            // Two sensors of one row, each with its own time, or two rows of one instant.
+            if is_apart(&held.row, &next.row) && self.last.is_none_or(|last| next.time > last) {
+                if next.time == held.time {
+                    let mut both = held;
+                    messages::joined(&mut both.row, &next.row);
+                    self.pending = Some(both);
+                    continue;
+                }
+                self.pending = Some(held);
+                return self.give(&next).map(Some);
+            }
             let held_is_ahead = self.last.map_or(held.time - next.time > FIRST_AHEAD, |last| {
                 next.time > last && held.time - last > AHEAD * (next.time - last)
             });
@@ -346,6 +358,17 @@ impl Iterator for Reader {
     fn next(&mut self) -> Option<Self::Item> {
         self.next_row().transpose()
     }
+}
+
+/// Whether one row holds a gyro and the other one a reference, and neither both.
+fn is_apart(a: &Row, b: &Row) -> bool {
+    let gyro = |row: &Row| row.gyro.iter().any(|x| x.is_finite());
+    let reference = |row: &Row| {
+        let mut of = row.ref_angle.iter().chain(&row.ref_rate).chain(&row.ref_quaternion);
+        of.any(|x| x.is_finite())
+    };
+    let is = |a: &Row, b: &Row| gyro(a) && !reference(a) && reference(b) && !gyro(b);
+    is(a, b) || is(b, a)
 }
 
 /// The refusal of a log whose layout has no reference.

@@ -53,7 +53,7 @@ impl Format for Text {
 }
 
 /// The column of the time, and how it is written.
-fn time_column(head: &text::Head) -> Option<(usize, Form)> {
+pub(super) fn time_column(head: &text::Head) -> Option<(usize, Form)> {
     let is_time = |pick: &&Pick| pick.name == "t" || pick.name.starts_with("t_");
     let proposal = meaning::of_text(head, &|_| false);
     let pick = proposal.chosen.iter().find(is_time)?;
@@ -68,7 +68,7 @@ fn time_column(head: &text::Head) -> Option<(usize, Form)> {
     Some((column, text::form(sample).unwrap_or(Form::Number(exponent))))
 }
 
-fn read_time(row: TextRow, column: usize, form: Form, point: text::Point) -> Option<i64> {
+pub(super) fn read_time(row: TextRow, column: usize, form: Form, point: text::Point) -> Option<i64> {
     let field = row.field(column)?;
     let ns = match form {
         Form::Number(exponent) => match text::time(field, point, exponent) {

@@ -5,6 +5,7 @@ mod bag;
 pub mod can;
 mod db3;
 mod delimited;
+pub mod kinds;
 mod mcap;
 mod primitive;
 pub mod ros;

@@ -51,6 +51,14 @@ pub fn is_records(start: &[u8]) -> bool {
     !is_columns && !value.starts_with(b"[")
 }
 
+/// Whether records stand below other text: two of the first whole lines that are not blank are such, one after the other.
+#[must_use]
+pub fn is_records_below(start: &[u8]) -> bool {
+    let whole = start.iter().rposition(|&b| b == b'\n').map_or(&b""[..], |end| &start[..end]);
+    let lines: Vec<&[u8]> = whole.split(|&b| b == b'\n').filter(|line| !line.trim_ascii().is_empty()).collect();
+    lines.windows(2).any(|pair| pair.iter().all(|line| is_record_line(line)))
+}
+
 /// A line of a stream as a record: where what stands before it ends, a topic or a stamp, and whether it is one.
 #[must_use]
 pub fn is_record_line(line: &[u8]) -> bool {
@@ -83,6 +91,8 @@ pub struct Records {
     looked_at: usize,
     /// Kinds of records so far: the names in them, and how many there were of each.
     kinds: HashMap<Vec<String>, usize>,
+    /// Parts of a record that have a time each.
+    clocks: Vec<String>,
     begun: bool,
 }
 
@@ -157,6 +167,8 @@ impl Records {
             }
         }
         let is_time = |name: &str| understand(name, None).is_some_and(|meaning| meaning.what == What::Time);
+        let times: Vec<&str> = topics.keys().copied().filter(|name| is_time(name)).collect();
+        self.clocks = clocks(&times);
         let mut names: Vec<String> = Vec::new();
         for (topic, cells) in records {
             for (name, _) in cells {
@@ -165,7 +177,15 @@ impl Records {
                     continue;
                 }
                 let apart = topics.get(name.as_str()).is_some_and(|topics| topics.len() > 1) && !is_time(name);
-                let full = if apart { format!("{topic}.{name}") } else { name.clone() };
+                let own_clock = self.clocks.iter().any(|part| is_time_of(part, name) && times.contains(&name.as_str()));
+                let full = if own_clock {
+                    // The times of all parts are one column.
+                    CLOCK.to_owned()
+                } else if apart {
+                    format!("{topic}.{name}")
+                } else {
+                    name.clone()
+                };
                 let column = names.iter().position(|known| *known == full).unwrap_or_else(|| {
                     names.push(full);
                     names.len() - 1
@@ -189,26 +209,55 @@ impl Records {
     /// Writes a part's line.
     fn line(&mut self, part: Part, out: &mut Vec<u8>) {
         match part {
-            Part::Record(topic, cells) => {
-                let mut row: Vec<Option<Cell>> = vec![None; self.count];
-                let mut place = (topic, String::new());
-                for (name, cell) in cells {
-                    place.1 = name;
-                    if let Some(&column) = self.columns.get(&place) {
-                        row[column] = Some(cell);
-                    }
-                }
-                for (k, cell) in row.iter().enumerate() {
-                    if k > 0 {
-                        out.push(b',');
-                    }
-                    if let Some(cell) = cell {
-                        cell.write(out);
-                    }
+            Part::Record(topic, cells) if !self.clocks.is_empty() => {
+                for cells in self.apart(cells) {
+                    self.row(topic.clone(), cells, out);
                 }
             }
+            Part::Record(topic, cells) => self.row(topic, cells, out),
             Part::Other(bytes) => {
                 out.extend(bytes.iter().map(|&b| if b == b'\n' || b == b'\r' { b' ' } else { b }));
+                out.push(b'\n');
+            }
+        }
+    }
+
+    /// The parts of a record that have a time each, in the order of these; what has none stands with the first.
+    fn apart(&self, cells: Vec<(String, Cell)>) -> Vec<Vec<(String, Cell)>> {
+        let mut parts: Vec<(f64, Vec<(String, Cell)>)> = vec![(f64::NEG_INFINITY, Vec::new()); self.clocks.len() + 1];
+        for (name, cell) in cells {
+            let place = self.clocks.iter().position(|part| is_of(part, &name)).map_or(0, |place| place + 1);
+            if place > 0 && is_time_of(&self.clocks[place - 1], &name) {
+                parts[place].0 = cell.number().unwrap_or(f64::NEG_INFINITY);
+            }
+            parts[place].1.push((name, cell));
+        }
+        parts.retain(|(_, cells)| !cells.is_empty());
+        parts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut parts: Vec<Vec<(String, Cell)>> = parts.into_iter().map(|(_, cells)| cells).collect();
+        if parts.len() > 1 && parts[0].iter().all(|(name, _)| self.clocks.iter().all(|part| !is_of(part, name))) {
+            let without = parts.remove(0);
+            parts[0].extend(without);
+        }
+        parts
+    }
+
+    /// Writes a row of cells.
+    fn row(&self, topic: String, cells: Vec<(String, Cell)>, out: &mut Vec<u8>) {
+        let mut row: Vec<Option<Cell>> = vec![None; self.count];
+        let mut place = (topic, String::new());
+        for (name, cell) in cells {
+            place.1 = name;
+            if let Some(&column) = self.columns.get(&place) {
+                row[column] = Some(cell);
+            }
+        }
+        for (k, cell) in row.iter().enumerate() {
+            if k > 0 {
+                out.push(b',');
+            }
+            if let Some(cell) = cell {
+                cell.write(out);
             }
         }
         out.push(b'\n');
@@ -255,6 +304,33 @@ impl Records {
             }
         }
     }
+}
+
+/// What the column of several times is called.
+const CLOCK: &str = "timestamp";
+
+/// Parts of records that have a time each, where no time is that of the whole record.
+fn clocks(times: &[&str]) -> Vec<String> {
+    let mut parts: Vec<String> = times.iter().filter_map(|name| Some(name.rsplit_once('.')?.0.to_owned())).collect();
+    parts.sort();
+    parts.dedup();
+    let is_inside = |part: &String| times.iter().all(|name| is_of(part, name));
+    if parts.len() < 2 || times.iter().any(|name| !name.contains('.')) || parts.iter().any(is_inside) {
+        parts.clear();
+    }
+    parts
+}
+
+/// Whether a name is within a part of a record.
+fn is_of(part: &str, name: &str) -> bool {
+    name.strip_prefix(part).is_some_and(|rest| rest.starts_with('.'))
+}
+
+/// Whether a name is that of a part's time, not of something further inside.
+fn is_time_of(part: &str, name: &str) -> bool {
+    is_of(part, name)
+        && !name[part.len() + 1..].contains('.')
+        && understand(name, None).is_some_and(|meaning| meaning.what == What::Time)
 }
 
 /// How long a record is.
@@ -378,6 +454,18 @@ mod tests {
         assert_eq!(csv(lines), "ms,g.z,deg\n1,2,\n3,,4\na/imu {\"ms\":5,\"g\":{\"z\":6}\n");
         let two = "a {\"t\":1,\"z\":2}\nb {\"t\":1,\"z\":3}\n";
         assert_eq!(csv(two), "t,a.z,b.z\n1,2,\n1,,3\n");
+    }
+
+    #[test]
+    fn parts_of_a_record_that_have_a_time_each_are_rows_of_their_own() {
+        let lines = "{\"gyro\":{\"timestamp\":20,\"value\":[1,2,3]}}\n\
+            {\"gyro\":{\"timestamp\":40,\"value\":[4,5,6]},\"ref\":{\"timestamp\":30,\"deg\":7},\"n\":1}\n";
+        assert_eq!(
+            csv(lines),
+            "timestamp,gyro.value.x,gyro.value.y,gyro.value.z,ref.deg,n\n20,1,2,3,,\n30,,,,7,1\n40,4,5,6,,\n"
+        );
+        let one = "{\"imu\":{\"t\":1,\"z\":2},\"t\":3}\n";
+        assert_eq!(csv(one), "imu.t,imu.z,t\n1,2,3\n");
     }
 
     #[test]

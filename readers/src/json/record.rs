@@ -13,6 +13,16 @@ pub(super) enum Cell {
 }
 
 impl Cell {
+    /// Its number.
+    pub(super) fn number(&self) -> Option<f64> {
+        match self {
+            Self::Integer(value) => Some(*value as f64),
+            Self::Number(value) => Some(*value),
+            Self::Text(text) => text.parse().ok(),
+            Self::Nothing => None,
+        }
+    }
+
     /// Writes it as a field of a CSV.
     pub(super) fn write(&self, out: &mut Vec<u8>) {
         // Into memory nothing fails.

@@ -333,9 +333,13 @@ impl Name {
     }
 
     fn quaternion(&self) -> Option<Meaning> {
-        let is_one = self.is(&["q", "quat", "quaternion", "orientation", "attitude", "rotation"])
+        let is_one = self.is(&["q", "quat", "quaternion", "orientation", "attitude", "rotation", "rotationvector"])
             || ["qw", "qx", "qy", "qz", "q0", "q1", "q2", "q3"].contains(&self.last.as_str());
-        let part = part(&self.last).filter(|_| is_one && self.may_be(Quantity::Other))?;
+        let mut part = part(&self.last).filter(|_| is_one && self.may_be(Quantity::Other))?;
+        // Android's rotation vector is numbered x, y, z, w.
+        if self.is(&["vector", "rotationvector"]) && self.last.bytes().all(|b| b.is_ascii_digit()) {
+            part = (part + 1) % 4;
+        }
         Some(self.means(What::Quaternion(part), 0, self.sensor(1)))
     }
 

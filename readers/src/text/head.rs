@@ -55,6 +55,17 @@ impl Head {
         }
     }
 
+    /// Of columns that are known, and their first rows.
+    #[must_use]
+    pub fn of_columns(
+        names: Vec<String>,
+        units: Vec<Option<Unit>>,
+        dialect: Dialect,
+        samples: Vec<Vec<Vec<u8>>>,
+    ) -> Self {
+        Self { names, units, line: Some(1), dialect, samples, keys: Vec::new(), raw: Vec::new() }
+    }
+
     /// Of a line of names alone, written in this way.
     #[must_use]
     pub fn of_line(line: &[u8], dialect: Dialect) -> Self {
@@ -393,6 +404,11 @@ fn kinds_agree(dialect: Dialect, a: &[u8], b: &[u8]) -> bool {
     pairs.into_iter().all(|(a, b)| kind(a).zip(kind(b)).is_none_or(|(a, b)| a == b))
 }
 
+/// Whether a line holds numbers for the most part.
+pub(crate) fn is_row(line: &[u8]) -> bool {
+    row_of(line).is_some()
+}
+
 /// How a line is written that holds numbers for the most part.
 fn row_of(line: &[u8]) -> Option<Dialect> {
     if remark(line.trim_ascii()).is_some() {
@@ -423,7 +439,7 @@ fn counted(dialect: Dialect, line: &[u8]) -> (usize, usize, usize) {
 }
 
 /// Whether a field is a number or a time.
-pub(super) fn is_number(dialect: Dialect, field: &[u8]) -> bool {
+pub(crate) fn is_number(dialect: Dialect, field: &[u8]) -> bool {
     match dialect.value(field) {
         Field::Number(_) | Field::Infinite => true,
         // Other words for no value may be names.
@@ -434,7 +450,7 @@ pub(super) fn is_number(dialect: Dialect, field: &[u8]) -> bool {
 }
 
 /// The units of a row that holds nothing else.
-pub(super) fn units_row(fields: &[&[u8]]) -> Option<Vec<Option<Unit>>> {
+pub(crate) fn units_row(fields: &[&[u8]]) -> Option<Vec<Option<Unit>>> {
     let mut row = Vec::with_capacity(fields.len());
     for field in fields {
         let text = String::from_utf8_lossy(field);

@@ -11,7 +11,7 @@ mod table;
 mod tests;
 mod utf16;
 
-pub use fields::{CSV, Dialect, Separator};
+pub use fields::{CSV, Dialect, Separator, name};
 pub use head::{Finder, Head, HeadError};
 pub use lines::{LONGEST_LINE, LineError};
 pub use moment::{Form, clock, date, date_time, form, last_digit_of_clock};
@@ -19,3 +19,7 @@ pub use number::{Field, Point, TimeField, last_digit, time, value};
 pub use skipped::{Skip, Skipped};
 pub use table::{Sieve, Sifted, Table, TextRow};
 pub use utf16::{Utf16, is_utf16};
+pub(crate) use {
+    head::{is_number, is_row, units_row},
+    lines::Lines as LineReader,
+};
