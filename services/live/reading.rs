@@ -6,7 +6,7 @@ use super::{
     format::{Format, Found},
     link::{Got, Link},
     timeline::{Timed, Timeline},
-    trouble::Trouble,
+    trouble::{Trouble, refusal},
 };
 use crate::{
     clock::now_ns,
@@ -230,7 +230,7 @@ impl Reading {
                 refuse(Problem::Open(error))
             }
             (Some(error), _) => refuse(Problem::Read(error)),
-            (None, content) => match (self.format.refusal(), content) {
+            (None, content) => match (refusal(&self.address, self.format.as_ref()), content) {
                 (Some(why), _) => Told::Failed(anyhow!("{name}: {why}")),
                 (None, Some(_)) => Told::End,
                 (None, None) => refuse(Problem::Empty),

@@ -1,7 +1,9 @@
 //! What keeps a live source from being of use, in words: lines that are not understood, rows that are too slow, no reference.
 
 use super::{Address, format::Format, kind::Kind, tally::Tally};
+use crate::log::as_flags;
 use gyro_model::Row;
+use log_readers::meaning::shell_word;
 
 /// Slower rows miss most of what a hand or a vehicle does between them, Hz.
 const SLOWEST_HZ: f64 = 20.0;
@@ -74,9 +76,9 @@ impl Trouble {
         let counts = &tally.counts;
         if counts.rows == 0 {
             let what = format.not_understood()?;
-            let why = format.refusal().map_or_else(String::new, |why| format!("\n{why}"));
-            let or = if address.format == Kind::Csv && address.header.is_none() { HEADER } else { "" };
-            return Some(format!("{what}{why}{or}"));
+            return Some(
+                format!("{what}: {}", refusal(address, format).unwrap_or_default()).trim_end_matches(": ").to_owned(),
+            );
         }
         let none = counts.garbled + counts.cut;
         if none > MANY && none > counts.rows {
@@ -90,17 +92,36 @@ impl Trouble {
         let waited = self.began.map_or(0.0, |began| seconds(self.last, began)) > REFERENCE_S;
         if waited && !self.has_reference && !self.is_reference {
             let from = if address.format == Kind::Mavlink { " (ODOMETRY or VISION_POSITION_ESTIMATE)" } else { "" };
-            parts.push(format!(
-                "no reference comes{from}: without one nothing can be learned of the gyro; send ref_angle_z or ref_qw … ref_qz with the \
-                 rows, or give its address with --reference ADDRESS"
-            ));
+            let what = match format.advice().filter(|advice| !advice.flags.is_empty()) {
+                Some(advice) => format!("{}\n{}", advice.why, command(address, &advice.flags)),
+                None => {
+                    "send ref_angle_z or ref_qw … ref_qz with the rows, or give its address with --reference ADDRESS"
+                        .to_owned()
+                }
+            };
+            parts.push(format!("no reference comes{from}: without one nothing can be learned of the gyro; {what}"));
         }
         (!parts.is_empty()).then(|| parts.join("; "))
     }
 }
 
-/// What may be done about a header that is missing.
-const HEADER: &str = "\nor name the columns in the address: …?header=t,gyro_z,ref_angle_z";
+/// Why what comes makes no rows, and what would: a command where there is one.
+pub fn refusal(address: &Address, format: &dyn Format) -> Option<String> {
+    let found = format.refusal()?;
+    let Some(advice) = format.advice() else { return Some(found) };
+    let command = match advice.flags.as_slice() {
+        [] => String::new(),
+        flags => format!("\n{}", command(address, flags)),
+    };
+    Some(format!("{found}\n{}{command}", advice.why))
+}
+
+/// The command with these maps.
+fn command(address: &Address, maps: &[String]) -> String {
+    let source = if address.is_pipe() { "-".to_owned() } else { shell_word(&address.to_string()) };
+    format!("truerate run --source {source} {}", as_flags(maps))
+}
+
 /// How an autopilot is asked for more.
 const MESSAGE_INTERVAL: &str = "ask the autopilot for 100 with MAV_CMD_SET_MESSAGE_INTERVAL (message 27, RAW_IMU, 10000 µs), or set \
                                 ArduPilot's SR0_RAW_SENS or SR1_RAW_SENS to 100";

@@ -1,7 +1,8 @@
 //! Why a log is refused: what, where, what to do, in one line.
 
-use super::packing::Packing;
+use super::{advice::Advice, packing::Packing};
 use crate::toml_error::{TomlError, quoted};
+use log_readers::meaning::shell_word;
 use std::{fmt, io, ops::Deref};
 
 /// A refused log.
@@ -19,6 +20,8 @@ pub struct Refused {
     pub column: Option<(usize, String)>,
     /// What is wrong.
     pub problem: Problem,
+    /// What would make a log of it.
+    pub advice: Option<Advice>,
 }
 
 /// What is wrong with a log, and what to do.
@@ -63,7 +66,7 @@ pub enum Problem {
     /// The first row holds numbers.
     #[error(
         "no header: the first row holds numbers, {columns} of them ({row}); put the column names above it, such as t,gyro_z,ref_angle_z, \
-         or name the columns by their numbers, such as --map t=1 --map gyro_z=2 --map ref_angle_z=3"
+         or name the columns by their numbers with `--map NAME=NUMBER`"
     )]
     NoHeader {
         /// Columns in it.
@@ -111,6 +114,18 @@ pub enum Problem {
         axis: &'static str,
         /// What there is.
         known: Box<Known>,
+    },
+    /// A counter of rows where a time should be.
+    #[error(
+        "`{}` counts rows and is not a time: divide it by the rate, {}",
+        channel,
+        rate.map_or_else(|| format!("with `--map t={channel}/RATE` (rows a second)"), |rate| format!("`--map t={channel}/{rate}` ({rate} Hz, as the text above the header says)"))
+    )]
+    CountsRows {
+        /// The counter.
+        channel: String,
+        /// Rows a second, where the text says it.
+        rate: Option<f64>,
     },
     /// A `--map` of a second file, and there is none.
     #[error("--map {}: `ref:` is for a second file: name it with `--reference FILE`, or leave `ref:` out", quoted(.0))]
@@ -335,7 +350,33 @@ fn clause(begins: &str, text: &str) -> String {
     if text.is_empty() { String::new() } else { format!("; {begins}{text}") }
 }
 
+/// The command that was given, with further flags; or a look at what the file holds.
+fn again(log: &str, advice: &Advice) -> String {
+    if advice.flags.is_empty() {
+        return format!("truerate channels {}", shell_word(log));
+    }
+    let words: Vec<String> = std::env::args().skip(1).map(|word| shell_word(&word)).collect();
+    let file = if advice.needs_file { " --reference REFERENCE.csv" } else { "" };
+    format!("truerate {} {}{file}", words.join(" "), as_flags(&advice.flags))
+}
+
+/// Maps as flags for a shell.
+pub fn as_flags(maps: &[String]) -> String {
+    maps.iter().map(|map| format!("--map {}", shell_word(map))).collect::<Vec<_>>().join(" ")
+}
+
 impl Problem {
+    /// What was found, without what to do.
+    #[must_use]
+    pub fn found(&self) -> String {
+        match self {
+            Self::NoHeader { row, .. } => format!("no header above the rows ({row})"),
+            Self::Missing { wanted, known } => format!("no column `{wanted}`: the header has {}", known.has),
+            Self::NoReference { .. } => "no axis has both a gyro and a reference".to_owned(),
+            other => other.to_string(),
+        }
+    }
+
     /// What a failed read means.
     pub(super) fn reading(error: io::Error, packing: Packing) -> Self {
         match packing {
@@ -350,7 +391,17 @@ impl LogError {
     /// A problem of this log, at a line (from 1) and a column (number from 1, and name) where they are known.
     #[must_use]
     pub fn new(log: &str, line: Option<u64>, column: Option<(usize, String)>, problem: Problem) -> Self {
-        Self(Box::new(Refused { log: log.to_owned(), line, column, problem }))
+        Self(Box::new(Refused { log: log.to_owned(), line, column, problem, advice: None }))
+    }
+
+    /// The same with what to do about it; hints that were not tried are left out.
+    #[must_use]
+    pub(super) fn advised(mut self, advice: Option<Advice>) -> Self {
+        if let Problem::Missing { known, .. } | Problem::NoReference { known, .. } = &mut self.0.problem {
+            known.likely.clear();
+        }
+        self.0.advice = advice;
+        self
     }
 }
 
@@ -371,7 +422,12 @@ impl fmt::Display for LogError {
         if let Some((number, name)) = &self.column {
             write!(f, " column {number} ({name})")?;
         }
-        write!(f, ": {}", self.problem)
+        match &self.advice {
+            None => write!(f, ": {}", self.problem),
+            Some(advice) => {
+                write!(f, ": {}\n{}\n{}", self.problem.found(), advice.why, again(&self.log, advice))
+            }
+        }
     }
 }
 

@@ -8,7 +8,7 @@ use super::{
 };
 use gyro_model::{Axis, record::FREE_CHANNELS};
 use log_readers::{
-    meaning::{Pick, Proposal, Second},
+    meaning::{Pick, Proposal, Second, stated_rate},
     text::{Form, Head},
 };
 use std::collections::HashMap;
@@ -50,6 +50,10 @@ pub struct Layout {
     pub dependent: Option<String>,
     /// Other gyros of the file, which would be references.
     pub seconds: Vec<Second>,
+    /// Rows a second, where a text says it above its header.
+    pub stated_rate: Option<f64>,
+    /// The column that is the time, as the file names it.
+    pub time_channel: String,
 }
 
 /// A refused header: the column where one is at fault.
@@ -67,7 +71,12 @@ impl Layout {
         }
         let mut names = Names::of(headers, maps).map_err(|problem| (None, problem))?;
         let proposal = names.propose(head);
-        let mut layout = Self { offered: proposal.offered.clone(), chosen: names.chosen.clone(), ..Self::default() };
+        let mut layout = Self {
+            offered: proposal.offered.clone(),
+            chosen: names.chosen.clone(),
+            stated_rate: stated_rate(head),
+            ..Self::default()
+        };
         let mut seen: HashMap<Key, usize> = HashMap::new();
         for (i, name) in names.renamed.iter().enumerate() {
             // What no map and no name of the format means may stand there twice.
@@ -102,6 +111,9 @@ impl Layout {
             }
             if let Some(by) = proposal.dependence(&headers[i]).filter(|_| channel.is_reference()) {
                 layout.dependent = Some(by.to_owned());
+            }
+            if channel == Channel::Time {
+                layout.time_channel.clone_from(&headers[i]);
             }
             let form = if channel == Channel::Time { time_form(head, i, conversion) } else { Form::Number(0) };
             layout.columns.push(Column { name, channel, conversion, form });

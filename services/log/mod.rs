@@ -5,6 +5,7 @@
 //! can be read is left out or marked as "no value", counted, located and reported as a
 //! [`DataFault`](gyro_model::diagnosis::DataFault).
 
+mod advice;
 mod column_map;
 pub mod dbc;
 pub mod dependent;
@@ -35,7 +36,8 @@ mod unsaid;
 mod whole;
 mod writer;
 
-pub use error::{Known, LogError, Problem, Refused};
+pub use advice::{Advice, Sample, advise};
+pub use error::{Known, LogError, Problem, Refused, as_flags};
 pub use frames::Frames;
 pub use header::{Layout, Refusal};
 pub use look::{Look, look};
@@ -53,7 +55,7 @@ use std::path::PathBuf;
 use unit::Channel;
 
 /// How a log is to be read.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Options {
     /// A column map: a TOML file that renames foreign headers.
     pub columns: Option<PathBuf>,
@@ -68,6 +70,22 @@ pub struct Options {
     /// Whether [`read`] keeps the readings as acquisition gives them, repeats of held ones taken out and other whole-log faults
     /// only reported: for what must come out the same live and from the file.
     pub as_streamed: bool,
+    /// Whether a log that is refused is looked at for what would make it one.
+    pub advises: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            columns: None,
+            map: Vec::new(),
+            reference: None,
+            dbc: None,
+            needs_reference: false,
+            as_streamed: false,
+            advises: true,
+        }
+    }
 }
 
 /// The names that channels are given.

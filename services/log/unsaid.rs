@@ -37,12 +37,13 @@ const COUNTS_PER_TURN: [f64; 16] = [
 
 /// What a number of one channel is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Unit {
+pub struct Unit {
     /// In SI units.
-    factor: f64,
-    /// The name's suffix, and its numbers for one of that.
-    suffix: &'static str,
-    divisor: f64,
+    pub factor: f64,
+    /// The name's suffix.
+    pub suffix: &'static str,
+    /// The channel's numbers for one of that.
+    pub divisor: f64,
 }
 
 impl Unit {
@@ -132,7 +133,7 @@ fn adopt(layout: &mut Layout, place: usize, unit: Unit) -> Option<(usize, f64)> 
 }
 
 /// The units in which the gyro of an axis and its reference agree.
-fn told(record: &Record, axis: Axis, of_gyro: bool, of_angle: bool, of_rate: bool) -> Option<(Unit, Unit)> {
+pub fn told(record: &Record, axis: Axis, of_gyro: bool, of_angle: bool, of_rate: bool) -> Option<(Unit, Unit)> {
     let i = axis.index();
     let readings = |of: fn(&Row) -> [f64; 3]| -> Vec<f64> {
         record.rows.iter().map(|row| of(row)[i]).filter(|x| x.is_finite()).collect()
@@ -187,6 +188,15 @@ fn told(record: &Record, axis: Axis, of_gyro: bool, of_angle: bool, of_rate: boo
         }
     }
     best.map(|(_, gyro, reference)| (gyro, reference))
+}
+
+/// How much of the motion about z an angle in this unit shows, as r².
+pub fn follows(record: &Record, angle: Unit) -> Option<f64> {
+    let mut scaled = record.clone();
+    for row in &mut scaled.rows {
+        row.ref_angle[2] *= angle.factor;
+    }
+    faults::ratio_to_reference(&scaled, Axis::Z).map(|(_, r2)| r2)
 }
 
 /// What nine tenths of the readings are below.

@@ -1,7 +1,7 @@
 //! A whole log in memory, with what is checked over all of it.
 
 use super::{
-    FAULTY_SHARE, FEWEST_ROWS, LogError, Options, Provenance, Reader, dependent, error::Problem, jump,
+    FAULTY_SHARE, FEWEST_ROWS, LogError, Options, Provenance, Reader, advice, dependent, error::Problem, jump,
     reader::no_reference,
 };
 use gyro_model::{
@@ -19,6 +19,13 @@ use std::path::Path;
 /// # Errors
 /// See [`Problem`]: unreadable, no usable header, text for a number, too few rows, more than a tenth of them faulty.
 pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, Provenance), LogError> {
+    read_plainly(path, options).map_err(|error| {
+        let advice = advice::of_file(path, options, &error);
+        error.advised(advice)
+    })
+}
+
+fn read_plainly(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, Provenance), LogError> {
     let mut reader = Reader::open(path, options)?;
     let mut record = Record { rows: Vec::new(), free_names: reader.layout().free_names.clone(), ..Record::default() };
     let mut marked = Vec::new();
@@ -28,6 +35,9 @@ pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, P
         marked.push(reader.row_was_marked() || reader.row_is_of_reference(&row));
     }
     let refuse = |problem| LogError::new(reader.log(), None, None, problem);
+    if let Some(problem) = counts_rows(&reader, &record) {
+        return Err(refuse(problem));
+    }
     let mut found = reader.faults();
     let (origin, left_out) =
         if options.as_streamed { (0, 0) } else { jump::cut(&mut record.rows, &mut marked, &mut found) };
@@ -75,6 +85,19 @@ pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, P
     let mut provenance = provenance(path, &reader, &record);
     provenance.start_ns += i128::from(origin);
     Ok((record, found, provenance))
+}
+
+/// A time that counts rows, where its name or the text above the header shows that it is none.
+fn counts_rows(reader: &Reader, record: &Record) -> Option<Problem> {
+    const COUNTERS: [&str; 10] =
+        ["count", "counter", "index", "idx", "sample", "packet", "packetcounter", "seq", "id", "n"];
+    let layout = reader.layout();
+    let name: String = layout.time_channel.chars().filter(char::is_ascii_alphanumeric).collect();
+    let is_named_so = COUNTERS.contains(&name.to_ascii_lowercase().as_str());
+    let ones = record.rows.windows(2).filter(|pair| pair[1].t_ns - pair[0].t_ns == 1_000_000_000).count();
+    let says = layout.stated_rate.is_some_and(|rate| rate != 1.0) || is_named_so;
+    (says && record.len() > 2 && 100 * ones >= 99 * (record.len() - 1))
+        .then(|| Problem::CountsRows { channel: layout.time_channel.clone(), rate: layout.stated_rate })
 }
 
 fn provenance(path: &Path, reader: &Reader, record: &Record) -> Provenance {

@@ -152,7 +152,8 @@ fn along_reference(record: &Record, report: &mut Report) {
         let own = gyro_rates(record, axis, &motion);
         let column = reference_column(record, axis);
         let fit = own.as_deref().map_or((0.0, 0.0), |g| regress(g, &wanted));
-        let unit = factor(fit.0.abs(), axis, column)
+        // Times in another unit make every rate of the reference too small, whatever the gyro's unit is.
+        let unit = factor(fit.0.abs() / time_unit(record).map_or(1.0, |(_, seconds)| seconds), axis, column)
             .filter(|_| !clipped(record, axis))
             .filter(|_| fit.1 > 0.8 && own.as_deref().is_some_and(|g| holds_within_the_range(g, &wanted, fit.0)));
         let turns_of_360 = |more: &str| {
@@ -334,6 +335,16 @@ const FASTEST: f64 = 70.0;
 const SLOWEST: f64 = 1.5;
 const QUICKEST: f64 = 25e-6;
 
+/// The unit of times that are too far apart for a gyro's log in seconds, and its seconds.
+fn time_unit(record: &Record) -> Option<(&'static str, f64)> {
+    let steps = record.rows.windows(2).map(|pair| (pair[1].t_ns - pair[0].t_ns) as f64 * 1e-9).collect();
+    quantile(steps, 0.5).filter(|step| *step > SLOWEST).map(|step| match step {
+        ..1e3 => ("ms", 1e-3),
+        1e3..1e6 => ("us", 1e-6),
+        _ => ("ns", 1e-9),
+    })
+}
+
 /// Units that show without a reference.
 fn other_units(record: &Record, report: &mut Report) {
     let rows = record.len() as u64;
@@ -357,14 +368,9 @@ fn other_units(record: &Record, report: &mut Report) {
         );
         report.add(FaultKind::WrongUnit, rows, Some(0.0), says);
     }
-    if let Some(step) = step.filter(|step| *step > SLOWEST) {
-        let unit = if step < 1e3 {
-            "ms"
-        } else if step < 1e6 {
-            "us"
-        } else {
-            "ns"
-        };
+    if let Some((unit, _)) = time_unit(record)
+        && let Some(step) = step
+    {
         let says = format!(
             "a row every {step:.0} s, by its times, is none of a gyro's logs: if t is in {unit}, name it t_{unit}"
         );

@@ -5,7 +5,7 @@ mod text;
 mod topics;
 mod words;
 
-pub use pick::{Dependent, Pick, Proposal, Second};
+pub use pick::{Dependent, Pick, Proposal, Second, shell_word};
 pub use text::{counts_rows, epoch_unit, of_names, of_text, stated_rate};
 pub use topics::of_topics;
 pub use words::{Meaning, What, Who, understand};

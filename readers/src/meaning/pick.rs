@@ -29,13 +29,18 @@ impl Pick {
     /// As `--map` takes it, quoted for a shell where that is needed.
     #[must_use]
     pub fn flag(&self) -> String {
-        let text = self.to_string();
-        let plain = |c: char| c.is_ascii_alphanumeric() || "_-./=:,+@%".contains(c);
-        if text.chars().all(plain) {
-            format!("--map {text}")
-        } else {
-            format!("--map '{}'", text.replace('\'', "'\\''"))
-        }
+        format!("--map {}", shell_word(&self.to_string()))
+    }
+}
+
+/// A word as a shell takes it, quoted where that is needed.
+#[must_use]
+pub fn shell_word(text: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "_-./=:,+@%".contains(c);
+    if !text.is_empty() && text.chars().all(plain) {
+        text.to_owned()
+    } else {
+        format!("'{}'", text.replace('\'', "'\\''"))
     }
 }
 

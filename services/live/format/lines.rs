@@ -7,13 +7,14 @@ use super::{
 };
 use crate::{
     live::{Content, Fault},
-    log::{Layout, LogError, Maps, Options, Problem, RowFault, RowParser},
+    log::{Advice, Layout, LogError, Maps, Options, Problem, RowFault, RowParser, Sample, advise},
 };
 use anyhow::anyhow;
 use log_readers::{
     json::{Records, is_record_line},
     text::{CSV, Finder, Head, Sieve, Sifted, Skip, Skipped},
 };
+use std::{cell::RefCell, collections::VecDeque};
 
 /// A longer line is no row, bytes.
 const LONGEST: usize = 1 << 16;
@@ -21,6 +22,8 @@ const LONGEST: usize = 1 << 16;
 const SHOWN: usize = 80;
 /// The last lines may still be the first rows of a table, or the header and the units above them.
 const MAY_BE_ROWS: usize = 8;
+/// Lines that are kept to find out what they might be.
+const KEPT: usize = 400;
 /// Lines above a table.
 const MOST_ABOVE: usize = 500;
 
@@ -40,10 +43,17 @@ pub struct Lines {
     table: Option<Table>,
     content: Option<Content>,
     refusal: Option<Refused>,
+    options: Options,
+    /// The lines that were refused last.
+    refused: VecDeque<Vec<u8>>,
+    advised: RefCell<Option<(Looked, Option<Advice>)>>,
     /// Lines that were not understood, and the last of them.
     unread: u64,
     example: String,
 }
+
+/// How much was looked at.
+type Looked = (bool, usize, Option<u32>);
 
 /// Where the rows stand.
 struct Table {
@@ -60,8 +70,14 @@ impl Table {
 
 /// Why what looked like a table is none.
 struct Refused {
-    has_header: bool,
+    head: Option<Head>,
     problem: Problem,
+}
+
+impl Refused {
+    fn has_header(&self) -> bool {
+        self.head.as_ref().is_some_and(|head| head.line.is_some())
+    }
 }
 
 impl Lines {
@@ -90,6 +106,9 @@ impl Lines {
             table: None,
             content: None,
             refusal: None,
+            options: options.clone(),
+            refused: VecDeque::new(),
+            advised: RefCell::new(None),
             unread: 0,
             example: String::new(),
         })
@@ -140,6 +159,10 @@ impl Lines {
     /// A line of fields, of the source or of what its records mean.
     fn text(&mut self, line: &[u8], found: &mut dyn FnMut(Found)) {
         let Some(table) = &mut self.table else { return self.look(line, found) };
+        // A source without a reference may have one that nobody has named.
+        if !table.layout.has_reference() && self.refused.len() < KEPT {
+            self.refused.push_back(line.to_vec());
+        }
         match table.sieve.sift(line, self.number, true) {
             Sifted::Blank => {}
             Sifted::Skip(Skip::HeaderAgain) => {
@@ -214,7 +237,7 @@ impl Lines {
     /// Takes the lines that were looked at for the beginning of a table.
     fn settle(&mut self, found: &mut dyn FnMut(Found)) {
         let lines: Vec<(Vec<u8>, u64)> = self.finder.lines().map(|(line, number)| (line.to_vec(), number)).collect();
-        let (above, problem) = match self.finder.finish(&mut Skipped::default()) {
+        let (head, problem) = match self.finder.finish(&mut Skipped::default()) {
             Ok((head, above)) => match Layout::new(&head, &self.maps) {
                 Ok(layout) => {
                     let header = head.line.unwrap_or(u64::MAX);
@@ -229,14 +252,15 @@ impl Lines {
                     self.number = number;
                     return;
                 }
-                Err((_, problem)) => (head.line.is_some(), problem),
+                Err((_, problem)) => (Some(head), problem),
             },
-            Err(error) => (false, crate::log::head_problem(error)),
+            Err(error) => (None, crate::log::head_problem(error)),
         };
         self.tell(lines.len(), found);
         self.begin_anew();
-        if above || self.refusal.as_ref().is_none_or(|refused| !refused.has_header) {
-            self.refusal = Some(Refused { has_header: above, problem });
+        let refused = Refused { head, problem };
+        if refused.has_header() || self.refusal.as_ref().is_none_or(|before| !before.has_header()) {
+            self.refusal = Some(refused);
         }
     }
 
@@ -245,6 +269,7 @@ impl Lines {
         self.table = Some(Table::new(head, layout));
         self.begin_anew();
         (self.refusal, self.unread) = (None, 0);
+        self.refused.clear();
     }
 
     /// Counts lines that were looked at, up to this one, as none of a table.
@@ -260,6 +285,10 @@ impl Lines {
 
     fn not_understood(&mut self, line: &[u8]) {
         self.unread += 1;
+        self.refused.push_back(line.to_vec());
+        if self.refused.len() > KEPT {
+            self.refused.pop_front();
+        }
         if self.example.is_empty() || looks_like_numbers(line) {
             self.example = shown(line);
         }
@@ -303,7 +332,21 @@ impl Format for Lines {
     }
 
     fn refusal(&self) -> Option<String> {
-        self.refusal.as_ref().filter(|_| self.table.is_none()).map(|refused| refused.problem.to_string())
+        self.refusal.as_ref().filter(|_| self.table.is_none()).map(|refused| refused.problem.found())
+    }
+
+    fn advice(&self) -> Option<Advice> {
+        // It takes longer than a row: again only where much more has come.
+        let much = (self.table.is_some(), self.refused.len() / 50, self.unread.checked_ilog2());
+        let mut advised = self.advised.borrow_mut();
+        match &*advised {
+            Some((before, advice)) if *before == much => advice.clone(),
+            _ => {
+                let advice = self.find_advice();
+                *advised = Some((much, advice.clone()));
+                advice
+            }
+        }
     }
 
     fn not_understood(&self) -> Option<String> {
@@ -311,6 +354,22 @@ impl Format for Lines {
         let is_enough = self.refusal.is_some() || self.unread >= 20;
         (self.table.is_none() && is_enough && self.unread > 0)
             .then(|| format!("not understood: {} {lines} such as `{}`", self.unread, self.example))
+    }
+}
+
+impl Lines {
+    fn find_advice(&self) -> Option<Advice> {
+        let head = match &self.table {
+            Some(table) if table.layout.has_reference() => return None,
+            Some(table) => table.sieve.head(),
+            None => self.refusal.as_ref()?.head.as_ref()?,
+        };
+        let rows = self.refused.iter().map(Vec::as_slice);
+        let advice = advise(&Sample::of(head, rows), &self.maps, self.options.reference.is_none());
+        let mut options = self.options.clone();
+        options.map.extend(advice.flags.iter().cloned());
+        let holds = advice.flags.is_empty() || Maps::load(&options).is_ok_and(|maps| Layout::new(head, &maps).is_ok());
+        (holds && !advice.why.is_empty()).then_some(advice)
     }
 }
 

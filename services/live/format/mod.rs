@@ -7,7 +7,7 @@ pub mod lines;
 pub mod mavlink;
 
 use super::{Content, Fault, address::Address, kind::Kind};
-use crate::log::{Maps, Options, Problem};
+use crate::log::{Advice, Maps, Options, Problem};
 use gyro_model::Row;
 
 /// What is found in bytes.
@@ -42,6 +42,11 @@ pub trait Format: Send {
 
     /// Why there is no row in all that came, where it has to be said.
     fn refusal(&self) -> Option<String> {
+        None
+    }
+
+    /// What would make rows of what has come.
+    fn advice(&self) -> Option<Advice> {
         None
     }
 
