@@ -91,8 +91,8 @@ impl Sample {
         if self.head.line.is_none() { format!("column {}", column + 1) } else { quoted(&self.head.names[column]) }
     }
 
-    fn pick(&self, name: String, column: usize, divisor: f64) -> Pick {
-        Pick { factor: divisor.recip(), ..Pick::new(&name, &self.channel(column), None) }
+    fn pick(&self, name: &str, column: usize, divisor: f64) -> Pick {
+        Pick { factor: divisor.recip(), ..Pick::new(name, &self.channel(column), None) }
     }
 
     /// The middle step of a column that only grows.
@@ -233,12 +233,12 @@ fn time(sample: &Sample, used: &Used) -> Option<(Pick, usize, String)> {
     }
     if let Some((_, column, name, seconds)) = best {
         let says = format!("{} only grows: a time, a row every {}", sample.called(column), duration(seconds));
-        return Some((sample.pick(name.to_owned(), column, 1.0), column, says));
+        return Some((sample.pick(name, column, 1.0), column, says));
     }
     let rate = stated_rate(&sample.head)?;
     let &(column, _) = growing.iter().find(|of| counts(of))?;
     let says = format!("{} counts rows, {rate} of them a second as the text above says", sample.called(column));
-    Some((sample.pick("t".to_owned(), column, rate), column, says))
+    Some((sample.pick("t", column, rate), column, says))
 }
 
 fn duration(seconds: f64) -> String {
@@ -295,17 +295,17 @@ fn gyro(sample: &Sample, used: &Used, proposal: &Proposal, time: Option<(usize, 
         .collect();
     triples.retain(|&first| !is_gravity(sample, first));
     if let Some(&first) = triples.first() {
-        let picks = (0..3).map(|k| sample.pick(format!("gyro_{}", AXES[k]), first + k, 1.0)).collect();
+        let picks = (0..3).map(|k| sample.pick(&format!("gyro_{}", AXES[k]), first + k, 1.0)).collect();
         let says = format!("{} to {} may be the gyro's axes", sample.called(first), sample.called(first + 2));
         return Some((picks, says));
     }
     let [only] = moving.as_slice() else { return None };
     // Two sensors of a phone's attitude are no rate.
-    Some((vec![sample.pick("gyro_z".to_owned(), *only, 1.0)], format!("{} may be the gyro", sample.called(*only))))
+    Some((vec![sample.pick("gyro_z", *only, 1.0)], format!("{} may be the gyro", sample.called(*only))))
 }
 
 fn named(base: &str, sample: &Sample, column: usize, unit: Unit) -> Pick {
-    sample.pick(format!("{base}{}", unit.suffix), column, unit.divisor)
+    sample.pick(&format!("{base}{}", unit.suffix), column, unit.divisor)
 }
 
 /// Whether three columns have the length of gravity most of the time, in whatever unit.

@@ -361,6 +361,7 @@ fn again(log: &str, advice: &Advice) -> String {
 }
 
 /// Maps as flags for a shell.
+#[must_use]
 pub fn as_flags(maps: &[String]) -> String {
     maps.iter().map(|map| format!("--map {}", shell_word(map))).collect::<Vec<_>>().join(" ")
 }

@@ -74,9 +74,12 @@ fn tagged(line: &[u8]) -> Option<(Dialect, Vec<&[u8]>)> {
     )
 }
 
+/// Rows of one name and number of fields: these two, how they are written, and their fields.
+type Found<'a> = (Vec<u8>, usize, Dialect, Vec<Vec<&'a [u8]>>);
+
 /// The kinds of rows in these lines; `None` where most rows are of none.
 fn kinds(lines: &[&[u8]]) -> Option<Vec<Kind>> {
-    let mut rows: Vec<(Vec<u8>, usize, Dialect, Vec<Vec<&[u8]>>)> = Vec::new();
+    let mut rows: Vec<Found<'_>> = Vec::new();
     let mut counted = 0;
     for line in lines.iter().filter(|line| !line.is_empty()) {
         let Some((dialect, fields)) = tagged(line) else {
@@ -113,7 +116,7 @@ fn kind(tag: Vec<u8>, count: usize, dialect: Dialect, samples: &[Vec<&[u8]>], li
     let mut units: Vec<Option<Unit>> = vec![None; count];
     let defined = lines.iter().filter_map(|line| {
         let fields = dialect.fields(line);
-        let of_this = fields.iter().take(5).any(|field| is_this(&field)) && fields.len() > count;
+        let of_this = fields.iter().take(5).any(is_this) && fields.len() > count;
         of_this.then(|| fields[fields.len() - count..].to_vec())
     });
     let shared = lines.iter().filter_map(|line| {
@@ -170,7 +173,7 @@ impl Format for Kinds {
             let row = lines.bytes(&line);
             let found = kinds.iter().position(|kind| {
                 let rest = row.strip_prefix(kind.tag.as_slice());
-                rest.is_some_and(|rest| !rest.first().is_some_and(|b| b.is_ascii_alphanumeric()))
+                rest.is_some_and(|rest| !rest.first().is_some_and(u8::is_ascii_alphanumeric))
             });
             let Some(k) = found.filter(|k| wanted[*k]) else {
                 let is_other = found.is_none() && !row.trim_ascii().is_empty() && line.number > looked.len() as u64;
@@ -222,7 +225,7 @@ mod tests {
         let mut text =
             "$FLYS,1\n$COL,IMU,time,wx,wz\n$UNIT,IMU,s,deg/s,deg/s\n$COL,BARO,time,pressure\n$DATA\n".to_owned();
         for k in 0..20 {
-            let _ = writeln!(text, "$IMU,{}.01,1,{k}\n$BARO,{k}.5,98", k);
+            let _ = writeln!(text, "$IMU,{k}.01,1,{k}\n$BARO,{k}.5,98");
         }
         text += "$GNSS,1,2,3\n";
         let found = survey(&text);
