@@ -32,7 +32,7 @@ fn refused() -> Vec<(&'static str, Vec<u8>, Vec<&'static str>)> {
         (
             "no-header.csv",
             text(whole.lines().skip(1).collect::<Vec<_>>().join("\n")),
-            vec!["line 1", "no header", "t,gyro_z"],
+            vec!["line 1", "no header", "--map t=1 --map gyro_z=2 --map ref_angle_z=3"],
         ),
         (
             "no-t.csv",

@@ -11,7 +11,8 @@ pub fn text(source: &SourceHealth) -> Option<String> {
         return None;
     }
     // Bytes come, and mean nothing: to call that connected would be half the truth.
-    let is_understood = source.rows > 0 || trouble(source).is_none() || source.link != Link::Connected as u32;
+    let is_open = [Link::Connected as u32, Link::Silent as u32].contains(&source.link);
+    let is_understood = source.rows > 0 || trouble(source).is_none() || !is_open;
     let link = if is_understood { Link::name(source.link) } else { "not understood" };
     let mut out = format!("{link}, {} rows", source.rows);
     let counted = [

@@ -5,6 +5,7 @@ mod changed;
 mod crashes;
 mod dashboard;
 mod deployed;
+mod dialects;
 mod harness;
 mod live;
 mod profile;
