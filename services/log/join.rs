@@ -4,11 +4,10 @@ use super::{
     LogError,
     error::{Problem, listed},
     header::{Column, Layout},
-    opening::timed,
     pending::Pending,
     reader::Reader,
     unit::Channel,
-    unsaid,
+    unsaid::{self, timed},
 };
 use gyro_model::{
     Model, Record, Row,

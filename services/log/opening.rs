@@ -7,7 +7,7 @@ use super::{
     pending::Pending,
     reader::no_reference,
     rows::{Rows, begin},
-    unsaid,
+    unsaid::{self, timed},
 };
 use gyro_model::Row;
 use std::path::Path;
@@ -60,13 +60,6 @@ impl Reader {
         }
         Ok(())
     }
-}
-
-/// Rows with their times.
-pub(super) fn timed(rows: &[Pending]) -> Vec<Row> {
-    let first = rows.first().map_or(0, |row| row.time);
-    let t_ns = |row: &Pending| i64::try_from(row.time - first).unwrap_or(i64::MAX);
-    rows.iter().take(unsaid::LOOKED_AT).map(|row| Row { t_ns: t_ns(row), ..row.row }).collect()
 }
 
 /// Opens a file for its reference alone.

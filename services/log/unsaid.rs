@@ -2,6 +2,7 @@
 
 use super::{
     header::{Column, Layout},
+    pending::Pending,
     row::place,
     unit::Channel,
 };
@@ -214,4 +215,11 @@ fn wraps(angle: &[f64], factor: f64) -> bool {
     let jumps: Vec<f64> = angle.windows(2).map(|pair| (pair[1] - pair[0]).abs() * factor).collect();
     let largest = jumps.iter().copied().fold(0.0, f64::max);
     largest < 0.5 || (0.9 * TAU..=1.001 * TAU).contains(&largest)
+}
+
+/// Rows with their times.
+pub(super) fn timed(rows: &[Pending]) -> Vec<Row> {
+    let first = rows.first().map_or(0, |row| row.time);
+    let t_ns = |row: &Pending| i64::try_from(row.time - first).unwrap_or(i64::MAX);
+    rows.iter().take(LOOKED_AT).map(|row| Row { t_ns: t_ns(row), ..row.row }).collect()
 }
