@@ -5,6 +5,7 @@ use super::{
     Maps, Options,
     error::{LogError, Problem},
     input::Input,
+    lacking::Advice,
     names::Names,
     unit::{self, Channel, Name},
     unsaid::{self, Unit},
@@ -31,17 +32,6 @@ const MOST: usize = 12;
 const LARGE: u64 = 64 << 20;
 /// How much of the angle's motion a rate has to show, as r².
 const FOLLOWS: f64 = 0.9;
-
-/// What a text lacks, and what makes a log of it.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Advice {
-    /// What its columns hold, and what that is not enough for.
-    pub why: String,
-    /// The flags that make a log of it.
-    pub flags: Vec<String>,
-    /// Whether a second file is needed besides.
-    pub needs_file: bool,
-}
 
 /// Columns of a text as numbers.
 pub struct Sample {

@@ -1,6 +1,6 @@
 //! Why a log is refused: what, where, what to do, in one line.
 
-use super::{advice::Advice, packing::Packing};
+use super::{lacking::Advice, packing::Packing};
 use crate::toml_error::{TomlError, quoted};
 use log_readers::meaning::shell_word;
 use std::{fmt, io, ops::Deref};

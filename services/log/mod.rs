@@ -6,6 +6,7 @@
 //! [`DataFault`](gyro_model::diagnosis::DataFault).
 
 mod advice;
+mod advised;
 mod column_map;
 pub mod dbc;
 pub mod dependent;
@@ -16,6 +17,7 @@ mod header;
 mod input;
 mod join;
 mod jump;
+mod lacking;
 mod look;
 mod map;
 mod messages;
@@ -36,16 +38,17 @@ mod unsaid;
 mod whole;
 mod writer;
 
-pub use advice::{Advice, Sample, advise};
+pub use advice::{Sample, advise};
+pub use advised::read;
 pub use error::{Known, LogError, Problem, Refused, as_flags};
 pub use frames::Frames;
 pub use header::{Layout, Refusal};
+pub use lacking::Advice;
 pub use look::{Look, look};
 pub use reader::Reader;
 pub use row::{Parsed, RowParser};
 pub use rows::head_problem;
 pub use tally::RowFault;
-pub use whole::read;
 pub use writer::{GrowingLog, RecordWriter, Time, create, write_record};
 
 use column_map::ColumnMap;

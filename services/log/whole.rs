@@ -1,7 +1,7 @@
 //! A whole log in memory, with what is checked over all of it.
 
 use super::{
-    FAULTY_SHARE, FEWEST_ROWS, LogError, Options, Provenance, Reader, advice, dependent, error::Problem, jump,
+    FAULTY_SHARE, FEWEST_ROWS, LogError, Options, Provenance, Reader, dependent, error::Problem, jump,
     reader::no_reference,
 };
 use gyro_model::{
@@ -19,13 +19,6 @@ use std::path::Path;
 /// # Errors
 /// See [`Problem`]: unreadable, no usable header, text for a number, too few rows, more than a tenth of them faulty.
 pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, Provenance), LogError> {
-    read_plainly(path, options).map_err(|error| {
-        let advice = advice::of_file(path, options, &error);
-        error.advised(advice)
-    })
-}
-
-fn read_plainly(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, Provenance), LogError> {
     let mut reader = Reader::open(path, options)?;
     let mut record = Record { rows: Vec::new(), free_names: reader.layout().free_names.clone(), ..Record::default() };
     let mut marked = Vec::new();

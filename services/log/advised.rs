@@ -1,0 +1,16 @@
+//! A log, or what it lacks and what to do about it.
+
+use super::{LogError, Options, Provenance, advice, whole};
+use gyro_model::{Record, diagnosis::DataFault};
+use std::path::Path;
+
+/// Reads a log (`-`: standard input): its rows, what is faulty in them, and where they come from.
+///
+/// # Errors
+/// As [`whole::read`], with the command that mends it where there is one.
+pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, Provenance), LogError> {
+    whole::read(path, options).map_err(|error| {
+        let advice = advice::of_file(path, options, &error);
+        error.advised(advice)
+    })
+}

@@ -1,0 +1,12 @@
+//! What a text lacks to be a log.
+
+/// What a text lacks, and what makes a log of it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Advice {
+    /// What its columns hold, and what that is not enough for.
+    pub why: String,
+    /// The flags that make a log of it.
+    pub flags: Vec<String>,
+    /// Whether a second file is needed besides.
+    pub needs_file: bool,
+}
