@@ -36,6 +36,9 @@ pub trait Sink {
     fn note(&mut self, note: Note);
 }
 
+/// The kind of the messages of a topic whose rows stand in a text beside those of other topics.
+pub const ROW: &str = "row";
+
 /// Messages of one kind.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Topic {

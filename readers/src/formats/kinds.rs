@@ -10,14 +10,12 @@
 
 use super::delimited::{read_time, time_column};
 use crate::{
-    format::{Field, Format, Note, Sink, Topic, Unreadable},
+    format::{Field, Format, Note, ROW, Sink, Topic, Unreadable},
     text::{self, Dialect, Form, Head, HeadError, LineReader, Point, Separator, Skip, is_number, units_row},
     unit::{self, Unit},
 };
 use std::io::Read;
 
-/// The kind of these topics' messages.
-pub const KIND: &str = "row";
 /// Rows of a kind that are enough to believe in it, and the share of all rows that are of such kinds.
 const FEWEST: usize = 3;
 const SHARE: f64 = 0.8;
@@ -142,7 +140,7 @@ fn kind(tag: Vec<u8>, count: usize, dialect: Dialect, samples: &[Vec<&[u8]>], li
     let head = Head::of_columns(names, units, dialect, samples.collect());
     let field =
         |(name, unit): (&String, &Option<Unit>)| Field { name: name.clone(), unit: unit.or(unit::split(name).1) };
-    let topic = Topic { name, kind: KIND.to_owned(), fields: head.names.iter().zip(&head.units).map(field).collect() };
+    let topic = Topic { name, kind: ROW.to_owned(), fields: head.names.iter().zip(&head.units).map(field).collect() };
     Kind { time: time_column(&head), tag, dialect, topic }
 }
 

@@ -3,7 +3,7 @@
 use super::{AXES, Dependent, PARTS, Pick, Proposal, Second, of_names};
 use crate::{
     can,
-    formats::kinds,
+    format::ROW,
     survey::Surveyed,
     unit::{Quantity, Unit},
 };
@@ -124,7 +124,7 @@ struct Found {
 /// What the topics of a file say. `taken` tells the names of our logs that are mapped already, and `mapped` to what.
 #[must_use]
 pub fn of_topics(topics: &[Surveyed], taken: &dyn Fn(&str) -> bool, mapped: &[Pick]) -> Proposal {
-    if topics.iter().all(|of| [can::KIND, kinds::KIND].contains(&of.topic.kind.as_str())) {
+    if topics.iter().all(|of| [can::KIND, ROW].contains(&of.topic.kind.as_str())) {
         // Who made the DBC file gave the names: they are understood as a table's are.
         let fields =
             topics.iter().flat_map(|of| of.topic.fields.iter().map(|field| (of.topic.channel(field), field.unit)));
