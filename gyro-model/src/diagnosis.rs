@@ -96,6 +96,9 @@ pub struct AxisDiagnosis {
     /// It in one sentence, and what to do about it.
     #[serde(default)]
     pub limited_says: String,
+    /// Random causes that were found, the largest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub random: Vec<RandomCause>,
     /// What the pictures are drawn from, where they were asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub detail: Option<AxisDetail>,
@@ -185,6 +188,16 @@ pub enum LimitedBy {
     Timing,
     /// Motion too fast for the sampling rate.
     FoldedMotion,
+    /// A scale that wanders within seconds.
+    RandomScale,
+    /// Noise that grows with the rate.
+    RateNoise,
+    /// A step of random size at each reversal.
+    ReversalSteps,
+    /// A step of random size at each start and stop.
+    StartStopSteps,
+    /// Motion in holes of the log.
+    LostMotion,
     /// An effect that is named and not in the model.
     MissingEffect,
     /// What none of these explains.
@@ -201,17 +214,31 @@ impl LimitedBy {
     /// Whether it is of the set-up and no noise: what gyro and reference are recorded with, and how they move.
     #[must_use]
     pub const fn is_of_recording(self) -> bool {
-        matches!(self, Self::ReferenceBandwidth | Self::Timing | Self::FoldedMotion)
+        matches!(self, Self::ReferenceBandwidth | Self::Timing | Self::FoldedMotion) || self.is_random()
+    }
+
+    /// Whether it is a random cause, of which only the variance follows the motion.
+    #[must_use]
+    pub const fn is_random(self) -> bool {
+        matches!(
+            self,
+            Self::RandomScale | Self::RateNoise | Self::ReversalSteps | Self::StartStopSteps | Self::LostMotion
+        )
     }
 
     /// All of them, in the order of [`BudgetPoint::parts`].
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; PARTS] = [
         Self::GyroNoise,
         Self::BiasWander,
         Self::ReferenceNoise,
         Self::ReferenceBandwidth,
         Self::Timing,
         Self::FoldedMotion,
+        Self::RandomScale,
+        Self::RateNoise,
+        Self::ReversalSteps,
+        Self::StartStopSteps,
+        Self::LostMotion,
         Self::MissingEffect,
         Self::Unattributed,
     ];
@@ -226,6 +253,11 @@ impl LimitedBy {
             Self::ReferenceBandwidth => "because the reference does not follow fast motion",
             Self::Timing => "from time stamps that scatter",
             Self::FoldedMotion => "from motion too fast for the log's rate",
+            Self::RandomScale => "from a scale factor that wanders",
+            Self::RateNoise => "from noise that grows with the rate",
+            Self::ReversalSteps => "from steps at the reversals",
+            Self::StartStopSteps => "from steps at starts and stops",
+            Self::LostMotion => "from motion in holes of the log",
             Self::MissingEffect => "from an effect that is missing",
             Self::Unattributed => "from a cause that is not known",
         }
@@ -241,10 +273,35 @@ impl LimitedBy {
             Self::ReferenceBandwidth => "reference bandwidth",
             Self::Timing => "timing",
             Self::FoldedMotion => "aliased motion",
+            Self::RandomScale => "random scale",
+            Self::RateNoise => "rate noise",
+            Self::ReversalSteps => "reversal steps",
+            Self::StartStopSteps => "start-stop steps",
+            Self::LostMotion => "lost motion",
             Self::MissingEffect => "missing effect",
             Self::Unattributed => "unattributed",
         }
     }
+}
+
+/// Parts that an error is divided into.
+pub const PARTS: usize = 13;
+
+/// A random cause that was found in an axis' error.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct RandomCause {
+    /// Which.
+    pub cause: LimitedBy,
+    /// Its size.
+    pub size: Option<f64>,
+    /// Standard error of the size.
+    pub std_error: Option<f64>,
+    /// Unit of both.
+    pub unit: String,
+    /// Events in the log, where it is made of events.
+    pub count: Option<u64>,
+    /// It in a sentence, and what to do about it.
+    pub says: String,
 }
 
 /// The mean square error of one averaging time, divided: parts that add up to it, (rad/s)².
@@ -264,6 +321,21 @@ pub struct BudgetPoint {
     pub timing: Option<f64>,
     /// Motion too fast for the sampling rate.
     pub folded_motion: Option<f64>,
+    /// A scale that wanders within seconds.
+    #[serde(default)]
+    pub random_scale: Option<f64>,
+    /// Noise that grows with the rate.
+    #[serde(default)]
+    pub rate_noise: Option<f64>,
+    /// Steps at reversals.
+    #[serde(default)]
+    pub reversal_steps: Option<f64>,
+    /// Steps at starts and stops.
+    #[serde(default)]
+    pub start_stop_steps: Option<f64>,
+    /// Motion in holes of the log.
+    #[serde(default)]
+    pub lost_motion: Option<f64>,
     /// An effect that is named and not in the model.
     pub missing: Option<f64>,
     /// What none of these explains.
@@ -273,7 +345,7 @@ pub struct BudgetPoint {
 impl BudgetPoint {
     /// The parts in the order of [`LimitedBy::ALL`].
     #[must_use]
-    pub fn parts(&self) -> [f64; 8] {
+    pub fn parts(&self) -> [f64; PARTS] {
         [
             self.gyro_noise,
             self.bias_wander,
@@ -281,6 +353,11 @@ impl BudgetPoint {
             self.reference_bandwidth,
             self.timing,
             self.folded_motion,
+            self.random_scale,
+            self.rate_noise,
+            self.reversal_steps,
+            self.start_stop_steps,
+            self.lost_motion,
             self.missing,
             self.unattributed,
         ]
@@ -401,6 +478,8 @@ pub enum TestName {
     EveryAveragingTime,
     /// Blocks that took no part in the fit.
     HeldOut,
+    /// The standard errors of the parameters.
+    Known,
     /// The likelihood of the identified noise.
     Likelihood,
     /// A spectral line.
@@ -434,6 +513,7 @@ impl TestName {
             Self::Error => "error",
             Self::EveryAveragingTime => "every averaging time",
             Self::HeldOut => "held-out",
+            Self::Known => "known",
             Self::Likelihood => "likelihood",
             Self::Line => "line",
             Self::Mean => "mean",
@@ -603,6 +683,9 @@ pub struct AxisLadder {
     /// It in one sentence, and what to do about it.
     #[serde(default)]
     pub limited_says: String,
+    /// Random causes that were found, the largest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub random: Vec<RandomCause>,
     /// What the pictures are drawn from, where they were asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub detail: Option<AxisDetail>,

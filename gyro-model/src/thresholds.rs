@@ -84,6 +84,10 @@ thresholds! {
     GAIN_COUNTED = 40.0, "1", ByHand;
     /// A coefficient over its typical size, while much error is unexplained.
     OUTSIZED = 20.0, "1", ByHand;
+    /// Standard error of a parameter over its own size, from which on the log does not show the parameter.
+    KNOWN = 1.0, "1", Derived("a value within one standard error of nothing may be nothing");
+    /// Standard error of an instant, over the length of the log, from which on the log does not show when something began.
+    INSTANT = 0.1, "1", Derived("the instant lies in one part of the log of ten");
     /// Swings of an effect's error that a wandering bias would not follow by chance.
     SWINGS = 6.0, "swings", ByHand;
     /// Difference in ln J to which an optimum is found.

@@ -6,10 +6,10 @@ use crate::{
     model_file::{self, ModelFile, Provenance},
     progress::Progress,
 };
-use anyhow::{Result, bail};
+use anyhow::{Result, anyhow, bail};
 use gyro_model::{
     Axis, Record,
-    simulate::{Coloured, Hidden, Motion, Reference, Scenario, SensorSpec, SetUp, Simulator},
+    simulate::{Coloured, Hidden, Motion, RandomCauses, Reference, Scenario, SensorSpec, SetUp, Simulator},
 };
 use std::{
     path::{Path, PathBuf},
@@ -26,6 +26,8 @@ Examples:
       the gyro is 12 ms late
   truerate simulate --hide warm-up --hide cross-axis -o two.csv
       two effects at their typical sizes
+  truerate simulate --hide reversal-steps:size=0.005 -o play.csv
+      a step of random size at each reversal (also: random-scale, rate-noise, start-stop-steps, lost-motion)
   truerate simulate --motion drive --seconds 300 --rate 200 --seed 7 -o drive.csv.gz
   truerate simulate --reference orientation --reference-noise 3e-4:10-70 --rate 286 -o cameras.csv
       noise of cameras between 10 and 70 Hz
@@ -102,6 +104,7 @@ impl Args {
             reference_rate: self.reference_rate.unwrap_or(0.0),
             smoothing: self.smoothing.unwrap_or(0.0),
             fold: self.fold.unwrap_or(0.0),
+            random: RandomCauses::default(),
         };
         (SensorSpec { reference, ..own }, set_up)
     }
@@ -127,9 +130,15 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     if !(1.0..=MOST_ROWS).contains(&rows) {
         bail!("{} s at {} Hz are {rows:e} rows: choose 1 to {MOST_ROWS:e}", args.seconds, args.rate);
     }
-    let hidden = args.hide.iter().map(|text| Hidden::parse(text, args.axis)).collect::<Result<Vec<_>, _>>()?;
+    let (sensor, mut set_up) = args.rig();
+    let mut hidden = Vec::new();
+    for text in &args.hide {
+        match set_up.random.take(text) {
+            Some(taken) => taken.map_err(|wrong| anyhow!(wrong))?,
+            None => hidden.push(Hidden::parse(text, args.axis)?),
+        }
+    }
     writable(&args.output, &[])?;
-    let (sensor, set_up) = args.rig();
     let scenario =
         Scenario { motion: args.motion, seconds: args.seconds, rate_hz: args.rate, seed: args.seed, hidden, sensor };
     let (record, truth) = simulate(&scenario, set_up, rows as usize);
@@ -142,7 +151,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let beside = PathBuf::from(beside);
     model_file::save(&beside, &truth(&args.output))?;
     let axes: Vec<&str> = record.fitted_axes().into_iter().map(Axis::letter).collect();
-    let hidden: Vec<&str> = scenario.hidden.iter().map(|h| h.effect.card().id).collect();
+    let hidden: Vec<&str> = args.hide.iter().map(|text| text.split(':').next().unwrap_or(text)).collect();
     print(&format!(
         "{}: {} rows, {} s at {} Hz, {}\nhidden: {}; the truth is in {}\n",
         args.output.display(),

@@ -182,7 +182,12 @@ impl Subject {
     /// How a diagnosis of this log is run.
     #[must_use]
     pub fn options<'a>(&'a self, progress: &'a (dyn Fn(&str) + Sync)) -> diagnose::Options<'a> {
-        diagnose::Options { progress, faults: &self.faults, ..diagnose::Options::default() }
+        diagnose::Options {
+            progress,
+            faults: &self.faults,
+            failed: &|error| eprintln!("truerate: {error}"),
+            ..diagnose::Options::default()
+        }
     }
 
     /// The result for this log.

@@ -112,6 +112,7 @@ fn late(verdict: Verdict) -> AxisDiagnosis {
         error_by_frequency: vec![],
         limited_by: Some(LimitedBy::Timing),
         limited_says: "the stamps of gyro and reference scatter by 2.8 ms. Log both with one clock.".into(),
+        random: Vec::new(),
         detail: Some(detail),
         ..AxisDiagnosis::new(Axis::Z, Finding::Bare { verdict })
     }
@@ -177,6 +178,7 @@ fn ladder() -> Ladder {
             error_by_frequency: axis.error_by_frequency,
             limited_by: axis.limited_by,
             limited_says: axis.limited_says,
+            random: axis.random,
             detail: axis.detail,
         }],
     }

@@ -14,6 +14,7 @@
 //! | `floor` | does the error end on its floor? |
 //! | `rules` | which tests of admission decide anything? |
 //! | `budget` | what limits a log: told right on set-ups of five kinds? |
+//! | `confusion` | what is each effect and each random cause called? |
 //! | `standard-errors` | are scale factor and bias as well known as is said? |
 //!
 //! Each prints Markdown to standard output, its last line the command that made it; progress goes to standard error.
@@ -23,6 +24,7 @@ mod budget;
 #[allow(dead_code)] // truths are written by the generator alone
 #[path = "../make_cases/choice.rs"]
 mod choice;
+mod confusion;
 mod detection;
 mod false_alarms;
 mod floor;
@@ -70,6 +72,8 @@ enum Study {
     Rules(rules::Arguments),
     /// What limits a log, on set-ups of five kinds.
     Budget(budget::Arguments),
+    /// What each explanation of an error is called: effects and random causes, on three motions and three references.
+    Confusion(confusion::Arguments),
     /// Scale factor and bias of clean logs, in their standard errors.
     StandardErrors(standard_errors::Arguments),
 }
@@ -85,6 +89,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         Study::Floor(arguments) => floor::study(arguments, &cli.run)?,
         Study::Rules(arguments) => rules::study(arguments, &cli.run)?,
         Study::Budget(arguments) => budget::study(arguments, &cli.run)?,
+        Study::Confusion(arguments) => confusion::study(arguments, &cli.run)?,
         Study::StandardErrors(arguments) => standard_errors::study(arguments, &cli.run)?,
     }
     let arguments: Vec<String> = std::env::args().skip(1).collect();

@@ -26,6 +26,17 @@ pub fn claim(seen: &Seen, left: &[f64]) -> Option<Claim> {
     found.then(|| Claim::up_to(seen, &incoherent(seen, left), level).saying([walk, size, time]))
 }
 
+/// How much larger than expected the mean square of a walk may be within one log: the 97.5 % point of χ² with two degrees of freedom, over
+/// two.
+pub(super) const MOST: f64 = 3.7;
+
+/// Whether the bias is seen to wander once: it walks, or remembers for longer than a twentieth of the log.
+pub(super) fn is_seen_once(seen: &Seen) -> bool {
+    let lasts = seen.error.len() as f64 * seen.dt;
+    let (walk, noise) = (seen.noise.bias_random_walk, seen.noise);
+    walk > 0.0 && walk * walk * lasts > noise.correlated.powi(2) || noise.correlation_time > 0.05 * lasts
+}
+
 /// What is left beside what goes with the gyro's rate.
 pub(super) fn incoherent(seen: &Seen, left: &[f64]) -> Vec<f64> {
     if seen.rests {

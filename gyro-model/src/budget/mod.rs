@@ -15,6 +15,7 @@ mod coherent;
 mod folded_lines;
 mod folded_motion;
 mod gyro_noise;
+pub(crate) mod random;
 mod reference_bandwidth;
 mod reference_noise;
 pub(crate) mod says;
@@ -24,11 +25,12 @@ mod timing;
 
 use crate::{
     Axis,
-    diagnosis::{BudgetPoint, DataFault, ErrorPoint, FaultKind, FloorFrom, FrequencyShare, LimitedBy},
+    diagnosis::{BudgetPoint, DataFault, ErrorPoint, FaultKind, FloorFrom, FrequencyShare, LimitedBy, RandomCause},
     evidence::{study::Study, whiten::NoiseModel},
     fit::judged::{Judged, finite},
 };
 use folded_lines::Motion;
+use random::{Cause, Random};
 use seen::Seen;
 use spectra::Band;
 
@@ -138,6 +140,8 @@ pub struct Budget {
     pub limited_by: LimitedBy,
     /// What to do about it.
     pub limited_says: String,
+    /// Random causes that were found.
+    pub random: Vec<RandomCause>,
     /// Where the floor's noise comes from.
     pub floor_from: FloorFrom,
     /// What the set-up adds to the floor², (rad/s)², beyond the noise that was known beforehand; empty where nothing.
@@ -164,8 +168,9 @@ impl Budget {
                 claims.push((part, claim));
             }
         }
+        let random = Random::of(study, series, &judged.tau);
         let mut points = Vec::new();
-        let mut set_up = Vec::new();
+        let (mut set_up, mut by_chance) = (Vec::new(), Vec::new());
         for (k, &tau) in judged.tau.iter().enumerate() {
             let passes: Vec<f64> = seen.bands.iter().map(|band| band.passes(tau, seen.dt)).collect();
             let through = |density: &dyn Fn(usize) -> f64| -> f64 {
@@ -180,12 +185,28 @@ impl Budget {
             let rest = square * (1.0 - absent);
             let incoherent = rest * (1.0 - seen.with_columns[k]);
             let of = |part: Part| incoherent * (own(part) / all + 0.0).clamp(0.0, 1.0);
+            // What a random cause makes has evidence of its own, window by window. Where all together claim more than there is, the
+            // others give way.
+            let made = Cause::ALL.map(|cause| random.makes(cause, k) / tau.powi(2));
+            let made = made.map(|part| part * (rest / made.iter().sum::<f64>()).min(1.0));
+            let of_random: f64 = made.iter().sum();
             let parts = Part::ALL.map(of);
-            let taken: f64 = parts.iter().sum();
+            let fits = ((rest - of_random) / parts.iter().sum::<f64>().max(1e-300)).min(1.0);
+            let parts = parts.map(|part| part * fits);
+            let mut parts = parts;
+            // How far a bias walks within one log is seen once.
+            let open = (incoherent - of_random - parts.iter().sum::<f64>()).max(0.0);
+            let wander = &mut parts[Part::ALL.iter().position(|part| *part == Part::BiasWander).unwrap_or(1)];
+            if bias_wander::is_seen_once(&seen) {
+                *wander += open.min((bias_wander::MOST - 1.0) * *wander);
+            }
+            let taken: f64 = parts.iter().sum::<f64>() + of_random;
             let of_set_up = Part::ALL.iter().zip(parts).filter(|(part, _)| is_of_set_up(**part)).map(|(_, own)| own);
             let known = seen.walks.1.powi(2) / tau + 2.0 * (seen.prior.encoder / tau).powi(2);
             set_up.push((of_set_up.sum::<f64>() - known).max(0.0));
+            by_chance.push(of_random);
             let [gyro, wander, reference, bandwidth, timing, folded] = parts.map(finite);
+            let [random_scale, rate_noise, reversal_steps, start_stop_steps, lost_motion] = made.map(finite);
             points.push(BudgetPoint {
                 tau_s: tau,
                 gyro_noise: gyro,
@@ -194,6 +215,11 @@ impl Budget {
                 reference_bandwidth: bandwidth,
                 timing,
                 folded_motion: folded,
+                random_scale,
+                rate_noise,
+                reversal_steps,
+                start_stop_steps,
+                lost_motion,
                 missing: finite(square * absent),
                 unattributed: finite((rest - taken).max(0.0)),
             });
@@ -203,11 +229,12 @@ impl Budget {
             part => is_of_set_up(*part),
         };
         if !claims.iter().any(shows) {
-            set_up.clear();
+            set_up.fill(0.0);
         }
+        set_up.iter_mut().zip(by_chance).for_each(|(set_up, by_chance)| *set_up += by_chance);
         let numbers = |part: Part| claims.iter().find(|(p, _)| *p == part).map(|(_, claim)| claim.numbers);
         let (limited_by, unattributed) = says::largest(&points, seen.dt);
-        let limited_says = says::says(limited_by, &points, &seen, &numbers);
+        let limited_says = says::says(limited_by, &points, &seen, &numbers, &random);
         let by_frequency = seen.bands.iter().zip(&left).map(|(band, left)| by_frequency(band, *left)).collect();
         let floor_from = if seen.prior.assumed { FloorFrom::Assumed } else { FloorFrom::Measured };
         let much = |point: &BudgetPoint| point.folded_motion.is_some_and(|folded| folded > MUCH * point.total());
@@ -217,6 +244,7 @@ impl Budget {
             by_frequency,
             limited_by,
             limited_says,
+            random: random.reported(),
             floor_from,
             set_up,
             wander: Vec::new(),

@@ -1,7 +1,13 @@
 //! The budget in words: what limits a log most, by how much, and what to do about it.
 
-use super::{Part, folded_lines::Motion, reference_bandwidth::missing_at, seen::Seen};
-use crate::diagnosis::{BudgetPoint, LimitedBy};
+use super::{
+    Part,
+    folded_lines::Motion,
+    random::{Cause, Found, Random},
+    reference_bandwidth::missing_at,
+    seen::Seen,
+};
+use crate::diagnosis::{BudgetPoint, LimitedBy, PARTS};
 
 /// The averaging times over which a log's limit is told: from four samples to a thirtieth of the log.
 fn middle(points: &[BudgetPoint], dt: f64) -> impl Iterator<Item = &BudgetPoint> {
@@ -12,7 +18,7 @@ fn middle(points: &[BudgetPoint], dt: f64) -> impl Iterator<Item = &BudgetPoint>
 
 /// The largest part over the middle of the curve, each averaging time counting alike, and the share that none takes.
 pub fn largest(points: &[BudgetPoint], dt: f64) -> (LimitedBy, f64) {
-    let mut shares = [0.0; 8];
+    let mut shares = [0.0; PARTS];
     let mut count = 0.0;
     for point in middle(points, dt) {
         let all = point.total();
@@ -21,8 +27,8 @@ pub fn largest(points: &[BudgetPoint], dt: f64) -> (LimitedBy, f64) {
             count += 1.0;
         }
     }
-    let most = (0..shares.len()).max_by(|a, b| shares[*a].total_cmp(&shares[*b])).unwrap_or(7);
-    (LimitedBy::ALL[most], if count > 0.0 { shares[7] / count } else { 1.0 })
+    let most = (0..shares.len()).max_by(|a, b| shares[*a].total_cmp(&shares[*b])).unwrap_or(PARTS - 1);
+    (LimitedBy::ALL[most], if count > 0.0 { shares[PARTS - 1] / count } else { 1.0 })
 }
 
 /// One sentence with its number, and the remedy.
@@ -31,8 +37,9 @@ pub fn says(
     points: &[BudgetPoint],
     seen: &Seen,
     numbers: &dyn Fn(Part) -> Option<[f64; 3]>,
+    random: &Random,
 ) -> String {
-    let place = LimitedBy::ALL.iter().position(|l| *l == limit).unwrap_or(7);
+    let place = LimitedBy::ALL.iter().position(|l| *l == limit).unwrap_or(PARTS - 1);
     let share = |point: &BudgetPoint| point.parts()[place] / point.total().max(1e-300);
     let Some(at) = middle(points, seen.dt).max_by(|a, b| share(a).total_cmp(&share(b))) else {
         return "the log is too short to divide its error".into();
@@ -110,11 +117,78 @@ pub fn says(
                 digits(of(Part::FoldedMotion)[0].to_degrees())
             ),
         },
+        LimitedBy::RandomScale
+        | LimitedBy::RateNoise
+        | LimitedBy::ReversalSteps
+        | LimitedBy::StartStopSteps
+        | LimitedBy::LostMotion => {
+            let found = random.found.iter().find(|found| found.cause.limit() == limit);
+            found.map_or_else(String::new, |found| format!("{} ({part}). {}", what(found), remedy(found.cause)))
+        }
         LimitedBy::MissingEffect => format!("an effect that the model lacks ({part}). Add it and look again."),
         LimitedBy::Unattributed => format!(
             "an error that no noise of gyro, reference or clock explains ({part}). Either the model lacks an effect, or the reference or its \
              mounting is wrong: see where it fails."
         ),
+    }
+}
+
+/// A random cause in a sentence, and what to do about it.
+pub fn random(found: &Found) -> String {
+    let says = what(found);
+    let first = says.chars().next().map_or_else(String::new, |first| first.to_uppercase().to_string());
+    format!("{first}{}. {}", says.get(first.len()..).unwrap_or_default(), remedy(found.cause))
+}
+
+/// What it is, with its size.
+fn what(found: &Found) -> String {
+    let size = |factor: f64, unit: &str| {
+        let (value, error) = (factor * found.size.value, factor * found.size.std_error);
+        let decimals =
+            if error > 0.0 && error.is_finite() { (1.0 - error.log10().floor()).clamp(0.0, 12.0) as usize } else { 3 };
+        format!("{value:.decimals$} ± {error:.decimals$}{unit}")
+    };
+    let degrees = 1_f64.to_degrees();
+    let events = found.count.unwrap_or(0);
+    match found.cause {
+        Cause::RandomScale => {
+            format!("the scale factor between gyro and reference wanders by {} within seconds", size(100.0, " %"))
+        }
+        Cause::RateNoise => {
+            format!(
+                "noise that grows with the rate, {} after one turn",
+                size(degrees * std::f64::consts::TAU.sqrt(), "°")
+            )
+        }
+        Cause::ReversalSteps => {
+            format!(
+                "each of the {events} reversals adds a step of random size and sign, {} (standard deviation)",
+                size(degrees, "°")
+            )
+        }
+        Cause::StartStopSteps => format!(
+            "each of the {events} starts and stops adds a step of random size and sign, {} (standard deviation)",
+            size(degrees, "°")
+        ),
+        Cause::LostMotion => format!("motion is lost in {events} holes of the log, {} in each", size(degrees, "°")),
+    }
+}
+
+const fn remedy(cause: Cause) -> &'static str {
+    match cause {
+        Cause::RandomScale => {
+            "Mount sensor and reference more stiffly, supply the sensor from a steadier voltage, or record a finer reference."
+        }
+        Cause::RateNoise => {
+            "Look for cogging or vibration of the drive, and for a sensor whose noise grows with the rate."
+        }
+        Cause::ReversalSteps => {
+            "Take the play out of gear, belt or coupling (preload), damp the drive, or log faster: it may ring after each reversal."
+        }
+        Cause::StartStopSteps => "Look for play, slip or ringing when the axis starts and stops.",
+        Cause::LostMotion => {
+            "Record without holes: read the sensor's FIFO, or let the sensor integrate the rate itself."
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{
     case::{
-        AFTER, BEFORE, Case, FALL, GROWS, HELD_OUT, HELD_SHARE, IS_AT_BOUND, IS_BEYOND_WANDER, IS_IN_READING,
+        AFTER, BEFORE, Case, DOUBT, FALL, GROWS, HELD_OUT, HELD_SHARE, IS_AT_BOUND, IS_BEYOND_WANDER, IS_IN_READING,
         IS_IN_REFERENCE, IS_LINE, IS_MEAN, IS_SHAPE_AT_BOUND, IS_SLOW, JUDGED, LEAVES_NOISE, P_VALUE, RATIO, REMOVED,
         SILENCES, SIZE, SWINGS,
     },
@@ -42,6 +42,13 @@ pub(super) static ADMISSION: &[Test<Case>] = &[
             &[Not(&IS_AT_BOUND), Not(&IS_SHAPE_AT_BOUND)],
             &[Not(&IS_AT_BOUND), DOMINATES[0], DOMINATES[1], DOMINATES[2], DOMINATES[3]],
         ],
+    },
+    Test {
+        name: TestName::Known,
+        asks: "every parameter is known: its standard error is below its own size, or below a tenth of the log for an instant. Otherwise \
+               the simpler effect that it contains is tried in its place",
+        applies: &[JUDGED],
+        ways: &[&[Below(&DOUBT, &limit::KNOWN)]],
     },
     Test {
         name: TestName::Error,
@@ -208,6 +215,8 @@ mod tests {
         let cases = [
             ("bounds", Case { is_at_bound: true, ..Case::UNKNOWN }),
             ("bounds", Case { is_shape_at_bound: true, ..weak }),
+            ("known", Case { doubt: 1.5, ..Case::UNKNOWN }),
+            ("known", Case { doubt: f64::INFINITY, ..weak }),
             ("error", Case { after: 10.1, ..Case::UNKNOWN }),
             ("every averaging time", Case { grows: 1.5, ..Case::UNKNOWN }),
             ("rows", Case { silences: 0.99, ..Case::UNKNOWN }),

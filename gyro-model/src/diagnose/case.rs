@@ -39,6 +39,8 @@ pub(super) struct Case {
     pub leaves_noise: bool,
     /// Its largest coefficient over its typical size.
     pub size: f64,
+    /// The largest standard error of its parameters, each over the size that it has to stay below.
+    pub doubt: f64,
     /// Whether the gyro's own reading has the line.
     pub is_in_reading: bool,
     /// Whether the reference has the line too, of a tenth of its size at least.
@@ -69,6 +71,7 @@ impl Case {
         is_beyond_wander: true,
         leaves_noise: true,
         size: 1.0,
+        doubt: 0.1,
         is_in_reading: false,
         is_in_reference: false,
         is_at_bound: false,
@@ -122,6 +125,9 @@ pub(super) static HELD_SHARE: M =
     Measure { name: "held-out share of the gain in ln L (of a gain of 40 at most)", of: Case::held_share };
 /// The size.
 pub(super) static SIZE: M = Measure { name: "largest coefficient over its typical size", of: |c| c.size };
+/// The standard errors.
+pub(super) static DOUBT: M =
+    Measure { name: "largest standard error of a parameter over its own size", of: |c| c.doubt };
 /// The swings.
 pub(super) static SWINGS: M = Measure { name: "number of swings of its error", of: |c| c.swings };
 

@@ -132,6 +132,7 @@ pub(super) fn conclude(
                 error_by_frequency: budget.by_frequency,
                 limited_by: Some(budget.limited_by),
                 limited_says: budget.limited_says,
+                random: budget.random,
                 detail: Some(detail),
             }
         })

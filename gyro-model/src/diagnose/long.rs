@@ -8,7 +8,7 @@ use super::{
     Options,
     challenger::{Challenger, Incumbent},
     ladder,
-    search::{Change, search},
+    search::{Change, search, simplified},
 };
 use crate::{
     Axis, Model, Record,
@@ -53,10 +53,20 @@ impl Parts {
         });
         (options.progress)("the whole log");
         let found = joined(&known, &fast.incumbent.study.model, &axes);
-        let incumbent = Incumbent::new(Study::fit(bench, &found, None));
+        let mut incumbent = Incumbent::new(Study::fit(bench, &found, None));
+        let fitted = incumbent.study.clone();
+        // On the whole log a parameter may go where a part did not send it.
+        let mut simpler = Vec::new();
+        incumbent = simplified(incumbent, start, &mut |study, change| simpler.push((study.model.clone(), change)));
+        let of_parts = rungs.len();
+        rungs.extend(simpler);
         let mut steps = vec![Vec::new(); axes.len()];
         for (k, (model, change)) in rungs.iter().enumerate() {
-            let study = if k + 1 == rungs.len() { incumbent.study.clone() } else { Study::held(bench, model) };
+            let study = match k {
+                k if k + 1 == rungs.len() => incumbent.study.clone(),
+                k if k + 1 == of_parts => fitted.clone(),
+                _ => Study::held(bench, model),
+            };
             steps[change.series].push(change.step(&Judged::new(&study, change.series, false)));
         }
         ladder::note(&mut steps, &slow.alike);

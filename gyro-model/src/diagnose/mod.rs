@@ -20,6 +20,7 @@ mod decision;
 mod document;
 mod explain;
 mod judging;
+mod known;
 mod ladder;
 mod long;
 mod missing;
@@ -49,7 +50,9 @@ use crate::{
 };
 use challenger::Incumbent;
 pub use compare::compare;
+use itertools::Itertools;
 pub use missing::{diagnose, moved};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// How a diagnosis is run.
 #[derive(Clone, Copy)]
@@ -66,6 +69,8 @@ pub struct Options<'a> {
     pub took: &'a (dyn Fn(Axis, &LadderStep) + Sync),
     /// Told of each round's suspects with their tests, where they are to be explained.
     pub looked: &'a (dyn Fn(Axis, &[Explained]) + Sync),
+    /// Told why an axis could not be judged, where others could.
+    pub failed: &'a (dyn Fn(&FitError) + Sync),
     /// Whether to stop and give the best so far: asked again and again.
     pub stop: &'a (dyn Fn() -> bool + Sync),
     /// Whether to give the tests of each suspect with their numbers.
@@ -80,6 +85,7 @@ impl Default for Options<'_> {
             progress: &|_| (),
             took: &|_, _| (),
             looked: &|_, _| (),
+            failed: &|_| (),
             stop: &|| false,
             explain: false,
             faults: &[],
@@ -177,7 +183,16 @@ fn each_group<T: Send>(
         let lowers = !first.has_play && second.says < Says::Unexplained && second.over_floor < first.over_floor;
         Ok(if second.says == Says::All && second.within || lowers { at_the_end } else { anywhere })
     };
-    parallel::map(&groups(record, axes), one).into_iter().collect()
+    // What goes wrong on one axis does not end the work on the others.
+    let groups = groups(record, axes);
+    let caught =
+        |group: &Vec<Axis>| catch_unwind(AssertUnwindSafe(|| one(group))).unwrap_or(Err(FitError::Failed(group[0])));
+    let (done, failed): (Vec<_>, Vec<_>) = parallel::map(&groups, caught).into_iter().partition_result();
+    if done.is_empty() {
+        return Err(failed.into_iter().next().unwrap_or(FitError::NoReference));
+    }
+    failed.iter().for_each(|error| (options.failed)(error));
+    Ok(done)
 }
 
 /// Effects that a log may show besides, once the rates that are held inside a play count.
@@ -317,6 +332,7 @@ fn axis_diagnosis(
         error_by_frequency: budget.by_frequency,
         limited_by: Some(budget.limited_by),
         limited_says: budget.limited_says,
+        random: budget.random,
         detail: Some(detail),
         ..AxisDiagnosis::new(axis, finding)
     }

@@ -42,6 +42,7 @@ impl<'a> Incumbent<'a> {
         // What cannot come near the best by either measure is not refitted.
         let rest: Vec<Candidate> = rest.into_iter().filter(|c| self.may_win(c, &left)).collect();
         left.extend(refitted(&rest));
+        left.extend(refitted(&self.simpler(&left, options)));
         let series = &self.study.bench.problem.series;
         left.retain(|r| !is_seen_from_one_side(&r.candidate.term, &series[r.candidate.series]));
         let mut challengers = Vec::new();
@@ -65,6 +66,24 @@ impl<'a> Incumbent<'a> {
         let mut best = (0..challengers.len()).map(is_best).collect::<Vec<bool>>().into_iter();
         challengers.retain(|_| best.next() == Some(true));
         challengers
+    }
+
+    /// The simpler effects that those contain of which this log does not show every parameter.
+    fn simpler(&self, fitted: &[Challenger], options: &Options) -> Vec<Candidate> {
+        let is_fitted = |series: usize, id: &str| {
+            fitted.iter().any(|r| r.candidate.series == series && r.candidate.term.effect.card().id == id)
+        };
+        let unknown = fitted.iter().filter(|r| {
+            !r.candidate.term.effect.card().simpler.is_empty() && (r.at_bound() || r.doubt() >= limit::KNOWN.value)
+        });
+        let wanted =
+            unknown.flat_map(|r| r.candidate.term.effect.card().simpler.iter().map(|id| (r.candidate.series, *id)));
+        let open = wanted.unique().filter(|(series, id)| !is_fitted(*series, id));
+        let of = |(series, id): (usize, &str)| {
+            let own = self.scanned(options).iter().filter(move |c| c.series == series && c.term.effect.card().id == id);
+            own.max_by(|a, b| a.score.total_cmp(&b.score)).cloned()
+        };
+        open.filter_map(of).collect()
     }
 
     /// Where the trials of these candidates begin, and which candidates each of them judges: on the axes of an orientation what a whole sensor

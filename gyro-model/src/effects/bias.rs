@@ -22,6 +22,7 @@ static CARD: Card = Card {
     mended_by: "exactly, as long as it does not wander",
     at_source: "average a few seconds at rest after every start, if the vehicle can stand still",
     traits: &[],
+    simpler: &[],
     aliases: &[],
 };
 

@@ -23,6 +23,7 @@ static CARD: Card = Card {
     mended_by: "within this log; the slope may differ in the next one",
     at_source: "find what changes steadily (temperature, supply, stress on the board) and record it",
     traits: &[Trait::Slow],
+    simpler: &[],
     aliases: &[
         Alias {
             id: "temperature-bias",

@@ -24,6 +24,7 @@ static CARD: Card = Card {
     mended_by: "exactly, after the jump; the next jump cannot be predicted",
     at_source: "find what happens at that time: a knock, a brown-out, a motor that starts",
     traits: &[Trait::Slow, Trait::Onset],
+    simpler: &[],
     aliases: &[],
 };
 

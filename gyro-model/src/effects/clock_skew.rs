@@ -24,6 +24,7 @@ static CARD: Card = Card {
     mended_by: "re-stamping",
     at_source: "stamp gyro and reference with the same clock",
     traits: &[],
+    simpler: &[],
     aliases: &[],
 };
 
@@ -66,10 +67,13 @@ impl Effect for ClockSkew {
         /// Displacement at the log's end that one step of the grid may make, s: a quarter of a period at some 5 Hz.
         const STEP: f64 = 0.05;
         const LARGEST: f64 = 5e-3;
-        let steps = (LARGEST * span.duration / STEP).ceil().clamp(4.0, 24.0);
+        /// The longest log that the grid is made for, s.
+        const LONGEST: f64 = 1e7;
+        let duration = span.duration.min(LONGEST);
+        let steps = (LARGEST * duration / STEP).ceil().max(4.0).min(24.0);
         let mut sizes: Vec<f64> = (1..=steps as u32).map(|k| LARGEST * f64::from(k) / steps).collect();
         let mut fine = 0.4 * sizes[0];
-        while fine * span.duration > 1e-5 {
+        while fine * duration > 1e-5 {
             sizes.push(fine);
             fine *= 0.4;
         }

@@ -24,6 +24,7 @@ static CARD: Card = Card {
     mended_by: "re-stamping",
     at_source: "stamp with a clock that is never set: CLOCK_MONOTONIC, or the sensor's own. Let NTP correct the clock gradually",
     traits: &[Trait::Onset],
+    simpler: &["delay"],
     aliases: &[],
 };
 

@@ -24,6 +24,7 @@ static CARD: Card = Card {
     mended_by: "exactly",
     at_source: "mount the sensor square to the axis of rotation (1.7 % is one degree of tilt)",
     traits: &[Trait::Turn],
+    simpler: &[],
     aliases: &[Alias {
         id: "scale-factor",
         when: "one axis turns alone, or the other axes turn in proportion",

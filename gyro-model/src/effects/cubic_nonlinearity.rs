@@ -25,6 +25,7 @@ static CARD: Card = Card {
     mended_by: "exactly, by iteration in the compensated rate",
     at_source: "set a wider range, if the sensor has one: in the middle of its range a sensor is more linear",
     traits: &[],
+    simpler: &[],
     aliases: &[
         Alias {
             id: "saturation",

@@ -24,6 +24,7 @@ static CARD: Card = Card {
     mended_by: "nothing: the sample is marked and the standard deviation grows; switch the threshold off",
     at_source: "switch the driver's dead zone or threshold off",
     traits: &[Trait::Hole],
+    simpler: &[],
     aliases: &[
         Alias {
             id: "cubic-nonlinearity",

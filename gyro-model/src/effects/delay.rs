@@ -24,6 +24,7 @@ static CARD: Card = Card {
     mended_by: "re-stamping: the estimate is valid at t − d, live and in logs",
     at_source: "stamp gyro and reference when they measure (at the sensor's interrupt), not when they are received; raise the cut-off of the sensor's low-pass filter",
     traits: &[],
+    simpler: &[],
     aliases: &[
         Alias {
             id: "lag",

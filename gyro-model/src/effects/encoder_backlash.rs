@@ -1,6 +1,6 @@
 //! `encoder-backlash`: play between shaft and encoder, a play operator of width b on θ.
 
-use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Span, Stage, play};
+use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Span, Stage, play, within};
 use crate::Axis;
 use crate::measured::Measured;
 
@@ -23,6 +23,7 @@ static CARD: Card = Card {
     mended_by: "taken out of the reference",
     at_source: "take the play out: fix the encoder to the shaft itself, without coupling or gear",
     traits: &[],
+    simpler: &[],
     aliases: &[],
 };
 
@@ -61,7 +62,7 @@ impl Effect for EncoderBacklash {
             [memory[1], memory[2]] = [s.angle - half, s.angle + half];
         }
         for end in &mut memory[1..=2] {
-            *end = end.clamp(s.angle - half, s.angle + half);
+            *end = within(*end, s.angle - half, s.angle + half);
         }
         play(p[0], s.angle, memory) - s.angle
     }

@@ -23,6 +23,7 @@ static CARD: Card = Card {
     mended_by: "taken out of the reference",
     at_source: "centre the magnet or code wheel on the axis",
     traits: &[],
+    simpler: &[],
     aliases: &[
         Alias {
             id: "g-sensitivity",

@@ -23,6 +23,7 @@ static CARD: Card = Card {
     mended_by: "taken out of the reference",
     at_source: "run the encoder's own linearisation, or trim amplitude and phase of its two tracks",
     traits: &[],
+    simpler: &[],
     aliases: &[],
 };
 

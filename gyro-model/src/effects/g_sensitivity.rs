@@ -24,6 +24,7 @@ static CARD: Card = Card {
     mended_by: "exactly, where acceleration is measured at the sensor",
     at_source: "mount the sensor near the axis of rotation and on soft material, or use a part that is less sensitive to acceleration",
     traits: &[],
+    simpler: &[],
     aliases: &[
         Alias {
             id: "delay",

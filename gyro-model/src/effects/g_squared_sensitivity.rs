@@ -24,6 +24,7 @@ static CARD: Card = Card {
     mended_by: "exactly, where acceleration is measured without aliasing",
     at_source: "keep vibration away from the sensor: balance rotating parts, mount the sensor on soft material",
     traits: &[],
+    simpler: &[],
     aliases: &[],
 };
 

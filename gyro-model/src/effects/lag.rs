@@ -25,6 +25,7 @@ static CARD: Card = Card {
     mended_by: "the inverse filter, which amplifies noise above 1/(2πτ)",
     at_source: "raise the cut-off of the sensor's low-pass filter",
     traits: &[],
+    simpler: &[],
     aliases: &[
         Alias {
             id: "delay",

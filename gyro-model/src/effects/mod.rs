@@ -6,7 +6,7 @@
 
 pub(crate) use operators::{
     Parabola, SIXTH, STEADY, derivative, low_pass, low_passed, play, quieted, quieter, second_derivative,
-    sixth_differences, slowed, steadied, white_noise,
+    sixth_differences, slowed, steadied, white_noise, within,
 };
 
 pub use split::split_by;
@@ -292,6 +292,9 @@ pub struct Card {
     pub at_source: &'static str,
     /// What those have to know who search for it.
     pub traits: &'static [Trait],
+    /// Effects with fewer parameters that it becomes where one of its own goes to an end: what is left of it where the log does not
+    /// show that parameter. A bias is in every model and is not listed.
+    pub simpler: &'static [&'static str],
     /// What it can be confused with.
     pub aliases: &'static [Alias],
 }
@@ -528,5 +531,7 @@ impl fmt::Debug for dyn Effect {
     }
 }
 
+#[cfg(test)]
+mod hostile;
 #[cfg(test)]
 mod tests;

@@ -27,6 +27,7 @@ static CARD: Card = Card {
     mended_by: "the inverse D = ω − ω_f, 2ζω_n D' + ω_n² D = ω_f'', which amplifies noise above f",
     at_source: "mount the sensor stiffly: screws in place of tape or foam, a thicker plate",
     traits: &[Trait::Resonance],
+    simpler: &["lag"],
     aliases: &[
         Alias {
             id: "reference-smoothing",

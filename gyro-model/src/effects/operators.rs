@@ -6,12 +6,23 @@ use crate::order::median;
 /// One step of the play operator of width `w`: the output stays until the input has left the clearance ±w/2 about it.
 /// Memory: [0] output, [6] started.
 pub(crate) fn play(w: f64, input: f64, memory: &mut Memory) -> f64 {
-    if memory[6] == 0.0 {
+    if memory[6] == 0.0 || memory[0].is_nan() {
         memory[6] = 1.0;
         memory[0] = input;
     }
-    memory[0] = memory[0].clamp(input - 0.5 * w, input + 0.5 * w);
+    memory[0] = within(memory[0], input - 0.5 * w, input + 0.5 * w);
     memory[0]
+}
+
+/// A value limited to a range. An end that is not a number does not limit it: unlike [`f64::clamp`] this never panics.
+pub(crate) fn within(value: f64, low: f64, high: f64) -> f64 {
+    if value < low {
+        low
+    } else if value > high {
+        high
+    } else {
+        value
+    }
 }
 
 /// Derivative of samples at uneven times, centred, of fourth order where five even samples stand around.
@@ -65,6 +76,9 @@ fn is_even(t: &[f64], k: usize) -> bool {
 /// would follow the noise, which the sensor's physics does not see.
 pub(crate) fn steadied(t: &[f64], rate: &[f64]) -> Vec<f64> {
     let n = rate.len();
+    if n < 2 {
+        return rate.to_vec();
+    }
     let half = (STEADY / ((t[n - 1] - t[0]) / (n - 1) as f64)) as usize;
     if half < 2 { rate.to_vec() } else { Parabola::new(half).through_all(rate) }
 }
@@ -77,9 +91,12 @@ pub(crate) const STEADY: f64 = 0.012;
 /// what that leaves (Tukey's twicing). What is as slow as 1/(2π·`half`) stays to 1e-4, and half as fast again to 2e-3.
 pub(crate) fn slowed(t: &[f64], rate: &[f64], half: f64) -> Vec<f64> {
     let n = rate.len();
+    if n < 2 {
+        return rate.to_vec();
+    }
     let rows = half * (n - 1) as f64 / (t[n - 1] - t[0]);
     let (few, more) = (rows as usize, rows.fract());
-    if few < 1 || 4 * few > n {
+    if few < 1 || few > n / 4 {
         return rate.to_vec();
     }
     let smoothed = |rate: &[f64]| -> Vec<f64> {
@@ -106,8 +123,11 @@ pub(crate) fn quieted(t: &[f64], rate: &[f64]) -> (Vec<f64>, f64) {
 
 /// That parabola; `None` where the motion allows none.
 pub(crate) fn quieter(t: &[f64], rate: &[f64]) -> Option<Parabola> {
+    if rate.len() < 2 {
+        return None;
+    }
     let noise = white_noise(rate);
-    let longest = (QUIET * (rate.len() - 1) as f64 / (t[rate.len() - 1] - t[0])) as usize;
+    let longest = ((QUIET * (rate.len() - 1) as f64 / (t[rate.len() - 1] - t[0])) as usize).min(rate.len());
     let halves: Vec<usize> =
         std::iter::successors(Some(2_usize), |h| Some(h + h / 3 + 1)).take_while(|h| *h <= longest).collect();
     let fits = |parabola: &Parabola| {

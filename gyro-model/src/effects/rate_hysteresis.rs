@@ -27,6 +27,7 @@ static CARD: Card = Card {
     mended_by: "well, where noise is smaller than h",
     at_source: "nothing: it is a property of the part. Keep the correction, or use another part",
     traits: &[],
+    simpler: &[],
     aliases: &[],
 };
 

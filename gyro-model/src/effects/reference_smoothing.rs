@@ -1,6 +1,6 @@
 //! `reference-smoothing`: the reference is a symmetric low-pass of the motion, θ_e = θ ∗ N(0, w²).
 
-use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage, Window};
+use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage, Window, within};
 use crate::Axis;
 use crate::measured::Measured;
 
@@ -23,6 +23,7 @@ static CARD: Card = Card {
     mended_by: "the model is compared with the reference as smoothed; live, w²/2 dω/dt is taken out of the reference",
     at_source: "switch off the smoothing of the reference, or raise its cut-off, in the camera system's or the logger's settings",
     traits: &[],
+    simpler: &[],
     aliases: &[
         Alias {
             id: "mount-resonance",
@@ -77,10 +78,10 @@ impl Effect for ReferenceSmoothing {
 
     fn window(&self, p: &[f64], dt: f64) -> Window {
         let w = p[0];
-        if w <= 0.0 {
+        if !(w > 0.0 && w.is_finite()) {
             return Window::of_nothing();
         }
-        Window::gaussian(w, dt.clamp(w / MOST, w / FEWEST), REACH * w)
+        Window::gaussian(w, within(dt, w / MOST, w / FEWEST), REACH * w)
     }
 
     fn reach(&self, p: &[f64]) -> f64 {

@@ -1,6 +1,6 @@
 //! `saturation`: the range ends, ω_g held within ±l.
 
-use super::{Alias, Card, Effect, ParameterCard, Role, Span, Stage, Trait};
+use super::{Alias, Card, Effect, ParameterCard, Role, Span, Stage, Trait, within};
 use crate::Axis;
 use crate::measured::Measured;
 use std::borrow::Cow;
@@ -23,6 +23,7 @@ static CARD: Card = Card {
     mended_by: "nothing: the sample is marked and the standard deviation grows; choose a wider range",
     at_source: "set a wider range in the sensor, or turn more slowly",
     traits: &[Trait::Ceiling],
+    simpler: &[],
     aliases: &[
         Alias {
             id: "cubic-nonlinearity",
@@ -72,7 +73,7 @@ impl Effect for Saturation {
     }
 
     fn limit(&self, p: &[f64], reading: f64) -> f64 {
-        reading.clamp(-p[0], p[0])
+        within(reading, -p[0], p[0])
     }
 
     fn lost(&self, p: &[f64], reading: f64) -> bool {

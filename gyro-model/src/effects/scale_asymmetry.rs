@@ -24,6 +24,7 @@ static CARD: Card = Card {
     mended_by: "exactly, by iteration in the compensated rate",
     at_source: "nothing: it is a property of the part. Keep the correction, or use another part",
     traits: &[],
+    simpler: &[],
     aliases: &[Alias {
         id: "quadratic-nonlinearity",
         when: "the motion has one amplitude",

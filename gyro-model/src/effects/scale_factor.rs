@@ -23,6 +23,7 @@ static CARD: Card = Card {
     mended_by: "exactly",
     at_source: "nothing: each part differs by a few per cent. Keep the correction, or set the factor in the driver",
     traits: &[Trait::Gain],
+    simpler: &[],
     aliases: &[
         Alias {
             id: "cross-axis",

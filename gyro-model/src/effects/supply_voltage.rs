@@ -24,6 +24,7 @@ static CARD: Card = Card {
     mended_by: "exactly, where the supply is measured at the sensor",
     at_source: "give the sensor a regulator of its own",
     traits: &[Trait::Slow],
+    simpler: &[],
     aliases: &[
         Alias {
             id: "temperature-bias",

@@ -24,6 +24,7 @@ static CARD: Card = Card {
     mended_by: "exactly, where temperature is measured at the sensor",
     at_source: "keep the sensor at one temperature: away from motors and regulators, or heated",
     traits: &[Trait::Slow],
+    simpler: &[],
     aliases: &[
         Alias {
             id: "warm-up",

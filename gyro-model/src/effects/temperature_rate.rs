@@ -25,6 +25,7 @@ static CARD: Card = Card {
     mended_by: "well, where temperature is measured at the sensor and not too noisily",
     at_source: "slow the change of temperature: a cover against wind, more copper or mass at the sensor",
     traits: &[Trait::Slow],
+    simpler: &[],
     aliases: &[],
 };
 

@@ -23,6 +23,7 @@ static CARD: Card = Card {
     mended_by: "exactly, where temperature is measured at the sensor",
     at_source: "keep the sensor at one temperature: away from motors and regulators, or heated",
     traits: &[],
+    simpler: &[],
     aliases: &[Alias {
         id: "temperature-bias",
         when: "the rate is constant",

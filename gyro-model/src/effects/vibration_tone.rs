@@ -24,6 +24,7 @@ static CARD: Card = Card {
     mended_by: "only within this log: the phase differs in the next one",
     at_source: "find what turns at that frequency (fan, propeller, pump), balance it, or mount the sensor on soft material",
     traits: &[Trait::Line],
+    simpler: &[],
     aliases: &[],
 };
 

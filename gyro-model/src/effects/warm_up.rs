@@ -24,6 +24,7 @@ static CARD: Card = Card {
     mended_by: "exactly, in a log that starts at power-on",
     at_source: "switch the sensor on some minutes before it is needed",
     traits: &[Trait::Slow],
+    simpler: &["bias-drift"],
     aliases: &[
         Alias {
             id: "temperature-bias",

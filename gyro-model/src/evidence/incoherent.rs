@@ -7,7 +7,7 @@
 
 use super::integrate::integral;
 use crate::{
-    effects::{derivative, sixth_differences, steadied},
+    effects::{derivative, sixth_differences, steadied, within},
     nls::Normal,
 };
 
@@ -50,7 +50,7 @@ pub(crate) fn made((t, rate): (&[f64], &[f64]), turned: &[f64]) -> Vec<Vec<f64>>
     let angle = integral(t, &slow);
     let play = |width: f64| -> Vec<f64> {
         let follow = |gear: &mut f64, angle: &f64| {
-            *gear = gear.clamp(angle - 0.5 * width, angle + 0.5 * width);
+            *gear = within(*gear, angle - 0.5 * width, angle + 0.5 * width);
             Some(*gear - angle)
         };
         angle.iter().scan(angle[0], follow).collect()

@@ -38,6 +38,11 @@ pub enum FitError {
         "axis {0} has too few rows with a reference, at least 100 are needed: record for longer, or take a reference that comes more often"
     )]
     TooShort(Axis),
+    /// The computation broke off: a defect of this program.
+    #[error(
+        "axis {0} could not be judged: an internal error of truerate, printed above. Please report it with the log"
+    )]
+    Failed(Axis),
 }
 
 impl Model {

@@ -271,6 +271,7 @@ fn climbed(verdict: Verdict, ratio: f64) -> AxisLadder {
         error_by_frequency: Vec::new(),
         limited_by: None,
         limited_says: String::new(),
+        random: Vec::new(),
         explained: Vec::new(),
         unfinished: false,
         detail: None,

@@ -3,7 +3,7 @@
 //! Applied in the order in which it happens: motion faster than half the sampling rate is in gyro and reference alike, then
 //! the reference is smoothed, stamped, spoilt by noise, and last of all known seldom, straight lines between.
 
-use super::{Sample, motion::normal, noise::stream};
+use super::{Sample, motion::normal, noise::stream, random::RandomCauses};
 use crate::{Axis, Row, effects::low_pass};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
@@ -22,6 +22,8 @@ pub struct SetUp {
     pub smoothing: f64,
     /// Ripple that goes with the shaft's angle, and is so fast at the motion's fastest, Hz; 0 without.
     pub fold: f64,
+    /// Random causes.
+    pub random: RandomCauses,
 }
 
 /// Noise between two frequencies.
@@ -122,9 +124,20 @@ impl SetUp {
                 row.ref_rate.iter_mut().zip(&each).for_each(|(rate, noise)| *rate += noise[k]);
             }
         }
+        if self.random != RandomCauses::default() {
+            let error = self.random.error(samples, axis.index(), rate_hz, seed);
+            for (k, row) in rows.iter_mut().enumerate() {
+                let mut off = Vector3::zeros();
+                off[axis.index()] = -error[k];
+                turn(row, off);
+                row.ref_rate[axis.index()] -= (error[k] - error[k.saturating_sub(1)]) * rate_hz;
+            }
+        }
         if self.reference_rate > 0.0 {
             seldom(&mut rows, self.reference_rate);
         }
+        let mut lost = self.random.lost(rows.len(), rate_hz, seed).into_iter();
+        rows.retain(|_| lost.next() != Some(true));
         rows
     }
 

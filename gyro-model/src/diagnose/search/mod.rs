@@ -7,18 +7,23 @@
 //! backward     each effect that is no longer needed goes
 //! exchange     each effect once more beside those that it could not be told from
 //! pruning      what the final model does not tell from nothing goes (Wald test)
+//! simplifying  what has a parameter that the log does not show gives way to the simpler effect that it contains
+//! chance       what a random cause explains as well goes
 //! ```
 
 mod backward;
+mod chance;
 mod exchange;
 mod forward;
 mod lookahead;
 mod pair;
 mod prune;
+mod simplify;
 
 pub(super) use backward::without;
 pub(super) use exchange::Alike;
 pub(super) use lookahead::look_ahead;
+pub(super) use simplify::simplified;
 
 use super::{
     Options,
@@ -249,6 +254,8 @@ impl<'a> Search<'a, '_> {
         self.incumbent = incumbent;
         self.tell_of(swapped);
         self.prune();
+        self.simplify();
+        self.face_chance();
         alike
     }
 

@@ -329,6 +329,7 @@ fn card(definition: &Definition, expression: &Expression<Variable>) -> Card {
         mended_by: "exactly, where the columns of its expression are measured",
         at_source: "",
         traits: if is_slow { &[Trait::Slow] } else { &[] },
+        simpler: &[],
         aliases: &[],
     }
 }

@@ -1,0 +1,206 @@
+//! One axis as the random causes see it: the angle error at its rows, and what the motion does there.
+
+use crate::{
+    evidence::{series::Rest, study::Study},
+    order::median,
+};
+
+/// A stretch of the log, from one row to another.
+#[derive(Clone, Copy, Debug)]
+pub struct Window {
+    /// Its first row.
+    pub from: usize,
+    /// Its last row.
+    pub to: usize,
+}
+
+/// Angle error and motion, row by row; what is counted is summed up from the first row on.
+pub struct Course {
+    /// Times of the rows, s.
+    pub t: Vec<f64>,
+    /// Angle error, rad.
+    pub error: Vec<f64>,
+    /// Rate without its fastest noise, rad/s.
+    pub rate: Vec<f64>,
+    /// ∫|ω| dt, rad, and ∫ω² dt, rad²/s.
+    pub travelled: Vec<f64>,
+    pub squared: Vec<f64>,
+    /// Reversals of the motion.
+    pub reversals: Vec<f64>,
+    /// Starts and stops.
+    pub starts: Vec<f64>,
+    /// Holes between rows.
+    pub holes: Vec<f64>,
+    /// Σ (length · |ω|)² and Σ (length · change of ω)² over them, rad².
+    pub lost: Vec<f64>,
+    pub lost_changes: Vec<f64>,
+    /// One step of an encoder, rad; 0 of another reference.
+    pub count: f64,
+    /// From one row to the next, s.
+    pub dt: f64,
+}
+
+/// Half of the time over which the rate is averaged, s.
+const STEADY: f64 = 0.04;
+/// Share of the root mean square rate within which an axis stands.
+const STANDS: f64 = 0.03;
+/// Standard deviations of its noise within which a rate is none.
+const NOISE: f64 = 4.0;
+/// Time that an axis stands for, s, before it starts again.
+const RESTS: f64 = 0.3;
+/// Length of a hole, in steps from row to row.
+const HOLE: f64 = 1.8;
+
+impl Course {
+    /// Of one axis of a study; `None` where it does not turn.
+    pub fn of(study: &Study, series: usize) -> Option<Self> {
+        let (problem, evaluation) = (&study.bench.problem, &study.evaluation);
+        let s = &problem.series[series];
+        let t = problem.times().to_vec();
+        let dt = median(t.windows(2).map(|pair| pair[1] - pair[0]).collect()).filter(|dt| *dt > 0.0)?;
+        if s.rest == Rest::Whole {
+            return None;
+        }
+        let raw = problem.axis_error(evaluation, series);
+        let shown = problem.attitude().map_or_else(
+            || evaluation.tracks[series].reference().to_vec(),
+            |attitude| attitude.turned_about(s.axis.index()),
+        );
+        let n = t.len();
+        let mut error = vec![0.0; n];
+        let mut turned = vec![0.0; n];
+        for k in 1..n {
+            let step = |angle: &[f64]| if evaluation.lost[k] { 0.0 } else { angle[k] - angle[k - 1] };
+            error[k] = error[k - 1] + step(&raw);
+            turned[k] = turned[k - 1] + step(&shown) + step(&raw);
+        }
+        let half = ((STEADY / dt).round() as usize).max(1);
+        let rate: Vec<f64> = (0..n)
+            .map(|k| {
+                let (a, b) = (k.saturating_sub(half), (k + half).min(n - 1));
+                if t[b] > t[a] { (turned[b] - turned[a]) / (t[b] - t[a]) } else { 0.0 }
+            })
+            .collect();
+        let mean_square = rate.iter().map(|w| w * w).sum::<f64>() / n.max(1) as f64;
+        let noise = study.bench.prior[series].angle_random_walk / (2.0 * half as f64 * dt).sqrt();
+        let stands = (STANDS * mean_square.sqrt()).max(NOISE * noise);
+        let (reversals, starts) = (reversals(&rate, stands), starts(&t, &rate, stands));
+        let mut course = Self {
+            error,
+            travelled: vec![0.0; n],
+            squared: vec![0.0; n],
+            reversals: vec![0.0; n],
+            starts: vec![0.0; n],
+            holes: vec![0.0; n],
+            lost: vec![0.0; n],
+            lost_changes: vec![0.0; n],
+            count: s.encoder.step,
+            rate,
+            t,
+            dt,
+        };
+        reversals.into_iter().for_each(|k| course.reversals[k] += 1.0);
+        starts.into_iter().for_each(|k| course.starts[k] += 1.0);
+        for k in 1..n {
+            let (step, rate) = (course.t[k] - course.t[k - 1], 0.5 * (course.rate[k] + course.rate[k - 1]));
+            course.travelled[k] = rate.abs() * step;
+            course.squared[k] = rate * rate * step;
+            if step > HOLE * dt {
+                course.holes[k] = 1.0;
+                course.lost[k] = (step * rate).powi(2);
+                course.lost_changes[k] = (step * (course.rate[k] - course.rate[k - 1])).powi(2);
+            }
+        }
+        let Self { travelled, squared, reversals, starts, holes, lost, lost_changes, .. } = &mut course;
+        for counted in [travelled, squared, reversals, starts, holes, lost, lost_changes] {
+            (1..n).for_each(|k| counted[k] += counted[k - 1]);
+        }
+        Some(course)
+    }
+
+    /// Windows of one length, s, that overlap by half, `most` of them at most.
+    pub fn windows(&self, length: f64, most: usize) -> Vec<Window> {
+        let n = self.t.len();
+        let rows = ((length / self.dt).round() as usize).max(1);
+        let stride = (rows / 2).max(n / most.max(1)).max(1);
+        let ends = |from: usize| self.t.partition_point(|&t| t < self.t[from] + length - 0.5 * self.dt);
+        (0..n).step_by(stride).map(|from| Window { from, to: ends(from) }).filter(|window| window.to < n).collect()
+    }
+
+    /// ∬ ω(a) ω(b) e^(−|a − b|/T) da db over a window, rad².
+    pub fn scale_walk(&self, window: Window, time: f64) -> f64 {
+        let mut remembered = 0.0;
+        let mut sum = 0.0;
+        // A twentieth of T is fine enough.
+        let every = ((time / 20.0 / self.dt) as usize).max(1);
+        let mut k = window.from;
+        while k < window.to {
+            let next = (k + every).min(window.to);
+            let step = self.t[next] - self.t[k];
+            let turned = 0.5 * (self.rate[k] + self.rate[next]) * step;
+            remembered *= (-step / time).exp();
+            sum += turned * (turned + 2.0 * remembered);
+            remembered += turned;
+            k = next;
+        }
+        sum.max(0.0)
+    }
+}
+
+/// The rows at which the rate changes its sign, between two at which it is one for certain.
+fn reversals(rate: &[f64], stands: f64) -> Vec<usize> {
+    let (mut way, mut crossed, mut rows) = (0.0, 0, Vec::new());
+    for (k, &w) in rate.iter().enumerate() {
+        if k > 0 && (w > 0.0) != (rate[k - 1] > 0.0) {
+            crossed = k;
+        }
+        if w.abs() > stands {
+            if way * w < 0.0 {
+                rows.push(crossed);
+            }
+            way = w.signum();
+        }
+    }
+    rows
+}
+
+/// The rows at which the axis stops for longer than a moment, and those at which it starts again.
+fn starts(t: &[f64], rate: &[f64], stands: f64) -> Vec<usize> {
+    let (mut from, mut rows): (Option<usize>, _) = (None, Vec::new());
+    for k in 0..rate.len() {
+        match (rate[k].abs() <= stands, from) {
+            (true, None) => from = Some(k),
+            (false, Some(first)) => {
+                if t[k] - t[first] > RESTS && first > 0 {
+                    rows.extend([first, k]);
+                }
+                from = None;
+            }
+            _ => {}
+        }
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reversals_are_counted_once_and_noise_about_nothing_is_none() {
+        let rate: Vec<f64> =
+            (0..1000).map(|k| (0.0628 * f64::from(k)).sin() + 1e-3 * f64::from(k * 7919 % 13 - 6)).collect();
+        assert_eq!(reversals(&rate, 0.05).len(), 19);
+        let still: Vec<f64> = (0..1000).map(|k| 1e-3 * f64::from(k * 7919 % 13 - 6)).collect();
+        assert!(reversals(&still, 0.05).is_empty());
+    }
+
+    #[test]
+    fn an_axis_that_pauses_stops_and_starts() {
+        let t: Vec<f64> = (0..1000).map(|k| 0.01 * f64::from(k)).collect();
+        let rate: Vec<f64> = t.iter().map(|t| if (3.0..5.0).contains(t) { 0.0 } else { 1.0 }).collect();
+        assert_eq!(starts(&t, &rate, 0.05), [300, 500]);
+        let reverses: Vec<f64> = t.iter().map(|t| (3.0 * t).sin()).collect();
+        assert!(starts(&t, &reverses, 0.05).is_empty());
+    }
+}

@@ -1,0 +1,233 @@
+//! Random causes: errors of random size and sign, of which only the variance follows the motion.
+//!
+//! An effect of the catalogue is a function of the motion: the same motion makes the same error. Of a random cause only the size of
+//! the error can be foretold: each reversal adds a step of random size, each hole of the log what was missed. The increments y of the
+//! angle error over windows of several lengths are looked at. The variance of each is a sum,
+//!
+//! ```text
+//! Var y = level of its length + σ_t² (ω² at both ends) + counts + Σ over causes, forms of c z        c ≥ 0
+//! ```
+//!
+//! with z known from the motion and the time stamps alone. Whatever noise is the same all through the log is in the levels, one free
+//! level a length. So a cause is named only if the error is larger just where the cause acts: by its likelihood ratio, tested at the
+//! boundary (½χ²₀ + ½χ², Self and Liang 1987), corrected for the number of causes, and on blocks that it was not fitted on.
+
+mod cause;
+mod components;
+mod course;
+
+use crate::{
+    diagnosis::RandomCause, evidence::study::Study, fit::judged::finite, statistics::Estimate, thresholds as limit,
+};
+pub use cause::Cause;
+use components::{BLOCKS, Components, Squares};
+use course::{Course, Window};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// Windows of one length at most.
+const WINDOWS: usize = 600;
+/// Rows of the shortest, and share of the log that the longest lasts.
+const SHORTEST: f64 = 8.0;
+const LONGEST: f64 = 1.0 / 15.0;
+/// Windows that one length needs.
+const FEWEST: usize = 15;
+/// How often the same error is counted: windows overlap by half, and each length holds those of half its own.
+const ALIKE: f64 = 4.0;
+
+/// A random cause that was found.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// Which.
+    pub cause: Cause,
+    /// Its size and standard error.
+    pub size: Estimate,
+    /// Events in the log, where it is made of events.
+    pub count: Option<u64>,
+    /// Mean square of the angle error that it makes over each averaging time, rad².
+    pub makes: Vec<f64>,
+}
+
+/// The random causes of one axis' error.
+#[derive(Clone, Debug, Default)]
+pub struct Random {
+    /// Those that were found, the largest first.
+    pub found: Vec<Found>,
+    /// ln L of the windows with them, as far as these are independent; nothing where there are too few windows.
+    pub log_likelihood: Option<f64>,
+}
+
+impl Random {
+    /// Of one axis of a study; `tau` are the averaging times of its error curve.
+    #[must_use]
+    pub fn of(study: &Study, series: usize, tau: &[f64]) -> Self {
+        let course = Course::of(study, series).filter(|course| course.t.len() >= FEWEST * SHORTEST as usize);
+        course.and_then(Trial::new).map_or_else(Self::default, |trial| trial.random(tau))
+    }
+
+    /// Whether a model without an effect of so many parameters, whose error this is, explains it as well as the model with it: what is
+    /// left has a random cause, and its likelihood is no lower than those parameters are worth.
+    #[must_use]
+    pub fn is_as_good_as(&self, with: &Self, parameters: usize) -> bool {
+        let gain = with.log_likelihood.zip(self.log_likelihood).map(|(with, without)| with - without);
+        !self.found.is_empty() && gain.is_some_and(|gain| gain < limit::PARAMETER.value * parameters as f64)
+    }
+
+    /// The cause's mean square error over averaging time `k`, rad².
+    #[must_use]
+    pub fn makes(&self, cause: Cause, k: usize) -> f64 {
+        self.found.iter().filter(|found| found.cause == cause).map(|found| found.makes[k]).sum()
+    }
+
+    /// As reported.
+    #[must_use]
+    pub fn reported(&self) -> Vec<RandomCause> {
+        let of = |found: &Found| RandomCause {
+            cause: found.cause.limit(),
+            size: finite(found.size.value),
+            std_error: finite(found.size.std_error),
+            unit: found.cause.unit().to_owned(),
+            count: found.count,
+            says: super::says::random(found),
+        };
+        self.found.iter().map(of).collect()
+    }
+}
+
+/// The windows of a log, and the causes that may act there.
+struct Trial {
+    course: Course,
+    squares: Squares,
+    causes: Vec<Cause>,
+    /// Columns that are no cause's.
+    always: usize,
+    /// The first column of each cause.
+    first: Vec<usize>,
+}
+
+impl Trial {
+    fn new(course: Course) -> Option<Self> {
+        let span = course.t.last()? - course.t.first()?;
+        let lengths = std::iter::successors(Some(SHORTEST * course.dt), |length| Some(2.0 * length));
+        let lengths: Vec<Vec<Window>> = lengths
+            .take_while(|length| *length < LONGEST * span)
+            .map(|length| course.windows(length, WINDOWS))
+            .take_while(|windows| windows.len() >= FEWEST)
+            .collect();
+        if lengths.len() < 2 {
+            return None;
+        }
+        let causes: Vec<Cause> = Cause::ALL.into_iter().filter(|cause| cause.may_show(&course)).collect();
+        let windows: Vec<(usize, Window)> =
+            lengths.iter().enumerate().flat_map(|(k, own)| own.iter().map(move |window| (k, *window))).collect();
+        let step = |window: &Window| course.error[window.to] - course.error[window.from];
+        let square: Vec<f64> = windows.iter().map(|(_, window)| step(window).powi(2)).collect();
+        let usual: Vec<f64> = lengths
+            .iter()
+            .map(|own| own.iter().map(|window| step(window).powi(2)).sum::<f64>() / own.len() as f64)
+            .collect();
+        if usual.iter().any(|usual| !usual.is_finite() || *usual <= 0.0) {
+            return None;
+        }
+        let ends = |w: &Window| course.rate[w.from].powi(2) + course.rate[w.to].powi(2);
+        let counts = |w: &Window| {
+            let way = course.travelled[w.to] - course.travelled[w.from];
+            if course.count > 0.0 { (way / course.count).min(1.0) } else { 0.0 }
+        };
+        let mut columns: Vec<Vec<f64>> = (0..lengths.len())
+            .map(|length| windows.iter().map(|(own, _)| f64::from(*own == length)).collect())
+            .collect();
+        columns.push(windows.iter().map(|(_, window)| ends(window)).collect());
+        columns.push(windows.iter().map(|(_, window)| counts(window)).collect());
+        let (always, mut first) = (columns.len(), Vec::new());
+        for cause in &causes {
+            first.push(columns.len());
+            let forms: Vec<Vec<f64>> = windows.iter().map(|(_, window)| cause.forms(&course, *window)).collect();
+            columns.extend((0..cause.count()).map(|form| forms.iter().map(|forms| forms[form]).collect()));
+        }
+        let start = course.t[0];
+        let block = |window: &Window| {
+            let share = (course.t[window.from] - start) / span;
+            ((share * BLOCKS as f64) as usize).min(BLOCKS - 1)
+        };
+        let block = windows.iter().map(|(_, window)| block(window)).collect();
+        let least = windows.iter().map(|(length, _)| LEAST * usual[*length]).collect();
+        Some(Self { squares: Squares { square, columns, block, least }, course, causes, always, first })
+    }
+
+    /// The components with these causes alone.
+    fn with(&self, causes: &[usize]) -> Components {
+        let own =
+            |j: usize| causes.iter().any(|&c| (self.first[c]..self.first[c] + self.causes[c].count()).contains(&j));
+        let used: Vec<bool> = (0..self.squares.columns.len()).map(|j| j < self.always || own(j)).collect();
+        self.squares.components(&used)
+    }
+
+    /// Backward elimination: of the causes that may act, the least is left out until each of the rest is needed.
+    fn random(&self, tau: &[f64]) -> Random {
+        let mut causes: Vec<usize> = (0..self.causes.len()).collect();
+        let mut all = self.with(&causes);
+        while !causes.is_empty() {
+            let without = |c: &usize| {
+                let rest: Vec<usize> = causes.iter().copied().filter(|other| other != c).collect();
+                (*c, self.with(&rest))
+            };
+            let tried: Vec<(usize, Components)> = causes.iter().map(without).collect();
+            let gain = |rest: &Components| sum(&all.log_likelihood) - sum(&rest.log_likelihood);
+            let unneeded = tried.into_iter().filter(|(c, rest)| !self.is_needed(*c, &all, rest));
+            let Some((least, rest)) = unneeded.min_by(|a, b| gain(&a.1).total_cmp(&gain(&b.1))) else { break };
+            causes.retain(|c| *c != least);
+            all = rest;
+        }
+        let mut found: Vec<Found> = causes.iter().map(|&c| self.found(c, &all, tau)).collect();
+        let last = |found: &Found| found.makes.last().copied().unwrap_or(0.0);
+        found.sort_by(|a, b| last(b).total_cmp(&last(a)));
+        Random { found, log_likelihood: finite(sum(&all.log_likelihood) / ALIKE) }
+    }
+
+    /// Whether noise alone would rarely gain as much, and the gain holds where it was not fitted.
+    fn is_needed(&self, cause: usize, with: &Components, without: &Components) -> bool {
+        let gain = (sum(&with.log_likelihood) - sum(&without.log_likelihood)) / ALIKE;
+        let chance =
+            ChiSquared::new(self.causes[cause].count() as f64).map_or(1.0, |law| 0.5 * law.sf(2.0 * gain.max(0.0)));
+        let pairs = with.held_out.iter().zip(&without.held_out);
+        let held = Estimate::sum(&pairs.map(|(a, b)| (a - b) / ALIKE).collect::<Vec<_>>());
+        chance * (Cause::ALL.len() as f64) < limit::SIGNIFICANCE.value
+            && held.in_errors() > limit::HELD_OUT.value
+            && held.value > limit::HOLDS.value * gain.min(limit::GAIN_COUNTED.value)
+    }
+
+    fn found(&self, cause: usize, all: &Components, tau: &[f64]) -> Found {
+        let (of, first) = (self.causes[cause], self.first[cause]);
+        let columns: Vec<usize> = (first..first + of.count()).collect();
+        let means: Vec<f64> = columns.iter().map(|&j| sum(&self.squares.columns[j])).collect();
+        let weights = of.size_weights(&means, &self.course);
+        let square: f64 = columns.iter().zip(&weights).map(|(&j, w)| w * all.values[j]).sum();
+        let pairs = |i: usize| (0..columns.len()).map(move |j| (i, j));
+        let variance: f64 = (0..columns.len())
+            .flat_map(pairs)
+            .map(|(i, j)| weights[i] * weights[j] * all.covariance[columns[i]][columns[j]])
+            .sum();
+        let size = square.max(0.0).sqrt();
+        let std_error = (ALIKE * variance.max(0.0)).sqrt() / (2.0 * size);
+        let makes = |tau: &f64| {
+            let windows = self.course.windows(*tau, WINDOWS);
+            let of_window = |window: &Window| -> f64 {
+                of.forms(&self.course, *window).iter().zip(&columns).map(|(z, &j)| z * all.values[j]).sum()
+            };
+            windows.iter().map(of_window).sum::<f64>() / windows.len().max(1) as f64
+        };
+        Found {
+            cause: of,
+            size: Estimate { value: size, std_error },
+            count: of.events(&self.course),
+            makes: tau.iter().map(makes).collect(),
+        }
+    }
+}
+
+/// Share of the mean square of its length that the variance of a window is at least.
+const LEAST: f64 = 1e-3;
+
+fn sum(values: &[f64]) -> f64 {
+    values.iter().sum()
+}

@@ -1,0 +1,34 @@
+//! Effects that a random cause makes needless: steps of random size at each reversal look a little like a hysteresis.
+
+use super::{
+    Change, Search, added,
+    backward::{counting_again, without},
+};
+use crate::{
+    budget::random::Random,
+    effects::{Effect, find},
+};
+
+impl Search<'_, '_> {
+    /// Takes out each effect without which a random cause explains the error as well.
+    pub(super) fn face_chance(&mut self) {
+        for (k, axis) in self.axes.clone().into_iter().enumerate() {
+            let mut now = Random::of(&self.incumbent.study, k, &[]);
+            for id in added(&self.incumbent, self.start, axis) {
+                let is_alone =
+                    find(id).is_some_and(|effect| !<dyn Effect>::joins_throughout(effect)) || self.axes.len() == 1;
+                if now.found.is_empty() || !is_alone {
+                    continue;
+                }
+                (self.options.progress)(id);
+                let Some((without, term)) = without(&self.incumbent, &[axis], id) else { continue };
+                let rest = Random::of(&without.study, k, &[]);
+                if rest.is_as_good_as(&now, term.values.len()) {
+                    self.incumbent = counting_again(without, &self.incumbent);
+                    (self.took)(&self.incumbent.study, Change::of(k, None, Some(id)));
+                    now = rest;
+                }
+            }
+        }
+    }
+}
