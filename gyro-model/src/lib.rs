@@ -127,6 +127,7 @@ pub mod record;
 mod scan;
 pub mod simulate;
 mod statistics;
+pub mod streams;
 pub mod thin;
 pub mod thresholds;
 pub mod units;

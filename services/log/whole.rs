@@ -11,6 +11,7 @@ use gyro_model::{
         self,
         held::{Held, LOOKED_AT},
     },
+    streams,
 };
 use std::path::Path;
 
@@ -34,6 +35,13 @@ pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, P
     let mut found = reader.faults();
     let (origin, left_out) =
         if options.as_streamed { (0, 0) } else { jump::cut(&mut record.rows, &mut marked, &mut found) };
+    if !options.as_streamed
+        && let Some(last) = streams::paired(&mut record)
+    {
+        // A row that two were made of is marked where both were: one of them lacks the gyro.
+        let from = std::iter::once(0).chain(last.iter().map(|k| k + 1));
+        marked = from.zip(&last).map(|(from, &last)| marked[from..=last].iter().all(|marked| *marked)).collect();
+    }
     let mut checked = if options.as_streamed { record.clone() } else { std::mem::take(&mut record) };
     let report = faults::check(&mut checked, &marked);
     if options.as_streamed {

@@ -212,7 +212,8 @@ const Charts = (() => {
   }
 
   // What an error is made of: stacked shares over the averaging time. limit: { tau, parts: [{ name, share }] }, shares in %.
-  const PARTS = ['gyro noise', 'bias wander', 'reference noise', 'reference bandwidth', 'timing', 'folded motion', 'missing effect', 'unattributed'];
+  const PARTS = ['gyro noise', 'bias wander', 'reference noise', 'reference bandwidth', 'timing', 'aliased motion', 'missing effect', 'unattributed',
+    'random scale', 'rate noise', 'reversal steps', 'start-stop steps', 'lost motion'];
   function budgetSpec(limit) {
     const sums = [];
     limit.parts.reduce((below, part) => { const sum = below.map((b, i) => b + part.share[i]); sums.push(sum); return sum; }, limit.tau.map(() => 0));

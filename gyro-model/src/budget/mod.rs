@@ -188,7 +188,8 @@ impl Budget {
             // What a random cause makes has evidence of its own, window by window. Where all together claim more than there is, the
             // others give way.
             let made = Cause::ALL.map(|cause| random.makes(cause, k) / tau.powi(2));
-            let made = made.map(|part| part * (rest / made.iter().sum::<f64>()).min(1.0));
+            let all_made = made.iter().sum::<f64>();
+            let made = made.map(|part| if all_made > rest { part * rest / all_made } else { part });
             let of_random: f64 = made.iter().sum();
             let parts = Part::ALL.map(of);
             let fits = ((rest - of_random) / parts.iter().sum::<f64>().max(1e-300)).min(1.0);

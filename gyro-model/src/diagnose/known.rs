@@ -50,7 +50,11 @@ impl Known<'_> {
         shapes.chain(self.of_coefficients()).fold(0.0, f64::max)
     }
 
+    /// As it is stamped into the model, where it is: it knows how the parameter scatters from block to block.
     fn std_error(&self, parameter: usize) -> f64 {
+        if let Some(stamped) = self.term.std_errors.get(parameter).filter(|error| !error.is_nan()) {
+            return *stamped;
+        }
         let row = self.fitted.iter().find(|(own, _)| *own == parameter);
         row.map_or(f64::INFINITY, |(_, row)| self.gls.std_error(*row))
     }
@@ -77,7 +81,8 @@ impl Known<'_> {
     fn of_coefficients(&self) -> Option<f64> {
         let cards = self.term.effect.parameters(self.series.axis);
         let is_seen = |(k, row): &&(usize, usize)| {
-            cards[*k].role == Role::Linear && self.gls.std_error(*row).is_finite() && self.gls.std_error(*row) > 0.0
+            let errors = [self.gls.std_error(*row), self.std_error(*k)];
+            cards[*k].role == Role::Linear && errors.iter().all(|error| error.is_finite() && *error > 0.0)
         };
         if !cards.iter().any(|card| card.role == Role::Linear) {
             return None;
@@ -88,7 +93,7 @@ impl Known<'_> {
             self.gls.covariance[(rows[i].1, rows[j].1)] / (error(i) * error(j))
         });
         let (inverse, _) = nls::invert_observable(&correlation, 1e-9);
-        let z = |i: usize| (self.term.values[rows[i].0] - cards[rows[i].0].neutral) / error(i);
+        let z = |i: usize| (self.term.values[rows[i].0] - cards[rows[i].0].neutral) / self.std_error(rows[i].0);
         let n = rows.len();
         let form: f64 = (0..n).map(|i| (0..n).map(|j| z(i) * inverse[(i, j)] * z(j)).sum::<f64>()).sum();
         Some(ratio(1.0, (form - (n as f64 - 1.0)).max(0.0).sqrt()))

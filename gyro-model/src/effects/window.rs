@@ -19,6 +19,9 @@ impl Window {
     /// The normal distribution's density of standard deviation `w`, s, at instants `step` apart, as far as `reach` from its middle.
     #[must_use]
     pub fn gaussian(w: f64, step: f64, reach: f64) -> Self {
+        if !(step > 0.0 && reach / step < MOST) {
+            return Self::of_nothing();
+        }
         let density = |k: u32| (-0.5 * (f64::from(k) * step / w).powi(2)).exp();
         let mut weights: Vec<f64> = (0..=(reach / step).ceil() as u32).map(density).collect();
         let sum: f64 = weights[0] + 2.0 * weights[1..].iter().sum::<f64>();
@@ -57,6 +60,9 @@ impl Window {
         means
     }
 }
+
+/// Steps that a window may reach to either side.
+const MOST: f64 = 1e4;
 
 #[cfg(test)]
 mod tests {

@@ -9,14 +9,19 @@
 //! ```
 //!
 //! by least squares, and what is left over is held against the noise of the readings, which their neighbours tell.
+//!
+//! An integral that was printed with few digits, or is pulled slowly to a heading, is off by more than that from row to row. But over a
+//! longer time T the gyro's noise adds up to a walk N√T, which an independent reference does not follow: second differences of the
+//! reference's angle less the gyro's have a variance of 2N²T at least. Where it is much less, for any T, the walk is in the reference too.
 
 use super::{
     Report,
     channel::{Channel, Readings},
     neighbours::Neighbours,
-    thresholds::OWN,
+    thresholds::{OWN, OWN_WALK},
+    witness::integral,
 };
-use crate::{Axis, Record, fault::FaultKind, record::ReferenceKind};
+use crate::{Axis, Record, effects::white_noise, fault::FaultKind, nls::Normal, record::ReferenceKind};
 use nalgebra::{DMatrix, DVector};
 
 /// Readings on either side that a filter may reach to.
@@ -33,13 +38,17 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
             Some(ReferenceKind::Quaternion) | None => continue,
         };
         let (gyro, reference) = (Readings::of(record, Channel::Gyro(axis)), Readings::of(record, channel));
-        if !is_own(channel, &gyro, &reference) {
+        let how = if is_own(channel, &gyro, &reference) {
+            format!("what they do not explain of it is less than {OWN} of their noise")
+        } else if matches!(channel, Channel::Angle(_)) && follows_the_walk(&gyro, &reference) {
+            "it follows the random walk that the gyro's noise adds up to".to_owned()
+        } else {
             continue;
-        }
+        };
         let name = channel.name();
         let says = format!(
-            "{name} is made of gyro_{axis}'s own readings: what they do not explain of it is less than {OWN} of their noise. It has the \
-             gyro's errors in it and shows none of them: use an encoder, motion capture, cameras or a second IMU"
+            "{name} is made of gyro_{axis}'s own readings: {how}. It has the gyro's errors in it and shows none of them: use an encoder, \
+             motion capture, cameras or a second IMU"
         );
         report.add_on(axis, FaultKind::DependentReference, reference.rows.len() as u64, Some(0.0), says);
     }
@@ -81,6 +90,52 @@ fn is_own(channel: Channel, gyro: &Readings, reference: &Readings) -> bool {
     (left / all.len() as f64).sqrt() < OWN * noise
 }
 
+/// Times over which the walk is looked for: from so many rows on, up to this share of the log.
+const FIRST: usize = 4;
+const LAST: usize = 12;
+/// Rows that readings are averaged over for their noise: what vibrates is averaged out, what turns is not.
+const MEANS: [usize; 5] = [1, 2, 4, 8, 16];
+
+/// N of a gyro's white noise, rad/√s: the least that its readings show at any rate.
+fn random_walk(gyro: &Readings) -> f64 {
+    let dt = (gyro.t[gyro.t.len() - 1] - gyro.t[0]) / (gyro.t.len() - 1) as f64;
+    let at = |rows: usize| {
+        let mean = |part: &[f64]| part.iter().sum::<f64>() / rows as f64;
+        let means: Vec<f64> = gyro.values.chunks_exact(rows).map(mean).collect();
+        white_noise(&means) * (rows as f64 * dt).sqrt()
+    };
+    MEANS.into_iter().filter(|rows| gyro.values.len() / rows > 100).map(at).fold(f64::INFINITY, f64::min)
+}
+
+/// Whether an angle goes along with the random walk of the gyro's integral, for any time up to a twelfth of the log.
+fn follows_the_walk(gyro: &Readings, reference: &Readings) -> bool {
+    let n = gyro.values.len().min(ENOUGH);
+    if n < 1000 || reference.values.len() < n || gyro.rows[..n] != reference.rows[..n] {
+        return false;
+    }
+    let walk = random_walk(gyro);
+    let (t, g) = (&gyro.t[..n], &gyro.values[..n]);
+    let turned = integral(t, g);
+    let change = |k: usize| g[(k + 1).min(n - 1)] - g[k.saturating_sub(1)];
+    let least =
+        std::iter::successors(Some(FIRST), |rows| Some(2 * rows)).take_while(|rows| rows * LAST < n).map(|rows| {
+            let places: Vec<usize> = (rows..n - rows).step_by((rows / 2).max(1)).collect();
+            let bent = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
+                places.iter().map(|&k| of(k + rows) - 2.0 * of(k) + of(k - rows)).collect()
+            };
+            let shown = bent(&|k| reference.values[k]);
+            // Scale, lateness and lag of what was made of the readings.
+            let columns = [bent(&|k| turned[k]), bent(&|k| g[k]), bent(&change)];
+            let mut normal = Normal::zeros(columns.len());
+            normal.add(&shown, &columns.iter().map(Vec::as_slice).collect::<Vec<_>>());
+            let left = normal.cost_after(&normal.step_from(&normal, 1e-12)).max(0.0) / places.len() as f64;
+            let time = (t[n - 1] - t[0]) / (n - 1) as f64 * rows as f64;
+            left / (2.0 * walk * walk * time)
+        });
+    let least = least.fold(f64::INFINITY, f64::min);
+    walk > 0.0 && least < OWN_WALK
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -117,5 +172,26 @@ mod tests {
         assert!(!of(angle, sums(&motion)));
         assert!(!of(rate, (0..3000).map(motion).collect()));
         assert!(!of(rate, vec![0.0; 3000]));
+    }
+
+    #[test]
+    fn an_integral_that_is_printed_or_pulled_follows_the_walk_and_an_encoder_does_not() {
+        let motion = |k: usize| (0.013 * k as f64).sin() + 0.4 * (0.0471 * k as f64).sin();
+        for seed in 0..4 {
+            let gyro: Vec<f64> = (0..12_000).map(|k| motion(k) + 0.002 * noise(k + 20_000 * seed)).collect();
+            let angle = |of: &dyn Fn(usize) -> f64, pull: f64| {
+                let mut sum = 0.0;
+                let made = (0..12_000).map(|k| {
+                    sum += 0.01 * (of(k) + pull * (0.3 * (0.001 * k as f64).sin() - sum));
+                    sum
+                });
+                made.collect::<Vec<f64>>()
+            };
+            let count = |values: Vec<f64>, step: f64| values.into_iter().map(|x| (x / step).round() * step).collect();
+            let of = |values: Vec<f64>| follows_the_walk(&readings(gyro.clone()), &readings(values));
+            assert!(of(count(angle(&|k| gyro[k], 0.0), 1e-4)), "{seed}");
+            assert!(of(angle(&|k| gyro[k], 0.05)), "{seed}");
+            assert!(!of(angle(&motion, 0.0)) && !of(count(angle(&motion, 0.0), 1.5e-3)), "{seed}");
+        }
     }
 }

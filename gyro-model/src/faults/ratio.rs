@@ -26,6 +26,7 @@ pub(crate) fn fault(record: &Record, axis: Axis, models: &[AxisModel]) -> Option
     let is_far = |model: &AxisModel| {
         let limits_range = model.terms.iter().any(|term| term.effect.stage() == Stage::Reading);
         is_beyond(model.alpha())
+            && is_known(model)
             && (model.alpha() < 1.0) == (ratio < 1.0)
             && (limits_range || !is_cut_off(record, axis))
     };
@@ -60,6 +61,18 @@ const KNOWN: f64 = 50.0;
 /// Whether no gyro has this scale factor.
 fn is_beyond(alpha: f64) -> bool {
     (1.0 / KNOWN..=KNOWN).contains(&alpha) && !(1.0 - SCALE..=1.0 / (1.0 - SCALE)).contains(&alpha)
+}
+
+/// Standard errors from a scale factor that gyros have to one that is told.
+const SURE: f64 = 3.0;
+
+/// Whether the log shows that α is none that gyros have; a model that was not fitted has no standard error, and says what it says.
+fn is_known(model: &AxisModel) -> bool {
+    let alpha = model.alpha();
+    let std_error =
+        model.term("scale-factor").map_or(f64::NAN, |term| term.std_errors.first().copied().unwrap_or(f64::NAN));
+    let nearest = alpha.clamp(1.0 - SCALE, 1.0 / (1.0 - SCALE));
+    std_error.is_nan() || (alpha - nearest).abs() > SURE * std_error
 }
 
 /// Whether the range's end holds the fastest readings: the ratio is then that of what is cut off.
@@ -117,6 +130,18 @@ mod tests {
         assert!(said(&[1.26]).unwrap().contains("5 : 4"), "{:?}", said(&[1.26]));
         assert!(said(&[0.667]).unwrap().contains("2 : 3"), "{:?}", said(&[0.667]));
         assert!(said(&[1.19]).unwrap().contains("1.190 times"), "{:?}", said(&[1.19]));
+    }
+
+    #[test]
+    fn a_ratio_that_the_log_does_not_show_is_not_said() {
+        let mut model = AxisModel::base(Axis::Z);
+        model.terms[0].values[0] = 0.23;
+        let mut known_to = |std_error: f64| {
+            model.terms[0].std_errors = vec![std_error];
+            is_known(&model)
+        };
+        assert!(known_to(0.01) && known_to(f64::NAN));
+        assert!(!known_to(0.27) && !known_to(f64::INFINITY));
     }
 
     #[test]

@@ -150,6 +150,9 @@ pub(super) const TOLD_SHARE: f64 = 0.9;
 /// What the gyro's readings leave of a reference, over their noise (1), below which it is made of them. Derived: of a measured
 /// one their noise is left, less what a mean of 17 readings takes off it (to a quarter); decimals leave a hundredth of a step.
 pub(super) const OWN: f64 = 0.003;
+/// Variance of second differences of reference less gyro over that of the gyro's own random walk, 1, below which the walk is in the
+/// reference too. Of an independent reference it is 1 at least, and two dozen windows tell it to 0.3.
+pub(super) const OWN_WALK: f64 = 0.25;
 
 /// Usual steps (1; nine in ten are smaller) that a reading jumps by as it goes on after it stood still.
 pub(super) const GOES_ON: f64 = 4.0;
