@@ -136,6 +136,7 @@ impl AxisDiagnosis {
             error_by_frequency: Vec::new(),
             limited_by: None,
             limited_says: String::new(),
+            random: Vec::new(),
             detail: None,
         }
     }

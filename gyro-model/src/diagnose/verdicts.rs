@@ -116,6 +116,7 @@ pub(super) static VERDICTS: &[Rule<Observed, Finding>] = &[
             Is(&IS_NOISE),
             Not(&WANDER_IN_FLOOR),
             Above(&OVER_WANDER, &limit::WANDER),
+            Above(&UNATTRIBUTED, &limit::EXPLAINED),
         ],
         then: |o| {
             let (over_white, unattributed) = (o.floors.white.over, o.unattributed);
@@ -129,7 +130,7 @@ pub(super) static VERDICTS: &[Rule<Observed, Finding>] = &[
     },
     Rule {
         name: "unexplained: no effect removes it",
-        when: &[Not(&IS_NOISE), Above(&UNATTRIBUTED, &limit::EXPLAINED)],
+        when: &[Not(&IS_NOISE), Not(&SET_UP_EXPLAINS), Above(&UNATTRIBUTED, &limit::EXPLAINED)],
         then: |o| {
             let (over_floor, unattributed) = (o.floors.set_up.over, o.unattributed);
             Finding::Unexplained(Excess::NoEffect { over_floor, unattributed })
@@ -137,12 +138,7 @@ pub(super) static VERDICTS: &[Rule<Observed, Finding>] = &[
     },
     Rule {
         name: "cannot-tell: a known cause hides smaller effects",
-        when: &[Not(&IS_NOISE), Not(&SET_UP_EXPLAINS), Not(&IS_GYRO_NOISE)],
-        then: hidden,
-    },
-    Rule {
-        name: "cannot-tell: a known cause hides smaller effects",
-        when: &[Not(&IS_NOISE), Not(&SET_UP_EXPLAINS), Above(&OVER_SET_UP, &limit::WANDER)],
+        when: &[Not(&IS_NOISE), Not(&SET_UP_EXPLAINS), Not(&IS_GYRO_NOISE), Above(&OVER_SET_UP, &limit::WANDER)],
         then: hidden,
     },
     Rule {
