@@ -57,7 +57,8 @@ impl Parts {
         let fitted = incumbent.study.clone();
         // On the whole log a parameter may go where a part did not send it.
         let mut simpler = Vec::new();
-        incumbent = simplified(incumbent, start, &mut |study, change| simpler.push((study.model.clone(), change)));
+        incumbent =
+            simplified(incumbent, start, None, &mut |study, change| simpler.push((study.model.clone(), change)));
         let of_parts = rungs.len();
         rungs.extend(simpler);
         let mut steps = vec![Vec::new(); axes.len()];

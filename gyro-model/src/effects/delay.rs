@@ -22,7 +22,7 @@ static CARD: Card = Card {
     needs: &[],
     excited_by: "changing rates, more than one frequency",
     mended_by: "re-stamping: the estimate is valid at t − d, live and in logs",
-    at_source: "stamp gyro and reference when they measure (at the sensor's interrupt), not when they are received; raise the cut-off of the sensor's low-pass filter",
+    at_source: "stamp gyro and reference when they measure (at the sensor's interrupt), not when they are received; raise the cut-off of the low-pass filter of whichever is late",
     traits: &[],
     simpler: &[],
     aliases: &[
@@ -63,7 +63,14 @@ impl Effect for Delay {
     }
 
     fn says(&self, _: Axis, p: &[Measured]) -> String {
-        format!("your gyro is {} {}", p[0].size("s"), if p[0].value < 0.0 { "early" } else { "late" })
+        if p[0].value < 0.0 {
+            // No gyro reads a rate before it is there: what is later is the reference, or a clock is off.
+            return format!(
+                "gyro and reference are {} apart, the gyro first: the reference is late, or its clock is",
+                p[0].size("s")
+            );
+        }
+        format!("your gyro is {} late", p[0].size("s"))
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {

@@ -119,7 +119,10 @@ fn what_the_recording_makes_of_the_rest_is_not_called_noise() {
 fn each_sentence_has_the_sign_that_its_equation_has() {
     let says = |id: &str, sign: f64| clause(Axis::Z, id, &made_up(Axis::Z, id, sign));
     assert_eq!(says("delay", 1.0), "your gyro is 10.05 ± 0.20 ms late");
-    assert_eq!(says("delay", -1.0), "your gyro is 10.05 ± 0.20 ms early");
+    assert_eq!(
+        says("delay", -1.0),
+        "gyro and reference are 10.05 ± 0.20 ms apart, the gyro first: the reference is late, or its clock is"
+    );
     // ω̂ = α ω_g: with α below 1 the reading is too large.
     assert!(says("scale-factor", 1.0).contains("too high"), "{}", says("scale-factor", 1.0));
     // ω_f = ω + k2 ω², k2 = 1.5e-3 s/rad at 1.745 rad/s is 0.26 °/s.

@@ -6,7 +6,7 @@ use gyro_model::{
     Axis,
     diagnosis::{
         BudgetPoint, DataFault, ErrorPoint, FaultKind, FloorFrom, FrequencyShare, LimitedBy, NoiseValue,
-        ParameterValue, Suspect, Verdict,
+        ParameterValue, RandomCause, Suspect, Verdict,
     },
     effects,
     words::Voice,
@@ -76,8 +76,7 @@ pub(super) fn curve(label: &str, points: &[ErrorPoint]) -> Curve {
 
 /// What limits a log; where an effect is missing, adding it is what to do, and no other remedy is told.
 pub(super) fn limit(
-    by: Option<LimitedBy>,
-    says: &str,
+    (by, says, random): (Option<LimitedBy>, &str, &[RandomCause]),
     verdict: Verdict,
     floor_from: FloorFrom,
     budget: &[BudgetPoint],
@@ -104,10 +103,12 @@ pub(super) fn limit(
         _ if is_named => ("the error's largest part".to_owned(), says.to_owned()),
         _ => (format!("what limits {}", voice.log()), says.to_owned()),
     };
+    let besides = random.iter().filter(|found| found.cause != by).map(|found| sentence(&found.says));
+    let says = std::iter::once(sentence(&says)).chain(besides).collect::<Vec<_>>().join(" ");
     Some(LimitView {
         head,
         by: by.words(),
-        says: sentence(&says),
+        says,
         floor_from,
         tau: budget.iter().map(|point| point.tau_s).collect(),
         parts: parts.into_iter().map(|(_, view)| view).collect(),

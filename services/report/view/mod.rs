@@ -256,8 +256,7 @@ impl AxisView {
             within_floor: axis.within_floor,
             floor_source: axis.floor_source.clone(),
             limit: axis::limit(
-                axis.limited_by,
-                &axis.limited_says,
+                (axis.limited_by, &axis.limited_says, &axis.random),
                 axis.verdict,
                 axis.floor_from,
                 &axis.budget,
@@ -343,8 +342,7 @@ impl AxisView {
             within_floor,
             floor_source: String::new(),
             limit: axis::limit(
-                axis.limited_by,
-                &axis.limited_says,
+                (axis.limited_by, &axis.limited_says, &axis.random),
                 axis.verdict,
                 axis.floor_from,
                 &axis.budget,

@@ -13,8 +13,12 @@ impl Search<'_, '_> {
     /// Takes out each effect without which a random cause explains the error as well.
     pub(super) fn face_chance(&mut self) {
         for (k, axis) in self.axes.clone().into_iter().enumerate() {
+            let added = added(&self.incumbent, self.start, axis);
+            if added.is_empty() {
+                continue;
+            }
             let mut now = Random::of(&self.incumbent.study, k, &[]);
-            for id in added(&self.incumbent, self.start, axis) {
+            for id in added {
                 let is_alone =
                     find(id).is_some_and(|effect| !<dyn Effect>::joins_throughout(effect)) || self.axes.len() == 1;
                 if now.found.is_empty() || !is_alone {

@@ -253,8 +253,8 @@ impl<'a> Search<'a, '_> {
         let (incumbent, swapped, alike) = settle_doubts(self.incumbent.clone(), self.start, &self.doubts, self.options);
         self.incumbent = incumbent;
         self.tell_of(swapped);
-        self.prune();
-        self.simplify();
+        let settled = self.prune();
+        self.simplify(settled);
         self.face_chance();
         alike
     }

@@ -4,12 +4,15 @@ use super::{
     Change, Search, added,
     backward::{counting_again, without},
 };
-use crate::{fit, thresholds as limit};
+use crate::{
+    evidence::{noise::Gls, study::Study},
+    fit, thresholds as limit,
+};
 
-impl Search<'_, '_> {
+impl<'a> Search<'a, '_> {
     /// Removes what differs from nothing by less than three standard errors, the least first; what differs by two stays where an
-    /// error is left without it that noise does not make.
-    pub(super) fn prune(&mut self) {
+    /// error is left without it that noise does not make. The model that is left, with everything that is known of its parameters.
+    pub(super) fn prune(&mut self) -> Option<(Study<'a>, Gls)> {
         let mut kept = Vec::new();
         loop {
             let settled = fit::settle(self.incumbent.study.clone());
@@ -19,8 +22,10 @@ impl Search<'_, '_> {
                 added(&self.incumbent, self.start, axis).into_iter().filter_map(size).collect::<Vec<_>>()
             });
             let open = sizes.filter(|(k, _, id, size)| *size < limit::WALD.value && !kept.contains(&(*k, *id)));
-            let Some((k, axis, id, size)) = open.min_by(|a, b| a.3.total_cmp(&b.3)) else { break };
-            let Some((without, _)) = without(&self.incumbent, &[axis], id) else { break };
+            let Some((k, axis, id, size)) = open.min_by(|a, b| a.3.total_cmp(&b.3)) else {
+                return Some((settled, gls));
+            };
+            let Some((without, _)) = without(&self.incumbent, &[axis], id) else { return None };
             // How large a warming is hangs on how long it takes: that it is there does not.
             if size > limit::WALD_NEEDED.value && without.excess(k) > limit::NOISE.value {
                 kept.push((k, id));

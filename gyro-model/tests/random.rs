@@ -1,0 +1,62 @@
+//! Random causes on whole logs: found with their sizes, and not where there are none.
+
+use gyro_model::{
+    Axis, Model, Record,
+    diagnose::{Options, ladder},
+    diagnosis::{AxisLadder, LimitedBy, Verdict},
+    simulate::{Hidden, Motion, RandomCauses, Scenario, SetUp, Simulator},
+};
+
+const MULTISINE: Motion = Motion::Multisine { travel: 8.0 };
+const DRIVE: Motion = Motion::Drive { rate: 1.2, hold: 2.0 };
+
+fn climbed(cause: Option<&str>, motion: Motion, seed: u64, hidden: Vec<Hidden>) -> AxisLadder {
+    let scenario = Scenario { motion, seed, seconds: 90.0, hidden, ..Scenario::default() };
+    let mut random = RandomCauses::default();
+    if let Some(text) = cause {
+        random.take(text).expect("a random cause").expect("its size");
+    }
+    let samples: Vec<_> = Simulator::new(&scenario).take(9000).collect();
+    let rows = SetUp { random, ..SetUp::default() }.applied(&samples, Axis::X, 100.0, seed);
+    let record = Record { rows, ..Record::default() };
+    let model = Model::base_for(&record);
+    ladder(&record, &model, &[Axis::X], &Options::default()).unwrap().1.remove(0)
+}
+
+#[test]
+fn steps_at_reversals_are_found_with_their_size_and_no_effect_is_named_for_them() {
+    for (motion, seed) in [(MULTISINE, 1), (MULTISINE, 2), (DRIVE, 3)] {
+        let ladder = climbed(Some("reversal-steps:size=0.006"), motion, seed, Vec::new());
+        let found = ladder.random.iter().find(|found| found.cause == LimitedBy::ReversalSteps);
+        let found = found.unwrap_or_else(|| panic!("{seed}: {:?}", ladder.random));
+        let (size, error) = (found.size.unwrap(), found.std_error.unwrap());
+        assert!((size - 0.006).abs() < 4.0 * error.max(3e-4), "{seed}: {size} ± {error}");
+        assert_eq!(ladder.effects, ["scale-factor", "bias"], "{seed}");
+        assert_eq!(ladder.verdict, Verdict::Adequate, "{seed}: {}", ladder.says);
+        assert_eq!(ladder.limited_by, Some(LimitedBy::ReversalSteps), "{seed}");
+    }
+}
+
+#[test]
+fn a_delay_is_found_beside_steps_at_reversals() {
+    let late = Hidden::parse("delay", Axis::X).unwrap();
+    let ladder = climbed(Some("reversal-steps"), MULTISINE, 4, vec![late]);
+    assert_eq!(ladder.effects, ["scale-factor", "bias", "delay"]);
+    assert!(ladder.random.iter().any(|found| found.cause == LimitedBy::ReversalSteps), "{:?}", ladder.random);
+}
+
+#[test]
+fn a_scale_that_wanders_is_found_with_its_size() {
+    let ladder = climbed(Some("random-scale:size=0.006"), MULTISINE, 5, Vec::new());
+    let found = ladder.random.iter().find(|found| found.cause == LimitedBy::RandomScale).expect("found");
+    let (size, error) = (found.size.unwrap(), found.std_error.unwrap());
+    assert!((size - 0.006).abs() < 4.0 * error.max(5e-4), "{size} ± {error}");
+}
+
+#[test]
+fn a_clean_log_has_no_random_cause() {
+    for (motion, seed) in [(MULTISINE, 6), (DRIVE, 7), (DRIVE, 8), (MULTISINE, 9)] {
+        let ladder = climbed(None, motion, seed, Vec::new());
+        assert!(ladder.random.is_empty(), "{seed}: {:?}", ladder.random);
+    }
+}
