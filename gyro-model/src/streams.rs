@@ -41,7 +41,9 @@ pub fn paired(record: &mut Record) -> Option<Vec<usize>> {
         return None;
     }
     let mut is_first = vec![false; rows.len()];
-    pairs.iter().for_each(|&k| is_first[k] = true);
+    for &k in &pairs {
+        is_first[k] = true;
+    }
     let mut joined = Vec::with_capacity(rows.len() - pairs.len());
     let mut of = Vec::with_capacity(rows.len() - pairs.len());
     let mut next = 0;

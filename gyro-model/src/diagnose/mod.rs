@@ -191,7 +191,9 @@ fn each_group<T: Send>(
     if done.is_empty() {
         return Err(failed.into_iter().next().unwrap_or(FitError::NoReference));
     }
-    failed.iter().for_each(|error| (options.failed)(error));
+    for error in &failed {
+        (options.failed)(error);
+    }
     Ok(done)
 }
 

@@ -70,7 +70,7 @@ impl Effect for ClockSkew {
         /// The longest log that the grid is made for, s.
         const LONGEST: f64 = 1e7;
         let duration = span.duration.min(LONGEST);
-        let steps = (LARGEST * duration / STEP).ceil().max(4.0).min(24.0);
+        let steps = (LARGEST * duration / STEP).ceil().clamp(4.0, 24.0);
         let mut sizes: Vec<f64> = (1..=steps as u32).map(|k| LARGEST * f64::from(k) / steps).collect();
         let mut fine = 0.4 * sizes[0];
         while fine * duration > 1e-5 {

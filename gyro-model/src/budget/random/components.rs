@@ -33,7 +33,7 @@ pub struct Components {
 }
 
 /// Rounds of scoring.
-const ROUNDS: usize = 15;
+const ROUNDS: usize = 10;
 /// Sweeps of coordinate descent.
 const SWEEPS: usize = 200;
 /// Blocks over which the likelihood is held out.
@@ -49,24 +49,26 @@ impl Squares {
         let mean = v.iter().sum::<f64>() / v.len().max(1) as f64;
         v.fill(mean);
         let mut c = vec![0.0; own.len()];
+        let all: Vec<usize> = (0..self.square.len()).collect();
         for _ in 0..ROUNDS {
-            let (a, b) = self.normal(&own, &scale, &v, |_| true);
+            let (a, b) = self.normal(&own, &scale, &v, &all);
             c = non_negative(&a, &b, c);
             v = self.variances(&own, &scale, &c);
         }
-        let (a, b) = self.normal(&own, &scale, &v, |_| true);
-        let log_likelihood = self.by_block(&v);
-        let mut held_out = vec![0.0; BLOCKS];
-        for (block, held) in held_out.iter_mut().enumerate() {
-            let (mut rest, mut right) = (a.clone(), b.clone());
-            let (out, side) = self.normal(&own, &scale, &v, |k| self.block[k] == block);
-            for i in 0..own.len() {
-                right[i] -= side[i];
-                (0..own.len()).for_each(|j| rest[i][j] -= out[i][j]);
-            }
-            let without = non_negative(&rest, &right, c.clone());
-            *held = self.by_block(&self.variances(&own, &scale, &without))[block];
+        let (a, b) = self.normal(&own, &scale, &v, &all);
+        let mut blocks = vec![Vec::new(); BLOCKS];
+        for (k, block) in self.block.iter().enumerate() {
+            blocks[*block].push(k);
         }
+        let log_likelihood = blocks.iter().map(|block| self.log_likelihood(&own, &scale, &c, block)).collect();
+        let without = |block: &Vec<usize>| {
+            let (out, side) = self.normal(&own, &scale, &v, block);
+            let less = |(a, out): (&Vec<f64>, &Vec<f64>)| a.iter().zip(out).map(|(a, out)| a - out).collect();
+            let rest: Vec<Vec<f64>> = a.iter().zip(&out).map(less).collect();
+            let right: Vec<f64> = b.iter().zip(&side).map(|(b, side)| b - side).collect();
+            self.log_likelihood(&own, &scale, &non_negative(&rest, &right, c.clone()), block)
+        };
+        let held_out = blocks.iter().map(without).collect();
         let mut values = vec![0.0; self.columns.len()];
         let mut covariance = vec![vec![0.0; self.columns.len()]; self.columns.len()];
         let active: Vec<usize> = (0..own.len()).filter(|&i| c[i] > 0.0).collect();
@@ -82,23 +84,31 @@ impl Squares {
         Components { values, covariance, log_likelihood, held_out }
     }
 
+    /// The variance of a window.
+    fn variance(&self, own: &[usize], scale: &[f64], c: &[f64], k: usize) -> f64 {
+        let sum: f64 = own.iter().zip(scale).zip(c).map(|((&j, s), c)| c * self.columns[j][k] / s).sum();
+        sum.max(self.least[k])
+    }
+
     fn variances(&self, own: &[usize], scale: &[f64], c: &[f64]) -> Vec<f64> {
-        let at = |k: usize| own.iter().zip(scale).zip(c).map(|((&j, s), c)| c * self.columns[j][k] / s).sum::<f64>();
-        (0..self.square.len()).map(|k| at(k).max(self.least[k])).collect()
+        (0..self.square.len()).map(|k| self.variance(own, scale, c, k)).collect()
+    }
+
+    /// ln L of some windows.
+    fn log_likelihood(&self, own: &[usize], scale: &[f64], c: &[f64], windows: &[usize]) -> f64 {
+        let of = |&k: &usize| {
+            let v = self.variance(own, scale, c, k);
+            -0.5 * (v.ln() + self.square[k] / v)
+        };
+        windows.iter().map(of).sum()
     }
 
     /// The normal equations of the windows that count.
-    fn normal(
-        &self,
-        own: &[usize],
-        scale: &[f64],
-        v: &[f64],
-        counts: impl Fn(usize) -> bool,
-    ) -> (Vec<Vec<f64>>, Vec<f64>) {
+    fn normal(&self, own: &[usize], scale: &[f64], v: &[f64], windows: &[usize]) -> (Vec<Vec<f64>>, Vec<f64>) {
         let n = own.len();
         let (mut a, mut b) = (vec![vec![0.0; n]; n], vec![0.0; n]);
         let mut row = vec![0.0; n];
-        for k in (0..self.square.len()).filter(|&k| counts(k)) {
+        for &k in windows {
             for (i, (&j, s)) in own.iter().zip(scale).enumerate() {
                 row[i] = self.columns[j][k] / (s * v[k]);
             }
@@ -106,24 +116,11 @@ impl Squares {
             for i in 0..n {
                 if row[i] != 0.0 {
                     b[i] += row[i] * y;
-                    (0..=i).for_each(|j| a[i][j] += row[i] * row[j]);
+                    a[i].iter_mut().zip(&row).for_each(|(a, other)| *a += row[i] * other);
                 }
             }
         }
-        for i in 0..n {
-            for j in i + 1..n {
-                a[i][j] = a[j][i];
-            }
-        }
         (a, b)
-    }
-
-    fn by_block(&self, v: &[f64]) -> Vec<f64> {
-        let mut sums = vec![0.0; BLOCKS];
-        for (k, (v, square)) in v.iter().zip(&self.square).enumerate() {
-            sums[self.block[k]] -= 0.5 * (v.ln() + square / v);
-        }
-        sums
     }
 }
 

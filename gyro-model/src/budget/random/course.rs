@@ -99,8 +99,12 @@ impl Course {
             t,
             dt,
         };
-        reversals.into_iter().for_each(|k| course.reversals[k] += 1.0);
-        starts.into_iter().for_each(|k| course.starts[k] += 1.0);
+        for k in reversals {
+            course.reversals[k] += 1.0;
+        }
+        for k in starts {
+            course.starts[k] += 1.0;
+        }
         for k in 1..n {
             let (step, rate) = (course.t[k] - course.t[k - 1], 0.5 * (course.rate[k] + course.rate[k - 1]));
             course.travelled[k] = rate.abs() * step;

@@ -25,7 +25,7 @@ impl<'a> Search<'a, '_> {
             let Some((k, axis, id, size)) = open.min_by(|a, b| a.3.total_cmp(&b.3)) else {
                 return Some((settled, gls));
             };
-            let Some((without, _)) = without(&self.incumbent, &[axis], id) else { return None };
+            let (without, _) = without(&self.incumbent, &[axis], id)?;
             // How large a warming is hangs on how long it takes: that it is there does not.
             if size > limit::WALD_NEEDED.value && without.excess(k) > limit::NOISE.value {
                 kept.push((k, id));
