@@ -66,7 +66,7 @@ impl Effect for Delay {
         if p[0].value < 0.0 {
             // No gyro reads a rate before it is there: what is later is the reference, or a clock is off.
             return format!(
-                "gyro and reference are {} apart, the gyro first: the reference is late, or its clock is",
+                "the gyro and its reference are {} apart, the gyro first: the reference is late, or its clock is",
                 p[0].size("s")
             );
         }

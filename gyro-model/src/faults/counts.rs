@@ -220,15 +220,13 @@ fn lost(pieces: &[Piece]) -> Option<Lost> {
 }
 
 /// Whether what is shown over the rate has a corner or a step at some rate near this one, and is no smooth curve: a gyro's own
-/// nonlinearity has no corner. Both curves are fitted to the same pieces, and the likelier one stands.
+/// nonlinearity has no corner. Both curves are fitted to the same pieces, and the one that leaves less stands.
 ///
 /// ```text
 /// corner   s ω + o + l sign(ω) max(|ω| − ω₀, 0), or l ω where |ω| > ω₀
 /// smooth   s ω + o + k₂ ω² + a ω|ω| + k₃ ω³
-/// ln L     −n/2 ln(sum of squares left)
 /// ```
 fn breaks_off(pieces: &[&Piece], above: f64) -> bool {
-    let n = pieces.len() as f64;
     let size = pieces.iter().map(|p| p.rate.abs()).fold(0.0, f64::max).max(1e-9);
     let smooth = left(pieces, |w| vec![w, 1.0, w * w / size, w * w.abs() / size, w.powi(3) / size.powi(2)]);
     let corner = |rate: f64| {
@@ -237,13 +235,11 @@ fn breaks_off(pieces: &[&Piece], above: f64) -> bool {
         hinge.min(step)
     };
     let corner = NEAR.map(|share| corner(share * above)).into_iter().fold(f64::INFINITY, f64::min);
-    0.5 * n * (smooth / corner).ln() > PLAIN
+    corner < smooth
 }
 
 /// Shares of the rate found at which the corner may be, 1.
 const NEAR: [f64; 7] = [0.7, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1];
-/// Difference in ln L that tells a corner from a smooth curve.
-const PLAIN: f64 = 10.0;
 
 /// Sum of squares that the best combination of columns leaves of what is shown.
 fn left(pieces: &[&Piece], columns: impl Fn(f64) -> Vec<f64>) -> f64 {

@@ -180,9 +180,10 @@ mod tests {
         for seed in 0..4 {
             let gyro: Vec<f64> = (0..12_000).map(|k| motion(k) + 0.002 * noise(k + 20_000 * seed)).collect();
             let angle = |of: &dyn Fn(usize) -> f64, pull: f64| {
-                let mut sum = 0.0;
+                let (mut sum, mut heading) = (0.3, 0.0);
                 let made = (0..12_000).map(|k| {
-                    sum += 0.01 * (of(k) + pull * (0.3 * (0.001 * k as f64).sin() - sum));
+                    heading += 0.01 * motion(k);
+                    sum += 0.01 * (of(k) + pull * (heading - sum));
                     sum
                 });
                 made.collect::<Vec<f64>>()

@@ -121,7 +121,7 @@ fn each_sentence_has_the_sign_that_its_equation_has() {
     assert_eq!(says("delay", 1.0), "your gyro is 10.05 ± 0.20 ms late");
     assert_eq!(
         says("delay", -1.0),
-        "gyro and reference are 10.05 ± 0.20 ms apart, the gyro first: the reference is late, or its clock is"
+        "the gyro and its reference are 10.05 ± 0.20 ms apart, the gyro first: the reference is late, or its clock is"
     );
     // ω̂ = α ω_g: with α below 1 the reading is too large.
     assert!(says("scale-factor", 1.0).contains("too high"), "{}", says("scale-factor", 1.0));

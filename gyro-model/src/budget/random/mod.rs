@@ -162,7 +162,7 @@ impl Trial {
         self.squares.components(&used)
     }
 
-    /// Backward elimination: of the causes that may act, the least is left out until each of the rest is needed.
+    /// Backward elimination: of the causes that may act, the least is left out until each of the rest is needed; then forward again.
     fn random(&self, tau: &[f64]) -> Random {
         let mut causes: Vec<usize> = (0..self.causes.len()).collect();
         let mut all = self.with(&causes);
@@ -177,6 +177,16 @@ impl Trial {
             let Some((least, rest)) = unneeded.min_by(|a, b| gain(&a.1).total_cmp(&gain(&b.1))) else { break };
             causes.retain(|c| *c != least);
             all = rest;
+        }
+        // What looked like another one may have gone in its place: each is tried once more beside those that stayed.
+        loop {
+            let gain = |with: &Components| sum(&with.log_likelihood) - sum(&all.log_likelihood);
+            let open = (0..self.causes.len()).filter(|c| !causes.contains(c));
+            let tried = open.map(|c| (c, self.with(&[causes.as_slice(), &[c]].concat())));
+            let needed = tried.filter(|(c, with)| self.is_needed(*c, with, &all));
+            let Some((best, with)) = needed.max_by(|a, b| gain(&a.1).total_cmp(&gain(&b.1))) else { break };
+            causes.push(best);
+            all = with;
         }
         let mut found: Vec<Found> = causes.iter().map(|&c| self.found(c, &all, tau)).collect();
         let last = |found: &Found| found.makes.last().copied().unwrap_or(0.0);
