@@ -139,6 +139,8 @@ fn follows_the_walk(gyro: &Readings, reference: &Readings) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
 
     fn readings(values: Vec<f64>) -> Readings {
         let n = values.len();
@@ -178,7 +180,9 @@ mod tests {
     fn an_integral_that_is_printed_or_pulled_follows_the_walk_and_an_encoder_does_not() {
         let motion = |k: usize| (0.013 * k as f64).sin() + 0.4 * (0.0471 * k as f64).sin();
         for seed in 0..4 {
-            let gyro: Vec<f64> = (0..12_000).map(|k| motion(k) + 0.002 * noise(k + 20_000 * seed)).collect();
+            let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+            let mut white = || -> f64 { StandardNormal.sample(&mut random) };
+            let gyro: Vec<f64> = (0..12_000).map(|k| motion(k) + 6e-4 * white()).collect();
             let angle = |of: &dyn Fn(usize) -> f64, pull: f64| {
                 let (mut sum, mut heading) = (0.3, 0.0);
                 let made = (0..12_000).map(|k| {
