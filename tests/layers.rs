@@ -114,9 +114,12 @@ fn needs(root: &Path) -> BTreeMap<Module, BTreeMap<String, BTreeSet<String>>> {
     folders
 }
 
+/// Folders where modules still need one another, and how many: this number may only fall.
+const TANGLED: [(&str, usize); 1] = [("evidence", 15)];
+
 #[test]
 fn no_module_needs_one_that_needs_it() {
-    for root in ["services", "readers/src", "ipc-types/src", "ros2/src"] {
+    for root in ["services", "readers/src", "ipc-types/src", "ros2/src", "gyro-model/src"] {
         for (folder, mut left) in needs(&Path::new(env!("CARGO_MANIFEST_DIR")).join(root)) {
             // Takes away, again and again, what needs nothing that is left: what stays is in a circle, or needs one.
             loop {
@@ -126,6 +129,15 @@ fn no_module_needs_one_that_needs_it() {
                 if left.len() == before {
                     break;
                 }
+            }
+            let known = TANGLED.iter().find(|(name, _)| root == "gyro-model/src" && folder == [*name]);
+            if let Some((_, count)) = known {
+                assert_eq!(
+                    left.len(),
+                    *count,
+                    "in {folder:?} so many need one another: lower the number where it fell"
+                );
+                continue;
             }
             assert!(left.is_empty(), "in {root}, {folder:?}, these need one another: {left:#?}");
         }

@@ -23,12 +23,12 @@ pub struct Diagnosis {
     /// The log's name.
     pub log: String,
     /// One entry an axis.
-    pub axes: Vec<AxisDiagnosis>,
+    pub axes: Vec<AxisResult>,
 }
 
-/// `compare` and `diagnose` of one axis.
+/// What `compare`, `diagnose` and `ladder` say of one axis. Of a ladder the errors are those at its end.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct AxisDiagnosis {
+pub struct AxisResult {
     /// The axis.
     pub axis: Axis,
     /// What it comes to.
@@ -52,6 +52,9 @@ pub struct AxisDiagnosis {
     pub parameters: Vec<ParameterValue>,
     /// Its noise.
     pub noise: NoiseValue,
+    /// The steps of a ladder, the first of which is the starting model; empty for `compare` and `diagnose`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<LadderStep>,
     /// Held out, open loop, rad/s.
     pub error_curve: Vec<ErrorPoint>,
     /// Largest error/floor.
@@ -65,7 +68,7 @@ pub struct AxisDiagnosis {
     /// Whether suspects were looked for: `diagnose` does, `compare` does not.
     #[serde(default)]
     pub searched: bool,
-    /// Best first; empty for `compare`.
+    /// Best first; empty for `compare` and `ladder`.
     pub suspects: Vec<Suspect>,
     /// The effects that are missing together, where there are several.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -104,7 +107,12 @@ pub struct AxisDiagnosis {
     pub detail: Option<AxisDetail>,
 }
 
-impl AxisDiagnosis {
+/// Of `compare` and `diagnose`.
+pub type AxisDiagnosis = AxisResult;
+/// Of `ladder`.
+pub type AxisLadder = AxisResult;
+
+impl AxisResult {
     /// With this finding, and nothing else that is known.
     #[must_use]
     pub fn new(axis: Axis, finding: Finding) -> Self {
@@ -119,6 +127,7 @@ impl AxisDiagnosis {
             effects: Vec::new(),
             parameters: Vec::new(),
             noise: NoiseValue::default(),
+            steps: Vec::new(),
             error_curve: Vec::new(),
             error_over_floor: None,
             within_floor: None,
@@ -630,74 +639,7 @@ pub struct Ladder {
     /// The log's name.
     pub log: String,
     /// One entry an axis.
-    pub axes: Vec<AxisLadder>,
-}
-
-/// `ladder` of one axis.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct AxisLadder {
-    /// The axis.
-    pub axis: Axis,
-    /// What it comes to.
-    pub verdict: Verdict,
-    /// The verdict in one or two sentences, with what to do next.
-    pub says: String,
-    /// What was found, with its reasons and numbers; the verdict is it in one word.
-    pub finding: Finding,
-    /// What is said beside it.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub remarks: Vec<Remark>,
-    /// The answer in a sentence or two, with its number ([`crate::headline`]).
-    #[serde(default)]
-    pub headline: String,
-    /// What to do about it on the vehicle; empty where nothing is to be done.
-    #[serde(default)]
-    pub at_source: String,
-    /// What the final model has.
-    pub effects: Vec<String>,
-    /// Its parameters.
-    pub parameters: Vec<ParameterValue>,
-    /// Its noise.
-    pub noise: NoiseValue,
-    /// The first step is the starting model.
-    pub steps: Vec<LadderStep>,
-    /// Why nothing more was added, where that was asked for: each effect that the final round looked at.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub explained: Vec<Explained>,
-    /// Whether the search was stopped before its end.
-    #[serde(default, skip_serializing_if = "is_false")]
-    pub unfinished: bool,
-    /// Faults of the data.
-    pub data_faults: Vec<DataFault>,
-    /// Where the noise of the floor is known from.
-    #[serde(default)]
-    pub floor_from: FloorFrom,
-    /// What the error of each averaging time is made of; empty where nobody looked.
-    #[serde(default)]
-    pub budget: Vec<BudgetPoint>,
-    /// Whose error it is, frequency by frequency.
-    #[serde(default)]
-    pub error_by_frequency: Vec<FrequencyShare>,
-    /// The largest part over the middle of the curve.
-    #[serde(default)]
-    pub limited_by: Option<LimitedBy>,
-    /// It in one sentence, and what to do about it.
-    #[serde(default)]
-    pub limited_says: String,
-    /// Random causes that were found, the largest first.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub random: Vec<RandomCause>,
-    /// What the pictures are drawn from, where they were asked for.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub detail: Option<AxisDetail>,
-}
-
-impl AxisLadder {
-    /// With another finding in the place of its own.
-    pub fn find(&mut self, finding: Finding) {
-        (self.verdict, self.finding) = (finding.verdict(), finding);
-        self.remarks.clear();
-    }
+    pub axes: Vec<AxisResult>,
 }
 
 /// One step of a ladder.

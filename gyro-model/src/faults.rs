@@ -34,6 +34,7 @@ mod hung;
 mod jumps;
 mod markers;
 mod missing;
+mod motion;
 mod neighbours;
 mod orientation;
 mod own;

@@ -28,7 +28,7 @@ pub(super) fn diagnosis(diagnosis: &Diagnosis) -> String {
 /// `ladder`.
 pub(super) fn ladder(ladder: &Ladder) -> String {
     let mut ladder = ladder.clone();
-    headline::fill_ladder(&mut ladder.axes, Voice::Log);
+    headline::fill(&mut ladder.axes, Voice::Log);
     for detail in ladder.axes.iter_mut().filter_map(|a| a.detail.as_mut()) {
         detail.trace = gyro_model::detail::Trace::default();
     }

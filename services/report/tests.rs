@@ -6,7 +6,7 @@ use gyro_model::{
         AxisDiagnosis, AxisLadder, BudgetPoint, DataFault, ErrorPoint, FailsWhere, FaultKind, FloorFrom, LadderStep,
         LimitedBy, NoiseValue, ParameterValue, Suspect, Verdict,
     },
-    finding::{Adequate, Finding, NamedEffect, Remark, Why},
+    finding::{Finding, NamedEffect, Remark, Why},
 };
 
 fn curve(excess: f64) -> Vec<ErrorPoint> {
@@ -155,31 +155,15 @@ fn ladder() -> Ladder {
         schema: "truerate.ladder/1".into(),
         log: "yaw.csv.gz".into(),
         axes: vec![AxisLadder {
-            axis: Axis::Z,
-            verdict: Verdict::Adequate,
-            says: String::new(),
-            finding: Finding::Adequate(Adequate::WithinFloor { silent: 0.0 }),
-            remarks: vec![],
-            headline: String::new(),
-            at_source: String::new(),
             effects: vec!["scale-factor".into(), "bias".into(), "delay".into()],
-            parameters: axis.parameters,
-            noise: axis.noise,
             steps: vec![
                 step(None, 0.05, 31.0),
                 step(Some("delay"), 0.004, 3.1),
                 step(Some("encoder-backlash"), 0.0, 1.02),
             ],
-            explained: vec![],
-            unfinished: false,
+            suspects: vec![],
             data_faults: vec![],
-            floor_from: axis.floor_from,
-            budget: axis.budget,
-            error_by_frequency: axis.error_by_frequency,
-            limited_by: axis.limited_by,
-            limited_says: axis.limited_says,
-            random: axis.random,
-            detail: axis.detail,
+            ..axis
         }],
     }
 }

@@ -1,7 +1,7 @@
 //! A model held against a log: its errors, and whether they are noise.
 
 use super::{
-    Options, Says, Standing, apart, axis_diagnosis,
+    Options, Says, Standing, apart, axis_result,
     challenger::Incumbent,
     each_group,
     observed::Observed,
@@ -56,7 +56,7 @@ pub fn compare(
                 let not_seen = if options.own_log { not_seen(&incumbent, k) } else { None };
                 let told = (finding, remarks);
                 let mut found =
-                    axis_diagnosis(record, &incumbent.study, k, (&judged, budget), told, (None, false), options);
+                    axis_result(record, &incumbent.study, k, (&judged, budget), told, (None, false), options);
                 let models =
                     if fits { vec![judged::axis_model(&incumbent.study.model, found.axis)] } else { Vec::new() };
                 wrong_ratio(record, found.axis, &models, &found.finding, &mut found.remarks, &mut found.data_faults);

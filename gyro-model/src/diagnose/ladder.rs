@@ -1,7 +1,7 @@
 //! Diagnose and add until nothing is missing; then one pass back.
 
 use super::{
-    Options,
+    Options, axis_result,
     challenger::{Challenger, Incumbent},
     comparison::ALIASES,
     explain::explained,
@@ -87,8 +87,8 @@ pub(super) fn conclude(
         .enumerate()
         .map(|(k, series)| {
             let axis = series.axis;
-            let mut judged = Judged::new(&study, k, false);
-            let mut budget = Budget::of(&study, k, &judged, &incumbent.gls.noise, &[]);
+            let judged = Judged::new(&study, k, false);
+            let budget = Budget::of(&study, k, &judged, &incumbent.gls.noise, &[]);
             let own = judged::axis_model(&model, axis);
             let mut steps = ended(&steps[k], &judged, study.bench.problem.series.len() > 1, &own);
             let list: Vec<&Challenger> = last.iter().filter(|r| r.candidate.series == k).collect();
@@ -101,9 +101,10 @@ pub(super) fn conclude(
             let is_noise = leaves_noise(&observed);
             let observed = observed.divided(&budget, &judged);
             let finding = decide(&observed);
-            budget.settle(&mut judged, is_noise);
+            let mut settled = budget.clone();
+            settled.settle(&mut judged.clone(), is_noise);
             for step in &mut steps {
-                step.on(&budget);
+                step.on(&settled);
             }
             let mut remarks = Vec::new();
             if !matches!(finding, Finding::BadData { .. } | Finding::Stopped { .. }) {
@@ -111,30 +112,9 @@ pub(super) fn conclude(
             }
             remarks.extend(at_rest(&observed, &finding));
             let explained = if options.explain { explained(seen, last, k, options) } else { Vec::new() };
-            let (detail, _) = judged::pictures(record, &study, k);
-            AxisLadder {
-                axis,
-                verdict: finding.verdict(),
-                says: String::new(),
-                finding,
-                remarks,
-                headline: String::new(),
-                at_source: String::new(),
-                effects: own.effect_ids().into_iter().map(str::to_owned).collect(),
-                parameters: judged::parameters(&own.terms, axis),
-                noise: judged::noise(&own),
-                steps,
-                explained,
-                unfinished: observed.unfinished,
-                data_faults: options.faults.iter().cloned().chain(budget.fault(axis)).collect(),
-                floor_from: budget.floor_from,
-                budget: budget.points,
-                error_by_frequency: budget.by_frequency,
-                limited_by: Some(budget.limited_by),
-                limited_says: budget.limited_says,
-                random: budget.random,
-                detail: Some(detail),
-            }
+            let (judged, told) = ((&judged, budget), (finding, remarks));
+            let end = axis_result(record, &study, k, judged, told, (Some(Vec::new()), is_noise), options);
+            AxisLadder { steps, explained, unfinished: observed.unfinished, ..end }
         })
         .collect();
     (model, ladders)

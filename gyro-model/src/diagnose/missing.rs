@@ -4,7 +4,7 @@
 //! the best of the first round may stand for several: then the search goes on to its end, and what it ends with is what is missing.
 
 use super::{
-    Options, Standing, apart, axis_diagnosis,
+    Options, Standing, apart, axis_result,
     challenger::{Challenger, Incumbent},
     comparison::aliases,
     each_group,
@@ -104,7 +104,7 @@ pub fn diagnose(
             let missing = found.set.iter().map(|r| r.candidate.term.effect.card().id.to_owned());
             let missing = if found.set.len() > 1 { missing.collect() } else { Vec::new() };
             let (judged, told) = ((&found.judged, budget), (finding, remarks));
-            let mut axis = axis_diagnosis(record, &incumbent.study, k, judged, told, (Some(listed), is_noise), options);
+            let mut axis = axis_result(record, &incumbent.study, k, judged, told, (Some(listed), is_noise), options);
             // Of what is missing, any may change α.
             let models = found.models(seen).map(|model| judged::axis_model(model, axis.axis));
             let models: Vec<AxisModel> =

@@ -244,9 +244,7 @@ pub fn ladder(
         (fitted, ladders)
     };
     let standing = |ladders: &Vec<AxisLadder>| {
-        let end = |l: &AxisLadder| l.steps.last().map_or_else(Vec::new, |step| step.error_curve.clone());
-        let curves: Vec<Vec<ErrorPoint>> = ladders.iter().map(end).collect();
-        Standing::of(ladders.iter().zip(&curves).map(|(l, curve)| (l.verdict, &l.effects[..], &curve[..])))
+        Standing::of(ladders.iter().map(|l| (l.verdict, &l.effects[..], &l.error_curve[..])))
     };
     let all = each_group(record, model, axes, options, work, standing)?;
     let mut result = model.clone();
@@ -293,7 +291,7 @@ fn fatal<'a>(record: &Record, faults: &'a [DataFault], bench: &Bench) -> Option<
 
 /// What is told of one axis: `budget` divides its error, and `suspects` is what a search found, where there was one, with whether it
 /// left nothing but noise.
-fn axis_diagnosis(
+fn axis_result(
     record: &Record,
     study: &Study,
     series: usize,

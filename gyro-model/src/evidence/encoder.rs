@@ -1,6 +1,5 @@
 //! A shaft encoder's counts: their step, and what they make a reading of the angle err by.
 
-use super::series::unwrap;
 use crate::{Axis, Record};
 
 /// The encoder of one axis.
@@ -162,6 +161,19 @@ fn fits(q: f64, gaps: &[f64]) -> bool {
     let near = near(q, gaps);
     let on = near.iter().filter(|&d| (d / q).round() >= 1.0 && (d / q - (d / q).round()).abs() < 0.12).count();
     near.len() > 10 && on * 10 >= near.len() * 9
+}
+
+/// Removes jumps of more than half a turn, for encoders that wrap at 2π.
+pub(super) fn unwrap(angle: &mut [f64]) {
+    use std::f64::consts::TAU;
+    let mut offset = 0.0;
+    for k in 1..angle.len() {
+        let step = angle[k] + offset - angle[k - 1];
+        if step.abs() > TAU / 2.0 {
+            offset -= (step / TAU).round() * TAU;
+        }
+        angle[k] += offset;
+    }
 }
 
 #[cfg(test)]

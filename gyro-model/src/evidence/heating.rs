@@ -4,7 +4,7 @@
 //! the readings' noise, which then is an angle that the reference does not see; a long one misses the heating. The h is taken
 //! that says best what was left out (cross-validation): of means over stretches so long that each has a reading of its own.
 
-use super::{integrate::hermite, series::three_point_slopes};
+use super::integrate::{hermite, three_point_slopes};
 use nalgebra::{SMatrix, SVector};
 
 /// Half widths h that are tried, s.

@@ -81,6 +81,27 @@ pub fn smooth(t: &[f64], y: &[f64], half: f64) -> Vec<f64> {
         .collect()
 }
 
+/// Slope at each point of the parabola through it and its neighbours; of the straight line at the ends.
+pub(super) fn three_point_slopes(t: &[f64], y: &[f64]) -> Vec<f64> {
+    let line = |k: usize| (y[k + 1] - y[k]) / (t[k + 1] - t[k]);
+    let last = t.len() - 1;
+    let inner = |k: usize| {
+        let (before, after) = (t[k] - t[k - 1], t[k + 1] - t[k]);
+        (line(k - 1) * after + line(k) * before) / (before + after)
+    };
+    (0..=last)
+        .map(|k| {
+            if k == 0 {
+                line(0)
+            } else if k == last {
+                line(last - 1)
+            } else {
+                inner(k)
+            }
+        })
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

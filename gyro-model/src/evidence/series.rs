@@ -1,6 +1,10 @@
 //! One axis of a log, laid out for evaluation: filled columns, reference rows, time.
 
-use super::{encoder::Encoder, integrate::hermite, line};
+use super::{
+    encoder::{Encoder, unwrap},
+    integrate::{hermite, three_point_slopes},
+    line,
+};
 use crate::{
     Axis, Model, Record,
     effects::{Signals, Span},
@@ -114,27 +118,6 @@ pub(crate) fn curve(t: &[f64], values: &[f64]) -> Option<Vec<f64>> {
     Some(out)
 }
 
-/// Slope at each point of the parabola through it and its neighbours; of the straight line at the ends.
-pub(super) fn three_point_slopes(t: &[f64], y: &[f64]) -> Vec<f64> {
-    let line = |k: usize| (y[k + 1] - y[k]) / (t[k + 1] - t[k]);
-    let last = t.len() - 1;
-    let inner = |k: usize| {
-        let (before, after) = (t[k] - t[k - 1], t[k + 1] - t[k]);
-        (line(k - 1) * after + line(k) * before) / (before + after)
-    };
-    (0..=last)
-        .map(|k| {
-            if k == 0 {
-                line(0)
-            } else if k == last {
-                line(last - 1)
-            } else {
-                inner(k)
-            }
-        })
-        .collect()
-}
-
 /// Samples within and at the end of holes: stretches without a reading several times as long as readings are apart. How far
 /// all has turned meanwhile is not known.
 pub(crate) fn holes(t: &[f64], values: &[f64]) -> Vec<bool> {
@@ -171,19 +154,6 @@ fn unwrap_over_holes(t: &[f64], angle: &mut [f64], turned: &[f64]) {
             offset -= turns;
             angle[k] -= turns;
         }
-    }
-}
-
-/// Removes jumps of more than half a turn, for encoders that wrap at 2π.
-pub(super) fn unwrap(angle: &mut [f64]) {
-    use std::f64::consts::TAU;
-    let mut offset = 0.0;
-    for k in 1..angle.len() {
-        let step = angle[k] + offset - angle[k - 1];
-        if step.abs() > TAU / 2.0 {
-            offset -= (step / TAU).round() * TAU;
-        }
-        angle[k] += offset;
     }
 }
 

@@ -1,6 +1,5 @@
 //! The channels of a log that faults are looked for in, one at a time.
 
-use super::reference::wraps_in_degrees;
 use crate::{Axis, Record, Row};
 use std::f64::consts::TAU;
 
@@ -108,6 +107,12 @@ pub(super) fn unwrap(angles: &mut [f64], whole: f64) {
         turns -= whole * (step / whole).round();
         angles[k] += turns;
     }
+}
+
+/// Whether an angle jumps by a full turn of 360.
+pub(super) fn wraps_in_degrees(angle: &[f64]) -> bool {
+    let span = angle.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
+    span.1 - span.0 <= 361.0 && angle.windows(2).any(|pair| (300.0..=361.0).contains(&(pair[1] - pair[0]).abs()))
 }
 
 #[cfg(test)]

@@ -6,9 +6,9 @@
 
 use super::{
     Report,
+    channel::wraps_in_degrees,
     channel::{Channel, Readings},
     counted, quantile,
-    reference::wraps_in_degrees,
     thresholds::{CROSSED, CROSSING},
     witness::angle_read,
 };

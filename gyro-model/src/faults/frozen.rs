@@ -8,9 +8,9 @@
 use super::{
     Report,
     channel::{Channel, Readings},
-    counted, quantile, quantum,
-    reference::{Motion, turn},
-    seconds,
+    counted,
+    motion::{Motion, turn},
+    quantile, quantum, seconds,
     thresholds::{CAUGHT_UP, GOES_ON, LEAST_STEP},
     witness::angle_read,
 };

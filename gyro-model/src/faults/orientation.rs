@@ -4,7 +4,7 @@
 //! The rotation R that takes the gyro's mean rates to the reference's is that of Kabsch (1976): with Σ r gᵀ = U S Vᵀ,
 //! R = U diag(1, 1, det UVᵀ) Vᵀ. What it explains is measured with any scale, so that no unit is taken for a direction.
 
-use super::reference::{Motion, gyro_rates};
+use super::motion::{Motion, gyro_rates};
 use crate::{Axis, Record, record::ReferenceKind};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 

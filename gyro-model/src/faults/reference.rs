@@ -1,135 +1,20 @@
 //! Gyro against reference, coarsely: is the unit, the sign or the axis wrong, and does the axis turn at all?
 
-use super::{Report, channel::unwrap, orientation, quantile};
+use super::{
+    Report,
+    channel::wraps_in_degrees,
+    motion::{Motion, gyro_rates},
+    orientation, quantile,
+};
 use crate::{Axis, Record, fault::FaultKind, record::ReferenceKind};
 use std::f64::consts::TAU;
-
-/// Increments are compared over pieces of this length, s: long against any delay, short against a log.
-const PIECE: f64 = 0.5;
 
 /// Below this spread of the reference's rate, rad/s, an axis counts as not turned.
 const TURNED: f64 = 0.02;
 
-/// The reference's angle about one axis, continuous; for a quaternion the integral of the body rate.
-pub(super) struct Motion {
-    t: Vec<f64>,
-    angle: Vec<f64>,
-    /// RMS of the rate over [`PIECE`], rad/s.
-    pub(super) rate_rms: f64,
-}
-
-impl Motion {
-    /// `None` where the axis has no reference.
-    pub(super) fn of(record: &Record, axis: Axis) -> Option<Self> {
-        let i = axis.index();
-        let (mut t, mut angle) = (Vec::new(), Vec::new());
-        match record.reference(axis)? {
-            ReferenceKind::Angle => {
-                for row in record.rows.iter().filter(|r| r.ref_angle[i].is_finite()) {
-                    t.push(row.t_ns as f64 * 1e-9);
-                    angle.push(row.ref_angle[i]);
-                }
-                let whole = if wraps_in_degrees(&angle) { 360.0 } else { TAU };
-                unwrap(&mut angle, whole);
-            }
-            ReferenceKind::Rate => {
-                let mut sum = 0.0;
-                for row in record.rows.iter().filter(|r| r.ref_rate[i].is_finite()) {
-                    let now = row.t_ns as f64 * 1e-9;
-                    sum += t.last().map_or(0.0, |before| now - before) * row.ref_rate[i];
-                    t.push(now);
-                    angle.push(sum);
-                }
-            }
-            ReferenceKind::Quaternion => (t, angle) = turned(record, i, |q| q),
-        }
-        Self::along(t, angle)
-    }
-
-    /// That of an orientation whose four numbers `reading` puts in order.
-    pub(super) fn of_orientation(record: &Record, axis: Axis, reading: fn([f64; 4]) -> [f64; 4]) -> Option<Self> {
-        let (t, angle) = turned(record, axis.index(), reading);
-        Self::along(t, angle)
-    }
-
-    fn along(t: Vec<f64>, angle: Vec<f64>) -> Option<Self> {
-        let mut motion = Self { t, angle, rate_rms: 0.0 };
-        let (&from, &to) = (motion.t.first()?, motion.t.last()?);
-        let rates = motion.rates(from, to, motion.piece());
-        motion.rate_rms = (rates.iter().map(|x| x * x).sum::<f64>() / rates.len().max(1) as f64).sqrt();
-        Some(motion)
-    }
-
-    /// Its mean rates over pieces of the whole log.
-    pub(super) fn whole(&self) -> Vec<f64> {
-        let (from, to) = (self.t[0], self.t[self.t.len() - 1]);
-        self.rates(from, to, self.piece())
-    }
-
-    /// The length of the pieces over which increments are compared: [`PIECE`], and at least twenty samples.
-    fn piece(&self) -> f64 {
-        let span = self.t.last().zip(self.t.first()).map_or(0.0, |(to, from)| to - from);
-        PIECE.max(20.0 * span / self.t.len().max(1) as f64)
-    }
-
-    /// Angle at `t`, linear between samples, held at the ends.
-    pub(super) fn at(&self, t: f64) -> f64 {
-        let k = self.t.partition_point(|&x| x <= t);
-        if k == 0 {
-            return self.angle[0];
-        }
-        if k == self.t.len() {
-            return self.angle[k - 1];
-        }
-        let share = (t - self.t[k - 1]) / (self.t[k] - self.t[k - 1]);
-        self.angle[k - 1] + share * (self.angle[k] - self.angle[k - 1])
-    }
-
-    /// Mean rates over pieces of this length from `from` to `to`.
-    pub(super) fn rates(&self, from: f64, to: f64, piece: f64) -> Vec<f64> {
-        // A clock that jumps years ahead must not make years of pieces.
-        let pieces = (((to - from) / piece) as usize).clamp(1, 4 * self.t.len().max(1));
-        let edge = |k: usize| from + (to - from) * k as f64 / pieces as f64;
-        let length = (to - from).max(1e-9) / pieces as f64;
-        (0..pieces).map(|k| (self.at(edge(k + 1)) - self.at(edge(k))) / length).collect()
-    }
-}
-
-/// Times, and the integral of an orientation's body rate about one axis.
-fn turned(record: &Record, i: usize, reading: fn([f64; 4]) -> [f64; 4]) -> (Vec<f64>, Vec<f64>) {
-    let (mut sum, mut before): (f64, Option<[f64; 4]>) = (0.0, None);
-    let known = record.rows.iter().filter(|r| r.ref_quaternion[0].is_finite());
-    known
-        .map(|row| {
-            let q = reading(row.ref_quaternion);
-            sum += before.replace(q).map_or(0.0, |p| turn(p, q)[i]);
-            (row.t_ns as f64 * 1e-9, sum)
-        })
-        .unzip()
-}
-
-/// Rotation from attitude `p` to `q` (both body to world), in body axes, rad.
-pub(super) fn turn(p: [f64; 4], q: [f64; 4]) -> [f64; 3] {
-    let w = p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3];
-    let v = [
-        p[0] * q[1] - p[1] * q[0] - p[2] * q[3] + p[3] * q[2],
-        p[0] * q[2] + p[1] * q[3] - p[2] * q[0] - p[3] * q[1],
-        p[0] * q[3] - p[1] * q[2] + p[2] * q[1] - p[3] * q[0],
-    ];
-    let sine = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
-    let scale = if sine < 1e-12 { 2.0 } else { 2.0 * sine.atan2(w.abs()) / sine };
-    v.map(|x| x * scale * w.signum())
-}
-
 /// The reference angles that there are.
 fn angles(record: &Record, axis: Axis) -> Vec<f64> {
     record.rows.iter().map(|r| r.ref_angle[axis.index()]).filter(|a| a.is_finite()).collect()
-}
-
-/// Whether an angle jumps by a full turn of 360.
-pub(super) fn wraps_in_degrees(angle: &[f64]) -> bool {
-    let span = angle.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
-    span.1 - span.0 <= 361.0 && angle.windows(2).any(|pair| (300.0..=361.0).contains(&(pair[1] - pair[0]).abs()))
 }
 
 /// Reports wrong units, signs and axes, and axes that are not turned.
@@ -145,8 +30,7 @@ fn along_reference(record: &Record, report: &mut Report) {
     }
     for axis in Axis::ALL.into_iter().filter(|&a| record.has_gyro(a)) {
         let Some(motion) = Motion::of(record, axis) else { continue };
-        let (Some(&from), Some(&to)) = (motion.t.first(), motion.t.last()) else { continue };
-        let wanted = motion.rates(from, to, motion.piece());
+        let wanted = motion.whole();
         let spread = deviation(&wanted);
         let rows = record.len() as u64;
         let own = gyro_rates(record, axis, &motion);
@@ -206,26 +90,12 @@ fn reference_column(record: &Record, axis: Axis) -> &'static str {
     }
 }
 
-/// Mean gyro readings over the pieces of the reference.
-pub(super) fn gyro_rates(record: &Record, axis: Axis, motion: &Motion) -> Option<Vec<f64>> {
-    let (mut t, mut angle, mut sum) = (Vec::new(), Vec::new(), 0.0);
-    for row in record.rows.iter().filter(|r| r.gyro[axis.index()].is_finite()) {
-        let now = row.t_ns as f64 * 1e-9;
-        sum += t.last().map_or(0.0, |before| now - before) * row.gyro[axis.index()];
-        t.push(now);
-        angle.push(sum);
-    }
-    t.first()?;
-    let gyro = Motion { t, angle, rate_rms: 0.0 };
-    Some(gyro.rates(*motion.t.first()?, *motion.t.last()?, motion.piece()))
-}
-
 /// What the reference turns for one of the gyro's numbers, and how much of its motion the gyro shows (r²); `None` where an axis lacks one.
 #[must_use]
 pub fn ratio_to_reference(record: &Record, axis: Axis) -> Option<(f64, f64)> {
     let motion = Motion::of(record, axis)?;
     let own = gyro_rates(record, axis, &motion)?;
-    let wanted = motion.rates(*motion.t.first()?, *motion.t.last()?, motion.piece());
+    let wanted = motion.whole();
     Some(regress(&own, &wanted))
 }
 
@@ -409,7 +279,7 @@ fn other_units(record: &Record, report: &mut Report) {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::motion::turn, *};
 
     #[test]
     fn a_turn_about_one_body_axis_is_seen_there_with_its_sign() {

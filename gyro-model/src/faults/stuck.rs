@@ -1,6 +1,6 @@
 //! Channels that stand still while another one shows motion.
 
-use super::{Report, reference::Motion, seconds};
+use super::{Report, motion::Motion, seconds};
 use crate::{
     Axis, Record, Row,
     fault::{FaultKind, STUCK_UP_TO},

@@ -6,7 +6,8 @@
 
 use super::{
     channel::Readings,
-    reference::{Motion, gyro_rates, regress},
+    motion::{Motion, gyro_rates},
+    reference::regress,
     seconds,
     thresholds::{SHOWN, SURE, WITNESS},
 };

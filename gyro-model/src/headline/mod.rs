@@ -164,16 +164,7 @@ pub fn of_change(
 pub fn fill(axes: &mut [AxisDiagnosis], voice: Voice) {
     for axis in axes {
         axis.says = words::says(&*axis, voice);
-        let headline = of_diagnosis(axis, voice);
-        (axis.headline, axis.at_source) = (headline.answer, headline.at_source);
-    }
-}
-
-/// The same for a ladder.
-pub fn fill_ladder(axes: &mut [AxisLadder], voice: Voice) {
-    for axis in axes {
-        axis.says = words::says(&*axis, voice);
-        let headline = of_ladder(axis, voice);
+        let headline = if axis.steps.is_empty() { of_diagnosis(axis, voice) } else { of_ladder(axis, voice) };
         (axis.headline, axis.at_source) = (headline.answer, headline.at_source);
     }
 }

@@ -1,6 +1,6 @@
 use super::*;
 use crate::{
-    diagnosis::{FloorFrom, LadderStep, NoiseValue},
+    diagnosis::{FloorFrom, LadderStep},
     effects::CATALOGUE,
     fault::{DataFault, FaultKind},
     finding::{Finding, Why},
@@ -257,27 +257,11 @@ fn climbed(verdict: Verdict, ratio: f64) -> AxisLadder {
     let mut parameters = made_up(Axis::Z, "delay", 1.0);
     parameters.extend(made_up(Axis::Z, "encoder-backlash", 1.0));
     AxisLadder {
-        axis: Axis::Z,
-        verdict,
-        says: String::new(),
-        finding: Finding::Bare { verdict },
-        remarks: Vec::new(),
-        headline: String::new(),
-        at_source: String::new(),
         effects: ["scale-factor", "bias", "delay", "encoder-backlash"].map(Into::into).to_vec(),
         parameters,
-        noise: NoiseValue::default(),
         steps: vec![step(None, 14.0), step(Some("delay"), 4.0), step(Some("encoder-backlash"), ratio)],
-        data_faults: Vec::new(),
         floor_from: FloorFrom::Measured,
-        budget: Vec::new(),
-        error_by_frequency: Vec::new(),
-        limited_by: None,
-        limited_says: String::new(),
-        random: Vec::new(),
-        explained: Vec::new(),
-        unfinished: false,
-        detail: None,
+        ..AxisLadder::new(Axis::Z, Finding::Bare { verdict })
     }
 }
 

@@ -11,7 +11,7 @@ mod tests;
 
 use crate::{
     Axis,
-    diagnosis::{AxisDiagnosis, AxisLadder, DataFault},
+    diagnosis::{AxisResult, DataFault},
     finding::{Finding, Remark},
 };
 pub use finding::pieces;
@@ -129,16 +129,9 @@ pub struct Subject<'a> {
     pub faults: &'a [DataFault],
 }
 
-impl<'a> From<&'a AxisDiagnosis> for Subject<'a> {
-    fn from(own: &'a AxisDiagnosis) -> Self {
-        let AxisDiagnosis { axis, finding, remarks, limited_says, data_faults, .. } = own;
-        Self { axis: *axis, finding, remarks, limited_says, faults: data_faults }
-    }
-}
-
-impl<'a> From<&'a AxisLadder> for Subject<'a> {
-    fn from(own: &'a AxisLadder) -> Self {
-        let AxisLadder { axis, finding, remarks, limited_says, data_faults, .. } = own;
+impl<'a> From<&'a AxisResult> for Subject<'a> {
+    fn from(own: &'a AxisResult) -> Self {
+        let AxisResult { axis, finding, remarks, limited_says, data_faults, .. } = own;
         Self { axis: *axis, finding, remarks, limited_says, faults: data_faults }
     }
 }
@@ -152,15 +145,7 @@ pub fn says<'a>(subject: impl Into<Subject<'a>>, voice: Voice) -> String {
     remarks.fold(finding, |says, remark| format!("{}. {remark}", says.trim_end_matches('.')))
 }
 
-impl AxisDiagnosis {
-    /// What was found, in words.
-    #[must_use]
-    pub fn in_words(&self, voice: Voice) -> String {
-        says(self, voice)
-    }
-}
-
-impl AxisLadder {
+impl AxisResult {
     /// What was found, in words.
     #[must_use]
     pub fn in_words(&self, voice: Voice) -> String {

@@ -8,8 +8,8 @@ fn named(effect: &str, aliases: &[&str]) -> NamedEffect {
     NamedEffect { effect: effect.into(), aliases: aliases.iter().map(|&alias| alias.into()).collect() }
 }
 
-fn axis(finding: Finding) -> AxisDiagnosis {
-    AxisDiagnosis {
+fn axis(finding: Finding) -> AxisResult {
+    AxisResult {
         limited_says: "the gyro's own white noise, 0.0050 °/√s (80 % of the error² at 1.0 s). Use a quieter gyro."
             .into(),
         data_faults: vec![
@@ -28,7 +28,7 @@ fn axis(finding: Finding) -> AxisDiagnosis {
                 says: "ref_angle_x is made of gyro_x's own readings: nothing can be told".into(),
             },
         ],
-        ..AxisDiagnosis::new(Axis::X, finding)
+        ..AxisResult::new(Axis::X, finding)
     }
 }
 

@@ -14,7 +14,7 @@ use super::{Against, Change, Context, Product, next};
 use axis::{curve, falling, tone, words};
 use gyro_model::{
     Axis,
-    detail::{AxisDetail, Trace, fails_where},
+    detail::{AxisDetail, Trace},
     diagnosis::{AxisDiagnosis, AxisLadder, Diagnosis, ErrorPoint, Ladder, Verdict},
     headline::{self, Beside, Fall, Headline, Named, Together},
     words::{Voice, beyond},
@@ -326,42 +326,22 @@ impl AxisView {
         let within_floor = last.map(|step| step.error_curve.iter().all(is_within));
         let spoken = headline::of_ladder(axis, voice);
         Self {
-            axis: axis.axis.letter(),
-            verdict: axis.verdict,
             at_source: spoken.at_source,
             label: words(axis.verdict, named, aliases, axis.limited_by, voice),
-            tone: tone(axis.verdict),
             says: axis::sentence(&beyond(axis, headline::has_additions(axis), voice)),
             headline: spoken.answer,
-            effects: axis.effects.iter().map(|id| axis::card(id)).collect(),
-            parameters: axis::parameters(axis.axis, &axis.parameters, true),
-            noise: axis::noise(&axis.noise, axis.verdict),
             judged: curves.len().saturating_sub(1),
             curves,
-            error_over_floor: last.and_then(|s| s.error_over_floor).filter(|r| r.is_finite()),
             within_floor,
             floor_source: String::new(),
-            limit: axis::limit(
-                (axis.limited_by, &axis.limited_says, &axis.random),
-                axis.verdict,
-                axis.floor_from,
-                &axis.budget,
-                &axis.error_by_frequency,
-                voice,
-            ),
-            fails_where: match &axis.detail {
-                Some(detail) if axis.verdict != Verdict::Adequate && within_floor != Some(true) => {
-                    fails_where(detail).into_iter().map(|f| f.says).collect()
-                }
-                _ => Vec::new(),
+            fails_where: match axis.verdict {
+                Verdict::Adequate => Vec::new(),
+                _ if within_floor == Some(true) => Vec::new(),
+                _ => axis.fails_where.iter().map(|f| f.says.clone()).collect(),
             },
-            suspects: Vec::new(),
             suspects_head: "",
             steps,
-            data_faults: axis.data_faults.iter().map(axis::fault).collect(),
-            explained: axis.explained.iter().map(explained::view).collect(),
-            detail: axis.detail.clone(),
-            other_trace: None,
+            ..Self::of_diagnosis(axis, voice)
         }
     }
 }

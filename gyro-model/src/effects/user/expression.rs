@@ -1,6 +1,6 @@
 //! Arithmetic over named quantities: text to a stack program, and its value without allocation.
 
-use super::{function::Function, parser};
+use super::function::Function;
 use std::ops::Range;
 use thiserror::Error;
 
@@ -96,18 +96,6 @@ pub enum Problem {
 }
 
 impl<V: Copy> Expression<V> {
-    /// Compiles `text`; `name` says what a name stands for, or lists what there is.
-    ///
-    /// # Errors
-    /// Where the text is no expression, with the place.
-    pub fn parse(text: &str, name: impl FnMut(&str) -> Result<V, String>) -> Result<Self, ExpressionError> {
-        let expression = Self { program: parser::parse(text, name)? };
-        if expression.height() > DEEPEST {
-            return Err(ExpressionError { span: 0..text.len(), problem: Problem::TooDeep });
-        }
-        Ok(expression)
-    }
-
     /// The variables, in order of appearance, repeated where they are.
     pub fn variables(&self) -> impl Iterator<Item = V> + '_ {
         self.program.iter().filter_map(|operation| match operation {
@@ -178,7 +166,7 @@ impl<V: Copy> Expression<V> {
     }
 
     /// Highest the stack gets.
-    fn height(&self) -> usize {
+    pub(super) fn height(&self) -> usize {
         let (mut now, mut highest) = (0_usize, 0);
         for operation in &self.program {
             now = now + 1 - operation.taken();

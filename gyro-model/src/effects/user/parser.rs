@@ -9,12 +9,26 @@
 //! ```
 
 use super::{
-    expression::{DEEPEST, ExpressionError, LONGEST, Operation, Problem},
+    expression::{DEEPEST, Expression, ExpressionError, LONGEST, Operation, Problem},
     function::Function,
 };
 
+impl<V: Copy> Expression<V> {
+    /// Compiles `text`; `name` says what a name stands for, or lists what there is.
+    ///
+    /// # Errors
+    /// Where the text is no expression, with the place.
+    pub fn parse(text: &str, name: impl FnMut(&str) -> Result<V, String>) -> Result<Self, ExpressionError> {
+        let expression = Self { program: parse(text, name)? };
+        if expression.height() > DEEPEST {
+            return Err(ExpressionError { span: 0..text.len(), problem: Problem::TooDeep });
+        }
+        Ok(expression)
+    }
+}
+
 /// The program of `text`; `name` says what a name stands for, or lists what there is.
-pub(super) fn parse<V: Copy>(
+fn parse<V: Copy>(
     text: &str,
     name: impl FnMut(&str) -> Result<V, String>,
 ) -> Result<Vec<Operation<V>>, ExpressionError> {
