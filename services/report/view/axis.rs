@@ -52,6 +52,23 @@ pub(super) fn sentence(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
+/// The same in a cell of a table.
+pub(super) fn brief(verdict: Verdict, searched: bool, several: bool, group: &[&str]) -> String {
+    match verdict {
+        Verdict::Adequate => "adequate".into(),
+        Verdict::MissingEffect if several => "missing effects".into(),
+        Verdict::MissingEffect if group.is_empty() => "an effect is missing".into(),
+        Verdict::MissingEffect => "missing effect".into(),
+        // Which they are says more than that they are several.
+        Verdict::Ambiguous if group.is_empty() => "several effects fit alike".into(),
+        Verdict::Ambiguous => group.join(" or "),
+        Verdict::Unexplained if !searched => NOT_SEARCHED.into(),
+        Verdict::Unexplained => "unexplained".into(),
+        Verdict::CannotTell => "cannot tell".into(),
+        Verdict::BadData => "bad data".into(),
+    }
+}
+
 /// The colour of a verdict.
 pub(super) const fn tone(verdict: Verdict) -> &'static str {
     match verdict {

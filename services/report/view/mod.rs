@@ -57,6 +57,9 @@ pub struct AxisView {
     pub at_source: String,
     /// `missing effect: delay`.
     pub label: String,
+    /// The same in a cell of a table.
+    #[serde(skip)]
+    pub brief: String,
     /// `good`, `warn`, `bad`, `unknown`.
     pub tone: &'static str,
     /// In a sentence or two.
@@ -229,6 +232,9 @@ impl AxisView {
             curves.push(curve(&label, axis.corrected_curve()));
         }
         let suspect = axis.suspects.first().map(|s| s.effect.as_str());
+        let best = axis.suspects.iter().take(1);
+        let group: Vec<&str> =
+            best.flat_map(|s| std::iter::once(&s.effect).chain(&s.aliases)).map(String::as_str).collect();
         let spoken = headline::of_diagnosis(axis, voice);
         Self {
             axis: axis.axis.letter(),
@@ -244,6 +250,7 @@ impl AxisView {
                     words(verdict, suspect, aliases, axis.limited_by, voice)
                 }
             },
+            brief: axis::brief(axis.verdict, axis.searched, several, &group),
             tone: tone(axis.verdict),
             says: axis::sentence(&beyond(axis, false, voice)),
             headline: spoken.answer,
@@ -328,6 +335,12 @@ impl AxisView {
         Self {
             at_source: spoken.at_source,
             label: words(axis.verdict, named, aliases, axis.limited_by, voice),
+            brief: axis::brief(
+                axis.verdict,
+                true,
+                false,
+                &named.into_iter().chain(aliases.iter().map(String::as_str)).collect::<Vec<_>>(),
+            ),
             says: axis::sentence(&beyond(axis, headline::has_additions(axis), voice)),
             headline: spoken.answer,
             judged: curves.len().saturating_sub(1),

@@ -127,9 +127,7 @@ fn without(view: &AxisView, shares: bool) -> String {
         Verdict::Adequate | Verdict::MissingEffect if shares => "nothing else".to_owned(),
         Verdict::Adequate => "nothing is missing".to_owned(),
         Verdict::CannotTell if shares => "cannot tell more".to_owned(),
-        // `ambiguous: delay or lag`: which they are says more than that they are.
-        Verdict::Ambiguous => view.label.rsplit(": ").next().unwrap_or_default().to_owned(),
-        _ => view.label.split(": ").next().unwrap_or_default().to_owned(),
+        _ => view.brief.clone(),
     }
 }
 
