@@ -50,7 +50,7 @@ pub(super) struct Test<S: 'static> {
 }
 
 impl<S> Condition<S> {
-    fn holds(&self, subject: &S) -> bool {
+    pub(super) fn holds(&self, subject: &S) -> bool {
         match self {
             Self::Above(measure, threshold) => (measure.of)(subject) > threshold.value,
             Self::Below(measure, threshold) => (measure.of)(subject) < threshold.value,

@@ -220,3 +220,6 @@ fn noise(o: &Observed) -> Adequate {
         (false, false) => Adequate::Limited,
     }
 }
+
+#[cfg(test)]
+mod tests;
