@@ -245,7 +245,7 @@ impl Budget {
             by_frequency,
             limited_by,
             limited_says,
-            random: random.reported(),
+            random: says::reported(&random),
             floor_from,
             set_up,
             wander: Vec::new(),

@@ -7,7 +7,10 @@ use super::{
     reference_bandwidth::missing_at,
     seen::Seen,
 };
-use crate::diagnosis::{BudgetPoint, LimitedBy, PARTS};
+use crate::{
+    diagnosis::{BudgetPoint, LimitedBy, PARTS, RandomCause},
+    fit::judged::finite,
+};
 
 /// The averaging times over which a log's limit is told: from four samples to a thirtieth of the log.
 fn middle(points: &[BudgetPoint], dt: f64) -> impl Iterator<Item = &BudgetPoint> {
@@ -133,8 +136,21 @@ pub fn says(
     }
 }
 
+/// The random causes that were found, as reported.
+pub fn reported(random: &Random) -> Vec<RandomCause> {
+    let of = |found: &Found| RandomCause {
+        cause: found.cause.limit(),
+        size: finite(found.size.value),
+        std_error: finite(found.size.std_error),
+        unit: found.cause.unit().to_owned(),
+        count: found.count,
+        says: sentence(found),
+    };
+    random.found.iter().map(of).collect()
+}
+
 /// A random cause in a sentence, and what to do about it.
-pub fn random(found: &Found) -> String {
+fn sentence(found: &Found) -> String {
     let says = what(found);
     let first = says.chars().next().map_or_else(String::new, |first| first.to_uppercase().to_string());
     format!("{first}{}. {}", says.get(first.len()..).unwrap_or_default(), remedy(found.cause))

@@ -16,9 +16,7 @@ mod cause;
 mod components;
 mod course;
 
-use crate::{
-    diagnosis::RandomCause, evidence::study::Study, fit::judged::finite, statistics::Estimate, thresholds as limit,
-};
+use crate::{evidence::study::Study, statistics::Estimate, thresholds as limit};
 pub use cause::Cause;
 use components::{BLOCKS, Components, Squares};
 use course::{Course, Window};
@@ -76,20 +74,6 @@ impl Random {
     #[must_use]
     pub fn makes(&self, cause: Cause, k: usize) -> f64 {
         self.found.iter().filter(|found| found.cause == cause).map(|found| found.makes[k]).sum()
-    }
-
-    /// As reported.
-    #[must_use]
-    pub fn reported(&self) -> Vec<RandomCause> {
-        let of = |found: &Found| RandomCause {
-            cause: found.cause.limit(),
-            size: finite(found.size.value),
-            std_error: finite(found.size.std_error),
-            unit: found.cause.unit().to_owned(),
-            count: found.count,
-            says: super::says::random(found),
-        };
-        self.found.iter().map(of).collect()
     }
 }
 
