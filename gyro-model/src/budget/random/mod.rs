@@ -16,7 +16,7 @@ mod cause;
 mod components;
 mod course;
 
-use crate::{evidence::study::Study, statistics::Estimate, thresholds as limit};
+use crate::{evidence::study::Study, fit::judged::finite, statistics::Estimate, thresholds as limit};
 pub use cause::Cause;
 use components::{BLOCKS, Components, Squares};
 use course::{Course, Window};
