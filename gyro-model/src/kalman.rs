@@ -347,7 +347,7 @@ impl Filter {
 
     /// b and s are these, with this covariance, whatever was believed of them.
     pub fn recalibrate(&mut self, calibration: Vector2<f64>, covariance: Matrix2<f64>) {
-        (self.x[BIAS], self.x[SCALE]) = (calibration[0], calibration[1]);
+        (self.x[BIAS], self.x[SCALE]) = (calibration[0], calibration[1].clamp(-SCALE_MAX, SCALE_MAX));
         self.forget(BIAS, 0.0);
         self.forget(SCALE, 0.0);
         self.p.fixed_view_mut::<2, 2>(BIAS, BIAS).copy_from(&covariance);

@@ -266,3 +266,17 @@ fn a_reference_of_ten_hertz_corrects_a_bias_that_the_model_is_wrongly_certain_of
         );
     }
 }
+
+#[test]
+fn spikes_of_the_gyro_make_no_noise_of_it() {
+    let gyro = GYROS[0];
+    let reference = Reference { hz: 100.0, step: TAU / 4096.0, ..PLAIN };
+    let mut rows = rows(swing, gyro, reference, 30.0, 3);
+    for row in rows.iter_mut().skip(300).step_by(237) {
+        row.gyro[2] = -2000.0 * DEGREE;
+    }
+    let estimates = run(None, &rows);
+    let off = estimates[500..].iter().map(|e| (e.axes[2].rate_filtered - swing(e.valid_t_ns as f64 * 1e-9).1).abs());
+    let wrong = off.filter(|off| *off > 6.0 * DEGREE).count();
+    assert!(wrong < 5, "{wrong} rates off by more than 6 °/s");
+}

@@ -22,6 +22,9 @@ const ANGLE_UNKNOWN: f64 = 0.1;
 /// Times by which that variance has to exceed the model's to contradict it.
 const EXCEEDS: f64 = 16.0;
 
+/// Readings after a spike or a step whose interpolation still depends on it.
+const UNREST: u8 = 4;
+
 /// Variance of a gyro reading as long as fewer than [`SPREAD_KNOWN`] are there, (rad/s)² (0.6 °/s).
 const READING_UNKNOWN: f64 = 1e-4;
 const SPREAD_KNOWN: f64 = 12.0;
@@ -78,6 +81,9 @@ pub(super) struct AxisState {
     rate_reference: Reference,
     /// The references have shown that the model's bias or scale is wrong: until another comes, it counts as not fitted.
     doubted: bool,
+    /// A reading was left out, or began anew, since the last reference; readings until a cubic through them knows nothing of that.
+    spiked: bool,
+    unrest: u8,
     motion: Motion,
     /// ∫ rate dt up to `integrated_to`.
     angle: f64,
@@ -121,6 +127,8 @@ impl AxisEstimator {
                 angle_reference: Reference::new(identified.calibration.delay_std),
                 rate_reference: Reference::new(identified.calibration.delay_std),
                 doubted: false,
+                spiked: false,
+                unrest: 0,
                 motion: Motion::default(),
                 angle: 0.0,
                 integrated_to: 0,
@@ -198,6 +206,7 @@ impl AxisEstimator {
         out.rate = rate;
         let read = newest >= moment.valid_t_ns;
         let lost = compensation.lost(self.axis, moment.valid_t_ns);
+        let spread = self.state.spread;
         if read && !lost {
             self.state.spread.take(moment.valid_t_ns, rate);
         }
@@ -235,6 +244,15 @@ impl AxisEstimator {
                 Fate::Rejected => flags::OUTLIER,
                 Fate::Restarted => flags::RESTARTED,
             };
+            if innovation.fate == Fate::Rejected {
+                // A spike is no noise, and what it adds to the integral has not been turned.
+                state.spread = spread;
+            }
+            if innovation.fate == Fate::Taken {
+                state.unrest = state.unrest.saturating_sub(1);
+            } else {
+                (state.spiked, state.unrest) = (true, UNREST);
+            }
             state.process_noise.step(rate, r, moment.dt, state.spread.interval);
         }
         if !state.filter.is_finite() {
@@ -375,7 +393,12 @@ impl AxisEstimator {
         let open = Self::open_loop(&self.state, compensation, self.axis, when);
         let known = self.known(compensation, when);
         let known = Known { over: if increment.is_some() { LONGEST_TURNING } else { LONGEST }, ..known };
-        let reference = &mut self.state.angle_reference;
+        let state = &mut self.state;
+        if state.spiked {
+            state.angle_reference.break_off();
+            state.spiked = state.unrest > 0;
+        }
+        let reference = &mut state.angle_reference;
         let heard = increment.and_then(|more| Some(reference.continued(when.t_ns, open, &known)? + more));
         let taken = reference.take_angle(when.t_ns, open, heard.unwrap_or(angle), &known);
         let (Some([late, variance]), true) = (taken, self.fuse) else { return };

@@ -119,6 +119,13 @@ impl Reference {
         (delay * changing, (std * changing).powi(2) * correlated)
     }
 
+    /// What the gyro says has turned since the last reading is wrong: the next one begins anew.
+    pub(super) fn break_off(&mut self) {
+        self.last = None;
+        self.noise.break_off();
+        self.check.break_off();
+    }
+
     /// Another model with the same effects: u becomes `gain` u + `offset`.
     pub(super) fn rescale(&mut self, gain: f64, offset: f64) {
         self.check.rescale(gain, offset);
