@@ -81,9 +81,8 @@ pub(super) struct AxisState {
     rate_reference: Reference,
     /// The references have shown that the model's bias or scale is wrong: until another comes, it counts as not fitted.
     doubted: bool,
-    /// A reading was left out, or began anew, since the last reference; readings until a cubic through them knows nothing of that.
-    spiked: bool,
-    unrest: u8,
+    /// Where a reading was left out, or began anew, since the last reference: readings until a cubic through them knows nothing of that.
+    unrest: Option<u8>,
     motion: Motion,
     /// ∫ rate dt up to `integrated_to`.
     angle: f64,
@@ -127,8 +126,7 @@ impl AxisEstimator {
                 angle_reference: Reference::new(identified.calibration.delay_std),
                 rate_reference: Reference::new(identified.calibration.delay_std),
                 doubted: false,
-                spiked: false,
-                unrest: 0,
+                unrest: None,
                 motion: Motion::default(),
                 angle: 0.0,
                 integrated_to: 0,
@@ -249,9 +247,9 @@ impl AxisEstimator {
                 state.spread = spread;
             }
             if innovation.fate == Fate::Taken {
-                state.unrest = state.unrest.saturating_sub(1);
+                state.unrest = state.unrest.map(|left| left.saturating_sub(1));
             } else {
-                (state.spiked, state.unrest) = (true, UNREST);
+                state.unrest = Some(UNREST);
             }
             state.process_noise.step(rate, r, moment.dt, state.spread.interval);
         }
@@ -394,9 +392,9 @@ impl AxisEstimator {
         let known = self.known(compensation, when);
         let known = Known { over: if increment.is_some() { LONGEST_TURNING } else { LONGEST }, ..known };
         let state = &mut self.state;
-        if state.spiked {
+        if state.unrest.is_some() {
             state.angle_reference.break_off();
-            state.spiked = state.unrest > 0;
+            state.unrest = state.unrest.filter(|&left| left > 0);
         }
         let reference = &mut state.angle_reference;
         let heard = increment.and_then(|more| Some(reference.continued(when.t_ns, open, &known)? + more));
