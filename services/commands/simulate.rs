@@ -27,7 +27,8 @@ Examples:
   truerate simulate --hide warm-up --hide cross-axis -o two.csv
       two effects at their typical sizes
   truerate simulate --hide reversal-steps:size=0.005 -o play.csv
-      a step of random size at each reversal (also: random-scale, rate-noise, start-stop-steps, lost-motion)
+      a step of random size at each reversal; other random causes: random-scale, rate-noise,
+      start-stop-steps, lost-motion
   truerate simulate --motion drive --seconds 300 --rate 200 --seed 7 -o drive.csv.gz
   truerate simulate --reference orientation --reference-noise 3e-4:10-70 --rate 286 -o cameras.csv
       noise of cameras between 10 and 70 Hz
