@@ -366,6 +366,11 @@ pub fn of_file(path: &Path, options: &Options, error: &LogError) -> Option<Advic
     })
 }
 
+/// Whether a file is text with a table.
+pub fn is_text(path: &Path) -> bool {
+    path != Path::new("-") && Input::open(path).is_ok_and(|input| input.is_text())
+}
+
 /// Whether a file is a gyro's log with these flags.
 pub fn is_log(path: &Path, options: &Options, flags: &[String]) -> bool {
     let mut tried = Options { advises: false, ..options.clone() };

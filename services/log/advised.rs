@@ -11,6 +11,7 @@ use std::path::Path;
 pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, Provenance), LogError> {
     whole::read(path, options).map_err(|error| {
         let advice = advice::of_file(path, options, &error);
-        error.advised(advice)
+        // Of messages the names are those of their kinds, not of a text's columns.
+        error.advised(advice, advice::is_text(path))
     })
 }

@@ -397,8 +397,10 @@ impl LogError {
 
     /// The same with what to do about it; hints that were not tried are left out.
     #[must_use]
-    pub(super) fn advised(mut self, advice: Option<Advice>) -> Self {
-        if let Problem::Missing { known, .. } | Problem::NoReference { known, .. } = &mut self.0.problem {
+    pub(super) fn advised(mut self, advice: Option<Advice>, is_text: bool) -> Self {
+        if let (true, Problem::Missing { known, .. } | Problem::NoReference { known, .. }) =
+            (is_text, &mut self.0.problem)
+        {
             known.likely.clear();
         }
         self.0.advice = advice;
