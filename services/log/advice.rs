@@ -91,7 +91,11 @@ impl Sample {
         let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let back = steps.iter().filter(|step| **step < 0.0).count();
         steps.retain(|step| *step > 0.0);
-        if values.len() < FEWEST.min(self.rows()) || 50 * back > values.len() || 3 * steps.len() < values.len() {
+        if steps.is_empty()
+            || values.len() < FEWEST.min(self.rows())
+            || 50 * back > values.len()
+            || 3 * steps.len() < values.len()
+        {
             return None;
         }
         let middle = steps.len() / 2;
