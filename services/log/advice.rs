@@ -28,6 +28,8 @@ const FASTEST: f64 = 1e-4;
 const USUAL: f64 = 0.01;
 /// Columns that are held against each other, at most.
 const MOST: usize = 12;
+/// A table with more columns is looked at by nobody.
+const WIDEST: usize = 1000;
 /// A file of more bytes is tried by its first rows alone.
 const LARGE: u64 = 64 << 20;
 /// How much of the angle's motion a rate has to show, as r².
@@ -346,6 +348,9 @@ pub fn of_file(path: &Path, options: &Options, error: &LogError) -> Option<Advic
     let input = Input::open(path).ok().filter(Input::is_text)?;
     let mut table = Table::open(input, &|_| false).ok()?;
     let (head, dialect) = (table.head().clone(), table.dialect());
+    if head.names.len() > WIDEST {
+        return None;
+    }
     let mut sample = Sample::of(&head, std::iter::empty());
     for _ in 0..LOOKED_AT {
         let Ok(Some(row)) = table.next_row() else { break };
