@@ -90,7 +90,10 @@ impl Input {
         let (own, mut records) = (is_own(&start), json::is_records(&start));
         let mut format = recognise(if own || records { b"t" } else { &start });
         if is_text(format) && !own && !records {
-            look_further(&mut bytes, &mut start).map_err(|error| Problem::reading(error, packing))?;
+            if let Err(error) = look_further(&mut bytes, &mut start) {
+                // What is whole before the damage is read, and the damage reported at its line.
+                bytes = Box::new(Broken(Some(error)));
+            }
             records = json::is_records_below(&start);
             if !records && Kinds::is_text_of(&start) {
                 format = &Kinds;
@@ -168,6 +171,15 @@ fn unwritten(path: &Path) -> Result<(), Problem> {
         return Err(Problem::Unwritten(Path::new(&log).display().to_string()));
     }
     Ok(())
+}
+
+/// A source that ends in an error.
+struct Broken(Option<io::Error>);
+
+impl Read for Broken {
+    fn read(&mut self, _: &mut [u8]) -> io::Result<usize> {
+        self.0.take().map_or(Ok(0), Err)
+    }
 }
 
 /// Adds what comes next of a text to its start: as much as tells whether its rows are of several kinds.
