@@ -7,7 +7,8 @@ use std::path::Path;
 /// Reads a log (`-`: standard input): its rows, what is faulty in them, and where they come from.
 ///
 /// # Errors
-/// As [`whole::read`], with the command that mends it where there is one.
+/// See [`super::Problem`]: unreadable, no usable header, text for a number, too few rows, more than a tenth of them faulty; with the command
+/// that mends it where there is one.
 pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, Provenance), LogError> {
     whole::read(path, options).map_err(|error| {
         let advice = advice::of_file(path, options, &error);
