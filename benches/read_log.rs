@@ -2,7 +2,7 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use std::{fmt::Write as _, hint::black_box};
-use truerate::log::{Options, Reader};
+use workbench::log::{Options, Reader};
 
 const BYTES: usize = 50_000_000;
 

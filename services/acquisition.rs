@@ -1,7 +1,6 @@
 //! acquisition: takes rows from the source, at their time or as fast as they are followed, and gives them as samples.
 
 use crate::{
-    clock::now_ns,
     consumers::Consumers,
     pulse::Pulse,
     run_folder::{Run, RunFolder},
@@ -18,6 +17,7 @@ use ipc_types::{
     wait::Wait,
 };
 use std::{thread::sleep, time::Duration};
+use workbench::clock::now_ns;
 
 /// The longest sleep without looking at anything else.
 const NAP: Duration = Duration::from_millis(20);

@@ -1,9 +1,8 @@
 //! The flags that several commands share.
 
-use crate::log::Options;
-use clap::ValueEnum;
 use gyro_model::Axis;
 use std::path::PathBuf;
+use workbench::{log::Options, report::Format};
 
 /// Which log, and how to read it.
 #[derive(clap::Args, Debug, Clone)]
@@ -85,18 +84,6 @@ pub struct ReportArgs {
     /// Also write the report to this file; its ending (.txt, .json, .html) says in which form
     #[arg(long, value_name = "F")]
     pub report: Option<PathBuf>,
-}
-
-/// The forms of a report.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum Format {
-    /// For people, in the terminal
-    #[default]
-    Text,
-    /// For programs: SI units, keys that stay
-    Json,
-    /// One self-contained page with charts
-    Html,
 }
 
 /// The axes that `--axis` picks: that one, or all of the given.

@@ -3,9 +3,7 @@
 use crate::{
     agreement::{AGREE, is_named, seen_ns},
     ask::ask,
-    clock::now_ns,
     domain,
-    output::print,
     settings::{Settings, Simulation},
     source::scenario,
     stop::Stop,
@@ -24,6 +22,7 @@ use std::{
     thread::sleep,
     time::{Duration, Instant},
 };
+use workbench::{clock::now_ns, output::print};
 
 /// Rows a second of the simulated vehicle.
 const RATE_HZ: f64 = 100.0;

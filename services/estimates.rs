@@ -1,8 +1,8 @@
 //! The columns of `truerate apply` and of `run --record`: the same rows, byte for byte.
 
-use crate::log::{RecordWriter, create};
 use gyro_model::{Axis, estimator::Estimate};
 use std::path::Path;
+use workbench::log::{RecordWriter, create};
 
 const COLUMNS: [&str; 5] = ["rate", "rate_filtered", "rate_std", "angle", "angle_fused"];
 

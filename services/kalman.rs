@@ -3,8 +3,6 @@
 //! Per sample it allocates nothing but iceoryx2's one loan, takes no lock and logs nothing.
 
 use crate::{
-    clock::now_ns,
-    model_file,
     pulse::Pulse,
     rate_out::{self, ring::Ring},
     run_folder::{Run, RunFolder},
@@ -26,6 +24,7 @@ use ipc_types::{
     wait::Wait,
 };
 use std::{path::Path, time::Duration};
+use workbench::{clock::now_ns, model_file};
 
 /// Parameters that are silent for longer are stale: the compensator gives them ten times a second, ns.
 const STALE_NS: u64 = 1_000_000_000;

@@ -1,5 +1,7 @@
 //! The program's library: commands, services, and what they read and write.
 //!
+//! Logs, model files and reports stand in a crate of their own, `workbench`.
+//!
 //! | module | noun |
 //! | --- | --- |
 //! | [`cli`], [`arguments`] | the command line: what there is, and the exit code; the flags that several commands share |
@@ -18,26 +20,18 @@
 //! | [`profile`] | when every sample was at every stage, as a trace |
 //! | [`rate_out`], [`sender`] | the rate for a vehicle: shared memory, sockets, standard output |
 //! | [`wire`] | between messages and mathematics |
-//! | [`clock`], [`stop`], [`pulse`], [`vault`], [`hopeless`] | a process' clock, end, heart-beat, memory, last word |
+//! | [`stop`], [`pulse`], [`vault`], [`hopeless`] | a process' end, heart-beat, memory, last word |
 //! | [`hops`] | round trips between two processes, ours beside others |
 //! | [`guide`] | a recording that says what to do next |
-//! | [`report`] | results as text, JSON and one HTML page |
 //! | [`estimates`] | the columns of `apply` and of recordings |
 //! | [`dashboard`] | the live page: what it shows, who may see it, what it orders |
 //! | [`top`] | the same essentials in a terminal |
-//! | [`log`] | logs: CSV in, checked; CSV out |
-//! | [`model_file`] | model files: TOML, strict |
-//! | [`output`] | files that are written whole or not at all |
-//! | [`plot`] | figures as SVG |
-//! | [`recording`] | MCAP files: written, and read as logs |
-//! | [`toml_error`] | what is wrong in a TOML file, with line and caret |
 
 pub mod acquisition;
 pub mod agreement;
 pub mod arguments;
 pub mod ask;
 pub mod cli;
-pub mod clock;
 pub mod commands;
 pub mod compensator;
 pub mod consumers;
@@ -46,25 +40,18 @@ pub mod deadline;
 pub mod demo;
 pub mod domain;
 pub mod estimates;
-pub mod export;
 pub mod guide;
 pub mod hopeless;
 pub mod hops;
 pub mod kalman;
 pub mod listening;
 pub mod live;
-pub mod log;
-pub mod model_file;
-pub mod output;
-pub mod plot;
 pub mod profile;
 pub mod progress;
 pub mod pulse;
 pub mod rate_out;
 pub mod realtime;
 pub mod recorder;
-pub mod recording;
-pub mod report;
 pub mod run_folder;
 pub mod sender;
 pub mod settings;
@@ -72,7 +59,6 @@ pub mod source;
 pub mod source_clock;
 pub mod stop;
 pub mod supervisor;
-pub mod toml_error;
 pub mod top;
 pub mod vault;
 pub mod watch;

@@ -1,12 +1,9 @@
 //! recorder: takes estimates, writes them in the columns of `truerate apply`; into an MCAP file, the samples too.
 
 use crate::{
-    clock::now_ns,
     estimates::EstimateWriter,
     hopeless::Hopeless,
-    model_file,
     pulse::Pulse,
-    recording::RecordingWriter,
     run_folder::{Run, RunFolder},
     stop::Stop,
     wire,
@@ -23,6 +20,7 @@ use std::{
     path::{Path, PathBuf},
     time::Duration,
 };
+use workbench::{clock::now_ns, model_file, recording::RecordingWriter};
 
 const NAP: Duration = Duration::from_millis(20);
 

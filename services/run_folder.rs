@@ -1,15 +1,14 @@
 //! The files of a run, in its instance's folder: they outlive a process that dies, and go when the run ends.
 
-use crate::{
-    model_file::{ModelFile, render},
-    output::{For, write_for},
-    settings::Settings,
-    stop::Stop,
-};
+use crate::{settings::Settings, stop::Stop};
 use anyhow::Context;
 use ipc_types::{ServiceId, domain::Domain};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::{fs, path::PathBuf, time::Duration};
+use workbench::{
+    model_file::{ModelFile, render},
+    output::{For, write_for},
+};
 
 /// A run: its number and what it was told. The supervisor writes it, the others read it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

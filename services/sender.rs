@@ -1,7 +1,6 @@
 //! sender: the process that gives the rate to sockets and to standard output.
 
 use crate::{
-    clock::now_ns,
     hopeless::Hopeless,
     pulse::Pulse,
     rate_out::{
@@ -18,6 +17,7 @@ use crate::{
 };
 use ipc_types::{Estimate, MARK_DATA, ServiceId, State, port::Hub, topic};
 use std::time::{Duration, Instant};
+use workbench::clock::now_ns;
 
 const NAP: Duration = Duration::from_millis(20);
 /// So long standard output may take for the last rows.

@@ -3,8 +3,6 @@
 use crate::{
     hopeless::Hopeless,
     live::{Address, Content, Joined, Stream, timeline::Given},
-    log::{Options, Reader},
-    model_file::ModelFile,
     run_folder::{Run, RunFolder, SourceFacts},
     settings::{Settings, SimulatedReference, Source},
     stop::Stop,
@@ -20,6 +18,10 @@ use ipc_types::health::SourceHealth;
 use std::{
     path::{Path, PathBuf},
     time::Duration,
+};
+use workbench::{
+    log::{Options, Reader},
+    model_file::ModelFile,
 };
 
 /// The source of one run.

@@ -7,12 +7,12 @@ use std::{
     cell::Cell,
 };
 use truerate::{
-    clock::now_ns,
     kalman::Kalman,
     run_folder::{RunFolder, SourceFacts},
     settings::Settings,
     wire,
 };
+use workbench::clock::now_ns;
 
 struct Counting;
 

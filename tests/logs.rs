@@ -1,7 +1,7 @@
 //! Logs that come with nothing wrong in them are read without complaint.
 
 use std::path::PathBuf;
-use truerate::log::{self, Options};
+use workbench::log::{self, Options};
 
 /// The folder of logs to try things on: `TRUERATE_LOGS`, or the one beside the checkout.
 fn logs() -> Option<PathBuf> {

@@ -7,8 +7,6 @@ use crate::{
         subject::{say_chosen, writable},
     },
     estimates::EstimateWriter,
-    log::{self, Options},
-    model_file,
     progress::Progress,
 };
 use anyhow::{Context, Result, bail};
@@ -17,6 +15,10 @@ use std::{
     fmt::Write,
     path::{Path, PathBuf},
     process::ExitCode,
+};
+use workbench::{
+    log::{self, Options},
+    model_file,
 };
 
 /// What `truerate apply` takes.

@@ -3,12 +3,14 @@
 use crate::{
     arguments::{LogArgs, ReportArgs},
     commands::subject::Subject,
-    model_file,
-    report::{self, Change, Command},
 };
 use anyhow::{Context, Result, bail};
 use gyro_model::{Axis, AxisModel, Model, Term, effects::Stage};
 use std::{path::PathBuf, process::ExitCode};
+use workbench::{
+    model_file,
+    report::{self, Change, Command},
+};
 
 /// What both take.
 #[derive(clap::Args, Debug, Clone)]

@@ -1,10 +1,6 @@
 //! `truerate channels`: what a file holds, and a map to the names of a log.
 
-use crate::{
-    commands::print,
-    log::{self, Look},
-    report,
-};
+use crate::commands::print;
 use anyhow::Result;
 use clap::ValueEnum;
 use comfy_table::{CellAlignment, Table, presets};
@@ -15,6 +11,10 @@ use log_readers::{
 };
 use serde_json::{Value, json};
 use std::{fmt::Write, path::PathBuf, process::ExitCode};
+use workbench::{
+    log::{self, Look},
+    report,
+};
 
 /// What `truerate channels` takes.
 #[derive(clap::Args, Debug, Clone)]

@@ -3,7 +3,6 @@
 use crate::{
     arguments::{LogArgs, ReportArgs},
     commands::subject::{Start, Subject},
-    report::{self, Against, Command},
 };
 use anyhow::Result;
 use gyro_model::{Axis, diagnosis::Diagnosis, finding::Remark};
@@ -11,6 +10,7 @@ use std::{
     path::{Path, PathBuf},
     process::ExitCode,
 };
+use workbench::report::{self, Against, Command};
 
 /// What `truerate compare` takes.
 #[derive(clap::Args, Debug, Clone)]

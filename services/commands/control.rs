@@ -1,7 +1,7 @@
 //! `truerate control`: changes the model of a running pipeline.
 
 use super::print;
-use crate::{ask::ask, clock::now_ns, domain};
+use crate::{ask::ask, domain};
 use anyhow::{Context, bail};
 use clap::Subcommand;
 use gyro_model::Axis;
@@ -15,6 +15,7 @@ use std::{
     path::{Path, PathBuf},
     process::ExitCode,
 };
+use workbench::clock::now_ns;
 
 /// What `truerate control` takes.
 #[derive(clap::Args, Debug, Clone)]
@@ -145,7 +146,7 @@ fn own_effects(path: &Path) -> anyhow::Result<String> {
     if !table.contains_key("effect") {
         bail!("{}: there is no [effect.NAME] in it", path.display());
     }
-    table.entry("schema").or_insert_with(|| crate::model_file::SCHEMA.into());
+    table.entry("schema").or_insert_with(|| workbench::model_file::SCHEMA.into());
     table.entry("epoch").or_insert_with(|| 0.into());
     Ok(toml::to_string(&table)?)
 }
@@ -175,7 +176,7 @@ mod tests {
         let own = "[effect.twist]\nregressor = \"k * sin(angle)\"\nparameters = { k = { unit = \"rad/s\", typical = 1e-4 } }\n";
         fs::write(&path, own).unwrap();
         let sent = own_effects(&path).unwrap();
-        let file = crate::model_file::parse(Path::new("sent"), &sent, &[]).unwrap();
+        let file = workbench::model_file::parse(Path::new("sent"), &sent, &[]).unwrap();
         assert_eq!(file.own_effects.len(), 1);
         fs::write(&path, "epoch = 3\n").unwrap();
         assert!(own_effects(&path).is_err());

@@ -5,12 +5,12 @@ use crate::{
     commands::subject::Subject,
     deadline::Deadline,
     progress::Progress,
-    report::{self, Command},
 };
 use anyhow::{Context, Result};
 use clap::ValueEnum;
 use gyro_model::{Axis, diagnose, diagnosis::Verdict, finding::Remark};
 use std::{path::PathBuf, process::ExitCode};
+use workbench::report::{self, Command};
 
 /// What `truerate diagnose` takes.
 #[derive(clap::Args, Debug, Clone)]

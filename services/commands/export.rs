@@ -1,12 +1,12 @@
 //! `truerate export`: the model where it is used.
 
-use crate::{
-    commands::{print, subject::writable},
+use crate::commands::{print, subject::writable};
+use anyhow::{Context, Result};
+use std::{path::PathBuf, process::ExitCode};
+use workbench::{
     export::{self, Options, Target},
     output,
 };
-use anyhow::{Context, Result};
-use std::{path::PathBuf, process::ExitCode};
 
 /// What `truerate export` takes.
 #[derive(clap::Args, Debug, Clone)]

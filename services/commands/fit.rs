@@ -3,12 +3,14 @@
 use crate::{
     arguments::{LogArgs, ReportArgs},
     commands::subject::Subject,
-    model_file,
-    report::{self, Command},
 };
 use anyhow::{Context, Result};
 use gyro_model::Axis;
 use std::{path::PathBuf, process::ExitCode};
+use workbench::{
+    model_file,
+    report::{self, Command},
+};
 
 /// What `truerate fit` takes.
 #[derive(clap::Args, Debug, Clone)]

@@ -4,7 +4,6 @@ use crate::{
     guide::{self, From, Precisions, Settings},
     listening,
     live::{Address, address::AddressError},
-    log::Options,
     settings::{Source, Speed},
     stop::Stop,
 };
@@ -16,6 +15,7 @@ use gyro_model::{
     simulate::{Hidden, Scenario, SensorSpec},
 };
 use std::{path::PathBuf, process::ExitCode};
+use workbench::log::Options;
 
 /// What `truerate guide` takes.
 #[derive(clap::Args, Debug, Clone)]

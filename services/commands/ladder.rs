@@ -1,12 +1,10 @@
 //! `truerate ladder`: diagnose and add until nothing is missing.
 
 use crate::{
-    arguments::{Format, LogArgs, ReportArgs, SearchArgs},
+    arguments::{LogArgs, ReportArgs, SearchArgs},
     commands::subject::Subject,
     deadline::Deadline,
-    model_file,
     progress::Progress,
-    report::{self, Command, units},
 };
 use anyhow::{Context, Result};
 use gyro_model::{
@@ -16,6 +14,10 @@ use gyro_model::{
     headline,
 };
 use std::{path::PathBuf, process::ExitCode};
+use workbench::{
+    model_file,
+    report::{self, Command, Format, units},
+};
 
 /// What `truerate ladder` takes.
 #[derive(clap::Args, Debug, Clone)]

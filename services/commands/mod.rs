@@ -29,4 +29,4 @@ pub mod status;
 pub mod subject;
 pub mod top;
 
-pub use crate::output::print;
+pub use workbench::output::print;

@@ -1,9 +1,10 @@
 //! `truerate paper`: the paper's experiment and its seven figures, each number beside the printed one.
 
-use crate::{commands::print, output, plot};
+use crate::commands::print;
 use anyhow::{Context, Result};
 use gyro_model::paper::reproduce;
 use std::{fs, path::PathBuf, process::ExitCode};
+use workbench::{output, plot};
 
 mod figures;
 mod numbers;

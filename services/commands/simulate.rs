@@ -2,8 +2,6 @@
 
 use crate::{
     commands::{print, subject::writable},
-    log,
-    model_file::{self, ModelFile, Provenance},
     progress::Progress,
 };
 use anyhow::{Result, anyhow, bail};
@@ -14,6 +12,10 @@ use gyro_model::{
 use std::{
     path::{Path, PathBuf},
     process::ExitCode,
+};
+use workbench::{
+    log,
+    model_file::{self, ModelFile, Provenance},
 };
 
 /// What `truerate simulate` takes.

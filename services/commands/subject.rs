@@ -1,13 +1,9 @@
 //! What the offline commands have in common: a log, its axes, a model to start from, and where the result goes.
 
 use crate::{
-    arguments::{Format, LogArgs, ReportArgs, picked},
+    arguments::{LogArgs, ReportArgs, picked},
     commands::print,
-    log::{self, Options, dependent},
-    model_file::{self, ModelFile, Provenance},
-    output::{self, Output},
     progress::Progress,
-    report,
 };
 use anyhow::{Context, Result, anyhow, bail};
 use gyro_model::{
@@ -20,6 +16,12 @@ use gyro_model::{
 use jiff::Timestamp;
 use log_readers::meaning::Pick;
 use std::path::Path;
+use workbench::{
+    log::{self, Options, dependent},
+    model_file::{self, ModelFile, Provenance},
+    output::{self, Output},
+    report::{self, Format},
+};
 
 /// A log that has been read, and the axes that are meant.
 pub struct Subject {

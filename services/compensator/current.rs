@@ -1,20 +1,17 @@
 //! The model in use: its epoch, its message, its file; changed whole or not at all.
 
 use super::writing::Writing;
-use crate::{
-    hopeless::Hopeless,
-    model_file::{self, ModelFile, Provenance, refuse_unseen, render},
-    output::For,
-    run_folder::RunFolder,
-    settings::Settings,
-    wire,
-};
+use crate::{hopeless::Hopeless, run_folder::RunFolder, settings::Settings, wire};
 use gyro_model::{
     Model,
     effects::{self, Effect},
 };
 use ipc_types::Parameters;
 use std::path::Path;
+use workbench::{
+    model_file::{self, ModelFile, Provenance, refuse_unseen, render},
+    output::For,
+};
 
 /// The next model, before its file is written.
 #[derive(Debug)]

@@ -13,12 +13,12 @@ use super::{
 };
 use crate::{
     agreement::Agreement,
-    clock::now_ns,
     settings::{Learning, Source},
 };
 use gyro_model::fit::FitError;
 use ipc_types::topic;
 use std::{sync::Arc, time::Duration};
+use workbench::clock::now_ns;
 
 /// A search may take so many of its periods.
 const SEARCH_PERIODS: f64 = 4.0;

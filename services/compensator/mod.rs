@@ -23,7 +23,6 @@ pub mod worker;
 pub mod writing;
 
 use crate::{
-    clock::now_ns,
     pulse::Pulse,
     run_folder::{Run, RunFolder, SourceFacts},
     settings::{Settings, Source},
@@ -45,6 +44,7 @@ use phase::{Asked, Phase};
 use std::{collections::VecDeque, time::Duration};
 use store::Store;
 use trial::Challenger;
+use workbench::clock::now_ns;
 use worker::{Cost, Rank, Worker};
 
 const NAP: Duration = Duration::from_millis(20);

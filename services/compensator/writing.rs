@@ -1,7 +1,7 @@
 //! Files that have to be there before a model counts.
 
-use crate::output::{For, write_for};
 use std::{fs, path::PathBuf};
+use workbench::output::{For, write_for};
 
 /// Files to write, each whole or not at all, in this order; and one that is of no use afterwards.
 #[derive(Debug)]

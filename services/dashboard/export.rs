@@ -1,15 +1,13 @@
 //! What can be taken home: the model, a report, the last minutes as a log.
 
 use super::{scene::Scene, server::Download};
-use crate::{
-    arguments::Format,
+use crate::{run_folder::RunFolder, wire};
+use gyro_model::diagnosis::Diagnosis;
+use workbench::{
     log,
     model_file::{self, ModelFile, Provenance},
-    report::{self, Command, Context, Terminal},
-    run_folder::RunFolder,
-    wire,
+    report::{self, Command, Context, Format, Terminal},
 };
-use gyro_model::diagnosis::Diagnosis;
 
 /// Makes the download of this name.
 pub(super) fn export(scene: &Scene, folder: &RunFolder, name: &str) -> Download {

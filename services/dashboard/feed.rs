@@ -8,7 +8,6 @@ use super::{
 };
 use crate::{
     agreement::looking,
-    clock::now_ns,
     live::words,
     pulse::Pulse,
     run_folder::{Run, RunFolder},
@@ -24,6 +23,7 @@ use ipc_types::{
 };
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use workbench::clock::now_ns;
 
 /// Between two looks at the latencies, ns.
 const STAGES_NS: u64 = 1_000_000_000;

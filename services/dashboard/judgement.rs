@@ -1,7 +1,6 @@
 //! The compensator's diagnosis, ready for the page.
 
 use super::scene::ErrorAt;
-use crate::report::{Command, Context, Terminal, view::Page};
 use gyro_model::{
     Axis,
     diagnosis::{AxisDiagnosis, Diagnosis, ErrorPoint, Suspect, Verdict},
@@ -10,6 +9,7 @@ use gyro_model::{
 };
 use ipc_types::diagnosis::{self as wire, TrialState};
 use serde::Serialize;
+use workbench::report::{Command, Context, Terminal, view::Page};
 
 /// The whole diagnosis out of the compensator's report; `None` where it is not one.
 #[must_use]

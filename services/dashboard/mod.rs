@@ -22,7 +22,6 @@ pub mod server;
 use crate::{
     hopeless::Hopeless,
     listening::Address,
-    output::{For, write_for},
     pulse::Pulse,
     run_folder::{Run, RunFolder},
     stop::Stop,
@@ -34,6 +33,7 @@ use ipc_types::{ServiceId, State, domain::Domain, port::Hub};
 use scene::Scene;
 use server::Shop;
 use std::{net::TcpListener, sync::Arc, thread, time::Duration};
+use workbench::output::{For, write_for};
 
 /// Between two looks at the topics: a page gets 20 steps a second.
 const LOOK: Duration = Duration::from_millis(25);

@@ -1,10 +1,10 @@
 //! The running model in human units, and what changed in it.
 
 use super::scene::{Mark, ParametersAt};
-use crate::report::units;
 use gyro_model::{Axis, effects};
 use ipc_types::{Parameters, parameters::AxisParameters};
 use serde::Serialize;
+use workbench::report::units;
 
 /// The running model.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -31,6 +31,7 @@ use tokio::{
     time::timeout,
 };
 use tokio_stream::{Stream, StreamExt, once, wrappers::BroadcastStream};
+use workbench::web;
 
 /// A command on its way to the pipeline, and where its answer goes.
 pub type Errand = (Command, oneshot::Sender<Result<Reply, String>>);
@@ -71,11 +72,11 @@ pub const GUIDE: &str = include_str!("../web/guide.html");
 const FILES: [(&str, &str, &str); 7] = [
     ("dashboard.js", "text/javascript", include_str!("../web/dashboard.js")),
     ("guide.js", "text/javascript", include_str!("../web/guide.js")),
-    ("charts.js", "text/javascript", include_str!("../web/charts.js")),
-    ("parts.js", "text/javascript", include_str!("../web/parts.js")),
-    ("style.css", "text/css", include_str!("../web/style.css")),
-    ("uplot.js", "text/javascript", include_str!("../web/uplot/uPlot.iife.min.js")),
-    ("uplot.css", "text/css", include_str!("../web/uplot/uPlot.min.css")),
+    ("charts.js", "text/javascript", web::CHARTS),
+    ("parts.js", "text/javascript", web::PARTS),
+    ("style.css", "text/css", web::STYLE),
+    ("uplot.js", "text/javascript", web::UPLOT),
+    ("uplot.css", "text/css", web::UPLOT_STYLE),
 ];
 
 /// The longest order, bytes.

@@ -1,11 +1,11 @@
 //! Events for programs: a line of JSON each.
 
 use super::{Ending, Show};
-use crate::output::print;
 use anyhow::Result;
 use gyro_model::guide::State;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use workbench::output::print;
 
 /// Prints them.
 pub(super) struct Json(PathBuf);

@@ -1,9 +1,9 @@
 //! Plain lines, where standard output is no terminal: what changes, and how it stands every five seconds.
 
 use super::{Ending, Show, screen};
-use crate::{output::print, report::terminal::Terminal};
 use anyhow::Result;
 use gyro_model::guide::State;
+use workbench::{output::print, report::Terminal};
 
 /// What was said last.
 #[derive(Default)]

@@ -22,7 +22,7 @@ pub use ending::Ending;
 pub use precision::Precisions;
 pub use source::From;
 
-use crate::{listening::Address, live::words, log::GrowingLog, stop::Stop};
+use crate::{listening::Address, live::words, stop::Stop};
 use anyhow::{Result, bail};
 use gyro_model::{
     Axis, Record, Row,
@@ -36,6 +36,7 @@ use std::{
     path::PathBuf,
     time::{Duration, Instant},
 };
+use workbench::log::GrowingLog;
 
 /// What is recorded, from where, and what is wanted of it.
 pub struct Settings {

@@ -4,13 +4,14 @@ use super::{
     source::{Next, Source},
     worker::{Done, Worker},
 };
-use crate::{compensator::store::Store, log::GrowingLog};
+use crate::compensator::store::Store;
 use anyhow::Result;
 use gyro_model::{
     Record, Row,
     guide::{Guide, Stage},
 };
 use std::time::Duration;
+use workbench::log::GrowingLog;
 
 /// How often it is asked what the rows tell, s of the source.
 const ASKS: f64 = 0.5;

@@ -1,10 +1,6 @@
 //! The same in a terminal: one large line says what to do now, a table what is lacking; drawn anew in its place.
 
 use super::{Ending, Show, ending::Told, goal::shown};
-use crate::{
-    output::print,
-    report::terminal::{Ink, Terminal},
-};
 use anyhow::Result;
 use gyro_model::{
     diagnosis::Verdict,
@@ -14,6 +10,10 @@ use gyro_model::{
 use std::{
     fmt::Write as _,
     io::{IsTerminal, Write},
+};
+use workbench::{
+    output::print,
+    report::{Ink, Terminal},
 };
 
 /// What stands on the screen.

@@ -2,7 +2,6 @@
 
 use crate::{
     live::{Address, Joined, Origin, Stream},
-    log::Options,
     settings::Speed,
     stop::Stop,
 };
@@ -14,6 +13,7 @@ use gyro_model::{
 };
 use ipc_types::health::SourceHealth;
 use std::time::{Duration, Instant};
+use workbench::log::Options;
 
 /// Where rows come from.
 #[allow(clippy::large_enum_variant, reason = "there is one of it")]

@@ -6,8 +6,8 @@ use super::{
     format::{self, Found},
     timeline::{LIVE_JUMP_NS, Timeline},
 };
-use crate::log::Options;
 use std::io::Write;
+use workbench::log::Options;
 
 use proptest::{collection::vec, prelude::*};
 

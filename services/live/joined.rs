@@ -2,9 +2,10 @@
 //! effect `delay` finds.
 
 use super::{Address, Stream};
-use crate::{log::Options, stop::Stop};
+use crate::stop::Stop;
 use gyro_model::Row;
 use std::time::Duration;
+use workbench::log::Options;
 
 /// A reference on its way.
 #[derive(Debug)]

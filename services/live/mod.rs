@@ -28,8 +28,8 @@ pub use joined::Joined;
 pub use stream::Stream;
 pub use tally::{Fault, Tally};
 
-use crate::log::Layout;
 use gyro_model::Axis;
+use workbench::log::Layout;
 
 /// What a source's rows hold.
 #[derive(Clone, Debug, Default, PartialEq)]

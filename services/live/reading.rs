@@ -8,10 +8,6 @@ use super::{
     timeline::{Timed, Timeline},
     trouble::{Trouble, refusal},
 };
-use crate::{
-    clock::now_ns,
-    log::{LogError, Problem},
-};
 use anyhow::anyhow;
 use ipc_types::{Text, health};
 use std::{
@@ -19,6 +15,10 @@ use std::{
     sync::{Arc, Mutex, PoisonError, mpsc::SyncSender},
     thread,
     time::Duration,
+};
+use workbench::{
+    clock::now_ns,
+    log::{LogError, Problem},
 };
 
 /// The first pause before a link is opened again, and the longest.

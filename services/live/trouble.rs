@@ -1,9 +1,9 @@
 //! What keeps a live source from being of use, in words: lines that are not understood, rows that are too slow, no reference.
 
 use super::{Address, format::Format, kind::Kind, tally::Tally};
-use crate::log::as_flags;
 use gyro_model::Row;
 use log_readers::meaning::shell_word;
+use workbench::log::as_flags;
 
 /// Slower rows miss most of what a hand or a vehicle does between them, Hz.
 const SLOWEST_HZ: f64 = 20.0;
@@ -137,7 +137,7 @@ mod tests {
 
     fn says(step_ms: i64, has_reference: bool) -> Option<String> {
         let address: Address = "mavlink:udp:0.0.0.0:14550".parse().unwrap();
-        let format = format::of(&address, &crate::log::Options::default()).unwrap();
+        let format = format::of(&address, &workbench::log::Options::default()).unwrap();
         let mut trouble = Trouble::new(false, false);
         let mut tally = Tally::default();
         for k in 0..8000 / step_ms {

@@ -3,19 +3,19 @@
 use super::board::Board;
 use crate::{
     live::words,
-    model_file,
     run_folder::{Run, RunFolder},
 };
 use gyro_model::{Axis, Model, units};
 use ipc_types::ServiceId;
 use std::fmt::Write;
+use workbench::model_file;
 
 /// The summary of a run, as text.
 #[must_use]
 pub fn text(run: &Run, folder: &RunFolder, board: &Board) -> String {
     let mut out = String::new();
     let source = folder.source().unwrap_or_default();
-    let took = crate::clock::now_ns().saturating_sub(run.began_ns) as f64 * 1e-9;
+    let took = workbench::clock::now_ns().saturating_sub(run.began_ns) as f64 * 1e-9;
     let _ = match source.name.as_str() {
         "" => writeln!(out, "no row came in {took:.1} s"),
         name => writeln!(out, "{name}: {took:.1} s"),

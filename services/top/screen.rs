@@ -1,11 +1,7 @@
 //! One picture of a running pipeline.
 
 use super::Scene;
-use crate::{
-    dashboard::judgement,
-    live::words,
-    report::{units, view::AxisView},
-};
+use crate::{dashboard::judgement, live::words};
 use ipc_types::Status;
 use ratatui::{
     Frame,
@@ -15,6 +11,7 @@ use ratatui::{
     text::{Line, Span},
     widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph, Row, Sparkline, Table, Wrap},
 };
+use workbench::report::{units, view::AxisView};
 
 /// Draws everything; what has no room is left out, the verdict last.
 pub(super) fn draw(frame: &mut Frame, scene: &Scene) {

@@ -14,7 +14,7 @@ use std::{
     sync::atomic::{AtomicU32, Ordering},
     time::{Duration, Instant},
 };
-use truerate::log::write_record;
+use workbench::log::write_record;
 
 /// Nothing here takes longer, however busy the machine is.
 pub const DEADLINE: Duration = Duration::from_secs(240);

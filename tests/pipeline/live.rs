@@ -120,7 +120,7 @@ fn an_effect_is_added_undone_and_saved_while_the_vehicle_drives() {
     let as_any = mode();
     assert!(control(&place, &["save", link.to_str().unwrap()]).status.success());
     assert_eq!(mode(), as_any);
-    let saved = truerate::model_file::load(&file, &[]).unwrap();
+    let saved = workbench::model_file::load(&file, &[]).unwrap();
     assert_eq!(saved.model.axes[model.axis].as_ref().unwrap().effect_ids(), ["scale-factor", "bias", "delay"]);
 
     // A crash changes nothing.
@@ -212,7 +212,7 @@ fn and_so_where_a_recorder_holds_the_encoders_reading() {
     for k in (1..record.len()).filter(|k| k % 5 != 0) {
         record.rows[k].ref_angle = record.rows[k - 1].ref_angle;
     }
-    truerate::log::write_record(&path, &record, 0).unwrap();
+    workbench::log::write_record(&path, &record, 0).unwrap();
     let says = recorded_and_applied(&place, path.to_str().unwrap());
     assert!(says.contains("ref_angle_z logged faster than read"), "{says}");
 }
@@ -335,7 +335,7 @@ fn added_live_and_offline(seconds: f64, rate_hz: f64) {
     assert!(fitted.status.success(), "{fitted:?}");
     let added = place.output(&["add", log, "delay", "-o", file.to_str().unwrap()]);
     assert!(added.status.success(), "{added:?}");
-    let offline = truerate::model_file::load(&file, &[]).unwrap().model;
+    let offline = workbench::model_file::load(&file, &[]).unwrap().model;
 
     let mut pipeline = place.start("live", &["--source", log, "--speed", "max", "--model", base]);
     // The source waits for kalman, so that the command is there before the log is over.

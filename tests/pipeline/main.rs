@@ -26,7 +26,7 @@ use std::{
     thread::sleep,
     time::{Duration, Instant},
 };
-use truerate::log::{Options, read};
+use workbench::log::{Options, read};
 
 /// What the environment says of a measurement, or the default.
 fn setting(name: &str, default: &str) -> String {

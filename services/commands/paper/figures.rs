@@ -1,7 +1,7 @@
 //! The paper's figures 4–10.
 
-use crate::plot::{Colour, Figure, Mark, Panel, Series};
 use gyro_model::paper::{Found, Iteration, Point, Reproduction};
+use workbench::plot::{Colour, Figure, Mark, Panel, Series};
 
 /// The stretch of the run that is drawn, s: four periods.
 const SHOWN: f64 = 16.0;

@@ -5,11 +5,9 @@ use super::{
     cutter::{Cut, Cutter},
     frames::check,
 };
-use crate::{
-    live::{Content, Fault},
-    log::{Frames, Maps},
-};
+use crate::live::{Content, Fault};
 use log_readers::can::{Line, Lines, Writer, database};
+use workbench::log::{Frames, Maps};
 
 /// A longer line is no frame, bytes.
 const LONGEST: usize = 4096;
@@ -141,8 +139,8 @@ impl Format for Candump {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::log::Options;
     use std::io::Write;
+    use workbench::log::Options;
 
     const DBC: &str = "BO_ 256 IMU: 3 X\n SG_ YAW_RATE : 0|24@1- (0.001,0) [0|0] \"deg/s\" X\n";
     /// A group of SAE J1939 that any address may send.

@@ -5,16 +5,14 @@ use super::{
     Format, Found,
     cutter::{Cut, Cutter},
 };
-use crate::{
-    live::{Content, Fault},
-    log::{Advice, Layout, LogError, Maps, Options, Problem, RowFault, RowParser, Sample, advise},
-};
+use crate::live::{Content, Fault};
 use anyhow::anyhow;
 use log_readers::{
     json::{Records, is_record_line},
     text::{CSV, Finder, Head, Sieve, Sifted, Skip, Skipped},
 };
 use std::{cell::RefCell, collections::VecDeque};
+use workbench::log::{Advice, Layout, LogError, Maps, Options, Problem, RowFault, RowParser, Sample, advise};
 
 /// A longer line is no row, bytes.
 const LONGEST: usize = 1 << 16;
@@ -254,7 +252,7 @@ impl Lines {
                 }
                 Err((_, problem)) => (Some(head), problem),
             },
-            Err(error) => (None, crate::log::head_problem(error)),
+            Err(error) => (None, workbench::log::head_problem(error)),
         };
         self.tell(lines.len(), found);
         self.begin_anew();

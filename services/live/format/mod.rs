@@ -7,8 +7,8 @@ pub mod lines;
 pub mod mavlink;
 
 use super::{Content, Fault, address::Address, kind::Kind};
-use crate::log::{Advice, Maps, Options, Problem};
 use gyro_model::Row;
+use workbench::log::{Advice, Maps, Options, Problem};
 
 /// What is found in bytes.
 #[derive(Debug)]

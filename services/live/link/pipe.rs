@@ -1,7 +1,6 @@
 //! Standard input, or a named pipe: text as it comes, unpacked where it begins like gzip or MCAP.
 
 use super::{Got, Link, of_stream};
-use crate::recording::AsCsv;
 use flate2::read::MultiGzDecoder;
 use mcap::MAGIC;
 use std::{
@@ -10,6 +9,7 @@ use std::{
     path::Path,
     time::Duration,
 };
+use workbench::recording::AsCsv;
 
 const GZIP: [u8; 2] = [0x1f, 0x8b];
 const BYTE_ORDER_MARK: [u8; 3] = [0xef, 0xbb, 0xbf];

@@ -17,15 +17,27 @@ pub use gyro_model::units;
 pub mod view;
 
 pub use next::{Command, quoted as shell_word};
-pub use terminal::Terminal;
+pub use terminal::{Ink, Terminal};
 
-use crate::arguments::Format;
 use gyro_model::{
     diagnosis::{Diagnosis, Ladder},
     words::Voice,
 };
 use serde::Serialize;
 use std::path::Path;
+
+/// The forms of a report.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum Format {
+    /// For people, in the terminal
+    #[default]
+    Text,
+    /// For programs: SI units, keys that stay
+    Json,
+    /// One self-contained page with charts
+    Html,
+}
 
 /// What the result itself doesn't say: how the command was called, and where its output goes.
 #[derive(Clone, Debug)]

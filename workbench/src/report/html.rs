@@ -1,16 +1,11 @@
 //! One self-contained page: styles, scripts and data inside, nothing fetched. It works from disk, offline.
 
 use super::{terminal::Terminal, text, view::Page};
+use crate::web;
 
 const PAGE: &str = include_str!("page.html");
-const STYLES: [&str; 2] = [include_str!("../web/uplot/uPlot.min.css"), include_str!("../web/style.css")];
-const SCRIPTS: [&str; 4] = [
-    include_str!("../web/uplot/uPlot.iife.min.js"),
-    include_str!("../web/charts.js"),
-    include_str!("../web/parts.js"),
-    include_str!("../web/report.js"),
-];
-const LICENCE: &str = include_str!("../web/uplot/LICENSE");
+const STYLES: [&str; 2] = [web::UPLOT_STYLE, web::STYLE];
+const SCRIPTS: [&str; 4] = [web::UPLOT, web::CHARTS, web::PARTS, web::REPORT];
 
 /// The whole page.
 pub(super) fn render(page: &Page) -> String {
@@ -24,7 +19,7 @@ pub(super) fn render(page: &Page) -> String {
         ("about", escaped(&page.about.join(" · "))),
         ("words", escaped(&text::render(page, Terminal::PLAIN))),
         ("data", data),
-        ("licence", LICENCE.replace("--", "–")),
+        ("licence", web::UPLOT_LICENCE.replace("--", "–")),
         ("scripts", SCRIPTS.join("\n")),
     ];
     // One pass, so that a value which holds another's marker stays text.

@@ -29,7 +29,8 @@ impl Terminal {
     }
 
     /// The text in a colour, where colours are welcome.
-    pub(crate) fn paint(self, ink: Ink, text: &str) -> String {
+    #[must_use]
+    pub fn paint(self, ink: Ink, text: &str) -> String {
         if self.colour && !text.is_empty() && !matches!(ink, Ink::Plain) {
             format!("\x1b[{}m{text}\x1b[0m", ink.code())
         } else {
@@ -40,14 +41,22 @@ impl Terminal {
 
 /// What a colour means.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Ink {
+pub enum Ink {
+    /// It is well.
     Good,
+    /// Mind it.
     Warn,
+    /// It is wrong.
     Bad,
+    /// Beside the point.
     Quiet,
+    /// It counts most.
     Strong,
+    /// To be done now.
     Order,
+    /// To be pasted.
     Command,
+    /// As any text.
     Plain,
 }
 

@@ -9,12 +9,12 @@ mod noise;
 
 use crate::model_file::{self, ModelFile};
 use anyhow::{Context, Result, bail};
-use clap::ValueEnum;
 use gyro_model::effects::user;
 use std::{fs, path::Path};
 
 /// Where a model is used.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Target {
     /// A C99 header with a function that compensates a reading
     C,
