@@ -2,7 +2,7 @@
 
 use crate::{
     arguments::{LogArgs, ReportArgs},
-    commands::subject::Subject,
+    commands::subject,
 };
 use anyhow::{Context, Result, bail};
 use gyro_model::{Axis, AxisModel, Model, Term, effects::Stage};
@@ -10,6 +10,7 @@ use std::{path::PathBuf, process::ExitCode};
 use workbench::{
     model_file,
     report::{self, Change, Command},
+    subject::Subject,
 };
 
 /// What both take.
@@ -48,13 +49,14 @@ pub enum Direction {
 /// A refused log or model, an effect that is not there or is there already, a file that cannot be written.
 pub fn run(args: &ChangeArgs, direction: Direction) -> Result<ExitCode> {
     args.report.check_with(&args.log.log, args.output.as_deref())?;
-    let subject = Subject::read(&args.log, args.axis)?;
+    let subject = subject::read(&args.log, args.axis)?;
     let start = subject.load(args.model.as_deref())?;
     if direction == Direction::Add {
         start.file.check_channels(&subject.record, &subject.axes).with_context(|| subject.name.clone())?;
     }
     // Both are refitted to this log, so that before and after differ by the effects alone.
-    let before = if args.model.is_some() { subject.fit(&start.file.model)? } else { start.file.model.clone() };
+    let before =
+        if args.model.is_some() { subject::fit(&subject, &start.file.model)? } else { start.file.model.clone() };
     let mut changed = before.clone();
     for id in &args.effects {
         let effect = start.file.effect(id)?;
@@ -84,12 +86,12 @@ pub fn run(args: &ChangeArgs, direction: Direction) -> Result<ExitCode> {
             bail!("{}", untouched(id, direction, &changed, &subject.axes));
         }
     }
-    let mut after = subject.fit(&changed)?;
+    let mut after = subject::fit(&subject, &changed)?;
     if let Some((axis, id)) = after.unseen() {
         bail!("{}: nothing in this log shows '{id}' on axis {axis}: there is no shape of it to add", subject.name);
     }
     after.epoch = start.file.model.epoch + 1;
-    let (old, new) = (subject.compare(&before, true)?, subject.compare(&after, true)?);
+    let (old, new) = (subject::compare(&subject, &before, true)?, subject::compare(&subject, &after, true)?);
     let file = subject.fitted(after, start.file.own_effects);
     if let Some(path) = &args.output {
         model_file::save(path, &file)?;
@@ -100,7 +102,8 @@ pub fn run(args: &ChangeArgs, direction: Direction) -> Result<ExitCode> {
         Direction::Remove => (Command::Remove, none, args.effects.as_slice()),
     };
     let change = Change { added, removed, before: &old, after: &new };
-    let mut context = subject.context(command, &args.log, args.axis, args.model.as_deref(), args.output.as_deref());
+    let mut context =
+        subject::context(&subject, command, &args.log, args.axis, args.model.as_deref(), args.output.as_deref());
     context.product = Subject::product(&file, args.output.as_deref());
     args.report.emit(args.output.as_deref(), |format, file| {
         report::render_change(&change, format, &if file { context.for_file() } else { context.clone() })

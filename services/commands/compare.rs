@@ -2,7 +2,7 @@
 
 use crate::{
     arguments::{LogArgs, ReportArgs},
-    commands::subject::{Start, Subject},
+    commands::subject,
 };
 use anyhow::Result;
 use gyro_model::{Axis, diagnosis::Diagnosis, finding::Remark};
@@ -10,7 +10,10 @@ use std::{
     path::{Path, PathBuf},
     process::ExitCode,
 };
-use workbench::report::{self, Against, Command};
+use workbench::{
+    report::{self, Against, Command},
+    subject::Start,
+};
 
 /// What `truerate compare` takes.
 #[derive(clap::Args, Debug, Clone)]
@@ -48,16 +51,16 @@ pub struct Args {
 /// A refused log or model, or a report that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
     args.report.check(&[&args.log.log])?;
-    let mut subject = Subject::read(&args.log, args.axis)?;
-    let start = subject.start(args.model.as_deref())?;
-    let other = args.against.as_deref().map(|path| subject.start(Some(path))).transpose()?;
+    let mut subject = subject::read(&args.log, args.axis)?;
+    let start = subject::start(&subject, args.model.as_deref())?;
+    let other = args.against.as_deref().map(|path| subject::start(&subject, Some(path))).transpose()?;
     for (start, path) in [(Some(&start), &args.model), (other.as_ref(), &args.against)] {
         if let (Some(start), Some(path)) = (start, path) {
             subject.keep_axes_of(&start.file.model, &path.display().to_string())?;
         }
     }
     let judge = |start: &Start, is_given: bool| -> Result<Diagnosis> {
-        let mut diagnosis = subject.compare(&start.file.model, start.own_log)?;
+        let mut diagnosis = subject::compare(&subject, &start.file.model, start.own_log)?;
         for axis in diagnosis.axes.iter_mut().filter(|_| is_given && start.own_log) {
             axis.remarks.push(Remark::OwnLog);
         }
@@ -65,7 +68,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     };
     let diagnosis = judge(&start, args.model.is_some())?;
     let warning = args.model.as_ref().and_then(|_| subject.hotter(&start.file)).unwrap_or_default();
-    let context = subject.context(Command::Compare, &args.log, args.axis, args.model.as_deref(), None);
+    let context = subject::context(&subject, Command::Compare, &args.log, args.axis, args.model.as_deref(), None);
     let context = report::Context { warning, ..context };
     let context = |file: bool| if file { context.for_file() } else { context.clone() };
     if let (Some(against), Some(other)) = (&args.against, &other) {

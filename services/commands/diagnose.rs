@@ -2,11 +2,11 @@
 
 use crate::{
     arguments::{LogArgs, ReportArgs, SearchArgs},
-    commands::subject::Subject,
+    commands::subject,
     deadline::Deadline,
     progress::Progress,
 };
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::ValueEnum;
 use gyro_model::{Axis, diagnose, diagnosis::Verdict, finding::Remark};
 use std::{path::PathBuf, process::ExitCode};
@@ -83,30 +83,18 @@ const FOUND: u8 = 3;
 /// A refused log or model, or a report that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
     args.report.check(&[&args.log.log])?;
-    let subject = Subject::read(&args.log, args.axis)?;
-    let start = subject.start(args.model.as_deref())?;
-    let (judged, overruled) = subject.judged_and_overruled();
-    let mut axes = Vec::new();
-    if !judged.is_empty() {
+    let subject = subject::read(&args.log, args.axis)?;
+    let start = subject::start(&subject, args.model.as_deref())?;
+    let mut diagnosis = {
         let spinner = Progress::spinner("diagnosing");
         let progress = |what: &str| spinner.says(what);
         let deadline = Deadline::after(args.search.budget)?;
         let is_over = || deadline.is_over();
-        let options = diagnose::Options {
-            own_effects: &start.file.own_effects,
-            explain: args.search.explain,
-            stop: &is_over,
-            ..subject.options(&progress)
-        };
-        axes = diagnose::diagnose(&subject.record, &start.file.model, &judged, &options)
-            .with_context(|| subject.name.clone())?;
-    }
-    if !overruled.is_empty() {
-        axes.extend(subject.compare_on(&start.file.model, &overruled, start.own_log)?.axes);
-        axes.sort_by_key(|own| own.axis);
-    }
-    let mut diagnosis = subject.diagnosis(axes);
-    let mut context = subject.context(Command::Diagnose, &args.log, args.axis, args.model.as_deref(), None);
+        let options =
+            diagnose::Options { explain: args.search.explain, stop: &is_over, ..subject::options(&subject, &progress) };
+        subject.diagnose(&start, &options)?
+    };
+    let mut context = subject::context(&subject, Command::Diagnose, &args.log, args.axis, args.model.as_deref(), None);
     context.unfinished = diagnosis.axes.iter().any(|axis| axis.unfinished);
     for axis in diagnosis.axes.iter_mut().filter(|axis| axis.verdict == Verdict::Adequate && args.model.is_some()) {
         if let Some((parameter, off)) = diagnose::moved(&start.file.model, axis).first() {

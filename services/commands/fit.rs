@@ -2,7 +2,7 @@
 
 use crate::{
     arguments::{LogArgs, ReportArgs},
-    commands::subject::Subject,
+    commands::subject,
 };
 use anyhow::{Context, Result};
 use gyro_model::Axis;
@@ -10,6 +10,7 @@ use std::{path::PathBuf, process::ExitCode};
 use workbench::{
     model_file,
     report::{self, Command},
+    subject::Subject,
 };
 
 /// What `truerate fit` takes.
@@ -46,7 +47,7 @@ pub struct Args {
 /// A refused log or model, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
     args.report.check_with(&args.log.log, args.output.as_deref())?;
-    let subject = Subject::read(&args.log, args.axis)?;
+    let subject = subject::read(&args.log, args.axis)?;
     let (start, own_effects) = match &args.model {
         Some(path) => {
             let file = model_file::load(path, &subject.record.free_names)?;
@@ -55,15 +56,15 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         }
         None => (subject.base(), Vec::new()),
     };
-    let mut model = subject.fit(&start)?;
+    let mut model = subject::fit(&subject, &start)?;
     model.epoch = start.epoch + 1;
-    let diagnosis = subject.compare(&model, true)?;
+    let diagnosis = subject::compare(&subject, &model, true)?;
     let file = subject.fitted(model, own_effects);
     if let Some(path) = &args.output {
         model_file::save(path, &file)?;
     }
     let mut context =
-        subject.context(Command::Fit, &args.log, args.axis, args.model.as_deref(), args.output.as_deref());
+        subject::context(&subject, Command::Fit, &args.log, args.axis, args.model.as_deref(), args.output.as_deref());
     context.product = Subject::product(&file, args.output.as_deref());
     args.report.emit(args.output.as_deref(), |format, file| {
         report::render(&diagnosis, format, &if file { context.for_file() } else { context.clone() })

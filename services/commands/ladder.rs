@@ -2,21 +2,17 @@
 
 use crate::{
     arguments::{LogArgs, ReportArgs, SearchArgs},
-    commands::subject::Subject,
+    commands::subject,
     deadline::Deadline,
     progress::Progress,
 };
-use anyhow::{Context, Result};
-use gyro_model::{
-    Axis, Model, diagnose,
-    diagnosis::{Ladder, LadderStep},
-    finding::{Finding, Why},
-    headline,
-};
+use anyhow::Result;
+use gyro_model::{Axis, diagnose, diagnosis::LadderStep, headline};
 use std::{path::PathBuf, process::ExitCode};
 use workbench::{
     model_file,
     report::{self, Command, Format, units},
+    subject::Subject,
 };
 
 /// What `truerate ladder` takes.
@@ -55,9 +51,9 @@ pub struct Args {
 /// A refused log or model, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
     args.report.check_with(&args.log.log, args.output.as_deref())?;
-    let subject = Subject::read(&args.log, args.axis)?;
-    let start = subject.start(args.model.as_deref())?;
-    let (model, mut axes) = {
+    let subject = subject::read(&args.log, args.axis)?;
+    let start = subject::start(&subject, args.model.as_deref())?;
+    let (file, ladder) = {
         let spinner = Progress::spinner("climbing");
         let progress = |what: &str| spinner.says(what);
         let deadline = Deadline::after(args.search.budget)?;
@@ -68,34 +64,24 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             }
         };
         let options = diagnose::Options {
-            own_effects: &start.file.own_effects,
             explain: args.search.explain,
             stop: &is_over,
             took: &took,
-            ..subject.options(&progress)
+            ..subject::options(&subject, &progress)
         };
-        let none = diagnose::Options { steps: 0, ..options };
-        let (judged, overruled) = subject.judged_and_overruled();
-        let (mut model, mut all) = (start.file.model.clone(), Vec::new());
-        for (axes, options) in [(judged, options), (overruled, none)].into_iter().filter(|(axes, _)| !axes.is_empty()) {
-            let (fitted, found) =
-                diagnose::ladder(&subject.record, &model, &axes, &options).with_context(|| subject.name.clone())?;
-            model = Model { epoch: start.file.model.epoch + 1, ..fitted };
-            all.extend(found);
-        }
-        all.sort_by_key(|own| own.axis);
-        (model, all)
+        subject.ladder(&start, &options)?
     };
-    for axis in axes.iter_mut().filter(|axis| subject.overruled.contains(&axis.axis)) {
-        axis.find(Finding::CannotTell(Why::Dependent));
-    }
-    let file = subject.fitted(model, start.file.own_effects);
     if let Some(path) = &args.output {
         model_file::save(path, &file)?;
     }
-    let ladder = Ladder { schema: "truerate.ladder/1".to_owned(), log: subject.name.clone(), axes };
-    let mut context =
-        subject.context(Command::Ladder, &args.log, args.axis, args.model.as_deref(), args.output.as_deref());
+    let mut context = subject::context(
+        &subject,
+        Command::Ladder,
+        &args.log,
+        args.axis,
+        args.model.as_deref(),
+        args.output.as_deref(),
+    );
     context.product = Subject::product(&file, args.output.as_deref());
     context.unfinished = ladder.axes.iter().any(|axis| axis.unfinished);
     args.report.emit(args.output.as_deref(), |format, file| {

@@ -6,6 +6,7 @@
 //! | [`recording`] | MCAP files: written, and read as logs |
 //! | [`model_file`], [`toml_error`] | model files: TOML, strict; what is wrong in one, with line and caret |
 //! | [`export`] | a model as C, for autopilots and for estimators |
+//! | [`subject`] | a log that is worked on: read, fitted, compared, diagnosed |
 //! | [`report`], [`plot`], [`web`] | results as text, JSON and one HTML page; figures as SVG; scripts and styles of the pages |
 //! | [`output`] | files that are written whole or not at all |
 //! | [`clock`] | the one clock that all processes share |
@@ -21,5 +22,6 @@ pub mod output;
 pub mod plot;
 pub mod recording;
 pub mod report;
+pub mod subject;
 pub mod toml_error;
 pub mod web;

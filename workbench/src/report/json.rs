@@ -20,15 +20,15 @@ struct WithTogether<T: Serialize> {
 }
 
 /// `compare`, `diagnose`.
-pub(super) fn diagnosis(diagnosis: &Diagnosis) -> String {
+pub(super) fn diagnosis(diagnosis: &Diagnosis, voice: Voice) -> String {
     let together = Together::of(&diagnosis.axes.iter().map(Named::by_diagnosis).collect::<Vec<_>>());
-    line(&WithTogether { result: Diagnosis { axes: spoken(&diagnosis.axes), ..diagnosis.clone() }, together })
+    line(&WithTogether { result: Diagnosis { axes: spoken(&diagnosis.axes, voice), ..diagnosis.clone() }, together })
 }
 
 /// `ladder`.
-pub(super) fn ladder(ladder: &Ladder) -> String {
+pub(super) fn ladder(ladder: &Ladder, voice: Voice) -> String {
     let mut ladder = ladder.clone();
-    headline::fill(&mut ladder.axes, Voice::Log);
+    headline::fill(&mut ladder.axes, voice);
     for detail in ladder.axes.iter_mut().filter_map(|a| a.detail.as_mut()) {
         detail.trace = gyro_model::detail::Trace::default();
     }
@@ -48,7 +48,7 @@ pub(super) fn change(change: &Change) -> String {
         #[serde(flatten)]
         together: Together,
     }
-    let mut axes = spoken(&change.after.axes);
+    let mut axes = spoken(&change.after.axes, Voice::Log);
     for axis in &mut axes {
         let before = change.before.axes.iter().find(|b| b.axis == axis.axis);
         let Headline { answer, at_source } = headline::of_change(change.added, change.removed, before, axis);
@@ -58,7 +58,7 @@ pub(super) fn change(change: &Change) -> String {
         after: Diagnosis { axes, ..change.after.clone() },
         added: change.added,
         removed: change.removed,
-        before: spoken(&change.before.axes),
+        before: spoken(&change.before.axes, Voice::Log),
         together: Together::of(
             &change.after.axes.iter().map(|axis| Named::by_change(change.added, axis)).collect::<Vec<_>>(),
         ),
@@ -82,7 +82,7 @@ pub(super) fn against(against: &Against) -> String {
         #[serde(flatten)]
         together: Together,
     }
-    let mut axes = spoken(&against.diagnosis.axes);
+    let mut axes = spoken(&against.diagnosis.axes, Voice::Log);
     let (mut beside, mut named) = (Vec::new(), Vec::new());
     for (axis, spoken) in against.diagnosis.axes.iter().zip(&mut axes) {
         let Some(other) = against.other.axes.iter().find(|other| other.axis == axis.axis) else { continue };
@@ -95,16 +95,16 @@ pub(super) fn against(against: &Against) -> String {
     line(&Json {
         diagnosis: Diagnosis { axes, ..against.diagnosis.clone() },
         model: against.model,
-        against: Other { model: against.other_model, axes: spoken(&against.other.axes) },
+        against: Other { model: against.other_model, axes: spoken(&against.other.axes, Voice::Log) },
         beside,
         together: Together::of(&named),
     })
 }
 
 /// With their headlines, and without the overlay.
-fn spoken(axes: &[AxisDiagnosis]) -> Vec<AxisDiagnosis> {
+fn spoken(axes: &[AxisDiagnosis], voice: Voice) -> Vec<AxisDiagnosis> {
     let mut axes = axes.to_vec();
-    headline::fill(&mut axes, Voice::Log);
+    headline::fill(&mut axes, voice);
     for detail in axes.iter_mut().filter_map(|a| a.detail.as_mut()) {
         detail.trace = gyro_model::detail::Trace::default();
     }

@@ -162,7 +162,7 @@ pub struct Against<'a> {
 #[must_use]
 pub fn render(diagnosis: &Diagnosis, format: Format, context: &Context) -> String {
     match format {
-        Format::Json => json::diagnosis(diagnosis),
+        Format::Json => json::diagnosis(diagnosis, context.voice),
         _ => page(diagnosis, view::Page::of_diagnosis, format, context),
     }
 }
@@ -171,7 +171,7 @@ pub fn render(diagnosis: &Diagnosis, format: Format, context: &Context) -> Strin
 #[must_use]
 pub fn render_ladder(ladder: &Ladder, format: Format, context: &Context) -> String {
     match format {
-        Format::Json => json::ladder(ladder),
+        Format::Json => json::ladder(ladder, context.voice),
         _ => page(ladder, view::Page::of_ladder, format, context),
     }
 }

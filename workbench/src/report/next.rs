@@ -1,7 +1,7 @@
 //! The command to run next, whatever came out.
 
 use super::Context;
-use gyro_model::{Axis, diagnosis::Verdict};
+use gyro_model::{Axis, diagnosis::Verdict, words::Voice};
 use serde::Serialize;
 
 /// Which command made a result.
@@ -42,6 +42,10 @@ pub(super) struct Finding<'a> {
 
 /// What to run next, best first.
 pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
+    // Who calls a library has no shell at hand.
+    if context.voice == Voice::Library {
+        return Vec::new();
+    }
     // What came by a pipe is not there to be read again.
     let log = if context.log == "-" { "LOG.csv" } else { &context.log };
     let line = Line { context, log, why: "adds what is missing until nothing is, and keeps the model" };
