@@ -10,7 +10,7 @@ mod noise;
 use crate::model_file::{self, ModelFile};
 use anyhow::{Context, Result, bail};
 use gyro_model::effects::user;
-use std::{fs, path::Path};
+use std::{fs, path::Path, str::FromStr};
 
 /// Where a model is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +28,22 @@ pub enum Target {
     Px4,
     /// The model file's own keys as JSON
     Json,
+}
+
+impl FromStr for Target {
+    type Err = anyhow::Error;
+
+    fn from_str(name: &str) -> Result<Self> {
+        Ok(match name {
+            "c" => Self::C,
+            "kalibr" => Self::Kalibr,
+            "ros" => Self::Ros,
+            "ardupilot" => Self::Ardupilot,
+            "px4" => Self::Px4,
+            "json" => Self::Json,
+            _ => bail!("format '{name}': expected c, kalibr, ros, ardupilot, px4 or json"),
+        })
+    }
 }
 
 /// What a target needs besides the model.

@@ -13,6 +13,6 @@ pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, P
     whole::read(path, options).map_err(|error| {
         let advice = advice::of_file(path, options, &error);
         // Of messages the names are those of their kinds, not of a text's columns.
-        error.advised(advice, advice::is_text(path))
+        error.advised(advice, advice::is_text(path), options.voice)
     })
 }

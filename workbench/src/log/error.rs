@@ -2,6 +2,7 @@
 
 use super::{lacking::Advice, packing::Packing};
 use crate::toml_error::{TomlError, quoted};
+use gyro_model::words::Voice;
 use log_readers::meaning::shell_word;
 use std::{fmt, io, ops::Deref};
 
@@ -22,6 +23,8 @@ pub struct Refused {
     pub problem: Problem,
     /// What would make a log of it.
     pub advice: Option<Advice>,
+    /// Whom the remedy is for.
+    pub voice: Voice,
 }
 
 /// What is wrong with a log, and what to do.
@@ -350,6 +353,19 @@ fn clause(begins: &str, text: &str) -> String {
     if text.is_empty() { String::new() } else { format!("; {begins}{text}") }
 }
 
+/// The call of a library that makes a log of it.
+fn call(advice: &Advice) -> String {
+    let pairs: Vec<String> = advice
+        .flags
+        .iter()
+        .filter_map(|flag| flag.split_once('='))
+        .map(|(name, channel)| format!("{name:?}: {channel:?}"))
+        .collect();
+    let map = if pairs.is_empty() { String::new() } else { format!(", map={{{}}}", pairs.join(", ")) };
+    let file = if advice.needs_file || pairs.is_empty() { ", reference=\"REFERENCE.csv\"" } else { "" };
+    format!("truerate.read(source{map}{file})")
+}
+
 /// The command that was given, with further flags; or a look at what the file holds.
 fn again(log: &str, advice: &Advice) -> String {
     if advice.flags.is_empty() {
@@ -392,18 +408,18 @@ impl LogError {
     /// A problem of this log, at a line (from 1) and a column (number from 1, and name) where they are known.
     #[must_use]
     pub fn new(log: &str, line: Option<u64>, column: Option<(usize, String)>, problem: Problem) -> Self {
-        Self(Box::new(Refused { log: log.to_owned(), line, column, problem, advice: None }))
+        Self(Box::new(Refused { log: log.to_owned(), line, column, problem, advice: None, voice: Voice::Log }))
     }
 
     /// The same with what to do about it; hints that were not tried are left out.
     #[must_use]
-    pub(super) fn advised(mut self, advice: Option<Advice>, is_text: bool) -> Self {
+    pub(super) fn advised(mut self, advice: Option<Advice>, is_text: bool, voice: Voice) -> Self {
         if let (true, Problem::Missing { known, .. } | Problem::NoReference { known, .. }) =
             (is_text, &mut self.0.problem)
         {
             known.likely.clear();
         }
-        self.0.advice = advice;
+        (self.0.advice, self.0.voice) = (advice, voice);
         self
     }
 }
@@ -428,7 +444,16 @@ impl fmt::Display for LogError {
         match &self.advice {
             None => write!(f, ": {}", self.problem),
             Some(advice) => {
-                write!(f, ": {}\n{}\n{}", self.problem.found(), advice.why, again(&self.log, advice))
+                write!(
+                    f,
+                    ": {}\n{}\n{}",
+                    self.problem.found(),
+                    advice.why,
+                    match self.voice {
+                        Voice::Library => call(advice),
+                        Voice::Log | Voice::Stream => again(&self.log, advice),
+                    }
+                )
             }
         }
     }

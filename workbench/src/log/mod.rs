@@ -52,6 +52,7 @@ pub use tally::RowFault;
 pub use writer::{GrowingLog, RecordWriter, Time, create, write_record};
 
 use column_map::ColumnMap;
+use gyro_model::words::Voice;
 use log_readers::{can::Database, meaning::Pick};
 use map::MapFlag;
 use std::path::PathBuf;
@@ -75,6 +76,8 @@ pub struct Options {
     pub as_streamed: bool,
     /// Whether a log that is refused is looked at for what would make it one.
     pub advises: bool,
+    /// Whom a refusal's remedy is for.
+    pub voice: Voice,
 }
 
 impl Default for Options {
@@ -87,6 +90,7 @@ impl Default for Options {
             needs_reference: false,
             as_streamed: false,
             advises: true,
+            voice: Voice::Log,
         }
     }
 }

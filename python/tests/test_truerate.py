@@ -1,0 +1,186 @@
+"""The package beside the program: the same numbers, the habits of numpy and pandas, errors that say what to do."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas
+import polars
+import pyarrow
+import pytest
+
+import truerate
+
+PROGRAM = os.environ.get("TRUERATE")
+
+
+@pytest.fixture(scope="session")
+def late(tmp_path_factory):
+    """A log whose gyro is 12 ms late, as a table: t in s, rates in rad/s, the reference's angle in rad."""
+    rng = np.random.default_rng(7)
+    t = np.arange(0, 90, 0.01)
+    tones = [(0.31, 0.9), (0.83, 0.6), (1.9, 0.35), (3.7, 0.12)]
+    angle = sum(a * np.sin(2 * np.pi * f * t + f) for f, a in tones)
+    at = t - 0.012
+    rate = sum(a * 2 * np.pi * f * np.cos(2 * np.pi * f * at + f) for f, a in tones)
+    step = 2 * np.pi / 65536
+    table = {
+        "t": t,
+        "gyro_z": 1.01 * rate + 0.004 + 2e-3 * rng.standard_normal(t.size),
+        "ref_angle_z": np.round(angle / step) * step,
+    }
+    path = tmp_path_factory.mktemp("late") / "late.csv"
+    pandas.DataFrame(table).to_csv(path, index=False)
+    return table, path
+
+
+@pytest.fixture(scope="session")
+def found(late):
+    return truerate.read(late[1]).diagnose()
+
+
+def test_the_hidden_effect_is_named(found):
+    assert found.verdict == "missing-effect"
+    assert found.suspects[0].effect == "delay"
+    delay = next(p for p in found.suspects[0].parameters if p.name == "d")
+    assert abs(delay.value - 0.012) < 5 * delay.std_error < 1e-3
+    assert found.finding.kind == "missing"
+    assert found.axes["z"].headline == found.headline
+    assert "delay" in found.summary() or "late" in found.summary()
+
+
+def test_a_ladder_makes_a_model_that_is_saved_and_applied(late, tmp_path):
+    done = truerate.read(late[1]).ladder()
+    assert done.verdict == "adequate"
+    assert set(done.model.effects["z"]) >= {"scale-factor", "bias", "delay"}
+    done.model.save(tmp_path / "model.toml")
+    again = truerate.load(tmp_path / "model.toml")
+    assert again.effects == done.model.effects
+    assert "delay" in again.export("c")
+    applied = again.apply(late[1])
+    assert set(applied) == {"t", "rate_z", "rate_filtered_z", "rate_std_z", "angle_z", "angle_fused_z"}
+    assert applied["rate_z"].shape == late[0]["t"].shape
+    raw = late[0]["gyro_z"] - np.interp(late[0]["t"], late[0]["t"], np.gradient(late[0]["ref_angle_z"], 0.01))
+    true = np.gradient(late[0]["ref_angle_z"], 0.01)
+    better = applied["rate_z"] - np.interp(applied["t"], late[0]["t"], true)
+    assert np.nanstd(better[500:-500]) < 0.5 * np.std(raw[500:-500])
+
+
+@pytest.mark.parametrize("kind", ["dict", "pandas", "polars", "pyarrow", "bytes"])
+def test_every_kind_of_table_gives_the_numbers_of_the_file(late, kind):
+    table, path = late
+    source = {
+        "dict": lambda: table,
+        "pandas": lambda: pandas.DataFrame(table),
+        "polars": lambda: polars.DataFrame(table),
+        "pyarrow": lambda: pyarrow.table(table),
+        "bytes": path.read_bytes,
+    }[kind]()
+    here, there = (truerate.read(s).fit().to_pandas() for s in (source, path))
+    assert here["value"].tolist() == there["value"].tolist()
+    assert here["std_error"].tolist() == there["std_error"].tolist()
+
+
+def numbers(value):
+    if isinstance(value, dict):
+        return {k: numbers(v) for k, v in value.items() if isinstance(v, (dict, list, float, int)) or k == "verdict"}
+    if isinstance(value, list):
+        return [numbers(v) for v in value]
+    return value
+
+
+@pytest.mark.skipif(not PROGRAM, reason="TRUERATE names no program")
+@pytest.mark.parametrize("what", ["fit", "diagnose", "compare", "ladder"])
+def test_the_numbers_are_the_programs(late, what):
+    done = subprocess.run([PROGRAM, what, str(late[1]), "--format", "json"], capture_output=True, text=True, check=True)
+    program = json.loads(done.stdout)
+    package = getattr(truerate.read(late[1]), what)().to_dict()
+    assert numbers(package) == numbers(program)
+
+
+def test_no_sentence_names_a_command_of_the_shell(late, found):
+    for result in (found, truerate.read(late[1]).fit(), truerate.read(late[1]).ladder()):
+        for text in (result.summary(), json.dumps(result.to_dict())):
+            assert not re.search(r"`?truerate (add|ladder|diagnose|fit|compare|apply|run|channels|effects)\b", text), text
+
+
+def test_a_result_is_shown_in_a_notebook_without_reach_outside(found):
+    page = found._repr_html_()
+    assert page.startswith("<iframe sandbox=") and "allow-same-origin" not in page
+
+
+def test_tables_come_out(found, late):
+    frame = found.to_pandas()
+    assert list(frame["axis"].unique()) == ["z"] and {"effect", "name", "value", "std_error", "unit"} <= set(frame)
+    assert found.to_polars().height == len(frame)
+    columns = truerate.read(late[1]).to_numpy()
+    assert np.array_equal(columns["gyro_z"], late[0]["gyro_z"])
+
+
+def test_what_cannot_be_used_is_refused_with_a_remedy(late, tmp_path):
+    with pytest.raises(truerate.Error, match="no_such_file"):
+        truerate.read(tmp_path / "no_such_file.csv")
+    with pytest.raises(truerate.Error, match="lengths"):
+        truerate.read({"t": [0, 1], "gyro_z": [1.0]})
+    with pytest.raises(truerate.Error, match="expected 'x'"):
+        truerate.read(late[1], axis="w")
+    with pytest.raises(TypeError, match="path, bytes"):
+        truerate.read(3.0)
+    with pytest.raises(truerate.Error, match="expected c, kalibr"):
+        truerate.read(late[1]).fit().model.export("cobol")
+    with pytest.raises(truerate.Error) as refused:
+        truerate.read({"t": np.arange(200.0), "speed": np.ones(200)})
+    assert "/tmp" not in str(refused.value) and "--map" not in str(refused.value)
+    table = late[0]
+    with pytest.raises(truerate.Error, match=r'truerate.read\(source, map={"ref_angle_z": "wheel"}\)'):
+        truerate.read({"t": table["t"], "gyro_z": table["gyro_z"], "wheel": table["ref_angle_z"]})
+
+
+def test_progress_is_told_and_its_exception_ends_the_search(late):
+    said = []
+    truerate.read(late[1]).diagnose(progress=said.append)
+    assert said
+
+    def ends(_):
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        truerate.read(late[1]).diagnose(progress=ends)
+
+
+def test_other_threads_run_while_it_works(late):
+    log, ticks, done = truerate.read(late[1]), [], threading.Event()
+
+    def tick():
+        while not done.is_set():
+            ticks.append(time.monotonic())
+            time.sleep(0.005)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    log.diagnose()
+    done.set()
+    thread.join()
+    assert len(ticks) > 3
+
+
+def test_ctrl_c_ends_a_search(late):
+    log = truerate.read(late[1])
+    threading.Timer(0.05, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        for _ in range(50):
+            log.ladder()
+
+
+def test_the_catalogue_and_the_simulator():
+    assert truerate.effects()["delay"].parameters == {"d": "s"}
+    log, truth = truerate.simulate(hide=["quadratic-nonlinearity"], seconds=30, seed=3, axis="y")
+    assert log.axes == ["y"] and "quadratic-nonlinearity" in truth.effects["y"]
+    with pytest.raises(truerate.Error, match="no-such"):
+        truerate.simulate(hide="no-such")
