@@ -551,7 +551,8 @@ fn wrong_usage_exits_with_two() {
         &["fit", "log.csv", "--format", "xml"],
         &["simulate", "--rate", "0", "-o", "log.csv"],
         &["simulate", "--motion", "jump", "-o", "log.csv"],
-        &["diagnose", "log.csv", "--fail-on", "adequate"],
+        &["diagnose", "log.csv", "--fail-on", "fine"],
+        &["diagnose", "log.csv", "--fail-on", "adequate,fine"],
         &["add", "log.csv"],
         &[],
     ] {

@@ -61,9 +61,9 @@ fn a_missing_delay_is_named_added_and_taken_out_again() {
         "--format",
         "json",
         "--fail-on",
-        "missing-effect",
+        "ambiguous,missing-effect",
         "--fail-on",
-        "ambiguous",
+        "bad-data",
     ]);
     assert_eq!(found.code, 3, "{found:?}");
     assert_eq!(json(&found.out)["axes"][0]["suspects"][0]["effect"], "delay", "{}", found.out);
@@ -80,6 +80,8 @@ fn a_missing_delay_is_named_added_and_taken_out_again() {
     assert!(!bench.text("without.toml").contains("delay"));
     assert!(bench.text("without.toml").contains("epoch = 2"), "{}", bench.text("without.toml"));
     let ladder = json(&bench.ok(&["ladder", "log.csv.gz", "--axis", "x", "--format", "json", "-o", "top.toml"]));
+    let enough = &["diagnose", "log.csv.gz", "--axis", "x", "--model", "top.toml", "--fail-on", "adequate"];
+    assert_eq!(bench.run(enough).code, 3);
     assert_eq!(ladder["schema"], "truerate.ladder/1");
     assert_eq!(ladder["axes"][0]["steps"][1]["added"], "delay", "{ladder}");
     assert!(bench.text("top.toml").contains("delay.d"));

@@ -24,7 +24,7 @@ Examples:
       for programs
   truerate diagnose log.csv.gz --explain
       why each effect was named or not: every test with its number and its threshold
-  truerate diagnose log.csv.gz --model model.toml --fail-on missing-effect
+  truerate diagnose log.csv.gz --model model.toml --fail-on missing-effect,ambiguous
       exit code 3 if an effect is missing: for CI
 
 The model is refitted to the log first. Verdicts: adequate, missing-effect, ambiguous, unexplained,
@@ -42,14 +42,16 @@ pub struct Args {
     search: SearchArgs,
     #[command(flatten)]
     report: ReportArgs,
-    /// Exit with code 3 if an axis has this verdict; may be given several times
-    #[arg(long, value_enum, value_name = "VERDICT")]
+    /// Exit with code 3 if an axis has one of these verdicts; may be given several times
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "VERDICT[,VERDICT…]")]
     fail_on: Vec<FailOn>,
 }
 
 /// The verdicts on which a script may want to stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum FailOn {
+    /// Nothing is missing that the log can show
+    Adequate,
     /// One physical effect is missing and named
     MissingEffect,
     /// An effect is missing, and this log cannot tell which of a group
@@ -65,6 +67,7 @@ pub enum FailOn {
 impl FailOn {
     fn verdict(self) -> Verdict {
         match self {
+            Self::Adequate => Verdict::Adequate,
             Self::MissingEffect => Verdict::MissingEffect,
             Self::Ambiguous => Verdict::Ambiguous,
             Self::Unexplained => Verdict::Unexplained,

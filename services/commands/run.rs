@@ -65,7 +65,7 @@ pub struct Args {
     pub profile: Option<PathBuf>,
     /// Send the rate to `unix:PATH`, `udp:HOST:PORT`, `-` (standard output; the summary goes to stderr), `shm`
     /// (shared memory); add `?format=csv` or `?format=binary` to choose the form. May be given several times (docs/feed.md)
-    #[arg(long, value_name = "PLACE")]
+    #[arg(long, value_name = "PLACE", value_parser = place, allow_hyphen_values = true)]
     pub out: Vec<String>,
     /// Where the dashboard listens: HOST:PORT, HOST:FIRST-LAST for the first free port of these, or `off`
     /// [default: 127.0.0.1:7777]
@@ -93,6 +93,17 @@ pub struct Args {
     /// The name of this pipeline; pipelines of different names run side by side
     #[arg(long, value_name = "NAME", default_value = "default")]
     pub instance: String,
+}
+
+/// A place for the rate. One that begins with a dash is standard output, `-` or `-?format=csv`; anything else is a flag whose value was
+/// forgotten.
+fn place(text: &str) -> Result<String, String> {
+    match text.strip_prefix('-') {
+        Some(rest) if !rest.is_empty() && !rest.starts_with('?') => {
+            Err(format!("'{text}' is a flag: give a place first"))
+        }
+        _ => Ok(text.to_owned()),
+    }
 }
 
 /// Runs the pipeline until its source ends or a signal comes, and prints the summary.
@@ -160,4 +171,23 @@ fn settings(args: &Args) -> anyhow::Result<Settings> {
         bail!("--freeze keeps the model as it is, and there is none: give one with --model");
     }
     Ok(settings)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Args;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: Args,
+    }
+
+    #[test]
+    fn the_rate_goes_to_standard_output_in_the_form_that_is_asked_for() {
+        let out = |words: &[&str]| Line::try_parse_from([&["run"], words].concat()).map(|line| line.args.out);
+        assert_eq!(out(&["--out", "-?format=csv", "--out", "-"]).unwrap(), ["-?format=csv", "-"]);
+        assert!(out(&["--out", "--record"]).is_err());
+    }
 }
