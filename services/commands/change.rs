@@ -8,7 +8,6 @@ use anyhow::{Context, Result, bail};
 use gyro_model::{Axis, AxisModel, Model, Term, effects::Stage};
 use std::{path::PathBuf, process::ExitCode};
 use workbench::{
-    model_file,
     report::{self, Change, Command},
     subject::Subject,
 };
@@ -94,7 +93,7 @@ pub fn run(args: &ChangeArgs, direction: Direction) -> Result<ExitCode> {
     let (old, new) = (subject::compare(&subject, &before, true)?, subject::compare(&subject, &after, true)?);
     let file = subject.fitted(after, start.file.own_effects);
     if let Some(path) = &args.output {
-        model_file::save(path, &file)?;
+        subject::keep(path, &file)?;
     }
     let none: &[String] = &[];
     let (command, added, removed) = match direction {

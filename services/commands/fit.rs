@@ -61,7 +61,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let diagnosis = subject::compare(&subject, &model, true)?;
     let file = subject.fitted(model, own_effects);
     if let Some(path) = &args.output {
-        model_file::save(path, &file)?;
+        subject::keep(path, &file)?;
     }
     let mut context =
         subject::context(&subject, Command::Fit, &args.log, args.axis, args.model.as_deref(), args.output.as_deref());

@@ -10,7 +10,6 @@ use anyhow::Result;
 use gyro_model::{Axis, diagnose, diagnosis::LadderStep, headline};
 use std::{path::PathBuf, process::ExitCode};
 use workbench::{
-    model_file,
     report::{self, Command, Format, units},
     subject::Subject,
 };
@@ -72,7 +71,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         subject.ladder(&start, &options)?
     };
     if let Some(path) = &args.output {
-        model_file::save(path, &file)?;
+        subject::keep(path, &file)?;
     }
     let mut context = subject::context(
         &subject,

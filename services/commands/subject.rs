@@ -10,6 +10,7 @@ use log_readers::meaning::Pick;
 use std::path::Path;
 use workbench::{
     log,
+    model_file::{self, ModelFile},
     output::{self, Output, print},
     report::{self, Format},
     subject::{Start, Subject, Taken},
@@ -60,6 +61,19 @@ pub fn compare(subject: &Subject, model: &Model, own_log: bool) -> Result<Diagno
     let spinner = Progress::spinner("comparing");
     let progress = |what: &str| spinner.says(what);
     subject.compare(model, &subject.axes, &diagnose::Options { own_log, ..options(subject, &progress) })
+}
+
+/// Writes the model that a command made, and says on standard error where it takes the place of another.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn keep(path: &Path, file: &ModelFile) -> Result<()> {
+    let replaces = path != Path::new("-") && path.is_file();
+    model_file::save(path, file)?;
+    if replaces {
+        eprintln!("{}: replaced: a file of this name was here before", path.display());
+    }
+    Ok(())
 }
 
 /// How a diagnosis of this log is run.
