@@ -1,5 +1,6 @@
 //! acquisition: takes rows from the source, at their time or as fast as they are followed, and gives them as samples.
 
+use crate::clock::now_ns;
 use crate::{
     consumers::Consumers,
     pulse::Pulse,
@@ -17,7 +18,6 @@ use ipc_types::{
     wait::Wait,
 };
 use std::{thread::sleep, time::Duration};
-use workbench::clock::now_ns;
 
 /// The longest sleep without looking at anything else.
 const NAP: Duration = Duration::from_millis(20);

@@ -1,12 +1,12 @@
 //! Those who follow the stream: how far each is, seen from acquisition. What they have not acknowledged is the credit
 //! that an unpaced source has left.
 
+use crate::clock::now_ns;
 use ipc_types::{
     Health, ServiceId, State,
     port::{PortError, Reader},
     topic::QUEUE,
 };
-use workbench::clock::now_ns;
 
 /// Samples under way at most, to an unpaced stream's slowest follower.
 pub const WINDOW: u64 = QUEUE as u64 / 2;

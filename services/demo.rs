@@ -1,5 +1,6 @@
 //! The demo's player: looks at a running pipeline as a person would, names what is missing, adds it, sees the error fall.
 
+use crate::clock::now_ns;
 use crate::{
     agreement::{AGREE, is_named, seen_ns},
     ask::ask,
@@ -22,7 +23,7 @@ use std::{
     thread::sleep,
     time::{Duration, Instant},
 };
-use workbench::{clock::now_ns, output::print};
+use workbench::output::print;
 
 /// Rows a second of the simulated vehicle.
 const RATE_HZ: f64 = 100.0;

@@ -2,6 +2,7 @@
 //!
 //! Per sample it allocates nothing but iceoryx2's one loan, takes no lock and logs nothing.
 
+use crate::clock::now_ns;
 use crate::{
     pulse::Pulse,
     rate_out::{self, ring::Ring},
@@ -24,7 +25,7 @@ use ipc_types::{
     wait::Wait,
 };
 use std::{path::Path, time::Duration};
-use workbench::{clock::now_ns, model_file};
+use workbench::model_file;
 
 /// Parameters that are silent for longer are stale: the compensator gives them ten times a second, ns.
 const STALE_NS: u64 = 1_000_000_000;

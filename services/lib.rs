@@ -20,10 +20,9 @@
 //! | [`profile`] | when every sample was at every stage, as a trace |
 //! | [`rate_out`], [`sender`] | the rate for a vehicle: shared memory, sockets, standard output |
 //! | [`wire`] | between messages and mathematics |
-//! | [`stop`], [`pulse`], [`vault`], [`hopeless`] | a process' end, heart-beat, memory, last word |
+//! | [`clock`], [`stop`], [`pulse`], [`vault`], [`hopeless`] | a process' clock, end, heart-beat, memory, last word |
 //! | [`hops`] | round trips between two processes, ours beside others |
 //! | [`guide`] | a recording that says what to do next |
-//! | [`estimates`] | the columns of `apply` and of recordings |
 //! | [`dashboard`] | the live page: what it shows, who may see it, what it orders |
 //! | [`top`] | the same essentials in a terminal |
 
@@ -32,6 +31,7 @@ pub mod agreement;
 pub mod arguments;
 pub mod ask;
 pub mod cli;
+pub mod clock;
 pub mod commands;
 pub mod compensator;
 pub mod consumers;
@@ -39,7 +39,6 @@ pub mod dashboard;
 pub mod deadline;
 pub mod demo;
 pub mod domain;
-pub mod estimates;
 pub mod guide;
 pub mod hopeless;
 pub mod hops;

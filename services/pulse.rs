@@ -1,12 +1,12 @@
 //! A service's heart-beat: its counts and latencies, given at about 10 Hz and whenever the stream's flow needs it.
 
+use crate::clock::now_ns;
 use crate::realtime;
 use ipc_types::{
     Health, Histogram, ServiceId, State,
     port::{Hub, PortError, Writer},
     topic,
 };
-use workbench::clock::now_ns;
 
 const PERIOD_NS: u64 = 100_000_000;
 

@@ -1,7 +1,7 @@
 //! recorder: takes estimates, writes them in the columns of `truerate apply`; into an MCAP file, the samples too.
 
+use crate::clock::now_ns;
 use crate::{
-    estimates::EstimateWriter,
     hopeless::Hopeless,
     pulse::Pulse,
     run_folder::{Run, RunFolder},
@@ -20,7 +20,8 @@ use std::{
     path::{Path, PathBuf},
     time::Duration,
 };
-use workbench::{clock::now_ns, model_file, recording::RecordingWriter};
+use workbench::estimates::EstimateWriter;
+use workbench::{model_file, recording::RecordingWriter};
 
 const NAP: Duration = Duration::from_millis(20);
 

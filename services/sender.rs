@@ -1,5 +1,6 @@
 //! sender: the process that gives the rate to sockets and to standard output.
 
+use crate::clock::now_ns;
 use crate::{
     hopeless::Hopeless,
     pulse::Pulse,
@@ -17,7 +18,6 @@ use crate::{
 };
 use ipc_types::{Estimate, MARK_DATA, ServiceId, State, port::Hub, topic};
 use std::time::{Duration, Instant};
-use workbench::clock::now_ns;
 
 const NAP: Duration = Duration::from_millis(20);
 /// So long standard output may take for the last rows.

@@ -6,13 +6,13 @@ use std::{
     alloc::{GlobalAlloc, Layout, System},
     cell::Cell,
 };
+use truerate::clock::now_ns;
 use truerate::{
     kalman::Kalman,
     run_folder::{RunFolder, SourceFacts},
     settings::Settings,
     wire,
 };
-use workbench::clock::now_ns;
 
 struct Counting;
 

@@ -81,7 +81,7 @@ fn a_missing_delay_is_named_added_and_taken_out_again() {
     assert!(bench.text("without.toml").contains("epoch = 2"), "{}", bench.text("without.toml"));
     let ladder = json(&bench.ok(&["ladder", "log.csv.gz", "--axis", "x", "--format", "json", "-o", "top.toml"]));
     let again = bench.run(&["fit", "log.csv.gz", "--axis", "x", "--model", "top.toml", "-o", "top.toml"]);
-    assert!(again.err.contains("top.toml: replaced"), "{again:?}");
+    assert!(again.err.contains("top.toml: replaced an existing file"), "{again:?}");
     let enough = &["diagnose", "log.csv.gz", "--axis", "x", "--model", "top.toml", "--fail-on", "adequate"];
     assert_eq!(bench.run(enough).code, 3);
     assert_eq!(ladder["schema"], "truerate.ladder/1");

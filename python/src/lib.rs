@@ -1,32 +1,34 @@
 //! truerate for Python: logs and models as classes, results as the interface's JSON, which `truerate/__init__.py` turns into objects.
 //!
 //! Every function works on the very code that the program runs (`workbench::subject`), so that the numbers are the same to the last
-//! bit. The interpreter's lock is released while it works. Every half second it is asked for signals, so that Ctrl-C ends a search.
+//! bit. The interpreter's lock is released while it works, and Ctrl-C ends a search.
 
 use anyhow::Result;
 use gyro_model::{
     Axis, diagnose,
     effects::{self, CATALOGUE},
     estimator::{self, Estimator},
-    simulate::{Hidden, RandomCauses, Scenario, SensorSpec, SetUp, Simulator},
+    simulate::{self, Scenario, SensorSpec, SetUp},
     words::Voice,
 };
 use pyo3::{
     create_exception,
-    exceptions::{PyKeyboardInterrupt, PyValueError},
+    exceptions::{PyRuntimeWarning, PyValueError},
     prelude::*,
     types::PyBytes,
 };
 use std::{
+    ffi::CString,
     path::{Path, PathBuf},
     sync::{
-        Mutex,
         atomic::{AtomicBool, Ordering},
+        mpsc::{self, RecvTimeoutError},
     },
-    time::{Duration, Instant},
+    thread,
+    time::Duration,
 };
 use workbench::{
-    export,
+    estimates, export,
     log::{self, Options},
     model_file::{self, ModelFile},
     report::{self, Command, Format, Terminal},
@@ -52,55 +54,65 @@ fn axis_of(name: Option<&str>) -> PyResult<Option<Axis>> {
         .transpose()
 }
 
-/// What is going on: told to Python, which may want an end.
-struct Watched {
-    progress: Option<Py<PyAny>>,
-    last: Mutex<Instant>,
-    stopped: AtomicBool,
-    raised: Mutex<Option<PyErr>>,
+/// A message of the thread that works to the one that called.
+enum Message {
+    Progress(String),
+    Failed(String),
 }
 
-impl Watched {
-    fn new(progress: Option<Py<PyAny>>) -> Self {
-        Self { progress, last: Mutex::new(Instant::now()), stopped: AtomicBool::new(false), raised: Mutex::new(None) }
-    }
-
-    fn fails(&self, error: PyErr) {
-        self.stopped.store(true, Ordering::Relaxed);
-        if let Ok(mut raised) = self.raised.lock() {
-            raised.get_or_insert(error);
-        }
-    }
-
-    fn says(&self, what: &str) {
-        if let Some(progress) = &self.progress
-            && let Err(error) = Python::attach(|py| progress.call1(py, (what,)).map(drop))
-        {
-            self.fails(error);
-        }
-    }
-
-    fn is_over(&self) -> bool {
-        // Another thread is asking already.
-        if let Ok(mut last) = self.last.try_lock()
-            && last.elapsed() >= ASKED
-        {
-            *last = Instant::now();
-            if let Err(error) = Python::attach(|py| py.check_signals()) {
-                self.fails(error);
+/// Runs `work` on a thread of its own. The calling thread stays Python's: it hands on progress, warns of axes that failed, and looks for
+/// signals, which Python handles on its main thread alone. An exception there ends the work and is raised.
+fn watched<T: Send>(
+    py: Python<'_>,
+    progress: Option<Py<PyAny>>,
+    work: impl FnOnce(&diagnose::Options) -> Result<T> + Send,
+) -> PyResult<T> {
+    let ended = &AtomicBool::new(false);
+    let (sender, messages) = mpsc::channel();
+    let is_ended = || ended.load(Ordering::Relaxed);
+    // The channel closes when the work ends.
+    let work = move || {
+        // A receiver that is gone needs no message.
+        let tell = |message| sender.send(message).unwrap_or_default();
+        work(&diagnose::Options {
+            progress: &|what| tell(Message::Progress(what.to_owned())),
+            failed: &|error| tell(Message::Failed(error.to_string())),
+            stop: &is_ended,
+            ..diagnose::Options::default()
+        })
+    };
+    let hear = |message| {
+        Python::attach(|py| match (message, &progress) {
+            (Message::Progress(what), Some(progress)) => progress.call1(py, (what,)).map(drop),
+            (Message::Progress(_), None) => Ok(()),
+            (Message::Failed(why), _) => {
+                PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &CString::new(why).unwrap_or_default(), 2)
             }
-        }
-        self.stopped.load(Ordering::Relaxed)
-    }
-
-    /// The result, or what ended the work.
-    fn done<T>(self, result: Result<T>) -> PyResult<T> {
-        match self.raised.into_inner() {
-            Ok(Some(error)) => Err(error),
-            Ok(None) if self.stopped.load(Ordering::Relaxed) => Err(PyKeyboardInterrupt::new_err(())),
-            _ => result.map_err(refused),
-        }
-    }
+        })
+    };
+    py.detach(move || {
+        thread::scope(|scope| {
+            let worker = scope.spawn(work);
+            let mut raised = None;
+            loop {
+                let heard = match messages.recv_timeout(ASKED) {
+                    Ok(_) if raised.is_some() => continue,
+                    Ok(message) => hear(message),
+                    Err(RecvTimeoutError::Timeout) => Ok(()),
+                    Err(RecvTimeoutError::Disconnected) => break,
+                };
+                if let Err(error) = heard.and_then(|()| Python::attach(|py| py.check_signals())) {
+                    ended.store(true, Ordering::Relaxed);
+                    raised = Some(error);
+                }
+            }
+            match (raised, worker.join()) {
+                (Some(error), _) => Err(error),
+                (None, Ok(result)) => result.map_err(refused),
+                (None, Err(panic)) => std::panic::resume_unwind(panic),
+            }
+        })
+    })
 }
 
 /// A result in all of its forms, and the model that belongs to it.
@@ -172,16 +184,15 @@ impl Model {
         Ok((exported.text, exported.warnings))
     }
 
-    /// The estimates of a log: axis letters, and one row after another as little-endian doubles: t, then rate, filtered rate, its
-    /// standard deviation, angle and fused angle of each axis.
+    /// The estimates of a log: the names of the columns, and the rows as little-endian doubles, one row after another.
     fn apply<'py>(
         &self,
         py: Python<'py>,
         log: PathBuf,
         options: Reading,
     ) -> PyResult<(Vec<String>, Bound<'py, PyBytes>)> {
-        let (axes, bytes) = py.detach(|| self.estimates(&log, options)).map_err(refused)?;
-        Ok((axes, PyBytes::new(py, &bytes)))
+        let (header, bytes) = py.detach(|| self.estimates(&log, options)).map_err(refused)?;
+        Ok((header, PyBytes::new(py, &bytes)))
     }
 }
 
@@ -196,19 +207,14 @@ impl Model {
         self.file.check_channels(&record, &axes)?;
         let mut estimator = Estimator::new(estimator::Options::default());
         estimator.set_model(model);
-        let mut bytes = Vec::with_capacity(record.len() * 8 * (1 + 5 * axes.len()));
+        let header = estimates::header(&axes);
+        let mut bytes = Vec::with_capacity(record.len() * 8 * header.len());
         for row in &record.rows {
             let estimate = estimator.step(row);
             let t = (provenance.start_ns + i128::from(estimate.valid_t_ns)) as f64 * 1e-9;
-            bytes.extend(t.to_le_bytes());
-            for axis in &axes {
-                let e = &estimate.axes[axis.index()];
-                for value in [e.rate, e.rate_filtered, e.rate_std, e.angle, e.angle_fused] {
-                    bytes.extend(value.to_le_bytes());
-                }
-            }
+            bytes.extend(std::iter::once(t).chain(estimates::values(&estimate, &axes)).flat_map(f64::to_le_bytes));
         }
-        Ok((axes.iter().map(ToString::to_string).collect(), bytes))
+        Ok((header, bytes))
     }
 }
 
@@ -296,7 +302,7 @@ impl Log {
 
     #[pyo3(signature = (model=None))]
     fn fit(&self, py: Python<'_>, model: Option<Model>) -> PyResult<Answer> {
-        py.detach(|| {
+        watched(py, None, |options| {
             let (start, own) = match model {
                 Some(model) => {
                     model.file.check_channels(&self.subject.record, &self.subject.axes)?;
@@ -306,29 +312,26 @@ impl Log {
             };
             let mut fitted = self.subject.fit(&start)?;
             fitted.epoch = start.epoch + 1;
-            let options =
-                diagnose::Options { own_log: true, faults: &self.subject.faults, ..diagnose::Options::default() };
+            let options = diagnose::Options { own_log: true, faults: &self.subject.faults, ..*options };
             let diagnosis = self.subject.compare(&fitted, &self.subject.axes, &options)?;
             let file = self.subject.fitted(fitted, own);
             Ok(self.answer(Command::Fit, Some(file), |format, context| report::render(&diagnosis, format, context)))
         })
-        .map_err(refused)
     }
 
     #[pyo3(signature = (model=None))]
     fn compare(&self, py: Python<'_>, model: Option<Model>) -> PyResult<Answer> {
-        py.detach(|| {
+        watched(py, None, |options| {
             let start = self.start(model)?;
             let mut subject = self.subject.clone();
             subject.keep_axes_of(&start.file.model, "the model")?;
-            let options =
-                diagnose::Options { own_log: start.own_log, faults: &subject.faults, ..diagnose::Options::default() };
-            let diagnosis = subject.compare(&start.file.model, &subject.axes, &options)?;
+            let diagnosis = subject.judge(&start, &diagnose::Options { faults: &self.subject.faults, ..*options })?;
+            let warning = Some(&start).filter(|start| start.given).and_then(|start| subject.hotter(&start.file));
+            let warning = warning.unwrap_or_default();
             Ok(self.answer(Command::Compare, Some(start.file), |format, context| {
-                report::render(&diagnosis, format, context)
+                report::render(&diagnosis, format, &report::Context { warning: warning.clone(), ..context.clone() })
             }))
         })
-        .map_err(refused)
     }
 
     #[pyo3(signature = (model=None, explain=false, progress=None))]
@@ -339,11 +342,12 @@ impl Log {
         explain: bool,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Answer> {
-        self.search(py, model, explain, progress, |start, options| {
-            let diagnosis = self.subject.diagnose(&start, options)?;
-            Ok(self.answer(Command::Diagnose, Some(start.file), |format, context| {
-                report::render(&diagnosis, format, context)
-            }))
+        watched(py, progress, |options| {
+            let options = diagnose::Options { explain, faults: &self.subject.faults, ..*options };
+            let start = self.start(model)?;
+            let found = self.subject.diagnose(&start, &options)?;
+            Ok(self
+                .answer(Command::Diagnose, Some(start.file), |format, context| report::render(&found, format, context)))
         })
     }
 
@@ -355,8 +359,9 @@ impl Log {
         explain: bool,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Answer> {
-        self.search(py, model, explain, progress, |start, options| {
-            let (file, ladder) = self.subject.ladder(&start, options)?;
+        watched(py, progress, |options| {
+            let options = diagnose::Options { explain, faults: &self.subject.faults, ..*options };
+            let (file, ladder) = self.subject.ladder(&self.start(model)?, &options)?;
             Ok(self
                 .answer(Command::Ladder, Some(file), |format, context| report::render_ladder(&ladder, format, context)))
         })
@@ -367,31 +372,7 @@ impl Log {
     fn start(&self, model: Option<Model>) -> Result<Start> {
         let Some(Model { file }) = model else { return self.subject.load(None) };
         file.check_channels(&self.subject.record, &self.subject.axes)?;
-        let own_log = file.provenance.as_ref().is_some_and(|p| p.names(&self.subject.provenance));
-        Ok(Start { file, own_log })
-    }
-
-    fn search(
-        &self,
-        py: Python<'_>,
-        model: Option<Model>,
-        explain: bool,
-        progress: Option<Py<PyAny>>,
-        work: impl FnOnce(Start, &diagnose::Options) -> Result<Answer> + Send,
-    ) -> PyResult<Answer> {
-        let watched = Watched::new(progress);
-        let result = py.detach(|| {
-            let (says, stop) = (|what: &str| watched.says(what), || watched.is_over());
-            let options = diagnose::Options {
-                progress: &says,
-                stop: &stop,
-                faults: &self.subject.faults,
-                explain,
-                ..diagnose::Options::default()
-            };
-            work(self.start(model)?, &options)
-        });
-        watched.done(result)
+        Ok(self.subject.given(file))
     }
 
     fn answer(
@@ -417,7 +398,7 @@ fn load(path: PathBuf) -> PyResult<Model> {
     model_file::load(&path, &[]).map(|file| Model { file }).map_err(refused)
 }
 
-/// Ids of the catalogue, each with its name, equation and whether it is of the reference.
+/// The catalogue: id, equation, and names and units of the parameters.
 #[pyfunction]
 fn catalogue() -> Vec<(String, String, Vec<(String, String)>)> {
     let tell = |effect: &&'static dyn effects::Effect| {
@@ -430,8 +411,8 @@ fn catalogue() -> Vec<(String, String, Vec<(String, String)>)> {
 
 /// Writes a simulated log and gives its true model.
 #[pyfunction]
-#[pyo3(signature = (path, hide, motion, seconds, rate_hz, seed, axis))]
-fn simulate(
+#[pyo3(name = "simulate")]
+fn simulated(
     py: Python<'_>,
     path: PathBuf,
     hide: Vec<String>,
@@ -442,33 +423,14 @@ fn simulate(
     axis: &str,
 ) -> PyResult<Model> {
     let axis = axis_of(Some(axis))?.unwrap_or(Axis::X);
-    let motion = motion.parse().map_err(|error| Error::new_err(format!("motion {motion:?}: {error}")))?;
+    let motion = motion.parse().map_err(Error::new_err::<String>)?;
+    let (hidden, random) = simulate::hidden(&hide, axis).map_err(Error::new_err::<String>)?;
+    let scenario = Scenario { motion, seconds, rate_hz, seed, hidden, sensor: SensorSpec::on(axis) };
+    let rows = scenario.rows().map_err(Error::new_err::<String>)?;
     py.detach(|| {
-        let rows = (seconds * rate_hz).round();
-        anyhow::ensure!(
-            (1.0..=5e7).contains(&rows),
-            "{seconds} s at {rate_hz} Hz are {rows} rows: choose 1 to 50 million"
-        );
-        let mut set_up = SetUp::default();
-        set_up.random = RandomCauses::default();
-        let mut hidden = Vec::new();
-        for text in &hide {
-            match set_up.random.take(text) {
-                Some(taken) => taken.map_err(|wrong| anyhow::anyhow!(wrong))?,
-                None => hidden.push(Hidden::parse(text, axis)?),
-            }
-        }
-        let scenario = Scenario { motion, seconds, rate_hz, seed, hidden, sensor: SensorSpec::on(axis) };
-        let mut simulator = Simulator::new(&scenario);
-        let samples: Vec<_> = (0..rows as usize).map(|_| simulator.step()).collect();
-        let mut record = gyro_model::Record::default();
-        record.rows = if set_up.is_plain() {
-            samples.into_iter().map(|sample| sample.row).collect()
-        } else {
-            set_up.applied(&samples, axis, rate_hz, seed)
-        };
+        let (record, model) = SetUp { random, ..SetUp::default() }.simulate(&scenario, rows, |_| ());
         log::write_record(&path, &record, 0)?;
-        Ok(Model { file: ModelFile { model: simulator.truth(), ..ModelFile::default() } })
+        Ok(Model { file: ModelFile { model, ..ModelFile::default() } })
     })
     .map_err(refused)
 }
@@ -482,5 +444,5 @@ fn _truerate(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Answer>()?;
     module.add_function(wrap_pyfunction!(load, module)?)?;
     module.add_function(wrap_pyfunction!(catalogue, module)?)?;
-    module.add_function(wrap_pyfunction!(simulate, module)?)
+    module.add_function(wrap_pyfunction!(simulated, module)?)
 }

@@ -9,6 +9,7 @@ import threading
 import time
 from pathlib import Path
 
+import duckdb
 import numpy as np
 import pandas
 import polars
@@ -72,7 +73,7 @@ def test_a_ladder_makes_a_model_that_is_saved_and_applied(late, tmp_path):
     assert np.nanstd(better[500:-500]) < 0.5 * np.std(raw[500:-500])
 
 
-@pytest.mark.parametrize("kind", ["dict", "pandas", "polars", "pyarrow", "bytes"])
+@pytest.mark.parametrize("kind", ["dict", "pandas", "polars", "pyarrow", "duckdb", "bytes"])
 def test_every_kind_of_table_gives_the_numbers_of_the_file(late, kind):
     table, path = late
     source = {
@@ -80,6 +81,7 @@ def test_every_kind_of_table_gives_the_numbers_of_the_file(late, kind):
         "pandas": lambda: pandas.DataFrame(table),
         "polars": lambda: polars.DataFrame(table),
         "pyarrow": lambda: pyarrow.table(table),
+        "duckdb": lambda: duckdb.sql(f"select * from read_csv('{path}')"),
         "bytes": path.read_bytes,
     }[kind]()
     here, there = (truerate.read(s).fit().to_pandas() for s in (source, path))
@@ -95,13 +97,43 @@ def numbers(value):
     return value
 
 
+def same(log, what, *flags, model=None):
+    done = subprocess.run(
+        [PROGRAM, what, str(log), *flags, "--format", "json"], capture_output=True, text=True, check=True
+    )
+    call = getattr(truerate.read(log), what)
+    return numbers(call(model).to_dict()) == numbers(json.loads(done.stdout))
+
+
 @pytest.mark.skipif(not PROGRAM, reason="TRUERATE names no program")
 @pytest.mark.parametrize("what", ["fit", "diagnose", "compare", "ladder"])
-def test_the_numbers_are_the_programs(late, what):
-    done = subprocess.run([PROGRAM, what, str(late[1]), "--format", "json"], capture_output=True, text=True, check=True)
-    program = json.loads(done.stdout)
-    package = getattr(truerate.read(late[1]), what)().to_dict()
-    assert numbers(package) == numbers(program)
+def test_the_numbers_are_the_programs(late, tmp_path, what):
+    assert same(late[1], what)
+    file = tmp_path / "model.toml"
+    truerate.read(late[1]).ladder().model.save(file)
+    file.write_text(file.read_text().replace("delay.d = 0.01", "delay.d = 0.02"))
+    assert same(late[1], what, "--model", str(file), model=truerate.load(file))
+
+
+@pytest.mark.skipif(not PROGRAM, reason="TRUERATE names no program")
+def test_the_rates_are_the_programs(late, tmp_path):
+    model, out = tmp_path / "model.toml", tmp_path / "out.csv"
+    truerate.read(late[1]).ladder().model.save(model)
+    subprocess.run([PROGRAM, "apply", str(late[1]), "--model", str(model), "-o", str(out)], check=True)
+    program, package = pandas.read_csv(out), pandas.DataFrame(truerate.load(model).apply(late[1]))
+    assert list(program) == list(package)
+    for name in program:
+        np.testing.assert_allclose(package[name], program[name], rtol=1e-12, atol=1e-9, equal_nan=True)
+
+
+@pytest.mark.skipif(not PROGRAM, reason="TRUERATE names no program")
+def test_a_simulated_log_is_the_programs(tmp_path):
+    out = tmp_path / "log.csv"
+    hide = ["delay:d=0.012", "reversal-steps"]
+    words = [word for text in hide for word in ("--hide", text)]
+    subprocess.run([PROGRAM, "simulate", *words, "--seconds", "20", "--seed", "4", "-o", str(out)], check=True)
+    package, program = truerate.simulate(hide=hide, seconds=20, seed=4)[0].to_numpy(), truerate.read(out).to_numpy()
+    assert all(np.array_equal(package[name], program[name], equal_nan=True) for name in program)
 
 
 def test_no_sentence_names_a_command_of_the_shell(late, found):
@@ -126,6 +158,9 @@ def test_tables_come_out(found, late):
 def test_what_cannot_be_used_is_refused_with_a_remedy(late, tmp_path):
     with pytest.raises(truerate.Error, match="no_such_file"):
         truerate.read(tmp_path / "no_such_file.csv")
+    nowhen = pandas.DataFrame({"t_ns": pandas.to_datetime(["2026-01-01", None]), "gyro_z": [0.0, 0.0]})
+    with pytest.raises(truerate.Error, match="row 1 has no time"):
+        truerate.read(nowhen)
     with pytest.raises(truerate.Error, match="lengths"):
         truerate.read({"t": [0, 1], "gyro_z": [1.0]})
     with pytest.raises(truerate.Error, match="expected 'x'"):
@@ -142,10 +177,15 @@ def test_what_cannot_be_used_is_refused_with_a_remedy(late, tmp_path):
         truerate.read({"t": table["t"], "gyro_z": table["gyro_z"], "wheel": table["ref_angle_z"]})
 
 
-def test_progress_is_told_and_its_exception_ends_the_search(late):
-    said = []
-    truerate.read(late[1]).diagnose(progress=said.append)
-    assert said
+def test_progress_is_told_here_and_its_exception_ends_the_search(late):
+    said, threads = [], set()
+
+    def tell(what):
+        said.append(what)
+        threads.add(threading.get_ident())
+
+    truerate.read(late[1]).diagnose(progress=tell)
+    assert said and threads == {threading.get_ident()}
 
     def ends(_):
         raise RuntimeError("enough")
@@ -171,11 +211,24 @@ def test_other_threads_run_while_it_works(late):
 
 
 def test_ctrl_c_ends_a_search(late):
-    log = truerate.read(late[1])
-    threading.Timer(0.05, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    log, whole, begun = truerate.read(late[1]), [], threading.Event()
+    log.ladder(progress=whole.append)
+    said = []
+
+    def tell(what):
+        said.append(what)
+        begun.set()
+
+    def interrupts():
+        begun.wait()
+        os.kill(os.getpid(), signal.SIGINT)
+
+    thread = threading.Thread(target=interrupts)
+    thread.start()
     with pytest.raises(KeyboardInterrupt):
-        for _ in range(50):
-            log.ladder()
+        log.ladder(progress=tell)
+    thread.join()
+    assert 0 < len(said) < len(whole)
 
 
 def test_the_catalogue_and_the_simulator():

@@ -40,12 +40,12 @@ def _columns(source: Any) -> dict[str, np.ndarray] | None:
     """The columns of a table: of a mapping, a pandas, polars or pyarrow table; ``None`` where it is not a table."""
     if isinstance(source, Mapping):
         pairs = source.items()
+    elif hasattr(source, "fetchnumpy"):  # DuckDB
+        pairs = source.fetchnumpy().items()
     elif hasattr(source, "column_names") and hasattr(source, "column"):  # pyarrow
         pairs = ((name, source.column(name).to_numpy()) for name in source.column_names)
     elif hasattr(source, "columns") and hasattr(source, "__getitem__"):  # pandas, polars
         pairs = ((name, source[name].to_numpy()) for name in source.columns)
-    elif hasattr(source, "fetchnumpy"):  # DuckDB
-        pairs = source.fetchnumpy().items()
     else:
         return None
     columns = {str(name): np.asarray(values) for name, values in pairs}
@@ -70,10 +70,14 @@ def _written(columns: dict[str, np.ndarray], path: Path) -> None:
     lists = []
     for name, values in columns.items():
         if values.dtype.kind == "M":
+            if np.isnat(values).any():
+                raise Error(f"column {name!r}: row {int(np.argmax(np.isnat(values)))} has no time (NaT): drop such rows")
             values = values.astype("datetime64[ns]").astype(np.int64)
+        elif values.dtype.kind == "b":
+            values = values.astype(np.int8)
         elif values.dtype.kind == "f":
             values = values.astype(np.float64)
-        elif values.dtype.kind not in "iubUO":
+        elif values.dtype.kind not in "iuUO":
             raise Error(f"column {name!r}: numbers are needed, this is {values.dtype}")
         lists.append(values.tolist())
     with path.open("w", newline="", encoding="utf-8") as file:
@@ -227,11 +231,11 @@ class Log:
         return polars.DataFrame(self.to_numpy())
 
     def fit(self, model: Model | None = None) -> Result:
-        """Fits scale factor and bias of each axis, or the effects of ``model``."""
+        """Fits the scale factor and the bias of each axis, or the effects of ``model``."""
         return Result(self._inner.fit(_inner(model)))
 
     def compare(self, model: Model | None = None) -> Result:
-        """Holds ``model`` (the fitted base model without one) against the log."""
+        """Compares ``model`` with the log. Without a model, the base model (scale factor and bias) is fitted first."""
         return Result(self._inner.compare(_inner(model)))
 
     def diagnose(
@@ -241,9 +245,10 @@ class Log:
         explain: bool = False,
         progress: Callable[[str], object] | None = None,
     ) -> Result:
-        """Says which physical effect ``model`` (the base model without one) is missing.
+        """Finds the physical effects that ``model`` lacks. Without a model, the base model is fitted first.
 
-        ``progress`` is called with what is being looked at. An exception that it raises, or Ctrl-C, ends the search.
+        ``progress`` is called with a text, on the thread that called this method. An exception that it raises, or Ctrl-C, ends
+        the search. An axis that cannot be judged gives a ``RuntimeWarning``; the others go on.
         """
         return Result(self._inner.diagnose(_inner(model), explain, progress))
 
@@ -393,12 +398,9 @@ class Model:
         }
         with _Source(source) as file:
             try:
-                axes, values = self._inner.apply(file.path, reading)
+                names, values = self._inner.apply(file.path, reading)
             except Error as error:
                 raise _said(error, file) from None
-        names = ["t"]
-        for axis in axes:
-            names += [f"{name}_{axis}" for name in ("rate", "rate_filtered", "rate_std", "angle", "angle_fused")]
         table = np.frombuffer(values, "<f8").reshape(-1, len(names))
         return {name: np.ascontiguousarray(table[:, k]) for k, name in enumerate(names)}
 

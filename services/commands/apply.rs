@@ -6,7 +6,6 @@ use crate::{
         print,
         subject::{say_chosen, writable},
     },
-    estimates::EstimateWriter,
     progress::Progress,
 };
 use anyhow::{Context, Result, bail};
@@ -16,6 +15,7 @@ use std::{
     path::{Path, PathBuf},
     process::ExitCode,
 };
+use workbench::estimates::EstimateWriter;
 use workbench::{
     log::{self, Options},
     model_file,

@@ -5,15 +5,12 @@ use crate::{
     commands::subject,
 };
 use anyhow::Result;
-use gyro_model::{Axis, diagnosis::Diagnosis, finding::Remark};
+use gyro_model::Axis;
 use std::{
     path::{Path, PathBuf},
     process::ExitCode,
 };
-use workbench::{
-    report::{self, Against, Command},
-    subject::Start,
-};
+use workbench::report::{self, Against, Command};
 
 /// What `truerate compare` takes.
 #[derive(clap::Args, Debug, Clone)]
@@ -59,20 +56,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             subject.keep_axes_of(&start.file.model, &path.display().to_string())?;
         }
     }
-    let judge = |start: &Start, is_given: bool| -> Result<Diagnosis> {
-        let mut diagnosis = subject::compare(&subject, &start.file.model, start.own_log)?;
-        for axis in diagnosis.axes.iter_mut().filter(|_| is_given && start.own_log) {
-            axis.remarks.push(Remark::OwnLog);
-        }
-        Ok(diagnosis)
-    };
-    let diagnosis = judge(&start, args.model.is_some())?;
+    let diagnosis = subject::judge(&subject, &start)?;
     let warning = args.model.as_ref().and_then(|_| subject.hotter(&start.file)).unwrap_or_default();
     let context = subject::context(&subject, Command::Compare, &args.log, args.axis, args.model.as_deref(), None);
     let context = report::Context { warning, ..context };
     let context = |file: bool| if file { context.for_file() } else { context.clone() };
     if let (Some(against), Some(other)) = (&args.against, &other) {
-        let other = judge(other, true)?;
+        let other = subject::judge(&subject, other)?;
         let model = args.model.as_ref().map_or_else(|| "base model".to_owned(), |path| label(path, against));
         let against = args.model.as_ref().map_or_else(|| label(against, Path::new("")), |model| label(against, model));
         let both = Against { model: &model, diagnosis: &diagnosis, other_model: &against, other: &other };

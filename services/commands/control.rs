@@ -1,6 +1,7 @@
 //! `truerate control`: changes the model of a running pipeline.
 
 use super::print;
+use crate::clock::now_ns;
 use crate::{ask::ask, domain};
 use anyhow::{Context, bail};
 use clap::Subcommand;
@@ -15,7 +16,6 @@ use std::{
     path::{Path, PathBuf},
     process::ExitCode,
 };
-use workbench::clock::now_ns;
 
 /// What `truerate control` takes.
 #[derive(clap::Args, Debug, Clone)]

@@ -54,7 +54,7 @@ pub struct Args {
 /// # Errors
 /// Where the pipeline cannot run.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let seed = args.seed.unwrap_or_else(|| workbench::clock::now_ns() % 1_000_000);
+    let seed = args.seed.unwrap_or_else(|| crate::clock::now_ns() % 1_000_000);
     let hidden = args.log.is_none().then(|| demo::hidden(seed));
     let settings = settings(args, seed, hidden)?;
     let claim = args.instance.as_deref().map_or_else(|| Claim::take_free("demo"), Claim::take)?;

@@ -88,7 +88,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     args.report.check(&[&args.log.log])?;
     let subject = subject::read(&args.log, args.axis)?;
     let start = subject::start(&subject, args.model.as_deref())?;
-    let mut diagnosis = {
+    let diagnosis = {
         let spinner = Progress::spinner("diagnosing");
         let progress = |what: &str| spinner.says(what);
         let deadline = Deadline::after(args.search.budget)?;
@@ -99,12 +99,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     };
     let mut context = subject::context(&subject, Command::Diagnose, &args.log, args.axis, args.model.as_deref(), None);
     context.unfinished = diagnosis.axes.iter().any(|axis| axis.unfinished);
-    for axis in diagnosis.axes.iter_mut().filter(|axis| axis.verdict == Verdict::Adequate && args.model.is_some()) {
-        if let Some((parameter, off)) = diagnose::moved(&start.file.model, axis).first() {
-            context.moved = true;
-            axis.remarks.push(Remark::Moved { parameter: parameter.clone(), errors: *off });
-        }
-    }
+    context.moved = diagnosis.axes.iter().flat_map(|axis| &axis.remarks).any(|own| matches!(own, Remark::Moved { .. }));
     args.report.emit(None, |format, file| {
         report::render(&diagnosis, format, &if file { context.for_file() } else { context.clone() })
     })?;

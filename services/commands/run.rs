@@ -95,12 +95,12 @@ pub struct Args {
     pub instance: String,
 }
 
-/// A place for the rate. One that begins with a dash is standard output, `-` or `-?format=csv`; anything else is a flag whose value was
-/// forgotten.
+/// A place for the rate. `-` and `-?format=csv` mean standard output. Any other text that begins with a dash is the next flag: the place is
+/// missing.
 fn place(text: &str) -> Result<String, String> {
     match text.strip_prefix('-') {
         Some(rest) if !rest.is_empty() && !rest.starts_with('?') => {
-            Err(format!("'{text}' is a flag: give a place first"))
+            Err(format!("'{text}' is a flag: --out needs a place before it"))
         }
         _ => Ok(text.to_owned()),
     }

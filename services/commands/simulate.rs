@@ -4,10 +4,10 @@ use crate::{
     commands::{print, subject::writable},
     progress::Progress,
 };
-use anyhow::{Result, anyhow, bail};
+use anyhow::{Result, anyhow};
 use gyro_model::{
-    Axis, Record,
-    simulate::{Coloured, Hidden, Motion, RandomCauses, Reference, Scenario, SensorSpec, SetUp, Simulator},
+    Axis,
+    simulate::{self, Coloured, Motion, RandomCauses, Reference, Scenario, SensorSpec, SetUp},
 };
 use std::{
     path::{Path, PathBuf},
@@ -121,30 +121,26 @@ fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-/// More rows than this are refused rather than swapped to disk: at 220 bytes each, 11 GB.
-const MOST_ROWS: f64 = 5e7;
-
 /// Writes the log and its truth.
 ///
 /// # Errors
 /// An unknown effect or parameter, a size out of bounds, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    let rows = (args.seconds * args.rate).round();
-    if !(1.0..=MOST_ROWS).contains(&rows) {
-        bail!("{} s at {} Hz are {rows:e} rows: choose 1 to {MOST_ROWS:e}", args.seconds, args.rate);
-    }
-    let (sensor, mut set_up) = args.rig();
-    let mut hidden = Vec::new();
-    for text in &args.hide {
-        match set_up.random.take(text) {
-            Some(taken) => taken.map_err(|wrong| anyhow!(wrong))?,
-            None => hidden.push(Hidden::parse(text, args.axis)?),
-        }
-    }
-    writable(&args.output, &[])?;
+    let (sensor, set_up) = args.rig();
+    let (hidden, random) = simulate::hidden(&args.hide, args.axis).map_err(|wrong| anyhow!(wrong))?;
+    let set_up = SetUp { random, ..set_up };
     let scenario =
         Scenario { motion: args.motion, seconds: args.seconds, rate_hz: args.rate, seed: args.seed, hidden, sensor };
-    let (record, truth) = simulate(&scenario, set_up, rows as usize);
+    let rows = scenario.rows().map_err(|wrong| anyhow!(wrong))?;
+    writable(&args.output, &[])?;
+    let (record, truth) = {
+        let progress = Progress::of(rows as u64, "simulating");
+        set_up.simulate(&scenario, rows, |k| {
+            if k % 4096 == 0 {
+                progress.at(k as u64);
+            }
+        })
+    };
     log::write_record(&args.output, &record, 0)?;
     if args.output == Path::new("-") {
         return Ok(ExitCode::SUCCESS);
@@ -152,7 +148,12 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let mut beside = args.output.clone().into_os_string();
     beside.push(".truth.toml");
     let beside = PathBuf::from(beside);
-    model_file::save(&beside, &truth(&args.output))?;
+    let provenance = Provenance {
+        log: args.output.file_name().map(|name| name.to_string_lossy().into_owned()),
+        samples: Some(rows as u64),
+        ..Provenance::default()
+    };
+    model_file::save(&beside, &ModelFile { model: truth, provenance: Some(provenance), own_effects: Vec::new() })?;
     let axes: Vec<&str> = record.fitted_axes().into_iter().map(Axis::letter).collect();
     let hidden: Vec<&str> = args.hide.iter().map(|text| text.split(':').next().unwrap_or(text)).collect();
     print(&format!(
@@ -166,37 +167,4 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         beside.display()
     ))?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// The rows, and the true model of whatever the log is called.
-fn simulate(scenario: &Scenario, set_up: SetUp, rows: usize) -> (Record, impl Fn(&Path) -> ModelFile) {
-    let mut simulator = Simulator::new(scenario);
-    let mut record = Record { rows: Vec::with_capacity(rows), ..Record::default() };
-    let progress = Progress::of(rows as u64, "simulating");
-    let mut samples = Vec::new();
-    for k in 0..rows {
-        let sample = simulator.step();
-        if set_up.is_plain() {
-            record.rows.push(sample.row);
-        } else {
-            samples.push(sample);
-        }
-        if k % 4096 == 0 {
-            progress.at(k as u64);
-        }
-    }
-    if !samples.is_empty() {
-        record.rows = set_up.applied(&samples, scenario.sensor.axis, scenario.rate_hz, scenario.seed);
-    }
-    let (model, samples) = (simulator.truth(), rows as u64);
-    let truth = move |log: &Path| ModelFile {
-        model: model.clone(),
-        provenance: Some(Provenance {
-            log: log.file_name().map(|name| name.to_string_lossy().into_owned()),
-            samples: Some(samples),
-            ..Provenance::default()
-        }),
-        own_effects: Vec::new(),
-    };
-    (record, truth)
 }

@@ -1,6 +1,7 @@
 //! `truerate status`: what runs, and every stage's latency, once.
 
 use super::print;
+use crate::clock::now_ns;
 use crate::{domain, live::words, watch::Watch};
 use clap::ValueEnum;
 use ipc_types::{
@@ -10,7 +11,6 @@ use ipc_types::{
 };
 use serde_json::{Value, json};
 use std::{fmt::Write, process::ExitCode, time::Duration};
-use workbench::clock::now_ns;
 
 /// What `truerate status` takes.
 #[derive(clap::Args, Debug, Clone)]

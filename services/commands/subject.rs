@@ -1,4 +1,4 @@
-//! What the offline commands have in common: a log that is read with a word on what is going on, and where the result goes.
+//! What the offline commands have in common: a log is read while the terminal shows progress; where the result goes.
 
 use crate::{
     arguments::{LogArgs, ReportArgs},
@@ -53,6 +53,16 @@ pub fn fit(subject: &Subject, model: &Model) -> Result<Model> {
     subject.fit(model)
 }
 
+/// Holds the model to start from against the log.
+///
+/// # Errors
+/// A log that cannot be judged.
+pub fn judge(subject: &Subject, start: &Start) -> Result<Diagnosis> {
+    let spinner = Progress::spinner("comparing");
+    let progress = |what: &str| spinner.says(what);
+    subject.judge(start, &options(subject, &progress))
+}
+
 /// Holds a model against the log; `own_log` where it was fitted on this very one.
 ///
 /// # Errors
@@ -71,7 +81,7 @@ pub fn keep(path: &Path, file: &ModelFile) -> Result<()> {
     let replaces = path != Path::new("-") && path.is_file();
     model_file::save(path, file)?;
     if replaces {
-        eprintln!("{}: replaced: a file of this name was here before", path.display());
+        eprintln!("{}: replaced an existing file", path.display());
     }
     Ok(())
 }

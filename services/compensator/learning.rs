@@ -11,10 +11,10 @@ use super::{
     trial::TRIAL_NS,
     writing::Writing,
 };
+use crate::clock::now_ns;
 use crate::run_folder::{Learned, LearnedAxis};
 use gyro_model::{Axis, Model, units};
 use ipc_types::diagnosis::TrialState;
-use workbench::clock::now_ns;
 
 impl Compensator<'_> {
     /// Asks the learner.

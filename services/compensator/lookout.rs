@@ -11,6 +11,7 @@ use super::{
     store::Store,
     worker::{Cost, Rank, Worker},
 };
+use crate::clock::now_ns;
 use crate::{
     agreement::Agreement,
     settings::{Learning, Source},
@@ -18,7 +19,6 @@ use crate::{
 use gyro_model::fit::FitError;
 use ipc_types::topic;
 use std::{sync::Arc, time::Duration};
-use workbench::clock::now_ns;
 
 /// A search may take so many of its periods.
 const SEARCH_PERIODS: f64 = 4.0;

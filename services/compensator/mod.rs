@@ -22,6 +22,7 @@ mod trial;
 pub mod worker;
 pub mod writing;
 
+use crate::clock::now_ns;
 use crate::{
     pulse::Pulse,
     run_folder::{Run, RunFolder, SourceFacts},
@@ -44,7 +45,6 @@ use phase::{Asked, Phase};
 use std::{collections::VecDeque, time::Duration};
 use store::Store;
 use trial::Challenger;
-use workbench::clock::now_ns;
 use worker::{Cost, Rank, Worker};
 
 const NAP: Duration = Duration::from_millis(20);

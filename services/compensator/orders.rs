@@ -8,16 +8,14 @@ use super::{
     phase::Phase,
     trial::{Challenger, gives_up},
 };
+use crate::clock::now_ns;
 use crate::run_folder::SourceFacts;
 use anyhow::{Context, bail, ensure};
 use gyro_model::{Axis, AxisModel, Model, Term, effects};
 use ipc_types::{Command, Reply, Text, command::Kind};
 use jiff::Timestamp;
 use std::{collections::VecDeque, fs, os::unix::fs::FileTypeExt, path::Path};
-use workbench::{
-    clock::now_ns,
-    model_file::{self, Provenance},
-};
+use workbench::model_file::{self, Provenance};
 
 /// Answers that are remembered.
 const REMEMBERED: usize = 64;

@@ -6,10 +6,10 @@ use super::{
     learner::{Solution, Trial},
     message,
 };
+use crate::clock::now_ns;
 use anyhow::anyhow;
 use gyro_model::{Model, units};
 use ipc_types::{Command, Text, diagnosis::TrialState};
-use workbench::clock::now_ns;
 
 /// Standard errors from which on an effect on trial is certain to be there.
 const CERTAIN: f64 = 5.0;

@@ -6,6 +6,7 @@ use super::{
     motion::Motion,
     scene::{Mark, Scene},
 };
+use crate::clock::now_ns;
 use crate::{
     agreement::looking,
     live::words,
@@ -23,7 +24,6 @@ use ipc_types::{
 };
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use workbench::clock::now_ns;
 
 /// Between two looks at the latencies, ns.
 const STAGES_NS: u64 = 1_000_000_000;

@@ -13,13 +13,13 @@ mod load;
 mod place;
 mod ports;
 
+use crate::clock::now_ns;
 use crate::stop::Stop;
 use anyhow::bail;
 use clap::ValueEnum;
 use ipc_types::wait::Wait;
 use place::Place;
 use std::time::Duration;
-use workbench::clock::now_ns;
 
 pub use load::Load;
 

@@ -8,6 +8,7 @@ use super::{
     timeline::{Timed, Timeline},
     trouble::{Trouble, refusal},
 };
+use crate::clock::now_ns;
 use anyhow::anyhow;
 use ipc_types::{Text, health};
 use std::{
@@ -16,10 +17,7 @@ use std::{
     thread,
     time::Duration,
 };
-use workbench::{
-    clock::now_ns,
-    log::{LogError, Problem},
-};
+use workbench::log::{LogError, Problem};
 
 /// The first pause before a link is opened again, and the longest.
 const PAUSES: [Duration; 2] = [Duration::from_millis(50), Duration::from_secs(2)];

@@ -9,6 +9,7 @@ use super::{
     timeline::{Given, LIVE_JUMP_NS, PIPE_JUMP_NS, Timeline},
     trouble::Trouble,
 };
+use crate::clock::now_ns;
 use crate::{hopeless::Hopeless, stop::Stop};
 use anyhow::bail;
 use ipc_types::health::{self, SourceHealth};
@@ -20,7 +21,7 @@ use std::{
     thread,
     time::Duration,
 };
-use workbench::{clock::now_ns, log::Options};
+use workbench::log::Options;
 
 /// Rows that wait for whoever takes them, half a second at 8 kHz; the thread waits with the next one, and so does the
 /// pipe behind it.

@@ -1,12 +1,12 @@
 //! What the services say of themselves, gathered over all their lives.
 
+use crate::clock::now_ns;
 use crate::settings::Waits;
 use ipc_types::{
     Health, Histogram, ServiceId, State, Status, Text,
     status::{ServiceStatus, StageStatus},
 };
 use std::collections::BTreeMap;
-use workbench::clock::now_ns;
 
 /// Older news than that is no news, ns.
 const FRESH_NS: u64 = 1_500_000_000;

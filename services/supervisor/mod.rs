@@ -14,6 +14,7 @@ pub mod summary;
 pub mod vitals;
 pub mod watchdog;
 
+use crate::clock::now_ns;
 use crate::{
     domain::Claim,
     profile::Profiler,
@@ -36,7 +37,6 @@ use rustix::{
 };
 use std::{fs, process::ExitCode, time::Duration};
 use watchdog::Watchdog;
-use workbench::clock::now_ns;
 
 /// Between two looks at the processes and two sweeps for what dead ones left; a death is seen at once.
 const LOOK: Timespec = Timespec { tv_sec: 0, tv_nsec: 25_000_000 };

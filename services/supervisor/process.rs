@@ -1,5 +1,6 @@
 //! One supervised process: started, watched, started again with back-off, stopped.
 
+use crate::clock::now_ns;
 use crate::{domain::Lock, run_folder::RunFolder, settings::Settings};
 use anyhow::Context;
 use ipc_types::ServiceId;
@@ -13,7 +14,6 @@ use std::{
     process::{Child, Command, ExitStatus, Stdio},
     time::Duration,
 };
-use workbench::clock::now_ns;
 
 /// Exit code of a service that would fail in the same way again: a log that cannot be read, say. It has told why.
 pub const HOPELESS: u8 = 65;

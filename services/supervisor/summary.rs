@@ -15,7 +15,7 @@ use workbench::model_file;
 pub fn text(run: &Run, folder: &RunFolder, board: &Board) -> String {
     let mut out = String::new();
     let source = folder.source().unwrap_or_default();
-    let took = workbench::clock::now_ns().saturating_sub(run.began_ns) as f64 * 1e-9;
+    let took = crate::clock::now_ns().saturating_sub(run.began_ns) as f64 * 1e-9;
     let _ = match source.name.as_str() {
         "" => writeln!(out, "no row came in {took:.1} s"),
         name => writeln!(out, "{name}: {took:.1} s"),

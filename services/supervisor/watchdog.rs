@@ -1,9 +1,9 @@
 //! Who hangs: a process that has been silent for longer than a slow machine explains.
 
 use super::vitals::{LONGEST_NS, SILENCE_NS, Vitals};
+use crate::clock::now_ns;
 use ipc_types::{Health, ServiceId, State};
 use std::collections::BTreeMap;
-use workbench::clock::now_ns;
 
 /// A supervisor that looks so late had no time itself, and says nothing of others, ns.
 const LATE_NS: u64 = 150_000_000;

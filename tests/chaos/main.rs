@@ -25,8 +25,8 @@ use std::{
     net::UdpSocket,
     time::{Duration, Instant},
 };
+use truerate::clock::now_ns;
 use vehicle::{Control, Sensor, Taken};
-use workbench::clock::now_ns;
 
 const INSTANCE: &str = "chaos";
 /// A process that has lived for so long is no early death.

@@ -13,7 +13,7 @@ use std::{
     thread::JoinHandle,
     time::Duration,
 };
-use workbench::clock::now_ns;
+use truerate::clock::now_ns;
 
 const STEP_NS: u64 = 1_000_000;
 

@@ -5,16 +5,16 @@
 //! | [`log`] | logs: CSV and other programs' formats in, checked; CSV out |
 //! | [`recording`] | MCAP files: written, and read as logs |
 //! | [`model_file`], [`toml_error`] | model files: TOML, strict; what is wrong in one, with line and caret |
+//! | [`estimates`] | the columns of `apply` and of recordings |
 //! | [`export`] | a model as C, for autopilots and for estimators |
 //! | [`subject`] | a log that is worked on: read, fitted, compared, diagnosed |
 //! | [`report`], [`plot`], [`web`] | results as text, JSON and one HTML page; figures as SVG; scripts and styles of the pages |
 //! | [`output`] | files that are written whole or not at all |
-//! | [`clock`] | the one clock that all processes share |
 //!
 //! Nothing here starts a process, opens a port or parses a command line. The program, the Python package and the page in a
 //! browser stand on it.
 
-pub mod clock;
+pub mod estimates;
 pub mod export;
 pub mod log;
 pub mod model_file;

@@ -8,9 +8,9 @@ use crate::{
 use anyhow::{Context, Result, anyhow, bail};
 use gyro_model::{
     Axis, Model, Record, Row, diagnose,
-    diagnosis::{AxisDiagnosis, DataFault, Diagnosis, Ladder},
+    diagnosis::{AxisDiagnosis, DataFault, Diagnosis, Ladder, Verdict},
     effects::Effect,
-    finding::{Finding, Why},
+    finding::{Finding, Remark, Why},
     fit, units,
 };
 use jiff::Timestamp;
@@ -53,6 +53,8 @@ pub struct Start {
     pub file: ModelFile,
     /// Whether it was fitted on this very log.
     pub own_log: bool,
+    /// Whether the caller gave it; the base model otherwise.
+    pub given: bool,
 }
 
 impl Subject {
@@ -95,10 +97,16 @@ impl Subject {
     pub fn load(&self, model: Option<&Path>) -> Result<Start> {
         if let Some(path) = model {
             let file = model_file::load(path, &self.record.free_names)?;
-            let own_log = file.provenance.as_ref().is_some_and(|p| p.names(&self.provenance));
-            return Ok(Start { file, own_log });
+            return Ok(self.given(file));
         }
-        Ok(Start { file: self.fitted(self.fit(&self.base())?, Vec::new()), own_log: true })
+        Ok(Start { file: self.fitted(self.fit(&self.base())?, Vec::new()), own_log: true, given: false })
+    }
+
+    /// A model that the caller gave.
+    #[must_use]
+    pub fn given(&self, file: ModelFile) -> Start {
+        let own_log = file.provenance.as_ref().is_some_and(|p| p.names(&self.provenance));
+        Start { file, own_log, given: true }
     }
 
     /// What is said where this log was recorded at other temperatures than those that a model was fitted at.
@@ -167,6 +175,19 @@ impl Subject {
         Ok(self.diagnosis(axes))
     }
 
+    /// Holds the model to start from against the log, and remarks that its own log says little of it.
+    ///
+    /// # Errors
+    /// A log that cannot be judged.
+    pub fn judge(&self, start: &Start, options: &diagnose::Options) -> Result<Diagnosis> {
+        let options = diagnose::Options { own_log: start.own_log, ..*options };
+        let mut diagnosis = self.compare(&start.file.model, &self.axes, &options)?;
+        for axis in diagnosis.axes.iter_mut().filter(|_| start.given && start.own_log) {
+            axis.remarks.push(Remark::OwnLog);
+        }
+        Ok(diagnosis)
+    }
+
     /// Says which effect a model is missing. An axis whose reference is none is only compared.
     ///
     /// # Errors
@@ -184,7 +205,13 @@ impl Subject {
             axes.extend(self.compare(&start.file.model, &overruled, &options)?.axes);
             axes.sort_by_key(|own| own.axis);
         }
-        Ok(self.diagnosis(axes))
+        let mut diagnosis = self.diagnosis(axes);
+        for axis in diagnosis.axes.iter_mut().filter(|axis| start.given && axis.verdict == Verdict::Adequate) {
+            if let Some((parameter, off)) = diagnose::moved(&start.file.model, axis).first() {
+                axis.remarks.push(Remark::Moved { parameter: parameter.clone(), errors: *off });
+            }
+        }
+        Ok(diagnosis)
     }
 
     /// Adds what is missing until nothing is. An axis whose reference is none stays as it is.

@@ -1,5 +1,6 @@
 //! An effect that is hidden in a simulated reading, and how to say it: `ID[:NAME=VALUE,…]`.
 
+use super::RandomCauses;
 use crate::{
     Axis, Term,
     effects::{self, Effect, ParameterCard, Role},
@@ -129,6 +130,21 @@ impl Hidden {
     pub fn term(&self) -> Term {
         Term { effect: self.effect, std_errors: vec![0.0; self.values.len()], values: self.values.clone() }
     }
+}
+
+/// The effects and the random causes of these texts, `ID[:NAME=VALUE,…]` each.
+///
+/// # Errors
+/// The first text that names neither, or a value that is wrong.
+pub fn hidden(texts: &[String], axis: Axis) -> Result<(Vec<Hidden>, RandomCauses), String> {
+    let (mut effects, mut random) = (Vec::new(), RandomCauses::default());
+    for text in texts {
+        match random.take(text) {
+            Some(taken) => taken?,
+            None => effects.push(Hidden::parse(text, axis).map_err(|wrong| wrong.to_string())?),
+        }
+    }
+    Ok((effects, random))
 }
 
 #[cfg(test)]

@@ -25,7 +25,7 @@ mod simulator;
 mod tests;
 
 pub use body::GRAVITY;
-pub use hidden::{Hidden, HiddenError};
+pub use hidden::{Hidden, HiddenError, hidden};
 pub use injection::Injection;
 pub use motion::{Instant, Line, Motion, Shaft};
 pub use random::RandomCauses;
@@ -51,6 +51,23 @@ pub struct Scenario {
     /// The rig.
     pub sensor: SensorSpec,
 }
+
+impl Scenario {
+    /// The rows that it has: at least one, at most 5·10⁷, which are 11 GB.
+    ///
+    /// # Errors
+    /// Fewer or more, in words.
+    pub fn rows(&self) -> Result<usize, String> {
+        let rows = (self.seconds * self.rate_hz).round();
+        if (1.0..=MOST_ROWS).contains(&rows) {
+            return Ok(rows as usize);
+        }
+        Err(format!("{} s at {} Hz are {rows:e} rows: choose 1 to {MOST_ROWS:e}", self.seconds, self.rate_hz))
+    }
+}
+
+/// More rows than this are refused rather than swapped to disk: at 220 bytes each, 11 GB.
+const MOST_ROWS: f64 = 5e7;
 
 impl Default for Scenario {
     fn default() -> Self {

@@ -4,7 +4,9 @@
 //! the reference is smoothed, stamped, spoilt by noise, and last of all known seldom, straight lines between.
 
 use super::{Sample, motion::normal, noise::stream, random::RandomCauses};
+use super::{Scenario, Simulator};
 use crate::{Axis, Row, effects::low_pass};
+use crate::{Model, Record};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
@@ -93,6 +95,27 @@ impl SetUp {
     #[must_use]
     pub fn is_plain(&self) -> bool {
         *self == Self::default()
+    }
+
+    /// The first `rows` rows of a scenario behind this set-up, and the true model. `told` is called with the number of rows that are done.
+    #[must_use]
+    pub fn simulate(&self, scenario: &Scenario, rows: usize, mut told: impl FnMut(usize)) -> (Record, Model) {
+        let mut simulator = Simulator::new(scenario);
+        let mut record = Record { rows: Vec::with_capacity(rows), ..Record::default() };
+        let mut samples = Vec::new();
+        for k in 0..rows {
+            let sample = simulator.step();
+            if self.is_plain() {
+                record.rows.push(sample.row);
+            } else {
+                samples.push(sample);
+            }
+            told(k);
+        }
+        if !samples.is_empty() {
+            record.rows = self.applied(&samples, scenario.sensor.axis, scenario.rate_hz, scenario.seed);
+        }
+        (record, simulator.truth())
     }
 
     /// What becomes of perfect samples, `rate_hz` a second, whose tested axis is `axis`.

@@ -5,6 +5,7 @@ use super::{
     Got, Link, has_come,
     scan::{Element, Scan},
 };
+use crate::clock::now_ns;
 use std::{
     fmt::Write as _,
     fs::{self, File, OpenOptions},
@@ -14,7 +15,6 @@ use std::{
     thread::sleep,
     time::{Duration, Instant},
 };
-use workbench::clock::now_ns;
 
 /// The columns of the lines; what a sensor does not have is left empty.
 pub const HEADER: &str = "t_ns,gyro_x,gyro_y,gyro_z,accel_x,accel_y,accel_z,temp";

@@ -353,7 +353,7 @@ fn clause(begins: &str, text: &str) -> String {
     if text.is_empty() { String::new() } else { format!("; {begins}{text}") }
 }
 
-/// The call of a library that makes a log of it.
+/// The Python call that reads this file as a log.
 fn call(advice: &Advice) -> String {
     let pairs: Vec<String> = advice
         .flags

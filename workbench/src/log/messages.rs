@@ -285,7 +285,7 @@ impl Sink for Taker<'_> {
         if let Some(found) = check_quaternion(&mut row.ref_quaternion) {
             fault(found, 0);
         }
-        self.rows.push(Pending { row, time: i128::from(time_ns), line: self.count, marked, read_ns: 0 });
+        self.rows.push(Pending { row, time: i128::from(time_ns), line: self.count, marked });
     }
 
     fn note(&mut self, _note: Note) {}

@@ -9,5 +9,4 @@ pub struct Pending {
     pub time: i128,
     pub line: u64,
     pub marked: bool,
-    pub read_ns: u64,
 }

@@ -12,7 +12,6 @@ use super::{
     tally::{RowFault, Tally},
     unit::Channel,
 };
-use crate::clock::now_ns;
 use gyro_model::{
     Axis, Row,
     fault::{DataFault, FaultKind},
@@ -34,7 +33,6 @@ pub struct Reader {
     rows: u64,
     faulty: u64,
     marked: bool,
-    read_ns: u64,
     ended: bool,
     /// Rows left out in a row because the time had not caught up.
     behind: u64,
@@ -73,7 +71,6 @@ impl Reader {
             rows: 0,
             faulty: 0,
             marked: false,
-            read_ns: 0,
             ended: false,
             behind: 0,
             behind_since: 0,
@@ -145,12 +142,6 @@ impl Reader {
     #[must_use]
     pub fn row_is_of_reference(&self, row: &Row) -> bool {
         matches!(self.rows_from, Rows::Ready { .. }) && row.gyro.iter().all(|x| x.is_nan())
-    }
-
-    /// When the row given last was read, ns: the row after it had to come before it was given.
-    #[must_use]
-    pub fn row_read_ns(&self) -> u64 {
-        self.read_ns
     }
 
     /// SHA-256 of the bytes read so far; of the whole log once the rows have ended.
@@ -277,7 +268,6 @@ impl Reader {
         let start = *self.start.get_or_insert(held.time);
         self.last = Some(held.time);
         self.marked = held.marked;
-        self.read_ns = held.read_ns;
         let t_ns = i64::try_from(held.time - start)
             .map_err(|_| self.error(held.line, None, Problem::TimeRange(held.time.to_string())))?;
         let row = Row { t_ns, ..held.row };
@@ -348,7 +338,7 @@ impl Reader {
         for &(fault, column) in &parsed.faults {
             self.tally.add(fault, column, line, t);
         }
-        Ok(parsed.time.map(|time| Pending { row: parsed.row, time, line, marked, read_ns: now_ns() }))
+        Ok(parsed.time.map(|time| Pending { row: parsed.row, time, line, marked }))
     }
 }
 

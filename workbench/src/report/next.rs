@@ -42,7 +42,7 @@ pub(super) struct Finding<'a> {
 
 /// What to run next, best first.
 pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
-    // Who calls a library has no shell at hand.
+    // These are shell commands, which a user of the library does not type.
     if context.voice == Voice::Library {
         return Vec::new();
     }

@@ -42,21 +42,21 @@ impl Terminal {
 /// What a colour means.
 #[derive(Clone, Copy, Debug)]
 pub enum Ink {
-    /// It is well.
+    /// Something is right.
     Good,
-    /// Mind it.
+    /// A warning.
     Warn,
-    /// It is wrong.
+    /// Something is wrong.
     Bad,
-    /// Beside the point.
+    /// Less important text.
     Quiet,
-    /// It counts most.
+    /// Important text.
     Strong,
-    /// To be done now.
+    /// An instruction to follow now.
     Order,
-    /// To be pasted.
+    /// A command to copy.
     Command,
-    /// As any text.
+    /// Plain text.
     Plain,
 }
 

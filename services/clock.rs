@@ -1,12 +1,11 @@
 //! The one clock of the pipeline: stamps of all processes can be compared.
 
-use rustix::time::{ClockId, clock_gettime};
+use iceoryx2_bb_posix::clock::{ClockType, Time};
 
 /// `CLOCK_MONOTONIC`, ns.
 #[must_use]
 pub fn now_ns() -> u64 {
-    let now = clock_gettime(ClockId::Monotonic);
-    now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
+    Time::now_with_clock(ClockType::Monotonic).map_or(0, |t| t.seconds() * 1_000_000_000 + u64::from(t.nanoseconds()))
 }
 
 #[cfg(test)]
