@@ -234,6 +234,6 @@ def test_ctrl_c_ends_a_search(late):
 def test_the_catalogue_and_the_simulator():
     assert truerate.effects()["delay"].parameters == {"d": "s"}
     log, truth = truerate.simulate(hide=["quadratic-nonlinearity"], seconds=30, seed=3, axis="y")
-    assert log.axes == ["y"] and "quadratic-nonlinearity" in truth.effects["y"]
+    assert log.name == "simulated" and log.axes == ["y"] and "quadratic-nonlinearity" in truth.effects["y"]
     with pytest.raises(truerate.Error, match="no-such"):
         truerate.simulate(hide="no-such")

@@ -440,7 +440,8 @@ def simulate(
     with tempfile.TemporaryDirectory(prefix="truerate-") as folder:
         path = Path(folder, "simulated.csv.gz")
         truth = _truerate.simulate(path, hidden, motion, float(seconds), float(rate), seed, axis)
-        return read(path), Model(truth)
+        reading = {"map": [], "columns": None, "reference": None, "dbc": None}
+        return Log(_truerate.Log(path, "simulated", reading)), Model(truth)
 
 
 def effects() -> dict[str, SimpleNamespace]:
