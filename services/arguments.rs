@@ -7,7 +7,7 @@ use workbench::{log::Options, report::Format};
 /// Which log, and how to read it.
 #[derive(clap::Args, Debug, Clone)]
 pub struct LogArgs {
-    /// The log: CSV or other text, ULog, MCAP, …, plain, .gz or .zst, the folder of a ROS 2 bag, or `-` for standard input
+    /// The log: CSV or other text, ULog, MCAP, Parquet, …, plain, .gz or .zst, the folder of a ROS 2 bag, or `-` for standard input
     #[arg(value_name = "LOG")]
     pub log: PathBuf,
     #[command(flatten)]

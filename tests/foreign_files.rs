@@ -69,6 +69,23 @@ fn python_with_can() -> Option<&'static Path> {
     None
 }
 
+/// The same with `pandas`, `pyarrow` and `polars`.
+fn python_with_tables() -> Option<&'static Path> {
+    let python = python()?;
+    let has = || {
+        let says = Command::new(python).args(["-c", "import pandas, pyarrow, polars"]).output();
+        says.is_ok_and(|output| output.status.success())
+    };
+    if !has() {
+        let _ = Command::new(python).args(["-m", "pip", "install", "-q", "pandas", "pyarrow", "polars"]).output();
+    }
+    if has() {
+        return Some(python);
+    }
+    eprintln!("skipped: no Python with pandas, pyarrow and polars; set TRUERATE_PYTHON");
+    None
+}
+
 /// A file to try with.
 fn foreign(name: &str) -> Option<String> {
     let folder = std::env::var_os("TRUERATE_LOGS")
@@ -406,4 +423,39 @@ fn three_axes(text: &str) -> Vec<Vec<String>> {
         Some(row.into_iter().chain([half.cos(), half.sin(), 0.0, 0.0].map(|q| q.to_string())).collect())
     });
     std::iter::once(header).chain(rows).collect()
+}
+
+const PARQUET: &str = "
+import sys, json, pandas, polars
+table = pandas.read_csv(sys.argv[1])
+table.to_parquet('plain.parquet', index=False)
+polars.read_csv(sys.argv[1]).write_parquet('polars.parquet')
+dated = table.assign(t=pandas.to_datetime(table.t + 1.7e9, unit='s'), label='a, b')
+dated['when'] = dated.t.dt.date
+dated.to_csv('dated.csv', index=False)
+dated.to_parquet('dated.parquet', index=False, compression='gzip', row_group_size=700)
+dated.set_index('t').to_parquet('indexed.parquet', compression='zstd')
+print('{}')";
+
+#[test]
+fn a_parquet_of_independent_writers_has_the_very_verdict_of_the_csv() {
+    let Some(python) = python_with_tables() else { return };
+    let bench = Bench::new();
+    bench.ok(&["simulate", "--seconds", "20", "--axis", "x", "--hide", "delay:d=0.012", "-o", "log.csv"]);
+    let written = Command::new(python).args(["-c", PARQUET, "log.csv"]).current_dir(bench.path(".")).output().unwrap();
+    assert!(written.status.success(), "{}", String::from_utf8_lossy(&written.stderr));
+    let axes = |log: &str| json(&bench.ok(&["diagnose", log, "--format", "json"]))["axes"].clone();
+    for (csv, parquets) in
+        [("log.csv", &["plain.parquet", "polars.parquet"][..]), ("dated.csv", &["dated.parquet", "indexed.parquet"])]
+    {
+        let wanted = axes(csv);
+        assert_eq!(wanted[0]["suspects"][0]["effect"], "delay", "{wanted}");
+        for parquet in parquets {
+            assert_eq!(axes(parquet), wanted, "{parquet}");
+        }
+    }
+    let cut = std::fs::read(bench.path("plain.parquet")).unwrap();
+    bench.file("cut.parquet", &cut[..cut.len() / 2]);
+    let refused = bench.refused(&["diagnose", "cut.parquet"]);
+    assert!(refused.contains("Parquet") && refused.contains("copy it anew"), "{refused}");
 }

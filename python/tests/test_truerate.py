@@ -56,6 +56,15 @@ def test_the_hidden_effect_is_named(found):
     assert "delay" in found.summary() or "late" in found.summary()
 
 
+def test_a_parquet_is_the_log_that_its_table_is(late, found, tmp_path):
+    table, _ = late
+    path = tmp_path / "late.parquet"
+    pandas.DataFrame(table).to_parquet(path, index=False)
+    again = truerate.read(path).diagnose()
+    assert again.headline == found.headline
+    assert truerate.read(path.read_bytes()).diagnose().headline == found.headline
+
+
 def test_a_ladder_makes_a_model_that_is_saved_and_applied(late, tmp_path):
     done = truerate.read(late[1]).ladder()
     assert done.verdict == "adequate"

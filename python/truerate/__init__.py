@@ -146,7 +146,7 @@ def read(
     Parameters
     ----------
     source
-        A path (CSV or other text, ULog, MCAP, …; packed or not), the bytes of such a file, a pandas, polars or
+        A path (CSV or other text, Parquet, ULog, MCAP, …; packed or not), the bytes of such a file, a pandas, polars or
         pyarrow table, a DuckDB result, or a mapping of names to arrays of one length.
     map
         Channels under the names of the format: ``{"gyro_z_dps": "0.1*raw_z+2"}`` or ``["gyro_z=imu.gz"]``.

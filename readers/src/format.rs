@@ -19,6 +19,22 @@ pub trait Format: Sync {
     /// # Errors
     /// Nothing of it can be read.
     fn read(&self, bytes: &mut dyn Read, sink: &mut dyn Sink) -> Result<(), Unreadable>;
+
+    /// How its bytes become text, where it is a table that is only stored in another way.
+    fn as_text(&self) -> Option<AsText> {
+        None
+    }
+}
+
+/// Makes text of a table's bytes.
+pub type AsText = fn(&mut dyn Read) -> Result<Converted, Unreadable>;
+
+/// A table as text.
+pub struct Converted {
+    /// The text.
+    pub text: Box<dyn Read + Send>,
+    /// What a reader has to know beside it.
+    pub notes: Vec<Note>,
 }
 
 /// Bytes of a file's beginning that tell its format.
@@ -117,6 +133,12 @@ pub enum Note {
         topic: String,
         /// Why.
         why: &'static str,
+    },
+    /// Columns of a table that are no readings.
+    #[error("not read, for they hold no numbers, times or text: {}", names.join(", "))]
+    LeftOut {
+        /// Their names.
+        names: Vec<String>,
     },
     /// The logger says that it lost messages.
     #[error("the logger lost messages for {milliseconds} ms in all, {count} times")]

@@ -32,7 +32,7 @@ Examples:
 `--map NAME=CHANNEL` uses a channel under a name of a log, on every command that takes a log. The
 channels under `map` are used without it; those under `likely` have to be chosen with it.")]
 pub struct Args {
-    /// The file: text, ULog, ArduPilot .bin, MCAP, ROS bag, CAN log, …, plain or packed, or the folder of a ROS 2 bag
+    /// The file: text, ULog, ArduPilot .bin, MCAP, ROS bag, Parquet, CAN log, …, plain or packed, or the folder of a ROS 2 bag
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// A DBC file, which defines the frames of a CAN log; without it their identifiers are listed

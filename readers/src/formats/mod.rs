@@ -7,6 +7,8 @@ mod db3;
 mod delimited;
 pub mod kinds;
 mod mcap;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod primitive;
 pub mod ros;
 mod ulog;
@@ -20,11 +22,13 @@ use crate::{
 };
 
 /// The formats, the surest sign first. Text is what is none of the others.
-pub static FORMATS: [&dyn Format; 8] = [
+pub static FORMATS: &[&dyn Format] = &[
     &ulog::Ulog,
     &mcap::Mcap,
     &db3::Db3,
     &bag::Bag,
+    #[cfg(feature = "parquet")]
+    &parquet::Parquet,
     &ardupilot::ArduPilot,
     &can::Can::of(Writer::Candump),
     &can::Can::of(Writer::Asc),
@@ -45,6 +49,7 @@ mod tests {
     #[test]
     fn what_is_not_read_is_named_with_a_way_out_and_text_is_not_taken_for_it() {
         assert!(unread(b"PAR1....").is_some_and(|unread| unread.remedy.contains("read_parquet")));
+        assert_eq!(recognise(b"PAR1....").as_text().is_some(), cfg!(feature = "parquet"));
         assert!(unread(&[0, 1, 2, 3, 4, 200, 201]).is_some());
         assert!(unread(b"VERSION \"\"\n\nNS_ :").is_some_and(|unread| unread.remedy.contains("--dbc")));
         assert!(unread(b"{\"imu\": [{\"t\": 1").is_some() && unread(b"{\"t\": 0.01, \"gz\":").is_none());

@@ -32,7 +32,15 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("ROS 1 bag", bag("none")),
         ("ROS 1 bag", bag("lz4")),
         ("ROS 1 bag", bag("bz2")),
+        #[cfg(feature = "parquet")]
+        ("Parquet", parquet()),
     ]
+}
+
+/// Written by pyarrow with `parquet.py`.
+#[cfg(feature = "parquet")]
+pub fn parquet() -> Vec<u8> {
+    include_bytes!("small.parquet").to_vec()
 }
 
 /// Rate of turn about z at a message.

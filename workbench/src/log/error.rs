@@ -3,7 +3,10 @@
 use super::{lacking::Advice, packing::Packing};
 use crate::toml_error::{TomlError, quoted};
 use gyro_model::words::Voice;
-use log_readers::meaning::shell_word;
+use log_readers::{
+    format::{Format, Unreadable},
+    meaning::shell_word,
+};
 use std::{fmt, io, ops::Deref};
 
 /// A refused log.
@@ -170,7 +173,7 @@ pub enum Problem {
         /// The format.
         format: &'static str,
         /// Why.
-        cause: log_readers::format::Unreadable,
+        cause: Unreadable,
     },
     /// Frames, and nothing that says what they mean.
     #[error(
@@ -400,6 +403,14 @@ impl Problem {
             Packing::Plain => Self::Read(error),
             Packing::Gzip => Self::Gzip(error),
             Packing::Zstd => Self::Zstd(error),
+        }
+    }
+
+    /// Nothing of a file of this format can be read.
+    pub(super) fn unreadable(format: &dyn Format, cause: Unreadable, packing: Packing) -> Self {
+        match cause {
+            Unreadable::Read(error) => Self::reading(error, packing),
+            cause => Self::Unreadable { format: format.name(), cause },
         }
     }
 }

@@ -5,7 +5,7 @@ use crate::recording::{AsCsv, is_own};
 use flate2::read::MultiGzDecoder;
 use log_readers::{
     can::Database,
-    format::{Format, START, Sink, Unreadable},
+    format::{Format, Note, START, Sink},
     formats::{Unread, can, kinds::Kinds, recognise, unread},
     json, packed,
     text::{Utf16, is_utf16},
@@ -28,6 +28,8 @@ pub struct Input {
     hash: Arc<Mutex<Sha256>>,
     packing: Packing,
     format: &'static dyn Format,
+    /// What was noted when text was made of it; `None` where its bytes are its own.
+    converted: Option<Vec<Note>>,
     unread: Option<Unread>,
 }
 
@@ -88,7 +90,7 @@ impl Input {
             start = self::start(&mut bytes, START).map_err(|error| Problem::reading(error, packing))?;
         }
         let (own, mut records) = (is_own(&start), json::is_records(&start));
-        let mut format = recognise(if own || records { b"t" } else { &start });
+        let mut format = recognise(if own || records { TEXT } else { &start });
         if is_text(format) && !own && !records {
             if let Err(error) = look_further(&mut bytes, &mut start) {
                 // What is whole before the damage is read, and the damage reported at its line.
@@ -100,18 +102,22 @@ impl Input {
             }
         }
         let unread = if own || records || !is_text(format) { None } else { unread(&start) };
-        let whole = Cursor::new(start).chain(bytes);
+        let mut whole = Cursor::new(start).chain(bytes);
+        if let Some(as_text) = format.as_text() {
+            let table = as_text(&mut whole).map_err(|cause| Problem::unreadable(format, cause, packing))?;
+            return Ok(Self { bytes: table.text, hash, packing, format, converted: Some(table.notes), unread: None });
+        }
         let bytes: Box<dyn Read + Send> = match () {
             () if own => Box::new(AsCsv::new(whole)),
             () if records => Box::new(json::AsCsv::new(whole)),
             () => Box::new(whole),
         };
-        Ok(Self { bytes, hash, packing, format, unread })
+        Ok(Self { bytes, hash, packing, format, converted: None, unread })
     }
 
     /// Whether it is read row by row, as text is.
     pub fn is_text(&self) -> bool {
-        is_text(self.format)
+        self.converted.is_some() || is_text(self.format)
     }
 
     /// What it is where it is of no format that is read.
@@ -129,12 +135,12 @@ impl Input {
         let (format, packing) = (self.format, self.packing);
         let read = match database.and_then(|database| can::with(format, database)) {
             Some(frames) => frames.read(self, sink),
+            None if self.converted.is_some() => recognise(TEXT).read(self, sink),
             None => format.read(self, sink),
         };
-        read.map_err(|cause| match cause {
-            Unreadable::Read(error) => Problem::reading(error, packing),
-            cause => Problem::Unreadable { format: format.name(), cause },
-        })
+        read.map_err(|cause| Problem::unreadable(format, cause, packing))?;
+        self.converted.iter().flatten().for_each(|note| sink.note(note.clone()));
+        Ok(())
     }
 
     /// How it is packed.
@@ -158,8 +164,11 @@ impl Read for Input {
     }
 }
 
+/// How a text may begin.
+const TEXT: &[u8] = b"t";
+
 fn is_text(format: &dyn Format) -> bool {
-    format.name() == recognise(b"t").name()
+    format.name() == recognise(TEXT).name()
 }
 
 /// Refuses a database beside which messages lie that were not written into it yet.

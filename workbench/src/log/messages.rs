@@ -118,6 +118,7 @@ fn fault(note: &Note) -> DataFault {
         Note::BreaksOff { .. } => (FaultKind::SkippedLines, 1),
         Note::Damaged { bytes, .. } => (FaultKind::SkippedLines, *bytes),
         Note::Lost { count, .. } => (FaultKind::Dropouts, *count),
+        Note::LeftOut { names } => (FaultKind::UnusedColumns, names.len() as u64),
         Note::NotRead { .. } | Note::Skipped { .. } | Note::Stamps { .. } => (FaultKind::UnusedColumns, 1),
     };
     DataFault { kind, axis: None, count, first_t: None, says: note.to_string() }

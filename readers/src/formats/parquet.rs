@@ -1,0 +1,53 @@
+//! Parquet: a table by columns. It is read as the text that it means, so that its names, units and times are understood as a text's are.
+//!
+//! What tells where its columns are stands at its end: it is taken into memory whole.
+
+use super::delimited::Text;
+use crate::format::{AsText, Converted, Format, Note, Sink, Unreadable};
+use parquet_rows::{ENCRYPTED, MAGIC, Rows, Unusable};
+use std::io::Read;
+
+/// A larger one is not taken into memory.
+const LARGEST: u64 = 4 << 30;
+
+/// Parquet.
+pub struct Parquet;
+
+impl Format for Parquet {
+    fn name(&self) -> &'static str {
+        "Parquet"
+    }
+
+    fn recognises(&self, start: &[u8]) -> bool {
+        start.starts_with(&MAGIC) || start.starts_with(&ENCRYPTED)
+    }
+
+    fn read(&self, bytes: &mut dyn Read, sink: &mut dyn Sink) -> Result<(), Unreadable> {
+        let mut table = converted(bytes)?;
+        Text.read(&mut table.text, sink)?;
+        table.notes.into_iter().for_each(|note| sink.note(note));
+        Ok(())
+    }
+
+    fn as_text(&self) -> Option<AsText> {
+        Some(converted)
+    }
+}
+
+fn converted(source: &mut dyn Read) -> Result<Converted, Unreadable> {
+    let mut bytes = Vec::new();
+    source.take(LARGEST + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > LARGEST {
+        return Err(Unreadable::Unknown("it is larger than 4 GiB: write it as several files"));
+    }
+    let rows = Rows::of(bytes).map_err(|unusable| {
+        Unreadable::Unknown(match unusable {
+            Unusable::NoFooter => "its end, where the list of its columns stands, is missing or damaged: copy it anew",
+            Unusable::Encrypted => "it is encrypted: write it without encryption",
+            Unusable::NoColumns => "it has no columns of numbers",
+        })
+    })?;
+    let names = rows.left_out().to_vec();
+    let notes = if names.is_empty() { Vec::new() } else { vec![Note::LeftOut { names }] };
+    Ok(Converted { text: Box::new(rows), notes })
+}
