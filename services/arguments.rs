@@ -1,5 +1,6 @@
 //! The flags that several commands share.
 
+use clap::ValueEnum;
 use gyro_model::Axis;
 use std::path::PathBuf;
 use workbench::{log::Options, report::Format};
@@ -64,12 +65,21 @@ impl NameArgs {
     }
 }
 
+/// How much is told of each suspect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Explain {
+    /// A sentence
+    Plain,
+    /// Each test, with its number and its threshold
+    Full,
+}
+
 /// How a search is run.
 #[derive(clap::Args, Debug, Clone)]
 pub struct SearchArgs {
-    /// Show each test of each suspect, with its number and its threshold: why an effect was named, or was not
-    #[arg(long)]
-    pub explain: bool,
+    /// Say of each suspect why it was named, or was not; `--explain full`: each test, with its number and its threshold
+    #[arg(long, value_enum, value_name = "full", num_args = 0..=1, require_equals = true, default_missing_value = "plain")]
+    pub explain: Option<Explain>,
     /// Stop the search after so many seconds and give the best so far, marked as unfinished; Ctrl-C does the same
     #[arg(long, value_name = "SECONDS")]
     pub budget: Option<f64>,
@@ -84,6 +94,9 @@ pub struct ReportArgs {
     /// Also write the report to this file; its ending (.txt, .json, .html) says in which form
     #[arg(long, value_name = "F")]
     pub report: Option<PathBuf>,
+    /// Show the report in a browser: the file of `--report`, if that is HTML, or a temporary one
+    #[arg(long)]
+    pub open: bool,
 }
 
 /// The axes that `--axis` picks: that one, or all of the given.

@@ -5,6 +5,8 @@ use anyhow::Error;
 use clap::{CommandFactory, Parser, Subcommand};
 use signal_hook::consts::SIGXFSZ;
 use std::{
+    env,
+    ffi::OsString,
     io::{self, IsTerminal},
     process::ExitCode,
     sync::Arc,
@@ -70,7 +72,7 @@ pub enum Command {
     Ladder(commands::ladder::Args),
     /// Compensate a log with the same filter that runs live
     Apply(commands::apply::Args),
-    /// Export a model: C header, Kalibr, ROS, ArduPilot, PX4, JSON
+    /// Export a model: C header, Kalibr, ROS, Autoware, OpenVINS, ArduPilot, PX4, INAV, JSON
     Export(commands::export::Args),
     /// Show the channels of a file, and propose a map to the names of a log
     Channels(commands::channels::Args),
@@ -136,7 +138,7 @@ impl Command {
 /// Parses the command line, runs the command, and turns what came of it into an exit code.
 #[must_use]
 pub fn enter() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = Cli::parse_from(joined(env::args_os()));
     // A file that outgrows the limit of its size is an error of the write, and no reason to be killed.
     let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
     let filter = EnvFilter::try_from_env("TRUERATE_LOG").unwrap_or_else(|_| EnvFilter::new("error,truerate=warn"));
@@ -155,6 +157,16 @@ pub fn enter() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// The words of a command line, `--explain full` as the one word `--explain=full`: what follows `--explain` otherwise is the log.
+pub fn joined(words: impl Iterator<Item = OsString>) -> impl Iterator<Item = OsString> {
+    let mut words = words.peekable();
+    std::iter::from_fn(move || {
+        let word = words.next()?;
+        let is_full = word == "--explain" && words.next_if(|next| next == "full").is_some();
+        Some(if is_full { "--explain=full".into() } else { word })
+    })
 }
 
 /// Whether whoever read our standard output has left (`truerate … | head`): not a failure of ours.
@@ -188,6 +200,19 @@ mod tests {
                 assert_eq!(output.get_long(), Some("output"), "{}", command.get_name());
             }
         }
+    }
+
+    #[test]
+    fn what_follows_explain_is_its_value_or_the_log() {
+        let parsed = |line: &str| match Cli::parse_from(joined(line.split(' ').map(Into::into))).command {
+            Command::Diagnose(args) => args,
+            other => panic!("{other:?}"),
+        };
+        for line in ["truerate diagnose --explain full log.csv", "truerate diagnose log.csv --explain full"] {
+            assert!(format!("{:?}", parsed(line)).contains("explain: Some(Full)"), "{line}");
+        }
+        let line = "truerate diagnose --explain log.csv";
+        assert!(format!("{:?}", parsed(line)).contains("explain: Some(Plain)"), "{line}");
     }
 
     #[test]

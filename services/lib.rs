@@ -6,10 +6,10 @@
 //! | --- | --- |
 //! | [`cli`], [`arguments`] | the command line: what there is, and the exit code; the flags that several commands share |
 //! | [`commands`] | one command a file |
-//! | [`progress`] | progress of long work, on a terminal |
+//! | [`progress`], [`browser`] | progress of long work, on a terminal; a report, in a browser |
 //! | [`acquisition`], [`kalman`], [`compensator`], [`recorder`] | one process each, in the order of the flow |
 //! | [`supervisor`] | starts, watches and restarts them |
-//! | [`watch`], [`ask`] | a look at a running pipeline; a command to it, and its answer |
+//! | [`watch`], [`found`], [`ask`] | a look at a running pipeline; what it has found; a command to it, and its answer |
 //! | [`demo`] | plays a user who finds out what is missing |
 //! | [`settings`] | what a pipeline is told |
 //! | [`realtime`] | what the kernel is asked for so that a rate comes in time |
@@ -30,6 +30,7 @@ pub mod acquisition;
 pub mod agreement;
 pub mod arguments;
 pub mod ask;
+pub mod browser;
 pub mod cli;
 pub mod clock;
 pub mod commands;
@@ -39,6 +40,7 @@ pub mod dashboard;
 pub mod deadline;
 pub mod demo;
 pub mod domain;
+pub mod found;
 pub mod guide;
 pub mod hopeless;
 pub mod hops;

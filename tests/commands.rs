@@ -326,8 +326,53 @@ fn each_suspect_is_explained_test_by_test() {
     let condition = &delay["tests"][1]["ways"][0][0];
     assert!(condition["value"].as_f64().unwrap() < condition["threshold"].as_f64().unwrap(), "{condition}");
     assert!(explained.iter().any(|one| one["stage"] == "scan"), "what was not refitted is told too");
-    let text = bench.ok(&diagnose);
-    assert!(text.contains("why each effect is named") && text.contains("passes every test"), "{text}");
+    let full = bench.ok(&["diagnose", "log.csv.gz", "--axis", "x", "--explain", "full"]);
+    assert!(full.contains("why each effect is named") && full.contains("passes every test"), "{full}");
+    assert!(full.contains("asked above"), "the numbers: {full}");
+}
+
+#[test]
+fn each_suspect_has_one_plain_sentence() {
+    let bench = Bench::new();
+    bench.ok(&["simulate", "--seconds", "60", "--rate", "100", "--hide", "delay:d=0.02", "-o", "log.csv.gz"]);
+    // The flag before the log: what follows it is the log.
+    let text = bench.ok(&["diagnose", "--explain", "log.csv.gz", "--axis", "x"]);
+    let (_, explained) = text.split_once("why each effect is named, or is not\n").unwrap();
+    let (explained, _) = explained.split_once("\n\n").unwrap();
+    let sentence = |effect: &str| {
+        let from = explained.find(&format!("  {effect} ")).unwrap_or_else(|| panic!("{effect}: {explained}"));
+        explained[from..].trim().to_owned()
+    };
+    assert!(sentence("delay").contains("can be it"), "{explained}");
+    assert!(sentence("supply-voltage").contains("not named:"), "{explained}");
+    assert!(!explained.contains("asked above") && !explained.contains("ln L"), "no numbers of tests: {explained}");
+}
+
+#[test]
+fn a_report_is_shown_in_a_browser_or_it_is_said_where_it_is() {
+    let bench = Bench::new();
+    bench.file("log.csv", log(4000));
+    bench.file("browser.sh", "#!/bin/sh\ncp \"$1\" shown.html\n");
+    let with = |browser: &str, words: &[&str]| {
+        let mut command = bench.command(words);
+        command
+            .env("BROWSER", browser)
+            .env("TMPDIR", bench.path("."))
+            .env_remove("DISPLAY")
+            .env_remove("WAYLAND_DISPLAY");
+        common::Outcome::of(&command.output().unwrap())
+    };
+    let shown = with("sh browser.sh %s", &["diagnose", "log.csv", "--open"]);
+    assert_eq!(shown.code, 0, "{shown:?}");
+    assert!(shown.out.contains("Which physics is missing") && shown.err.contains("in the browser: "), "{shown:?}");
+    assert!(bench.text("shown.html").contains("<html"), "the page itself is shown");
+    for words in [&["ladder", "log.csv"][..], &["compare", "log.csv"]] {
+        let none = with("no-such-browser", &[words, &["--open", "--report", "own.html"]].concat());
+        assert_eq!(none.code, 0, "{none:?}");
+        assert!(none.err.contains("no browser was found here: open own.html"), "{none:?}");
+    }
+    let text = bench.ok(&["diagnose", "log.csv"]);
+    assert!(text.contains("truerate diagnose log.csv --open"), "how to see it: {text}");
 }
 
 #[test]

@@ -87,6 +87,8 @@ fn shell(bench: &Bench, line: &str) -> Command {
         .current_dir(bench.path("."))
         .env_remove("TRUERATE_LOG")
         .env("TRUERATE_RUNTIME_DIR", bench.path("r"))
+        // A browser that shows nothing.
+        .env("BROWSER", "true")
         .env("PATH", format!("{}:{path}", program.parent().unwrap().display()))
         .stdin(Stdio::null());
     command

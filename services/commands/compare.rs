@@ -23,6 +23,8 @@ Examples:
   truerate compare log.csv.gz --model a.toml --against b.toml
       two models on the same samples
   truerate compare log.csv.gz --model model.toml --report page.html
+  truerate compare log.csv.gz --open
+      with charts, in a browser
 
 The model's parameters stay as they are. If the model was fitted on this very log (it stores that),
 the errors shown are those of refits without the block that is judged.")]
@@ -59,7 +61,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let diagnosis = subject::judge(&subject, &start)?;
     let warning = args.model.as_ref().and_then(|_| subject.hotter(&start.file)).unwrap_or_default();
     let context = subject::context(&subject, Command::Compare, &args.log, args.axis, args.model.as_deref(), None);
-    let context = report::Context { warning, ..context };
+    let context = report::Context { warning, opened: args.report.open, ..context };
     let context = |file: bool| if file { context.for_file() } else { context.clone() };
     if let (Some(against), Some(other)) = (&args.against, &other) {
         let other = subject::judge(&subject, other)?;

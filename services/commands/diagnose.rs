@@ -22,8 +22,10 @@ Examples:
       what this model is missing
   truerate diagnose log.csv.gz --axis x --format json
       for programs
+  truerate diagnose log.csv.gz --open
+      and its charts, in a browser
   truerate diagnose log.csv.gz --explain
-      why each effect was named or not: every test with its number and its threshold
+      why each effect was named, or was not; with `--explain full` every test and its numbers
   truerate diagnose log.csv.gz --model model.toml --fail-on missing-effect,ambiguous
       exit code 3 if an effect is missing: for CI
 
@@ -93,11 +95,16 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         let progress = |what: &str| spinner.says(what);
         let deadline = Deadline::after(args.search.budget)?;
         let is_over = || deadline.is_over();
-        let options =
-            diagnose::Options { explain: args.search.explain, stop: &is_over, ..subject::options(&subject, &progress) };
+        let options = diagnose::Options {
+            explain: args.search.explain.is_some(),
+            stop: &is_over,
+            ..subject::options(&subject, &progress)
+        };
         subject.diagnose(&start, &options)?
     };
     let mut context = subject::context(&subject, Command::Diagnose, &args.log, args.axis, args.model.as_deref(), None);
+    context.opened = args.report.open;
+    context.explained = subject::explained(&args.search);
     context.unfinished = diagnosis.axes.iter().any(|axis| axis.unfinished);
     context.moved = diagnosis.axes.iter().flat_map(|axis| &axis.remarks).any(|own| matches!(own, Remark::Moved { .. }));
     args.report.emit(None, |format, file| {

@@ -65,6 +65,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     let mut context =
         subject::context(&subject, Command::Fit, &args.log, args.axis, args.model.as_deref(), args.output.as_deref());
+    context.opened = args.report.open;
     context.product = Subject::product(&file, args.output.as_deref());
     args.report.emit(args.output.as_deref(), |format, file| {
         report::render(&diagnosis, format, &if file { context.for_file() } else { context.clone() })

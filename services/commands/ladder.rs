@@ -21,6 +21,7 @@ Examples:
   truerate ladder log.csv.gz -o model.toml                 from the base model up
   truerate ladder log.csv.gz --model model.toml -o new.toml
   truerate ladder log.csv.gz --axis x --report page.html   with charts of every step
+  truerate ladder log.csv.gz --open                        the same, in a browser
   truerate ladder log.csv.gz --budget 30                   the best model that 30 s find
 
 Each step adds the effect that removes most of the held-out error and refits the model. At the end,
@@ -63,7 +64,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             }
         };
         let options = diagnose::Options {
-            explain: args.search.explain,
+            explain: args.search.explain.is_some(),
             stop: &is_over,
             took: &took,
             ..subject::options(&subject, &progress)
@@ -82,6 +83,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         args.output.as_deref(),
     );
     context.product = Subject::product(&file, args.output.as_deref());
+    context.opened = args.report.open;
+    context.explained = subject::explained(&args.search);
     context.unfinished = ladder.axes.iter().any(|axis| axis.unfinished);
     args.report.emit(args.output.as_deref(), |format, file| {
         report::render_ladder(&ladder, format, &if file { context.for_file() } else { context.clone() })

@@ -1,8 +1,13 @@
-//! `truerate status`: what runs, and every stage's latency, once.
+//! `truerate status`: what a pipeline has found, what runs, and every stage's latency, once.
 
 use super::print;
 use crate::clock::now_ns;
-use crate::{domain, live::words, watch::Watch};
+use crate::{
+    domain,
+    found::{Finder, Found},
+    live::words,
+    watch::Watch,
+};
 use clap::ValueEnum;
 use ipc_types::{
     Status,
@@ -17,7 +22,9 @@ use std::{fmt::Write, process::ExitCode, time::Duration};
 #[command(after_long_help = "\
 Examples:
   truerate status
-  truerate status --format json --instance left-wheel")]
+      verdict, error, parameters and what learning waits for; then processes and latencies
+  truerate status --format json --instance left-wheel
+      for programs: `verdict.axes` is as `diagnose` has it, without curves")]
 pub struct Args {
     /// What is printed to standard output
     #[arg(long, value_enum, default_value_t)]
@@ -46,23 +53,30 @@ const PATIENCE: Duration = Duration::from_secs(2);
 /// Where no such pipeline runs, or it is another user's.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let domain = domain::existing(&args.instance)?;
-    let status = loop {
+    let (status, found) = loop {
         let watch = Watch::join_within(&domain, "status", PATIENCE)?;
-        match watch.status(PATIENCE) {
+        match looked(&watch) {
             Err(_) if watch.is_outdated() => {}
-            status => break status?,
+            looked => break looked?,
         }
     };
     match args.format {
-        Format::Text => print(&text(&args.instance, &status))?,
-        Format::Json => print(&serde_json::to_string_pretty(&json(&status))?)?,
+        Format::Text => print(&text(&args.instance, &status, &found))?,
+        Format::Json => print(&serde_json::to_string_pretty(&json(&status, &found))?)?,
     }
     Ok(ExitCode::SUCCESS)
 }
 
+/// What runs, and what was found.
+fn looked(watch: &Watch) -> anyhow::Result<(Status, Found)> {
+    let mut found = Found::default();
+    Finder::open(&watch.hub)?.look(&mut found)?;
+    Ok((watch.status(PATIENCE)?, found))
+}
+
 /// As the interface has it: `truerate.status/1`.
 #[must_use]
-pub fn json(status: &Status) -> Value {
+pub fn json(status: &Status, found: &Found) -> Value {
     let service = |s: &ServiceStatus| {
         json!({
             "name": s.name.as_str(),
@@ -96,6 +110,7 @@ pub fn json(status: &Status) -> Value {
     };
     json!({
         "schema": "truerate.status/1",
+        "verdict": found.json(),
         "source": words::json(&status.source),
         "learning": learning(status),
         "services": status.listed_services().map(service).collect::<Vec<_>>(),
@@ -137,18 +152,21 @@ fn scheduling(s: &ServiceStatus) -> String {
     format!("{:<12} {:>8} {priority:>8} {locked:>8} {slack:>10.1} {wait:>11}  {list}", s.name, policy(number))
 }
 
-fn text(instance: &str, status: &Status) -> String {
+fn text(instance: &str, status: &Status, found: &Found) -> String {
     let mut out = String::new();
     let age = now_ns().saturating_sub(status.beat_ns) as f64 * 1e-9;
     let _ = writeln!(out, "pipeline '{instance}', supervisor {} ({age:.1} s ago)", status.pid);
-    if let Some(source) = words::text(&status.source) {
-        let _ = writeln!(out, "source: {source}");
-    }
     if let Some(trouble) = words::trouble(&status.source) {
         let _ = writeln!(out, "{trouble}");
     }
+    if words::trouble(&status.source).is_none() || found.diagnosis.is_some() {
+        out += &found.text();
+    }
     if !status.learning.as_str().is_empty() {
         let _ = writeln!(out, "learning {}", status.learning);
+    }
+    if let Some(source) = words::text(&status.source) {
+        let _ = writeln!(out, "source: {source}");
     }
     let _ = writeln!(
         out,

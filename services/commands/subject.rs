@@ -1,18 +1,22 @@
 //! What the offline commands have in common: a log is read while the terminal shows progress; where the result goes.
 
 use crate::{
-    arguments::{LogArgs, ReportArgs},
+    arguments::{Explain, LogArgs, ReportArgs, SearchArgs},
+    browser,
     progress::Progress,
 };
-use anyhow::{Result, bail};
+use anyhow::{Context as _, Result, bail};
 use gyro_model::{Axis, Model, diagnose, diagnosis::Diagnosis};
 use log_readers::meaning::Pick;
-use std::path::Path;
+use std::{
+    io::Write as _,
+    path::{Path, PathBuf},
+};
 use workbench::{
     log,
     model_file::{self, ModelFile},
     output::{self, Output, print},
-    report::{self, Format},
+    report::{self, Explained, Format},
     subject::{Start, Subject, Taken},
 };
 
@@ -125,6 +129,12 @@ pub fn context(
     }
 }
 
+/// How much is told of each suspect.
+#[must_use]
+pub fn explained(search: &SearchArgs) -> Explained {
+    if search.explain == Some(Explain::Full) { Explained::Tests } else { Explained::Sentence }
+}
+
 /// Says on standard error which channels were taken without being named.
 pub fn say_chosen(args: &LogArgs, provenance: &log::Provenance) {
     if !provenance.chosen.is_empty() {
@@ -165,11 +175,39 @@ impl ReportArgs {
         if let Some(path) = &self.report {
             output::write(path, render(form(path)?, true).as_bytes())?;
         }
-        if product == Some(Path::new("-")) {
-            return Ok(());
+        if product != Some(Path::new("-")) {
+            print(&render(self.format, false))?;
         }
-        print(&render(self.format, false))
+        if self.open {
+            self.show(&render)?;
+        }
+        Ok(())
     }
+
+    /// Shows the page in a browser, and says where it is.
+    fn show(&self, render: &impl Fn(Format, bool) -> String) -> Result<()> {
+        let own = self.report.clone().filter(|path| matches!(form(path), Ok(Format::Html)));
+        let page = match own {
+            Some(path) => path,
+            None => temporary(render(Format::Html, true).as_bytes()).context("the report for the browser")?,
+        };
+        if browser::show(&page) {
+            eprintln!("in the browser: {}", page.display());
+        } else {
+            eprintln!(
+                "no browser was found here: open {} in one, or copy it to a machine that has one (BROWSER names another program)",
+                page.display()
+            );
+        }
+        Ok(())
+    }
+}
+
+/// A page in the folder for temporary files. It stays: a browser reads it when it likes.
+fn temporary(page: &[u8]) -> std::io::Result<PathBuf> {
+    let mut file = tempfile::Builder::new().prefix("truerate-").suffix(".html").tempfile()?;
+    file.write_all(page)?;
+    Ok(file.into_temp_path().keep()?)
 }
 
 /// The form that a report file's ending asks for.

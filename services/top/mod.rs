@@ -3,19 +3,13 @@
 mod screen;
 
 use crate::{
-    agreement::looking,
-    dashboard::{errands::ask, judgement, model, motion::Motion, order::Order},
+    dashboard::{errands::ask, motion::Motion, order::Order},
     domain,
+    found::{Finder, Found},
     watch::Watch,
 };
 use anyhow::bail;
-use gyro_model::diagnosis::Diagnosis;
-use ipc_types::{
-    Estimate, MARK_DATA, Parameters, Sample, Status,
-    port::{BytesReader, Reader},
-    topic,
-    wait::Wait,
-};
+use ipc_types::{Estimate, MARK_DATA, Sample, Status, port::Reader, topic, wait::Wait};
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 use std::{collections::VecDeque, io::IsTerminal, path::Path, sync::mpsc, thread, time::Duration};
 
@@ -31,12 +25,8 @@ pub struct Scene {
     pub instance: String,
     /// What runs.
     pub status: Option<Status>,
-    /// The running model.
-    pub model: Option<model::ModelView>,
-    /// The newest diagnosis.
-    pub diagnosis: Option<Diagnosis>,
-    /// What is said of each axis as long as its diagnosis may still change.
-    pub looking: [Option<String>; 3],
+    /// The running model, and the newest diagnosis.
+    pub found: Found,
     /// The axis that is shown: 0, 1, 2.
     pub axis: usize,
     /// Residuals of that axis, °/s, newest last.
@@ -50,11 +40,8 @@ struct Ports {
     watch: Watch,
     samples: Reader<Sample>,
     estimates: Reader<Estimate>,
-    parameters: Reader<Parameters>,
-    diagnoses: Reader<ipc_types::Diagnosis>,
-    reports: BytesReader,
+    finder: Finder,
     motion: Motion,
-    has_report: bool,
 }
 
 impl Ports {
@@ -64,12 +51,9 @@ impl Ports {
         Ok(Self {
             samples: hub.reader(&topic::SAMPLE, None, Wait::Spin)?,
             estimates: hub.reader(&topic::ESTIMATE, None, Wait::Spin)?,
-            parameters: hub.reader(&topic::PARAMETERS, None, Wait::Spin)?,
-            diagnoses: hub.reader(&topic::DIAGNOSIS, None, Wait::Spin)?,
-            reports: hub.bytes_reader(&topic::REPORT)?,
+            finder: Finder::open(hub)?,
             watch,
             motion: Motion::default(),
-            has_report: false,
         })
     }
 
@@ -91,19 +75,7 @@ impl Ports {
                 line.drain(..surplus);
             }
         }
-        if let Some(parameters) = self.parameters.newest()? {
-            scene.model = Some(model::view(&parameters));
-        }
-        let message = self.diagnoses.newest()?;
-        if let Some(message) = &message {
-            scene.looking = [0, 1, 2].map(|place| looking(message, place));
-        }
-        if let Some(diagnosis) = self.reports.newest()?.and_then(|bytes| judgement::of_report(&bytes)) {
-            self.has_report = true;
-            scene.diagnosis = Some(diagnosis);
-        } else if let Some(message) = message.filter(|_| !self.has_report) {
-            scene.diagnosis = Some(judgement::of_message(&message));
-        }
+        self.finder.look(&mut scene.found)?;
         if let Some(status) = self.watch.newest_status()? {
             scene.status = Some(status);
         }
@@ -167,7 +139,7 @@ fn key() -> std::io::Result<Option<KeyCode>> {
 impl Scene {
     /// The axes that are modelled.
     fn axes(&self) -> Vec<usize> {
-        let model = self.model.iter().flat_map(|m| &m.axes).filter_map(|a| "xyz".find(a.axis));
+        let model = self.found.model.iter().flat_map(|m| &m.axes).filter_map(|a| "xyz".find(a.axis));
         model.collect()
     }
 
@@ -188,7 +160,7 @@ impl Scene {
                 self.axis = axes.get(next).copied().unwrap_or(self.axis);
             }
             KeyCode::Char('a') => {
-                let axes = self.diagnosis.iter().flat_map(|d| &d.axes);
+                let axes = self.found.diagnosis.iter().flat_map(|d| &d.axes);
                 let best = axes.filter(|a| a.axis.index() == self.axis).flat_map(|a| &a.suspects).next();
                 if let Some(best) = best {
                     let effect = best.effect.clone();
@@ -198,7 +170,7 @@ impl Scene {
             }
             KeyCode::Char('u') => orders.send(Order { axis: String::new(), ..order("undo") }),
             KeyCode::Char('p') => {
-                let paused = self.model.as_ref().is_some_and(|m| m.paused);
+                let paused = self.found.model.as_ref().is_some_and(|m| m.paused);
                 let what = if paused { "resume" } else { "pause" };
                 orders.send(Order { axis: String::new(), ..order(what) });
             }

@@ -5,35 +5,49 @@ use crate::{dashboard::judgement, live::words};
 use ipc_types::Status;
 use ratatui::{
     Frame,
+    buffer::Buffer,
     layout::{Constraint, Layout, Rect},
     style::{Color, Modifier, Style},
     symbols::Marker,
     text::{Line, Span},
-    widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph, Row, Sparkline, Table, Wrap},
+    widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph, Row, Sparkline, Table, Widget, Wrap},
 };
 use workbench::report::{units, view::AxisView};
 
 /// Draws everything; what has no room is left out, the verdict last.
 pub(super) fn draw(frame: &mut Frame, scene: &Scene) {
     let area = frame.area();
-    let [head, middle, motion, bottom, foot] = Layout::vertical([
-        Constraint::Length(if area.height >= 30 { 7 } else { 5 }),
-        Constraint::Min(8),
-        Constraint::Length(if area.height >= 30 { 5 } else { 0 }),
-        Constraint::Length(if area.height >= 24 { 10 } else { 0 }),
+    let page = scene.found.diagnosis.as_ref().map(judgement::page);
+    let letter = ["x", "y", "z"][scene.axis];
+    let view = page.as_ref().and_then(|p| p.axes.iter().find(|a| a.axis == letter));
+    let words = verdict(scene, view);
+    // The reason is never cut, as far as there is a screen.
+    let lines = height(&words, area.width.saturating_sub(2).max(1));
+    let usual = if area.height >= 30 { 7 } else { 5 };
+    let high = (lines + 2).max(usual).min(area.height.saturating_sub(1));
+    // Latencies go before the model and the names of what may be missing.
+    let (has_motion, has_tables) = (area.height >= 36, area.height >= 30);
+    let [head, middle, motion, bottom, states, foot] = Layout::vertical([
+        Constraint::Length(high),
+        Constraint::Min(0),
+        Constraint::Length(if has_motion { 5 } else { 0 }),
+        Constraint::Length(if has_tables { 10 } else { 0 }),
+        Constraint::Length(u16::from(!has_tables)),
         Constraint::Length(1),
     ])
     .areas(area);
-    let page = scene.diagnosis.as_ref().map(judgement::page);
-    let letter = ["x", "y", "z"][scene.axis];
-    let view = page.as_ref().and_then(|p| p.axes.iter().find(|a| a.axis == letter));
-    verdict(frame, head, scene, view);
-    let [left, right] = Layout::horizontal([Constraint::Percentage(55), Constraint::Percentage(45)]).areas(middle);
+    let title = format!(" truerate: {} ", scene.instance);
+    let block = Block::bordered().title(title);
+    frame.render_widget(Paragraph::new(words).wrap(Wrap { trim: true }).block(block), head);
+    let of_curve = if area.width >= 100 { 55 } else { 40 };
+    let parts = [Constraint::Percentage(of_curve), Constraint::Percentage(100 - of_curve)];
+    let [left, right] = Layout::horizontal(parts).areas(middle);
     curve(frame, left, view);
     let [above, below] = Layout::vertical([Constraint::Percentage(50), Constraint::Percentage(50)]).areas(right);
     suspects(frame, above, view);
     parameters(frame, below, scene);
     residual(frame, motion, scene);
+    frame.render_widget(Line::from(in_a_line(scene)), states);
     let [left, right] = Layout::horizontal([Constraint::Percentage(45), Constraint::Percentage(55)]).areas(bottom);
     processes(frame, left, scene);
     latencies(frame, right, scene);
@@ -47,8 +61,32 @@ pub(super) fn draw(frame: &mut Frame, scene: &Scene) {
     );
 }
 
-fn verdict(frame: &mut Frame, area: Rect, scene: &Scene, view: Option<&AxisView>) {
-    let looking = scene.looking[scene.axis].as_deref();
+/// Lines that a text takes in a block of this width.
+fn height(words: &[Line<'static>], width: u16) -> u16 {
+    const MOST: u16 = 60;
+    let area = Rect::new(0, 0, width, MOST);
+    let mut buffer = Buffer::empty(area);
+    Paragraph::new(words.to_vec()).wrap(Wrap { trim: true }).render(area, &mut buffer);
+    let is_blank = |y: u16| (0..width).all(|x| buffer.cell((x, y)).is_none_or(|cell| cell.symbol() == " "));
+    (0..MOST).rev().find(|y| !is_blank(*y)).map_or(0, |last| last + 1)
+}
+
+/// The processes where there is no room for their table: those that do not run, or that all do.
+fn in_a_line(scene: &Scene) -> String {
+    let Some(status) = &scene.status else { return String::new() };
+    let resting: Vec<String> = (status.listed_services())
+        .filter(|s| s.state.as_str() != "running")
+        .map(|s| format!("{} {}", s.name, s.state))
+        .collect();
+    let processes = if resting.is_empty() { "all processes run".to_owned() } else { resting.join(", ") };
+    let lost: u64 = status.listed_services().map(|s| s.lost).sum();
+    let source = words::text(&status.source).map_or_else(String::new, |source| format!("; source {source}"));
+    format!("{processes}; {lost} rows lost{source}")
+}
+
+/// What was found, and what learning waits for.
+fn verdict(scene: &Scene, view: Option<&AxisView>) -> Vec<Line<'static>> {
+    let looking = scene.found.looking[scene.axis].as_deref();
     let colour = match view.map(|v| v.tone) {
         _ if looking.is_some() => Color::Magenta,
         Some("good") => Color::Green,
@@ -60,12 +98,9 @@ fn verdict(frame: &mut Frame, area: Rect, scene: &Scene, view: Option<&AxisView>
     if let Some(trouble) = trouble {
         let lines = trouble.lines().enumerate().map(|(k, line)| {
             let style = if k == 0 { Style::new().fg(Color::Red).add_modifier(Modifier::BOLD) } else { Style::new() };
-            Line::styled(line, style)
+            Line::styled(line.to_owned(), style)
         });
-        let title = format!(" truerate: {} ", scene.instance);
-        let text: Vec<Line> = lines.collect();
-        frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }).block(Block::bordered().title(title)), area);
-        return;
+        return lines.collect();
     }
     let headline = view.map_or_else(
         || "looking: the first diagnosis comes after some seconds of motion".to_owned(),
@@ -83,9 +118,10 @@ fn verdict(frame: &mut Frame, area: Rect, scene: &Scene, view: Option<&AxisView>
         .map(|v| format!("at the source: {}", v.at_source));
     let mut text = vec![Line::styled(headline, Style::new().fg(colour).add_modifier(Modifier::BOLD))];
     text.extend(source.map(Line::raw));
+    let learning = scene.status.as_ref().map(|s| s.learning.as_str()).filter(|says| !says.is_empty());
+    text.extend(learning.map(|says| Line::raw(format!("learning {says}"))));
     text.push(Line::styled(label, Style::new().add_modifier(Modifier::DIM)));
-    let title = format!(" truerate: {} ", scene.instance);
-    frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }).block(Block::bordered().title(title)), area);
+    text
 }
 
 /// log₁₀ of the points of a curve that have a value.
@@ -137,7 +173,9 @@ fn suspects(frame: &mut Frame, area: Rect, view: Option<&AxisView>) {
         let alias = if aliases.is_empty() { String::new() } else { format!(" or {}", aliases.join(", ")) };
         Row::new([format!("{}{alias}", s.effect), s.removes.clone(), values.join(", ")])
     });
-    let widths = [Constraint::Fill(3), Constraint::Length(7), Constraint::Fill(3)];
+    let longest = view.into_iter().flat_map(|v| &v.suspects).map(|s| s.effect.chars().count()).max().unwrap_or(0);
+    let name = u16::try_from(longest.max(12)).unwrap_or(u16::MAX);
+    let widths = [Constraint::Min(name), Constraint::Length(7), Constraint::Fill(3)];
     let header = Row::new(["suspect", "removes", ""]).style(Style::new().add_modifier(Modifier::DIM));
     frame.render_widget(
         Table::new(rows, widths).header(header).block(Block::bordered().title(" may be missing ")),
@@ -147,16 +185,16 @@ fn suspects(frame: &mut Frame, area: Rect, view: Option<&AxisView>) {
 
 fn parameters(frame: &mut Frame, area: Rect, scene: &Scene) {
     let letter = ["x", "y", "z"][scene.axis];
-    let axis = scene.model.iter().flat_map(|m| &m.axes).find(|a| a.axis == letter);
-    let rows = axis
-        .into_iter()
-        .flat_map(|a| &a.parameters)
-        .map(|p| Row::new([format!("{} {}", p.effect, p.name), p.shown.clone()]));
-    let title = scene.model.as_ref().map_or_else(|| " model ".to_owned(), |m| format!(" model, epoch {} ", m.epoch));
-    let learning = scene.status.as_ref().map(|s| s.learning.as_str()).filter(|says| !says.is_empty());
-    let foot = learning.map_or_else(String::new, |says| format!(" learning {says} "));
-    let widths = [Constraint::Fill(1), Constraint::Fill(1)];
-    frame.render_widget(Table::new(rows, widths).block(Block::bordered().title(title).title_bottom(foot)), area);
+    let axis = scene.found.model.iter().flat_map(|m| &m.axes).find(|a| a.axis == letter);
+    let rows: Vec<[String; 2]> = (axis.into_iter().flat_map(|a| &a.parameters))
+        .map(|p| [format!("{} {}", p.effect, p.name), p.shown.clone()])
+        .collect();
+    let longest = rows.iter().map(|[_, shown]| shown.chars().count()).max().unwrap_or(0);
+    let title =
+        scene.found.model.as_ref().map_or_else(|| " model ".to_owned(), |m| format!(" model, epoch {} ", m.epoch));
+    let widths = [Constraint::Fill(1), Constraint::Length(u16::try_from(longest).unwrap_or(u16::MAX))];
+    let rows = rows.into_iter().map(Row::new);
+    frame.render_widget(Table::new(rows, widths).block(Block::bordered().title(title)), area);
 }
 
 fn residual(frame: &mut Frame, area: Rect, scene: &Scene) {
@@ -220,6 +258,7 @@ fn latencies(frame: &mut Frame, area: Rect, scene: &Scene) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{dashboard::model, found::Found};
     use ipc_types::{Text, diagnosis::ErrorPoint};
     use ratatui::{Terminal, backend::TestBackend};
 
@@ -238,7 +277,8 @@ mod tests {
         for (point, tau) in axis.curve.iter_mut().zip([0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4]) {
             *point = ErrorPoint { tau, error: 0.02, floor: 0.01 / tau.sqrt(), floor_99: f64::NAN };
         }
-        Scene { instance: "yaw".into(), axis: 2, diagnosis: Some(judgement::of_message(&message)), ..Scene::default() }
+        let found = Found { diagnosis: Some(judgement::of_message(&message)), ..Found::default() };
+        Scene { instance: "yaw".into(), axis: 2, found, ..Scene::default() }
     }
 
     #[test]
@@ -253,7 +293,9 @@ mod tests {
     #[test]
     fn a_diagnosis_that_may_still_change_is_no_answer_yet() {
         let looking = "More than noise is left. Looking for the cause: 12 of 30 s of motion seen.";
-        let screen = picture(&Scene { looking: [None, None, Some(looking.to_owned())], ..scene() }, 130, 40);
+        let mut scene = scene();
+        scene.found.looking = [None, None, Some(looking.to_owned())];
+        let screen = picture(&scene, 130, 40);
         for text in ["axis z  More than noise is left.", "12 of 30 s of motion seen. So far: 'delay' is missing"] {
             assert!(screen.contains(text), "{text}:\n{screen}");
         }
@@ -268,6 +310,40 @@ mod tests {
         for text in ["source lost, 0 rows, 3 garbled", "learning waits: 40 of 100 rows are there"] {
             assert!(screen.contains(text), "{text}:\n{screen}");
         }
+    }
+
+    #[test]
+    fn on_a_small_screen_the_reason_the_model_and_the_names_stay_and_latencies_go() {
+        let waits =
+            "waits: scale-factor.alpha of axis z is known to ± 2.24 %, and 2 % is typical; turn it faster, both ways";
+        let status = Status { learning: Text::new(waits), ..Status::default() };
+        let mut scene = Scene { status: Some(status), ..scene() };
+        let parameter = |effect: &str, name: &str, shown: &str| model::Shown {
+            key: String::new(),
+            effect: effect.into(),
+            name: name.into(),
+            says: String::new(),
+            shown: shown.into(),
+            typical: String::new(),
+            unit: String::new(),
+        };
+        let parameters = vec![
+            parameter("scale-factor", "alpha", "0.988126 ± 0.000014"),
+            parameter("bias", "delta", "−0.5926 ± 0.0014 °/s"),
+        ];
+        let axes = vec![model::AxisView { axis: "z", effects: Vec::new(), parameters }];
+        scene.found.model = Some(model::ModelView { epoch: 7, paused: false, samples: 0, axes });
+        let screen = picture(&scene, 80, 24);
+        // A line of the picture is within quotation marks; a word may end where its block does.
+        let plain: String = screen.replace(['"', '│', '\n'], " ").split_whitespace().collect::<Vec<_>>().join(" ");
+        for text in ["known to ± 2.24 %, and 2 % is typical; turn it faster, both ways", "missing effect: delay"] {
+            assert!(plain.contains(text), "{text}:\n{screen}");
+        }
+        for text in ["scale-factor alpha", "0.988126 ± 0.000014", "−0.5926 ± 0.0014 °/s", "delay", "all processes run"]
+        {
+            assert!(screen.contains(text), "{text}:\n{screen}");
+        }
+        assert!(!screen.contains("99.9 %"), "{screen}");
     }
 
     #[test]

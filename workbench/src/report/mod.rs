@@ -39,8 +39,19 @@ pub enum Format {
     Html,
 }
 
+/// How much is told of each suspect, where that was asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Explained {
+    /// A sentence.
+    #[default]
+    Sentence,
+    /// Each test with its numbers.
+    Tests,
+}
+
 /// What the result itself doesn't say: how the command was called, and where its output goes.
 #[derive(Clone, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own, and none excludes another")]
 pub struct Context {
     /// Which command made the result.
     pub command: Command,
@@ -54,6 +65,10 @@ pub struct Context {
     pub flags: Vec<String>,
     /// Whether the log has parameters of that model otherwise.
     pub moved: bool,
+    /// How much is told of each suspect.
+    pub explained: Explained,
+    /// Whether the page is shown in a browser, too.
+    pub opened: bool,
     /// Whether the search was stopped before its end.
     pub unfinished: bool,
     /// What has to be known before anything else; empty where there is nothing.
@@ -90,6 +105,8 @@ impl Context {
             output: None,
             flags: Vec::new(),
             moved: false,
+            explained: Explained::default(),
+            opened: false,
             unfinished: false,
             warning: String::new(),
             about: Vec::new(),
@@ -202,6 +219,8 @@ fn page<T>(result: &T, view: fn(&T, &Context) -> view::Page, format: Format, con
         about: context.about.clone(),
         log: if context.mailed { file_name(&page.log) } else { page.log },
         product: context.product.clone(),
+        tests: context.explained == Explained::Tests,
+        look: next::look(&context).filter(|_| !context.mailed),
         ..page
     };
     if format == Format::Html { html::render(&page) } else { text::render(&page, context.terminal) }

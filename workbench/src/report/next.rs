@@ -132,6 +132,26 @@ pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
     }
 }
 
+/// How the charts of a result are seen; `None` where they are shown already, or the command would have to be run all over for long.
+pub(super) fn look(context: &Context) -> Option<Next> {
+    let log = context.log.as_str();
+    if context.voice == Voice::Library || context.opened || log == "-" {
+        return None;
+    }
+    let line = Line { context, log, why: "" };
+    let says = "shows the same with charts, in a browser";
+    let model = context.model.as_deref();
+    match context.command {
+        Command::Compare => Some(line.of("compare", &[], model, &["--open"], says)),
+        Command::Diagnose => Some(line.of("diagnose", &[], model, &["--open"], says)),
+        // What was made is shown as it is.
+        Command::Ladder | Command::Fit | Command::Add | Command::Remove => {
+            let made = context.output.as_deref().filter(|made| *made != "-")?;
+            Some(line.of("compare", &[], Some(made), &["--open"], says))
+        }
+    }
+}
+
 /// Puts command lines together.
 struct Line<'a> {
     context: &'a Context,

@@ -25,7 +25,7 @@ pub(super) fn render(page: &Page, terminal: Terminal) -> String {
         screen.story(story);
     }
     for axis in &page.axes {
-        screen.axis(axis);
+        screen.axis(axis, page.tests);
     }
     if let Some(story) = &page.story {
         screen.faults("data faults of all axes", &story.faults);
@@ -37,6 +37,10 @@ pub(super) fn render(page: &Page, terminal: Terminal) -> String {
         let lead = if i == 0 { "\nnext  " } else { "or    " };
         screen.line(&format!("{lead}{}", terminal.paint(Ink::Command, &next.command)));
         screen.wrapped("      ", &next.says, Ink::Quiet);
+    }
+    if let Some(look) = &page.look {
+        screen.line(&format!("look  {}", terminal.paint(Ink::Command, &look.command)));
+        screen.wrapped("      ", &look.says, Ink::Quiet);
     }
     screen.text
 }
@@ -126,7 +130,7 @@ impl Screen {
         }
     }
 
-    fn axis(&mut self, axis: &AxisView) {
+    fn axis(&mut self, axis: &AxisView, tests: bool) {
         let ink = match axis.tone {
             "good" => Ink::Good,
             "bad" => Ink::Bad,
@@ -154,7 +158,7 @@ impl Screen {
             }
         }
         self.suspects(axis);
-        self.explained(axis);
+        self.explained(axis, tests);
         self.faults("data faults", &axis.data_faults);
     }
 
@@ -351,8 +355,8 @@ impl Screen {
 }
 
 impl Screen {
-    /// Each suspect with the tests that it passed and failed.
-    fn explained(&mut self, axis: &AxisView) {
+    /// Each suspect in a sentence; with the tests that it passed and failed.
+    fn explained(&mut self, axis: &AxisView, tests: bool) {
         if axis.explained.is_empty() {
             return;
         }
@@ -362,9 +366,9 @@ impl Screen {
             let name = self.terminal.paint(Ink::Strong, &format!("{:wide$}", explained.effect));
             let start = self.text.len();
             let indent = " ".repeat(wide + 4);
-            self.wrapped(&indent, &explained.outcome, Ink::Plain);
+            self.wrapped(&indent, if tests { &explained.outcome } else { &explained.says }, Ink::Plain);
             self.text.replace_range(start..start + indent.len(), &format!("  {name}  "));
-            for test in &explained.tests {
+            for test in explained.tests.iter().filter(|_| tests) {
                 self.item(&format!("      {:4}  ", test.mark), &format!("{}: {}", test.name, test.numbers));
             }
         }

@@ -167,7 +167,7 @@
     if (!axis.explained.length) return null;
     const tests = e => e.tests.length && h('table.tests', h('tbody', e.tests.map(t =>
       h('tr', h('td', t.mark), h('td', { title: t.asks }, t.name), h('td', t.numbers)))));
-    const one = e => h('details', h('summary', h('b', e.effect), ' ' + e.outcome), tests(e) || null);
+    const one = e => h('details', h('summary', h('b', e.effect), ' ' + e.says), h('p.soft.small', e.outcome), tests(e) || null);
     return h('.grid', panel('', 'Why each effect is named, or is not', h('.explained', axis.explained.map(one))));
   }
 

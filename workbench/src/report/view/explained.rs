@@ -1,7 +1,7 @@
 //! The tests of a suspect in words.
 
 use super::{ExplainedView, TestView};
-use gyro_model::diagnosis::{Explained, Relation, SuspectStage, TestCondition, TestOutcome};
+use gyro_model::diagnosis::{Explained, Relation, SuspectStage, TestCondition, TestName, TestOutcome};
 
 /// One effect.
 pub(super) fn view(explained: &Explained) -> ExplainedView {
@@ -15,8 +15,67 @@ pub(super) fn view(explained: &Explained) -> ExplainedView {
         ),
         SuspectStage::Refit => format!("refused by: {}", failed.join(", ")),
     };
-    ExplainedView { effect: explained.effect.clone(), outcome, tests: explained.tests.iter().map(test).collect() }
+    ExplainedView {
+        effect: explained.effect.clone(),
+        says: says(explained),
+        outcome,
+        tests: explained.tests.iter().map(test).collect(),
+    }
 }
+
+/// An effect that would remove less of the error is told apart from those that compete.
+const NEXT_TO_NOTHING: f64 = 0.02;
+
+/// Why, in a sentence.
+fn says(explained: &Explained) -> String {
+    let share = explained.promises.map(|share| share.clamp(0.0, 1.0));
+    let whole = |share: f64| format!("{:.0} %", 100.0 * share);
+    match explained.stage {
+        SuspectStage::Admitted => match share.filter(|share| *share > NEXT_TO_NOTHING) {
+            Some(share) => {
+                format!("can be it: it removes about {} of the error, and nothing speaks against it", whole(share))
+            }
+            None => "can be it: noise does not look like it, and nothing speaks against it".to_owned(),
+        },
+        SuspectStage::Refit => {
+            let failed = |name: &TestName| explained.tests.iter().any(|test| test.test == *name && !test.passed);
+            let reason = REASONS.iter().find(|(name, _)| failed(name)).map(|(_, reason)| (*reason).to_owned());
+            let other = || {
+                explained.tests.iter().find(|test| !test.passed).map(|test| format!("it fails the test {}", test.test))
+            };
+            format!(
+                "not named: {}",
+                reason.or_else(other).unwrap_or_else(|| "another effect explains the error better".to_owned())
+            )
+        }
+        SuspectStage::Scan => match share {
+            Some(share) if share > NEXT_TO_NOTHING => {
+                format!(
+                    "not named: it would remove {} of the error, and fits less well than the best above",
+                    whole(share)
+                )
+            }
+            _ => "not named: it would remove next to nothing of the error".to_owned(),
+        },
+    }
+}
+
+/// What a test that failed means, the plainest first.
+const REASONS: &[(TestName, &str)] = &[
+    (TestName::Rows, "it would leave hardly a row to judge by"),
+    (TestName::Bounds, "it would need a value that no sensor has"),
+    (TestName::Size, "it would have to be far larger than such sensors have it"),
+    (TestName::Line, "the gyro's own readings have no such line"),
+    (TestName::Motion, "the reference has the same line, so it is motion"),
+    (TestName::Error, "the error gets no smaller with it"),
+    (TestName::Significance, "noise alone could look like it"),
+    (TestName::Share, "it removes too little of the error"),
+    (TestName::HeldOut, "it does not hold on parts of the log that it was not fitted to"),
+    (TestName::EveryAveragingTime, "it makes the error larger over some averaging times"),
+    (TestName::Mean, "the error is no more than noise, which it would only average away"),
+    (TestName::ShownOnce, "it shows only once in the log, and a wandering bias can look like it"),
+    (TestName::Known, "the log does not show how large it is"),
+];
 
 fn test(test: &TestOutcome) -> TestView {
     TestView {
@@ -107,6 +166,27 @@ mod tests {
         let two = vec![vec![above(0.4, 1.2), above(0.1, 4.0)], vec![above(9.0, 2.0), above(0.9, 1.2)]];
         let says = "held-out gain in ln L 0.9 standard errors, asked above 1.2 standard errors (the nearest of 2 ways)";
         assert_eq!(numbers(&outcome(false, two)), says);
+    }
+
+    #[test]
+    fn each_suspect_has_a_sentence_by_how_far_it_came() {
+        let explained = |stage, promises, tests| Explained {
+            effect: "delay".into(),
+            stage,
+            score: Some(40.0),
+            promises: Some(promises),
+            tests,
+        };
+        let failed = |test| TestOutcome { test, ..outcome(false, Vec::new()) };
+        let of = |stage, promises, tests| says(&explained(stage, promises, tests));
+        assert!(of(SuspectStage::Admitted, 0.956, vec![outcome(true, Vec::new())]).contains("about 96 % of the error"));
+        assert!(of(SuspectStage::Scan, 0.001, Vec::new()).contains("next to nothing"));
+        assert!(of(SuspectStage::Scan, 0.44, Vec::new()).contains("44 %"));
+        // The plainest reason of several.
+        let two = vec![failed(TestName::HeldOut), failed(TestName::Bounds)];
+        assert_eq!(of(SuspectStage::Refit, 0.5, two), "not named: it would need a value that no sensor has");
+        // A test that has no words of its own is still named.
+        assert!(of(SuspectStage::Refit, 0.5, vec![failed(TestName::Channel)]).contains("channel"));
     }
 
     #[test]

@@ -38,6 +38,12 @@ pub struct Page {
     pub axes: Vec<AxisView>,
     /// What to run next, best first.
     pub next: Vec<next::Next>,
+    /// How to see its charts.
+    #[serde(skip)]
+    pub look: Option<next::Next>,
+    /// Whether each test of a suspect is told with its numbers.
+    #[serde(skip)]
+    pub tests: bool,
     /// The new model, to be taken along.
     pub product: Option<Product>,
     /// Of the program.
@@ -214,6 +220,8 @@ fn page(title: &str, log: &str, axes: Vec<AxisView>, next: Vec<next::Next>) -> P
         story: None,
         axes,
         next,
+        look: None,
+        tests: false,
         product: None,
         version,
     }

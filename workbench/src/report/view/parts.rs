@@ -8,7 +8,9 @@ use serde::Serialize;
 pub struct ExplainedView {
     /// Effect id.
     pub effect: String,
-    /// `named`, `refused by: share, held-out`, …
+    /// Why, in a sentence.
+    pub says: String,
+    /// `passes every test`, `refused by: share, held-out`, …
     pub outcome: String,
     /// Each test of it.
     pub tests: Vec<TestView>,
