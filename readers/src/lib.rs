@@ -5,6 +5,7 @@
 //! | --- | --- |
 //! | [`mod@format`] | what all formats have in common: topics, messages, notes |
 //! | [`formats`] | one format a file, one static list |
+//! | [`blocks`] | blocks of lines that make one reading, as the CSV that they mean |
 //! | [`can`] | CAN: frames as lines, and what a DBC file says of their bits |
 //! | `bytes` | bytes taken in order, lengths never trusted |
 //! | [`json`] | records of JSON as the CSV that they mean |
@@ -14,6 +15,7 @@
 //! | [`text`] | delimited text, row by row |
 //! | [`mod@unit`] | units as people write them |
 
+pub mod blocks;
 mod bytes;
 pub mod can;
 pub mod format;

@@ -166,6 +166,15 @@ impl Address {
         })
     }
 
+    /// Why it could not be opened, and what there is in its place.
+    #[must_use]
+    pub fn why(&self, error: &io::Error) -> String {
+        match &self.way {
+            Way::Serial(path, _) => serial::says(path, error),
+            _ => error.to_string(),
+        }
+    }
+
     /// Whether it has an end, and what was read cannot come again.
     #[must_use]
     pub fn is_pipe(&self) -> bool {

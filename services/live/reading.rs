@@ -47,6 +47,8 @@ pub(super) struct Reading {
     /// Reads before the first row, and whether it was said that none comes.
     barren: u64,
     told_barren: bool,
+    /// Why the link is not open.
+    absent: Option<String>,
 }
 
 impl Reading {
@@ -61,7 +63,19 @@ impl Reading {
         give: SyncSender<Told>,
     ) -> Self {
         let (tally, opened) = (Tally::default(), Some(opened));
-        Self { address, format, timeline, tally, watched, opened, give, trouble, barren: 0, told_barren: false }
+        Self {
+            address,
+            format,
+            timeline,
+            tally,
+            watched,
+            opened,
+            give,
+            trouble,
+            barren: 0,
+            told_barren: false,
+            absent: None,
+        }
     }
 
     /// Reads, until a pipe ends or nobody takes the rows any more.
@@ -73,6 +87,7 @@ impl Reading {
             let rows = self.tally.counts.rows;
             let over = match self.address.open() {
                 Ok(mut link) => {
+                    self.absent = None;
                     self.tally.counts.reconnects += u32::from(rows > 0);
                     self.become_link(health::Link::Connected);
                     match self.read(link.as_mut()) {
@@ -80,7 +95,14 @@ impl Reading {
                         Left::Unheard => return,
                     }
                 }
-                Err(error) => Some(error),
+                Err(error) => {
+                    let why = format!("{}: {}", self.address, self.address.why(&error));
+                    if self.absent.as_ref() != Some(&why) {
+                        self.absent = Some(why);
+                        self.watch(false);
+                    }
+                    Some(error)
+                }
             };
             if self.address.is_pipe() {
                 self.end(over);
@@ -91,7 +113,7 @@ impl Reading {
                 (pause, told) = (PAUSES[0], false);
             }
             if !std::mem::replace(&mut told, true) {
-                let why = over.map_or_else(|| "it has ended".to_owned(), |error| error.to_string());
+                let why = over.map_or_else(|| "it has ended".to_owned(), |error| self.address.why(&error));
                 tracing::warn!("{}: {why}; it is opened again as soon as it is there", self.address);
             }
             thread::sleep(pause);
@@ -195,12 +217,15 @@ impl Reading {
     /// Shows the counts, and what is wrong with the source.
     fn watch(&mut self, has_rows: bool) {
         let trouble = self.trouble.says(&self.address, self.format.as_ref(), &self.tally);
+        let is_absent = self.absent.is_some();
+        let trouble = self.absent.clone().or(trouble);
         let counts = &mut self.tally.counts;
         if has_rows {
             counts.link = health::Link::Connected as u32;
         }
         let barren = || (counts.rows == 0 && self.barren >= BARREN).then(|| "no row so far".to_owned());
         if let Some(why) = trouble.clone().or_else(barren)
+            && !is_absent
             && !std::mem::replace(&mut self.told_barren, true)
         {
             tracing::warn!("{}: {why}", self.address);

@@ -11,6 +11,8 @@
 
 mod record;
 
+pub(crate) use record::write_text;
+
 use crate::meaning::{What, understand};
 use record::Cell;
 use std::{
@@ -198,7 +200,7 @@ impl Records {
             if k > 0 {
                 out.push(b',');
             }
-            record::write_text(out, name);
+            write_text(out, name);
         }
         out.push(b'\n');
         for part in first {

@@ -39,7 +39,7 @@ impl Cell {
 }
 
 /// Writes a text as a field of a CSV, in quotation marks where it needs them.
-pub(super) fn write_text(out: &mut Vec<u8>, text: &str) {
+pub(crate) fn write_text(out: &mut Vec<u8>, text: &str) {
     let plain = text.bytes().map(|b| if b < b' ' { b' ' } else { b });
     if text.contains([',', '"']) {
         out.push(b'"');

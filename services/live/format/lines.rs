@@ -8,6 +8,7 @@ use super::{
 use crate::live::{Content, Fault};
 use anyhow::anyhow;
 use log_readers::{
+    blocks::Blocks,
     json::{Records, is_record_line},
     text::{CSV, Finder, Head, Sieve, Sifted, Skip, Skipped},
 };
@@ -22,6 +23,8 @@ const SHOWN: usize = 80;
 const MAY_BE_ROWS: usize = 8;
 /// Lines that are kept to find out what they might be.
 const KEPT: usize = 400;
+/// So often it is looked whether lines that were refused are blocks.
+const BLOCKS_EVERY: u64 = 16;
 /// Lines above a table.
 const MOST_ABOVE: usize = 500;
 
@@ -35,6 +38,10 @@ pub struct Lines {
     number: u64,
     /// What turns records of JSON into lines of fields, once they are known to be that.
     records: Option<Records>,
+    /// The same of blocks of lines that make one reading.
+    blocks: Option<Blocks>,
+    /// Refused lines after which it is looked for blocks again.
+    look_again_at: u64,
     finder: Finder,
     /// Lines of the finder that were counted as none of a table.
     told: usize,
@@ -99,6 +106,8 @@ impl Lines {
             cutter: Cutter::default(),
             number: 0,
             records: None,
+            blocks: None,
+            look_again_at: BLOCKS_EVERY,
             finder: Finder::default(),
             told: 0,
             table: None,
@@ -144,13 +153,49 @@ impl Lines {
                 self.records = Some(records);
             }
         }
-        let Some(records) = &mut self.records else { return self.text(line, found) };
+        if self.blocks.is_some() {
+            return self.of_block(line, found);
+        }
+        let Some(records) = &mut self.records else {
+            self.text(line, found);
+            return self.look_for_blocks(found);
+        };
         let mut text = Vec::new();
         records.feed(line);
         records.feed(b"\n");
         records.write(&mut text, true);
         for line in text.split(|&b| b == b'\n').filter(|line| !line.is_empty()) {
             self.text(line, found);
+        }
+    }
+
+    /// A line of a block.
+    fn of_block(&mut self, line: &[u8], found: &mut dyn FnMut(Found)) {
+        let mut text = Vec::new();
+        if let Some(blocks) = &mut self.blocks {
+            blocks.line(line, &mut text);
+        }
+        for line in text.split(|&b| b == b'\n').filter(|line| !line.is_empty()) {
+            self.text(line, found);
+        }
+    }
+
+    /// Looks whether the lines that were refused are blocks, and begins with them if so.
+    fn look_for_blocks(&mut self, found: &mut dyn FnMut(Found)) {
+        let is_asked = self.blocks.is_none() && self.given.is_none() && self.table.is_none();
+        if !is_asked || self.unread < self.look_again_at {
+            return;
+        }
+        self.look_again_at = self.unread + BLOCKS_EVERY;
+        self.blocks = Blocks::of(self.refused.iter().map(Vec::as_slice));
+        if self.blocks.is_none() {
+            return;
+        }
+        let lines: Vec<Vec<u8>> = self.refused.drain(..).collect();
+        let rest: Vec<Vec<u8>> = self.finder.lines().skip(self.told).map(|(line, _)| line.to_vec()).collect();
+        self.begin_anew();
+        for line in lines.into_iter().chain(rest) {
+            self.of_block(&line, found);
         }
     }
 
@@ -316,6 +361,9 @@ impl Format for Lines {
         if let Some(records) = &mut self.records {
             records.feed(b"");
             records.write(&mut text, true);
+        }
+        if let Some(blocks) = &mut self.blocks {
+            blocks.end(&mut text);
         }
         for line in text.split(|&b| b == b'\n').filter(|line| !line.is_empty()) {
             self.text(line, found);

@@ -4,6 +4,7 @@ use super::{error::Problem, packing::Packing};
 use crate::recording::{AsCsv, is_own};
 use flate2::read::MultiGzDecoder;
 use log_readers::{
+    blocks::{self, Blocks},
     can::Database,
     format::{Format, Note, START, Sink},
     formats::{Unread, can, kinds::Kinds, recognise, unread},
@@ -90,6 +91,7 @@ impl Input {
             start = self::start(&mut bytes, START).map_err(|error| Problem::reading(error, packing))?;
         }
         let (own, mut records) = (is_own(&start), json::is_records(&start));
+        let mut blocks = None;
         let mut format = recognise(if own || records { TEXT } else { &start });
         if is_text(format) && !own && !records {
             if let Err(error) = look_further(&mut bytes, &mut start) {
@@ -99,6 +101,8 @@ impl Input {
             records = json::is_records_below(&start);
             if !records && Kinds::is_text_of(&start) {
                 format = &Kinds;
+            } else if !records {
+                blocks = Blocks::of_start(&start);
             }
         }
         let unread = if own || records || !is_text(format) { None } else { unread(&start) };
@@ -110,7 +114,10 @@ impl Input {
         let bytes: Box<dyn Read + Send> = match () {
             () if own => Box::new(AsCsv::new(whole)),
             () if records => Box::new(json::AsCsv::new(whole)),
-            () => Box::new(whole),
+            () => match blocks {
+                Some(blocks) => Box::new(blocks::AsCsv::new(whole, blocks)),
+                None => Box::new(whole),
+            },
         };
         Ok(Self { bytes, hash, packing, format, converted: None, unread })
     }

@@ -1,0 +1,447 @@
+//! Blocks of lines that make one reading, as the examples of many drivers print them, as the CSV that they mean.
+//!
+//! ```text
+//! Time: 10 ms                                        Time [ms],Rotation X [rad/s],Rotation Y [rad/s],Rotation Z [rad/s],Angle
+//! Rotation X: 0.1, Y: 0.2, Z: 0.3 rad/s        →     10,0.1,0.2,0.3,3.5
+//! Angle: 3.5
+//! ```
+//!
+//! Lines are told apart by what stands between their numbers; each of a block's has names of its own. A line that ends in a colon names
+//! what follows it. What is no line of a block is given as it is.
+
+use crate::{
+    json::write_text,
+    text::clock,
+    unit::{self, Unit},
+};
+use std::{
+    collections::{HashMap, VecDeque},
+    io::{self, Read},
+};
+
+/// Lines that are looked at for blocks, and how often each line of one has to be there.
+const LOOKED_AT: usize = 400;
+const OFTEN: usize = 4;
+/// Lines of numbers that have to be of blocks, and those of them that may follow one of their own kind.
+const SHARE: f64 = 0.8;
+const IN_A_ROW: f64 = 0.1;
+/// Lines of a block, numbers in it, and bytes of a line at most.
+const MOST_LINES: usize = 24;
+const MOST_NUMBERS: usize = 64;
+const LONGEST: usize = 400;
+
+/// Blocks as lines of a CSV.
+pub struct Blocks {
+    /// Where the numbers of a kind of line stand in a row.
+    kinds: HashMap<String, (usize, usize)>,
+    /// The names of a row's fields.
+    names: Vec<String>,
+    /// The row that is being filled, and which kind of line came last.
+    row: Vec<Vec<u8>>,
+    filled: Option<usize>,
+    stamped: bool,
+    heading: String,
+    headed: bool,
+}
+
+/// What is written in a line: its kind, and its numbers with the names before and the units behind them.
+struct Cut<'a> {
+    kind: String,
+    numbers: Vec<&'a str>,
+    names: Vec<String>,
+}
+
+impl Blocks {
+    /// What lines like these are; `None` where they are no blocks.
+    #[must_use]
+    pub fn of<'a>(lines: impl Iterator<Item = &'a [u8]>) -> Option<Self> {
+        let lines: Vec<&str> = lines.take(LOOKED_AT).filter_map(|line| std::str::from_utf8(line).ok()).collect();
+        let stamped = !lines.is_empty() && lines.iter().all(|line| line.trim().is_empty() || stamp(line).is_some());
+        let mut heading = String::new();
+        let mut cuts: Vec<Cut> = Vec::new();
+        for line in lines {
+            let line = if stamped { stamp(line).map_or(line, |(_, rest)| rest) } else { line };
+            match heading_of(line) {
+                Some(named) => named.clone_into(&mut heading),
+                None => cuts.extend(cut(line, &heading)),
+            }
+        }
+        let mut counts: HashMap<&str, usize> = HashMap::new();
+        for cut in &cuts {
+            *counts.entry(&cut.kind).or_default() += 1;
+        }
+        let most = counts.values().copied().max()?;
+        let often = |kind: &str| counts.get(kind).is_some_and(|count| *count >= OFTEN && 3 * count >= most);
+        let of_blocks: Vec<&Cut> = cuts.iter().filter(|cut| often(&cut.kind)).collect();
+        let mut kinds: HashMap<String, (usize, usize)> = HashMap::new();
+        let mut names: Vec<String> = if stamped { vec!["time".to_owned()] } else { Vec::new() };
+        // The order of a whole block: from the second on, for the first may have lost its beginning.
+        let first = &of_blocks.first()?.kind;
+        let begin = of_blocks.iter().skip(1).position(|cut| cut.kind == *first).map_or(0, |at| at + 1);
+        for cut in of_blocks.iter().skip(begin) {
+            if kinds.contains_key(&cut.kind) {
+                continue;
+            }
+            // Rows of a table have the same names in each.
+            if cut.names.iter().any(|name| name.is_empty() || names.contains(name)) {
+                return None;
+            }
+            kinds.insert(cut.kind.clone(), (names.len(), names.len() + cut.names.len()));
+            names.extend(cut.names.iter().cloned());
+        }
+        let in_a_row = of_blocks.windows(2).filter(|pair| pair[0].kind == pair[1].kind).count();
+        let is_one = (2..=MOST_LINES).contains(&kinds.len())
+            && names.len() <= MOST_NUMBERS
+            && of_blocks.len() as f64 > SHARE * cuts.len() as f64
+            && (in_a_row as f64) < IN_A_ROW * of_blocks.len() as f64;
+        let row = vec![Vec::new(); names.len()];
+        is_one.then_some(Self { kinds, names, row, filled: None, stamped, heading: String::new(), headed: false })
+    }
+
+    /// The same of a text's beginning.
+    #[must_use]
+    pub fn of_start(start: &[u8]) -> Option<Self> {
+        let whole = start.iter().rposition(|&b| b == b'\n').map_or(&b""[..], |end| &start[..end]);
+        Self::of(whole.split(|&b| b == b'\n'))
+    }
+
+    /// Takes a line, and adds what it completes.
+    pub fn line(&mut self, line: &[u8], out: &mut Vec<u8>) {
+        if !std::mem::replace(&mut self.headed, true) {
+            for (k, name) in self.names.iter().enumerate() {
+                if k > 0 {
+                    out.push(b',');
+                }
+                write_text(out, name);
+            }
+            out.push(b'\n');
+        }
+        let text = String::from_utf8_lossy(line);
+        let (time, rest) = match stamp(&text).filter(|_| self.stamped) {
+            Some((time, rest)) => (Some(time), rest),
+            None => (None, &*text),
+        };
+        if let Some(named) = heading_of(rest) {
+            named.clone_into(&mut self.heading);
+            return;
+        }
+        let Some(cut) = cut(rest, &self.heading) else {
+            // Rulers and blank lines stand between blocks.
+            if rest.chars().any(char::is_alphanumeric) {
+                self.other(line, out);
+            }
+            return;
+        };
+        let Some(&(from, to)) = self.kinds.get(&cut.kind) else { return self.other(line, out) };
+        if self.filled.is_some_and(|last| from <= last) {
+            self.end(out);
+        }
+        if let Some(time) = time.filter(|_| self.filled.is_none()) {
+            self.row[0] = time.as_bytes().to_vec();
+        }
+        for (field, number) in self.row[from..to].iter_mut().zip(cut.numbers) {
+            *field = number.as_bytes().to_vec();
+        }
+        self.filled = Some(from);
+        if to == self.names.len() {
+            self.end(out);
+        }
+    }
+
+    /// Gives the row that is being filled.
+    pub fn end(&mut self, out: &mut Vec<u8>) {
+        if self.filled.take().is_none() {
+            return;
+        }
+        for (k, field) in self.row.iter_mut().enumerate() {
+            if k > 0 {
+                out.push(b',');
+            }
+            out.append(field);
+        }
+        out.push(b'\n');
+    }
+
+    /// What is no line of a block.
+    fn other(&mut self, line: &[u8], out: &mut Vec<u8>) {
+        self.end(out);
+        out.extend_from_slice(line.trim_ascii_end());
+        out.push(b'\n');
+    }
+}
+
+/// The stamp of a line, as the Arduino IDE puts it there, and the line.
+fn stamp(line: &str) -> Option<(&str, &str)> {
+    let (time, rest) = line.split_once(" -> ")?;
+    (clock(time.as_bytes()).is_some()).then_some((time, rest))
+}
+
+/// What a line without numbers names that follows it: `Gyroscope:`.
+fn heading_of(line: &str) -> Option<&str> {
+    let name = line.trim().strip_suffix(':')?.trim();
+    let is_plain = !name.is_empty() && !name.contains([',', ';', '=', ':']) && numbers(name).is_empty();
+    is_plain.then_some(name)
+}
+
+/// The places of the numbers in a line: digits within a word are none.
+fn numbers(line: &str) -> Vec<(usize, usize)> {
+    let bytes = line.as_bytes();
+    let (mut found, mut at) = (Vec::new(), 0);
+    while at < bytes.len() {
+        let before = at.checked_sub(1).map(|k| bytes[k]);
+        let is_word = |b: u8| b.is_ascii_alphanumeric() || b == b'_' || b >= 0x80;
+        let begins = !before.is_some_and(|b| is_word(b) || matches!(b, b'.' | b'^'));
+        let end = if begins { number_end(&line[at..]) } else { None };
+        match end.map(|length| at + length) {
+            Some(end) if !bytes.get(end).is_some_and(|&b| is_word(b) || b == b'.') => {
+                found.push((at, end));
+                at = end;
+            }
+            _ => at += 1,
+        }
+        while !line.is_char_boundary(at) {
+            at += 1;
+        }
+    }
+    found
+}
+
+/// How long the number is that a text begins with.
+fn number_end(text: &str) -> Option<usize> {
+    for word in ["nan", "NaN", "NAN", "inf", "-inf"] {
+        if text.starts_with(word) {
+            return Some(word.len());
+        }
+    }
+    let bytes = text.as_bytes();
+    let digits = |from: usize| bytes[from..].iter().take_while(|b| b.is_ascii_digit()).count();
+    let sign = usize::from(matches!(bytes.first(), Some(b'+' | b'-')));
+    let whole = digits(sign);
+    let mut end = sign + whole;
+    let mut broken = 0;
+    if bytes.get(end) == Some(&b'.') {
+        broken = digits(end + 1);
+        end += 1 + broken;
+    }
+    if whole + broken == 0 {
+        return None;
+    }
+    if matches!(bytes.get(end), Some(b'e' | b'E')) {
+        let sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
+        let power = digits((end + 1 + sign).min(bytes.len()));
+        end += if power > 0 { 1 + sign + power } else { 0 };
+    }
+    Some(end)
+}
+
+/// Cuts a line at its numbers; `None` where it has none.
+fn cut<'a>(line: &'a str, heading: &str) -> Option<Cut<'a>> {
+    let line = line.trim();
+    let places = if line.len() > LONGEST { Vec::new() } else { numbers(line) };
+    if places.is_empty() {
+        return None;
+    }
+    let mut kind = format!("{heading}\n");
+    let (mut labels, mut units): (Vec<String>, Vec<Option<Unit>>) = (Vec::new(), Vec::new());
+    let mut from = 0;
+    for &(begin, end) in &places {
+        let between = &line[from..begin];
+        kind.extend(between.split_whitespace().chain(["#"]));
+        let (unit, label) = unit_and_label(between, labels.is_empty());
+        if let Some(last) = units.last_mut() {
+            *last = last.or(unit);
+        }
+        labels.push(label);
+        units.push(None);
+        from = end;
+    }
+    kind.extend(line[from..].split_whitespace());
+    let (unit, _) = unit_and_label(&line[from..], false);
+    if let Some(last) = units.last_mut() {
+        *last = last.or(unit);
+    }
+    let names = named(heading, &labels, &units);
+    Some(Cut { kind, numbers: places.iter().map(|&(begin, end)| &line[begin..end]).collect(), names })
+}
+
+const SEPARATORS: [char; 7] = [':', '=', ',', ';', '|', '\t', '/'];
+
+/// The unit of the number before a text, and the name of the one behind it.
+fn unit_and_label(between: &str, is_first: bool) -> (Option<Unit>, String) {
+    let trim = |text: &str| text.trim_matches(|c: char| c.is_whitespace() || SEPARATORS.contains(&c)).to_owned();
+    let text = trim(between);
+    if is_first || text.is_empty() {
+        return (None, text);
+    }
+    let bare = text.trim_start_matches(['[', '(']);
+    let end = bare.find([' ', ',', ';', '|', '\t', ']', ')']).unwrap_or(bare.len());
+    // A letter before a colon is a name: `V: 3` is no volt.
+    let is_name = bare[end..].trim().is_empty() && between.trim_end().ends_with([':', '=']);
+    match unit::parse(&bare[..end]).filter(|_| !is_name) {
+        Some(unit) => (Some(unit), trim(bare[end..].trim_start_matches([']', ')']))),
+        None => (None, text),
+    }
+}
+
+/// The names of a line's numbers: `Gyro X`, `Y`, `Z` are those of one sensor, and so are three without a name of their own.
+fn named(heading: &str, labels: &[String], units: &[Option<Unit>]) -> Vec<String> {
+    const AXES: [&str; 3] = ["x", "y", "z"];
+    let is_letter = |label: &str| label.chars().count() == 1 || label.is_empty();
+    let first = labels.first().map_or("", String::as_str);
+    let (bare, in_brackets) = unit::split(first);
+    let nameless = labels.len() > 1 && labels[1..].iter().all(String::is_empty);
+    if nameless && bare.is_empty() && heading.is_empty() {
+        // Numbers alone: a table.
+        return vec![String::new(); labels.len()];
+    }
+    // What stands before the letter of the first axis stands for all.
+    let stem = match bare.rsplit_once([' ', '.', '_']) {
+        _ if nameless => bare,
+        Some((stem, letter)) if is_letter(letter) => stem,
+        _ => "",
+    };
+    // One unit at the end is that of all.
+    let last = units.last().copied().flatten().filter(|_| units[..units.len() - 1].iter().all(Option::is_none));
+    let name = |k: usize, label: &str| {
+        let own = match (nameless, labels.len()) {
+            (true, 3) => format!("{stem} {}", AXES[k]),
+            (true, _) => format!("{stem} {k}"),
+            _ if k == 0 => bare.to_owned(),
+            _ if is_letter(label) && !stem.is_empty() => format!("{stem} {label}"),
+            _ => label.to_owned(),
+        };
+        let unit = units[k].or(if k == 0 || is_letter(label) { in_brackets } else { None }).or(last);
+        let whole = format!("{heading} {own}");
+        match unit.filter(|unit| !unit.symbol.is_empty()) {
+            Some(unit) => format!("{} [{}]", whole.trim(), unit.symbol),
+            None => whole.trim().to_owned(),
+        }
+    };
+    labels.iter().enumerate().map(|(k, label)| name(k, label)).collect()
+}
+
+/// A text of blocks as the CSV that they mean.
+pub struct AsCsv<R> {
+    source: R,
+    blocks: Blocks,
+    /// The line under way.
+    line: Vec<u8>,
+    lines: VecDeque<u8>,
+    ended: bool,
+}
+
+impl<R: Read> AsCsv<R> {
+    /// Of a text that begins like this.
+    pub fn new(source: R, blocks: Blocks) -> Self {
+        Self { source, blocks, line: Vec::new(), lines: VecDeque::new(), ended: false }
+    }
+
+    fn more(&mut self) -> io::Result<()> {
+        const PIECE: usize = 1 << 16;
+        let mut buffer = vec![0; PIECE];
+        let count = self.source.read(&mut buffer)?;
+        let mut out = Vec::new();
+        for &b in &buffer[..count] {
+            if b == b'\n' {
+                self.blocks.line(&std::mem::take(&mut self.line), &mut out);
+            } else if self.line.len() <= PIECE {
+                self.line.push(b);
+            }
+        }
+        if count == 0 {
+            self.ended = true;
+            // A last line without its end is torn.
+            self.blocks.end(&mut out);
+        }
+        self.lines.extend(out);
+        Ok(())
+    }
+}
+
+impl<R: Read> Read for AsCsv<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        while self.lines.is_empty() && !self.ended {
+            match self.more() {
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                other => other?,
+            }
+        }
+        self.lines.read(buffer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn csv(text: &str) -> Option<Vec<String>> {
+        let mut out = String::new();
+        let blocks = Blocks::of_start(text.as_bytes())?;
+        AsCsv::new(text.as_bytes(), blocks).read_to_string(&mut out).unwrap();
+        Some(out.lines().map(str::to_owned).collect())
+    }
+
+    fn repeated(block: &str) -> String {
+        let mut text = "MPU6050 found!\nRange set to: 500 deg/s\n\n".to_owned();
+        for k in 0..20 {
+            text += &block.replace('@', &format!("{k}.5"));
+        }
+        text
+    }
+
+    #[test]
+    fn the_blocks_of_many_examples_are_rows() {
+        for (block, header, row) in [
+            (
+                "Acceleration X: 0.1, Y: @, Z: 9.8 m/s^2\nRotation X: -0.01, Y: 0.2, Z: @ rad/s\nTemperature: 24.5 degC\n\n",
+                "Acceleration X [m/s^2],Acceleration Y [m/s^2],Acceleration Z [m/s^2],Rotation X [rad/s],Rotation Y [rad/s],\
+                 Rotation Z [rad/s],Temperature [degC]",
+                "0.1,3.5,9.8,-0.01,0.2,3.5,24.5",
+            ),
+            (
+                "Time: @ ms\r\nGyro X: 1 Y: 2 Z: @\r\nAngle: -4\r\n",
+                "Time [ms],Gyro X,Gyro Y,Gyro Z,Angle",
+                "3.5,1,2,3.5,-4",
+            ),
+            ("t=@\ngz=1\nenc=2\n---\n", "t,gz,enc", "3.5,1,2"),
+            (
+                "Gyroscope:\nX: 1\nY: 2\nZ: @\nAccelerometer:\nX: 4\nY: 5\nZ: 6\n====\n",
+                "Gyroscope X,Gyroscope Y,Gyroscope Z,Accelerometer X,Accelerometer Y,Accelerometer Z",
+                "1,2,3.5,4,5,6",
+            ),
+            (
+                "millis: @\ngyro (deg/s): 1, 2, 3\nencoder [deg]: 7\n",
+                "millis,gyro x [deg/s],gyro y [deg/s],gyro z [deg/s],encoder [deg]",
+                "3.5,1,2,3,7",
+            ),
+            (
+                "12:30:01.@ -> gz: 1\n12:30:01.@ -> angle: 2\n".replace('@', "123").as_str(),
+                "time,gz,angle",
+                "12:30:01.123,1,2",
+            ),
+        ] {
+            let lines = csv(&if block.contains("->") { block.repeat(20) } else { repeated(block) }).expect(block);
+            assert_eq!(lines.iter().find(|line| line.contains(',')).unwrap(), header, "{block}");
+            assert!(lines.iter().filter(|line| *line == row).count() >= 1, "{row}: {lines:?}");
+            let rows = lines.iter().filter(|line| line.matches(',').count() == header.matches(',').count()).count();
+            assert!(rows >= 21, "{rows} of 20 and a header: {lines:?}");
+        }
+    }
+
+    #[test]
+    fn a_line_that_is_lost_costs_its_fields_and_no_more() {
+        let text = repeated("t: @\ngz: 1\nenc: 2\n") + "t: 90\nenc: 3\ngz: 4\nt: 91\ngz: 5\nenc: 6\n";
+        let lines = csv(&text).unwrap();
+        assert!(lines.contains(&"90,,3".to_owned()) && lines.contains(&"91,5,6".to_owned()), "{lines:?}");
+    }
+
+    #[test]
+    fn tables_are_no_blocks() {
+        for row in
+            ["0.@,1,2\n1.@,1,\n", "t:@ gz:1 enc:2\nt:@ gz:1 enc:\n", "$IMU,@,1\n$IMU,@,2\n", "@ 1 2\n", "gz: @\n", ""]
+        {
+            let text: String = (0..20).map(|k| row.replace('@', &k.to_string())).collect();
+            assert!(Blocks::of_start(text.as_bytes()).is_none(), "{row}");
+        }
+    }
+}
