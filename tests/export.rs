@@ -230,3 +230,38 @@ fn autopilots_get_the_reading_at_rest_at_the_temperature_that_they_count_from() 
     }
     assert_eq!((get("TC_G0_TMIN"), get("TC_G0_TMAX"), get("TC_G_ENABLE")), (20.0, 44.0, 1.0));
 }
+
+#[test]
+fn robots_get_offsets_in_their_units_and_a_matrix_in_their_factors() {
+    let bench = Bench::new();
+    let model = "schema = \"truerate.model/1\"\nepoch = 1\n[provenance]\nlog = \"yaw.csv\"\ntemperature = [20.0, 44.0]\n\
+                 [axis.z]\neffects = [\"scale-factor\", \"bias\", \"temperature-bias\"]\n\
+                 noise = { angle_random_walk = 7.1e-5, bias_random_walk = 0.0, encoder = 4.5e-4 }\n[axis.z.parameters]\n\
+                 scale-factor.alpha = { value = 0.98, unit = \"1\" }\nbias.delta = { value = 0.02, unit = \"rad/s\" }\n\
+                 temperature-bias.c1 = { value = 5e-4, unit = \"rad/s/K\" }\ntemperature-bias.c2 = { value = 0.0, unit = \"rad/s/K²\" }\n";
+    bench.file("m.toml", model);
+    let at_rest = (5e-4 * (32.0 - 25.0) - 0.02) / 0.98;
+    let parsed = |text: &str| YamlLoader::load_from_str(text).unwrap_or_else(|e| panic!("{e}: {text}")).remove(0);
+    let autoware = bench.run(&["export", "m.toml", "--to", "autoware", "--rate", "100"]);
+    assert!(autoware.err.contains("Autoware's imu_corrector has no scale factor"), "{}", autoware.err);
+    let parameters = &parsed(&autoware.out)["/**"]["ros__parameters"];
+    let get = |name: &str| parameters[name].as_f64().unwrap_or_else(|| panic!("{name}: {parameters:?}"));
+    assert!((get("angular_velocity_offset_z") - at_rest).abs() < 1e-7, "{parameters:?}");
+    assert!((get("angular_velocity_stddev_zz") - 7.1e-4).abs() < 1e-8, "{parameters:?}");
+    assert!(parameters["angular_velocity_offset_x"].is_badvalue(), "the model has no axis x: {parameters:?}");
+    let inav = bench.ok(&["export", "m.toml", "--to", "inav"]);
+    let counts = (at_rest.to_degrees() * 16.4).round();
+    assert!(
+        inav.contains(&format!("set gyro_zero_z = {counts}\n")) && inav.contains("set init_gyro_cal = OFF"),
+        "{inav}"
+    );
+    // OpenCV's own first line is no YAML to others.
+    let openvins = bench.ok(&["export", "m.toml", "--to", "openvins", "--rate", "200", "--topic", "/imu0"]);
+    let (first, rest) = openvins.split_once('\n').unwrap();
+    assert_eq!(first, "%YAML:1.0");
+    let imu = &parsed(rest)["imu0"];
+    assert_eq!((imu["update_rate"].as_f64(), imu["model"].as_str()), (Some(200.0), Some("kalibr")));
+    for (name, last) in [("Tw", 1.0 / 0.98), ("R_IMUtoGYRO", 1.0), ("Ta", 1.0), ("Tg", 0.0)] {
+        assert!((imu[name][2][2].as_f64().unwrap() - last).abs() < 1e-6, "{name}: {openvins}");
+    }
+}

@@ -369,7 +369,8 @@ class Model:
     def export(
         self, format: str, *, rate: float | None = None, topic: str = "/imu/data", sensor: int = 1, name: str = "model"
     ) -> str:
-        """The model for another program: ``"c"``, ``"kalibr"``, ``"ros"``, ``"ardupilot"``, ``"px4"`` or ``"json"``.
+        """The model for another program: ``"c"``, ``"kalibr"``, ``"ros"``, ``"ardupilot"``, ``"px4"``, ``"autoware"``, ``"openvins"``,
+        ``"inav"`` or ``"json"``.
 
         What the target cannot hold is a comment in the text.
         """

@@ -18,6 +18,9 @@ Examples:
   truerate export model.toml --to ardupilot -o gyro.param
   truerate export model.toml --to kalibr --rate 200 -o imu.yaml
   truerate export model.toml --to ros --rate 200
+  truerate export model.toml --to autoware --rate 100 -o imu_corrector.param.yaml
+  truerate export model.toml --to openvins --rate 200 -o kalibr_imu_chain.yaml
+  truerate export model.toml --to inav
   truerate export model.toml --to json
 
 If the model needs only + - * /, the header computes the same as `truerate apply` to the last bit.
@@ -29,10 +32,10 @@ pub struct Args {
     /// Where it is used
     #[arg(long, value_enum, value_name = "TARGET")]
     to: Target,
-    /// Message rate of the gyro, Hz, for kalibr and ros
+    /// Message rate of the gyro, Hz, for kalibr, ros, autoware and openvins
     #[arg(long, value_name = "HZ", value_parser = rate)]
     rate: Option<f64>,
-    /// The topic of the gyro's messages, for kalibr
+    /// The topic of the gyro's messages, for kalibr and openvins
     #[arg(long, value_name = "NAME", default_value = "/imu/data_raw")]
     topic: String,
     /// Number of the gyro in the autopilot, from 1, for ardupilot and px4

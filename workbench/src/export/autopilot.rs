@@ -4,6 +4,7 @@
 //!   P(T) = 10⁻⁶ (`GYR1` d + `GYR2` d² + `GYR3` d³), d = T − 35 °C, T held within `TMIN` … `TMAX`.
 //! - PX4 (`src/lib/sensor_calibration`, `temperature_compensation`): rate = reading − (`X0` + `X1` d + `X2` d² + `X3` d³) − `CAL_GYROn_XOFF`,
 //!   d = T − `TREF`, T held within `TMIN` … `TMAX`.
+//! - INAV (`sensors/gyro.c`): rate = (counts − `gyro_zero`) / 16.4, whole counts of a range of ±2000 °/s, in the axes of the chip.
 
 use super::{Exported, Options, comments, linear::Linear};
 use crate::model_file::ModelFile;
@@ -102,6 +103,36 @@ pub fn px4(file: &ModelFile, heading: &str, options: &Options) -> Exported {
     Exported { text, warnings }
 }
 
+/// Steps of the gyro's word for one °/s, where the range is ±2000 °/s.
+const INAV_COUNTS: f64 = 16.4;
+
+pub fn inav(file: &ModelFile, heading: &str) -> Exported {
+    let linear = Linear::of(file);
+    let mut warnings = cannot(&linear, "INAV");
+    if linear.goes_by_temperature() {
+        warnings.push(
+            "INAV has no temperature of a gyro: the offset is that of the middle of the temperatures of the fit".into(),
+        );
+    }
+    let range = file.provenance.as_ref().and_then(|p| p.temperature);
+    let middle = range.map_or(25.0, |(low, high)| 0.5 * (low + high));
+    let mut text = head(
+        "#",
+        heading,
+        &warnings,
+        &[
+            "Axes: those of the chip, before INAV's alignment. Fit the model on raw counts in these axes: --map gyro_x_dps=gx/16.4",
+            "Paste into the CLI, then `save`. init_gyro_cal = OFF keeps INAV from measuring the zero anew at every start.",
+        ],
+    );
+    text.push_str("set init_gyro_cal = OFF\n");
+    for &axis in &linear.axes {
+        let counts = (linear.at_rest(axis.index(), middle).to_degrees() * INAV_COUNTS).round();
+        let _ = writeln!(text, "set gyro_zero_{axis} = {}", if counts == 0.0 { 0.0 } else { counts });
+    }
+    Exported { text, warnings }
+}
+
 /// The temperatures over which a polynomial holds, where there is one.
 fn range(file: &ModelFile, linear: &Linear, warnings: &mut Vec<String>) -> Option<(f64, f64)> {
     if !linear.goes_by_temperature() {
@@ -118,7 +149,7 @@ fn range(file: &ModelFile, linear: &Linear, warnings: &mut Vec<String>) -> Optio
 }
 
 /// What an autopilot cannot hold: effects, scale factors, couplings, in words with what each leaves.
-fn cannot(linear: &Linear, autopilot: &str) -> Vec<String> {
+pub(super) fn cannot(linear: &Linear, autopilot: &str) -> Vec<String> {
     let mut says = linear.warnings(autopilot);
     for &axis in &linear.axes {
         let i = axis.index();
@@ -144,14 +175,14 @@ fn cannot(linear: &Linear, autopilot: &str) -> Vec<String> {
     let missing: Vec<&str> = Axis::ALL.into_iter().filter(|a| !linear.axes.contains(a)).map(Axis::letter).collect();
     if !missing.is_empty() {
         says.push(format!(
-            "the model says nothing of axis {}: the autopilot's parameters there are left as they are",
+            "the model says nothing of axis {}: the parameters there are left as they are",
             missing.join(", ")
         ));
     }
     says
 }
 
-fn head(mark: &str, heading: &str, warnings: &[String], notes: &[&str]) -> String {
+pub(super) fn head(mark: &str, heading: &str, warnings: &[String], notes: &[&str]) -> String {
     let held = warnings.iter().map(|says| format!("NOT HELD: {says}."));
     comments(mark, [format!("{heading}.")].into_iter().chain(notes.iter().map(|&n| n.to_owned())).chain(held))
 }

@@ -6,6 +6,7 @@ mod autopilot;
 mod c;
 mod linear;
 mod noise;
+mod robot;
 
 use crate::model_file::{self, ModelFile};
 use anyhow::{Context, Result, bail};
@@ -26,6 +27,12 @@ pub enum Target {
     Ardupilot,
     /// PX4 parameters in QGroundControl's format: CAL_GYRO*, TC_G*
     Px4,
+    /// Autoware's imu_corrector: offsets and standard deviations
+    Autoware,
+    /// OpenVINS' kalibr_imu_chain.yaml: noise, matrix and rotation
+    Openvins,
+    /// INAV settings: gyro_zero_*, in counts
+    Inav,
     /// The model file's own keys as JSON
     Json,
 }
@@ -40,8 +47,11 @@ impl FromStr for Target {
             "ros" => Self::Ros,
             "ardupilot" => Self::Ardupilot,
             "px4" => Self::Px4,
+            "autoware" => Self::Autoware,
+            "openvins" => Self::Openvins,
+            "inav" => Self::Inav,
             "json" => Self::Json,
-            _ => bail!("format '{name}': expected c, kalibr, ros, ardupilot, px4 or json"),
+            _ => bail!("format '{name}': expected c, kalibr, ros, ardupilot, px4, autoware, openvins, inav or json"),
         })
     }
 }
@@ -84,6 +94,9 @@ pub fn export(file: &ModelFile, name: &str, target: Target, options: &Options) -
         Target::Ros => noise::ros(file, &heading, options),
         Target::Ardupilot => autopilot::ardupilot(file, &heading, options),
         Target::Px4 => autopilot::px4(file, &heading, options),
+        Target::Autoware => robot::autoware(file, &heading, options),
+        Target::Openvins => robot::openvins(file, &heading, options),
+        Target::Inav => autopilot::inav(file, &heading),
         Target::Json => Exported { text: json(file)?, warnings: Vec::new() },
     })
 }

@@ -12,9 +12,6 @@ const UNSEEN: f64 = 1e-6;
 
 /// `imu.yaml`. Kalibr takes one gyro noise for all axes: the largest.
 pub fn kalibr(file: &ModelFile, heading: &str, options: &Options) -> Exported {
-    let mut warnings = vec![
-        "a gyro's model says nothing of the accelerometer: fill in accelerometer_noise_density and accelerometer_random_walk".to_owned(),
-    ];
     let mut text = comments(
         "#",
         [
@@ -22,14 +19,27 @@ pub fn kalibr(file: &ModelFile, heading: &str, options: &Options) -> Exported {
             "Kalibr wants every line below; one that begins with # has to be filled in.".to_owned(),
         ],
     );
-    let _ = writeln!(text, "#accelerometer_noise_density: # m/s^2/sqrt(Hz), from an Allan plot or the data sheet");
-    let _ = writeln!(text, "#accelerometer_random_walk:   # m/s^3/sqrt(Hz)");
+    let mut warnings = Vec::new();
+    text += &densities(file, options, "", &mut warnings);
+    warnings.extend(kalibrated(&Linear::of(file)));
+    Exported { text, warnings }
+}
+
+/// The lines of noise that Kalibr and those who read its files want, each behind the indent.
+pub(super) fn densities(file: &ModelFile, options: &Options, indent: &str, warnings: &mut Vec<String>) -> String {
+    warnings.push(
+        "a gyro's model says nothing of the accelerometer: fill in accelerometer_noise_density and accelerometer_random_walk".to_owned(),
+    );
+    let mut text = String::new();
+    let _ =
+        writeln!(text, "{indent}#accelerometer_noise_density: # m/s^2/sqrt(Hz), from an Allan plot or the data sheet");
+    let _ = writeln!(text, "{indent}#accelerometer_random_walk:   # m/s^3/sqrt(Hz)");
     let mut line = |key: &str, value: Option<f64>, unit: &str, missing: &str| {
         if let Some(value) = value.filter(|v| *v > 0.0) {
-            let _ = writeln!(text, "{key}: {} # {unit}", number(value));
+            let _ = writeln!(text, "{indent}{key}: {} # {unit}", number(value));
         } else {
             warnings.push(missing.to_owned());
-            let _ = writeln!(text, "#{key}: # {unit}; {missing}");
+            let _ = writeln!(text, "{indent}#{key}: # {unit}; {missing}");
         }
     };
     let white = largest(file, |n| n.angle_random_walk);
@@ -53,9 +63,8 @@ pub fn kalibr(file: &ModelFile, heading: &str, options: &Options) -> Exported {
         "Hz",
         "the rate of the gyro's messages is not in a model: give it with --rate HZ",
     );
-    let _ = writeln!(text, "rostopic: {}", quoted(&options.topic));
-    warnings.extend(kalibrated(&Linear::of(file)));
-    Exported { text, warnings }
+    let _ = writeln!(text, "{indent}rostopic: {}", quoted(&options.topic));
+    text
 }
 
 /// Kalibr holds noise alone; what else the model knows has to be taken out of the messages before.
@@ -111,7 +120,7 @@ fn largest(file: &ModelFile, of: impl Fn(&Noise) -> f64) -> Option<f64> {
 }
 
 /// A float to every YAML parser: with a point, and with the sign of its exponent.
-fn number(value: f64) -> String {
+pub(super) fn number(value: f64) -> String {
     let text = format!("{value:.6e}");
     match text.split_once('e') {
         Some((digits, exponent)) if !exponent.starts_with('-') => format!("{digits}e+{exponent}"),
