@@ -211,6 +211,15 @@ pub enum Excess {
     },
     /// Nobody looked for an effect, and no noise that sensors have explains it.
     NotSearched,
+    /// The zero is another one while the axis moves than while it rests, and no accelerometer tells why.
+    OtherZero {
+        /// Zero while it moves less that at rest, rad/s.
+        #[serde(with = "number")]
+        size: f64,
+        /// Its standard error, rad/s.
+        #[serde(with = "number")]
+        std_error: f64,
+    },
     /// Nobody looked for an effect, and the error is too large for a bias that wanders.
     NoWander {
         /// Largest error over floor.
@@ -275,6 +284,16 @@ pub enum Remark {
     JudgedWithout {
         /// Those axes; where this is one of them, the others were judged without it.
         axes: Vec<Axis>,
+    },
+    /// Axes that have a gyro and no reference, and are not judged.
+    NoReference {
+        /// Those axes.
+        axes: Vec<Axis>,
+    },
+    /// Effects of the zero that may be the gyro's or the reference's, which is a sensor of rates too.
+    EitherSensor {
+        /// Their ids.
+        effects: Vec<String>,
     },
     /// The model was fitted on this very log.
     OwnLog,

@@ -306,6 +306,9 @@ pub fn invert(matrix: &Mat<f64>, rank_tolerance: f64) -> (Mat<f64>, Vec<usize>) 
 #[must_use]
 pub fn invert_observable(matrix: &Mat<f64>, rank_tolerance: f64) -> (Mat<f64>, Vec<usize>) {
     let n = matrix.nrows();
+    if n == 0 {
+        return (Mat::zeros(0, 0), Vec::new());
+    }
     let d = scales(matrix);
     let scaled = Mat::from_fn(n, n, |i, j| matrix[(i, j)] / (d[i] * d[j]));
     let Ok(eigen) = scaled.self_adjoint_eigen(Side::Lower) else {

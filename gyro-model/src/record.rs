@@ -1,7 +1,10 @@
 //! A log in memory: columns over time, in SI units.
 
 use crate::Axis;
-use std::ops::Range;
+use std::{
+    ops::Range,
+    sync::atomic::{AtomicU32, AtomicUsize, Ordering::Relaxed},
+};
 
 /// Free channels carried beside the named ones, for a user's own effects.
 pub const FREE_CHANNELS: usize = 8;
@@ -67,7 +70,63 @@ pub struct Record {
     /// Of rows that are means: how far all had turned by then, in the mean as the row's reference is. Rates that are means
     /// would not add up to it, for a block may hold half a turn's beginning. Empty where rows are as they were measured.
     pub turned: Vec<Turned>,
+    /// Channels that were found to have no value.
+    pub absent: Absent,
 }
+
+/// A channel of a log that may have no value in any row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Column {
+    /// The gyro of an axis.
+    Gyro(Axis),
+    /// The reference angle of an axis.
+    Angle(Axis),
+    /// The reference rate of an axis.
+    Rate(Axis),
+    /// The reference orientation.
+    Quaternion,
+    /// The temperature.
+    Temperature,
+}
+
+impl Column {
+    fn of(self, row: &Row) -> f64 {
+        match self {
+            Self::Gyro(axis) => row.gyro[axis.index()],
+            Self::Angle(axis) => row.ref_angle[axis.index()],
+            Self::Rate(axis) => row.ref_rate[axis.index()],
+            Self::Quaternion => row.ref_quaternion[0],
+            Self::Temperature => row.temperature,
+        }
+    }
+
+    const fn bit(self) -> u32 {
+        1 << match self {
+            Self::Gyro(axis) => axis.index(),
+            Self::Angle(axis) => 3 + axis.index(),
+            Self::Rate(axis) => 6 + axis.index(),
+            Self::Quaternion => 9,
+            Self::Temperature => 10,
+        }
+    }
+}
+
+/// What [`Record::has`] found to be absent, for rows of this number: only a whole pass over a log shows that. It is held against some rows
+/// each time, for rows may be written to.
+#[derive(Debug, Default)]
+pub struct Absent {
+    rows: AtomicUsize,
+    columns: AtomicU32,
+}
+
+impl Clone for Absent {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+/// Rows that an absent channel is looked for in again.
+const LOOKED_AT: usize = 64;
 
 /// Integrals over time from the log's first row, rad.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -137,7 +196,28 @@ impl Record {
     #[must_use]
     pub fn part(&self, rows: Range<usize>) -> Self {
         let turned = self.turned.get(rows.clone()).map_or_else(Vec::new, <[Turned]>::to_vec);
-        Self { rows: self.rows[rows].to_vec(), free_names: self.free_names.clone(), means: self.means, turned }
+        Self {
+            rows: self.rows[rows].to_vec(),
+            free_names: self.free_names.clone(),
+            means: self.means,
+            turned,
+            absent: Absent::default(),
+        }
+    }
+
+    /// Whether a channel has a value in any row.
+    pub(crate) fn has(&self, column: Column) -> bool {
+        let is_there = |row: &Row| column.of(row).is_finite();
+        let known = if self.absent.rows.load(Relaxed) == self.len() { self.absent.columns.load(Relaxed) } else { 0 };
+        let every = (self.len() / LOOKED_AT).max(1);
+        if known & column.bit() != 0 && !self.rows.iter().step_by(every).any(is_there) {
+            return false;
+        }
+        let has = self.rows.iter().any(is_there);
+        let columns = if has { known & !column.bit() } else { known | column.bit() };
+        self.absent.columns.store(columns, Relaxed);
+        self.absent.rows.store(self.len(), Relaxed);
+        has
     }
 
     /// From the first row to the last, s.
@@ -166,18 +246,17 @@ impl Record {
     /// Whether any row has a reading of this axis' gyro.
     #[must_use]
     pub fn has_gyro(&self, axis: Axis) -> bool {
-        self.rows.iter().any(|r| r.gyro[axis.index()].is_finite())
+        self.has(Column::Gyro(axis))
     }
 
     /// The reference of this axis, the most direct one where there are several.
     #[must_use]
     pub fn reference(&self, axis: Axis) -> Option<ReferenceKind> {
-        let i = axis.index();
-        if self.rows.iter().any(|r| r.ref_angle[i].is_finite()) {
+        if self.has(Column::Angle(axis)) {
             Some(ReferenceKind::Angle)
-        } else if self.rows.iter().any(|r| r.ref_quaternion[0].is_finite()) {
+        } else if self.has(Column::Quaternion) {
             Some(ReferenceKind::Quaternion)
-        } else if self.rows.iter().any(|r| r.ref_rate[i].is_finite()) {
+        } else if self.has(Column::Rate(axis)) {
             Some(ReferenceKind::Rate)
         } else {
             None

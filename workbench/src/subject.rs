@@ -233,8 +233,20 @@ impl Subject {
         for axis in all.iter_mut().filter(|axis| self.overruled.contains(&axis.axis)) {
             axis.find(Finding::CannotTell(Why::Dependent));
         }
+        self.remark_what_lacks_a_reference(&mut all);
         let ladder = Ladder { schema: "truerate.ladder/1".to_owned(), log: self.name.clone(), axes: all };
         Ok((self.fitted(model, start.file.own_effects.clone()), ladder))
+    }
+
+    /// Remarks, on the last axis that has one, which axes have a gyro and no reference.
+    fn remark_what_lacks_a_reference(&self, axes: &mut [AxisDiagnosis]) {
+        let lacks = |axis: &Axis| self.record.has_gyro(*axis) && self.record.reference(*axis).is_none();
+        let lacking: Vec<Axis> = Axis::ALL.into_iter().filter(lacks).collect();
+        if let Some(last) =
+            axes.last_mut().filter(|_| !lacking.is_empty() && self.axes.len() == self.record.fitted_axes().len())
+        {
+            last.remarks.push(Remark::NoReference { axes: lacking });
+        }
     }
 
     /// The axes that are judged, and those whose reference is none.
@@ -251,6 +263,7 @@ impl Subject {
                 axis.suspects.clear();
             }
         }
+        self.remark_what_lacks_a_reference(&mut axes);
         Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: self.name.clone(), axes }
     }
 

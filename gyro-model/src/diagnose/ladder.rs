@@ -96,6 +96,7 @@ pub(super) fn conclude(
                 alike: unsplit(&steps, &own.effect_ids()),
                 unfinished: (options.stop)(),
                 fault: super::fatal(record, options.faults, study.bench).cloned(),
+                other_zero: incumbent.other_zero(k).map(|other| other.size),
                 ..Observed::of(incumbent, &list, &judged, k)
             };
             let is_noise = leaves_noise(&observed);

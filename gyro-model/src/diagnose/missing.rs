@@ -158,9 +158,12 @@ impl<'f, 'a> Found<'f, 'a> {
         if let Some(first) = first {
             own[..=first].rotate_right(1);
         }
+        let other_zero = first.and_then(|_| seen.other_zero_than(&suspects[own[0]]));
+        let first = first.filter(|_| other_zero.is_none());
         let aliases: Vec<Vec<String>> = own.iter().map(|&i| aliases(suspects, i, Some(seen))).collect();
         let own: Vec<&Challenger> = own.iter().map(|&i| &suspects[i]).collect();
         let mut observed = Observed::of(incumbent, &own, &judged, series);
+        observed.other_zero = other_zero.map(|other| other.size);
         if let (Some(_), Some(best)) = (first, own.first()) {
             // What is missing hides the scale factor, too: excitation is judged with the best suspect in.
             observed.unexcited = unexcited(&best.study, &best.gls, series);
@@ -174,7 +177,7 @@ impl<'f, 'a> Found<'f, 'a> {
     fn is_open(&self) -> bool {
         match decide(&self.observed) {
             finding if finding.names() => self.own.first().is_some_and(|r| r.excess > limit::NOISE.value),
-            finding => finding.verdict() == Verdict::Unexplained,
+            finding => finding.verdict() == Verdict::Unexplained && self.observed.other_zero.is_none(),
         }
     }
 
@@ -235,6 +238,9 @@ impl<'f, 'a> Found<'f, 'a> {
         if !self.set.is_empty() {
             let listed = self.set.iter().zip(&self.set_aliases).map(|(r, a)| suspect(r, a, before, series));
             return listed.map(|suspect| self.beside_the_others(suspect, series)).collect();
+        }
+        if self.observed.other_zero.is_some() {
+            return Vec::new();
         }
         let listed = self.own.iter().zip(&self.aliases).filter(|(r, _)| is_listed(r, seen)).take(LISTED);
         listed.map(|(r, a)| suspect(r, a, before, series)).collect()

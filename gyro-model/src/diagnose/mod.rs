@@ -24,6 +24,7 @@ mod known;
 mod ladder;
 mod long;
 mod missing;
+mod moving;
 mod observed;
 mod search;
 mod suspects;
@@ -34,7 +35,7 @@ use crate::{
     Axis, AxisModel, Model, Record,
     budget::Budget,
     diagnosis::{AxisDiagnosis, AxisLadder, DataFault, ErrorPoint, Explained, LadderStep, Suspect, Verdict},
-    effects::{CATALOGUE, Effect, find},
+    effects::{CATALOGUE, Effect, Stage, Trait, find},
     evidence::{
         problem::HeldRate,
         study::{Bench, Study},
@@ -47,6 +48,7 @@ use crate::{
         parts::Parts,
     },
     parallel,
+    record::ReferenceKind,
 };
 use challenger::Incumbent;
 pub use compare::compare;
@@ -289,6 +291,26 @@ fn fatal<'a>(record: &Record, faults: &'a [DataFault], bench: &Bench) -> Option<
     faults.iter().filter(concerns).find(|fault| fault.is_fatal(record.len()))
 }
 
+/// A remark where the zero of the gyro or that of its reference moves, for the reference is a sensor of rates as well: only their
+/// difference is measured. Effects of the model that is judged, and those that `finding` names.
+fn either_sensor(record: &Record, axis: Axis, own: &AxisModel, finding: &Finding) -> Option<Remark> {
+    let is_rate = record.reference(axis) == Some(ReferenceKind::Rate);
+    let turns = record.rows.iter().map(|row| row.ref_rate[axis.index()]).any(|rate| rate.is_finite() && rate != 0.0);
+    let named = match finding {
+        Finding::Missing { effects, .. } | Finding::Ambiguous { effects, .. } => &effects[..],
+        _ => &[],
+    };
+    let ids = own.effect_ids().into_iter().chain(named.iter().map(|named| named.effect.as_str()));
+    let is_of_zero = |effect: &&dyn Effect| {
+        effect.stage() == Stage::Felt
+            && effect.card().needs.is_empty()
+            && (effect.is(Trait::Slow) || effect.is(Trait::Onset))
+    };
+    let effects: Vec<String> =
+        ids.filter_map(find).filter(is_of_zero).map(|effect| effect.card().id.to_owned()).collect();
+    (is_rate && turns && !effects.is_empty()).then_some(Remark::EitherSensor { effects })
+}
+
 /// What is told of one axis: `budget` divides its error, and `suspects` is what a search found, where there was one, with whether it
 /// left nothing but noise.
 fn axis_result(
@@ -296,7 +318,7 @@ fn axis_result(
     study: &Study,
     series: usize,
     (judged, mut budget): (&Judged, Budget),
-    (finding, remarks): (Finding, Vec<Remark>),
+    (finding, mut remarks): (Finding, Vec<Remark>),
     (suspects, is_noise): (Option<Vec<Suspect>>, bool),
     options: &Options,
 ) -> AxisDiagnosis {
@@ -310,6 +332,7 @@ fn axis_result(
     let axis = study.bench.problem.series[series].axis;
     let own = judged::axis_model(&study.model, axis);
     let (detail, mut fails_where) = judged::pictures(record, study, series);
+    remarks.extend(either_sensor(record, axis, &own, &finding));
     // Where a model fails on data that are none says nothing of the model.
     if matches!(finding, Finding::BadData { .. }) {
         fails_where.clear();

@@ -15,6 +15,7 @@ use crate::{
     },
     finding::{NamedEffect, Wander, Why},
     fit::judged::Judged,
+    statistics::Estimate,
     thresholds as limit,
 };
 
@@ -36,6 +37,8 @@ pub(super) struct Observed {
     pub dominates: bool,
     /// What the motion lacks for the base model itself.
     pub unexcited: Option<Why>,
+    /// By how much the zero is another one while the axis moves, rad/s, where that explains the error and no accelerometer tells why.
+    pub other_zero: Option<Estimate>,
     /// Whether the axis does not turn at all.
     pub at_rest: bool,
     /// Effects that were added and cannot be told from others.
@@ -102,6 +105,7 @@ impl Observed {
             named: Vec::new(),
             with_named: None,
             dominates: false,
+            other_zero: None,
             unexcited: unexcited(study, &incumbent.gls, series),
             at_rest: own.rest == Rest::Whole,
             alike: Vec::new(),

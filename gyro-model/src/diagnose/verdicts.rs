@@ -12,6 +12,7 @@ use crate::{
     budget::Floors,
     diagnosis::LimitedBy,
     finding::{Adequate, Excess, Finding, Remark, Why},
+    statistics::Estimate,
     thresholds as limit,
 };
 
@@ -32,6 +33,10 @@ static IS_SHOWN: F = Fact {
 };
 static HAS_ALIAS: F =
     Fact { says: "a named effect with an alias", of: |o| o.named.iter().any(|named| !named.aliases.is_empty()) };
+static ZERO_MOVES: F = Fact {
+    says: "a zero that is another one while the axis moves, and no accelerometer",
+    of: |o| o.other_zero.is_some(),
+};
 static IS_EXCITED: F = Fact { says: "a motion that shows the base model's parameters", of: |o| o.unexcited.is_none() };
 static IS_WITHIN: F = Fact { says: "an error within the floor's band", of: |o| o.within };
 static IS_NOISE: F = Fact {
@@ -79,6 +84,14 @@ pub(super) static VERDICTS: &[Rule<Observed, Finding>] = &[
         name: "missing",
         when: &[Is(&IS_NAMED), Is(&IS_SHOWN)],
         then: |o| Finding::Missing { effects: o.named.clone(), over_floor: o.with_named },
+    },
+    Rule {
+        name: "unexplained: another zero while the axis moves",
+        when: &[Is(&ZERO_MOVES)],
+        then: |o| {
+            let size = o.other_zero.unwrap_or(Estimate::exact(0.0));
+            Finding::Unexplained(Excess::OtherZero { size: size.value, std_error: size.std_error })
+        },
     },
     Rule {
         name: "cannot-tell: the motion does not show it",

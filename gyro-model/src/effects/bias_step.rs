@@ -17,7 +17,7 @@ static CARD: Card = Card {
     physics: "A shock, a clipped temperature, a brown-out or a crack shifts the bias from one instant to the next, \
               and it stays there.",
     equation: "ω_f = ω + j for t > t0",
-    typical: "0.05–4 °/s (−4 °/s seen on a real MPU-6050)",
+    typical: "0.05–4 °/s",
     source: "recordings; IEEE Std 952, bias repeatability",
     needs: &[],
     excited_by: "a log that contains the jump",

@@ -36,6 +36,11 @@ static CARD: Card = Card {
             when: "the sensor sits on an arm, so that tangential acceleration follows dω/dt; always, to first order",
             split_by: "another radius, or shaking without turning; or the accelerometer as regressor",
         },
+        Alias {
+            id: "reference-lag",
+            when: "the gyro is early, and the motion has little content near the corner frequency of the reference",
+            split_by: "sharp steps, or motion up to the corner frequency: only a lag loses amplitude",
+        },
     ],
 };
 

@@ -82,7 +82,7 @@ fn call(effect: &dyn Effect, axis: Axis, p: &[f64], numbers: &[f64], (t, y): &(V
         effect.limit(p, number);
         effect.lost(p, number);
         effect.silent(p, number);
-        assert!(!effect.window(p, number).weights.is_empty(), "{}", effect.card().id);
+        assert!(!effect.window(p, number, number).weights.is_empty(), "{}", effect.card().id);
     }
     effect.reach(p);
     assert_eq!(effect.undo_response_whole(p, t, y).len(), y.len(), "{}", effect.card().id);

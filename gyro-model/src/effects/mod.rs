@@ -38,6 +38,7 @@ pub mod mount_resonance;
 mod operators;
 pub mod quadratic_nonlinearity;
 pub mod rate_hysteresis;
+pub mod reference_lag;
 pub mod reference_smoothing;
 pub mod saturation;
 pub mod scale_asymmetry;
@@ -51,6 +52,7 @@ pub mod user;
 pub mod vibration_tone;
 pub mod warm_up;
 mod window;
+pub(crate) mod zero_while_moving;
 
 /// Every effect that truerate knows, in the order of `truerate effects`.
 pub static CATALOGUE: &[&dyn Effect] = &[
@@ -82,6 +84,7 @@ pub static CATALOGUE: &[&dyn Effect] = &[
     &encoder_subdivision::ENCODER_SUBDIVISION,
     &encoder_backlash::ENCODER_BACKLASH,
     &reference_smoothing::REFERENCE_SMOOTHING,
+    &reference_lag::REFERENCE_LAG,
 ];
 
 /// The effect of this id.
@@ -391,7 +394,7 @@ pub trait Effect: Send + Sync {
     /// Its parameters on this axis: coefficients first, then shapes.
     fn parameters(&self, axis: Axis) -> &'static [ParameterCard];
 
-    /// `Felt`: Σβφ, rad/s. `Reference`: Σκψ, rad. `Shown`: to first order, from what is known at that instant, rad. Called once a sample in time order; zero when `p` is neutral.
+    /// `Felt`: Σβφ, rad/s. `Reference`: Σκψ, rad. `Shown`: from what is known at that instant, rad. Called once a sample in time order; zero when `p` is neutral.
     fn error(&self, _p: &[f64], _signals: &Signals, _memory: &mut Memory) -> f64 {
         0.0
     }
@@ -433,8 +436,8 @@ pub trait Effect: Send + Sync {
         felt.to_vec()
     }
 
-    /// `Shown`: the mean of the motion that the reference shows; `dt`, s, apart are the samples.
-    fn window(&self, _p: &[f64], _dt: f64) -> Window {
+    /// `Shown`: the mean of the motion that the reference shows; `dt`, s, apart are the samples, `apart`, s, the readings of the reference.
+    fn window(&self, _p: &[f64], _dt: f64, _apart: f64) -> Window {
         Window::of_nothing()
     }
 

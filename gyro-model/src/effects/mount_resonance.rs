@@ -35,6 +35,11 @@ static CARD: Card = Card {
             split_by: "motion up to the resonance; or the filter settings of the reference",
         },
         Alias {
+            id: "reference-lag",
+            when: "beside a delay, where the motion stays far below the resonance",
+            split_by: "motion up to the resonance; or the filter settings of the reference",
+        },
+        Alias {
             id: "cubic-nonlinearity",
             when: "the motion is fast only where it is large",
             split_by: "a slower and a faster motion of the same amplitude",

@@ -18,7 +18,7 @@ fn a_slip_of_the_pen_is_guessed() {
     assert_eq!(meant(""), "");
 }
 
-const IDS: [&str; 28] = [
+const IDS: [&str; 29] = [
     "scale-factor",
     "bias",
     "cross-axis",
@@ -47,10 +47,11 @@ const IDS: [&str; 28] = [
     "encoder-subdivision",
     "encoder-backlash",
     "reference-smoothing",
+    "reference-lag",
 ];
 
 /// The table of the effects' aliases, both ways.
-const PAIRS: [[&str; 2]; 21] = [
+const PAIRS: [[&str; 2]; 24] = [
     ["delay", "g-sensitivity"],
     ["quadratic-nonlinearity", "g-sensitivity"],
     ["delay", "lag"],
@@ -72,6 +73,9 @@ const PAIRS: [[&str; 2]; 21] = [
     ["reference-smoothing", "mount-resonance"],
     ["reference-smoothing", "cubic-nonlinearity"],
     ["mount-resonance", "cubic-nonlinearity"],
+    ["reference-lag", "delay"],
+    ["reference-lag", "mount-resonance"],
+    ["reference-lag", "reference-smoothing"],
 ];
 
 const SPAN: Span = Span { start: 0.0, duration: 120.0, dt: 0.01, reading_min: 0.001, reading_max: 4.0, travel: 5.0 };
@@ -176,7 +180,7 @@ fn neutral_parameters_change_nothing() {
             assert_eq!(effect.undo_response(&p, s.rate(), 0.01, &mut backward), s.rate(), "{id} undoes");
             assert_eq!(effect.limit(&p, s.rate()), s.rate(), "{id} limits");
             assert!(!effect.lost(&p, s.rate()), "{id} loses");
-            assert_eq!(effect.window(&p, 0.01).mean(|u| signals(t + u, axis).angle), s.angle, "{id} shows");
+            assert_eq!(effect.window(&p, 0.01, 0.01).mean(|u| signals(t + u, axis).angle), s.angle, "{id} shows");
         }
         let t: Vec<f64> = (0..50).map(|k| f64::from(k) * 0.01).collect();
         let felt: Vec<f64> = t.iter().map(|&t| signals(t, axis).rate()).collect();

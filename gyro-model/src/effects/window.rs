@@ -1,19 +1,21 @@
-//! A mean of the motion before and after, with weights that are the same on both sides.
+//! A mean of the motion about an instant: of what was before alone, or of what was before and after with the same weights.
 
-/// What is shown: Σₖ wₖ (x(t − k h) + x(t + k h)) for k > 0, and w₀ x(t); the weights' sum is 1.
+/// What is shown: w₀ x(t) + Σₖ wₖ (x(t − k h) + x(t + k h)) for k > 0, or without x(t + k h) of the past alone. The weights' sum is 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Window {
     /// h, s.
     pub step: f64,
     /// w₀, w₁, …: never empty.
     pub weights: Vec<f64>,
+    /// Whether nothing after the instant counts.
+    pub past_alone: bool,
 }
 
 impl Window {
     /// What is there, and no mean.
     #[must_use]
     pub fn of_nothing() -> Self {
-        Self { step: 0.0, weights: vec![1.0] }
+        Self { step: 0.0, weights: vec![1.0], past_alone: false }
     }
 
     /// The normal distribution's density of standard deviation `w`, s, at instants `step` apart, as far as `reach` from its middle.
@@ -28,13 +30,30 @@ impl Window {
         for weight in &mut weights {
             *weight /= sum;
         }
-        Self { step, weights }
+        Self { step, weights, past_alone: false }
+    }
+
+    /// The first-order low-pass filter of time constant `tau`, s, computed every `step`, as far back as `reach`: wₖ = K (1 − K)ᵏ with
+    /// K = h/(τ + h).
+    #[must_use]
+    pub fn first_order(tau: f64, step: f64, reach: f64) -> Self {
+        if !(step > 0.0 && reach / step < MOST) {
+            return Self::of_nothing();
+        }
+        let stays = tau / (tau + step);
+        let mut weights: Vec<f64> = (0..=(reach / step).ceil() as i32).map(|k| stays.powi(k)).collect();
+        let sum: f64 = weights.iter().sum();
+        for weight in &mut weights {
+            *weight /= sum;
+        }
+        Self { step, weights, past_alone: true }
     }
 
     /// The mean of what is `at` this many seconds from now, asked for from the earliest on.
     pub fn mean(&self, mut at: impl FnMut(f64) -> f64) -> f64 {
         let before = self.weights.iter().enumerate().skip(1).rev().map(|(k, weight)| (-(k as f64), weight));
-        let after = self.weights.iter().enumerate().map(|(k, weight)| (k as f64, weight));
+        let ahead = if self.past_alone { 1 } else { self.weights.len() };
+        let after = self.weights[..ahead].iter().enumerate().map(|(k, weight)| (k as f64, weight));
         before.chain(after).map(|(k, weight)| weight * at(k * self.step)).sum()
     }
 
@@ -52,6 +71,10 @@ impl Window {
         let mut means: Vec<f64> = values[reach..reach + count].iter().map(|x| self.weights[0] * x).collect();
         for (k, weight) in self.weights.iter().enumerate().skip(1) {
             let before = &values[reach - k..][..count];
+            if self.past_alone {
+                mean_of(&mut means, before, *weight);
+                continue;
+            }
             let after = &values[reach + k..][..count];
             for ((mean, before), after) in means.iter_mut().zip(before).zip(after) {
                 *mean += weight * (before + after);
@@ -59,6 +82,11 @@ impl Window {
         }
         means
     }
+}
+
+/// Adds these values, weighed.
+fn mean_of(means: &mut [f64], values: &[f64], weight: f64) {
+    means.iter_mut().zip(values).for_each(|(mean, value)| *mean += weight * value);
 }
 
 /// Steps that a window may reach to either side.
@@ -70,7 +98,12 @@ mod tests {
 
     #[test]
     fn means_of_many_are_the_means_of_each() {
-        let window = Window::gaussian(0.02, 0.01, 0.08);
+        for window in [Window::gaussian(0.02, 0.01, 0.08), Window::first_order(0.02, 0.01, 0.08)] {
+            are_those_of_each(&window);
+        }
+    }
+
+    fn are_those_of_each(window: &Window) {
         let value = |k: usize| (0.3 * k as f64).sin();
         let values: Vec<f64> = (0..60).map(value).collect();
         let means = window.means(&values);

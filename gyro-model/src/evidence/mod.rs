@@ -11,7 +11,7 @@
 //! | `attitude` | an orientation as reference |
 //! | `knots` | a reference that is known seldom, straight lines between |
 //! | `integrate` | integrals and smoothing of sampled rates |
-//! | `heating` | how fast the temperature rises |
+//! | `heating`, `coarse` | how fast the temperature rises; its course between the steps of a coarse reading |
 //! | [`study`] | a model fitted to a log |
 //! | `gauss_newton` | the steps of that fit |
 //! | `spectrum` | the fast Fourier transform of a series |
@@ -29,6 +29,7 @@
 //! | `floor` | what the error curve would be with no physics missing |
 
 pub(crate) mod attitude;
+mod coarse;
 pub(crate) mod draws;
 pub mod encoder;
 pub(crate) mod floor;

@@ -224,13 +224,13 @@ impl Problem {
     }
 
     /// Every parameter of the axes' terms that a fit moves: `Reading` limits are read off the data instead, as is what
-    /// the scan chooses, and a sensor that stood still keeps its scale.
+    /// the scan chooses, and a sensor whose reference stood still keeps its scale.
     #[must_use]
     pub fn slots(&self, model: &Model) -> Vec<Slot> {
         let mut slots = Vec::new();
         for (series, s) in self.series.iter().enumerate() {
             for (term, t) in self.axis(model, s).terms.iter().enumerate() {
-                if t.effect.stage() != Stage::Reading && !(s.rest == Rest::Whole && is_scale(t)) {
+                if t.effect.stage() != Stage::Reading && !(s.rest != Rest::None && is_scale(t)) {
                     let cards = t.effect.parameters(s.axis).iter().enumerate();
                     let free = cards.filter(|(_, card)| card.role != Role::Chosen);
                     slots.extend(free.map(|(parameter, _)| Slot { series, term, parameter }));

@@ -282,6 +282,7 @@ impl Series {
         let accel: [Vec<f64>; 3] = std::array::from_fn(|a| filled(&|k| rows[k].accel[a]));
         let temperature = fill(&t, &column(&|k| rows[k].temperature)).unwrap_or_else(|| vec![25.0; t.len()]);
         let heating = super::heating::heating(&t, &temperature);
+        let between_steps = super::coarse::between_steps(&t, &temperature);
         let supply = filled(&|k| rows[k].supply);
         let free: Vec<Vec<f64>> =
             (0..record.free_names.len().min(FREE_CHANNELS)).map(|c| filled(&|k| rows[k].free[c])).collect();
@@ -292,7 +293,7 @@ impl Series {
                 axis: i,
                 rates: std::array::from_fn(|a| rates[a][k]),
                 accel: std::array::from_fn(|a| accel[a][k]),
-                delta_temperature: temperature[k] - 25.0,
+                delta_temperature: between_steps[k] - 25.0,
                 temperature_dot: heating[k],
                 supply: supply[k],
                 delta_supply: model.origin.supply.map_or(0.0, |origin| supply[k] - origin),

@@ -1,6 +1,6 @@
 //! The channels of a log that faults are looked for in, one at a time.
 
-use crate::{Axis, Record, Row};
+use crate::{Axis, Record, Row, record::Column};
 use std::f64::consts::TAU;
 
 /// One channel.
@@ -51,6 +51,15 @@ impl Channel {
         }
     }
 
+    fn column(self) -> Column {
+        match self {
+            Self::Gyro(axis) => Column::Gyro(axis),
+            Self::Angle(axis) => Column::Angle(axis),
+            Self::Rate(axis) => Column::Rate(axis),
+            Self::Temperature => Column::Temperature,
+        }
+    }
+
     /// Where its value stands in a row.
     pub(super) fn place(self, row: &mut Row) -> &mut f64 {
         match self {
@@ -87,6 +96,9 @@ pub(super) struct Readings {
 impl Readings {
     /// All that there are.
     pub(super) fn of(record: &Record, channel: Channel) -> Self {
+        if !record.has(channel.column()) {
+            return Self { rows: Vec::new(), t: Vec::new(), values: Vec::new() };
+        }
         let has = |k: &usize| channel.of(&record.rows[*k]).is_finite();
         let rows: Vec<usize> = (0..record.len()).filter(has).collect();
         let t = rows.iter().map(|&k| record.rows[k].t_ns as f64 * 1e-9).collect();

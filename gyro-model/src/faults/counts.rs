@@ -1,8 +1,8 @@
 //! Counts that an encoder loses above a rate.
 //!
 //! An interrupt or a counter that cannot follow misses edges from some rate on: below it encoder and gyro agree, above it the
-//! encoder shows too little, whichever way the shaft turns. No error of a gyro is of this kind: its scale factor bends by some
-//! tenths of a per cent over its whole range.
+//! encoder shows too little, whichever way the shaft turns. A gyro whose scale factor bends (an asymmetry, a square, a cube of the rate)
+//! may look like that: both are fitted to the same pieces of the log, and counts are lost only where that is the likelier.
 
 use super::{
     Report,
@@ -11,7 +11,7 @@ use super::{
     thresholds::{LOST, LOST_EITHER_WAY, LOST_FOR_SURE, NOT_LOST},
     witness::{Witness, integral},
 };
-use crate::{Axis, Record, fault::FaultKind, order::quantile, record::ReferenceKind};
+use crate::{Axis, Record, fault::FaultKind, nls::Normal, order::quantile, record::ReferenceKind};
 
 /// Rate of a piece over its fastest reading, 1, at least.
 const STEADY: f64 = 0.7;
@@ -86,7 +86,13 @@ fn of_axis(record: &mut Record, axis: Axis, report: &mut Report) -> Option<()> {
             }
         })
         .collect();
-    let Lost { above, share } = lost(&pieces)?;
+    let found = lost(&pieces).or_else(|| likely(&pieces))?;
+    let (left, fitted) = rivals(&pieces)?;
+    if gain(left, pieces.len()) < LIKELIER {
+        return None;
+    }
+    // The fit to all pieces knows that rate best.
+    let (above, share) = (found.above.min(fitted.above), found.share);
     // A piece just below that rate may have been above it for a while.
     let is_fast = |piece: &Piece| piece.peak > MARGIN * above;
     let (x, y): (Vec<f64>, Vec<f64>) = pieces.iter().filter(|p| !is_fast(p)).map(|p| (p.rate, p.shown)).unzip();
@@ -219,9 +225,65 @@ fn lost(pieces: &[Piece]) -> Option<Lost> {
     BELOW.filter_map(parted).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, lost)| lost)
 }
 
+/// What is left of the pieces, in the mean square, by a gyro that bends, and by an encoder that loses counts from some rate on: a share of
+/// all, or of what is faster; and that rate and share.
+fn rivals(pieces: &[Piece]) -> Option<([f64; 2], Lost)> {
+    let all: Vec<&Piece> = pieces.iter().filter(|p| p.rate.is_finite() && p.shown.is_finite()).collect();
+    let shown: Vec<f64> = all.iter().map(|p| p.shown).collect();
+    let column = |of: &dyn Fn(f64) -> f64| -> Vec<f64> { all.iter().map(|p| of(p.rate)).collect() };
+    let (one, rate) = (column(&|_| 1.0), column(&|w| w));
+    let left = |more: &[Vec<f64>]| {
+        let columns: Vec<&[f64]> = [&one, &rate].into_iter().chain(more).map(Vec::as_slice).collect();
+        let mut normal = Normal::zeros(columns.len());
+        normal.add(&shown, &columns);
+        let step = normal.step_from(&normal, 1e-12);
+        (normal.cost_after(&step).max(0.0) / all.len() as f64, step)
+    };
+    let bends = left(&[column(&f64::abs), column(&|w| w * w), column(&|w| w * w.abs()), column(&|w| w.powi(3))]).0;
+    let mut peaks: Vec<f64> = all.iter().map(|p| p.rate.abs()).collect();
+    peaks.sort_by(f64::total_cmp);
+    let loses = BELOW
+        .filter_map(|percent| peaks.get(peaks.len() * percent / 100).copied())
+        .flat_map(|from| [(from, false), (from, true)])
+        .map(|(from, beyond)| {
+            let beyond_it = move |w: f64| if w.abs() > from { w - w.signum() * from } else { 0.0 };
+            let of_all = move |w: f64| if w.abs() > from { w } else { 0.0 };
+            let (left, step) = left(&[if beyond { column(&beyond_it) } else { column(&of_all) }]);
+            // The step is that of a descent: both have the other sign.
+            let slope = -step[1];
+            let fast = || all.iter().filter(|p| p.rate.abs() > from);
+            let way: f64 = fast().map(|p| slope * p.rate * p.rate.signum()).sum();
+            let seen: f64 = fast().map(|p| p.shown * p.rate.signum()).sum();
+            (left, from, if way == 0.0 { 0.0 } else { 1.0 - seen / way })
+        })
+        .min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (loses, above, share) = loses;
+    Some(([bends, loses], Lost { above, share }))
+}
+
+/// Gain in ln L of lost counts over a gyro that bends; pieces that follow one another err alike.
+fn gain([bends, loses]: [f64; 2], pieces: usize) -> f64 {
+    0.5 * pieces as f64 / FOLLOW * (bends / loses.max(1e-300)).ln()
+}
+
+/// Lost counts that are so much likelier than a bend that nothing else is asked but that the encoder shows less.
+fn likely(pieces: &[Piece]) -> Option<Lost> {
+    let (left, lost) = rivals(pieces)?;
+    (gain(left, pieces.len()) > CERTAINLY && lost.share > LOST && lost.share < 1.0).then_some(lost)
+}
+
+/// Pieces that err alike, and gains in ln L for one explanation beside the other, and for one alone.
+const FOLLOW: f64 = 4.0;
+const LIKELIER: f64 = 5.0;
+const CERTAINLY: f64 = 40.0;
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn is_likelier_than_a_bend(pieces: &[Piece]) -> bool {
+        rivals(pieces).is_some_and(|(left, _)| gain(left, pieces.len()) > LIKELIER)
+    }
 
     fn pieces(shown: impl Fn(f64) -> f64) -> Vec<Piece> {
         let rate = |k: u32| 10.0 * (f64::from(k) * 0.013).sin() * (0.3 + 0.7 * (f64::from(k) * 0.0017).sin().abs());
@@ -241,6 +303,19 @@ mod tests {
             found.share
         );
         assert!(lost(&pieces(|w| w.clamp(-7.0, 7.0))).is_some());
+        let beyond = |w: f64| if w.abs() > 6.0 { w - 0.5 * (w - 6.0 * w.signum()) } else { w };
+        for loses in [&(|w: f64| if w.abs() > 6.0 { 0.93 * w } else { w }) as &dyn Fn(f64) -> f64, &beyond] {
+            assert!(is_likelier_than_a_bend(&pieces(loses)));
+        }
+    }
+
+    #[test]
+    fn a_gyro_that_bends_is_likelier_than_lost_counts_where_it_bends() {
+        for size in [1e-5, 5e-4, -5e-4] {
+            let bent = pieces(|w| w - size * w.powi(3));
+            assert!(!is_likelier_than_a_bend(&bent) && likely(&bent).is_none(), "{size}");
+        }
+        assert!(!is_likelier_than_a_bend(&pieces(|w| w - 0.01 * w.abs())));
     }
 
     #[test]
@@ -257,7 +332,7 @@ mod tests {
             for piece in &mut pieces {
                 piece.shown -= 0.4 * (piece.index as f64 * period).sin() * (1.0 + 0.1 * piece.rate.abs());
             }
-            assert!(lost(&pieces).is_none(), "{period}");
+            assert!(lost(&pieces).is_none() && likely(&pieces).is_none(), "{period}");
         }
     }
 }

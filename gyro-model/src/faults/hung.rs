@@ -1,13 +1,11 @@
 //! A sensor that hung: from one row to the next all its channels repeat, to the last digit, what they gave before.
 //!
 //! A reading that stands still at rest may be a coarse one. Noise of several channels at once stands still by chance in no log: where
-//! they changed in most rows before, at rest as well, and then do not in so many, nobody measures any more.
+//! they changed in most rows before, at rest as well, and then do not in so many, nobody measures any more. What is repeated is no
+//! reading: where it lasts to the end the log ends there.
 
 use super::{Report, seconds};
-use crate::{
-    Axis, Record, Row,
-    fault::{FaultKind, STUCK_UP_TO},
-};
+use crate::{Axis, Record, Row, fault::FaultKind};
 use std::ops::Range;
 
 /// Rows that repeat at least.
@@ -19,7 +17,7 @@ const CHANNELS: usize = 4;
 /// Standard deviation of a gyro that rests within those rows at most, rad/s: the noise of a poor one, and a tenth of slow motion.
 const RESTS: f64 = 0.05;
 
-/// Reports it, and takes out what the gyro read meanwhile where that is little of the log.
+/// Reports it, and takes out what the gyro read meanwhile.
 pub(super) fn check(record: &mut Record, report: &mut Report) {
     let Some(first) = record.rows.first() else { return };
     let channels = values(first).iter().filter(|value| value.is_finite()).count();
@@ -30,18 +28,19 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
     let Some(run) = hung.iter().max_by_key(|run| run.len()) else { return };
     let rows: usize = hung.iter().map(|run| run.len() - 1).sum();
     let (from, lasts) = (seconds(record, run.start), seconds(record, run.end - 1) - seconds(record, run.start));
-    let is_little = (rows as f64) < STUCK_UP_TO * record.len() as f64;
+    let ends = run.end == record.len();
     let says = format!(
         "all {channels} channels of the sensor repeat one row for {lasts:.1} s, to the last digit, though they changed before: the sensor or \
-         what reads it hung, and gave no measurement then{}. Check its supply and its bus",
-        if is_little { "; its readings are left out" } else { "" }
+         what reads it hung, and gave no measurement then; {}. Check its supply and its bus",
+        if ends { "the log ends there" } else { "its readings are left out" }
     );
     report.add(FaultKind::StuckChannel, rows as u64, Some(from), says);
-    if is_little {
-        for row in hung.into_iter().flat_map(|run| run.start + 1..run.end) {
-            record.rows[row].gyro.fill(f64::NAN);
-            report.mark(row);
+    for run in hung.into_iter().rev() {
+        if run.end == record.len() {
+            record.rows.truncate(run.start + 1);
+            continue;
         }
+        record.rows[run.start + 1..run.end].iter_mut().for_each(|row| row.gyro.fill(f64::NAN));
     }
 }
 
@@ -116,10 +115,21 @@ mod tests {
         let mut half = record(3000, 6000, |_| {});
         let found = faults(&mut half);
         assert_eq!((found.len(), found[0].count, found[0].first_t), (1, 2999, Some(30.0)), "{found:?}");
-        assert!(half.rows[4000].gyro[2].is_finite(), "so much of a log is not taken out");
+        assert_eq!(half.len(), 3001, "the log ends there");
         let mut end = record(5700, 6000, |_| {});
         assert_eq!(faults(&mut end)[0].count, 299);
-        assert!(end.rows[5900].gyro[2].is_nan() && end.rows[5700].gyro[2].is_finite());
+        assert!(end.len() == 5701 && end.rows[5700].gyro[2].is_finite());
+    }
+
+    #[test]
+    fn one_that_measures_again_has_no_readings_meanwhile() {
+        let mut back = record(3000, 6000, |row| {
+            if row.t_ns >= 40_000_000_000 {
+                row.gyro[2] += 1e-12 * (row.t_ns % 7_000_003) as f64;
+            }
+        });
+        assert_eq!((faults(&mut back)[0].count, back.len()), (999, 6000));
+        assert!(back.rows[3500].gyro[2].is_nan() && back.rows[4000].gyro[2].is_finite());
     }
 
     #[test]

@@ -38,6 +38,10 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
             Some(ReferenceKind::Quaternion) | None => continue,
         };
         let (gyro, reference) = (Readings::of(record, Channel::Gyro(axis)), Readings::of(record, channel));
+        // One that is the same throughout says that this axis does not turn.
+        if reference.values.windows(2).all(|pair| pair[0] == pair[1]) {
+            continue;
+        }
         let how = if is_own(channel, &gyro, &reference) {
             format!("what they do not explain of it is less than {OWN} of their noise")
         } else if matches!(channel, Channel::Angle(_)) && follows_the_walk(&gyro, &reference) {
@@ -47,7 +51,7 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
         };
         let name = channel.name();
         let says = format!(
-            "{name} is made of gyro_{axis}'s own readings: {how}. It has the gyro's errors in it and shows none of them: use an encoder, \
+            "{name} is computed from this gyro's own readings (gyro_{axis}): {how}. It has the gyro's errors in it and shows none of them: use an encoder, \
              motion capture, cameras or a second IMU"
         );
         report.add_on(axis, FaultKind::DependentReference, reference.rows.len() as u64, Some(0.0), says);

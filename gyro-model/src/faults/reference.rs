@@ -6,7 +6,7 @@ use super::{
     motion::{Motion, gyro_rates},
     orientation, quantile,
 };
-use crate::{Axis, Record, fault::FaultKind, record::ReferenceKind};
+use crate::{Axis, Record, Row, fault::FaultKind, record::ReferenceKind};
 use std::f64::consts::TAU;
 
 /// Below this spread of the reference's rate, rad/s, an axis counts as not turned.
@@ -208,12 +208,39 @@ const QUICKEST: f64 = 25e-6;
 /// The unit of times that are too far apart for a gyro's log in seconds, and its seconds.
 fn time_unit(record: &Record) -> Option<(&'static str, f64)> {
     let steps = record.rows.windows(2).map(|pair| (pair[1].t_ns - pair[0].t_ns) as f64 * 1e-9).collect();
-    quantile(steps, 0.5).filter(|step| *step > SLOWEST).map(|step| match step {
+    let step = quantile(steps, 0.5).filter(|step| *step > SLOWEST)?;
+    let unit = match step {
         ..1e3 => ("ms", 1e-3),
         1e3..1e6 => ("us", 1e-6),
         _ => ("ns", 1e-9),
+    };
+    (!is_of_means(record, step * unit.1)).then_some(unit)
+}
+
+/// Whether rows that seem to be `step`, s, apart are means of a sensor at rest over much longer times: in so short a time no sensor heats
+/// by so much, and no low-cost gyro is so quiet.
+fn is_of_means(record: &Record, step: f64) -> bool {
+    let differences = |of: &dyn Fn(&Row) -> f64| -> Vec<f64> {
+        record.rows.windows(2).map(|pair| (of(&pair[1]) - of(&pair[0])).abs()).filter(|x| x.is_finite()).collect()
+    };
+    let heats: f64 = differences(&|row| row.temperature).iter().sum();
+    let seconds = record.rows.len() as f64 * step;
+    Axis::ALL.into_iter().filter(|&axis| record.has_gyro(axis)).all(|axis| {
+        let of = |row: &Row| row.gyro[axis.index()];
+        let readings: Vec<f64> = record.rows.iter().map(of).filter(|x| x.is_finite()).collect();
+        let Some(middle) = quantile(readings.clone(), 0.5) else { return false };
+        let rests = readings.iter().all(|g| (g - middle).abs() < RESTS);
+        // Of normal numbers the median difference is 0.954 of the standard deviation.
+        let noise = quantile(differences(&of), 0.5).unwrap_or(f64::NAN) / 0.954;
+        rests && (heats > HEATS * seconds || noise * step.sqrt() < QUIETEST)
     })
 }
+
+/// How far a gyro that rests may read from its middle, rad/s; how fast a sensor heats at most, K/s; and the least N of low-cost gyros,
+/// rad/√s (0.001 °/√s).
+const RESTS: f64 = 0.05;
+const HEATS: f64 = 3.0;
+const QUIETEST: f64 = 1.7e-5;
 
 /// Units that show without a reference.
 fn other_units(record: &Record, report: &mut Report) {
@@ -246,7 +273,7 @@ fn other_units(record: &Record, report: &mut Report) {
         );
         report.add(FaultKind::WrongUnit, rows, Some(0.0), says);
     }
-    let middle = |of: fn(&crate::Row) -> f64| {
+    let middle = |of: fn(&Row) -> f64| {
         quantile(record.rows.iter().map(of).filter(|x| x.is_finite()).collect(), 0.5).unwrap_or(f64::NAN)
     };
     let gravity = middle(|r| (r.accel[0].powi(2) + r.accel[1].powi(2) + r.accel[2].powi(2)).sqrt());

@@ -1,7 +1,8 @@
 //! A command that poses as a measurement: what a turntable was told, not what it did.
 //!
 //! No measured shaft turns evenly, or with one acceleration, from row to row to a part in ten thousand of its fastest rate: it has
-//! noise, or counts. A command of holds and ramps has neither.
+//! noise, or counts. A command of holds and ramps has neither. Nor does a shaft go from one rate to the next at once, while its gyro
+//! gets there later and stays: such a reference is what the drive was told.
 
 use super::{
     Report,
@@ -10,6 +11,7 @@ use super::{
     thresholds::{TOLD, TOLD_SHARE},
 };
 use crate::{Axis, Record, fault::FaultKind, order::quantile, record::ReferenceKind};
+use std::ops::Range;
 
 /// Share of the fastest rate, 1, that a step may be: of coarser ones, counts, many increments are alike.
 const COARSE: f64 = 0.02;
@@ -29,12 +31,17 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
             Some(ReferenceKind::Quaternion) | None => continue,
         };
         let readings = Readings::of(record, channel);
-        if !is_told(channel, &readings) {
+        let jumps = matches!(channel, Channel::Rate(_)) && jumps(&Readings::of(record, Channel::Gyro(axis)), &readings);
+        let how = if jumps {
+            "jumps from one rate to another within a row, where the gyro gets there later and stays"
+        } else if is_told(channel, &readings) {
+            "turns exactly evenly, or with one acceleration, nearly all of the time"
+        } else {
             continue;
-        }
+        };
         let name = channel.name();
         let says = format!(
-            "{name} turns exactly evenly, or with one acceleration, nearly all of the time: it looks like a command, not like a measurement. \
+            "{name} {how}: it looks like a command, not like a measurement. \
              What the drive does not follow is then taken for an error of the gyro: record an encoder at the shaft, and believe of \
              delay, lag and resonance that they are the drive's"
         );
@@ -73,6 +80,71 @@ fn is_told(channel: Channel, readings: &Readings) -> bool {
     turning.len() >= 100 && same as f64 > TOLD_SHARE * turning.len() as f64
 }
 
+/// Whether a rate is held, goes to the next at once, and the gyro settles there later.
+fn jumps(gyro: &Readings, rate: &Readings) -> bool {
+    if gyro.rows != rate.rows {
+        return false;
+    }
+    let sizes: Vec<f64> = rate.values.iter().map(|x| x.abs()).collect();
+    let Some(fastest) = quantile(sizes, 0.99).filter(|x| *x > 0.0) else { return false };
+    let mut first = 0;
+    let holds: Vec<Range<usize>> = rate
+        .values
+        .chunk_by(|a, b| a == b)
+        .map(|run| {
+            first += run.len();
+            first - run.len()..first
+        })
+        .collect();
+    let held: usize = holds.iter().filter(|hold| hold.len() >= HOLD).map(|hold| hold.len()).sum();
+    let change = |k: usize| (rate.values[k] - rate.values[k - 1]).abs();
+    let changes: Vec<f64> = holds.iter().skip(1).map(|hold| change(hold.start)).collect();
+    let jumped: f64 = changes.iter().filter(|change| **change > JUMP * fastest).sum();
+    let at_once = jumped > TOLD_SHARE * changes.iter().sum::<f64>();
+    if !at_once || changes.len() < JUMPS || (held as f64) < TOLD_SHARE * rate.values.len() as f64 {
+        return false;
+    }
+    // Where each hold ends the gyro has settled: α and δ from there.
+    let long: Vec<&Range<usize>> = holds.iter().filter(|hold| hold.len() >= HOLD).collect();
+    let ends = |hold: &Range<usize>| hold.end - hold.len() / 3..hold.end;
+    let (x, y): (Vec<f64>, Vec<f64>) =
+        long.iter().flat_map(|hold| ends(hold)).map(|k| (gyro.values[k], rate.values[k])).unzip();
+    let (slope, offset) = line(&x, &y);
+    let off = |k: usize| slope * gyro.values[k] + offset - rate.values[k];
+    let mean_square = |of: &mut dyn Iterator<Item = f64>| {
+        let (sum, count) = of.fold((0.0, 0), |(sum, count), x| (sum + x * x, count + 1));
+        sum / f64::from(count.max(1))
+    };
+    let settled = mean_square(&mut long.iter().flat_map(|hold| ends(hold)).map(off)).sqrt();
+    let late = holds.iter().skip(1).filter(|hold| change(hold.start) > JUMP * fastest);
+    let (mut behind, mut all) = (0, 0);
+    for hold in late {
+        let at = hold.start;
+        // On its way from the rate before.
+        behind += usize::from((off(at) / (rate.values[at - 1] - rate.values[at])) > HALF_WAY);
+        all += 1;
+    }
+    settled < SETTLES * fastest && behind as f64 > TOLD_SHARE * f64::from(all.max(1))
+}
+
+/// Least squares of a straight line: slope and offset.
+fn line(x: &[f64], y: &[f64]) -> (f64, f64) {
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len().max(1) as f64;
+    let (mx, my) = (mean(x), mean(y));
+    let (xx, xy) =
+        x.iter().zip(y).fold((0.0, 0.0), |(xx, xy), (x, y)| (xx + (x - mx).powi(2), xy + (x - mx) * (y - my)));
+    let slope = if xx > 0.0 { xy / xx } else { 0.0 };
+    (slope, my - slope * mx)
+}
+
+/// Rows of one rate, at least, that are a hold; changes of the rate at least; share of the fastest rate that a jump is of; what is left of
+/// its way just after it; and what the gyro is off by, over the fastest rate, once it has settled.
+const HOLD: usize = 10;
+const JUMPS: usize = 4;
+const JUMP: f64 = 0.05;
+const HALF_WAY: f64 = 0.3;
+const SETTLES: f64 = 0.05;
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -100,5 +172,30 @@ mod tests {
         assert!(is_told(angle, &readings(1e-8, 0.0)));
         assert!(!is_told(angle, &readings(std::f64::consts::TAU / 4096.0, 0.0)));
         assert!(!is_told(angle, &readings(1e-8, 1e-4)));
+    }
+
+    #[test]
+    fn a_rate_that_jumps_before_the_gyro_gets_there_was_told() {
+        let told = |k: usize| [0.0, 1.5, -0.75, 0.5, -2.0][k / 300 % 5];
+        let of = |rate: &dyn Fn(usize) -> f64| Readings {
+            rows: (0..6000).collect(),
+            t: (0..6000).map(|k| k as f64 * 0.01).collect(),
+            values: (0..6000).map(rate).collect(),
+        };
+        let noise = |k: usize| 1e-3 * (f64::from((k as u32).wrapping_mul(2_654_435_761) >> 8) / 1.68e7 - 0.5);
+        let mut at = 0.0;
+        let real: Vec<f64> = (0..6000)
+            .map(|k| {
+                at += (told(k) - at) * 0.07;
+                at
+            })
+            .collect();
+        let gyro = of(&|k| 0.99 * real[k] + 0.01 + noise(k));
+        assert!(jumps(&gyro, &of(&told)));
+        // Measured; a slow sensor's, held between its readings; and a gyro that is there at once.
+        assert!(!jumps(&gyro, &of(&|k| real[k] + noise(k + 7))));
+        let smooth = |k: usize| 2.0 * (0.003 * k as f64).sin();
+        assert!(!jumps(&of(&|k| smooth(k) + noise(k)), &of(&|k| smooth(k / 100 * 100))));
+        assert!(!jumps(&of(&|k| told(k) + noise(k)), &of(&told)));
     }
 }

@@ -23,6 +23,7 @@ use crate::{
     budget::says::what_and_remedy,
     diagnosis::{AxisDiagnosis, AxisLadder, BudgetPoint, ErrorPoint, LimitedBy, ParameterValue, Suspect, Verdict},
     effects,
+    finding::{Excess, Finding, Remark},
     measured::{Measured, and},
     units,
     words::{self, Voice},
@@ -57,6 +58,7 @@ pub fn of_diagnosis_beside(axis: &AxisDiagnosis, told: &[&str], voice: Voice) ->
         (Verdict::Adequate, _) => {
             only(adequate(here, axis.within_floor, of_recording(axis.limited_by, &axis.limited_says), voice))
         }
+        (Verdict::Unexplained, _) if other_zero(axis).is_some() => only(other_zero(axis).unwrap_or_default()),
         (Verdict::Unexplained, _) if axis.searched => {
             unexplained(&left(here, axis.error_over_floor, voice), axis.limited_by, &axis.limited_says)
         }
@@ -96,6 +98,9 @@ pub fn of_ladder_beside(axis: &AxisLadder, told: &[&str], voice: Voice) -> Headl
     if matches!(axis.verdict, Verdict::CannotTell | Verdict::BadData) && added.is_empty() {
         return only(short(axis.verdict, &words::lead(axis, voice), voice));
     }
+    if let Some(says) = other_zero(axis).filter(|_| added.is_empty()) {
+        return only(says);
+    }
     if added.is_empty() {
         return match axis.verdict {
             Verdict::Adequate => {
@@ -107,6 +112,7 @@ pub fn of_ladder_beside(axis: &AxisLadder, told: &[&str], voice: Voice) -> Headl
     let own: Vec<&str> = added.iter().copied().filter(|id| !told.contains(id)).collect();
     let clauses: Vec<String> = own.iter().map(|id| clause(axis.axis, id, &axis.parameters)).collect();
     let mut answer = if own.is_empty() { String::new() } else { sentences(&clauses) };
+    answer.push_str(&either_sensor(&axis.remarks, &own));
     if let Some((before, after)) = corrected(&first.error_curve, &last.error_curve) {
         let settled = matches!(axis.verdict, Verdict::Adequate | Verdict::Ambiguous);
         let rest = match limit(axis.limited_by, &axis.limited_says) {
@@ -217,6 +223,8 @@ fn missing(axis: &AxisDiagnosis, best: &Suspect, told: &[&str], voice: Voice) ->
     let own: Vec<&Suspect> = lacks.iter().copied().filter(|suspect| !is_told(suspect)).collect();
     let clauses: Vec<String> = own.iter().map(|s| clause(axis.axis, &s.effect, &s.parameters)).collect();
     let mut answer = sentences(&clauses);
+    let ids: Vec<&str> = own.iter().map(|suspect| suspect.effect.as_str()).collect();
+    answer.push_str(&either_sensor(&axis.remarks, &ids));
     let (own_count, shared_count) = (own.len(), lacks.len() - own.len());
     if let Some((before, after)) = corrected(&axis.error_curve, axis.corrected_curve()) {
         let subject = subject(own_count, shared_count);
@@ -232,8 +240,20 @@ fn missing(axis: &AxisDiagnosis, best: &Suspect, told: &[&str], voice: Voice) ->
     if is_of_reference(&best.effect) && lacks.iter().all(|suspect| is_of_reference(&suspect.effect)) {
         answer.push_str(" Your gyro is not the cause.");
     }
-    let ids: Vec<&str> = own.iter().map(|suspect| suspect.effect.as_str()).collect();
     Headline { answer: answer.trim_start().to_owned(), at_source: sources(&ids) }
+}
+
+/// That a zero may be the reference's, where one of these effects is of the zero and the reference is a sensor of rates.
+fn either_sensor(remarks: &[Remark], ids: &[&str]) -> String {
+    let is_named = |effect: &String| ids.contains(&effect.as_str());
+    let concerns = |remark: &Remark| matches!(remark, Remark::EitherSensor { effects } if effects.iter().any(is_named));
+    if remarks.iter().any(concerns) {
+        " Or the zero of the reference does, the other way: it is a rate sensor too, and only the difference of the two is measured. A \
+         third sensor, or a rest, tells which."
+            .to_owned()
+    } else {
+        String::new()
+    }
 }
 
 /// What makes most of the error at this averaging time once what is missing is there.
@@ -262,6 +282,7 @@ fn ambiguous(axis: &AxisDiagnosis, best: &Suspect, voice: Voice) -> Headline {
         _ => unsized_clause(id),
     }));
     let mut answer = format!("Either {}; {} cannot tell which.", group.join(", or "), voice.log());
+    answer.push_str(&either_sensor(&axis.remarks, &[best.effect.as_str()]));
     if let Some((before, after)) = corrected(&axis.error_curve, &best.error_curve) {
         let rest = rest(&after, is_noise(&after));
         answer.push_str(&makes("It makes", before, after, &rest));
@@ -283,6 +304,19 @@ fn unexplained(left: &str, by: Option<LimitedBy>, says: &str) -> Headline {
         },
         None => only(format!("More than noise is left, and no effect of the catalogue explains it: {left}.")),
     }
+}
+
+/// That the zero is another one while the axis moves, where that is what was found.
+fn other_zero(axis: &AxisDiagnosis) -> Option<String> {
+    let Finding::Unexplained(Excess::OtherZero { size, std_error }) = axis.finding else { return None };
+    let by = Measured { value: size, std_error };
+    let is = if size > 0.0 { "higher" } else { "lower" };
+    Some(format!(
+        "Your gyro's zero is {} {is} while axis {} moves than while it rests, and no accelerometer was logged that would tell whether \
+         vibration shifts it.",
+        by.size("rad/s"),
+        axis.axis
+    ))
 }
 
 /// What limits a log and its remedy, where that is known.

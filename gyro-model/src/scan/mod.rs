@@ -49,7 +49,8 @@ pub struct Candidate {
 pub fn can_show(effect: &dyn Effect, series: &Series) -> bool {
     let shows = match series.rest {
         Rest::None => true,
-        Rest::OfReference => false,
+        // What the other axes turn may leak into a gyro whose own shaft rests.
+        Rest::OfReference => effect.card().needs.contains(&Need::OtherGyros),
         Rest::Whole => effect.is(Trait::Slow),
     };
     // On one line a mount is a gain and a lateness, which scale factor and delay are already.

@@ -73,7 +73,7 @@ fn means(record: &Record, besides: &[Beside], block: usize, manner: &Manner) -> 
     let rows = record.rows.iter().zip(besides);
     let (rows, turned) = rows.filter_map(|(row, beside)| thinner.push_beside(&counted(row), *beside)).unzip();
     let means = Means { readings: record.means.readings * thinner.readings(), ..record.means };
-    Record { rows, free_names: record.free_names.clone(), means, turned }
+    Record { rows, free_names: record.free_names.clone(), means, turned, ..Record::default() }
 }
 
 /// White noise on these axes: the median of what stretches all over the record say.

@@ -330,6 +330,12 @@ fn unexplained(excess: &Excess, voice: Voice) -> Vec<Piece> {
             );
             vec![Piece::new(More, text, ".")]
         }
+        Excess::OtherZero { .. } => {
+            let text = "motors that run shake the sensor, and vibration shifts the zero, or what feeds the sensor does. Log the accelerometer: \
+                        with it g-squared-sensitivity tells; or record the motor current as a free channel"
+                .to_owned();
+            vec![Piece::new(More, text, ".")]
+        }
         Excess::NotSearched => {
             let text = format!("more than noise is left: {} looks for the effect that is missing", voice.searcher());
             vec![Piece::new(Nothing, text, ".")]

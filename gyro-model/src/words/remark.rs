@@ -48,6 +48,24 @@ pub(super) fn sentence(remark: &Remark, subject: &Subject, voice: Voice) -> Opti
             let named = axes.iter().map(Axis::to_string).collect::<Vec<_>>().join(" and ");
             format!("Judged without {them} {named}, whose data are faulty.")
         }
+        Remark::NoReference { axes } => {
+            let letters: Vec<&str> = axes.iter().map(|axis| axis.letter()).collect();
+            let (axis, have, they) =
+                if axes.len() == 1 { ("axis", "has", "it does") } else { ("axes", "have", "they do") };
+            let how = match voice {
+                Voice::Log => "`--at-rest` gives them",
+                Voice::Stream => "at rest they have",
+                Voice::Library => "`at_rest=True` gives them",
+            };
+            format!(
+                "There is no reference for {axis} {}, which {have} a gyro: not judged. If {they} not turn, as on a turntable, {how} a \
+                 reference of zero, and what is felt of the turn about {} shows.",
+                letters.join(" and "),
+                subject.axis
+            )
+        }
+        // The headline says it, where the effect is named.
+        Remark::EitherSensor { .. } => return None,
         Remark::OwnLog => "The model was fitted on this very log: the errors are those of refits without the part that is judged. A new log \
                            is a better test."
             .to_owned(),

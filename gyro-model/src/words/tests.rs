@@ -67,6 +67,7 @@ fn all() -> Vec<Finding> {
         Finding::Adequate(Adequate::Limited),
         Finding::Unexplained(Excess::NoEffect { over_floor: 4.84, unattributed: 0.61 }),
         Finding::Unexplained(Excess::NotSearched),
+        Finding::Unexplained(Excess::OtherZero { size: 0.014, std_error: 2e-4 }),
         Finding::Unexplained(Excess::NoWander { over_floor: 13.2 }),
         Finding::BadData { fault: FaultKind::WrongSign, axis: Some(Axis::X), count: 9 },
         Finding::Stopped { over_floor: 7.0 },

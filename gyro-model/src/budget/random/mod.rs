@@ -16,7 +16,12 @@ mod cause;
 mod components;
 mod course;
 
-use crate::{evidence::study::Study, fit::judged::finite, statistics::Estimate, thresholds as limit};
+use crate::{
+    evidence::{series::Rest, study::Study},
+    fit::judged::finite,
+    statistics::Estimate,
+    thresholds as limit,
+};
 pub use cause::Cause;
 use components::{BLOCKS, Components, Squares};
 use course::{Course, Window};
@@ -58,6 +63,10 @@ impl Random {
     /// Of one axis of a study; `tau` are the averaging times of its error curve.
     #[must_use]
     pub fn of(study: &Study, series: usize, tau: &[f64]) -> Self {
+        // Beside a reference that rests there is no motion that a cause could go with.
+        if study.bench.problem.series[series].rest != Rest::None {
+            return Self::default();
+        }
         let course = Course::of(study, series).filter(|course| course.t.len() >= FEWEST * SHORTEST as usize);
         course.and_then(Trial::new).map_or_else(Self::default, |trial| trial.random(tau))
     }

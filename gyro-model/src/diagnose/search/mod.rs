@@ -196,6 +196,10 @@ impl<'a> Search<'a, '_> {
             return Forward::Ended(suspects);
         }
         let chosen = next(&self.incumbent, &suspects);
+        let stands_beside = |k: usize| self.incumbent.other_zero_than(&suspects[k]).is_none();
+        if chosen.is_some_and(|k| !stands_beside(k)) {
+            return Forward::Ended(suspects);
+        }
         if let Some((swapped, study)) = self.exchanged(chosen.map(|k| &suspects[k])) {
             let warm = self.incumbent.study.warm.clone();
             let study = Study::fit(study.bench, &study.model, Some(&warm));

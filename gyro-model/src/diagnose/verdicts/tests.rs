@@ -15,6 +15,7 @@ fn clean() -> Observed {
         named: Vec::new(),
         with_named: None,
         dominates: false,
+        other_zero: None,
         unexcited: None,
         at_rest: false,
         alike: Vec::new(),
@@ -83,6 +84,10 @@ fn cases() -> Vec<(&'static str, Observed)> {
             Observed { named: named(&[]), unexcited: lost.clone(), ..high(9.0, 0.9) },
         ),
         ("cannot-tell: the motion does not show it", Observed { unexcited: lost, ..clean() }),
+        (
+            "unexplained: another zero while the axis moves",
+            Observed { other_zero: Some(Estimate { value: 0.014, std_error: 2e-4 }), ..high(5.0, 0.5) },
+        ),
         ("cannot-tell: too short", Observed { seconds: 6.0, ..clean() }),
         ("cannot-tell: the rate is not known", Observed { silent: 0.7, ..clean() }),
         ("cannot-tell: a slow effect or a wandering bias", Observed { slow: Some("warm-up".into()), ..noisy(2.0) }),

@@ -1,0 +1,77 @@
+//! Whether the zero is another one while the shaft moves: an explanation beside the effects of the catalogue, on the same rows.
+
+use super::challenger::{Challenger, Incumbent};
+use crate::{
+    effects::{
+        Stage,
+        zero_while_moving::{LASTS, MOVES, ZERO_WHILE_MOVING},
+    },
+    evidence::series::{Rest, Series},
+    order::median,
+    statistics::Estimate,
+    thresholds as limit,
+};
+
+/// Share of a log that rests, and that moves, at least, and times that it begins to move.
+const EITHER: f64 = 0.1;
+const STARTS: usize = 4;
+
+/// What stands for the error in place of effects of the catalogue.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct OtherZero {
+    /// Zero while the axis moves less that at rest, rad/s.
+    pub size: Estimate,
+    /// J with it.
+    excess: f64,
+}
+
+impl Incumbent<'_> {
+    /// Another zero while an axis moves, where a log can show that, has no accelerometer to tell why, and hardly another cause of its error.
+    pub(super) fn other_zero(&self, series: usize) -> Option<OtherZero> {
+        let own = &self.study.bench.problem.series[series];
+        let before = self.excess(series);
+        if before < limit::NOISE.value || own.rest != Rest::None || !may_show(own) {
+            return None;
+        }
+        let found = self.refit(self.starts(&ZERO_WHILE_MOVING, series).into_iter().next()?);
+        let dominates = before - found.excess > limit::DOMINATES.value * (before - 1.0);
+        (found.passes(self) && dominates).then(|| {
+            let slot = found.study.slots.iter().rposition(|slot| slot.series == series);
+            let std_error = slot.map_or(f64::NAN, |k| found.gls.std_error(k));
+            let value = found.candidate.term.values[0];
+            OtherZero { size: Estimate { value, std_error }, excess: found.excess }
+        })
+    }
+
+    /// The same where it leaves less than a suspect that would be named: one that goes with nothing that is measured beside the gyro.
+    pub(super) fn other_zero_than(&self, suspect: &Challenger) -> Option<OtherZero> {
+        let term = &suspect.candidate.term;
+        let may_be = term.effect.stage() == Stage::Felt && term.effect.card().needs.is_empty();
+        let other = may_be.then(|| self.other_zero(suspect.candidate.series)).flatten()?;
+        (other.excess < LEAVES * suspect.excess).then_some(other)
+    }
+}
+
+/// Share of a suspect's J that another zero leaves at most where it stands in its place.
+const LEAVES: f64 = 0.8;
+
+/// Whether a log has rests and motion in turn, and no accelerometer.
+fn may_show(series: &Series) -> bool {
+    let signals = &series.signals;
+    let shakes = |axis: usize| signals.iter().any(|s| s.accel[axis] != signals[0].accel[axis]);
+    if (0..3).any(shakes) {
+        return false;
+    }
+    let Some(middle) = median(series.gyro.clone()) else { return false };
+    let (mut last, mut moving, mut starts) = (f64::NEG_INFINITY, 0, 0);
+    let mut before = false;
+    for (s, rate) in signals.iter().zip(&series.gyro) {
+        last = if (rate - middle).abs() > MOVES { s.t } else { last };
+        let moves = s.t - last < LASTS;
+        starts += usize::from(moves && !before);
+        moving += usize::from(moves);
+        before = moves;
+    }
+    let share = moving as f64 / signals.len() as f64;
+    (EITHER..1.0 - EITHER).contains(&share) && starts >= STARTS
+}

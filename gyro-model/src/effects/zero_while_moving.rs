@@ -1,0 +1,66 @@
+//! A zero that is another one while the shaft moves than while it rests, as where motors shake the sensor and nobody measures that.
+//!
+//! It is no effect of the catalogue, since it foretells nothing of another vehicle: a diagnosis holds it against the effects that it would
+//! name, and names none of them where this one explains the error better.
+
+use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Stage};
+use crate::Axis;
+
+/// The explanation.
+pub static ZERO_WHILE_MOVING: ZeroWhileMoving = ZeroWhileMoving;
+
+/// See the file's head.
+pub struct ZeroWhileMoving;
+
+/// Rate from which on a shaft moves, rad/s, and how long it counts as moving after that, s: it turns round meanwhile.
+pub const MOVES: f64 = 0.03;
+/// See [`MOVES`].
+pub const LASTS: f64 = 1.0;
+
+static CARD: Card = Card {
+    id: "zero-while-moving",
+    title: "the zero is another one while the shaft moves",
+    physics: "Motors shake the sensor while they run, and vibration shifts the zero.",
+    equation: "b where |ω| was above 0.03 rad/s within the last second",
+    typical: "0.01–2 °/s",
+    source: "vibration rectification, IEEE Std 1431",
+    needs: &[],
+    excited_by: "rests and motion in turn",
+    mended_by: "nothing: log the accelerometer, and g-squared-sensitivity has it",
+    at_source: "mount the sensor softly, away from the motors",
+    traits: &[],
+    simpler: &[],
+    aliases: &[],
+};
+
+static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
+    name: "b",
+    unit: "rad/s",
+    says: "zero while it moves less zero at rest",
+    role: Role::Linear,
+    neutral: 0.0,
+    typical: 5e-3,
+    bounds: (-1.0, 1.0),
+}];
+
+impl Effect for ZeroWhileMoving {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Felt
+    }
+
+    fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
+        &PARAMETERS
+    }
+
+    /// Memory: `[0]` when it moved last, s, `[6]` whether it did.
+    fn error(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
+        if s.rate().abs() > MOVES {
+            (memory[0], memory[6]) = (s.t, 1.0);
+        }
+        if memory[6] == 1.0 && s.t - memory[0] < LASTS { p[0] } else { 0.0 }
+    }
+}

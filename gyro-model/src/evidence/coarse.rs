@@ -1,0 +1,119 @@
+//! A temperature that is read in coarse steps: a degree, say, while what it drives goes on smoothly.
+//!
+//! Where a reading changes from one value to the next, the temperature is known: it lies at the edge between the two. A smooth curve
+//! through those instants stands for it. As it is read it would be off by up to half a step everywhere, and an effect that goes by it would
+//! leave a staircase that a gyro at rest shows at once.
+
+use super::integrate::{hermite, three_point_slopes};
+use crate::order::median;
+
+/// Rows for which a value stands, in the mean, at least: a finer reading, or a noisy one, says more as it is.
+const STANDS: usize = 8;
+/// Changes at least, and the share of them, 1, that are of one step.
+const CHANGES: usize = 3;
+const OF_ONE_STEP: f64 = 0.9;
+/// Steps that a change is of at most where it is of one.
+const ONE_STEP: f64 = 1.5;
+/// Times as long as values usually stand from which on one that is left as it was come to was reached.
+const RESTS: f64 = 2.0;
+
+/// The values between their steps; as they are where they are not in coarse steps.
+pub(super) fn between_steps(t: &[f64], values: &[f64]) -> Vec<f64> {
+    smooth(t, values).unwrap_or_else(|| values.to_vec())
+}
+
+fn smooth(t: &[f64], values: &[f64]) -> Option<Vec<f64>> {
+    let changes: Vec<usize> = (1..values.len()).filter(|&k| values[k] != values[k - 1]).collect();
+    if changes.len() < CHANGES || changes.len() * STANDS > values.len() {
+        return None;
+    }
+    let size = |k: usize| (values[k] - values[k - 1]).abs();
+    let step = median(changes.iter().map(|&k| size(k)).collect())?;
+    let of_one = changes.iter().filter(|&&k| size(k) < ONE_STEP * step).count();
+    if (of_one as f64) < OF_ONE_STEP * changes.len() as f64 {
+        return None;
+    }
+    let edge = |k: usize| (0.5 * (t[k] + t[k - 1]), 0.5 * (values[k] + values[k - 1]));
+    let usual = median(changes.windows(2).map(|pair| t[pair[1]] - t[pair[0]]).collect())?;
+    // (t, T) where it is known. An edge that is passed to and fro within a short time is one instant: noise of the reading.
+    let mut knots: Vec<(f64, f64)> = Vec::new();
+    for run in changes.chunk_by(|&a, &b| edge(a).1 == edge(b).1 && edge(b).0 - edge(a).0 < RESTS * usual) {
+        let mean = run.iter().map(|&k| edge(k).0).sum::<f64>() / run.len() as f64;
+        let (at, level) = (mean, edge(run[0]).1);
+        if let Some(&(before, same)) = knots.last()
+            && same == level
+        {
+            knots.push((0.5 * (before + at), values[run[0] - 1]));
+        }
+        knots.push((at, level));
+    }
+    if knots.len() < CHANGES {
+        return None;
+    }
+    let (at, of): (Vec<f64>, Vec<f64>) = knots.into_iter().unzip();
+    let slopes = three_point_slopes(&at, &of);
+    let (last, mut hint) = (at.len() - 1, 0);
+    let along = |(&t, &value): (&f64, &f64)| {
+        let known = if t < at[0] {
+            of[0] + slopes[0] * (t - at[0])
+        } else if t > at[last] {
+            of[last] + settles(&at, &of, t - at[last])
+        } else {
+            hermite(&at, &of, &slopes, t, &mut hint)
+        };
+        known.clamp(value - 0.5 * step, value + 0.5 * step)
+    };
+    Some(t.iter().zip(values).map(along).collect())
+}
+
+/// How far it goes on after the last instant within a time: as what settles does, where it has become slower, and else straight on.
+fn settles(at: &[f64], of: &[f64], time: f64) -> f64 {
+    let n = at.len();
+    let slope = |k: usize| (of[k] - of[k - 1]) / (at[k] - at[k - 1]);
+    let (before, last) = (slope(n - 2), slope(n - 1));
+    let apart = 0.5 * (at[n - 1] - at[n - 3]);
+    let rate = (before / last).ln() / apart;
+    if !(rate.is_finite() && rate * time > 1e-6) {
+        return last * time;
+    }
+    let now = last * (-0.5 * rate * (at[n - 1] - at[n - 2])).exp();
+    now / rate * -(-rate * time).exp_m1()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn times() -> Vec<f64> {
+        (0..36_000).map(|k| f64::from(k) * 0.05).collect()
+    }
+
+    /// Root mean square of what is left beside a constant.
+    fn off(values: &[f64], truth: impl Fn(f64) -> f64) -> f64 {
+        let apart: Vec<f64> = times().iter().zip(values).map(|(&t, v)| v - truth(t)).collect();
+        let mean = apart.iter().sum::<f64>() / apart.len() as f64;
+        (apart.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / apart.len() as f64).sqrt()
+    }
+
+    #[test]
+    fn whole_degrees_give_the_course_between_them() {
+        let heats = |t: f64| 24.0 + 20.0 * (1.0 - (-t / 400.0).exp());
+        let and_cools = |t: f64| 24.3 + 22.0 * (std::f64::consts::PI * t / 1800.0).sin();
+        for truth in [&heats as &dyn Fn(f64) -> f64, &and_cools] {
+            for round in [f64::floor, f64::round] {
+                let read: Vec<f64> = times().into_iter().map(|t| round(truth(t))).collect();
+                let (coarse, smooth) = (off(&read, truth), off(&between_steps(&times(), &read), truth));
+                assert!(smooth < 0.3 * coarse, "{smooth} of {coarse}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_fine_a_noisy_and_a_constant_reading_stay_as_they_are() {
+        let fine: Vec<f64> = times().into_iter().map(|t| (100.0 * (24.0 + 0.1 * t)).round() / 100.0).collect();
+        let noisy: Vec<f64> = (0..36_000_u32).map(|k| f64::from(k.wrapping_mul(2_654_435_761) >> 30)).collect();
+        for values in [fine, noisy, vec![25.0; 36_000]] {
+            assert_eq!(between_steps(&times(), &values), values);
+        }
+    }
+}
