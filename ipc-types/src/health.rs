@@ -85,7 +85,7 @@ impl Link {
 /// What a live source gave, and what of it was no good (acquisition only).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
-#[type_name("truerate.SourceHealth.v2")]
+#[type_name("truerate.SourceHealth.v3")]
 pub struct SourceHealth {
     /// [`Link`].
     pub link: u32,
@@ -101,6 +101,8 @@ pub struct SourceHealth {
     pub remarks: u64,
     /// Values that nothing physical has, taken as no value.
     pub values: u64,
+    /// Readings far from those beside them, which stand for none.
+    pub left_out: u64,
     /// Rows without a time, or whose time repeats, goes back, or jumps ahead.
     pub times: u64,
     /// Rows that are missing by the source's own count.
@@ -118,7 +120,7 @@ impl SourceHealth {
     /// Rows left out, or of which a value was.
     #[must_use]
     pub fn faulty(&self) -> u64 {
-        self.garbled + self.cut + self.values + self.times
+        self.garbled + self.cut + self.values + self.left_out + self.times
     }
 }
 

@@ -16,6 +16,7 @@ pub mod joined;
 pub mod kind;
 pub mod link;
 mod reading;
+mod spikes;
 pub mod stream;
 pub mod tally;
 pub mod timeline;

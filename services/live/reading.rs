@@ -5,6 +5,7 @@ use super::{
     arrival::{Arrival, LOOK, Origin, Told, Watched},
     format::{Format, Found},
     link::{Got, Link},
+    spikes::Spikes,
     timeline::{Timed, Timeline},
     trouble::{Trouble, refusal},
 };
@@ -44,6 +45,7 @@ pub(super) struct Reading {
     opened: Option<SyncSender<Origin>>,
     give: SyncSender<Told>,
     trouble: Trouble,
+    spikes: Spikes,
     /// Reads before the first row, and whether it was said that none comes.
     barren: u64,
     told_barren: bool,
@@ -72,6 +74,7 @@ impl Reading {
             opened,
             give,
             trouble,
+            spikes: Spikes::default(),
             barren: 0,
             told_barren: false,
             absent: None,
@@ -172,11 +175,15 @@ impl Reading {
 
     /// Hands on what a format finds; whether somebody takes it.
     fn hand_over(&mut self, find: impl FnOnce(&mut dyn Format, &mut dyn FnMut(Found))) -> bool {
-        let Self { format, timeline, tally, opened, give, trouble, .. } = self;
+        let Self { format, timeline, tally, opened, give, trouble, spikes, .. } = self;
         let arrived_ns = now_ns();
         let (mut heard, mut rows, mut waiting) = (true, 0, Vec::new());
         find(format.as_mut(), &mut |found| match found {
-            Found::Row(row, own) => {
+            Found::Row(mut row, own) => {
+                let left_out = spikes.take(&mut row, own);
+                if left_out > 0 {
+                    tally.mark(left_out, own);
+                }
                 timeline.take(row, own, arrived_ns, tally, |Timed { row, arrived_ns, start_ns }| {
                     rows += 1;
                     trouble.row(&row);

@@ -24,6 +24,7 @@ pub struct Tally {
     pub counts: SourceHealth,
     told: [bool; 5],
     told_segment: bool,
+    told_mark: bool,
 }
 
 impl Tally {
@@ -40,6 +41,18 @@ impl Tally {
         *count += 1;
         if !std::mem::replace(&mut self.told[fault as usize], true) {
             tracing::warn!("the source gives {what}: {then}; more of them are only counted ({says})");
+        }
+    }
+
+    /// Readings that stand for none, in a row at this time of the source's own clock.
+    pub fn mark(&mut self, readings: u32, own_ns: i128) {
+        self.counts.left_out += u64::from(readings);
+        if !std::mem::replace(&mut self.told_mark, true) {
+            let t = own_ns as f64 / 1e9;
+            tracing::warn!(
+                "the source gives a reading far from those beside it, as where a read failed: it is no reading and left out; more of them \
+                 are only counted (at {t:.3} s of its clock)"
+            );
         }
     }
 

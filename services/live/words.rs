@@ -21,6 +21,7 @@ pub fn text(source: &SourceHealth) -> Option<String> {
         (source.times, "with no new time", "with no new time"),
         (source.missed, "missed", "missed"),
         (source.values, "value refused", "values refused"),
+        (source.left_out, "reading left out", "readings left out"),
         (source.remarks, "line of text", "lines of text"),
         (source.segments, "clock restart", "clock restarts"),
         (source.reconnects.into(), "reconnect", "reconnects"),
@@ -45,7 +46,7 @@ pub fn json(source: &SourceHealth) -> Value {
     }
     json!({
         "link": Link::name(source.link), "reconnects": source.reconnects, "rows": source.rows, "garbled": source.garbled,
-        "cut": source.cut, "remarks": source.remarks, "values": source.values, "times": source.times,
+        "cut": source.cut, "remarks": source.remarks, "values": source.values, "left_out": source.left_out, "times": source.times,
         "missed": source.missed, "segments": source.segments, "says": text(source), "trouble": trouble(source),
     })
 }

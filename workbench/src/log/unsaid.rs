@@ -136,6 +136,8 @@ fn adopt(layout: &mut Layout, place: usize, unit: Unit) -> Option<(usize, f64)> 
 /// The units in which the gyro of an axis and its reference agree.
 pub fn told(record: &Record, axis: Axis, of_gyro: bool, of_angle: bool, of_rate: bool) -> Option<(Unit, Unit)> {
     let i = axis.index();
+    let signed = signed(record, i);
+    let record = signed.as_ref().unwrap_or(record);
     let readings = |of: fn(&Row) -> [f64; 3]| -> Vec<f64> {
         record.rows.iter().map(|row| of(row)[i]).filter(|x| x.is_finite()).collect()
     };
@@ -191,6 +193,22 @@ pub fn told(record: &Record, axis: Axis, of_gyro: bool, of_angle: bool, of_rate:
     best.map(|(_, gyro, reference)| (gyro, reference))
 }
 
+/// The same where the words of a gyro were printed without their sign, 65 535 for −1; the readings themselves are mended as those of a
+/// range that is passed.
+fn signed(record: &Record, axis: usize) -> Option<Record> {
+    const WORD: f64 = 65_536.0;
+    let readings = || record.rows.iter().map(|row| row.gyro[axis]).filter(|x| x.is_finite());
+    let is_word = |x: f64| x.fract() == 0.0 && (0.0..WORD).contains(&x);
+    if !readings().all(is_word) || !readings().any(|x| x >= WORD / 2.0) {
+        return None;
+    }
+    let mut signed = record.clone();
+    for reading in signed.rows.iter_mut().map(|row| &mut row.gyro[axis]).filter(|x| **x >= WORD / 2.0) {
+        *reading -= WORD;
+    }
+    Some(signed)
+}
+
 /// How much of the motion about z an angle in this unit shows, as r².
 pub fn follows(record: &Record, angle: Unit) -> Option<f64> {
     let mut scaled = record.clone();
@@ -222,4 +240,29 @@ pub(super) fn timed(rows: &[Pending]) -> Vec<Row> {
     let first = rows.first().map_or(0, |row| row.time);
     let t_ns = |row: &Pending| i64::try_from(row.time - first).unwrap_or(i64::MAX);
     rows.iter().take(LOOKED_AT).map(|row| Row { t_ns: t_ns(row), ..row.row }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A gyro of 131 counts a °/s beside an angle in degrees.
+    fn counted(word: impl Fn(f64) -> f64) -> Record {
+        let row = |k: i64| {
+            let t = k as f64 * 0.01;
+            let mut row = Row { t_ns: k * 10_000_000, ..Row::EMPTY };
+            row.gyro[2] = word((131.0 * (115.0 * (1.3 * t).cos() + 0.6)).round());
+            row.ref_angle[2] = 115.0 / 1.3 * (1.3 * t).sin();
+            row
+        };
+        Record { rows: (0..3000).map(row).collect(), ..Record::default() }
+    }
+
+    #[test]
+    fn words_without_their_sign_are_counts_of_the_same_sensitivity() {
+        for word in [|x: f64| x, |x: f64| x.rem_euclid(65_536.0)] {
+            let (gyro, angle) = told(&counted(word), Axis::Z, true, true, false).unwrap();
+            assert_eq!((gyro.divisor, gyro.suffix, angle.suffix), (131.0, "_dps", "_deg"));
+        }
+    }
 }
