@@ -46,6 +46,12 @@ pub struct AxisResult {
     /// What to do about it on the vehicle; empty where nothing is to be done.
     #[serde(default)]
     pub at_source: String,
+    /// By how much the angle is off after 10 s, 1 min and 10 min without a reference, as far as the log is long enough to say it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub drift: Vec<Drift>,
+    /// The same in a sentence.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub drift_says: String,
     /// What the model has.
     pub effects: Vec<String>,
     /// Its parameters.
@@ -124,6 +130,8 @@ impl AxisResult {
             remarks: Vec::new(),
             headline: String::new(),
             at_source: String::new(),
+            drift: Vec::new(),
+            drift_says: String::new(),
             effects: Vec::new(),
             parameters: Vec::new(),
             noise: NoiseValue::default(),
@@ -167,6 +175,29 @@ impl AxisResult {
             None => &[],
         }
     }
+}
+
+/// By how much an angle is off after some time without a reference.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Drift {
+    /// How long, s.
+    pub tau_s: f64,
+    /// RMS, rad, with its band.
+    #[serde(flatten)]
+    pub angle: Off,
+    /// The same once what is missing is corrected; `None` where nothing is.
+    pub corrected: Option<Off>,
+}
+
+/// An angle with its band.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Off {
+    /// RMS, rad.
+    pub angle: f64,
+    /// The band's lower end, rad.
+    pub low: f64,
+    /// Its upper end, rad.
+    pub high: f64,
 }
 
 /// Where the noise that a floor is made of is known from.

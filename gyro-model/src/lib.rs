@@ -90,7 +90,7 @@
 //! | [`thresholds`] | every number that a decision is held against |
 //! | [`diagnose`] | which effect is missing: scan, refit, tests of admission, search, verdict |
 //! | [`guide`] | which manoeuvre of the sensor would tell most of what is still to be known |
-//! | [`headline`] | the answer in a sentence, of one axis or of several |
+//! | [`headline`], [`drift`] | the answer in a sentence, of one axis or of several; how far off an angle is without a reference |
 //! | [`words`] | findings in sentences, with a voice for logs, streams and libraries |
 //! | [`axis`] | the axes x, y, z |
 //! | [`units`] | SI numbers in the units that engineers say |
@@ -103,6 +103,7 @@ pub mod compensation;
 pub mod detail;
 pub mod diagnose;
 pub mod diagnosis;
+pub mod drift;
 pub mod effects;
 pub mod estimator;
 pub mod evidence;

@@ -4,7 +4,7 @@ use super::{judgement::Judgement, learner::Trial};
 use gyro_model::{
     detail::Trace,
     diagnosis::{AxisDiagnosis, Diagnosis, ErrorPoint},
-    headline,
+    drift, headline,
     words::Voice,
 };
 use ipc_types::{
@@ -35,6 +35,7 @@ pub fn of(judgement: &Judgement) -> ipc_types::Diagnosis {
 pub fn report(judgement: &mut Judgement, name: &str) -> Vec<u8> {
     let mut axes = std::mem::take(&mut judgement.axes);
     headline::fill(&mut axes, Voice::Stream);
+    drift::fill(&mut axes);
     let mut whole = Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: name.to_owned(), axes };
     let report = serde_json::to_vec(&whole).unwrap_or_default();
     if report.len() <= REPORT_BYTES {

@@ -5,6 +5,7 @@
 use super::{Against, Change};
 use gyro_model::{
     diagnosis::{AxisDiagnosis, Diagnosis, Ladder},
+    drift,
     headline::{self, Beside, Headline, Named, Together},
     words::Voice,
 };
@@ -29,6 +30,7 @@ pub(super) fn diagnosis(diagnosis: &Diagnosis, voice: Voice) -> String {
 pub(super) fn ladder(ladder: &Ladder, voice: Voice) -> String {
     let mut ladder = ladder.clone();
     headline::fill(&mut ladder.axes, voice);
+    drift::fill(&mut ladder.axes);
     for detail in ladder.axes.iter_mut().filter_map(|a| a.detail.as_mut()) {
         detail.trace = gyro_model::detail::Trace::default();
     }
@@ -105,6 +107,7 @@ pub(super) fn against(against: &Against) -> String {
 fn spoken(axes: &[AxisDiagnosis], voice: Voice) -> Vec<AxisDiagnosis> {
     let mut axes = axes.to_vec();
     headline::fill(&mut axes, voice);
+    drift::fill(&mut axes);
     for detail in axes.iter_mut().filter_map(|a| a.detail.as_mut()) {
         detail.trace = gyro_model::detail::Trace::default();
     }

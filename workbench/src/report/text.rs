@@ -4,7 +4,7 @@ use super::{
     bars::{self, Scale},
     terminal::{Ink, Terminal},
     units,
-    view::{AxisView, Page, ParameterView, Row, Story},
+    view::{AxisView, ExplainedView, Page, ParameterView, Row, Story},
 };
 use gyro_model::diagnosis::Verdict;
 
@@ -275,6 +275,7 @@ impl Screen {
                 show(row.floor)
             ));
         }
+        self.wrapped("  ", &axis.drift, Ink::Plain);
         if !axis.floor_source.is_empty() {
             self.wrapped(
                 "  ",
@@ -362,7 +363,17 @@ impl Screen {
         }
         self.heading("why each effect is named, or is not");
         let wide = axis.explained.iter().map(|e| e.effect.chars().count()).max().unwrap_or(0);
+        // What is said of several is said once.
+        let same = |e: &ExplainedView| axis.explained.iter().filter(|other| other.says == e.says).count() > 2;
+        let mut shared: Vec<(&str, Vec<&str>)> = Vec::new();
         for explained in &axis.explained {
+            if !tests && same(explained) {
+                match shared.iter_mut().find(|(says, _)| *says == explained.says) {
+                    Some((_, effects)) => effects.push(&explained.effect),
+                    None => shared.push((&explained.says, vec![&explained.effect])),
+                }
+                continue;
+            }
             let name = self.terminal.paint(Ink::Strong, &format!("{:wide$}", explained.effect));
             let start = self.text.len();
             let indent = " ".repeat(wide + 4);
@@ -371,6 +382,12 @@ impl Screen {
             for test in explained.tests.iter().filter(|_| tests) {
                 self.item(&format!("      {:4}  ", test.mark), &format!("{}: {}", test.name, test.numbers));
             }
+        }
+        for (says, effects) in shared {
+            let start = self.text.len();
+            let indent = " ".repeat(wide + 4);
+            self.wrapped(&indent, &format!("{says}: {}", effects.join(", ")), Ink::Plain);
+            self.text.replace_range(start..start + indent.len(), &format!("  {:wide$}  ", "others"));
         }
     }
 }

@@ -76,7 +76,7 @@
     const place = h('');
     later.push(() => Charts.errorCurve(place, axis.curves, axis.judged, 320, 'tau'));
     const about = `Floor: what noise and the limits of the set-up alone would leave${axis.floor_source ? ` (${axis.floor_source})` : ''}. Where the curve is above the floor, the model lacks an effect: a fast one at short times (left), a slow one at long times (right).`;
-    return h('.grid', panel(axis.steps.length ? 'two-thirds' : '', 'Drift rate over a time τ, on data not used for the fit', place, h('p.soft.small', about)), axis.steps.length ? panel('third', 'Error ÷ floor at its worst, step by step (log scale)', Parts.steps(axis.steps)) : null);
+    return h('.grid', panel(axis.steps.length ? 'two-thirds' : '', 'Drift rate over a time τ, on data not used for the fit', place, axis.drift ? h('p', Parts.prose(axis.drift)) : null, h('p.soft.small', about)), axis.steps.length ? panel('third', 'Error ÷ floor at its worst, step by step (log scale)', Parts.steps(axis.steps)) : null);
   }
 
   // What the error is made of, and who shows it at which frequency.

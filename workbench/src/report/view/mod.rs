@@ -16,6 +16,7 @@ use gyro_model::{
     Axis,
     detail::{AxisDetail, Trace},
     diagnosis::{AxisDiagnosis, AxisLadder, Diagnosis, ErrorPoint, Ladder, Verdict},
+    drift,
     headline::{self, Beside, Fall, Headline, Named, Together},
     words::{Voice, beyond},
 };
@@ -86,6 +87,8 @@ pub struct AxisView {
     pub within_floor: Option<bool>,
     /// Where the floor's noise comes from.
     pub floor_source: String,
+    /// By how much an angle is off after some time without a reference; empty where the log is too short to say it.
+    pub drift: String,
     /// What limits this log; `None` where nobody looked.
     pub limit: Option<LimitView>,
     /// Where the model fails, in words.
@@ -270,6 +273,7 @@ impl AxisView {
             error_over_floor: axis.error_over_floor.filter(|r| r.is_finite()),
             within_floor: axis.within_floor,
             floor_source: axis.floor_source.clone(),
+            drift: drift::says(axis),
             limit: axis::limit(
                 (axis.limited_by, &axis.limited_says, &axis.random),
                 axis.verdict,
