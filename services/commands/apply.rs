@@ -17,8 +17,8 @@ use std::{
 };
 use workbench::estimates::EstimateWriter;
 use workbench::{
-    log::{self, Options},
-    model_file,
+    log::{self, Options, Provenance},
+    model_file::{self, ModelFile},
 };
 
 /// What `truerate apply` takes.
@@ -58,41 +58,66 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<ExitCode> {
     writable(&args.output, &[&args.log.log, &args.model])?;
     let options = Options { as_streamed: true, ..args.log.names.options() };
-    let (record, faults, provenance) = log::read(&args.log.log, &options)?;
-    say_chosen(&args.log, &provenance);
-    let file = model_file::load(&args.model, &record.free_names)?;
-    let model = &file.model;
-    let both: Vec<Axis> =
-        Axis::ALL.into_iter().filter(|&a| record.has_gyro(a) && model.axes[a.index()].is_some()).collect();
-    let axes: Vec<Axis> = picked(args.axis, &both);
-    if axes.is_empty() || axes.iter().any(|a| !both.contains(a)) {
-        bail!(
-            "{} with model {}: {}: fit the model on a log of this sensor",
-            args.log.log.display(),
-            args.model.display(),
-            none_in_common(&record, model, args.axis)
-        );
-    }
-    file.check_channels(&record, &axes).with_context(|| args.log.log.display().to_string())?;
-    let mut writer = EstimateWriter::create(&args.output, &axes, provenance.start_ns)?;
-    let mut estimator = Estimator::new(estimator::Options::default());
-    estimator.set_model(model);
-    let progress = Progress::of(record.len() as u64, "compensating");
-    for (k, row) in record.rows.iter().enumerate() {
-        let estimate = estimator.step(row);
-        writer.row(estimate.valid_t_ns, &estimate)?;
-        if k % 4096 == 0 {
-            progress.at(k as u64);
-        }
-    }
-    drop(progress);
+    let to_a_file = args.output != Path::new("-");
+    let (record, faults, provenance, applied) = if to_a_file {
+        // Beside the search for faults: the file is put in its place once that has ended, too.
+        let (record, faults, provenance, applied) =
+            log::read_beside(&args.log.log, &options, |record, provenance| Applied::of(args, record, provenance))?;
+        (record, faults, provenance, applied?)
+    } else {
+        let (record, faults, provenance) = log::read(&args.log.log, &options)?;
+        let applied = Applied::of(args, &record, &provenance)?;
+        (record, faults, provenance, applied)
+    };
+    let Applied { file, axes, writer } = applied;
     writer.finish()?;
-    if args.output != Path::new("-") {
+    let model = &file.model;
+    if to_a_file {
         let range = file.provenance.as_ref().and_then(|p| p.temperature).zip(provenance.temperature);
         let warning = range.map_or_else(String::new, |(fitted, here)| beyond(model, fitted, here));
         print(&(summary(args, &record, &axes, &faults) + &warning))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Estimates that are written, and the model that made them.
+struct Applied {
+    file: ModelFile,
+    axes: Vec<Axis>,
+    writer: EstimateWriter,
+}
+
+impl Applied {
+    fn of(args: &Args, record: &Record, provenance: &Provenance) -> Result<Self> {
+        say_chosen(&args.log, provenance);
+        let file = model_file::load(&args.model, &record.free_names)?;
+        let model = &file.model;
+        let both: Vec<Axis> =
+            Axis::ALL.into_iter().filter(|&a| record.has_gyro(a) && model.axes[a.index()].is_some()).collect();
+        let axes: Vec<Axis> = picked(args.axis, &both);
+        if axes.is_empty() || axes.iter().any(|a| !both.contains(a)) {
+            bail!(
+                "{} with model {}: {}: fit the model on a log of this sensor",
+                args.log.log.display(),
+                args.model.display(),
+                none_in_common(record, model, args.axis)
+            );
+        }
+        file.check_channels(record, &axes).with_context(|| args.log.log.display().to_string())?;
+        let mut writer = EstimateWriter::create(&args.output, &axes, provenance.start_ns)?;
+        let mut estimator = Estimator::new(estimator::Options::default());
+        estimator.set_model(model);
+        let progress = Progress::of(record.len() as u64, "compensating");
+        for (k, row) in record.rows.iter().enumerate() {
+            let estimate = estimator.step(row);
+            writer.row(estimate.valid_t_ns, &estimate)?;
+            if k % 4096 == 0 {
+                progress.at(k as u64);
+            }
+        }
+        drop(progress);
+        Ok(Self { file, axes, writer })
+    }
 }
 
 /// A warning where a model that goes by the temperature is used far outside of that of the log which it was fitted on.

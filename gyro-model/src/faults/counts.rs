@@ -12,6 +12,7 @@ use super::{
     witness::{Witness, integral},
 };
 use crate::{Axis, Record, fault::FaultKind, nls::Normal, order::quantile, record::ReferenceKind};
+use std::ops::Range;
 
 /// Rate of a piece over its fastest reading, 1, at least.
 const STEADY: f64 = 0.7;
@@ -30,7 +31,7 @@ const ALL: f64 = 0.9;
 /// Share of the fastest rate, 1, below which none is lost.
 const FAST: f64 = 0.25;
 /// Shares of the pieces below the rate that are tried.
-const BELOW: std::ops::Range<usize> = 30..97;
+const BELOW: Range<usize> = 30..97;
 
 /// Reports counts that are lost, and sets the encoder's angle on by what the gyro turned meanwhile.
 pub(super) fn check(record: &mut Record, report: &mut Report) {
@@ -49,6 +50,8 @@ struct Piece {
     shown: f64,
     /// The fastest that the gyro reads in it.
     peak: f64,
+    /// The gyro's readings in it.
+    samples: Range<usize>,
 }
 
 impl Piece {
@@ -78,7 +81,9 @@ fn of_axis(record: &mut Record, axis: Axis, report: &mut Report) -> Option<()> {
             let (i, j) = (pair[0], pair[1]);
             let dt = angle.t[j] - angle.t[i];
             let rate = (reading.at(angle.t[j]) - reading.at(angle.t[i])) / dt;
+            let sample = |t: f64| gyro.t.partition_point(|&at| at < t);
             Piece {
+                samples: sample(angle.t[i])..sample(angle.t[j]),
                 index,
                 rate: witness.slope.signum() * rate + witness.offset / witness.slope.abs(),
                 shown: (angle.values[j] - angle.values[i]) / dt,
@@ -86,8 +91,13 @@ fn of_axis(record: &mut Record, axis: Axis, report: &mut Report) -> Option<()> {
             }
         })
         .collect();
-    let found = lost(&pieces).or_else(|| likely(&pieces))?;
-    let (left, fitted) = rivals(&pieces)?;
+    if !shows_less(&pieces) {
+        return None;
+    }
+    let rates: Vec<f64> =
+        gyro.values.iter().map(|g| witness.slope.signum() * g + witness.offset / witness.slope.abs()).collect();
+    let found = lost(&pieces).or_else(|| likely(&pieces, &rates))?;
+    let (left, fitted) = rivals(&pieces, &rates)?;
     if gain(left, pieces.len()) < LIKELIER {
         return None;
     }
@@ -225,13 +235,40 @@ fn lost(pieces: &[Piece]) -> Option<Lost> {
     BELOW.filter_map(parted).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, lost)| lost)
 }
 
+/// Whether the encoder shows less, from any rate on, of what the gyro reads than below it.
+fn shows_less(pieces: &[Piece]) -> bool {
+    let mut by_rate: Vec<&Piece> = pieces.iter().filter(|p| p.rate.is_finite() && p.shown.is_finite()).collect();
+    by_rate.sort_by(|a, b| a.peak.total_cmp(&b.peak));
+    let turned = |p: &Piece| {
+        let way = p.by_both().signum();
+        (way * p.shown, way * p.rate)
+    };
+    let (shown, rate) = by_rate.iter().map(|p| turned(p)).fold((0.0, 0.0), |(a, b), (c, d)| (a + c, b + d));
+    let (mut below, mut next) = ((0.0, 0.0), BELOW.start);
+    by_rate.iter().enumerate().any(|(k, piece)| {
+        let own = turned(piece);
+        below = (below.0 + own.0, below.1 + own.1);
+        if k + 1 < by_rate.len() * next / 100 || next >= BELOW.end {
+            return false;
+        }
+        next += 1;
+        let share = 1.0 - (shown - below.0) / (rate - below.1) * below.1 / below.0;
+        share > 0.5 * LOST
+    })
+}
+
 /// What is left of the pieces, in the mean square, by a gyro that bends, and by an encoder that loses counts from some rate on: a share of
-/// all, or of what is faster; and that rate and share.
-fn rivals(pieces: &[Piece]) -> Option<([f64; 2], Lost)> {
-    let all: Vec<&Piece> = pieces.iter().filter(|p| p.rate.is_finite() && p.shown.is_finite()).collect();
+/// all, or of what is faster; and that rate and share. `rates` are the gyro's.
+fn rivals(pieces: &[Piece], rates: &[f64]) -> Option<([f64; 2], Lost)> {
+    let is_known = |p: &&Piece| p.rate.is_finite() && p.shown.is_finite() && !p.samples.is_empty();
+    let all: Vec<&Piece> = pieces.iter().filter(is_known).collect();
     let shown: Vec<f64> = all.iter().map(|p| p.shown).collect();
-    let column = |of: &dyn Fn(f64) -> f64| -> Vec<f64> { all.iter().map(|p| of(p.rate)).collect() };
-    let (one, rate) = (column(&|_| 1.0), column(&|w| w));
+    // A piece may be fast in part.
+    let column = |of: &dyn Fn(f64) -> f64| -> Vec<f64> {
+        let mean = |p: &&Piece| rates[p.samples.clone()].iter().map(|w| of(*w)).sum::<f64>() / p.samples.len() as f64;
+        all.iter().map(mean).collect()
+    };
+    let (one, rate) = (column(&|_| 1.0), all.iter().map(|p| p.rate).collect::<Vec<f64>>());
     let left = |more: &[Vec<f64>]| {
         let columns: Vec<&[f64]> = [&one, &rate].into_iter().chain(more).map(Vec::as_slice).collect();
         let mut normal = Normal::zeros(columns.len());
@@ -267,8 +304,8 @@ fn gain([bends, loses]: [f64; 2], pieces: usize) -> f64 {
 }
 
 /// Lost counts that are so much likelier than a bend that nothing else is asked but that the encoder shows less.
-fn likely(pieces: &[Piece]) -> Option<Lost> {
-    let (left, lost) = rivals(pieces)?;
+fn likely(pieces: &[Piece], rates: &[f64]) -> Option<Lost> {
+    let (left, lost) = rivals(pieces, rates)?;
     (gain(left, pieces.len()) > CERTAINLY && lost.share > LOST && lost.share < 1.0).then_some(lost)
 }
 
@@ -282,14 +319,23 @@ mod tests {
     use super::*;
 
     fn is_likelier_than_a_bend(pieces: &[Piece]) -> bool {
-        rivals(pieces).is_some_and(|(left, _)| gain(left, pieces.len()) > LIKELIER)
+        rivals(pieces, &rates(pieces)).is_some_and(|(left, _)| gain(left, pieces.len()) > LIKELIER)
+    }
+
+    fn rates(pieces: &[Piece]) -> Vec<f64> {
+        pieces.iter().map(|piece| piece.rate).collect()
     }
 
     fn pieces(shown: impl Fn(f64) -> f64) -> Vec<Piece> {
         let rate = |k: u32| 10.0 * (f64::from(k) * 0.013).sin() * (0.3 + 0.7 * (f64::from(k) * 0.0017).sin().abs());
         let noise = |k: u32| 2e-3 * (f64::from(k * 7919 % 13) - 6.0);
-        let piece =
-            |k: u32| Piece { index: k as usize, rate: rate(k), shown: shown(rate(k)) + noise(k), peak: rate(k).abs() };
+        let piece = |k: u32| Piece {
+            index: k as usize,
+            rate: rate(k),
+            shown: shown(rate(k)) + noise(k),
+            peak: rate(k).abs(),
+            samples: k as usize..k as usize + 1,
+        };
         (0..2000).map(piece).collect()
     }
 
@@ -311,9 +357,10 @@ mod tests {
 
     #[test]
     fn a_gyro_that_bends_is_likelier_than_lost_counts_where_it_bends() {
+        assert!(!shows_less(&pieces(|w| 1.01 * w)));
         for size in [1e-5, 5e-4, -5e-4] {
             let bent = pieces(|w| w - size * w.powi(3));
-            assert!(!is_likelier_than_a_bend(&bent) && likely(&bent).is_none(), "{size}");
+            assert!(!is_likelier_than_a_bend(&bent) && likely(&bent, &rates(&bent)).is_none(), "{size}");
         }
         assert!(!is_likelier_than_a_bend(&pieces(|w| w - 0.01 * w.abs())));
     }
@@ -332,7 +379,7 @@ mod tests {
             for piece in &mut pieces {
                 piece.shown -= 0.4 * (piece.index as f64 * period).sin() * (1.0 + 0.1 * piece.rate.abs());
             }
-            assert!(lost(&pieces).is_none() && likely(&pieces).is_none(), "{period}");
+            assert!(lost(&pieces).is_none() && likely(&pieces, &rates(&pieces)).is_none(), "{period}");
         }
     }
 }

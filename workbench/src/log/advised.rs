@@ -10,9 +10,23 @@ use std::path::Path;
 /// See [`super::Problem`]: unreadable, no usable header, text for a number, too few rows, more than a tenth of them faulty; with the command
 /// that mends it where there is one.
 pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, Provenance), LogError> {
-    whole::read(path, options).map_err(|error| {
-        let advice = advice::of_file(path, options, &error);
-        // Of messages the names are those of their kinds, not of a text's columns.
-        error.advised(advice, advice::is_text(path), options.voice)
-    })
+    whole::read(path, options).map_err(|error| advised(path, options, error))
+}
+
+/// The same with `work` on the rows, beside the search for faults where rows are taken as a stream gives them.
+///
+/// # Errors
+/// As [`read`]; what `work` gave is lost then.
+pub fn read_beside<T>(
+    path: &Path,
+    options: &Options,
+    work: impl FnOnce(&Record, &Provenance) -> T,
+) -> Result<(Record, Vec<DataFault>, Provenance, T), LogError> {
+    whole::read_beside(path, options, work).map_err(|error| advised(path, options, error))
+}
+
+fn advised(path: &Path, options: &Options, error: LogError) -> LogError {
+    let advice = advice::of_file(path, options, &error);
+    // Of messages the names are those of their kinds, not of a text's columns.
+    error.advised(advice, advice::is_text(path), options.voice)
 }

@@ -39,7 +39,7 @@ mod whole;
 mod writer;
 
 pub use advice::{Sample, advise};
-pub use advised::read;
+pub use advised::{read, read_beside};
 pub use error::{Known, LogError, Problem, Refused, as_flags};
 pub use frames::Frames;
 pub use header::{Layout, Refusal};

@@ -20,6 +20,18 @@ use std::path::Path;
 /// # Errors
 /// See [`Problem`]: unreadable, no usable header, text for a number, too few rows, more than a tenth of them faulty.
 pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, Provenance), LogError> {
+    read_beside(path, options, |_, _| ()).map(|(record, faults, provenance, ())| (record, faults, provenance))
+}
+
+/// The same with `work` on the rows. Where they are taken as a stream gives them it goes on beside the search for faults, which changes none.
+///
+/// # Errors
+/// As [`read`]; what `work` gave is lost then.
+pub fn read_beside<T>(
+    path: &Path,
+    options: &Options,
+    work: impl FnOnce(&Record, &Provenance) -> T,
+) -> Result<(Record, Vec<DataFault>, Provenance, T), LogError> {
     let mut reader = Reader::open(path, options)?;
     let mut record = Record { rows: Vec::new(), free_names: reader.layout().free_names.clone(), ..Record::default() };
     let mut marked = Vec::new();
@@ -42,14 +54,19 @@ pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, P
         let from = std::iter::once(0).chain(last.iter().map(|k| k + 1));
         marked = from.zip(&last).map(|(from, &last)| marked[from..=last].iter().all(|marked| *marked)).collect();
     }
-    let mut checked = if options.as_streamed { record.clone() } else { std::mem::take(&mut record) };
-    let report = faults::check(&mut checked, &marked);
-    if options.as_streamed {
+    let (report, streamed) = if options.as_streamed {
+        let mut checked = record.clone();
         let mut held = Held::of(&record.rows[..record.len().min(LOOKED_AT)]);
         record.rows.iter_mut().for_each(|row| held.take(row));
+        let provenance = provenance(path, &reader, &record);
+        std::thread::scope(|scope| {
+            let check = scope.spawn(|| faults::check(&mut checked, &marked));
+            let done = work(&record, &provenance);
+            (check.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), Ok(done))
+        })
     } else {
-        record = checked;
-    }
+        (faults::check(&mut record, &marked), Err(work))
+    };
     found.extend(report.faults);
     if let Some(by) = &reader.layout().dependent {
         found.push(dependent::fault(by, &reader.layout().seconds, record.len() as u64));
@@ -85,7 +102,8 @@ pub fn read(path: &Path, options: &Options) -> Result<(Record, Vec<DataFault>, P
     }
     let mut provenance = provenance(path, &reader, &record);
     provenance.start_ns += i128::from(origin);
-    Ok((record, found, provenance))
+    let done = streamed.unwrap_or_else(|work| work(&record, &provenance));
+    Ok((record, found, provenance, done))
 }
 
 /// A time that counts rows, where its name or the text above the header shows that it is none.
