@@ -96,7 +96,7 @@ fn jumps(gyro: &Readings, rate: &Readings) -> bool {
             first - run.len()..first
         })
         .collect();
-    let held: usize = holds.iter().filter(|hold| hold.len() >= HOLD).map(|hold| hold.len()).sum();
+    let held: usize = holds.iter().filter(|hold| hold.len() >= HOLD).map(ExactSizeIterator::len).sum();
     let change = |k: usize| (rate.values[k] - rate.values[k - 1]).abs();
     let changes: Vec<f64> = holds.iter().skip(1).map(|hold| change(hold.start)).collect();
     let jumped: f64 = changes.iter().filter(|change| **change > JUMP * fastest).sum();
@@ -179,7 +179,7 @@ mod tests {
         let told = |k: usize| [0.0, 1.5, -0.75, 0.5, -2.0][k / 300 % 5];
         let of = |rate: &dyn Fn(usize) -> f64| Readings {
             rows: (0..6000).collect(),
-            t: (0..6000).map(|k| k as f64 * 0.01).collect(),
+            t: (0..6000).map(|k| f64::from(k) * 0.01).collect(),
             values: (0..6000).map(rate).collect(),
         };
         let noise = |k: usize| 1e-3 * (f64::from((k as u32).wrapping_mul(2_654_435_761) >> 8) / 1.68e7 - 0.5);
