@@ -77,6 +77,56 @@ fn no_bad_row_on_standard_input_ends_the_run_and_each_kind_is_counted_and_told_o
 }
 
 #[test]
+fn a_reading_that_stands_for_none_is_left_out_and_counted() {
+    let place = Place::new();
+    let path = place.file("log.csv");
+    log(&path, 30.0, 6);
+    let lines = lines(&path);
+    let (mut pipeline, mut input) = place.start_fed("marked", &["--speed", "max"]);
+    let mut marked = 0_u64;
+    for (k, line) in lines.iter().enumerate() {
+        if k % 40 == 20 {
+            let fields: Vec<&str> = line.split(',').collect();
+            writeln!(input, "{},-34.9,{}", fields[0], fields[2..].join(",")).unwrap();
+            marked += 1;
+        } else {
+            writeln!(input, "{line}").unwrap();
+        }
+    }
+    let rows = lines.len() as u64 - 1;
+    let seen = source(&place, &mut pipeline, "marked", |s| s["rows"] == rows);
+    assert_eq!(seen["left_out"], marked, "{seen}");
+    drop(input);
+    let ended = pipeline.end();
+    assert_eq!(ended.code, Some(0), "{}{}", ended.out, ended.error);
+    assert!(ended.out.contains(&format!("{marked} readings left out")), "{}", ended.out);
+    assert_eq!(ended.error.matches("no reading and left out").count(), 1, "{}", ended.error);
+}
+
+#[test]
+fn lines_that_make_one_reading_are_a_row() {
+    let place = Place::new();
+    let path = place.file("log.csv");
+    log(&path, 20.0, 6);
+    let lines = lines(&path);
+    let names: Vec<&str> = lines[0].split(',').collect();
+    let (mut pipeline, mut input) = place.start_fed("blocks", &["--speed", "max"]);
+    writeln!(input, "MPU6050 Found!\nGyro range set to: +- 500 deg/s\n").unwrap();
+    for line in &lines[1..] {
+        for (name, field) in names.iter().zip(line.split(',')).filter(|(_, field)| !field.is_empty()) {
+            writeln!(input, "{name}: {field}").unwrap();
+        }
+        writeln!(input).unwrap();
+    }
+    let rows = lines.len() as u64 - 1;
+    source(&place, &mut pipeline, "blocks", |s| s["rows"].as_u64() >= Some(rows - 1));
+    drop(input);
+    let ended = pipeline.end();
+    assert_eq!(ended.code, Some(0), "{}{}", ended.out, ended.error);
+    assert_eq!(counted(&ended.out, "kalman", "in"), rows, "{}", ended.out);
+}
+
+#[test]
 fn a_board_that_begins_again_makes_a_segment_whether_it_says_its_header_or_not() {
     let place = Place::new();
     let path = place.file("log.csv");
