@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 use gyro_model::Axis;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use workbench::{log::Options, report::Format};
 
 /// Which log, and how to read it.
@@ -19,6 +19,48 @@ pub struct LogArgs {
     /// The sensor was at rest all the time: an axis without reference is judged against zero rate
     #[arg(long)]
     pub at_rest: bool,
+}
+
+/// Which logs, and how to read them.
+#[derive(clap::Args, Debug, Clone)]
+pub struct LogsArgs {
+    /// The log: CSV or other text, ULog, MCAP, …, plain, .gz or .zst, the folder of a ROS 2 bag, or `-` for standard input;
+    /// several are logs of one sensor: one model for all, each with its own zero and reference
+    #[arg(value_name = "LOG", required = true, num_args = 1..)]
+    pub logs: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) names: NameArgs,
+    /// Use the reference although it was computed from this very gyro
+    #[arg(long)]
+    pub reference_is_dependent: bool,
+    /// The sensor was at rest all the time: an axis without reference is judged against zero rate
+    #[arg(long)]
+    pub at_rest: bool,
+}
+
+impl LogsArgs {
+    /// The first log, with how it is read.
+    #[must_use]
+    pub fn first(&self) -> LogArgs {
+        LogArgs {
+            log: self.logs.first().cloned().unwrap_or_default(),
+            names: self.names.clone(),
+            reference_is_dependent: self.reference_is_dependent,
+            at_rest: self.at_rest,
+        }
+    }
+
+    /// Whether there is more than one.
+    #[must_use]
+    pub fn are_several(&self) -> bool {
+        self.logs.len() > 1
+    }
+
+    /// All of them, as files.
+    #[must_use]
+    pub fn paths(&self) -> Vec<&Path> {
+        self.logs.iter().map(PathBuf::as_path).collect()
+    }
 }
 
 /// Which channels of a log are meant.

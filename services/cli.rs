@@ -70,6 +70,12 @@ pub enum Command {
     Remove(commands::remove::Args),
     /// Diagnose and add effects until nothing is missing
     Ladder(commands::ladder::Args),
+    /// Reduce logs to what they say: an evidence file, to be merged with others
+    Evidence(commands::evidence::Args),
+    /// Put evidence files together
+    Merge(commands::merge::Args),
+    /// Show what many logs say together: of types, of parts, of changes in time
+    Fleet(commands::fleet::Args),
     /// Compensate a log with the same filter that runs live
     Apply(commands::apply::Args),
     /// Export a model: C header, Kalibr, ROS, Autoware, OpenVINS, ArduPilot, PX4, INAV, JSON
@@ -116,6 +122,9 @@ impl Command {
             Self::Add(args) => commands::add::run(args),
             Self::Remove(args) => commands::remove::run(args),
             Self::Ladder(args) => commands::ladder::run(args),
+            Self::Evidence(args) => commands::evidence::run(args),
+            Self::Merge(args) => commands::merge::run(args),
+            Self::Fleet(args) => commands::fleet::run(args),
             Self::Apply(args) => commands::apply::run(args),
             Self::Export(args) => commands::export::run(args),
             Self::Channels(args) => commands::channels::run(args),

@@ -58,13 +58,19 @@ fn folder() -> Bench {
             ["simulate", "--hide", "delay:d=0.012", "--seconds", "20", "--axis", "x", "--seed", seed, "-o", name];
         bench.ok(&line);
     };
-    for (name, seed) in [("log.csv", "1"), ("log.csv.gz", "1"), ("new.csv.gz", "2")] {
+    for (name, seed) in [("log.csv", "1"), ("log.csv.gz", "1"), ("new.csv.gz", "2"), ("third.csv", "3")] {
         make(name, seed);
     }
     bench.ok(&["add", "log.csv.gz", "delay", "-o", "model.toml"]);
     for name in ["a.toml", "b.toml", "old.toml", "m.toml"] {
         std::fs::copy(bench.path("model.toml"), bench.path(name)).unwrap();
     }
+    for (log, name) in [("log.csv", "a.evidence"), ("new.csv.gz", "b.evidence"), ("third.csv", "c.evidence")] {
+        bench.ok(&["evidence", log, "-o", name, "--part", "17", "--type", "BMI160"]);
+    }
+    std::fs::copy(bench.path("a.evidence"), bench.path("fleet.evidence")).unwrap();
+    bench.ok(&["fleet", "fleet.evidence", "--export", "type.toml"]);
+    bench.file("fleet.toml", "seconds = 20.0\n[type.BMI160]\nparts = 2\n");
     // A format is told by the bytes: what the readers' own tests hold to real ULog files is not asked again here.
     std::fs::copy(bench.path("log.csv"), bench.path("flight.ulg")).unwrap();
     bench.file("car.dbc", "BO_ 256 IMU: 2 X\n SG_ YAW_RATE : 0|16@1- (0.01,0) [0|0] \"deg/s\" X\n");

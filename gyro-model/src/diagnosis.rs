@@ -24,6 +24,71 @@ pub struct Diagnosis {
     pub log: String,
     /// One entry an axis.
     pub axes: Vec<AxisResult>,
+    /// What several logs add to it.
+    #[serde(flatten, default, skip_serializing_if = "Option::is_none")]
+    pub several: Option<Several>,
+}
+
+/// What a result over several logs of one sensor has besides.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Several {
+    /// The logs.
+    pub logs: Vec<String>,
+    /// Each log's own: its nuisances, what it alone says, its budget.
+    pub each: Vec<EachLog>,
+    /// What was named, and whose it is.
+    pub repeats: Vec<Repeats>,
+}
+
+/// One log of several.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct EachLog {
+    /// Its name.
+    pub log: String,
+    /// Axis by axis.
+    pub axes: Vec<EachAxis>,
+}
+
+/// One axis of one log of several.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct EachAxis {
+    /// The axis.
+    pub axis: Axis,
+    /// What this log alone comes to.
+    pub verdict: Verdict,
+    /// Its own parameters, which the other logs do not share: its zero, its reference.
+    pub parameters: Vec<ParameterValue>,
+    /// What it alone says of the parameters that all share.
+    pub alone: Vec<ParameterValue>,
+    /// Its noise.
+    pub noise: NoiseValue,
+    /// Its error under the common model.
+    pub error_curve: Vec<ErrorPoint>,
+    /// The largest error over floor.
+    pub error_over_floor: Option<f64>,
+    /// What that error is made of.
+    pub budget: Vec<BudgetPoint>,
+    /// The largest part of it.
+    pub limited_by: Option<LimitedBy>,
+}
+
+/// An effect over several logs.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Repeats {
+    /// The axis.
+    pub axis: Axis,
+    /// The effect.
+    pub effect: String,
+    /// `sensor` where it repeats, `set-up` where it does not.
+    pub of: String,
+    /// The logs that show it.
+    pub shown_in: Vec<String>,
+    /// Those that could.
+    pub could_show: Vec<String>,
+    /// Chance that logs with one value differ as much.
+    pub p_differs: Option<f64>,
+    /// It in a sentence.
+    pub says: String,
 }
 
 /// What `compare`, `diagnose` and `ladder` say of one axis. Of a ladder the errors are those at its end.
@@ -43,6 +108,9 @@ pub struct AxisResult {
     /// The answer in a sentence or two, with its number ([`crate::headline`]).
     #[serde(default)]
     pub headline: String,
+    /// What several logs say of it beside the answer; empty for one log.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub of_logs: String,
     /// What to do about it on the vehicle; empty where nothing is to be done.
     #[serde(default)]
     pub at_source: String,
@@ -129,6 +197,7 @@ impl AxisResult {
             finding,
             remarks: Vec::new(),
             headline: String::new(),
+            of_logs: String::new(),
             at_source: String::new(),
             drift: Vec::new(),
             drift_says: String::new(),
@@ -405,6 +474,42 @@ impl BudgetPoint {
         .map(|part| part.unwrap_or(0.0))
     }
 
+    /// With these parts, in the order of [`LimitedBy::ALL`].
+    #[must_use]
+    pub fn of_parts(tau_s: f64, parts: [f64; PARTS]) -> Self {
+        let [
+            gyro_noise,
+            bias_wander,
+            reference_noise,
+            reference_bandwidth,
+            timing,
+            folded_motion,
+            random_scale,
+            rate_noise,
+            reversal_steps,
+            start_stop_steps,
+            lost_motion,
+            missing,
+            unattributed,
+        ] = parts.map(Some);
+        Self {
+            tau_s,
+            gyro_noise,
+            bias_wander,
+            reference_noise,
+            reference_bandwidth,
+            timing,
+            folded_motion,
+            random_scale,
+            rate_noise,
+            reversal_steps,
+            start_stop_steps,
+            lost_motion,
+            missing,
+            unattributed,
+        }
+    }
+
     /// The mean square error.
     #[must_use]
     pub fn total(&self) -> f64 {
@@ -671,6 +776,9 @@ pub struct Ladder {
     pub log: String,
     /// One entry an axis.
     pub axes: Vec<AxisResult>,
+    /// What several logs add to it.
+    #[serde(flatten, default, skip_serializing_if = "Option::is_none")]
+    pub several: Option<Several>,
 }
 
 /// One step of a ladder.

@@ -89,6 +89,7 @@
 //! | [`fit`] | the model's parameters on a log |
 //! | [`thresholds`] | every number that a decision is held against |
 //! | [`diagnose`] | which effect is missing: scan, refit, tests of admission, search, verdict |
+//! | [`pooled`] | many logs: their normal equations, what repeats, means and spreads of a type of sensor |
 //! | [`guide`] | which manoeuvre of the sensor would tell most of what is still to be known |
 //! | [`headline`], [`drift`] | the answer in a sentence, of one axis or of several; how far off an angle is without a reference |
 //! | [`words`] | findings in sentences, with a voice for logs, streams and libraries |
@@ -123,6 +124,7 @@ mod observer;
 mod order;
 pub mod paper;
 mod parallel;
+pub mod pooled;
 mod process_noise;
 pub mod record;
 mod scan;

@@ -1,8 +1,9 @@
 //! `truerate compare`: model against measurements, and where it fails.
 
 use crate::{
-    arguments::{LogArgs, ReportArgs},
+    arguments::{LogsArgs, ReportArgs},
     commands::subject,
+    progress::Progress,
 };
 use anyhow::Result;
 use gyro_model::Axis;
@@ -20,6 +21,8 @@ Examples:
       the base model, fitted to this log
   truerate compare new.csv.gz --model model.toml
       a model on a log that it was not fitted to
+  truerate compare log.csv.gz new.csv.gz --model model.toml
+      on several logs of one sensor
   truerate compare log.csv.gz --model a.toml --against b.toml
       two models on the same samples
   truerate compare log.csv.gz --model model.toml --report page.html
@@ -30,7 +33,7 @@ The model's parameters stay as they are. If the model was fitted on this very lo
 the errors shown are those of refits without the block that is judged.")]
 pub struct Args {
     #[command(flatten)]
-    log: LogArgs,
+    log: LogsArgs,
     /// The model to compare with the log; without it the base model, fitted to the log
     #[arg(long, value_name = "M")]
     model: Option<PathBuf>,
@@ -49,8 +52,12 @@ pub struct Args {
 /// # Errors
 /// A refused log or model, or a report that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    args.report.check(&[&args.log.log])?;
-    let mut subject = subject::read(&args.log, args.axis)?;
+    args.report.check(&args.log.paths())?;
+    if args.log.are_several() {
+        return run_all(args);
+    }
+    let log = args.log.first();
+    let mut subject = subject::read(&log, args.axis)?;
     let start = subject::start(&subject, args.model.as_deref())?;
     let other = args.against.as_deref().map(|path| subject::start(&subject, Some(path))).transpose()?;
     for (start, path) in [(Some(&start), &args.model), (other.as_ref(), &args.against)] {
@@ -60,11 +67,35 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     let diagnosis = subject::judge(&subject, &start)?;
     let warning = args.model.as_ref().and_then(|_| subject.hotter(&start.file)).unwrap_or_default();
-    let context = subject::context(&subject, Command::Compare, &args.log, args.axis, args.model.as_deref(), None);
+    let context = subject::context(&subject, Command::Compare, &log, args.axis, args.model.as_deref(), None);
     let context = report::Context { warning, opened: args.report.open, ..context };
     let context = |file: bool| if file { context.for_file() } else { context.clone() };
     if let (Some(against), Some(other)) = (&args.against, &other) {
         let other = subject::judge(&subject, other)?;
+        let model = args.model.as_ref().map_or_else(|| "base model".to_owned(), |path| label(path, against));
+        let against = args.model.as_ref().map_or_else(|| label(against, Path::new("")), |model| label(against, model));
+        let both = Against { model: &model, diagnosis: &diagnosis, other_model: &against, other: &other };
+        args.report.emit(None, |format, file| report::render_against(&both, format, &context(file)))?;
+    } else {
+        args.report.emit(None, |format, file| report::render(&diagnosis, format, &context(file)))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn run_all(args: &Args) -> Result<ExitCode> {
+    let several = subject::read_all(&args.log, args.axis)?;
+    let held = |model: Option<&Path>| {
+        let spinner = Progress::spinner("comparing");
+        let progress = |what: &str| spinner.says(what);
+        several.compare(&several.start(model)?, &subject::options_of_all(&progress))
+    };
+    let diagnosis = held(args.model.as_deref())?;
+    let context =
+        subject::context_of_all(&several, Command::Compare, &args.log, args.axis, args.model.as_deref(), None);
+    let context = report::Context { opened: args.report.open, ..context };
+    let context = |file: bool| if file { context.for_file() } else { context.clone() };
+    if let Some(against) = &args.against {
+        let other = held(Some(against))?;
         let model = args.model.as_ref().map_or_else(|| "base model".to_owned(), |path| label(path, against));
         let against = args.model.as_ref().map_or_else(|| label(against, Path::new("")), |model| label(against, model));
         let both = Against { model: &model, diagnosis: &diagnosis, other_model: &against, other: &other };

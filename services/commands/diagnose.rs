@@ -1,14 +1,18 @@
 //! `truerate diagnose`: which physical effect is missing.
 
 use crate::{
-    arguments::{LogArgs, ReportArgs, SearchArgs},
+    arguments::{LogsArgs, ReportArgs, SearchArgs},
     commands::subject,
     deadline::Deadline,
     progress::Progress,
 };
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::ValueEnum;
-use gyro_model::{Axis, diagnose, diagnosis::Verdict, finding::Remark};
+use gyro_model::{
+    Axis, diagnose,
+    diagnosis::{Diagnosis, Verdict},
+    finding::Remark,
+};
 use std::{path::PathBuf, process::ExitCode};
 use workbench::report::{self, Command};
 
@@ -20,6 +24,8 @@ Examples:
       what the base model is missing
   truerate diagnose log.csv.gz --model model.toml
       what this model is missing
+  truerate diagnose log.csv.gz new.csv.gz
+      what several logs of one sensor show together: what repeats is the sensor's
   truerate diagnose log.csv.gz --axis x --format json
       for programs
   truerate diagnose log.csv.gz --open
@@ -33,10 +39,14 @@ The model is refitted to the log first. Verdicts: adequate, missing-effect, ambi
 cannot-tell, bad-data. The last lines say what to run next.")]
 pub struct Args {
     #[command(flatten)]
-    log: LogArgs,
+    log: LogsArgs,
     /// The model to start from; without it the base model
     #[arg(long, value_name = "M")]
     model: Option<PathBuf>,
+    /// Start from a type, as `truerate fleet F --export` writes it (FILE:TYPE where it holds several): a new part then needs
+    /// seconds; a part that is not of the type is noticed, and not pulled to it
+    #[arg(long, value_name = "type.toml", conflicts_with = "model")]
+    prior: Option<PathBuf>,
     /// Only this axis
     #[arg(long, value_name = "x|y|z")]
     axis: Option<Axis>,
@@ -87,10 +97,18 @@ const FOUND: u8 = 3;
 /// # Errors
 /// A refused log or model, or a report that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    args.report.check(&[&args.log.log])?;
-    let subject = subject::read(&args.log, args.axis)?;
-    let start = subject::start(&subject, args.model.as_deref())?;
-    let diagnosis = {
+    args.report.check(&args.log.paths())?;
+    if args.log.are_several() {
+        ensure!(args.prior.is_none(), "--prior is for one log of a new part: give one log");
+        return run_all(args);
+    }
+    let log = args.log.first();
+    let subject = subject::read(&log, args.axis)?;
+    let (start, says) = match &args.prior {
+        Some(path) => subject::begin(&subject, path).map(|begun| (begun.start, begun.says))?,
+        None => (subject::start(&subject, args.model.as_deref())?, Vec::new()),
+    };
+    let mut diagnosis = {
         let spinner = Progress::spinner("diagnosing");
         let progress = |what: &str| spinner.says(what);
         let deadline = Deadline::after(args.search.budget)?;
@@ -102,7 +120,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         };
         subject.diagnose(&start, &options)?
     };
-    let mut context = subject::context(&subject, Command::Diagnose, &args.log, args.axis, args.model.as_deref(), None);
+    subject::say_beside(&mut diagnosis.axes, &says);
+    let mut context = subject::context(&subject, Command::Diagnose, &log, args.axis, args.model.as_deref(), None);
     context.opened = args.report.open;
     context.explained = subject::explained(&args.search);
     context.unfinished = diagnosis.axes.iter().any(|axis| axis.unfinished);
@@ -110,6 +129,36 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     args.report.emit(None, |format, file| {
         report::render(&diagnosis, format, &if file { context.for_file() } else { context.clone() })
     })?;
+    Ok(code(args, &diagnosis))
+}
+
+fn code(args: &Args, diagnosis: &Diagnosis) -> ExitCode {
     let found = diagnosis.axes.iter().any(|axis| args.fail_on.iter().any(|f| f.verdict() == axis.verdict));
-    Ok(if found { ExitCode::from(FOUND) } else { ExitCode::SUCCESS })
+    if found { ExitCode::from(FOUND) } else { ExitCode::SUCCESS }
+}
+
+fn run_all(args: &Args) -> Result<ExitCode> {
+    let several = subject::read_all(&args.log, args.axis)?;
+    let start = several.start(args.model.as_deref())?;
+    let diagnosis = {
+        let spinner = Progress::spinner("diagnosing");
+        let progress = |what: &str| spinner.says(what);
+        let deadline = Deadline::after(args.search.budget)?;
+        let is_over = || deadline.is_over();
+        let options = diagnose::Options {
+            explain: args.search.explain.is_some(),
+            stop: &is_over,
+            ..subject::options_of_all(&progress)
+        };
+        several.diagnose(&start, &options)?
+    };
+    let mut context =
+        subject::context_of_all(&several, Command::Diagnose, &args.log, args.axis, args.model.as_deref(), None);
+    context.opened = args.report.open;
+    context.explained = subject::explained(&args.search);
+    context.unfinished = diagnosis.axes.iter().any(|axis| axis.unfinished);
+    args.report.emit(None, |format, file| {
+        report::render(&diagnosis, format, &if file { context.for_file() } else { context.clone() })
+    })?;
+    Ok(code(args, &diagnosis))
 }

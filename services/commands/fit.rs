@@ -1,11 +1,12 @@
 //! `truerate fit`: the base model, by nonlinear least squares.
 
 use crate::{
-    arguments::{LogArgs, ReportArgs},
+    arguments::{LogsArgs, ReportArgs},
     commands::subject,
+    progress::Progress,
 };
-use anyhow::{Context, Result};
-use gyro_model::Axis;
+use anyhow::{Context, Result, ensure};
+use gyro_model::{Axis, Model};
 use std::{path::PathBuf, process::ExitCode};
 use workbench::{
     model_file,
@@ -21,16 +22,24 @@ Examples:
       scale factor and bias of every axis with a reference
   truerate fit log.csv.gz --axis x
       of one axis; printed only
+  truerate fit log.csv.gz new.csv.gz -o model.toml
+      one model of several logs of one sensor, each with its own zero
+  truerate fit new.csv.gz --prior type.toml -o new.toml
+      of a new part, begun from its type
   truerate fit new.csv.gz --model old.toml -o new.toml
       the effects of old.toml, refitted
 
 Then `truerate compare` and `truerate diagnose` show what error the model leaves.")]
 pub struct Args {
     #[command(flatten)]
-    log: LogArgs,
+    log: LogsArgs,
     /// Refit this model's effects in place of the base model's
     #[arg(long, value_name = "M")]
     model: Option<PathBuf>,
+    /// Start from a type, as `truerate fleet F --export` writes it (FILE:TYPE where it holds several): a new part then needs
+    /// seconds; a part that is not of the type is noticed, and not pulled to it
+    #[arg(long, value_name = "type.toml", conflicts_with = "model")]
+    prior: Option<PathBuf>,
     /// Only this axis
     #[arg(long, value_name = "x|y|z")]
     axis: Option<Axis>,
@@ -46,25 +55,69 @@ pub struct Args {
 /// # Errors
 /// A refused log or model, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    args.report.check_with(&args.log.log, args.output.as_deref())?;
-    let subject = subject::read(&args.log, args.axis)?;
-    let (start, own_effects) = match &args.model {
-        Some(path) => {
+    args.report.check_with_all(&args.log.paths(), args.output.as_deref())?;
+    if args.log.are_several() {
+        ensure!(args.prior.is_none(), "--prior is for one log of a new part: give one log");
+        return run_all(args);
+    }
+    let log = args.log.first();
+    let subject = subject::read(&log, args.axis)?;
+    let mut says = Vec::new();
+    let (model, own_effects) = match (&args.prior, &args.model) {
+        (Some(path), _) => {
+            let begun = subject::begin(&subject, path)?;
+            says = begun.says;
+            (begun.start.file.model, Vec::new())
+        }
+        (None, Some(path)) => {
             let file = model_file::load(path, &subject.record.free_names)?;
             file.check_channels(&subject.record, &subject.axes).with_context(|| subject.name.clone())?;
-            (file.model, file.own_effects)
+            (fitted(&subject, &file.model)?, file.own_effects)
         }
-        None => (subject.base(), Vec::new()),
+        (None, None) => (fitted(&subject, &subject.base())?, Vec::new()),
     };
-    let mut model = subject::fit(&subject, &start)?;
-    model.epoch = start.epoch + 1;
-    let diagnosis = subject::compare(&subject, &model, true)?;
+    // Blocked refits would forget the type.
+    let mut diagnosis = subject::compare(&subject, &model, args.prior.is_none())?;
+    subject::say_beside(&mut diagnosis.axes, &says);
     let file = subject.fitted(model, own_effects);
     if let Some(path) = &args.output {
         subject::keep(path, &file)?;
     }
     let mut context =
-        subject::context(&subject, Command::Fit, &args.log, args.axis, args.model.as_deref(), args.output.as_deref());
+        subject::context(&subject, Command::Fit, &log, args.axis, args.model.as_deref(), args.output.as_deref());
+    context.opened = args.report.open;
+    context.product = Subject::product(&file, args.output.as_deref());
+    args.report.emit(args.output.as_deref(), |format, file| {
+        report::render(&diagnosis, format, &if file { context.for_file() } else { context.clone() })
+    })?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn fitted(subject: &Subject, start: &Model) -> Result<Model> {
+    let fitted = subject::fit(subject, start)?;
+    Ok(Model { epoch: start.epoch + 1, ..fitted })
+}
+
+fn run_all(args: &Args) -> Result<ExitCode> {
+    let several = subject::read_all(&args.log, args.axis)?;
+    let start = several.start(args.model.as_deref())?;
+    let (joint, diagnosis) = {
+        let spinner = Progress::spinner("fitting");
+        let progress = |what: &str| spinner.says(what);
+        several.fit_and_compare(&start.file.model, &subject::options_of_all(&progress))?
+    };
+    let file = several.fitted(joint.model, &start.file);
+    if let Some(path) = &args.output {
+        subject::keep(path, &file)?;
+    }
+    let mut context = subject::context_of_all(
+        &several,
+        Command::Fit,
+        &args.log,
+        args.axis,
+        args.model.as_deref(),
+        args.output.as_deref(),
+    );
     context.opened = args.report.open;
     context.product = Subject::product(&file, args.output.as_deref());
     args.report.emit(args.output.as_deref(), |format, file| {

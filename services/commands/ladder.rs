@@ -1,12 +1,12 @@
 //! `truerate ladder`: diagnose and add until nothing is missing.
 
 use crate::{
-    arguments::{LogArgs, ReportArgs, SearchArgs},
+    arguments::{LogsArgs, ReportArgs, SearchArgs},
     commands::subject,
     deadline::Deadline,
     progress::Progress,
 };
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use gyro_model::{Axis, diagnose, diagnosis::LadderStep, headline};
 use std::{path::PathBuf, process::ExitCode};
 use workbench::{
@@ -20,6 +20,7 @@ use workbench::{
 Examples:
   truerate ladder log.csv.gz -o model.toml                 from the base model up
   truerate ladder log.csv.gz --model model.toml -o new.toml
+  truerate ladder log.csv.gz new.csv.gz -o model.toml      one model of several logs of one sensor
   truerate ladder log.csv.gz --axis x --report page.html   with charts of every step
   truerate ladder log.csv.gz --open                        the same, in a browser
   truerate ladder log.csv.gz --budget 30                   the best model that 30 s find
@@ -29,10 +30,14 @@ effects that are no longer needed are removed. It stops at the floor, the error 
 leaves, or says what error is left and where.")]
 pub struct Args {
     #[command(flatten)]
-    log: LogArgs,
+    log: LogsArgs,
     /// The model to start from; without it the base model
     #[arg(long, value_name = "M")]
     model: Option<PathBuf>,
+    /// Start from a type, as `truerate fleet F --export` writes it (FILE:TYPE where it holds several): a new part then needs
+    /// seconds; a part that is not of the type is noticed, and not pulled to it
+    #[arg(long, value_name = "type.toml", conflicts_with = "model")]
+    prior: Option<PathBuf>,
     /// Only this axis
     #[arg(long, value_name = "x|y|z")]
     axis: Option<Axis>,
@@ -50,10 +55,18 @@ pub struct Args {
 /// # Errors
 /// A refused log or model, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    args.report.check_with(&args.log.log, args.output.as_deref())?;
-    let subject = subject::read(&args.log, args.axis)?;
-    let start = subject::start(&subject, args.model.as_deref())?;
-    let (file, ladder) = {
+    args.report.check_with_all(&args.log.paths(), args.output.as_deref())?;
+    if args.log.are_several() {
+        ensure!(args.prior.is_none(), "--prior is for one log of a new part: give one log");
+        return run_all(args);
+    }
+    let log = args.log.first();
+    let subject = subject::read(&log, args.axis)?;
+    let (start, says) = match &args.prior {
+        Some(path) => subject::begin(&subject, path).map(|begun| (begun.start, begun.says))?,
+        None => (subject::start(&subject, args.model.as_deref())?, Vec::new()),
+    };
+    let (file, mut ladder) = {
         let spinner = Progress::spinner("climbing");
         let progress = |what: &str| spinner.says(what);
         let deadline = Deadline::after(args.search.budget)?;
@@ -71,11 +84,42 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         };
         subject.ladder(&start, &options)?
     };
+    subject::say_beside(&mut ladder.axes, &says);
     if let Some(path) = &args.output {
         subject::keep(path, &file)?;
     }
-    let mut context = subject::context(
-        &subject,
+    let mut context =
+        subject::context(&subject, Command::Ladder, &log, args.axis, args.model.as_deref(), args.output.as_deref());
+    context.product = Subject::product(&file, args.output.as_deref());
+    context.opened = args.report.open;
+    context.explained = subject::explained(&args.search);
+    context.unfinished = ladder.axes.iter().any(|axis| axis.unfinished);
+    args.report.emit(args.output.as_deref(), |format, file| {
+        report::render_ladder(&ladder, format, &if file { context.for_file() } else { context.clone() })
+    })?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn run_all(args: &Args) -> Result<ExitCode> {
+    let several = subject::read_all(&args.log, args.axis)?;
+    let start = several.start(args.model.as_deref())?;
+    let (file, ladder) = {
+        let spinner = Progress::spinner("climbing");
+        let progress = |what: &str| spinner.says(what);
+        let deadline = Deadline::after(args.search.budget)?;
+        let is_over = || deadline.is_over();
+        let options = diagnose::Options {
+            explain: args.search.explain.is_some(),
+            stop: &is_over,
+            ..subject::options_of_all(&progress)
+        };
+        several.ladder(&start, &options)?
+    };
+    if let Some(path) = &args.output {
+        subject::keep(path, &file)?;
+    }
+    let mut context = subject::context_of_all(
+        &several,
         Command::Ladder,
         &args.log,
         args.axis,

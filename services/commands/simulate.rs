@@ -4,18 +4,21 @@ use crate::{
     commands::{print, subject::writable},
     progress::Progress,
 };
-use anyhow::{Result, anyhow};
+use anyhow::{Context, Result, anyhow};
 use gyro_model::{
     Axis,
     simulate::{self, Coloured, Motion, RandomCauses, Reference, Scenario, SensorSpec, SetUp},
 };
 use std::{
+    fmt::Write as _,
     path::{Path, PathBuf},
     process::ExitCode,
 };
 use workbench::{
     log,
     model_file::{self, ModelFile, Provenance},
+    output,
+    simulated_fleet::Plan,
 };
 
 /// What `truerate simulate` takes.
@@ -34,6 +37,8 @@ Examples:
   truerate simulate --motion drive --seconds 300 --rate 200 --seed 7 -o drive.csv.gz
   truerate simulate --reference orientation --reference-noise 3e-4:10-70 --rate 286 -o cameras.csv
       noise of cameras between 10 and 70 Hz
+  truerate simulate --fleet fleet.toml -o logs
+      every log of a fleet into the folder `logs`, and the list logs.csv: docs/fleet.md
 
 The log holds three gyro axes, the shaft encoder of the tested axis, accelerometer, temperature and
 supply. The true model, with the hidden effects, is written to LOG.truth.toml: `truerate compare LOG
@@ -76,6 +81,10 @@ pub struct Args {
     /// The axis on the shaft
     #[arg(long, value_name = "x|y|z", default_value = "x")]
     pub axis: Axis,
+    /// A fleet in place of one log: types, parts and logs with spreads between them, from this file
+    #[arg(long, value_name = "FLEET.toml", conflicts_with_all = ["hide", "motion", "seconds", "rate", "seed", "reference",
+        "reference_noise", "jitter", "reference_rate", "smoothing", "fold", "axis"])]
+    pub fleet: Option<PathBuf>,
     /// The log to write: CSV, packed where it ends in .gz, or `-` for standard output
     #[arg(short, long, value_name = "LOG")]
     pub output: PathBuf,
@@ -126,6 +135,9 @@ fn positive(text: &str) -> Result<f64, String> {
 /// # Errors
 /// An unknown effect or parameter, a size out of bounds, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
+    if let Some(plan) = &args.fleet {
+        return run_fleet(plan, &args.output);
+    }
     let (sensor, set_up) = args.rig();
     let (hidden, random) = simulate::hidden(&args.hide, args.axis).map_err(|wrong| anyhow!(wrong))?;
     let set_up = SetUp { random, ..set_up };
@@ -166,5 +178,25 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         if hidden.is_empty() { "nothing".to_owned() } else { hidden.join(", ") },
         beside.display()
     ))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes every log of a fleet, and the list of them.
+fn run_fleet(plan: &Path, folder: &Path) -> Result<ExitCode> {
+    let logs = Plan::load(plan)?.logs().with_context(|| plan.display().to_string())?;
+    std::fs::create_dir_all(folder)
+        .with_context(|| format!("{}: cannot be made: give a folder that can be written to", folder.display()))?;
+    let progress = Progress::of(logs.len() as u64, "simulating");
+    let mut list = String::from("log,type,part,day\n");
+    for (k, own) in logs.iter().enumerate() {
+        progress.at(k as u64);
+        let (record, _) =
+            SetUp::default().simulate(&own.scenario, own.scenario.rows().map_err(|wrong| anyhow!(wrong))?, |_| ());
+        log::write_record(&folder.join(&own.file), &record, own.start_ns())?;
+        let _ = writeln!(list, "{},{},{},{}", own.file, own.kind, own.part, own.day);
+    }
+    output::write(&folder.join("logs.csv"), list.as_bytes())?;
+    drop(progress);
+    print(&format!("{}: {} logs, listed in logs.csv\n", folder.display(), logs.len()))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -1,12 +1,15 @@
 //! What the offline commands have in common: a log is read while the terminal shows progress; where the result goes.
 
 use crate::{
-    arguments::{Explain, LogArgs, ReportArgs, SearchArgs},
+    arguments::{Explain, LogArgs, LogsArgs, ReportArgs, SearchArgs},
     browser,
     progress::Progress,
 };
 use anyhow::{Context as _, Result, bail};
-use gyro_model::{Axis, Model, diagnose, diagnosis::Diagnosis};
+use gyro_model::{
+    Axis, Model, diagnose,
+    diagnosis::{AxisResult, Diagnosis},
+};
 use log_readers::meaning::Pick;
 use std::{
     io::Write as _,
@@ -16,7 +19,9 @@ use workbench::{
     log,
     model_file::{self, ModelFile},
     output::{self, Output, print},
+    prior::{Begun, Prior},
     report::{self, Explained, Format},
+    several::Several,
     subject::{Start, Subject, Taken},
 };
 
@@ -135,6 +140,82 @@ pub fn explained(search: &SearchArgs) -> Explained {
     if search.explain == Some(Explain::Full) { Explained::Tests } else { Explained::Sentence }
 }
 
+/// Reads several logs of one sensor.
+///
+/// # Errors
+/// As [`Several::read`].
+pub fn read_all(args: &LogsArgs, axis: Option<Axis>) -> Result<Several> {
+    if args.logs.iter().filter(|log| *log == Path::new("-")).count() > 0 {
+        bail!("standard input is one log: give several logs as files");
+    }
+    if args.names.reference.is_some() {
+        bail!("--reference is the second file of one log: give several logs with the reference in them");
+    }
+    let taken = Taken {
+        options: args.names.options(),
+        axis,
+        at_rest: args.at_rest,
+        reference_is_dependent: args.reference_is_dependent,
+    };
+    let several = {
+        let spinner = Progress::spinner("reading the logs");
+        Several::read(&args.logs, &taken, |path| spinner.says(&path.display().to_string()))?
+    };
+    for (path, subject) in args.logs.iter().zip(&several.subjects) {
+        let one = LogArgs { log: path.clone(), ..args.first() };
+        say_chosen(&one, &subject.provenance);
+    }
+    Ok(several)
+}
+
+/// A model of a type, fitted to the log of a new part.
+///
+/// # Errors
+/// As [`Prior::load`] and [`Prior::begin`].
+pub fn begin(subject: &Subject, path: &Path) -> Result<Begun> {
+    let prior = Prior::load(path)?;
+    let _spinner = Progress::spinner("fitting");
+    prior.begin(subject)
+}
+
+/// Adds to each axis what was noticed beside its answer.
+pub fn say_beside(axes: &mut [AxisResult], says: &[(Axis, String)]) {
+    for (axis, text) in says {
+        for own in axes.iter_mut().filter(|own| own.axis == *axis) {
+            if !own.of_logs.is_empty() {
+                own.of_logs.push(' ');
+            }
+            own.of_logs.push_str(text);
+        }
+    }
+}
+
+/// How a diagnosis of several logs is run.
+#[must_use]
+pub fn options_of_all(progress: &(dyn Fn(&str) + Sync)) -> diagnose::Options<'_> {
+    diagnose::Options { progress, failed: &|error| eprintln!("truerate: {error}"), ..diagnose::Options::default() }
+}
+
+/// What a report over several logs has to know of how the command was called.
+#[must_use]
+pub fn context_of_all(
+    several: &Several,
+    command: report::Command,
+    args: &LogsArgs,
+    axis: Option<Axis>,
+    model: Option<&Path>,
+    output: Option<&Path>,
+) -> report::Context {
+    let first = args.first();
+    let own = context(&several.subjects[0], command, &first, axis, model, output);
+    report::Context {
+        log: first.log.display().to_string(),
+        more: args.logs[1..].iter().map(|log| log.display().to_string()).collect(),
+        about: several.about(model),
+        ..own
+    }
+}
+
 /// Says on standard error which channels were taken without being named.
 pub fn say_chosen(args: &LogArgs, provenance: &log::Provenance) {
     if !provenance.chosen.is_empty() {
@@ -161,9 +242,17 @@ impl ReportArgs {
     /// # Errors
     /// As [`Self::check`], of either file.
     pub fn check_with(&self, log: &Path, product: Option<&Path>) -> Result<()> {
-        let keep: Vec<&Path> = std::iter::once(log).chain(product).collect();
+        self.check_with_all(&[log], product)
+    }
+
+    /// The same of several logs.
+    ///
+    /// # Errors
+    /// As [`Self::check`], of either file.
+    pub fn check_with_all(&self, logs: &[&Path], product: Option<&Path>) -> Result<()> {
+        let keep: Vec<&Path> = logs.iter().copied().chain(product).collect();
         self.check(&keep)?;
-        product.map_or(Ok(()), |path| writable(path, &keep[..1]))
+        product.map_or(Ok(()), |path| writable(path, logs))
     }
 
     /// Prints a result, and writes the report file. `render` makes it, told whether it is for a file. Nothing is printed

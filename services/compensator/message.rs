@@ -36,7 +36,7 @@ pub fn report(judgement: &mut Judgement, name: &str) -> Vec<u8> {
     let mut axes = std::mem::take(&mut judgement.axes);
     headline::fill(&mut axes, Voice::Stream);
     drift::fill(&mut axes);
-    let mut whole = Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: name.to_owned(), axes };
+    let mut whole = Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: name.to_owned(), axes, several: None };
     let report = serde_json::to_vec(&whole).unwrap_or_default();
     if report.len() <= REPORT_BYTES {
         return report;

@@ -22,7 +22,7 @@ pub fn of_report(bytes: &[u8]) -> Option<Diagnosis> {
 pub fn of_message(message: &ipc_types::Diagnosis) -> Diagnosis {
     let axes =
         Axis::ALL.into_iter().zip(&message.axes).filter(|(_, a)| a.present == 1).map(|(axis, a)| axis_of(axis, a));
-    Diagnosis { schema: "truerate.diagnosis/1".into(), log: "live".into(), axes: axes.collect() }
+    Diagnosis { schema: "truerate.diagnosis/1".into(), log: "live".into(), axes: axes.collect(), several: None }
 }
 
 fn axis_of(axis: Axis, a: &wire::AxisDiagnosis) -> AxisDiagnosis {

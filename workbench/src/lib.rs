@@ -8,6 +8,10 @@
 //! | [`estimates`] | the columns of `apply` and of recordings |
 //! | [`export`] | a model as C, for autopilots and for estimators |
 //! | [`subject`] | a log that is worked on: read, fitted, compared, diagnosed |
+//! | [`evidence`] | evidence files: what logs say, without the logs |
+//! | [`fleet`] | what evidence says of types and parts, as text, JSON, page and type file |
+//! | [`prior`], [`simulated_fleet`] | a part that starts from its type; a fleet whose truth is known |
+//! | [`several`] | logs of one sensor, worked on together |
 //! | [`report`], [`plot`], [`web`] | results as text, JSON and one HTML page; figures as SVG; scripts and styles of the pages |
 //! | [`output`] | files that are written whole or not at all |
 //!
@@ -15,13 +19,18 @@
 //! browser stand on it.
 
 pub mod estimates;
+pub mod evidence;
 pub mod export;
+pub mod fleet;
 pub mod log;
 pub mod model_file;
 pub mod output;
 pub mod plot;
+pub mod prior;
 pub mod recording;
 pub mod report;
+pub mod several;
+pub mod simulated_fleet;
 pub mod subject;
 pub mod toml_error;
 pub mod web;

@@ -234,7 +234,8 @@ impl Subject {
             axis.find(Finding::CannotTell(Why::Dependent));
         }
         self.remark_what_lacks_a_reference(&mut all);
-        let ladder = Ladder { schema: "truerate.ladder/1".to_owned(), log: self.name.clone(), axes: all };
+        let ladder =
+            Ladder { schema: "truerate.ladder/1".to_owned(), log: self.name.clone(), axes: all, several: None };
         Ok((self.fitted(model, start.file.own_effects.clone()), ladder))
     }
 
@@ -264,7 +265,7 @@ impl Subject {
             }
         }
         self.remark_what_lacks_a_reference(&mut axes);
-        Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: self.name.clone(), axes }
+        Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: self.name.clone(), axes, several: None }
     }
 
     /// What the log is, in a few words each.

@@ -21,6 +21,7 @@ use crate::{
     thresholds::SILENT,
 };
 use judged::Judged;
+pub use judged::{noise as noise_of, parameters as parameters_of};
 pub use parts::LONG;
 use thiserror::Error;
 

@@ -48,6 +48,17 @@ pub fn of_diagnosis(axis: &AxisDiagnosis, voice: Voice) -> Headline {
 /// The same where some causes have been `told`, for several axes share them.
 #[must_use]
 pub fn of_diagnosis_beside(axis: &AxisDiagnosis, told: &[&str], voice: Voice) -> Headline {
+    of_logs(diagnosed(axis, told, voice), axis)
+}
+
+/// With what several logs say of it.
+fn of_logs(headline: Headline, axis: &AxisDiagnosis) -> Headline {
+    let words = [headline.answer.as_str(), axis.of_logs.as_str()];
+    let answer = words.into_iter().filter(|words| !words.is_empty()).collect::<Vec<_>>().join(" ");
+    Headline { answer, ..headline }
+}
+
+fn diagnosed(axis: &AxisDiagnosis, told: &[&str], voice: Voice) -> Headline {
     let here = said(&axis.error_curve);
     match (axis.verdict, axis.suspects.first()) {
         (Verdict::MissingEffect, Some(best)) => missing(axis, best, told, voice),
@@ -90,6 +101,10 @@ pub fn of_ladder(axis: &AxisLadder, voice: Voice) -> Headline {
 /// The same where some causes have been `told`, for several axes share them.
 #[must_use]
 pub fn of_ladder_beside(axis: &AxisLadder, told: &[&str], voice: Voice) -> Headline {
+    of_logs(climbed(axis, told, voice), axis)
+}
+
+fn climbed(axis: &AxisLadder, told: &[&str], voice: Voice) -> Headline {
     let (Some(first), Some(last)) = (axis.steps.first(), axis.steps.last()) else { return Headline::default() };
     let added = added(axis);
     let here = said(&last.error_curve);

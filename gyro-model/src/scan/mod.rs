@@ -135,6 +135,13 @@ pub(crate) struct Scanner<'a> {
     coarse: Coarse,
 }
 
+/// What the present model leaves, whitened, channel by channel, and its columns; those as increments of the error curve, too.
+pub(crate) struct Whitened<'a> {
+    pub residual: &'a [Vec<f64>],
+    pub columns: &'a [Vec<Vec<f64>>],
+    pub increments: &'a [Vec<f64>],
+}
+
 /// Residual and columns of the present model as increments, and their normal equations.
 struct Coarse {
     normal: nls::Normal,
@@ -377,6 +384,21 @@ impl<'a> Scanner<'a> {
         let axis = bench.problem.series[index].axis.index();
         let last = model.axes[axis].as_ref().map_or(0, |own| own.terms.len());
         scaled(bench.problem.difference(model, warm, evaluation, (index, last), term), h)
+    }
+
+    /// The whitened residual, the model's own whitened columns, and those as increments of the error curve.
+    pub(crate) fn own(&self) -> Whitened<'_> {
+        Whitened { residual: &self.residual, columns: &self.columns, increments: &self.coarse.columns }
+    }
+
+    /// What the residual changes by with a term that joins, over h.
+    pub(crate) fn change(&self, index: usize, term: &Term, h: f64) -> Vec<Vec<f64>> {
+        self.column(index, term, h)
+    }
+
+    /// A column as increments of the error curve.
+    pub(crate) fn coarse_of(&self, column: &[Vec<f64>]) -> Vec<f64> {
+        self.increments(column, None)
     }
 
     /// The scalar product of two columns, over all channels.

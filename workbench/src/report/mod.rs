@@ -57,6 +57,8 @@ pub struct Context {
     pub command: Command,
     /// The log as it was typed.
     pub log: String,
+    /// Further logs of the same sensor, as they were typed.
+    pub more: Vec<String>,
     /// `--model` as it was typed.
     pub model: Option<String>,
     /// `-o` as it was typed.
@@ -101,6 +103,7 @@ impl Context {
         Self {
             command,
             log: log.into(),
+            more: Vec::new(),
             model: None,
             output: None,
             flags: Vec::new(),
@@ -131,6 +134,7 @@ impl Context {
             terminal: Terminal::PLAIN,
             mailed: true,
             log: file_name(&self.log),
+            more: self.more.iter().map(name).collect(),
             model: self.model.as_ref().map(name),
             output: self.output.as_ref().map(name),
             flags,

@@ -175,6 +175,9 @@ impl Line<'_> {
 
     fn of(&self, command: &str, effects: &[&str], model: Option<&str>, rest: &[&str], says: &str) -> Next {
         let mut words = vec!["truerate".to_string(), command.to_string(), quoted(self.log)];
+        if self.log == self.context.log && command != "apply" {
+            words.extend(self.context.more.iter().map(|log| quoted(log)));
+        }
         words.extend(effects.iter().map(|e| (*e).to_string()));
         if let Some(model) = model {
             words.extend(["--model".to_string(), quoted(model)]);

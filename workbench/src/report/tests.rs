@@ -139,7 +139,12 @@ fn what_limits_a_log_is_told_with_its_shares_and_its_remedy() {
 }
 
 fn diagnosis(verdict: Verdict) -> Diagnosis {
-    Diagnosis { schema: "truerate.diagnosis/1".into(), log: "yaw.csv.gz".into(), axes: vec![late(verdict)] }
+    Diagnosis {
+        schema: "truerate.diagnosis/1".into(),
+        log: "yaw.csv.gz".into(),
+        axes: vec![late(verdict)],
+        several: None,
+    }
 }
 
 fn ladder() -> Ladder {
@@ -165,6 +170,7 @@ fn ladder() -> Ladder {
             data_faults: vec![],
             ..axis
         }],
+        several: None,
     }
 }
 

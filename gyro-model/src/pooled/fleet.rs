@@ -1,0 +1,381 @@
+//! A fleet: types of sensors, the parts of each, the logs of each part.
+//!
+//! Type by type and axis by axis, effects join one after the other. A candidate's estimate of each log is made with everything that joined
+//! before it free in that log, so that what an alias explains is not counted twice. The estimates of all logs go into the mixed model of
+//! [`super::spread`], which is asked four things: has the type a mean of it, do its parts differ in it, has one part alone it, and, of what
+//! a single log named, do the logs of a part differ in it. Each answer is priced for the search: four questions, every column, every axis.
+//! What single logs named comes first: they know its shape, which no linear equation does.
+
+use super::{
+    Key,
+    search::{Member, base, candidates},
+    spread::{Change, Nested, Reading, change, discoveries},
+};
+use crate::{Axis, effects, thresholds as limit};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// One log of a fleet.
+#[derive(Clone, Debug)]
+pub struct FleetLog {
+    /// Its name.
+    pub name: String,
+    /// The type of its sensor.
+    pub kind: String,
+    /// Its part, within the type.
+    pub part: String,
+    /// When it was recorded, days since any origin.
+    pub day: Option<f64>,
+    /// Its equations.
+    pub member: Member,
+}
+
+/// What a type has.
+#[derive(Clone, Debug)]
+pub struct OfType {
+    /// The type.
+    pub kind: String,
+    /// The parameter.
+    pub key: Key,
+    /// Its unit.
+    pub unit: String,
+    /// Mean and spreads, outliers left out.
+    pub nested: Nested,
+    /// Chance of it where the type has none of it, priced for the search.
+    pub p_value: f64,
+    /// Whether it raises the error over the floor by a twentieth.
+    pub matters: bool,
+    /// Log by log: name, part, estimate, standard error, whether its part is an outlier.
+    pub readings: Vec<(String, String, f64, f64, bool)>,
+}
+
+/// What one part has.
+#[derive(Clone, Debug)]
+pub struct OfPart {
+    /// The type.
+    pub kind: String,
+    /// The part.
+    pub part: String,
+    /// The parameter.
+    pub key: Key,
+    /// Best prediction; an outlier's own mean.
+    pub value: f64,
+    /// Its standard error.
+    pub std_error: f64,
+    /// Chance that a part of the type is as far off; `None` where there are too few others.
+    pub p_value: Option<f64>,
+    /// Whether it is not of its type, at a false discovery rate of 5 %.
+    pub outlier: bool,
+    /// Its logs.
+    pub logs: Vec<String>,
+    /// When it changed.
+    pub changed: Option<Dated>,
+}
+
+/// A change in time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dated {
+    /// In the middle of the interval in which it lies, days.
+    pub day: f64,
+    /// Half of that interval, days.
+    pub days: f64,
+    /// By how much.
+    pub by: f64,
+    /// Standard error of that.
+    pub std_error: f64,
+    /// Chance of it, priced for all parts and effects.
+    pub p_value: f64,
+}
+
+/// Effects that a fleet cannot tell apart.
+#[derive(Clone, Debug)]
+pub struct Alike {
+    /// The type.
+    pub kind: String,
+    /// The axis.
+    pub axis: Axis,
+    /// The effect that was taken.
+    pub effect: String,
+    /// What it cannot be told from.
+    pub aliases: Vec<String>,
+}
+
+/// Everything that a fleet says.
+#[derive(Clone, Debug, Default)]
+pub struct Fleet {
+    /// Of the types, type by type and axis by axis.
+    pub types: Vec<OfType>,
+    /// Of the parts, outliers first.
+    pub parts: Vec<OfPart>,
+    /// What cannot be told apart.
+    pub ambiguous: Vec<Alike>,
+}
+
+/// Effects that join at most, type by type and axis by axis.
+const MOST: usize = 8;
+/// False discovery rate of outliers.
+const FALSE: f64 = 0.05;
+/// Growth of J that counts: a twentieth of the error over the floor.
+const MATTERS: f64 = 0.1025;
+/// Questions that are asked of each column.
+const QUESTIONS: f64 = 4.0;
+/// Gain in ln L that tells two effects apart, however much the logs scatter.
+const APART: f64 = 3.0;
+
+/// What these logs say.
+#[must_use]
+pub fn fleet(logs: &[FleetLog]) -> Fleet {
+    let mut kinds: BTreeMap<&str, Vec<&FleetLog>> = BTreeMap::new();
+    for log in logs {
+        kinds.entry(&log.kind).or_default().push(log);
+    }
+    let mut all = Fleet::default();
+    for own in kinds.into_values() {
+        let axes: BTreeSet<Axis> = own.iter().flat_map(|log| log.member.axes().to_vec()).collect();
+        let mut found: Vec<Found> = Vec::new();
+        for axis in &axes {
+            found.extend(on_axis(&own, *axis, axes.len(), &mut all.ambiguous));
+        }
+        tell(&own, found, &mut all);
+    }
+    all.parts.sort_by(|a, b| {
+        let rank = |p: &OfPart| (!p.outlier, p.changed.is_none());
+        rank(a).cmp(&rank(b)).then(a.p_value.unwrap_or(1.0).total_cmp(&b.p_value.unwrap_or(1.0)))
+    });
+    all
+}
+
+/// One parameter that stays, with the readings of it.
+struct Found {
+    key: Key,
+    readings: Vec<Reading>,
+    /// Which log each reading is of.
+    of: Vec<usize>,
+    /// What its chance is multiplied by.
+    price: f64,
+}
+
+/// The names of the parts, in order.
+fn parts(logs: &[&FleetLog]) -> Vec<String> {
+    let names: BTreeSet<&String> = logs.iter().map(|log| &log.part).collect();
+    names.into_iter().cloned().collect()
+}
+
+/// What each log says of a parameter, these others being free in it. The value is that over nothing: of a factor less one.
+fn readings(logs: &[&FleetLog], key: &Key, beside: &BTreeSet<Key>) -> (Vec<Reading>, Vec<usize>) {
+    let names = parts(logs);
+    let neutral = neutral(key);
+    let told = logs.iter().enumerate().filter_map(|(k, log)| {
+        let (value, variance) = log.member.told(key, beside)?;
+        let part = names.binary_search(&log.part).ok()?;
+        Some((Reading { part, value: value - neutral, variance }, k))
+    });
+    told.unzip()
+}
+
+fn neutral(key: &Key) -> f64 {
+    key.card().map_or(0.0, |card| if card.neutral.is_finite() && key.name != "share" { card.neutral } else { 0.0 })
+}
+
+/// What a group of columns comes to.
+struct Asked {
+    p_value: f64,
+    gain: f64,
+    /// The same part by part, of the parameter that is clearest.
+    each: BTreeMap<usize, f64>,
+}
+
+/// Asks the three questions of a group of parameters.
+fn ask(logs: &[&FleetLog], keys: &[Key], chosen: &BTreeSet<Key>, price: f64) -> Option<Asked> {
+    let mut best: Option<Asked> = None;
+    for key in keys {
+        let beside: BTreeSet<Key> = chosen.iter().chain(keys).filter(|other| *other != key).cloned().collect();
+        let (readings, _) = readings(logs, key, &beside);
+        let Some(nested) = Nested::fit(&readings) else { continue };
+        let one = outliers(&readings).into_iter().fold(1.0, f64::min) * nested.parts as f64;
+        let named = logs.iter().any(|log| log.member.has(key));
+        let of_logs = if named { nested.p_of_spread_of_logs() } else { 1.0 };
+        let p = nested.p_of_mean().min(nested.p_of_spread()).min(one).min(of_logs);
+        let p = p * QUESTIONS * keys.len() as f64 * price;
+        let mut by_part: BTreeMap<usize, Vec<Reading>> = BTreeMap::new();
+        for own in &readings {
+            by_part.entry(own.part).or_default().push(*own);
+        }
+        let each = by_part.into_iter().map(|(part, own)| (part, nested.gain_of_part(&own)));
+        let asked = Asked { p_value: p.min(1.0), gain: nested.gain, each: each.collect() };
+        if best.as_ref().is_none_or(|best| (asked.p_value, -asked.gain) < (best.p_value, -best.gain)) {
+            best = Some(asked);
+        }
+    }
+    best
+}
+
+/// Chance of each part, the others being the type; 1 where they are too few.
+fn outliers(readings: &[Reading]) -> Vec<f64> {
+    let parts = readings.iter().map(|r| r.part + 1).max().unwrap_or(0);
+    let of = |part: usize| {
+        let (own, others): (Vec<Reading>, Vec<Reading>) = readings.iter().partition(|r| r.part == part);
+        match Nested::fit(&others) {
+            Some(nested) if !own.is_empty() && nested.parts > 2 => nested.p_of_part(&own),
+            _ => 1.0,
+        }
+    };
+    (0..parts).map(of).collect()
+}
+
+fn on_axis(logs: &[&FleetLog], axis: Axis, axes: usize, ambiguous: &mut Vec<Alike>) -> Vec<Found> {
+    let members: Vec<Member> = logs.iter().map(|log| log.member.clone()).collect();
+    let mut chosen = base(axis);
+    let mut left = candidates(&members, axis);
+    let price = (left.len() * axes) as f64;
+    let mut groups: Vec<Vec<Key>> = Vec::new();
+    let passes = |asked: &Asked| asked.p_value < limit::SIGNIFICANCE.value;
+    let mut named = true;
+    while groups.len() < MOST {
+        let tried: Vec<(usize, Asked)> = left
+            .iter()
+            .enumerate()
+            .filter(|(_, keys)| !named || members.iter().any(|member| keys.iter().any(|key| member.has(key))))
+            .filter_map(|(k, keys)| Some((k, ask(logs, keys, &chosen, price)?)))
+            .collect();
+        let passing = || tried.iter().filter(|(_, asked)| passes(asked));
+        let Some((place, best)) = passing().max_by(|a, b| a.1.gain.total_cmp(&b.1.gain)) else {
+            if !named {
+                break;
+            }
+            named = false;
+            continue;
+        };
+        let id = left[*place][0].effect.clone();
+        let alike = passing().filter(|(k, other)| left[*k][0].effect != id && is_alike(&best.each, &other.each));
+        let mut aliases: Vec<(f64, String)> =
+            alike.map(|(k, other)| (other.gain, left[*k][0].effect.clone())).collect();
+        aliases.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut names: Vec<String> = Vec::new();
+        for (_, name) in aliases {
+            if !names.contains(&name) && names.len() < 3 {
+                names.push(name);
+            }
+        }
+        if !names.is_empty() {
+            ambiguous.push(Alike { kind: logs[0].kind.clone(), axis, effect: id.clone(), aliases: names });
+        }
+        let keys = left[*place].clone();
+        chosen.extend(keys.iter().cloned());
+        left.retain(|other| other[0].effect != id);
+        groups.push(keys);
+    }
+    // What the later ones made needless goes.
+    while let Some(weak) = groups.iter().position(|keys| {
+        let rest: BTreeSet<Key> = chosen.iter().filter(|key| !keys.contains(key)).cloned().collect();
+        ask(logs, keys, &rest, price).is_none_or(|asked| !passes(&asked))
+    }) {
+        let keys = groups.remove(weak);
+        ambiguous.retain(|alike| alike.kind != logs[0].kind || alike.axis != axis || alike.effect != keys[0].effect);
+        chosen.retain(|key| !keys.contains(key));
+    }
+    let own = chosen.iter().map(|key| {
+        let beside: BTreeSet<Key> = chosen.iter().filter(|other| *other != key).cloned().collect();
+        let (readings, of) = readings(logs, key, &beside);
+        let price = if base(axis).contains(key) { 1.0 } else { price };
+        Found { key: key.clone(), readings, of, price }
+    });
+    own.collect()
+}
+
+/// Whether two effects cannot be told apart by the parts that tell both.
+fn is_alike(best: &BTreeMap<usize, f64>, other: &BTreeMap<usize, f64>) -> bool {
+    let differences: Vec<f64> = best.iter().filter_map(|(k, a)| other.get(k).map(|b| a - b)).collect();
+    let (sum, n) = (differences.iter().sum::<f64>(), differences.len() as f64);
+    if n < 5.0 {
+        return sum < APART;
+    }
+    let variance = differences.iter().map(|d| (d - sum / n).powi(2)).sum::<f64>() / (n - 1.0);
+    sum < APART.max(2.0 * (n * variance).sqrt())
+}
+
+fn tell(logs: &[&FleetLog], found: Vec<Found>, all: &mut Fleet) {
+    let names = parts(logs);
+    let chances: Vec<Vec<f64>> = found.iter().map(|own| outliers(&own.readings)).collect();
+    let mut refused = discoveries(&chances.concat(), FALSE).into_iter();
+    let tested = found.len() * names.len();
+    for (own, chances) in found.into_iter().zip(chances) {
+        let is_outlier: Vec<bool> = chances.iter().map(|_| refused.next().unwrap_or(false)).collect();
+        let kept: Vec<Reading> = own.readings.iter().filter(|r| !is_outlier[r.part]).copied().collect();
+        let Some(nested) = Nested::fit(&kept) else { continue };
+        let neutral = neutral(&own.key);
+        let shows: Vec<f64> = own.of.iter().filter_map(|&k| logs[k].member.shows(&own.key)).collect();
+        let shown = crate::order::median(shows).unwrap_or(0.0);
+        let size = nested.mean.powi(2) + nested.between + nested.within;
+        for (part, name) in names.iter().enumerate() {
+            let mine: Vec<usize> = (0..own.readings.len()).filter(|&k| own.readings[k].part == part).collect();
+            if mine.is_empty() {
+                continue;
+            }
+            let readings: Vec<Reading> = mine.iter().map(|&k| own.readings[k]).collect();
+            let outlier = is_outlier[part];
+            let (value, std_error) = if outlier {
+                let (value, variance) = nested.of_part(&readings);
+                (value, variance.sqrt())
+            } else {
+                nested.predicted(&readings)
+            };
+            let dated: Vec<(f64, f64, f64)> = mine
+                .iter()
+                .filter_map(|&k| Some((logs[own.of[k]].day?, own.readings[k].value, own.readings[k].variance)))
+                .collect();
+            all.parts.push(OfPart {
+                kind: logs[0].kind.clone(),
+                part: name.clone(),
+                key: own.key.clone(),
+                value: value + neutral,
+                std_error,
+                p_value: Some(chances[part]).filter(|p| *p < 1.0),
+                outlier,
+                logs: mine.iter().map(|&k| logs[own.of[k]].name.clone()).collect(),
+                changed: dated_change(dated, tested),
+            });
+        }
+        let unit = logs.iter().flat_map(|log| log.member.columns()).find(|c| c.key == own.key).map(|c| c.unit.clone());
+        let readings = own.readings.iter().zip(&own.of).map(|(r, &k)| {
+            let error = r.variance.sqrt();
+            (logs[k].name.clone(), names[r.part].clone(), r.value + neutral, error, is_outlier[r.part])
+        });
+        all.types.push(OfType {
+            kind: logs[0].kind.clone(),
+            unit: unit.unwrap_or_default(),
+            p_value: (nested.p_of_mean() * own.price).min(1.0),
+            matters: shown * size > MATTERS,
+            readings: readings.collect(),
+            nested: Nested { mean: nested.mean + neutral, ..nested },
+            key: own.key,
+        });
+    }
+}
+
+/// The change of one part in time, where there is one. How far its logs scatter beyond their errors is taken from neighbours in time,
+/// the widest step left out, so that the change itself does not count.
+fn dated_change(mut dated: Vec<(f64, f64, f64)>, tested: usize) -> Option<Dated> {
+    dated.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut steps: Vec<f64> =
+        dated.windows(2).map(|pair| (pair[1].1 - pair[0].1).powi(2) / 2.0 - 0.5 * (pair[0].2 + pair[1].2)).collect();
+    steps.sort_by(f64::total_cmp);
+    steps.pop();
+    let scatter = (steps.iter().sum::<f64>() / steps.len().max(1) as f64).max(0.0);
+    let readings: Vec<(f64, f64)> = dated.iter().map(|(_, value, variance)| (*value, variance + scatter)).collect();
+    let Change { from, to, by, std_error, p_value, .. } = change(&readings)?;
+    let p_value = p_value * tested as f64;
+    let (first, last) = (dated[from - 1].0, dated[to].0);
+    (p_value < limit::SIGNIFICANCE.value).then_some(Dated {
+        day: 0.5 * (first + last),
+        days: 0.5 * (last - first),
+        by,
+        std_error,
+        p_value,
+    })
+}
+
+/// Whether an effect of this id belongs to the base model.
+#[must_use]
+pub fn is_base(id: &str) -> bool {
+    effects::find(id).is_some_and(|effect| effect.stage() == effects::Stage::Calibration)
+}

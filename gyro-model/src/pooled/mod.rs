@@ -1,0 +1,34 @@
+//! Many logs, one answer: what each log says, added up.
+//!
+//! Each log is reduced to its normal equations at a stated model, over *all* columns: the model's parameters and every effect of the
+//! catalogue at fixed shapes. Those of several logs add up. What belongs to one log alone (its bias, its reference) is taken out log by
+//! log by a Schur complement, never by comparing estimates that were made without the other columns: such estimates name the alias.
+//!
+//! ```text
+//! log ─▶ Piece (A, b over all columns) ─▶ Equations without the log's own ─▶ Σ ─▶ Search: which effect, of whom
+//!                                                     └─▶ an estimate a log ─▶ Nested: mean, spread, next part
+//! ```
+//!
+//! | module | noun |
+//! | --- | --- |
+//! | [`column`] | what a column is the coefficient of |
+//! | [`piece`] | one log reduced to its normal equations |
+//! | [`equations`] | normal equations by name: taken together, reduced, solved |
+//! | [`spread`] | mean and spreads of estimates: REML over parts and logs |
+//! | [`joint`] | one model fitted to several logs |
+//! | [`curves`] | their errors as one curve |
+//! | [`search`] | which effects several logs of one sensor show together, and what repeats |
+//! | [`fleet`] | types of sensors, their parts, and what changed in time |
+
+pub mod column;
+pub mod curves;
+pub mod equations;
+pub mod fleet;
+pub mod joint;
+pub mod piece;
+pub mod search;
+pub mod spread;
+
+pub use column::{Column, Key};
+pub use equations::Equations;
+pub use piece::{Piece, pieces};

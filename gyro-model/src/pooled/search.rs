@@ -1,0 +1,376 @@
+//! Which effects several logs of one sensor show together, and what of it repeats.
+//!
+//! What repeats is the sensor's; what does not is the set-up's. The equations of the logs are summed, each log's own parameters being
+//! taken out first, and effects join one after the other: that which raises the likelihood most, where noise alone would rarely do as
+//! much for any of the columns, and where each log is better off with the value that the others have of it.
+
+use super::{Column, Equations, Key, Piece, column::is_own, spread::Reading};
+use crate::{Axis, effects, thresholds as limit};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// One log of a pool: its equations and how far its columns' scores of noise alone vary.
+#[derive(Clone, Debug)]
+pub struct Member {
+    equations: Equations,
+    columns: BTreeMap<Key, (Column, f64, f64)>,
+    axes: Vec<Axis>,
+}
+
+impl Member {
+    /// Of a log's pieces.
+    #[must_use]
+    pub fn of(pieces: &[Piece]) -> Self {
+        let each: Vec<Equations> = pieces.iter().map(Equations::of).collect();
+        let columns = pieces.iter().flat_map(|piece| {
+            let told = piece.columns.iter().enumerate();
+            told.map(|(k, column)| (column.key.clone(), (column.clone(), piece.inflation[k], piece.shows[k])))
+        });
+        Self {
+            equations: Equations::sum(&each),
+            columns: columns.collect(),
+            axes: pieces.iter().flat_map(|piece| piece.axes.clone()).collect(),
+        }
+    }
+
+    /// The axes that it tells of.
+    #[must_use]
+    pub fn axes(&self) -> &[Axis] {
+        &self.axes
+    }
+
+    /// The columns.
+    pub fn columns(&self) -> impl Iterator<Item = &Column> {
+        self.columns.values().map(|(column, ..)| column)
+    }
+
+    /// How much J grows by with the square of a coefficient.
+    #[must_use]
+    pub fn shows(&self, key: &Key) -> Option<f64> {
+        self.columns.get(key).map(|(_, _, shows)| *shows)
+    }
+
+    /// Its equations with these parameters; what is its own, or stands in its model besides, is taken out.
+    #[must_use]
+    pub fn with(&self, wanted: &BTreeSet<Key>) -> Equations {
+        let stands = |key: &Key| is_base(key) || self.has(key);
+        self.equations.with(|key| wanted.contains(key) || stands(key)).without(|key| !wanted.contains(key))
+    }
+
+    /// Whether the model at which it was linearised has a parameter: the log alone named its effect.
+    #[must_use]
+    pub fn has(&self, key: &Key) -> bool {
+        self.columns.get(key).is_some_and(|(column, ..)| column.at != 0.0)
+    }
+
+    /// What it says of one parameter, these others being free beside it: value, and variance with inflation.
+    #[must_use]
+    pub fn told(&self, key: &Key, beside: &BTreeSet<Key>) -> Option<(f64, f64)> {
+        let wanted: BTreeSet<Key> = beside.iter().chain([key]).cloned().collect();
+        let told = self.with(&wanted).told(key)?;
+        let inflation = self.columns.get(key).map_or(1.0, |(_, inflation, _)| *inflation);
+        Some((told.value, told.variance * inflation))
+    }
+}
+
+/// The base model's own parameters, which stand in every model.
+fn is_base(key: &Key) -> bool {
+    matches!(key.effect.as_str(), "scale-factor" | "bias")
+}
+
+/// Whose an effect is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Whose {
+    /// It repeats: the sensor's.
+    Sensor,
+    /// It does not: that of the set-up of some logs.
+    SetUp,
+}
+
+/// One effect over several logs.
+#[derive(Clone, Debug)]
+pub struct Repeated {
+    /// The axis.
+    pub axis: Axis,
+    /// The effect's id.
+    pub effect: String,
+    /// Its parameters over all logs: key, value, standard error.
+    pub parameters: Vec<(Key, f64, f64)>,
+    /// Gain in ln L of one value for all logs.
+    pub gain: f64,
+    /// Chance of that from noise alone, for any column.
+    pub p_value: f64,
+    /// Log by log, the principal parameter: value and standard error, where the log tells it.
+    pub each: Vec<Option<(f64, f64)>>,
+    /// Chance that logs with one value differ as much.
+    pub p_differs: f64,
+    /// Whose it is.
+    pub whose: Whose,
+    /// Effects that all logs together cannot tell from it.
+    pub aliases: Vec<String>,
+}
+
+/// Standard errors from nothing from which on a log shows an effect.
+pub const SHOWN: f64 = 3.0;
+/// Chance below which logs differ that should have one value.
+const DIFFERS: f64 = 1e-3;
+/// Effects that join at most.
+const MOST: usize = 8;
+
+/// The effects that these logs of one sensor show together, the clearest first.
+#[must_use]
+pub fn together(members: &[Member]) -> Vec<Repeated> {
+    let axes: BTreeSet<Axis> = members.iter().flat_map(|member| member.axes.clone()).collect();
+    axes.into_iter().flat_map(|axis| on_axis(members, axis)).collect()
+}
+
+/// The groups of columns that join together: an effect's coefficients at one shape.
+#[must_use]
+pub fn candidates(members: &[Member], axis: Axis) -> Vec<Vec<Key>> {
+    let mut groups: BTreeMap<(String, Vec<u64>), BTreeSet<Key>> = BTreeMap::new();
+    let is_asked = |c: &&Column| c.key.axis == axis && !c.own && !is_base(&c.key) && c.key.is_size();
+    for column in members.iter().flat_map(Member::columns).filter(is_asked) {
+        let shape = column.key.shape.iter().map(|x| x.to_bits()).collect();
+        groups.entry((column.key.effect.clone(), shape)).or_default().insert(column.key.clone());
+    }
+    groups.into_values().map(|keys| keys.into_iter().collect()).collect()
+}
+
+/// The base model's parameters of an axis that logs share.
+#[must_use]
+pub fn base(axis: Axis) -> BTreeSet<Key> {
+    BTreeSet::from([Key::new(axis, "scale-factor", "alpha")])
+}
+
+struct Joined {
+    gain: f64,
+    p_value: f64,
+    /// Gain of each log with the value that all have.
+    each: Vec<f64>,
+    /// The same with the value that the others have.
+    held_out: f64,
+}
+
+fn on_axis(members: &[Member], axis: Axis) -> Vec<Repeated> {
+    let mut chosen = base(axis);
+    let mut left = candidates(members, axis);
+    let price = left.len() as f64;
+    let mut found: Vec<(Vec<Key>, Vec<String>)> = Vec::new();
+    // What single logs named comes first: they know its shape, which no linear equation does.
+    let mut named = true;
+    while found.len() < MOST {
+        let tried: Vec<(usize, Joined)> = left
+            .iter()
+            .enumerate()
+            .filter(|(_, keys)| !named || members.iter().any(|member| keys.iter().any(|key| member.has(key))))
+            .filter_map(|(k, keys)| Some((k, joined(members, keys, &chosen, price)?)))
+            .collect();
+        let passes = |joined: &Joined| joined.p_value < limit::SIGNIFICANCE.value && joined.held_out > 0.0;
+        let Some((place, best)) =
+            tried.iter().filter(|(_, joined)| passes(joined)).max_by(|a, b| a.1.gain.total_cmp(&b.1.gain))
+        else {
+            if !named {
+                break;
+            }
+            named = false;
+            continue;
+        };
+        let id = left[*place][0].effect.clone();
+        let alike = tried
+            .iter()
+            .filter(|(k, other)| left[*k][0].effect != id && passes(other) && is_alike(&best.each, &other.each));
+        let mut aliases: Vec<(f64, String)> =
+            alike.map(|(k, other)| (other.gain, left[*k][0].effect.clone())).collect();
+        aliases.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut names: Vec<String> = Vec::new();
+        for (_, name) in aliases {
+            if !names.contains(&name) && names.len() < 3 {
+                names.push(name);
+            }
+        }
+        let keys = left[*place].clone();
+        chosen.extend(keys.iter().cloned());
+        left.retain(|other| other[0].effect != id);
+        found.push((keys, names));
+    }
+    // One that the later ones made needless goes.
+    loop {
+        let weak = found.iter().position(|(keys, _)| {
+            let rest: BTreeSet<Key> = chosen.iter().filter(|key| !keys.contains(key)).cloned().collect();
+            joined(members, keys, &rest, price).is_none_or(|joined| joined.p_value >= limit::SIGNIFICANCE.value)
+        });
+        let Some(weak) = weak else { break };
+        let (keys, _) = found.remove(weak);
+        chosen.retain(|key| !keys.contains(key));
+    }
+    found.into_iter().filter_map(|(keys, aliases)| repeated(members, axis, &keys, &chosen, price, aliases)).collect()
+}
+
+/// What a group of columns gains beside the chosen ones, one value for all logs.
+fn joined(members: &[Member], keys: &[Key], chosen: &BTreeSet<Key>, price: f64) -> Option<Joined> {
+    let rest: BTreeSet<Key> = chosen.iter().filter(|key| !keys.contains(key)).cloned().collect();
+    let wanted: BTreeSet<Key> = rest.iter().chain(keys).cloned().collect();
+    // The chosen ones have one value for all logs, too: they are taken out of the sum.
+    let each: Vec<Equations> = members.iter().map(|member| member.with(&wanted)).collect();
+    let all = Equations::sum(&each).without(|key| rest.contains(key));
+    let own = all.with(|key| keys.contains(key));
+    let knows = own.keys.iter().all(|key| {
+        let raw: f64 = each.iter().filter_map(|e| e.keys.iter().position(|k| k == key).map(|p| e.matrix[(p, p)])).sum();
+        let left = own.keys.iter().position(|k| k == key).map_or(0.0, |p| own.matrix[(p, p)]);
+        left > 1e-6 * raw && raw > 0.0
+    });
+    if !knows || own.keys.is_empty() {
+        return None;
+    }
+    let (values, _) = own.solve();
+    let raw: f64 = 0.5 * values.iter().zip(&own.right).map(|(v, b)| v * b).sum::<f64>();
+    let inflation = inflation(members, keys);
+    let gain = raw / inflation;
+    let law = ChiSquared::new(keys.len() as f64).ok()?;
+    let p_value = (law.sf((2.0 * gain).max(0.0)) * price).min(1.0);
+    // Log by log, what is not asked about being free.
+    let alone: Vec<Equations> = each.iter().map(|e| e.without(|key| rest.contains(key))).collect();
+    let gain_of = |e: &Equations, values: &BTreeMap<Key, f64>| -> f64 {
+        let value = |key: &Key| values.get(key).copied().unwrap_or(0.0);
+        let linear: f64 = e.keys.iter().zip(&e.right).map(|(key, b)| value(key) * b).sum();
+        let n = e.keys.len();
+        let square: f64 =
+            (0..n).map(|i| (0..n).map(|j| value(&e.keys[i]) * e.matrix[(i, j)] * value(&e.keys[j])).sum::<f64>()).sum();
+        (linear - 0.5 * square) / inflation
+    };
+    let named = |e: &Equations| -> BTreeMap<Key, f64> { e.keys.iter().cloned().zip(e.solve().0).collect() };
+    let whole = named(&Equations::sum(&alone));
+    let gains: Vec<f64> = alone.iter().map(|e| gain_of(e, &whole)).collect();
+    let held_out = if alone.len() < 2 {
+        gain
+    } else {
+        (0..alone.len())
+            .map(|k| {
+                let others = alone.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, e)| e);
+                gain_of(&alone[k], &named(&Equations::sum(others)))
+            })
+            .sum()
+    };
+    Some(Joined { gain, p_value, each: gains, held_out })
+}
+
+/// The columns' inflation, each log as often as it counts: its largest.
+fn inflation(members: &[Member], keys: &[Key]) -> f64 {
+    let mean = |key: &Key| {
+        let (sum, weight) = members
+            .iter()
+            .filter_map(|member| {
+                let (_, inflation, _) = member.columns.get(key)?;
+                let place = member.equations.keys.iter().position(|own| own == key)?;
+                Some((*inflation, member.equations.matrix[(place, place)]))
+            })
+            .fold((0.0, 0.0), |(sum, all), (inflation, weight)| (sum + inflation * weight, all + weight));
+        if weight > 0.0 { sum / weight } else { 1.0 }
+    };
+    keys.iter().map(mean).fold(1.0, f64::max)
+}
+
+/// Gain in ln L that one of two effects needs over the other to be told from it, whatever the logs scatter.
+const APART: f64 = 3.0;
+
+/// Whether two effects cannot be told apart: their gains differ by less than two standard errors over the logs, or by little.
+fn is_alike(best: &[f64], other: &[f64]) -> bool {
+    let differences: Vec<f64> = best.iter().zip(other).map(|(a, b)| a - b).collect();
+    let sum: f64 = differences.iter().sum();
+    let n = differences.len() as f64;
+    if n < 5.0 {
+        return sum < APART;
+    }
+    let variance = differences.iter().map(|d| (d - sum / n).powi(2)).sum::<f64>() / (n - 1.0);
+    sum < APART.max(2.0 * (n * variance).sqrt())
+}
+
+fn repeated(
+    members: &[Member],
+    axis: Axis,
+    keys: &[Key],
+    chosen: &BTreeSet<Key>,
+    price: f64,
+    aliases: Vec<String>,
+) -> Option<Repeated> {
+    let rest: BTreeSet<Key> = chosen.iter().filter(|key| !keys.contains(key)).cloned().collect();
+    let Joined { gain, p_value, .. } = joined(members, keys, &rest, price)?;
+    let wanted: BTreeSet<Key> = chosen.clone();
+    let all = Equations::sum(&members.iter().map(|member| member.with(&wanted)).collect::<Vec<_>>());
+    let inflation = inflation(members, keys);
+    let parameters: Vec<(Key, f64, f64)> = keys
+        .iter()
+        .filter_map(|key| all.told(key).map(|told| (key.clone(), told.value, (told.variance * inflation).sqrt())))
+        .collect();
+    let principal = principal(&parameters)?;
+    let each: Vec<Option<(f64, f64)>> = members
+        .iter()
+        .map(|member| {
+            member.told(&principal, &rest_of(keys, &rest, &principal)).map(|(value, variance)| (value, variance.sqrt()))
+        })
+        .collect();
+    let p_differs = p_differs(&each);
+    let whose = if p_differs < DIFFERS && !is_the_sensors(&each) { Whose::SetUp } else { Whose::Sensor };
+    Some(Repeated { axis, effect: keys[0].effect.clone(), parameters, gain, p_value, each, p_differs, whose, aliases })
+}
+
+fn rest_of(keys: &[Key], rest: &BTreeSet<Key>, but: &Key) -> BTreeSet<Key> {
+    rest.iter().chain(keys.iter().filter(|key| *key != but)).cloned().collect()
+}
+
+/// The parameter that is farthest from nothing.
+fn principal(parameters: &[(Key, f64, f64)]) -> Option<Key> {
+    let size = |own: &&(Key, f64, f64)| (own.1 / own.2).abs();
+    parameters.iter().max_by(|a, b| size(a).total_cmp(&size(b))).map(|(key, ..)| key.clone())
+}
+
+/// Chance that readings of one value differ as much (Cochran 1954).
+#[must_use]
+pub fn p_differs(each: &[Option<(f64, f64)>]) -> f64 {
+    let known: Vec<(f64, f64)> =
+        each.iter().flatten().copied().filter(|(v, s)| v.is_finite() && s.is_finite()).collect();
+    if known.len() < 2 {
+        return 1.0;
+    }
+    let weight: f64 = known.iter().map(|(_, s)| s.powi(-2)).sum();
+    let mean = known.iter().map(|(v, s)| v / (s * s)).sum::<f64>() / weight;
+    let q: f64 = known.iter().map(|(v, s)| ((v - mean) / s).powi(2)).sum();
+    ChiSquared::new(known.len() as f64 - 1.0).map_or(1.0, |law| law.sf(q))
+}
+
+/// Whether readings that differ are still all of one sign and far from nothing: the sensor has it, in another size each time.
+fn is_the_sensors(each: &[Option<(f64, f64)>]) -> bool {
+    let clear: Vec<f64> = each.iter().flatten().filter(|(v, s)| v.abs() > SHOWN * s).map(|(v, _)| *v).collect();
+    let could: usize = each.iter().flatten().filter(|(_, s)| clear.iter().any(|v| v.abs() > SHOWN * s)).count();
+    clear.len() == could && clear.len() > 1 && clear.iter().all(|v| v.signum() == clear[0].signum())
+}
+
+impl Repeated {
+    /// The logs that show it, and those that could.
+    #[must_use]
+    pub fn shown_in(&self) -> (Vec<usize>, Vec<usize>) {
+        let size = self.parameters.iter().map(|(_, value, error)| (value.abs(), value / error));
+        let size = size.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map_or(0.0, |(size, _)| size);
+        let of = |is: &dyn Fn(f64, f64) -> bool| -> Vec<usize> {
+            (0..self.each.len()).filter(|&k| self.each[k].is_some_and(|(value, error)| is(value, error))).collect()
+        };
+        let shown = of(&|value, error| value.abs() > SHOWN * error);
+        let could = of(&|value, error| value.abs() > SHOWN * error || size > SHOWN * error);
+        (shown, could)
+    }
+
+    /// Its readings, each log being a part of its own.
+    #[must_use]
+    pub fn readings(&self) -> Vec<Reading> {
+        let of = |(part, told): (usize, &Option<(f64, f64)>)| {
+            told.map(|(value, error)| Reading { part, value, variance: error * error })
+        };
+        self.each.iter().enumerate().filter_map(of).collect()
+    }
+
+    /// Whether the catalogue has it as one of a log's own.
+    #[must_use]
+    pub fn is_own(&self) -> bool {
+        effects::find(&self.effect).is_some_and(is_own)
+    }
+}

@@ -1,0 +1,132 @@
+//! Several logs on the real program: of one sensor, and of a fleet.
+
+mod common;
+
+use common::Bench;
+use serde_json::Value;
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap_or_else(|e| panic!("{e}: {text}"))
+}
+
+fn simulated(bench: &Bench, name: &str, seed: u64, more: &[&str]) {
+    let seed = seed.to_string();
+    let words = ["simulate", "--seconds", "60", "--axis", "x", "--seed", &seed, "-o", name];
+    bench.ok(&[&words, more].concat());
+}
+
+fn parameter<'v>(list: &'v Value, effect: &str) -> Option<&'v Value> {
+    list.as_array()?.iter().find(|p| p["effect"] == effect)
+}
+
+#[test]
+fn what_repeats_is_the_sensors_and_what_does_not_is_the_set_ups() {
+    let bench = Bench::new();
+    // A delay in all three; the zero of one log steps.
+    simulated(&bench, "a.csv", 1, &["--hide", "delay:d=0.012"]);
+    simulated(&bench, "b.csv", 2, &["--hide", "delay:d=0.012"]);
+    simulated(&bench, "c.csv", 3, &["--hide", "delay:d=0.012", "bias-step:j=0.02,t0=31"]);
+    let found = json(&bench.ok(&["diagnose", "a.csv", "b.csv", "c.csv", "--format", "json"]));
+    assert_eq!(found["schema"], "truerate.diagnosis/1");
+    assert_eq!(found["logs"].as_array().map(Vec::len), Some(3), "{found}");
+    let axis = &found["axes"][0];
+    assert_eq!(axis["verdict"], "missing-effect", "{}", axis["headline"]);
+    assert_eq!(axis["suspects"][0]["effect"], "delay");
+    assert!(
+        axis["says"].as_str().is_some_and(|says| !says.contains("bias-step")) && axis["missing"].is_null(),
+        "{axis}"
+    );
+    let delay = &axis["suspects"][0]["parameters"][0];
+    let (value, error) = (delay["value"].as_f64().unwrap(), delay["std_error"].as_f64().unwrap());
+    assert!((value - 0.012).abs() < 4.0 * error && error < 5e-5, "{value} ± {error}");
+    let said = axis["headline"].as_str().unwrap();
+    assert!(said.contains("It is so in all three logs."), "{said}");
+    assert!(said.contains("Only in c.csv") && said.contains("not of the sensor"), "{said}");
+    let repeats = found["repeats"].as_array().unwrap();
+    let of = |effect: &str| &repeats.iter().find(|r| r["effect"] == effect).unwrap()["of"];
+    assert_eq!((of("delay"), of("bias-step")), (&Value::from("sensor"), &Value::from("set-up")), "{repeats:?}");
+    // Each log's own zero, and its own budget.
+    let biases: Vec<f64> = found["each"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|own| parameter(&own["axes"][0]["parameters"], "bias").unwrap()["value"].as_f64().unwrap())
+        .collect();
+    assert!(biases.len() == 3 && biases.windows(2).all(|pair| pair[0] != pair[1]), "{biases:?}");
+    assert!(found["each"][1]["axes"][0]["budget"].as_array().is_some_and(|budget| !budget.is_empty()));
+}
+
+#[test]
+fn one_model_is_fitted_to_all_and_its_error_is_smaller_than_that_of_one_log() {
+    let bench = Bench::new();
+    for (name, seed) in [("a.csv", 11), ("b.csv", 12), ("c.csv", 13), ("d.csv", 14)] {
+        simulated(&bench, name, seed, &[]);
+    }
+    let truth = bench.text("a.csv.truth.toml");
+    let alpha = |text: &str| -> (f64, f64) {
+        let line = text.lines().find(|line| line.starts_with("scale-factor.alpha")).unwrap();
+        let number = |key: &str| {
+            let rest = line.split_once(&format!("{key} = ")).map_or("nan", |(_, rest)| rest);
+            rest.split([',', ' ', '}']).next().unwrap().parse::<f64>().unwrap()
+        };
+        (number("value"), number("std_error"))
+    };
+    bench.ok(&["fit", "a.csv", "-o", "one.toml"]);
+    bench.ok(&["fit", "a.csv", "b.csv", "c.csv", "d.csv", "-o", "all.toml"]);
+    let (one, all) = (alpha(&bench.text("one.toml")), alpha(&bench.text("all.toml")));
+    let wanted = alpha(&truth).0;
+    assert!((all.0 - wanted).abs() < 4.0 * all.1, "{all:?} {wanted}");
+    assert!(all.1 < 0.7 * one.1, "{all:?} {one:?}");
+    let model = bench.text("all.toml");
+    assert!(model.contains("log = \"a.csv + 3 more\"") && model.contains("samples = 24000"), "{model}");
+    let compared = json(&bench.ok(&["compare", "a.csv", "b.csv", "--model", "all.toml", "--format", "json"]));
+    assert_eq!(compared["logs"].as_array().map(Vec::len), Some(2));
+    assert!(compared["axes"][0]["error_over_floor"].as_f64().unwrap() < 1.5, "{}", compared["axes"][0]["headline"]);
+}
+
+#[test]
+fn a_ladder_over_several_logs_adds_what_all_show() {
+    let bench = Bench::new();
+    for (name, seed) in [("a.csv", 21), ("b.csv", 22), ("c.csv", 23)] {
+        simulated(&bench, name, seed, &["--hide", "delay:d=0.02"]);
+    }
+    let ladder = json(&bench.ok(&["ladder", "a.csv", "b.csv", "c.csv", "--format", "json", "-o", "m.toml"]));
+    assert_eq!(ladder["schema"], "truerate.ladder/1");
+    let axis = &ladder["axes"][0];
+    assert_eq!(axis["steps"][1]["added"], "delay", "{ladder}");
+    assert_eq!(axis["verdict"], "adequate", "{}", axis["headline"]);
+    assert!(bench.text("m.toml").contains("delay.d = { value = 0.0"), "{}", bench.text("m.toml"));
+    let text = bench.ok(&["ladder", "a.csv", "b.csv", "c.csv"]);
+    assert!(text.contains("3 logs of one sensor"), "{text}");
+}
+
+#[test]
+fn a_small_asymmetry_that_single_logs_call_adequate_is_found_by_several() {
+    let bench = Bench::new();
+    let names: Vec<String> = (0..12).map(|k| format!("{k}.csv")).collect();
+    for (name, seed) in names.iter().zip(100..) {
+        simulated(&bench, name, seed, &["--hide", "scale-asymmetry:a=0.00005"]);
+    }
+    let adequate = names
+        .iter()
+        .filter(|name| json(&bench.ok(&["diagnose", name, "--format", "json"]))["axes"][0]["verdict"] == "adequate");
+    assert!(adequate.count() >= 8);
+    let words: Vec<&str> =
+        std::iter::once("diagnose").chain(names.iter().map(String::as_str)).chain(["--format", "json"]).collect();
+    let axis = json(&bench.ok(&words))["axes"][0].clone();
+    assert_eq!(axis["suspects"][0]["effect"], "scale-asymmetry", "{}", axis["headline"]);
+    let a = &axis["suspects"][0]["parameters"][0];
+    let (value, error) = (a["value"].as_f64().unwrap(), a["std_error"].as_f64().unwrap());
+    assert!((value - 5e-5).abs() < 4.0 * error && error < 1.5e-5, "{value} ± {error}");
+}
+
+#[test]
+fn a_log_that_is_given_twice_and_standard_input_among_several_are_refused() {
+    let bench = Bench::new();
+    simulated(&bench, "a.csv", 1, &[]);
+    std::fs::copy(bench.path("a.csv"), bench.path("b.csv")).unwrap();
+    let twice = bench.refused(&["fit", "a.csv", "b.csv"]);
+    assert!(twice.contains("is the same log as a.csv"), "{twice}");
+    assert!(bench.refused(&["fit", "a.csv", "-"]).contains("standard input is one log"));
+    assert!(bench.refused(&["fit", "a.csv", "c.csv"]).contains("c.csv"));
+}

@@ -1,0 +1,215 @@
+//! A fleet as one page: sentences, tables, a forest plot of each parameter by log and a caterpillar plot by part. It needs no script.
+
+use super::{
+    Fleet, TypeRow,
+    text::{columns, sentences, value},
+};
+use crate::{report::units::shown, web};
+use std::fmt::Write as _;
+
+pub(super) fn render(fleet: &Fleet, name: &str) -> String {
+    let file =
+        std::path::Path::new(name).file_name().map_or_else(|| name.to_owned(), |n| n.to_string_lossy().into_owned());
+    let mut body = String::new();
+    for line in sentences(fleet) {
+        let _ = writeln!(body, "<p>{}</p>", escaped(&line));
+    }
+    let mut kind = "";
+    for row in &fleet.types {
+        if row.kind != kind {
+            if !kind.is_empty() {
+                body.push_str("</table>\n");
+            }
+            kind = &row.kind;
+            let _ = writeln!(
+                body,
+                "<h2>Type {}</h2>\n<table><tr><th>parameter</th><th>mean</th><th>between parts</th><th>next part (95 %)</th>\
+                 <th>p</th><th>matters</th></tr>",
+                escaped(kind)
+            );
+        }
+        let cells = columns(row).map(|cell| format!("<td>{}</td>", escaped(&cell))).concat();
+        let _ = writeln!(body, "<tr>{cells}</tr>");
+    }
+    if !kind.is_empty() {
+        body.push_str("</table>\n");
+    }
+    for row in &fleet.types {
+        let _ = writeln!(body, "<h2>{}: {}</h2>", escaped(&row.kind), escaped(&row.label()));
+        body.push_str(&forest(row));
+        body.push_str(&caterpillar(fleet, row));
+    }
+    let changed: Vec<_> = fleet.parts.iter().filter(|part| !part.changed.is_empty()).collect();
+    if !changed.is_empty() {
+        body.push_str(
+            "<h2>Changes in time</h2>\n<table><tr><th>part</th><th>parameter</th><th>day</th><th>by</th></tr>\n",
+        );
+        for part in changed {
+            for change in &part.changed {
+                let _ = writeln!(
+                    body,
+                    "<tr><td>{}</td><td>{} {}</td><td>{} ± {} days</td><td>{}</td></tr>",
+                    escaped(&part.part),
+                    part.axis,
+                    escaped(&part.effect),
+                    change.day,
+                    change.days.ceil(),
+                    escaped(&value(change.by, Some(change.std_error), &part.unit))
+                );
+            }
+        }
+        body.push_str("</table>\n");
+    }
+    if !fleet.left_out.is_empty() {
+        body.push_str("<h2>Left out</h2>\n<ul>\n");
+        for own in &fleet.left_out {
+            let _ = writeln!(body, "<li>{}: {}</li>", escaped(&own.log), escaped(&own.why));
+        }
+        body.push_str("</ul>\n");
+    }
+    format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
+         content=\"width=device-width, initial-scale=1\">\n<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; \
+         style-src 'unsafe-inline'; img-src data:\">\n<link rel=\"icon\" href=\"data:,\">\n<title>Fleet: {file}</title>\n<style>{}\n{STYLE}\
+         </style>\n</head>\n<body>\n<header><div class=\"bar\"><div class=\"grow\"><h1>Fleet</h1><div class=\"soft log\">{file}</div>\
+         <div class=\"soft small about\">{} logs · {} parts</div></div></div></header>\n<main>\n{body}</main>\n</body>\n</html>\n",
+        web::STYLE,
+        fleet.logs,
+        fleet.part_count,
+        file = escaped(&file),
+    )
+}
+
+const STYLE: &str = "main table{border-collapse:collapse;margin:.5rem 0}main td,main th{padding:.15rem .9rem .15rem 0;text-align:left}\
+main svg{max-width:100%;height:auto;display:block;margin:.4rem 0}main svg text{fill:currentColor;font:12px system-ui,sans-serif}\
+main svg .own{stroke:currentColor;fill:currentColor}main svg .mean{stroke:#005aaa;fill:#005aaa}main svg .band{fill:#56b4e9;opacity:.25}\
+main svg .out{stroke:#d55e00;fill:#d55e00}main svg .nothing{stroke:currentColor;opacity:.35;stroke-dasharray:4 3}";
+
+/// Rows of a plot; of more, those farthest from the mean.
+const ROWS: usize = 60;
+const LEFT: f64 = 210.0;
+const WIDTH: f64 = 860.0;
+const LINE: f64 = 18.0;
+
+/// One line of a plot.
+struct Line {
+    name: String,
+    value: f64,
+    error: f64,
+    outlier: bool,
+}
+
+/// Every log's estimate with its 95 % interval; the band is where the next part lies.
+fn forest(row: &TypeRow) -> String {
+    let lines = row.readings.iter().map(|own| Line {
+        name: format!("{} ({})", own.log, own.part),
+        value: own.value,
+        error: own.std_error,
+        outlier: own.outlier,
+    });
+    plot(row, "log by log", lines.collect())
+}
+
+/// Every part's best prediction, in order of size.
+fn caterpillar(fleet: &Fleet, row: &TypeRow) -> String {
+    let own = fleet.parts.iter().filter(|part| {
+        part.kind == row.kind && part.axis == row.axis && part.effect == row.effect && part.name == row.name
+    });
+    let mut lines: Vec<Line> = own
+        .map(|part| Line {
+            name: part.part.clone(),
+            value: part.value,
+            error: part.std_error.unwrap_or(0.0),
+            outlier: part.outlier,
+        })
+        .collect();
+    lines.sort_by(|a, b| a.value.total_cmp(&b.value));
+    plot(row, "part by part, best prediction", lines)
+}
+
+fn plot(row: &TypeRow, title: &str, mut lines: Vec<Line>) -> String {
+    let more = lines.len().saturating_sub(ROWS);
+    if more > 0 {
+        // Those farthest off stay, in their order.
+        let far = |line: &Line| ((line.value - row.mean) / line.error.max(f64::MIN_POSITIVE)).abs();
+        let mut sizes: Vec<f64> = lines.iter().map(far).collect();
+        sizes.sort_by(|a, b| b.total_cmp(a));
+        let least = sizes[ROWS - 1];
+        lines.retain(|line| far(line) >= least);
+        lines.truncate(ROWS);
+    }
+    let ends = lines.iter().flat_map(|line| [line.value - 1.96 * line.error, line.value + 1.96 * line.error]);
+    let band = row.next.map_or([row.mean, row.mean], |(low, high)| [low, high]);
+    let (low, high) = ends
+        .chain(band)
+        .filter(|x| x.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+    if high <= low || !(high - low).is_finite() {
+        return String::new();
+    }
+    let x = |value: f64| LEFT + (WIDTH - LEFT - 20.0) * ((value - low) / (high - low)).clamp(0.0, 1.0);
+    let height = LINE * (lines.len() + 3) as f64;
+    let mut svg = format!(
+        "<svg viewBox=\"0 0 {WIDTH} {height}\" width=\"{WIDTH}\" role=\"img\" aria-label=\"{}: {title}\"><text x=\"0\" y=\"12\">{title}{}</text>",
+        escaped(&row.label()),
+        if more > 0 { format!("; {more} nearer to the mean are not drawn") } else { String::new() }
+    );
+    let (top, bottom) = (LINE + 2.0, height - 1.5 * LINE);
+    let _ = write!(
+        svg,
+        "<rect class=\"band\" x=\"{:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\"/><line class=\"mean\" x1=\"{m:.1}\" x2=\"{m:.1}\" \
+         y1=\"{top:.1}\" y2=\"{bottom:.1}\"/>",
+        x(band[0]),
+        (x(band[1]) - x(band[0])).max(0.0),
+        bottom - top,
+        m = x(row.mean),
+    );
+    if low < 0.0 && high > 0.0 {
+        let _ = write!(
+            svg,
+            "<line class=\"nothing\" x1=\"{0:.1}\" x2=\"{0:.1}\" y1=\"{top:.1}\" y2=\"{bottom:.1}\"/>",
+            x(0.0)
+        );
+    }
+    for (k, line) in lines.iter().enumerate() {
+        let y = LINE * (k as f64 + 1.5) + 4.0;
+        let class = if line.outlier { "out" } else { "own" };
+        let _ = write!(
+            svg,
+            "<text x=\"0\" y=\"{:.1}\">{}</text><line class=\"{class}\" x1=\"{:.1}\" x2=\"{:.1}\" y1=\"{y:.1}\" y2=\"{y:.1}\"/>\
+             <circle class=\"{class}\" cx=\"{:.1}\" cy=\"{y:.1}\" r=\"3\"/>",
+            y + 4.0,
+            escaped(&short(&line.name)),
+            x(line.value - 1.96 * line.error),
+            x(line.value + 1.96 * line.error),
+            x(line.value)
+        );
+    }
+    let unit = shown(&row.unit, &[Some(low), Some(high)]);
+    for (at, anchor) in [(low, "start"), (0.5 * (low + high), "middle"), (high, "end")] {
+        let _ = write!(
+            svg,
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\">{} {}</text>",
+            x(at),
+            height - 4.0,
+            crate::report::units::number(at * unit.factor),
+            escaped(&unit.unit)
+        );
+    }
+    svg.push_str("</svg>\n");
+    svg
+}
+
+/// A name that fits beside a plot.
+fn short(name: &str) -> String {
+    const LONGEST: usize = 30;
+    if name.chars().count() <= LONGEST {
+        return name.to_owned();
+    }
+    let end: String = name.chars().skip(name.chars().count() + 1 - LONGEST).collect();
+    format!("…{end}")
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}

@@ -1,0 +1,154 @@
+//! What repeats and what does not, in sentences.
+
+use gyro_model::{
+    Axis,
+    diagnosis::{Diagnosis, ParameterValue, Repeats},
+    effects::find,
+    headline,
+    pooled::{
+        joint::Joint,
+        search::{Repeated, Whose},
+    },
+};
+use std::{collections::BTreeMap, fmt::Write as _};
+
+/// Every effect that all logs show together, and every one that single logs name.
+pub(super) fn repeats(names: &[String], alone: &[Diagnosis], repeated: &[Repeated], joint: &Joint) -> Vec<Repeats> {
+    let mut all: Vec<Repeats> = repeated.iter().map(|r| of_pool(names, r, joint)).collect();
+    // What single logs name besides.
+    let mut single: BTreeMap<(Axis, String), Vec<usize>> = BTreeMap::new();
+    for (k, log) in alone.iter().enumerate() {
+        for axis in log.axes.iter().filter(|axis| axis.finding.names()) {
+            for suspect in &axis.suspects[..axis.suspects.len().min(axis.missing.len().max(1))] {
+                let is_said = repeated.iter().any(|r| {
+                    r.axis == axis.axis
+                        && (r.effect == suspect.effect
+                            || r.aliases.contains(&suspect.effect)
+                            || suspect.aliases.contains(&r.effect))
+                });
+                if !is_said {
+                    single.entry((axis.axis, suspect.effect.clone())).or_default().push(k);
+                }
+            }
+        }
+    }
+    all.extend(single.into_iter().map(|((axis, effect), logs)| of_logs(names, alone, axis, effect, &logs)));
+    all
+}
+
+fn of_pool(names: &[String], r: &Repeated, joint: &Joint) -> Repeats {
+    let (shown, could) = r.shown_in();
+    let of = |list: &[usize]| list.iter().map(|&k| names[k].clone()).collect::<Vec<_>>();
+    let n = names.len();
+    let clause = clause(r, joint);
+    let (of_whom, says) = match r.whose {
+        Whose::SetUp => (
+            "set-up",
+            format!(
+                "{clause} in the mean of the logs, but not alike in all of them ({}): that is the set-up's, not the sensor's.",
+                in_logs(&shown, names)
+            ),
+        ),
+        Whose::Sensor if shown.len() == n => ("sensor", format!("It is so in all {} logs.", count(n))),
+        Whose::Sensor if shown.is_empty() => {
+            ("sensor", format!("{clause}: no log shows it alone, all {} together do.", count(n)))
+        }
+        Whose::Sensor => {
+            let rest = could.len() - shown.len();
+            let cannot = n - could.len();
+            let mut says = format!("{} of {} logs show it alone", count(shown.len()), count(n));
+            if rest > 0 {
+                let _ = write!(says, ", {} more agree{}", count(rest), if rest == 1 { "s" } else { "" });
+            }
+            if cannot > 0 {
+                let _ = write!(says, ", {} cannot", count(cannot));
+            }
+            ("sensor", capital(&format!("{says}.")))
+        }
+    };
+    let says = if of_whom == "sensor" && !r.p_differs.is_nan() && r.p_differs < DIFFERENT {
+        format!("{says} Its size is not the same in each: what it depends on changed between them.")
+    } else {
+        says
+    };
+    Repeats {
+        axis: r.axis,
+        effect: r.effect.clone(),
+        of: of_whom.to_owned(),
+        shown_in: of(&shown),
+        could_show: of(&could),
+        p_differs: Some(r.p_differs).filter(|p| p.is_finite()),
+        says,
+    }
+}
+
+/// Chance below which sizes differ.
+const DIFFERENT: f64 = 1e-3;
+
+fn of_logs(names: &[String], alone: &[Diagnosis], axis: Axis, effect: String, logs: &[usize]) -> Repeats {
+    let parameters: Vec<ParameterValue> = logs
+        .first()
+        .and_then(|&k| alone[k].axes.iter().find(|own| own.axis == axis))
+        .and_then(|own| own.suspects.iter().find(|s| s.effect == effect))
+        .map(|suspect| suspect.parameters.clone())
+        .unwrap_or_default();
+    let clause = capital(&headline::clause(axis, &effect, &parameters));
+    let says = format!(
+        "Only {}: {clause}. It does not repeat: it is of that set-up, not of the sensor.",
+        in_logs(logs, names)
+    );
+    let list: Vec<String> = logs.iter().map(|&k| names[k].clone()).collect();
+    Repeats { axis, effect, of: "set-up".to_owned(), shown_in: list, could_show: names.to_vec(), p_differs: None, says }
+}
+
+fn clause(r: &Repeated, joint: &Joint) -> String {
+    let own = joint.model.axes[r.axis.index()].as_ref().and_then(|own| own.term(&r.effect));
+    let of_term = own.map(|term| {
+        let told = term.parameters(r.axis);
+        told.map(|(card, value, error)| value_of(&r.effect, card.name, value, error)).collect::<Vec<_>>()
+    });
+    let parameters = of_term.unwrap_or_else(|| {
+        r.parameters.iter().map(|(key, value, error)| value_of(&r.effect, &key.name, *value, *error)).collect()
+    });
+    let title =
+        || find(&r.effect).map_or_else(|| r.effect.clone(), |effect| format!("{}: {}", r.effect, effect.card().title));
+    let clause = headline::clause(r.axis, &r.effect, &parameters);
+    if clause.contains("is missing from the model") { title() } else { capital(&clause) }
+}
+
+fn value_of(effect: &str, name: &str, value: f64, error: f64) -> ParameterValue {
+    ParameterValue {
+        effect: effect.to_owned(),
+        name: name.to_owned(),
+        value: Some(value),
+        std_error: Some(error),
+        unit: String::new(),
+        typical: None,
+    }
+}
+
+/// `in a.csv`, `in a.csv and c.csv`, `in 7 logs`.
+fn in_logs(list: &[usize], names: &[String]) -> String {
+    match list {
+        [] => "in none alone".to_owned(),
+        [one] => format!("in {}", names[*one]),
+        [one, two] => format!("in {} and {}", names[*one], names[*two]),
+        more => format!("in {} of {} logs", more.len(), names.len()),
+    }
+}
+
+fn count(n: usize) -> String {
+    let words = ["no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten"];
+    words.get(n).map_or_else(|| n.to_string(), |word| (*word).to_owned())
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// What is said of one axis.
+pub(super) fn of_axis(axis: Axis, logs: usize, repeats: &[Repeats]) -> String {
+    let own: Vec<&str> = repeats.iter().filter(|r| r.axis == axis).map(|r| r.says.as_str()).collect();
+    if own.is_empty() { format!("So it is over all {} logs.", count(logs)) } else { own.join(" ") }
+}
