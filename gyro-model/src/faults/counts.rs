@@ -279,8 +279,10 @@ fn rivals(pieces: &[Piece], rates: &[f64]) -> Option<([f64; 2], Lost)> {
     let bends = left(&[column(&f64::abs), column(&|w| w * w), column(&|w| w * w.abs()), column(&|w| w.powi(3))]).0;
     let mut peaks: Vec<f64> = all.iter().map(|p| p.rate.abs()).collect();
     peaks.sort_by(f64::total_cmp);
+    let slowest = FAST * peaks.last()?;
     let loses = BELOW
         .filter_map(|percent| peaks.get(peaks.len() * percent / 100).copied())
+        .filter(|from| *from >= slowest)
         .flat_map(|from| [(from, false), (from, true)])
         .map(|(from, beyond)| {
             let beyond_it = move |w: f64| if w.abs() > from { w - w.signum() * from } else { 0.0 };
@@ -306,13 +308,32 @@ fn gain([bends, loses]: [f64; 2], pieces: usize) -> f64 {
 /// Lost counts that are so much likelier than a bend that nothing else is asked but that the encoder shows less.
 fn likely(pieces: &[Piece], rates: &[f64]) -> Option<Lost> {
     let (left, lost) = rivals(pieces, rates)?;
-    (gain(left, pieces.len()) > CERTAINLY && lost.share > LOST && lost.share < 1.0).then_some(lost)
+    let slope_up_to = |rate: f64| {
+        let slow = pieces.iter().filter(|p| p.rate.abs() <= rate);
+        let (shown, turned) = slow.fold((0.0, 0.0), |(shown, turned), p| {
+            let way = p.by_both().signum();
+            (shown + way * p.shown, turned + way * p.rate)
+        });
+        shown / turned
+    };
+    let agrees = (slope_up_to(SLOWER * lost.above) / slope_up_to(lost.above) - 1.0).abs() < NOT_LOST;
+    // Either way, and often enough: what a lag or a delay makes of a start goes with the change of the rate, not with the rate.
+    let either_way = [1.0, -1.0].into_iter().all(|way| {
+        let fast = || pieces.iter().filter(|p| p.by_both() * way > 0.0 && p.rate.abs() > lost.above);
+        let sum = |of: fn(&Piece) -> f64| fast().map(of).sum::<f64>();
+        let slope = slope_up_to(lost.above);
+        fast().count() >= FEWEST && 1.0 - sum(|p| p.shown) / (slope * sum(|p| p.rate)) > LOST
+    });
+    (gain(left, pieces.len()) > CERTAINLY && agrees && either_way && lost.share > LOST && lost.share < 1.0)
+        .then_some(lost)
 }
 
 /// Pieces that err alike, and gains in ln L for one explanation beside the other, and for one alone.
 const FOLLOW: f64 = 4.0;
 const LIKELIER: f64 = 5.0;
 const CERTAINLY: f64 = 40.0;
+/// Share of the rate above which counts are lost up to which gyro and encoder agree as they do up to that rate.
+const SLOWER: f64 = 0.8;
 
 #[cfg(test)]
 mod tests {
