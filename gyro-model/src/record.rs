@@ -111,7 +111,7 @@ impl Column {
     }
 }
 
-/// What [`Record::has`] found to be absent, for rows of this number: only a whole pass over a log shows that. It is held against some rows
+/// Channels that were found to be absent, for rows of this number: only a whole pass over a log shows that. It is held against some rows
 /// each time, for rows may be written to.
 #[derive(Debug, Default)]
 pub struct Absent {

@@ -11,7 +11,7 @@
 //!
 //! | module | noun |
 //! | --- | --- |
-//! | [`column`] | what a column is the coefficient of |
+//! | [`mod@column`] | what a column is the coefficient of |
 //! | [`piece`] | one log reduced to its normal equations |
 //! | [`equations`] | normal equations by name: taken together, reduced, solved |
 //! | [`spread`] | mean and spreads of estimates: REML over parts and logs |
