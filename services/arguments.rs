@@ -16,7 +16,7 @@ pub struct LogArgs {
     /// Use the reference although it was computed from this very gyro
     #[arg(long)]
     pub reference_is_dependent: bool,
-    /// The sensor was at rest all the time: an axis without reference is judged against zero rate
+    /// An axis without a reference did not turn, because the sensor was at rest or on a turntable of another axis: it is judged against zero rate
     #[arg(long)]
     pub at_rest: bool,
 }
@@ -33,7 +33,7 @@ pub struct LogsArgs {
     /// Use the reference although it was computed from this very gyro
     #[arg(long)]
     pub reference_is_dependent: bool,
-    /// The sensor was at rest all the time: an axis without reference is judged against zero rate
+    /// An axis without a reference did not turn, because the sensor was at rest or on a turntable of another axis: it is judged against zero rate
     #[arg(long)]
     pub at_rest: bool,
 }

@@ -63,7 +63,7 @@ fn a_file_that_is_damaged_is_named_and_nothing_is_written() {
         (good[..good.len() / 2].to_owned(), "ends in the middle"),
         (good.replace("evidence/1", "evidence/9"), "a newer truerate made it"),
         (good.replace("\"part\":\"2\"", "\"part\":\"3\""), "was changed after it was written"),
-        ("t,gyro_x\n0,1\n".to_owned(), "is no evidence file"),
+        ("t,gyro_x\n0,1\n".to_owned(), "not an evidence file"),
     ] {
         bench.file("bad.evidence", bad);
         let said = bench.refused(&["merge", "a.evidence", "bad.evidence", "-o", "all"]);

@@ -53,6 +53,7 @@ mod witness;
 mod wrapped;
 
 pub use reference::ratio_to_reference;
+pub(crate) use reference::regress;
 
 use crate::{
     Axis, Record,

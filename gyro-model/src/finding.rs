@@ -213,7 +213,7 @@ pub enum Excess {
     NotSearched,
     /// The zero is another one while the axis moves than while it rests, and no accelerometer tells why.
     OtherZero {
-        /// Zero while it moves less that at rest, rad/s.
+        /// The zero while it moves minus the zero at rest, rad/s.
         #[serde(with = "number")]
         size: f64,
         /// Its standard error, rad/s.
@@ -285,10 +285,10 @@ pub enum Remark {
         /// Those axes; where this is one of them, the others were judged without it.
         axes: Vec<Axis>,
     },
-    /// Axes that have a gyro and no reference, and are not judged.
-    NoReference {
-        /// Those axes.
-        axes: Vec<Axis>,
+    /// Axes without a reference whose gyros read a share of the turn about this one.
+    ReadTheTurn {
+        /// Those axes, with that share.
+        shares: Vec<(Axis, f64)>,
     },
     /// Effects of the zero that may be the gyro's or the reference's, which is a sensor of rates too.
     EitherSensor {

@@ -61,6 +61,16 @@ pub fn number(value: f64) -> String {
     signed(value, (2.0 - magnitude).clamp(0.0, 6.0) as usize)
 }
 
+/// A value of an axis or an interval of this range: with the decimals that tell a hundredth of the range.
+#[must_use]
+pub fn within(value: f64, range: f64) -> String {
+    let magnitude = range.abs().log10().floor();
+    if !magnitude.is_finite() || !(-7.0..6.0).contains(&magnitude) {
+        return number(value);
+    }
+    signed(value, (1.0 - magnitude).clamp(0.0, 8.0) as usize)
+}
+
 /// Three significant digits, needless zeros dropped: for sizes that are round by themselves.
 #[must_use]
 pub fn round(value: f64) -> String {
@@ -126,6 +136,13 @@ fn scientific(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_ends_of_an_interval_have_the_digits_that_tell_them_apart() {
+        let ends = [1.001_23, 1.005_67].map(|value| within(value, 0.00444));
+        assert_eq!(ends, ["1.0012", "1.0057"]);
+        assert_eq!([within(438.2, 24.0), within(3.0, 0.0)], ["438", "3.00"]);
+    }
 
     fn say(value: f64, error: f64, unit: &str) -> String {
         uncertain(Some(value), Some(error), &shown(unit, &[Some(value)]))

@@ -159,7 +159,8 @@ def read(
     axis
         ``"x"``, ``"y"`` or ``"z"``: only this axis. All axes that have a gyro and a reference otherwise.
     at_rest
-        The sensor was at rest all the time: an axis without a reference is judged against zero rate.
+        An axis without a reference did not turn, because the sensor was at rest or on a turntable of another axis: it is
+        judged against zero rate.
     reference_is_dependent
         Use the reference although it was computed from this very gyro.
 

@@ -103,11 +103,9 @@ pub fn run(args: &ChangeArgs, direction: Direction) -> Result<ExitCode> {
     let change = Change { added, removed, before: &old, after: &new };
     let mut context =
         subject::context(&subject, command, &args.log, args.axis, args.model.as_deref(), args.output.as_deref());
-    context.opened = args.report.open;
     context.product = Subject::product(&file, args.output.as_deref());
-    args.report.emit(args.output.as_deref(), |format, file| {
-        report::render_change(&change, format, &if file { context.for_file() } else { context.clone() })
-    })?;
+    args.report
+        .give(args.output.as_deref(), context, |format, context| report::render_change(&change, format, context))?;
     Ok(ExitCode::SUCCESS)
 }
 

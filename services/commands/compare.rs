@@ -6,7 +6,7 @@ use crate::{
     progress::Progress,
 };
 use anyhow::Result;
-use gyro_model::Axis;
+use gyro_model::{Axis, diagnosis::Diagnosis};
 use std::{
     path::{Path, PathBuf},
     process::ExitCode,
@@ -68,16 +68,20 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let diagnosis = subject::judge(&subject, &start)?;
     let warning = args.model.as_ref().and_then(|_| subject.hotter(&start.file)).unwrap_or_default();
     let context = subject::context(&subject, Command::Compare, &log, args.axis, args.model.as_deref(), None);
-    let context = report::Context { warning, opened: args.report.open, ..context };
-    let context = |file: bool| if file { context.for_file() } else { context.clone() };
-    if let (Some(against), Some(other)) = (&args.against, &other) {
-        let other = subject::judge(&subject, other)?;
+    let context = report::Context { warning, ..context };
+    let other = other.map(|other| subject::judge(&subject, &other)).transpose()?;
+    show(args, context, &diagnosis, other.as_ref())
+}
+
+/// Prints a comparison, beside that of another model where there is one.
+fn show(args: &Args, context: report::Context, diagnosis: &Diagnosis, other: Option<&Diagnosis>) -> Result<ExitCode> {
+    if let (Some(against), Some(other)) = (&args.against, other) {
         let model = args.model.as_ref().map_or_else(|| "base model".to_owned(), |path| label(path, against));
         let against = args.model.as_ref().map_or_else(|| label(against, Path::new("")), |model| label(against, model));
-        let both = Against { model: &model, diagnosis: &diagnosis, other_model: &against, other: &other };
-        args.report.emit(None, |format, file| report::render_against(&both, format, &context(file)))?;
+        let both = Against { model: &model, diagnosis, other_model: &against, other };
+        args.report.give(None, context, |format, context| report::render_against(&both, format, context))?;
     } else {
-        args.report.emit(None, |format, file| report::render(&diagnosis, format, &context(file)))?;
+        args.report.give(None, context, |format, context| report::render(diagnosis, format, context))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -92,18 +96,8 @@ fn run_all(args: &Args) -> Result<ExitCode> {
     let diagnosis = held(args.model.as_deref())?;
     let context =
         subject::context_of_all(&several, Command::Compare, &args.log, args.axis, args.model.as_deref(), None);
-    let context = report::Context { opened: args.report.open, ..context };
-    let context = |file: bool| if file { context.for_file() } else { context.clone() };
-    if let Some(against) = &args.against {
-        let other = held(Some(against))?;
-        let model = args.model.as_ref().map_or_else(|| "base model".to_owned(), |path| label(path, against));
-        let against = args.model.as_ref().map_or_else(|| label(against, Path::new("")), |model| label(against, model));
-        let both = Against { model: &model, diagnosis: &diagnosis, other_model: &against, other: &other };
-        args.report.emit(None, |format, file| report::render_against(&both, format, &context(file)))?;
-    } else {
-        args.report.emit(None, |format, file| report::render(&diagnosis, format, &context(file)))?;
-    }
-    Ok(ExitCode::SUCCESS)
+    let other = args.against.as_deref().map(|path| held(Some(path))).transpose()?;
+    show(args, context, &diagnosis, other.as_ref())
 }
 
 /// A model's name: its file's, or its path where that of the other has the same.

@@ -122,13 +122,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     };
     subject::say_beside(&mut diagnosis.axes, &says);
     let mut context = subject::context(&subject, Command::Diagnose, &log, args.axis, args.model.as_deref(), None);
-    context.opened = args.report.open;
     context.explained = subject::explained(&args.search);
     context.unfinished = diagnosis.axes.iter().any(|axis| axis.unfinished);
     context.moved = diagnosis.axes.iter().flat_map(|axis| &axis.remarks).any(|own| matches!(own, Remark::Moved { .. }));
-    args.report.emit(None, |format, file| {
-        report::render(&diagnosis, format, &if file { context.for_file() } else { context.clone() })
-    })?;
+    args.report.give(None, context, |format, context| report::render(&diagnosis, format, context))?;
     Ok(code(args, &diagnosis))
 }
 
@@ -154,11 +151,8 @@ fn run_all(args: &Args) -> Result<ExitCode> {
     };
     let mut context =
         subject::context_of_all(&several, Command::Diagnose, &args.log, args.axis, args.model.as_deref(), None);
-    context.opened = args.report.open;
     context.explained = subject::explained(&args.search);
     context.unfinished = diagnosis.axes.iter().any(|axis| axis.unfinished);
-    args.report.emit(None, |format, file| {
-        report::render(&diagnosis, format, &if file { context.for_file() } else { context.clone() })
-    })?;
+    args.report.give(None, context, |format, context| report::render(&diagnosis, format, context))?;
     Ok(code(args, &diagnosis))
 }

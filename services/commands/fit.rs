@@ -85,11 +85,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     let mut context =
         subject::context(&subject, Command::Fit, &log, args.axis, args.model.as_deref(), args.output.as_deref());
-    context.opened = args.report.open;
     context.product = Subject::product(&file, args.output.as_deref());
-    args.report.emit(args.output.as_deref(), |format, file| {
-        report::render(&diagnosis, format, &if file { context.for_file() } else { context.clone() })
-    })?;
+    args.report.give(args.output.as_deref(), context, |format, context| report::render(&diagnosis, format, context))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -118,10 +115,7 @@ fn run_all(args: &Args) -> Result<ExitCode> {
         args.model.as_deref(),
         args.output.as_deref(),
     );
-    context.opened = args.report.open;
     context.product = Subject::product(&file, args.output.as_deref());
-    args.report.emit(args.output.as_deref(), |format, file| {
-        report::render(&diagnosis, format, &if file { context.for_file() } else { context.clone() })
-    })?;
+    args.report.give(args.output.as_deref(), context, |format, context| report::render(&diagnosis, format, context))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -91,12 +91,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let mut context =
         subject::context(&subject, Command::Ladder, &log, args.axis, args.model.as_deref(), args.output.as_deref());
     context.product = Subject::product(&file, args.output.as_deref());
-    context.opened = args.report.open;
     context.explained = subject::explained(&args.search);
     context.unfinished = ladder.axes.iter().any(|axis| axis.unfinished);
-    args.report.emit(args.output.as_deref(), |format, file| {
-        report::render_ladder(&ladder, format, &if file { context.for_file() } else { context.clone() })
-    })?;
+    args.report
+        .give(args.output.as_deref(), context, |format, context| report::render_ladder(&ladder, format, context))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -127,12 +125,10 @@ fn run_all(args: &Args) -> Result<ExitCode> {
         args.output.as_deref(),
     );
     context.product = Subject::product(&file, args.output.as_deref());
-    context.opened = args.report.open;
     context.explained = subject::explained(&args.search);
     context.unfinished = ladder.axes.iter().any(|axis| axis.unfinished);
-    args.report.emit(args.output.as_deref(), |format, file| {
-        report::render_ladder(&ladder, format, &if file { context.for_file() } else { context.clone() })
-    })?;
+    args.report
+        .give(args.output.as_deref(), context, |format, context| report::render_ladder(&ladder, format, context))?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -255,6 +255,20 @@ impl ReportArgs {
         product.map_or(Ok(()), |path| writable(path, logs))
     }
 
+    /// Prints a result, and writes and shows its report, each in the context of its place.
+    ///
+    /// # Errors
+    /// As [`ReportArgs::emit`].
+    pub fn give(
+        &self,
+        product: Option<&Path>,
+        context: report::Context,
+        render: impl Fn(Format, &report::Context) -> String,
+    ) -> Result<()> {
+        let context = report::Context { opened: self.open, ..context };
+        self.emit(product, |format, file| render(format, &if file { context.for_file() } else { context.clone() }))
+    }
+
     /// Prints a result, and writes the report file. `render` makes it, told whether it is for a file. Nothing is printed
     /// where `product`, what the command makes, went to standard output.
     ///

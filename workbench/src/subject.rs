@@ -23,7 +23,7 @@ pub struct Taken {
     pub options: Options,
     /// The axis that is asked for; all where none is.
     pub axis: Option<Axis>,
-    /// The sensor was at rest all the time: an axis without reference is judged against zero rate.
+    /// An axis without a reference did not turn: it is judged against zero rate.
     pub at_rest: bool,
     /// The reference is used although it was computed from this very gyro.
     pub reference_is_dependent: bool,
@@ -233,21 +233,9 @@ impl Subject {
         for axis in all.iter_mut().filter(|axis| self.overruled.contains(&axis.axis)) {
             axis.find(Finding::CannotTell(Why::Dependent));
         }
-        self.remark_what_lacks_a_reference(&mut all);
         let ladder =
             Ladder { schema: "truerate.ladder/1".to_owned(), log: self.name.clone(), axes: all, several: None };
         Ok((self.fitted(model, start.file.own_effects.clone()), ladder))
-    }
-
-    /// Remarks, on the last axis that has one, which axes have a gyro and no reference.
-    fn remark_what_lacks_a_reference(&self, axes: &mut [AxisDiagnosis]) {
-        let lacks = |axis: &Axis| self.record.has_gyro(*axis) && self.record.reference(*axis).is_none();
-        let lacking: Vec<Axis> = Axis::ALL.into_iter().filter(lacks).collect();
-        if let Some(last) =
-            axes.last_mut().filter(|_| !lacking.is_empty() && self.axes.len() == self.record.fitted_axes().len())
-        {
-            last.remarks.push(Remark::NoReference { axes: lacking });
-        }
     }
 
     /// The axes that are judged, and those whose reference is none.
@@ -264,7 +252,6 @@ impl Subject {
                 axis.suspects.clear();
             }
         }
-        self.remark_what_lacks_a_reference(&mut axes);
         Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: self.name.clone(), axes, several: None }
     }
 

@@ -32,7 +32,7 @@ mod users;
 mod verdicts;
 
 use crate::{
-    Axis, AxisModel, Model, Record,
+    Axis, AxisModel, Model, Record, Row,
     budget::Budget,
     diagnosis::{AxisDiagnosis, AxisLadder, DataFault, ErrorPoint, Explained, LadderStep, Suspect, Verdict},
     effects::{CATALOGUE, Effect, Stage, Trait, find},
@@ -40,7 +40,7 @@ use crate::{
         problem::HeldRate,
         study::{Bench, Study},
     },
-    faults::ratio,
+    faults::{ratio, regress},
     finding::{Finding, Remark},
     fit::{
         FitError, calibrated, groups,
@@ -311,6 +311,23 @@ fn either_sensor(record: &Record, axis: Axis, own: &AxisModel, finding: &Finding
     (is_rate && turns && !effects.is_empty()).then_some(Remark::EitherSensor { effects })
 }
 
+/// A remark where the gyros of axes without a reference read a share of the turn about this axis, and little else.
+fn read_the_turn(record: &Record, axis: Axis) -> Option<Remark> {
+    let of = |axis: Axis| move |row: &Row| row.gyro[axis.index()];
+    let lacks = |other: &Axis| record.has_gyro(*other) && record.reference(*other).is_none();
+    let follows = |other: Axis| {
+        let pairs = record.rows.iter().map(|row| (of(axis)(row), of(other)(row)));
+        let (x, y): (Vec<f64>, Vec<f64>) = pairs.filter(|(x, y)| x.is_finite() && y.is_finite()).unzip();
+        let (share, r2) = regress(&x, &y);
+        (r2 > FOLLOWS).then_some((other, share))
+    };
+    let shares: Vec<(Axis, f64)> = Axis::ALL.into_iter().filter(lacks).filter_map(follows).collect();
+    (!shares.is_empty()).then_some(Remark::ReadTheTurn { shares })
+}
+
+/// Squared correlation from which on one gyro reads little else than a share of what another one does.
+const FOLLOWS: f64 = 0.5;
+
 /// What is told of one axis: `budget` divides its error, and `suspects` is what a search found, where there was one, with whether it
 /// left nothing but noise.
 fn axis_result(
@@ -333,6 +350,7 @@ fn axis_result(
     let own = judged::axis_model(&study.model, axis);
     let (detail, mut fails_where) = judged::pictures(record, study, series);
     remarks.extend(either_sensor(record, axis, &own, &finding));
+    remarks.extend(read_the_turn(record, axis));
     // Where a model fails on data that are none says nothing of the model.
     if matches!(finding, Finding::BadData { .. }) {
         fails_where.clear();

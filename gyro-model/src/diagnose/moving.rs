@@ -12,21 +12,25 @@ use crate::{
     thresholds as limit,
 };
 
-/// Share of a log that rests, and that moves, at least, and times that it begins to move.
+/// Share of a log in which the axis has to rest, and in which it has to move, 1.
 const EITHER: f64 = 0.1;
+/// Times that it has to begin to move.
 const STARTS: usize = 4;
+/// J with another zero, over J with the suspect, from which on the suspect is not named.
+const LEAVES: f64 = 0.8;
 
-/// What stands for the error in place of effects of the catalogue.
+/// Another zero while an axis moves, as the explanation of an error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct OtherZero {
-    /// Zero while the axis moves less that at rest, rad/s.
+    /// The zero while the axis moves minus the zero at rest, rad/s.
     pub size: Estimate,
     /// J with it.
     excess: f64,
 }
 
 impl Incumbent<'_> {
-    /// Another zero while an axis moves, where a log can show that, has no accelerometer to tell why, and hardly another cause of its error.
+    /// Another zero while an axis moves. `None` if the log has no rests or no motion, has an accelerometer (g-squared-sensitivity then
+    /// explains it), or if this explanation fails a test of admission or does not dominate the error.
     pub(super) fn other_zero(&self, series: usize) -> Option<OtherZero> {
         let own = &self.study.bench.problem.series[series];
         let before = self.excess(series);
@@ -43,7 +47,7 @@ impl Incumbent<'_> {
         })
     }
 
-    /// The same where it leaves less than a suspect that would be named: one that goes with nothing that is measured beside the gyro.
+    /// The same, if it leaves less error than this suspect, which needs no other channel than the gyro.
     pub(super) fn other_zero_than(&self, suspect: &Challenger) -> Option<OtherZero> {
         let term = &suspect.candidate.term;
         let may_be = term.effect.stage() == Stage::Felt && term.effect.card().needs.is_empty();
@@ -52,14 +56,11 @@ impl Incumbent<'_> {
     }
 }
 
-/// Share of a suspect's J that another zero leaves at most where it stands in its place.
-const LEAVES: f64 = 0.8;
-
 /// Whether a log has rests and motion in turn, and no accelerometer.
 fn may_show(series: &Series) -> bool {
     let signals = &series.signals;
-    let shakes = |axis: usize| signals.iter().any(|s| s.accel[axis] != signals[0].accel[axis]);
-    if (0..3).any(shakes) {
+    let has_accelerometer = |axis: usize| signals.iter().any(|s| s.accel[axis] != signals[0].accel[axis]);
+    if (0..3).any(has_accelerometer) {
         return false;
     }
     let Some(middle) = median(series.gyro.clone()) else { return false };

@@ -1,7 +1,7 @@
 //! A zero that is another one while the shaft moves than while it rests, as where motors shake the sensor and nobody measures that.
 //!
-//! It is no effect of the catalogue, since it foretells nothing of another vehicle: a diagnosis holds it against the effects that it would
-//! name, and names none of them where this one explains the error better.
+//! It is not in the catalogue, because it cannot be corrected on another vehicle. A diagnosis compares it with the effects that it would
+//! name, on the same rows, and names none of them if this one explains the error better.
 
 use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Stage};
 use crate::Axis;
@@ -12,9 +12,9 @@ pub static ZERO_WHILE_MOVING: ZeroWhileMoving = ZeroWhileMoving;
 /// See the file's head.
 pub struct ZeroWhileMoving;
 
-/// Rate from which on a shaft moves, rad/s, and how long it counts as moving after that, s: it turns round meanwhile.
+/// Rate from which on a shaft moves, rad/s.
 pub const MOVES: f64 = 0.03;
-/// See [`MOVES`].
+/// How long a shaft counts as moving after that, s: at a reversal it is slow for a moment.
 pub const LASTS: f64 = 1.0;
 
 static CARD: Card = Card {

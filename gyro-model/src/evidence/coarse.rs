@@ -7,15 +7,16 @@
 use super::integrate::{hermite, three_point_slopes};
 use crate::order::median;
 
-/// Rows for which a value stands, in the mean, at least: a finer reading, or a noisy one, says more as it is.
-const STANDS: usize = 8;
-/// Changes at least, and the share of them, 1, that are of one step.
+/// Rows without a change, in the mean, from which on a reading is coarse: a finer or a noisy one is used as it is.
+const UNCHANGED: usize = 8;
+/// Changes that are needed.
 const CHANGES: usize = 3;
+/// Share of the changes, 1, that have to be of one step.
 const OF_ONE_STEP: f64 = 0.9;
-/// Steps that a change is of at most where it is of one.
+/// A change of fewer steps than this is of one step.
 const ONE_STEP: f64 = 1.5;
-/// Times as long as values usually stand from which on one that is left as it was come to was reached.
-const RESTS: f64 = 2.0;
+/// An edge that is passed again within so many usual times between two changes is passed by noise of the reading: one instant.
+const AGAIN: f64 = 2.0;
 
 /// The values between their steps; as they are where they are not in coarse steps.
 pub(super) fn between_steps(t: &[f64], values: &[f64]) -> Vec<f64> {
@@ -24,7 +25,7 @@ pub(super) fn between_steps(t: &[f64], values: &[f64]) -> Vec<f64> {
 
 fn smooth(t: &[f64], values: &[f64]) -> Option<Vec<f64>> {
     let changes: Vec<usize> = (1..values.len()).filter(|&k| values[k] != values[k - 1]).collect();
-    if changes.len() < CHANGES || changes.len() * STANDS > values.len() {
+    if changes.len() < CHANGES || changes.len() * UNCHANGED > values.len() {
         return None;
     }
     let size = |k: usize| (values[k] - values[k - 1]).abs();
@@ -35,9 +36,9 @@ fn smooth(t: &[f64], values: &[f64]) -> Option<Vec<f64>> {
     }
     let edge = |k: usize| (0.5 * (t[k] + t[k - 1]), 0.5 * (values[k] + values[k - 1]));
     let usual = median(changes.windows(2).map(|pair| t[pair[1]] - t[pair[0]]).collect())?;
-    // (t, T) where it is known. An edge that is passed to and fro within a short time is one instant: noise of the reading.
+    // (t, T) where the temperature is known.
     let mut knots: Vec<(f64, f64)> = Vec::new();
-    for run in changes.chunk_by(|&a, &b| edge(a).1 == edge(b).1 && edge(b).0 - edge(a).0 < RESTS * usual) {
+    for run in changes.chunk_by(|&a, &b| edge(a).1 == edge(b).1 && edge(b).0 - edge(a).0 < AGAIN * usual) {
         let mean = run.iter().map(|&k| edge(k).0).sum::<f64>() / run.len() as f64;
         let (at, level) = (mean, edge(run[0]).1);
         if let Some(&(before, same)) = knots.last()
@@ -66,7 +67,7 @@ fn smooth(t: &[f64], values: &[f64]) -> Option<Vec<f64>> {
     Some(t.iter().zip(values).map(along).collect())
 }
 
-/// How far it goes on after the last instant within a time: as what settles does, where it has become slower, and else straight on.
+/// How far the temperature goes on within a time after the last instant: exponentially if the last two slopes fall, else straight on.
 fn settles(at: &[f64], of: &[f64], time: f64) -> f64 {
     let n = at.len();
     let slope = |k: usize| (of[k] - of[k - 1]) / (at[k] - at[k - 1]);

@@ -132,9 +132,12 @@ fn follows_the_walk(gyro: &Readings, reference: &Readings) -> bool {
             let columns = [bent(&|k| turned[k]), bent(&|k| g[k]), bent(&change)];
             let mut normal = Normal::zeros(columns.len());
             normal.add(&shown, &columns.iter().map(Vec::as_slice).collect::<Vec<_>>());
-            let left = normal.cost_after(&normal.step_from(&normal, 1e-12)).max(0.0) / places.len() as f64;
+            let step = normal.step_from(&normal, 1e-12);
+            let left = normal.cost_after(&step).max(0.0) / places.len() as f64;
             let time = (t[n - 1] - t[0]) / (n - 1) as f64 * rows as f64;
-            left / (2.0 * walk * walk * time)
+            // In the reference's unit, which may be another one than the gyro's.
+            let walk = step[0] * walk;
+            left / (2.0 * walk * walk * time).max(f64::MIN_POSITIVE)
         });
     let least = least.fold(f64::INFINITY, f64::min);
     walk > 0.0 && least < OWN_WALK
@@ -201,6 +204,11 @@ mod tests {
             assert!(of(count(angle(&|k| gyro[k], 0.0), 1e-4)), "{seed}");
             assert!(of(angle(&|k| gyro[k], 0.05)), "{seed}");
             assert!(!of(angle(&motion, 0.0)) && !of(count(angle(&motion, 0.0), 1.5e-3)), "{seed}");
+            // A gyro in °/s beside an angle in rad: its noise only seems large.
+            let degrees: Vec<f64> = gyro.iter().map(|rate| rate.to_degrees()).collect();
+            let of = |values: Vec<f64>| follows_the_walk(&readings(degrees.clone()), &readings(values));
+            assert!(!of(count(angle(&motion, 0.0), 1.5e-3)), "{seed}");
+            assert!(of(count(angle(&|k| gyro[k], 0.0), 1e-4)), "{seed}");
         }
     }
 }

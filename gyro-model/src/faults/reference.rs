@@ -106,7 +106,7 @@ fn deviation(values: &[f64]) -> f64 {
 }
 
 /// (slope of `y` on `x` with an intercept, r²).
-pub(super) fn regress(x: &[f64], y: &[f64]) -> (f64, f64) {
+pub(crate) fn regress(x: &[f64], y: &[f64]) -> (f64, f64) {
     let n = x.len().min(y.len()) as f64;
     let (mx, my) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
     let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);

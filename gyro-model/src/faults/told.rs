@@ -8,6 +8,7 @@ use super::{
     Report,
     channel::{Channel, Readings},
     quantum,
+    reference::regress,
     thresholds::{TOLD, TOLD_SHARE},
 };
 use crate::{Axis, Record, fault::FaultKind, order::quantile, record::ReferenceKind};
@@ -109,40 +110,29 @@ fn jumps(gyro: &Readings, rate: &Readings) -> bool {
     let ends = |hold: &Range<usize>| hold.end - hold.len() / 3..hold.end;
     let (x, y): (Vec<f64>, Vec<f64>) =
         long.iter().flat_map(|hold| ends(hold)).map(|k| (gyro.values[k], rate.values[k])).unzip();
-    let (slope, offset) = line(&x, &y);
+    let (slope, _) = regress(&x, &y);
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+    let offset = mean(&y) - slope * mean(&x);
     let off = |k: usize| slope * gyro.values[k] + offset - rate.values[k];
-    let mean_square = |of: &mut dyn Iterator<Item = f64>| {
-        let (sum, count) = of.fold((0.0, 0), |(sum, count), x| (sum + x * x, count + 1));
-        sum / f64::from(count.max(1))
-    };
-    let settled = mean_square(&mut long.iter().flat_map(|hold| ends(hold)).map(off)).sqrt();
-    let late = holds.iter().skip(1).filter(|hold| change(hold.start) > JUMP * fastest);
-    let (mut behind, mut all) = (0, 0);
-    for hold in late {
-        let at = hold.start;
-        // On its way from the rate before.
-        behind += usize::from((off(at) / (rate.values[at - 1] - rate.values[at])) > HALF_WAY);
-        all += 1;
-    }
-    settled < SETTLES * fastest && behind as f64 > TOLD_SHARE * f64::from(all.max(1))
+    let squares: Vec<f64> = long.iter().flat_map(|hold| ends(hold)).map(|k| off(k).powi(2)).collect();
+    let settled = mean(&squares).sqrt();
+    // Just after a jump the gyro is still on its way from the rate before.
+    let jumps: Vec<usize> =
+        holds.iter().skip(1).map(|hold| hold.start).filter(|&k| change(k) > JUMP * fastest).collect();
+    let is_behind = |k: &&usize| off(**k) / (rate.values[**k - 1] - rate.values[**k]) > ON_ITS_WAY;
+    let behind = jumps.iter().filter(is_behind).count();
+    settled < SETTLES * fastest && behind as f64 > TOLD_SHARE * jumps.len() as f64
 }
 
-/// Least squares of a straight line: slope and offset.
-fn line(x: &[f64], y: &[f64]) -> (f64, f64) {
-    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len().max(1) as f64;
-    let (mx, my) = (mean(x), mean(y));
-    let (xx, xy) =
-        x.iter().zip(y).fold((0.0, 0.0), |(xx, xy), (x, y)| (xx + (x - mx).powi(2), xy + (x - mx) * (y - my)));
-    let slope = if xx > 0.0 { xy / xx } else { 0.0 };
-    (slope, my - slope * mx)
-}
-
-/// Rows of one rate, at least, that are a hold; changes of the rate at least; share of the fastest rate that a jump is of; what is left of
-/// its way just after it; and what the gyro is off by, over the fastest rate, once it has settled.
+/// Rows of one rate that make a hold, at least.
 const HOLD: usize = 10;
+/// Changes of the rate that are needed.
 const JUMPS: usize = 4;
+/// Share of the fastest rate, 1, from which on a change from one row to the next is a jump.
 const JUMP: f64 = 0.05;
-const HALF_WAY: f64 = 0.3;
+/// Share of a jump, 1, that the gyro still lacks just after it.
+const ON_ITS_WAY: f64 = 0.3;
+/// What the gyro is off by at the end of a hold, over the fastest rate, 1, at most.
 const SETTLES: f64 = 0.05;
 
 #[cfg(test)]

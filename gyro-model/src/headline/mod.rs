@@ -263,8 +263,8 @@ fn either_sensor(remarks: &[Remark], ids: &[&str]) -> String {
     let is_named = |effect: &String| ids.contains(&effect.as_str());
     let concerns = |remark: &Remark| matches!(remark, Remark::EitherSensor { effects } if effects.iter().any(is_named));
     if remarks.iter().any(concerns) {
-        " Or the zero of the reference does, the other way: it is a rate sensor too, and only the difference of the two is measured. A \
-         third sensor, or a rest, tells which."
+        " Or the zero of the reference does, in the opposite direction: the reference is a rate sensor too, and only the difference of \
+         the two is measured. A third sensor, or a rest at that time, tells which."
             .to_owned()
     } else {
         String::new()
@@ -327,8 +327,8 @@ fn other_zero(axis: &AxisDiagnosis) -> Option<String> {
     let by = Measured { value: size, std_error };
     let is = if size > 0.0 { "higher" } else { "lower" };
     Some(format!(
-        "Your gyro's zero is {} {is} while axis {} moves than while it rests, and no accelerometer was logged that would tell whether \
-         vibration shifts it.",
+        "Your gyro's zero is {} {is} while axis {} moves than while it rests. The log has no accelerometer, so it cannot show whether \
+         vibration is the cause.",
         by.size("rad/s"),
         axis.axis
     ))

@@ -8,6 +8,7 @@
 
 use super::{
     Key,
+    forward::{Answer, Joined, select},
     search::{Member, base, candidates},
     spread::{Change, Nested, Reading, change, discoveries},
 };
@@ -110,16 +111,12 @@ pub struct Fleet {
     pub ambiguous: Vec<Alike>,
 }
 
-/// Effects that join at most, type by type and axis by axis.
-const MOST: usize = 8;
 /// False discovery rate of outliers.
 const FALSE: f64 = 0.05;
 /// Growth of J that counts: a twentieth of the error over the floor.
 const MATTERS: f64 = 0.1025;
 /// Questions that are asked of each column.
 const QUESTIONS: f64 = 4.0;
-/// Gain in ln L that tells two effects apart, however much the logs scatter.
-const APART: f64 = 3.0;
 
 /// What these logs say.
 #[must_use]
@@ -176,17 +173,9 @@ fn neutral(key: &Key) -> f64 {
     key.card().map_or(0.0, |card| if card.neutral.is_finite() && key.name != "share" { card.neutral } else { 0.0 })
 }
 
-/// What a group of columns comes to.
-struct Asked {
-    p_value: f64,
-    gain: f64,
-    /// The same part by part, of the parameter that is clearest.
-    each: BTreeMap<usize, f64>,
-}
-
-/// Asks the three questions of a group of parameters.
-fn ask(logs: &[&FleetLog], keys: &[Key], chosen: &BTreeSet<Key>, price: f64) -> Option<Asked> {
-    let mut best: Option<Asked> = None;
+/// Asks the questions of a group of parameters.
+fn ask(logs: &[&FleetLog], keys: &[Key], chosen: &BTreeSet<Key>, price: f64) -> Option<Answer> {
+    let mut best: Option<Answer> = None;
     for key in keys {
         let beside: BTreeSet<Key> = chosen.iter().chain(keys).filter(|other| *other != key).cloned().collect();
         let (readings, _) = readings(logs, key, &beside);
@@ -201,7 +190,7 @@ fn ask(logs: &[&FleetLog], keys: &[Key], chosen: &BTreeSet<Key>, price: f64) -> 
             by_part.entry(own.part).or_default().push(*own);
         }
         let each = by_part.into_iter().map(|(part, own)| (part, nested.gain_of_part(&own)));
-        let asked = Asked { p_value: p.min(1.0), gain: nested.gain, each: each.collect() };
+        let asked = Answer { p_value: p.min(1.0), gain: nested.gain, each: each.collect(), held_out: f64::INFINITY };
         if best.as_ref().is_none_or(|best| (asked.p_value, -asked.gain) < (best.p_value, -best.gain)) {
             best = Some(asked);
         }
@@ -224,55 +213,17 @@ fn outliers(readings: &[Reading]) -> Vec<f64> {
 
 fn on_axis(logs: &[&FleetLog], axis: Axis, axes: usize, ambiguous: &mut Vec<Alike>) -> Vec<Found> {
     let members: Vec<Member> = logs.iter().map(|log| log.member.clone()).collect();
-    let mut chosen = base(axis);
-    let mut left = candidates(&members, axis);
+    let left = candidates(&members, axis);
     let price = (left.len() * axes) as f64;
-    let mut groups: Vec<Vec<Key>> = Vec::new();
-    let passes = |asked: &Asked| asked.p_value < limit::SIGNIFICANCE.value;
-    let mut named = true;
-    while groups.len() < MOST {
-        let tried: Vec<(usize, Asked)> = left
-            .iter()
-            .enumerate()
-            .filter(|(_, keys)| !named || members.iter().any(|member| keys.iter().any(|key| member.has(key))))
-            .filter_map(|(k, keys)| Some((k, ask(logs, keys, &chosen, price)?)))
-            .collect();
-        let passing = || tried.iter().filter(|(_, asked)| passes(asked));
-        let Some((place, best)) = passing().max_by(|a, b| a.1.gain.total_cmp(&b.1.gain)) else {
-            if !named {
-                break;
-            }
-            named = false;
-            continue;
-        };
-        let id = left[*place][0].effect.clone();
-        let alike = passing().filter(|(k, other)| left[*k][0].effect != id && is_alike(&best.each, &other.each));
-        let mut aliases: Vec<(f64, String)> =
-            alike.map(|(k, other)| (other.gain, left[*k][0].effect.clone())).collect();
-        aliases.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut names: Vec<String> = Vec::new();
-        for (_, name) in aliases {
-            if !names.contains(&name) && names.len() < 3 {
-                names.push(name);
-            }
-        }
-        if !names.is_empty() {
-            ambiguous.push(Alike { kind: logs[0].kind.clone(), axis, effect: id.clone(), aliases: names });
-        }
-        let keys = left[*place].clone();
-        chosen.extend(keys.iter().cloned());
-        left.retain(|other| other[0].effect != id);
-        groups.push(keys);
-    }
-    // What the later ones made needless goes.
-    while let Some(weak) = groups.iter().position(|keys| {
-        let rest: BTreeSet<Key> = chosen.iter().filter(|key| !keys.contains(key)).cloned().collect();
-        ask(logs, keys, &rest, price).is_none_or(|asked| !passes(&asked))
-    }) {
-        let keys = groups.remove(weak);
-        ambiguous.retain(|alike| alike.kind != logs[0].kind || alike.axis != axis || alike.effect != keys[0].effect);
-        chosen.retain(|key| !keys.contains(key));
-    }
+    let is_named = |key: &Key| members.iter().any(|member| member.has(key));
+    let (chosen, joined) = select(left, base(axis), is_named, |keys, chosen| ask(logs, keys, chosen, price));
+    let unsplit = joined.into_iter().filter(|joined| !joined.aliases.is_empty());
+    ambiguous.extend(unsplit.map(|Joined { keys, aliases }| Alike {
+        kind: logs[0].kind.clone(),
+        axis,
+        effect: keys[0].effect.clone(),
+        aliases,
+    }));
     let own = chosen.iter().map(|key| {
         let beside: BTreeSet<Key> = chosen.iter().filter(|other| *other != key).cloned().collect();
         let (readings, of) = readings(logs, key, &beside);
@@ -280,17 +231,6 @@ fn on_axis(logs: &[&FleetLog], axis: Axis, axes: usize, ambiguous: &mut Vec<Alik
         Found { key: key.clone(), readings, of, price }
     });
     own.collect()
-}
-
-/// Whether two effects cannot be told apart by the parts that tell both.
-fn is_alike(best: &BTreeMap<usize, f64>, other: &BTreeMap<usize, f64>) -> bool {
-    let differences: Vec<f64> = best.iter().filter_map(|(k, a)| other.get(k).map(|b| a - b)).collect();
-    let (sum, n) = (differences.iter().sum::<f64>(), differences.len() as f64);
-    if n < 5.0 {
-        return sum < APART;
-    }
-    let variance = differences.iter().map(|d| (d - sum / n).powi(2)).sum::<f64>() / (n - 1.0);
-    sum < APART.max(2.0 * (n * variance).sqrt())
 }
 
 fn tell(logs: &[&FleetLog], found: Vec<Found>, all: &mut Fleet) {

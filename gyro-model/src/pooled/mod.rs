@@ -17,6 +17,7 @@
 //! | [`spread`] | mean and spreads of estimates: REML over parts and logs |
 //! | [`joint`] | one model fitted to several logs |
 //! | [`curves`] | their errors as one curve |
+//! | `forward` | which columns join, one after the other |
 //! | [`search`] | which effects several logs of one sensor show together, and what repeats |
 //! | [`fleet`] | types of sensors, their parts, and what changed in time |
 
@@ -24,6 +25,7 @@ pub mod column;
 pub mod curves;
 pub mod equations;
 pub mod fleet;
+mod forward;
 pub mod joint;
 pub mod piece;
 pub mod search;

@@ -4,8 +4,13 @@
 //! taken out first, and effects join one after the other: that which raises the likelihood most, where noise alone would rarely do as
 //! much for any of the columns, and where each log is better off with the value that the others have of it.
 
-use super::{Column, Equations, Key, Piece, column::is_own, spread::Reading};
-use crate::{Axis, effects, thresholds as limit};
+use super::{
+    Column, Equations, Key, Piece,
+    column::is_own,
+    forward::{Answer, Joined, select},
+    spread::Reading,
+};
+use crate::{Axis, effects};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -114,8 +119,6 @@ pub struct Repeated {
 pub const SHOWN: f64 = 3.0;
 /// Chance below which logs differ that should have one value.
 const DIFFERS: f64 = 1e-3;
-/// Effects that join at most.
-const MOST: usize = 8;
 
 /// The effects that these logs of one sensor show together, the clearest first.
 #[must_use]
@@ -142,72 +145,18 @@ pub fn base(axis: Axis) -> BTreeSet<Key> {
     BTreeSet::from([Key::new(axis, "scale-factor", "alpha")])
 }
 
-struct Joined {
-    gain: f64,
-    p_value: f64,
-    /// Gain of each log with the value that all have.
-    each: Vec<f64>,
-    /// The same with the value that the others have.
-    held_out: f64,
-}
-
 fn on_axis(members: &[Member], axis: Axis) -> Vec<Repeated> {
-    let mut chosen = base(axis);
-    let mut left = candidates(members, axis);
+    let left = candidates(members, axis);
     let price = left.len() as f64;
-    let mut found: Vec<(Vec<Key>, Vec<String>)> = Vec::new();
-    // What single logs named comes first: they know its shape, which no linear equation does.
-    let mut named = true;
-    while found.len() < MOST {
-        let tried: Vec<(usize, Joined)> = left
-            .iter()
-            .enumerate()
-            .filter(|(_, keys)| !named || members.iter().any(|member| keys.iter().any(|key| member.has(key))))
-            .filter_map(|(k, keys)| Some((k, joined(members, keys, &chosen, price)?)))
-            .collect();
-        let passes = |joined: &Joined| joined.p_value < limit::SIGNIFICANCE.value && joined.held_out > 0.0;
-        let Some((place, best)) =
-            tried.iter().filter(|(_, joined)| passes(joined)).max_by(|a, b| a.1.gain.total_cmp(&b.1.gain))
-        else {
-            if !named {
-                break;
-            }
-            named = false;
-            continue;
-        };
-        let id = left[*place][0].effect.clone();
-        let alike = tried
-            .iter()
-            .filter(|(k, other)| left[*k][0].effect != id && passes(other) && is_alike(&best.each, &other.each));
-        let mut aliases: Vec<(f64, String)> =
-            alike.map(|(k, other)| (other.gain, left[*k][0].effect.clone())).collect();
-        aliases.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut names: Vec<String> = Vec::new();
-        for (_, name) in aliases {
-            if !names.contains(&name) && names.len() < 3 {
-                names.push(name);
-            }
-        }
-        let keys = left[*place].clone();
-        chosen.extend(keys.iter().cloned());
-        left.retain(|other| other[0].effect != id);
-        found.push((keys, names));
-    }
-    // One that the later ones made needless goes.
-    loop {
-        let weak = found.iter().position(|(keys, _)| {
-            let rest: BTreeSet<Key> = chosen.iter().filter(|key| !keys.contains(key)).cloned().collect();
-            joined(members, keys, &rest, price).is_none_or(|joined| joined.p_value >= limit::SIGNIFICANCE.value)
-        });
-        let Some(weak) = weak else { break };
-        let (keys, _) = found.remove(weak);
-        chosen.retain(|key| !keys.contains(key));
-    }
-    found.into_iter().filter_map(|(keys, aliases)| repeated(members, axis, &keys, &chosen, price, aliases)).collect()
+    let is_named = |key: &Key| members.iter().any(|member| member.has(key));
+    let ask = |keys: &[Key], chosen: &BTreeSet<Key>| answer(members, keys, chosen, price);
+    let (chosen, found) = select(left, base(axis), is_named, ask);
+    let told = found.into_iter();
+    told.filter_map(|Joined { keys, aliases }| repeated(members, axis, &keys, &chosen, price, aliases)).collect()
 }
 
 /// What a group of columns gains beside the chosen ones, one value for all logs.
-fn joined(members: &[Member], keys: &[Key], chosen: &BTreeSet<Key>, price: f64) -> Option<Joined> {
+fn answer(members: &[Member], keys: &[Key], chosen: &BTreeSet<Key>, price: f64) -> Option<Answer> {
     let rest: BTreeSet<Key> = chosen.iter().filter(|key| !keys.contains(key)).cloned().collect();
     let wanted: BTreeSet<Key> = rest.iter().chain(keys).cloned().collect();
     // The chosen ones have one value for all logs, too: they are taken out of the sum.
@@ -240,7 +189,7 @@ fn joined(members: &[Member], keys: &[Key], chosen: &BTreeSet<Key>, price: f64) 
     };
     let named = |e: &Equations| -> BTreeMap<Key, f64> { e.keys.iter().cloned().zip(e.solve().0).collect() };
     let whole = named(&Equations::sum(&alone));
-    let gains: Vec<f64> = alone.iter().map(|e| gain_of(e, &whole)).collect();
+    let each = alone.iter().map(|e| gain_of(e, &whole)).enumerate().collect();
     let held_out = if alone.len() < 2 {
         gain
     } else {
@@ -251,7 +200,7 @@ fn joined(members: &[Member], keys: &[Key], chosen: &BTreeSet<Key>, price: f64) 
             })
             .sum()
     };
-    Some(Joined { gain, p_value, each: gains, held_out })
+    Some(Answer { gain, p_value, each, held_out })
 }
 
 /// The columns' inflation, each log as often as it counts: its largest.
@@ -270,21 +219,6 @@ fn inflation(members: &[Member], keys: &[Key]) -> f64 {
     keys.iter().map(mean).fold(1.0, f64::max)
 }
 
-/// Gain in ln L that one of two effects needs over the other to be told from it, whatever the logs scatter.
-const APART: f64 = 3.0;
-
-/// Whether two effects cannot be told apart: their gains differ by less than two standard errors over the logs, or by little.
-fn is_alike(best: &[f64], other: &[f64]) -> bool {
-    let differences: Vec<f64> = best.iter().zip(other).map(|(a, b)| a - b).collect();
-    let sum: f64 = differences.iter().sum();
-    let n = differences.len() as f64;
-    if n < 5.0 {
-        return sum < APART;
-    }
-    let variance = differences.iter().map(|d| (d - sum / n).powi(2)).sum::<f64>() / (n - 1.0);
-    sum < APART.max(2.0 * (n * variance).sqrt())
-}
-
 fn repeated(
     members: &[Member],
     axis: Axis,
@@ -294,7 +228,7 @@ fn repeated(
     aliases: Vec<String>,
 ) -> Option<Repeated> {
     let rest: BTreeSet<Key> = chosen.iter().filter(|key| !keys.contains(key)).cloned().collect();
-    let Joined { gain, p_value, .. } = joined(members, keys, &rest, price)?;
+    let Answer { gain, p_value, .. } = answer(members, keys, &rest, price)?;
     let wanted: BTreeSet<Key> = chosen.clone();
     let all = Equations::sum(&members.iter().map(|member| member.with(&wanted)).collect::<Vec<_>>());
     let inflation = inflation(members, keys);

@@ -331,8 +331,8 @@ fn unexplained(excess: &Excess, voice: Voice) -> Vec<Piece> {
             vec![Piece::new(More, text, ".")]
         }
         Excess::OtherZero { .. } => {
-            let text = "motors that run shake the sensor, and vibration shifts the zero, or what feeds the sensor does. Log the accelerometer: \
-                        with it g-squared-sensitivity tells; or record the motor current as a free channel"
+            let text = "vibration of the motors may shift the zero, or their current may change the sensor's supply. Log the accelerometer \
+                        and the supply voltage: g-squared-sensitivity and supply-voltage can then be tested"
                 .to_owned();
             vec![Piece::new(More, text, ".")]
         }

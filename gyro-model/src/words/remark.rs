@@ -5,6 +5,8 @@ use crate::{
     Axis,
     fault::FaultKind,
     finding::{Became, Finding, NOT_SEEN, Remark},
+    measured::and,
+    units,
 };
 
 /// A remark as a sentence; `None` where there is nothing to say.
@@ -48,19 +50,20 @@ pub(super) fn sentence(remark: &Remark, subject: &Subject, voice: Voice) -> Opti
             let named = axes.iter().map(Axis::to_string).collect::<Vec<_>>().join(" and ");
             format!("Judged without {them} {named}, whose data are faulty.")
         }
-        Remark::NoReference { axes } => {
-            let letters: Vec<&str> = axes.iter().map(|axis| axis.letter()).collect();
-            let (axis, have, they) =
-                if axes.len() == 1 { ("axis", "has", "it does") } else { ("axes", "have", "they do") };
+        Remark::ReadTheTurn { shares } => {
+            let percent = |share: f64| units::number(100.0 * share);
+            let own: Vec<String> =
+                shares.iter().map(|(axis, share)| format!("gyro_{axis} reads {} %", percent(*share))).collect();
+            let them = if own.len() == 1 { "it" } else { "them" };
             let how = match voice {
-                Voice::Log => "`--at-rest` gives them",
-                Voice::Stream => "at rest they have",
-                Voice::Library => "`at_rest=True` gives them",
+                Voice::Log => format!("`--at-rest` gives {them} a reference of zero, and cross-axis is fitted"),
+                Voice::Stream => "record a log: its search fits cross-axis".to_owned(),
+                Voice::Library => format!("`at_rest=True` gives {them} a reference of zero, and cross-axis is fitted"),
             };
             format!(
-                "There is no reference for {axis} {}, which {have} a gyro: not judged. If {they} not turn, as on a turntable, {how} a \
-                 reference of zero, and what is felt of the turn about {} shows.",
-                letters.join(" and "),
+                "{} of the turn about {}, and there is no reference for {them}. If only axis {} turns, as on a turntable, {how}.",
+                and(&own),
+                subject.axis,
                 subject.axis
             )
         }

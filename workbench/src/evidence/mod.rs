@@ -262,7 +262,7 @@ impl Evidence {
                 "{name}: has the schema {other}, and this program knows {SCHEMA}: a newer truerate made it; update this one"
             ),
             Some(other) => bail!("{name}: has the schema {other}: evidence is made with `truerate evidence`"),
-            None => bail!("{name}: is no evidence file: evidence is made with `truerate evidence`"),
+            None => bail!("{name}: not an evidence file: `truerate evidence LOG -o E` makes one"),
         }
         let whole: Whole = serde_json::from_str(text).map_err(|error| {
             if error.is_eof() {
@@ -292,7 +292,7 @@ impl Evidence {
         let name = path.display().to_string();
         let bytes = fs::read(path).with_context(|| format!("{name}: cannot be read: check the path"))?;
         let text = String::from_utf8(bytes)
-            .map_err(|_| anyhow!("{name}: is no evidence file: evidence is made with `truerate evidence`"))?;
+            .map_err(|_| anyhow!("{name}: not an evidence file: `truerate evidence LOG -o E` makes one"))?;
         Self::parse(&name, &text)
     }
 

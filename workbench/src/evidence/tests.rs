@@ -109,7 +109,7 @@ fn what_is_not_to_be_used_is_refused_in_words() {
     let text = of([1]).render().unwrap();
     let said = |text: &str| format!("{:#}", Evidence::parse("f.json", text).unwrap_err());
     assert!(said("").contains("f.json: is empty"));
-    assert!(said("t,gyro_z\n0,1\n").contains("is no evidence file"));
+    assert!(said("t,gyro_z\n0,1\n").contains("not an evidence file"));
     assert!(said(&text.replace("evidence/1", "evidence/2")).contains("a newer truerate made it"));
     assert!(said(&text.replace("truerate.evidence/1", "truerate.model/1")).contains("schema truerate.model/1"));
     assert!(said(&text[..text.len() / 2]).contains("ends in the middle"));

@@ -4,7 +4,10 @@ use super::{
     Fleet, TypeRow,
     text::{columns, sentences, value},
 };
-use crate::{report::units::shown, web};
+use crate::{
+    report::units::{self, shown},
+    web,
+};
 use std::fmt::Write as _;
 
 pub(super) fn render(fleet: &Fleet, name: &str) -> String {
@@ -101,13 +104,18 @@ struct Line {
 
 /// Every log's estimate with its 95 % interval; the band is where the next part lies.
 fn forest(row: &TypeRow) -> String {
-    let lines = row.readings.iter().map(|own| Line {
-        name: format!("{} ({})", own.log, own.part),
-        value: own.value,
-        error: own.std_error,
-        outlier: own.outlier,
-    });
-    plot(row, "log by log", lines.collect())
+    let mut lines: Vec<Line> = row
+        .readings
+        .iter()
+        .map(|own| Line {
+            name: format!("{} ({})", own.log, own.part),
+            value: own.value,
+            error: own.std_error,
+            outlier: own.outlier,
+        })
+        .collect();
+    lines.sort_by(|a, b| a.name.cmp(&b.name));
+    plot(row, "log by log", lines)
 }
 
 /// Every part's best prediction, in order of size.
@@ -192,7 +200,7 @@ fn plot(row: &TypeRow, title: &str, mut lines: Vec<Line>) -> String {
             "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\">{} {}</text>",
             x(at),
             height - 4.0,
-            crate::report::units::number(at * unit.factor),
+            units::within(at * unit.factor, (high - low) * unit.factor),
             escaped(&unit.unit)
         );
     }

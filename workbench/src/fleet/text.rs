@@ -3,7 +3,7 @@
 use super::{Fleet, PartRow, TypeRow, label};
 use crate::report::{
     Ink, Terminal,
-    units::{shown, thousands, uncertain},
+    units::{shown, thousands, uncertain, within},
 };
 use std::{collections::BTreeSet, fmt::Write as _};
 
@@ -60,7 +60,7 @@ pub(super) fn columns(row: &TypeRow) -> [String; 6] {
         || "–".to_owned(),
         |(low, high)| {
             let unit = shown(&row.unit, &[Some(low), Some(high)]);
-            let digits = |value: f64| crate::report::units::number(value * unit.factor);
+            let digits = |value: f64| within(value * unit.factor, (high - low) * unit.factor);
             format!("{} to {} {}", digits(low), digits(high), unit.unit).trim_end().to_owned()
         },
     );
