@@ -122,6 +122,8 @@ struct Plan {
     felt: Vec<Placed>,
     mount: Vec<Placed>,
     reference: Vec<Placed>,
+    /// Of an axis without a model: how late the reference is by the models of the others, ns.
+    shift: i64,
 }
 
 /// The last samples of one axis.
@@ -275,6 +277,7 @@ impl Plan {
             felt: at(Stage::Felt),
             mount: Placed::of(model, of_the_mount),
             reference: Placed::of(model, |e| e.stage().is_of_reference()),
+            shift: 0,
         }
     }
 
@@ -301,7 +304,13 @@ impl Plan {
         let t = t_ns as f64 * 1e-9;
         let valid = self.timing.iter().fold(t, |t, p| p.effect.valid_time(&p.values, t));
         let shift = ((valid - t) * 1e9).round();
-        if shift.is_finite() { t_ns.saturating_add(shift as i64) } else { t_ns }
+        let own = if shift.is_finite() { t_ns.saturating_add(shift as i64) } else { t_ns };
+        own.saturating_add(self.shift)
+    }
+
+    /// How late the reference is, ns.
+    fn reference_late(&self) -> i64 {
+        (self.timing.iter().map(|p| p.effect.reference_late(&p.values)).sum::<f64>() * 1e9).round() as i64
     }
 
     fn responses(&mut self) -> impl Iterator<Item = &mut Placed> {
@@ -345,6 +354,8 @@ pub struct Compensation {
     identified: [Identified; 3],
     /// 1 where a reading was lost, over time of validity.
     lost: [History; 3],
+    /// How late the reference is by the model of every axis that has one, ns.
+    reference_late: i64,
 }
 
 impl Compensation {
@@ -358,6 +369,7 @@ impl Compensation {
             history: [History::default(), History::default(), History::default()],
             identified: [Identified::of(&AxisModel::default()); 3],
             lost: [History::default(), History::default(), History::default()],
+            reference_late: 0,
         };
         compensation.take(model);
         compensation
@@ -381,10 +393,16 @@ impl Compensation {
         &self.history[axis]
     }
 
-    /// When a reading taken at `t_ns` is valid on this axis, ns.
+    /// When a reading taken at `t_ns` is valid on this axis, ns on the reference's clock.
     #[must_use]
     pub fn valid_time(&self, axis: usize, t_ns: i64) -> i64 {
         self.plans[axis].valid_time(t_ns)
+    }
+
+    /// How late the reference is, ns: by the model of every axis that has one.
+    #[must_use]
+    pub fn reference_late(&self) -> i64 {
+        self.reference_late
     }
 
     /// Whether this axis has had a reading.
@@ -440,6 +458,11 @@ impl Compensation {
             plan.inherit(&self.plans[i]);
             self.plans[i] = plan;
             self.identified[i] = Identified::of(axis);
+        }
+        let modelled = || model.axes.iter().zip(&self.plans).filter_map(|(axis, plan)| axis.as_ref().map(|_| plan));
+        self.reference_late = modelled().map(Plan::reference_late).min().unwrap_or(0);
+        for (axis, plan) in model.axes.iter().zip(&mut self.plans) {
+            plan.shift = if axis.is_none() { self.reference_late } else { 0 };
         }
         if let Some(supply) = model.origin.supply {
             self.environment.supply_origin = supply;

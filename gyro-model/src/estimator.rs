@@ -2,7 +2,8 @@
 //! call [`Estimator::step`] and nothing else, so what runs live and what runs on a log agree bit for bit.
 //!
 //! A row taken at `t` gives an estimate that is valid at `t − d` (the latest instant that every axis has reached);
-//! references wait in a queue until the estimate has reached their time. The estimator never reads a clock, allocates
+//! references wait in a queue until the estimate has reached their time. A negative `d` means a late reference, which no gyro
+//! can cause: inside, all times are then the reference's; the estimates that go out keep the gyro's. The estimator never reads a clock, allocates
 //! nothing in `step`, and no number in it ever becomes non-finite.
 
 use crate::{
@@ -99,7 +100,7 @@ impl Default for Options {
 /// What is known at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// The instant, ns since the log's first row.
+    /// The instant, ns since the log's first row, on the clock of the gyro's stamps.
     pub valid_t_ns: i64,
     /// Epoch of the model it was made with.
     pub epoch: u64,
@@ -165,7 +166,7 @@ impl AxisEstimate {
 pub struct Snapshot {
     /// Time of the last row, ns.
     pub t_ns: i64,
-    /// The last estimate.
+    /// The last estimate, at its time on the reference's clock.
     pub estimate: Estimate,
     started: bool,
     compensation: compensation::State,
@@ -238,7 +239,7 @@ impl Estimator {
             for axis in &mut self.last.axes {
                 axis.flags |= flags::ROW_REJECTED;
             }
-            return self.last;
+            return self.outward(self.last);
         }
         self.wait(row);
         let angles = self.angles();
@@ -266,7 +267,7 @@ impl Estimator {
         for (axis, estimate) in self.axes.iter_mut().zip(&mut self.last.axes) {
             axis.report(&self.compensation, valid_t_ns, estimate);
         }
-        self.last
+        self.outward(self.last)
     }
 
     /// What is known at a later instant without any new reading: rates held, uncertainty grown. Nothing is changed.
@@ -280,7 +281,7 @@ impl Estimator {
                 axis.coast(ahead, out);
             }
         }
-        estimate
+        self.outward(estimate)
     }
 
     /// Everything needed to go on after a crash.
@@ -319,12 +320,18 @@ impl Estimator {
         }
     }
 
+    /// An estimate at the gyro's own time.
+    fn outward(&self, estimate: Estimate) -> Estimate {
+        let valid_t_ns = estimate.valid_t_ns.saturating_sub(self.compensation.reference_late());
+        Estimate { valid_t_ns, ..estimate }
+    }
+
     /// The filter's angles: θ of the regressors.
     fn angles(&self) -> [f64; 3] {
         self.axes.each_ref().map(AxisEstimator::angle)
     }
 
-    /// The instant that every axis has reached with a row taken at `t_ns`.
+    /// The instant that every axis has reached with a row taken at `t_ns`, on the reference's clock.
     fn valid_time(&self, t_ns: i64) -> i64 {
         (0..3).map(|i| self.compensation.valid_time(i, t_ns)).min().unwrap_or(t_ns)
     }

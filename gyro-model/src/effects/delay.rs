@@ -21,7 +21,8 @@ static CARD: Card = Card {
     source: "IEEE Std 1431, time delay; measured against encoders",
     needs: &[],
     excited_by: "changing rates, more than one frequency",
-    mended_by: "re-stamping: the estimate is valid at t − d, live and in logs",
+    mended_by: "re-stamping: the estimate is valid at t − d, live and in logs; where d is negative the reference is late, and the \
+                estimate keeps the gyro's own time",
     at_source: "stamp gyro and reference when they measure (at the sensor's interrupt), not when they are received; raise the cut-off of the low-pass filter of whichever is late",
     traits: &[],
     simpler: &[],
@@ -79,11 +80,15 @@ impl Effect for Delay {
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
-        Some("return t - d;".into())
+        Some("return d > 0.0 ? t - d : t; /* d < 0: the reference is late */".into())
     }
 
     fn valid_time(&self, p: &[f64], t: f64) -> f64 {
         t - p[0]
+    }
+
+    fn reference_late(&self, p: &[f64]) -> f64 {
+        (-p[0]).max(0.0)
     }
 
     fn grid(&self, _: &Span) -> Vec<Vec<f64>> {

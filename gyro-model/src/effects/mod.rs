@@ -416,9 +416,14 @@ pub trait Effect: Send + Sync {
         ErrorWhole::default()
     }
 
-    /// `Timing`: the time whose true rate is read at `t`, s.
+    /// `Timing`: the time, on the reference's clock, whose true rate is read at `t`, s.
     fn valid_time(&self, _p: &[f64], t: f64) -> f64 {
         t
+    }
+
+    /// `Timing`: the part of [`Self::valid_time`] that only the reference can cause, s. The gyro's own time is earlier by it.
+    fn reference_late(&self, _p: &[f64]) -> f64 {
+        0.0
     }
 
     /// `Response`, forward: one step of the filter, `dt` after the previous one; true rate in, felt rate out.

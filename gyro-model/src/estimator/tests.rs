@@ -216,6 +216,24 @@ fn with_an_identified_jerk_the_innovations_keep_their_size() {
 }
 
 #[test]
+fn beside_a_late_reference_an_estimate_keeps_the_gyros_time() {
+    let late = 0.0123;
+    let rows = rows(sine, 200, 20, (1.1, -0.2, -late), 9);
+    let mut model = model(1.1, -0.2);
+    let axis = model.axes[2].as_mut().unwrap();
+    axis.terms.push(Term { effect: &DELAY, values: vec![-late], std_errors: vec![0.0] });
+    let estimates = run(Options::default(), &model, &rows);
+    for (e, row) in estimates.iter().zip(&rows) {
+        assert_eq!(e.valid_t_ns, row.t_ns);
+    }
+    // The gyro reads at t what the reference says 12.3 ms later.
+    let truth = |e: &Estimate| sine(e.valid_t_ns as f64 * 1e-9 + late);
+    let known = &estimates[200..];
+    assert!(rms(known.iter().map(|e| e.axes[2].rate - truth(e).1)) < 1.2 * N * 200.0_f64.sqrt());
+    assert!(rms(known.iter().map(|e| e.axes[2].angle_fused - truth(e).0)) < ENCODER);
+}
+
+#[test]
 fn a_late_gyro_is_restamped_and_its_reference_waits() {
     let delay = 0.0123;
     let rows = rows(sine, 200, 20, (1.1, -0.2, delay), 9);
