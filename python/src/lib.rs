@@ -3,6 +3,10 @@
 //! Every function works on the very code that the program runs (`workbench::subject`), so that the numbers are the same to the last
 //! bit. The interpreter's lock is released while it works, and Ctrl-C ends a search.
 
+mod evidence;
+mod several;
+mod watched;
+
 use anyhow::Result;
 use gyro_model::{
     Axis, diagnose,
@@ -11,26 +15,14 @@ use gyro_model::{
     simulate::{self, Scenario, SensorSpec, SetUp},
     words::Voice,
 };
-use pyo3::{
-    create_exception,
-    exceptions::{PyRuntimeWarning, PyValueError},
-    prelude::*,
-    types::PyBytes,
-};
-use std::{
-    ffi::CString,
-    path::{Path, PathBuf},
-    sync::{
-        atomic::{AtomicBool, Ordering},
-        mpsc::{self, RecvTimeoutError},
-    },
-    thread,
-    time::Duration,
-};
+use pyo3::{create_exception, exceptions::PyValueError, prelude::*, types::PyBytes};
+use std::path::{Path, PathBuf};
+use watched::watched;
 use workbench::{
     estimates, export,
     log::{self, Options},
     model_file::{self, ModelFile},
+    prior::{self, Prior},
     report::{self, Command, Format, Terminal},
     subject::{Start, Subject, Taken},
 };
@@ -42,9 +34,6 @@ create_exception!(
     "A log, a model or an argument that cannot be used: what was found, where, and what to do about it."
 );
 
-/// How often the interpreter is asked whether somebody wants an end.
-const ASKED: Duration = Duration::from_millis(100);
-
 fn refused(error: anyhow::Error) -> PyErr {
     Error::new_err(format!("{error:#}"))
 }
@@ -52,67 +41,6 @@ fn refused(error: anyhow::Error) -> PyErr {
 fn axis_of(name: Option<&str>) -> PyResult<Option<Axis>> {
     name.map(|name| name.parse().map_err(|_| Error::new_err(format!("axis {name:?}: expected 'x', 'y' or 'z'"))))
         .transpose()
-}
-
-/// A message of the thread that works to the one that called.
-enum Message {
-    Progress(String),
-    Failed(String),
-}
-
-/// Runs `work` on a thread of its own. The calling thread stays Python's: it hands on progress, warns of axes that failed, and looks for
-/// signals, which Python handles on its main thread alone. An exception there ends the work and is raised.
-fn watched<T: Send>(
-    py: Python<'_>,
-    progress: Option<Py<PyAny>>,
-    work: impl FnOnce(&diagnose::Options) -> Result<T> + Send,
-) -> PyResult<T> {
-    let ended = &AtomicBool::new(false);
-    let (sender, messages) = mpsc::channel();
-    let is_ended = || ended.load(Ordering::Relaxed);
-    // The channel closes when the work ends.
-    let work = move || {
-        // A receiver that is gone needs no message.
-        let tell = |message| sender.send(message).unwrap_or_default();
-        work(&diagnose::Options {
-            progress: &|what| tell(Message::Progress(what.to_owned())),
-            failed: &|error| tell(Message::Failed(error.to_string())),
-            stop: &is_ended,
-            ..diagnose::Options::default()
-        })
-    };
-    let hear = |message| {
-        Python::attach(|py| match (message, &progress) {
-            (Message::Progress(what), Some(progress)) => progress.call1(py, (what,)).map(drop),
-            (Message::Progress(_), None) => Ok(()),
-            (Message::Failed(why), _) => {
-                PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &CString::new(why).unwrap_or_default(), 2)
-            }
-        })
-    };
-    py.detach(move || {
-        thread::scope(|scope| {
-            let worker = scope.spawn(work);
-            let mut raised = None;
-            loop {
-                let heard = match messages.recv_timeout(ASKED) {
-                    Ok(_) if raised.is_some() => continue,
-                    Ok(message) => hear(message),
-                    Err(RecvTimeoutError::Timeout) => Ok(()),
-                    Err(RecvTimeoutError::Disconnected) => break,
-                };
-                if let Err(error) = heard.and_then(|()| Python::attach(|py| py.check_signals())) {
-                    ended.store(true, Ordering::Relaxed);
-                    raised = Some(error);
-                }
-            }
-            match (raised, worker.join()) {
-                (Some(error), _) => Err(error),
-                (None, Ok(result)) => result.map_err(refused),
-                (None, Err(panic)) => std::panic::resume_unwind(panic),
-            }
-        })
-    })
 }
 
 /// A result in all of its forms, and the model that belongs to it.
@@ -127,8 +55,26 @@ struct Answer {
     model: Option<ModelFile>,
 }
 
+impl Answer {
+    /// A result in each of its forms, in the words of a library.
+    fn of(
+        context: report::Context,
+        model: Option<ModelFile>,
+        render: impl Fn(Format, &report::Context) -> String,
+    ) -> Self {
+        let context = report::Context { terminal: Terminal::PLAIN, voice: Voice::Library, ..context };
+        let form = |format| render(format, &context);
+        Self { json: form(Format::Json), text: form(Format::Text), html: form(Format::Html), model }
+    }
+}
+
 #[pymethods]
 impl Answer {
+    #[new]
+    fn new(json: String, text: String, html: String, model: Option<Model>) -> Self {
+        Self { json, text, html, model: model.map(|own| own.file) }
+    }
+
     #[getter]
     fn model(&self) -> Option<Model> {
         self.model.clone().map(|file| Model { file })
@@ -147,6 +93,13 @@ impl Model {
     /// The text of the model file.
     fn text(&self) -> String {
         model_file::render(&self.file)
+    }
+
+    /// The model of such a text.
+    #[staticmethod]
+    fn of(text: &str) -> PyResult<Self> {
+        let parsed = model_file::parse(Path::new("model"), text, &[]);
+        parsed.map(|file| Self { file }).map_err(|error| refused(error.into()))
     }
 
     fn save(&self, path: PathBuf) -> PyResult<()> {
@@ -300,20 +253,27 @@ impl Log {
         all
     }
 
-    #[pyo3(signature = (model=None))]
-    fn fit(&self, py: Python<'_>, model: Option<Model>) -> PyResult<Answer> {
+    #[pyo3(signature = (model=None, prior=None))]
+    fn fit(&self, py: Python<'_>, model: Option<Model>, prior: Option<OfType>) -> PyResult<Answer> {
         watched(py, None, |options| {
-            let (start, own) = match model {
-                Some(model) => {
-                    model.file.check_channels(&self.subject.record, &self.subject.axes)?;
-                    (model.file.model, model.file.own_effects)
+            let mut says = Vec::new();
+            // Blocked refits would forget the type.
+            let own_log = prior.is_none();
+            let (fitted, own) = match (prior, model) {
+                (Some(prior), _) => {
+                    let begun = prior.read()?.begin(&self.subject)?;
+                    says = begun.says;
+                    (begun.start.file.model, Vec::new())
                 }
-                None => (self.subject.base(), Vec::new()),
+                (None, Some(model)) => {
+                    model.file.check_channels(&self.subject.record, &self.subject.axes)?;
+                    (self.refitted(&model.file.model)?, model.file.own_effects)
+                }
+                (None, None) => (self.refitted(&self.subject.base())?, Vec::new()),
             };
-            let mut fitted = self.subject.fit(&start)?;
-            fitted.epoch = start.epoch + 1;
-            let options = diagnose::Options { own_log: true, faults: &self.subject.faults, ..*options };
-            let diagnosis = self.subject.compare(&fitted, &self.subject.axes, &options)?;
+            let options = diagnose::Options { own_log, faults: &self.subject.faults, ..*options };
+            let mut diagnosis = self.subject.compare(&fitted, &self.subject.axes, &options)?;
+            prior::say_beside(&mut diagnosis.axes, &says);
             let file = self.subject.fitted(fitted, own);
             Ok(self.answer(Command::Fit, Some(file), |format, context| report::render(&diagnosis, format, context)))
         })
@@ -334,34 +294,39 @@ impl Log {
         })
     }
 
-    #[pyo3(signature = (model=None, explain=false, progress=None))]
+    #[pyo3(signature = (model=None, explain=false, progress=None, prior=None))]
     fn diagnose(
         &self,
         py: Python<'_>,
         model: Option<Model>,
         explain: bool,
         progress: Option<Py<PyAny>>,
+        prior: Option<OfType>,
     ) -> PyResult<Answer> {
         watched(py, progress, |options| {
             let options = diagnose::Options { explain, faults: &self.subject.faults, ..*options };
-            let start = self.start(model)?;
-            let found = self.subject.diagnose(&start, &options)?;
+            let (start, says) = self.begin(model, prior)?;
+            let mut found = self.subject.diagnose(&start, &options)?;
+            prior::say_beside(&mut found.axes, &says);
             Ok(self
                 .answer(Command::Diagnose, Some(start.file), |format, context| report::render(&found, format, context)))
         })
     }
 
-    #[pyo3(signature = (model=None, explain=false, progress=None))]
+    #[pyo3(signature = (model=None, explain=false, progress=None, prior=None))]
     fn ladder(
         &self,
         py: Python<'_>,
         model: Option<Model>,
         explain: bool,
         progress: Option<Py<PyAny>>,
+        prior: Option<OfType>,
     ) -> PyResult<Answer> {
         watched(py, progress, |options| {
             let options = diagnose::Options { explain, faults: &self.subject.faults, ..*options };
-            let (file, ladder) = self.subject.ladder(&self.start(model)?, &options)?;
+            let (start, says) = self.begin(model, prior)?;
+            let (file, mut ladder) = self.subject.ladder(&start, &options)?;
+            prior::say_beside(&mut ladder.axes, &says);
             Ok(self
                 .answer(Command::Ladder, Some(file), |format, context| report::render_ladder(&ladder, format, context)))
         })
@@ -375,20 +340,38 @@ impl Log {
         Ok(self.subject.given(file))
     }
 
+    /// The model to start from: that of a type, the one that is given, or the base model; and what was noticed.
+    fn begin(&self, model: Option<Model>, prior: Option<OfType>) -> Result<(Start, Vec<(Axis, String)>)> {
+        let Some(prior) = prior else { return Ok((self.start(model)?, Vec::new())) };
+        let begun = prior.read()?.begin(&self.subject)?;
+        Ok((begun.start, begun.says))
+    }
+
+    fn refitted(&self, start: &gyro_model::Model) -> Result<gyro_model::Model> {
+        Ok(gyro_model::Model { epoch: start.epoch + 1, ..self.subject.fit(start)? })
+    }
+
     fn answer(
         &self,
         command: Command,
         model: Option<ModelFile>,
         render: impl Fn(Format, &report::Context) -> String,
     ) -> Answer {
-        let context = report::Context {
-            terminal: Terminal::PLAIN,
-            voice: Voice::Library,
-            about: self.subject.about(None),
-            ..report::Context::new(command, self.subject.name.clone())
-        };
-        let form = |format| render(format, &context);
-        Answer { json: form(Format::Json), text: form(Format::Text), html: form(Format::Html), model }
+        let about = self.subject.about(None);
+        Answer::of(report::Context { about, ..report::Context::new(command, self.subject.name.clone()) }, model, render)
+    }
+}
+
+/// A type file: its name, and its text where there is no such file.
+#[derive(FromPyObject)]
+struct OfType(PathBuf, Option<String>);
+
+impl OfType {
+    fn read(&self) -> Result<Prior> {
+        match self {
+            Self(path, Some(text)) => Prior::parse(path, text, None),
+            Self(path, None) => Prior::load(path),
+        }
     }
 }
 
@@ -442,6 +425,9 @@ fn _truerate(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Log>()?;
     module.add_class::<Model>()?;
     module.add_class::<Answer>()?;
+    module.add_class::<several::Logs>()?;
+    module.add_class::<evidence::Evidence>()?;
+    module.add_class::<evidence::Fleet>()?;
     module.add_function(wrap_pyfunction!(load, module)?)?;
     module.add_function(wrap_pyfunction!(catalogue, module)?)?;
     module.add_function(wrap_pyfunction!(simulated, module)?)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import pickle
 import re
 import signal
 import subprocess
@@ -248,3 +249,156 @@ def test_the_catalogue_and_the_simulator():
     assert log.name == "simulated" and log.axes == ["y"] and "quadratic-nonlinearity" in truth.effects["y"]
     with pytest.raises(truerate.Error, match="no-such"):
         truerate.simulate(hide="no-such")
+
+
+@pytest.fixture(scope="session")
+def parts(tmp_path_factory):
+    """Six short logs of three parts that differ in scale: path and part."""
+    folder, made = tmp_path_factory.mktemp("parts"), []
+    t = np.arange(0, 30, 0.01)
+    tones = [(0.31, 0.9), (0.83, 0.6), (1.9, 0.35)]
+    for number in range(6):
+        rng, part = np.random.default_rng(number), number // 2
+        rate = sum(a * 2 * np.pi * f * np.cos(2 * np.pi * f * t + f + number) for f, a in tones)
+        angle = sum(a * np.sin(2 * np.pi * f * t + f + number) for f, a in tones)
+        path = folder / f"part-{part}-{number % 2}.csv"
+        table = {
+            "t": t,
+            "gyro_z": (1 + 0.004 * part) * rate + 0.01 + 2e-3 * rng.standard_normal(t.size),
+            "ref_angle_z": angle + 1e-4 * rng.standard_normal(t.size),
+        }
+        pandas.DataFrame(table).to_csv(path, index=False)
+        made.append((path, part))
+    return made
+
+
+@pytest.fixture(scope="session")
+def evidence(parts):
+    return [truerate.evidence(path, part=part, type="BMI160", meta={"mount": "left"}) for path, part in parts]
+
+
+@pytest.mark.skipif(not PROGRAM, reason="TRUERATE names no program")
+def test_evidence_and_its_merge_are_the_programs_bytes(parts, evidence, tmp_path):
+    files = []
+    for path, part in parts:
+        files.append(tmp_path / f"{path.stem}.evidence")
+        words = ["evidence", path, "-o", files[-1], "--part", str(part), "--type", "BMI160", "--meta", "mount=left"]
+        subprocess.run([PROGRAM, *words], check=True)
+    for own, file in zip(evidence, files, strict=True):
+        assert bytes(own) == file.read_bytes()
+    subprocess.run([PROGRAM, "merge", *reversed(files), "-o", tmp_path / "all"], check=True)
+    merged = truerate.merge(evidence)
+    assert bytes(merged) == (tmp_path / "all").read_bytes()
+    # Files, bytes and objects, in any grouping.
+    again = truerate.merge([files[5], truerate.merge(evidence[1:4]), bytes(evidence[4]), files[0], evidence[5]])
+    assert again == merged and len(merged) == 6
+    merged.save(tmp_path / "own")
+    assert (tmp_path / "own").read_bytes() == bytes(merged)
+    fleet = subprocess.run(
+        [PROGRAM, "fleet", tmp_path / "all", "--format", "json", "--export", tmp_path / "type.toml"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    own = truerate.Fleet(merged)
+    assert own.to_dict() == json.loads(fleet.stdout)
+    assert own.type_file() == (tmp_path / "type.toml").read_text()
+
+
+def test_a_fleet_has_types_and_parts_as_attributes_and_tables(evidence, tmp_path):
+    fleet = truerate.Fleet(evidence)
+    assert "6 logs of 3 parts" in fleet.summary() and fleet.left_out == []
+    scale = next(own for own in fleet.types if own.effect == "scale-factor")
+    assert scale.type == "BMI160" and len(scale.readings) == 6 and scale.next[0] < scale.mean < scale.next[1]
+    # α undoes the scale: 1, 1/1.004, 1/1.008.
+    own = {part.part: part.value for part in fleet.parts if part.effect == "scale-factor"}
+    assert all(abs(own[str(k)] - 1 / (1 + 0.004 * k)) < 1e-3 for k in range(3)), own
+    types, parts = fleet.to_pandas(), fleet.to_pandas("parts")
+    assert {"type", "effect", "mean", "spread", "next_from", "next_to"} <= set(types)
+    assert set(parts["part"]) == {"0", "1", "2"} and {"value", "std_error", "outlier"} <= set(parts)
+    readings = fleet.to_polars("readings")
+    assert readings.height == 6 * len(types) and "log" in readings.columns
+    assert list(fleet.to_pandas("changes")) == []
+    with pytest.raises(ValueError, match="expected 'types'"):
+        fleet.to_pandas("cars")
+    page = fleet._repr_html_()
+    assert page.startswith("<iframe sandbox=") and "allow-same-origin" not in page and "svg" in page
+    fleet.save_types(tmp_path / "type.toml")
+    assert truerate.Fleet(fleet.evidence).summary() == fleet.summary()
+
+
+def test_evidence_is_read_as_a_table(evidence):
+    merged = truerate.merge(evidence)
+    table = merged.to_pandas()
+    assert list(table["part"]) == [log.part for log in merged.logs] and len(table) == 6
+    assert merged.summary().startswith("Evidence of 6 logs") and "BMI160" in merged.summary()
+    assert merged._repr_html_().count("<tr>") == 7 and merged.left_out == []
+    first = merged.logs[0].pieces[0]
+    many = len(first.columns)
+    assert len(first.score) == many and len(first.information) == many * (many + 1) // 2
+    assert merged.logs[0].meta.mount == "left"
+
+
+def test_what_goes_to_another_process_comes_back_the_same(evidence, found, late):
+    for own in (*evidence[:2], truerate.merge(evidence)):
+        assert pickle.loads(pickle.dumps(own)) == own
+    again = pickle.loads(pickle.dumps(found))
+    assert again.to_dict() == found.to_dict() and again.summary() == found.summary() and again.verdict == found.verdict
+    assert str(again.model) == str(found.model)
+    fleet = truerate.Fleet(evidence)
+    assert pickle.loads(pickle.dumps(fleet)).to_dict() == fleet.to_dict()
+    for function in (truerate.evidence, truerate.merge, truerate.read, truerate.fit, truerate.diagnose):
+        assert pickle.loads(pickle.dumps(function)) is function
+    with pytest.raises(TypeError, match="send its path"):
+        pickle.dumps(truerate.read(late[1]))
+
+
+def test_evidence_that_cannot_be_used_is_refused(evidence, parts, tmp_path):
+    file = tmp_path / "bad.evidence"
+    file.write_bytes(bytes(evidence[0])[:300])
+    with pytest.raises(truerate.Error, match="bad.evidence: ends in the middle"):
+        truerate.merge([evidence[0], file])
+    with pytest.raises(truerate.Error, match="not an evidence file"):
+        truerate.Evidence(b"t,gyro_x\n0,1\n")
+    other = truerate.evidence(parts[0][0], part="another", type="BMI160", meta={"mount": "left"})
+    with pytest.raises(truerate.Error, match="of the same log and differ"):
+        truerate.merge([evidence[0], other])
+    with pytest.raises(truerate.Error, match="no evidence"):
+        truerate.merge([])
+    with pytest.raises(truerate.Error, match="2026-05-31"):
+        truerate.evidence(parts[0][0], meta={"day": "yesterday"})
+    with pytest.raises(TypeError, match="is a list"):
+        truerate.merge(evidence[0])
+    with pytest.raises(TypeError, match="read already"):
+        truerate.evidence(truerate.read(parts[0][0]), axis="x")
+
+
+@pytest.mark.skipif(not PROGRAM, reason="TRUERATE names no program")
+def test_a_new_part_starts_from_its_type_as_in_the_program(evidence, parts, tmp_path):
+    fleet, kind = truerate.Fleet(evidence), tmp_path / "type.toml"
+    fleet.save_types(kind)
+    path = parts[0][0]
+    for what in ("fit", "diagnose", "ladder"):
+        words = [PROGRAM, what, str(path), "--prior", str(kind), "--format", "json"]
+        done = subprocess.run(words, capture_output=True, text=True, check=True)
+        for prior in (kind, fleet):
+            assert numbers(getattr(truerate.read(path), what)(prior=prior).to_dict()) == numbers(json.loads(done.stdout))
+    with pytest.raises(TypeError, match="not both"):
+        log = truerate.read(path)
+        log.fit(log.fit().model, prior=fleet)
+    with pytest.raises(truerate.Error, match="cannot be read"):
+        truerate.read(path).fit(prior=tmp_path / "none.toml")
+
+
+@pytest.mark.skipif(not PROGRAM, reason="TRUERATE names no program")
+@pytest.mark.parametrize("what", ["fit", "diagnose", "compare", "ladder"])
+def test_several_logs_give_the_programs_numbers(parts, what):
+    paths = [str(path) for path, _ in parts[:2]]
+    done = subprocess.run([PROGRAM, what, *paths, "--format", "json"], capture_output=True, text=True, check=True)
+    together = getattr(truerate, what)(paths)
+    assert numbers(together.to_dict()) == numbers(json.loads(done.stdout))
+    assert len(together.each) == 2 and together.logs == paths
+    with pytest.raises(truerate.Error, match="same log"):
+        getattr(truerate, what)([paths[0], truerate.read(paths[0])])
+    with pytest.raises(TypeError, match="are a list"):
+        getattr(truerate, what)(paths[0])

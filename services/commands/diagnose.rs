@@ -14,7 +14,10 @@ use gyro_model::{
     finding::Remark,
 };
 use std::{path::PathBuf, process::ExitCode};
-use workbench::report::{self, Command};
+use workbench::{
+    prior,
+    report::{self, Command},
+};
 
 /// What `truerate diagnose` takes.
 #[derive(clap::Args, Debug, Clone)]
@@ -120,7 +123,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         };
         subject.diagnose(&start, &options)?
     };
-    subject::say_beside(&mut diagnosis.axes, &says);
+    prior::say_beside(&mut diagnosis.axes, &says);
     let mut context = subject::context(&subject, Command::Diagnose, &log, args.axis, args.model.as_deref(), None);
     context.explained = subject::explained(&args.search);
     context.unfinished = diagnosis.axes.iter().any(|axis| axis.unfinished);

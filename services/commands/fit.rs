@@ -9,7 +9,7 @@ use anyhow::{Context, Result, ensure};
 use gyro_model::{Axis, Model};
 use std::{path::PathBuf, process::ExitCode};
 use workbench::{
-    model_file,
+    model_file, prior,
     report::{self, Command},
     subject::Subject,
 };
@@ -78,7 +78,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     };
     // Blocked refits would forget the type.
     let mut diagnosis = subject::compare(&subject, &model, args.prior.is_none())?;
-    subject::say_beside(&mut diagnosis.axes, &says);
+    prior::say_beside(&mut diagnosis.axes, &says);
     let file = subject.fitted(model, own_effects);
     if let Some(path) = &args.output {
         subject::keep(path, &file)?;

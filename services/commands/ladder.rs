@@ -10,6 +10,7 @@ use anyhow::{Result, ensure};
 use gyro_model::{Axis, diagnose, diagnosis::LadderStep, headline};
 use std::{path::PathBuf, process::ExitCode};
 use workbench::{
+    prior,
     report::{self, Command, Format, units},
     subject::Subject,
 };
@@ -84,7 +85,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         };
         subject.ladder(&start, &options)?
     };
-    subject::say_beside(&mut ladder.axes, &says);
+    prior::say_beside(&mut ladder.axes, &says);
     if let Some(path) = &args.output {
         subject::keep(path, &file)?;
     }

@@ -6,10 +6,7 @@ use crate::{
     progress::Progress,
 };
 use anyhow::{Context as _, Result, bail};
-use gyro_model::{
-    Axis, Model, diagnose,
-    diagnosis::{AxisResult, Diagnosis},
-};
+use gyro_model::{Axis, Model, diagnose, diagnosis::Diagnosis};
 use log_readers::meaning::Pick;
 use std::{
     io::Write as _,
@@ -176,18 +173,6 @@ pub fn begin(subject: &Subject, path: &Path) -> Result<Begun> {
     let prior = Prior::load(path)?;
     let _spinner = Progress::spinner("fitting");
     prior.begin(subject)
-}
-
-/// Adds to each axis what was noticed beside its answer.
-pub fn say_beside(axes: &mut [AxisResult], says: &[(Axis, String)]) {
-    for (axis, text) in says {
-        for own in axes.iter_mut().filter(|own| own.axis == *axis) {
-            if !own.of_logs.is_empty() {
-                own.of_logs.push(' ');
-            }
-            own.of_logs.push_str(text);
-        }
-    }
 }
 
 /// How a diagnosis of several logs is run.

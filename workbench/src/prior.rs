@@ -15,6 +15,7 @@ use crate::{
 use anyhow::{Context, Result, bail};
 use gyro_model::{
     Axis, AxisModel, Model, Term,
+    diagnosis::AxisResult,
     effects::find,
     pooled::{self, Equations, Key, joint},
 };
@@ -211,6 +212,18 @@ impl Prior {
             all.push(Equations::of(piece).with(stands));
         }
         Ok((Equations::sum(&all), inflation))
+    }
+}
+
+/// Adds to each axis what was noticed beside its answer.
+pub fn say_beside(axes: &mut [AxisResult], says: &[(Axis, String)]) {
+    for (axis, text) in says {
+        for own in axes.iter_mut().filter(|own| own.axis == *axis) {
+            if !own.of_logs.is_empty() {
+                own.of_logs.push(' ');
+            }
+            own.of_logs.push_str(text);
+        }
     }
 }
 

@@ -100,19 +100,31 @@ impl Several {
         for path in paths {
             progress(path);
             let mut subject = Subject::read(path, &any)?;
-            if let Some(same) = subjects.iter().find(|own| own.provenance.sha256 == subject.provenance.sha256) {
-                bail!("{}: is the same log as {}: leave it out, or it would count twice", subject.name, same.name);
-            }
             if let Some(axis) = taken.axis {
                 subject.axes.retain(|own| *own == axis);
             }
             subjects.push(subject);
         }
+        if let Some(axis) = taken.axis.filter(|_| subjects.iter().all(|own| own.axes.is_empty())) {
+            bail!("none of the {} logs has a gyro and a reference of axis {axis}", subjects.len());
+        }
+        Self::of(subjects)
+    }
+
+    /// Of logs that have been read.
+    ///
+    /// # Errors
+    /// A log that is given twice, or no axis at all.
+    pub fn of(mut subjects: Vec<Subject>) -> Result<Self> {
+        for (k, own) in subjects.iter().enumerate() {
+            if let Some(same) = subjects[..k].iter().find(|one| one.provenance.sha256 == own.provenance.sha256) {
+                bail!("{}: is the same log as {}: leave it out, or it would count twice", own.name, same.name);
+            }
+        }
         let axes: Vec<Axis> =
             Axis::ALL.into_iter().filter(|axis| subjects.iter().any(|own| own.axes.contains(axis))).collect();
         if axes.is_empty() {
-            let axis = taken.axis.map_or_else(|| "any axis".to_owned(), |axis| format!("axis {axis}"));
-            bail!("none of the {} logs has a gyro and a reference of {axis}", subjects.len());
+            bail!("none of the {} logs has a gyro and a reference of any axis", subjects.len());
         }
         subjects.retain(|own| !own.axes.is_empty());
         Ok(Self { subjects, axes })
@@ -180,14 +192,20 @@ impl Several {
     /// A model that cannot be read, or that goes by a channel that a log lacks.
     pub fn start(&self, model: Option<&Path>) -> Result<Start> {
         let names = self.subjects.first().map_or(&[][..], |own| &own.record.free_names);
-        let file = match model {
-            Some(path) => crate::model_file::load(path, names)?,
-            None => ModelFile { model: self.base(), ..ModelFile::default() },
-        };
+        self.start_with(model.map(|path| crate::model_file::load(path, names)).transpose()?)
+    }
+
+    /// The same with a model that has been read.
+    ///
+    /// # Errors
+    /// A model that goes by a channel that a log lacks.
+    pub fn start_with(&self, model: Option<ModelFile>) -> Result<Start> {
+        let given = model.is_some();
+        let file = model.unwrap_or_else(|| ModelFile { model: self.base(), ..ModelFile::default() });
         for own in &self.subjects {
             file.check_channels(&own.record, &own.axes).with_context(|| own.name.clone())?;
         }
-        Ok(Start { file, own_log: false, given: model.is_some() })
+        Ok(Start { file, own_log: false, given })
     }
 
     fn base(&self) -> Model {

@@ -1,0 +1,488 @@
+"""Logs, results and models."""
+
+from __future__ import annotations
+
+import csv
+import html as _html
+import json
+import os
+import tempfile
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from . import _truerate
+from ._truerate import Error
+
+_PathLike = str | os.PathLike
+
+
+def _columns(source: Any) -> dict[str, np.ndarray] | None:
+    """The columns of a table: of a mapping, a pandas, polars or pyarrow table; ``None`` where it is not a table."""
+    if isinstance(source, Mapping):
+        pairs = source.items()
+    elif hasattr(source, "fetchnumpy"):  # DuckDB
+        pairs = source.fetchnumpy().items()
+    elif hasattr(source, "column_names") and hasattr(source, "column"):  # pyarrow
+        pairs = ((name, source.column(name).to_numpy()) for name in source.column_names)
+    elif hasattr(source, "columns") and hasattr(source, "__getitem__"):  # pandas, polars
+        pairs = ((name, source[name].to_numpy()) for name in source.columns)
+    else:
+        return None
+    columns = {str(name): np.asarray(values) for name, values in pairs}
+    lengths = {name: len(values) for name, values in columns.items()}
+    if len(set(lengths.values())) > 1:
+        raise Error(f"the columns have different lengths: {lengths}")
+    if not columns or not next(iter(lengths.values())):
+        raise Error("the table has no rows")
+    return columns
+
+
+def _cell(value: Any) -> str:
+    if value is None or value != value:  # missing, or NaN
+        return ""
+    if isinstance(value, float):
+        return repr(value)
+    return str(value)
+
+
+def _written(columns: dict[str, np.ndarray], path: Path) -> None:
+    """Writes a table as the reader's own text: a double keeps every bit."""
+    lists = []
+    for name, values in columns.items():
+        if values.dtype.kind == "M":
+            if np.isnat(values).any():
+                raise Error(f"column {name!r}: row {int(np.argmax(np.isnat(values)))} has no time (NaT): drop such rows")
+            values = values.astype("datetime64[ns]").astype(np.int64)
+        elif values.dtype.kind == "b":
+            values = values.astype(np.int8)
+        elif values.dtype.kind == "f":
+            values = values.astype(np.float64)
+        elif values.dtype.kind not in "iuUO":
+            raise Error(f"column {name!r}: numbers are needed, this is {values.dtype}")
+        lists.append(values.tolist())
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows([_cell(value) for value in row] for row in zip(*lists, strict=True))
+
+
+def _maps(names: Mapping[str, str] | Iterable[str] | None) -> list[str]:
+    if names is None:
+        return []
+    if isinstance(names, Mapping):
+        return [f"{name}={channel}" for name, channel in names.items()]
+    return [names] if isinstance(names, str) else list(names)
+
+
+class _Source:
+    """A log as a file: what came as bytes or as a table is written to one for as long as it is read."""
+
+    def __init__(self, source: Any) -> None:
+        self._folder: tempfile.TemporaryDirectory | None = None
+        if isinstance(source, (str, os.PathLike)):
+            self.path, self.name = Path(source), str(source)
+            return
+        self._folder = tempfile.TemporaryDirectory(prefix="truerate-")
+        self.path = Path(self._folder.name, "log")
+        if isinstance(source, (bytes, bytearray, memoryview)):
+            self.path.write_bytes(source)
+            self.name = "bytes"
+            return
+        columns = _columns(source)
+        if columns is None:
+            self._folder.cleanup()
+            kind = type(source).__name__
+            raise TypeError(f"a log is a path, bytes, a table or a mapping of arrays, not {kind}")
+        self.path = self.path.with_suffix(".csv")
+        _written(columns, self.path)
+        self.name = "table"
+
+    def __enter__(self) -> _Source:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._folder is not None:
+            self._folder.cleanup()
+
+
+def _said(error: Error, source: _Source) -> Error:
+    """The same error with the name that the caller knows."""
+    return Error(str(error).replace(str(source.path), source.name))
+
+
+def read(
+    source: Any,
+    *,
+    map: Mapping[str, str] | Iterable[str] | None = None,  # the flag's name
+    reference: _PathLike | None = None,
+    columns: _PathLike | None = None,
+    dbc: _PathLike | None = None,
+    axis: str | None = None,
+    at_rest: bool = False,
+    reference_is_dependent: bool = False,
+) -> Log:
+    """Reads a log.
+
+    Parameters
+    ----------
+    source
+        A path (CSV or other text, Parquet, ULog, MCAP, …; packed or not), the bytes of such a file, a pandas, polars or
+        pyarrow table, a DuckDB result, or a mapping of names to arrays of one length.
+    map
+        Channels under the names of the format: ``{"gyro_z_dps": "0.1*raw_z+2"}`` or ``["gyro_z=imu.gz"]``.
+    reference
+        A second file that the reference is taken from; it is joined in time.
+    columns
+        A TOML file that renames foreign headers.
+    dbc
+        A DBC file: what the frames of a CAN log mean.
+    axis
+        ``"x"``, ``"y"`` or ``"z"``: only this axis. All axes that have a gyro and a reference otherwise.
+    at_rest
+        An axis without a reference did not turn, because the sensor was at rest or on a turntable of another axis: it is
+        judged against zero rate.
+    reference_is_dependent
+        Use the reference although it was computed from this very gyro.
+
+    Raises
+    ------
+    Error
+        The log cannot be used: what was found, where, and what to do about it.
+
+    Examples
+    --------
+    >>> import numpy as np, truerate
+    >>> t = np.arange(0, 20, 0.01)
+    >>> angle = np.sin(t)
+    >>> noise = 1e-3 * np.random.default_rng(1).standard_normal(t.size)
+    >>> log = truerate.read({"t": t, "gyro_z": 1.02 * np.cos(t) + 0.01 + noise, "ref_angle_z": angle})
+    >>> log.axes
+    ['z']
+    """
+    reading = {
+        "map": _maps(map),
+        "columns": None if columns is None else Path(columns),
+        "reference": None if reference is None else Path(reference),
+        "dbc": None if dbc is None else Path(dbc),
+    }
+    with _Source(source) as file:
+        try:
+            inner = _truerate.Log(file.path, file.name, reading, axis, at_rest, reference_is_dependent)
+        except Error as error:
+            raise _said(error, file) from None
+    return Log(inner)
+
+
+class Log:
+    """A log that has been read: rows, faults of its data, the axes that are worked on. Made by :func:`read`."""
+
+    def __init__(self, inner: _truerate.Log) -> None:
+        self._inner = inner
+
+    @property
+    def name(self) -> str:
+        """The log as it was named."""
+        return self._inner.name
+
+    @property
+    def axes(self) -> list[str]:
+        """The axes that have a gyro and a reference."""
+        return self._inner.axes
+
+    @property
+    def data_faults(self) -> list[SimpleNamespace]:
+        """What is faulty in the data: ``fault``, ``count``, ``first_t`` (s) and ``says`` of each."""
+        names = ("fault", "count", "first_t", "says")
+        return [SimpleNamespace(**dict(zip(names, fault, strict=True))) for fault in self._inner.faults]
+
+    def to_numpy(self) -> dict[str, np.ndarray]:
+        """Times, s, and the readings of each gyro axis, rad/s; NaN where there is no reading. Shapes: (rows,)."""
+        return {name: np.frombuffer(values, "<f8") for name, values in self._inner.columns()}
+
+    def to_pandas(self) -> Any:
+        """The same as a pandas ``DataFrame``."""
+        import pandas
+
+        return pandas.DataFrame(self.to_numpy())
+
+    def to_polars(self) -> Any:
+        """The same as a polars ``DataFrame``."""
+        import polars
+
+        return polars.DataFrame(self.to_numpy())
+
+    def fit(self, model: Model | None = None, *, prior: Any = None) -> Result:
+        """Fits the scale factor and the bias of each axis, or the effects of ``model``.
+
+        ``prior`` is a type that the part is of: a type file (``"type.toml"``, or ``"type.toml:BMI160"`` where it holds several) or a
+        :class:`Fleet` of one type. A new part then needs seconds. What is not of the type is said, and not pulled to it.
+        """
+        return Result(self._inner.fit(_inner(model), _type(prior, model)))
+
+    def compare(self, model: Model | None = None) -> Result:
+        """Compares ``model`` with the log. Without a model, the base model (scale factor and bias) is fitted first."""
+        return Result(self._inner.compare(_inner(model)))
+
+    def diagnose(
+        self,
+        model: Model | None = None,
+        *,
+        explain: bool = False,
+        progress: Callable[[str], object] | None = None,
+        prior: Any = None,
+    ) -> Result:
+        """Finds the physical effects that ``model`` lacks. Without a model, the base model is fitted first.
+
+        ``progress`` is called with a text, on the thread that called this method. An exception that it raises, or Ctrl-C, ends
+        the search. An axis that cannot be judged gives a ``RuntimeWarning``; the others go on. ``prior`` as in :meth:`fit`.
+        """
+        return Result(self._inner.diagnose(_inner(model), explain, progress, _type(prior, model)))
+
+    def ladder(
+        self,
+        model: Model | None = None,
+        *,
+        explain: bool = False,
+        progress: Callable[[str], object] | None = None,
+        prior: Any = None,
+    ) -> Result:
+        """Adds what is missing until nothing is; ``.model`` of the result is the final model. ``prior`` as in :meth:`fit`."""
+        return Result(self._inner.ladder(_inner(model), explain, progress, _type(prior, model)))
+
+    def __len__(self) -> int:
+        return len(self._inner)
+
+    def __reduce__(self) -> Any:
+        raise TypeError(
+            "a log that has been read is not sent to another process: send its path, or its bytes, and read it there"
+        )
+
+    def __repr__(self) -> str:
+        return f"<truerate.Log {self.name!r}: {', '.join(self._inner.about[:2])}, axes {' '.join(self.axes)}>"
+
+
+def _inner(model: Model | None) -> _truerate.Model | None:
+    if model is None or isinstance(model, Model):
+        return None if model is None else model._inner
+    raise TypeError(f"model: expected a truerate.Model, not {type(model).__name__}")
+
+
+def _type(prior: Any, model: Model | None) -> tuple[Path, str | None] | None:
+    """A type file, or the text that one would have."""
+    if prior is None:
+        return None
+    if model is not None:
+        raise TypeError("give a model or a prior, not both")
+    if isinstance(prior, (str, os.PathLike)):
+        return Path(prior), None
+    if hasattr(prior, "type_file"):
+        return Path("fleet"), prior.type_file()
+    raise TypeError(f"prior: expected a path or a truerate.Fleet, not {type(prior).__name__}")
+
+
+def _object(value: Any) -> Any:
+    """JSON with its names as attributes."""
+    if isinstance(value, dict):
+        return SimpleNamespace(**{name: _object(inner) for name, inner in value.items()})
+    return [_object(inner) for inner in value] if isinstance(value, list) else value
+
+
+class Axis(SimpleNamespace):
+    """What was found on one axis: ``verdict``, ``finding``, ``headline``, ``effects``, ``parameters``, ``suspects``,
+    ``error_curve``, ``budget``, ``limited_by``, ``random``, ``data_faults``, … as the JSON of the program names them."""
+
+
+class Result:
+    """What was found on a log. Attributes of a single axis (``verdict``, ``suspects``, …) stand here, too. Of several logs there are
+    ``logs`` (names), ``each`` (log by log) and ``repeats`` (effect by effect: whose it is)."""
+
+    def __init__(self, answer: _truerate.Answer) -> None:
+        self._answer = answer
+        self._json = json.loads(answer.json)
+        self.axes: dict[str, Axis] = {
+            axis["axis"]: Axis(**{name: _object(value) for name, value in axis.items()}) for axis in self._json["axes"]
+        }
+
+    def __getattr__(self, name: str) -> Any:
+        axes, whole = self.__dict__.get("axes", {}), self.__dict__.get("_json", {})
+        if name in ("logs", "each", "repeats") and name in whole:
+            return _object(whole[name])
+        values = {letter: getattr(axis, name) for letter, axis in axes.items() if hasattr(axis, name)}
+        if not values:
+            raise AttributeError(f"a result has no {name!r}")
+        return next(iter(values.values())) if len(axes) == 1 else values
+
+    @property
+    def model(self) -> Model | None:
+        """The model that was compared, or made."""
+        inner = self._answer.model
+        return None if inner is None else Model(inner)
+
+    def summary(self) -> str:
+        """The result in words, with its tables."""
+        return self._answer.text
+
+    def to_html(self) -> str:
+        """The report: one page that needs nothing else."""
+        return self._answer.html
+
+    def to_dict(self) -> dict:
+        """The result as the program's JSON has it."""
+        return json.loads(self._answer.json)
+
+    def to_pandas(self) -> Any:
+        """The parameters, one a row: axis, effect, name, value, std_error, unit."""
+        import pandas
+
+        return pandas.DataFrame(self._rows())
+
+    def to_polars(self) -> Any:
+        """The same as a polars ``DataFrame``."""
+        import polars
+
+        return polars.DataFrame(self._rows())
+
+    def _rows(self) -> list[dict]:
+        return [{"axis": axis["axis"], **own} for axis in self._json["axes"] for own in axis["parameters"]]
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def __reduce__(self) -> Any:
+        own, model = self._answer, self.model
+        return _result, (own.json, own.text, own.html, None if model is None else str(model))
+
+    def __repr__(self) -> str:
+        return "<truerate.Result " + ", ".join(f"{letter}: {axis.verdict}" for letter, axis in self.axes.items()) + ">"
+
+    def _repr_html_(self) -> str:
+        return _framed(self.to_html())
+
+
+def _framed(page: str) -> str:
+    """A page inside a notebook: it reaches nothing outside of it."""
+    page = _html.escape(page, quote=True)
+    return f'<iframe sandbox="allow-scripts" srcdoc="{page}" style="width:100%;height:40em;border:0"></iframe>'
+
+
+def _result(json_text: str, text: str, page: str, model: str | None) -> Result:
+    """A result that comes from another process."""
+    own = None if model is None else _truerate.Model.of(model)
+    return Result(_truerate.Answer(json_text, text, page, own))
+
+
+def _model(text: str) -> Model:
+    """A model that comes from another process."""
+    return Model(_truerate.Model.of(text))
+
+
+class Model:
+    """Effects with parameters, axis by axis. Made by :meth:`Log.fit`, :meth:`Log.ladder` or :func:`load`."""
+
+    def __init__(self, inner: _truerate.Model) -> None:
+        self._inner = inner
+
+    @property
+    def effects(self) -> dict[str, dict[str, dict[str, float]]]:
+        """Axis → effect → parameter → value, in SI units."""
+        axes: dict[str, dict[str, dict[str, float]]] = {}
+        for axis, effect, name, value, _ in self._inner.terms():
+            axes.setdefault(axis, {}).setdefault(effect, {})[name] = value
+        return axes
+
+    def save(self, path: _PathLike) -> None:
+        """Writes the model file (TOML)."""
+        self._inner.save(Path(path))
+
+    def export(
+        self, format: str, *, rate: float | None = None, topic: str = "/imu/data", sensor: int = 1, name: str = "model"
+    ) -> str:
+        """The model for another program: ``"c"``, ``"kalibr"``, ``"ros"``, ``"ardupilot"``, ``"px4"``, ``"autoware"``, ``"openvins"``,
+        ``"inav"`` or ``"json"``.
+
+        What the target cannot hold is a comment in the text.
+        """
+        return self._inner.export(format, name, rate, topic, sensor)[0]
+
+    def apply(
+        self,
+        source: Any,
+        *,
+        map: Mapping[str, str] | Iterable[str] | None = None,  # the flag's name
+        columns: _PathLike | None = None,
+        dbc: _PathLike | None = None,
+    ) -> dict[str, np.ndarray]:
+        """Compensates a log, by the very filter that runs live. No reference is needed.
+
+        Returns the columns, each of shape (rows,): ``t``, when the row's rates are valid, s; ``rate_x``, compensated,
+        rad/s; ``rate_filtered_x`` and its standard deviation ``rate_std_x``; ``angle_x``, the integral of the
+        compensated rate, rad; ``angle_fused_x``, with the reference where there is one. ``pandas.DataFrame(...)`` takes
+        it as it is.
+        """
+        reading = {
+            "map": _maps(map),
+            "columns": None if columns is None else Path(columns),
+            "reference": None,
+            "dbc": None if dbc is None else Path(dbc),
+        }
+        with _Source(source) as file:
+            try:
+                names, values = self._inner.apply(file.path, reading)
+            except Error as error:
+                raise _said(error, file) from None
+        table = np.frombuffer(values, "<f8").reshape(-1, len(names))
+        return {name: np.ascontiguousarray(table[:, k]) for k, name in enumerate(names)}
+
+    def __reduce__(self) -> Any:
+        return _model, (str(self),)
+
+    def __str__(self) -> str:
+        return self._inner.text()
+
+    def __repr__(self) -> str:
+        axes = "; ".join(f"{axis}: {', '.join(effects)}" for axis, effects in self.effects.items())
+        return f"<truerate.Model {axes}>"
+
+
+def load(path: _PathLike) -> Model:
+    """Reads a model file."""
+    return Model(_truerate.load(Path(path)))
+
+
+def simulate(
+    *,
+    hide: str | Iterable[str] = (),
+    motion: str = "multisine",
+    seconds: float = 120.0,
+    rate: float = 100.0,
+    seed: int = 1,
+    axis: str = "x",
+) -> tuple[Log, Model]:
+    """A log whose truth is known, and the true model.
+
+    ``hide`` names effects or random causes, at their typical sizes or with values: ``"delay:d=0.012"``.
+
+    >>> import truerate
+    >>> log, truth = truerate.simulate(hide="delay:d=0.012", seconds=60)
+    >>> found = log.diagnose()
+    >>> found.verdict, found.suspects[0].effect
+    ('missing-effect', 'delay')
+    """
+    hidden = [hide] if isinstance(hide, str) else list(hide)
+    with tempfile.TemporaryDirectory(prefix="truerate-") as folder:
+        path = Path(folder, "simulated.csv.gz")
+        truth = _truerate.simulate(path, hidden, motion, float(seconds), float(rate), seed, axis)
+        reading = {"map": [], "columns": None, "reference": None, "dbc": None}
+        return Log(_truerate.Log(path, "simulated", reading)), Model(truth)
+
+
+def effects() -> dict[str, SimpleNamespace]:
+    """The catalogue: id → ``equation`` and ``parameters`` (name → unit)."""
+    return {
+        id: SimpleNamespace(equation=equation, parameters=dict(parameters))
+        for id, equation, parameters in _truerate.catalogue()
+    }

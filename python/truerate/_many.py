@@ -1,0 +1,325 @@
+"""Many logs: of one sensor together, as evidence that merges, as a fleet."""
+
+from __future__ import annotations
+
+import html as _html
+import json
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from . import _truerate
+from ._logs import Log, Model, Result, _framed, _inner, _object, _PathLike, read
+
+
+def _log(source: Any, reading: Mapping[str, Any]) -> Log:
+    if not isinstance(source, Log):
+        return read(source, **reading)
+    if reading:
+        raise TypeError(f"{', '.join(reading)}: the log has been read already: give it to truerate.read")
+    return source
+
+
+def _logs(logs: Iterable[Any], reading: Mapping[str, Any]) -> _truerate.Logs:
+    if isinstance(logs, (str, bytes, Mapping, Log)):
+        raise TypeError("several logs are a list; one log is truerate.read(log)")
+    return _truerate.Logs([_log(log, reading)._inner for log in logs])
+
+
+def fit(logs: Iterable[Any], model: Model | None = None, **reading: Any) -> Result:
+    """Fits one model to several logs of one sensor: scale factor and bias, or the effects of ``model``.
+
+    ``logs`` are logs, or whatever :func:`read` takes; ``reading`` are its keyword arguments. Each log has a zero, a noise and a
+    reference of its own. The result has ``logs``, ``each`` and ``repeats`` beside what a single log gives.
+
+    >>> import truerate
+    >>> logs = [truerate.simulate(hide="delay:d=0.012", seconds=60, seed=seed)[0] for seed in (1, 2)]
+    >>> together = truerate.diagnose(logs)
+    >>> together.verdict, together.repeats[0].effect, together.repeats[0].of
+    ('missing-effect', 'delay', 'sensor')
+    >>> list(truerate.fit(logs).model.effects["x"])
+    ['scale-factor', 'bias']
+    """
+    return Result(_logs(logs, reading).fit(_inner(model)))
+
+
+def compare(logs: Iterable[Any], model: Model | None = None, **reading: Any) -> Result:
+    """Holds ``model`` against several logs of one sensor: one error curve over all. Arguments as in :func:`fit`."""
+    return Result(_logs(logs, reading).compare(_inner(model)))
+
+
+def diagnose(
+    logs: Iterable[Any],
+    model: Model | None = None,
+    *,
+    explain: bool = False,
+    progress: Callable[[str], object] | None = None,
+    **reading: Any,
+) -> Result:
+    """Finds the effects that several logs of one sensor show together, and those that only some show. Arguments as in :func:`fit`
+    and :meth:`Log.diagnose`."""
+    return Result(_logs(logs, reading).diagnose(_inner(model), explain, progress))
+
+
+def ladder(
+    logs: Iterable[Any],
+    model: Model | None = None,
+    *,
+    explain: bool = False,
+    progress: Callable[[str], object] | None = None,
+    **reading: Any,
+) -> Result:
+    """One model of several logs with what all of them show. Arguments as in :func:`fit` and :meth:`Log.diagnose`."""
+    return Result(_logs(logs, reading).ladder(_inner(model), explain, progress))
+
+
+class Evidence:
+    """What logs say, without their readings: 20 kB a log of one axis. It is merged, saved, and sent to other processes as it is.
+
+    Made by :func:`evidence` and :func:`merge`; ``Evidence(source)`` reads a file (a path) or its bytes. ``bytes(evidence)`` are those of
+    the file, which the program reads and writes.
+    """
+
+    def __init__(self, source: _PathLike | bytes) -> None:
+        if isinstance(source, (bytes, bytearray, memoryview)):
+            self._inner = _truerate.Evidence.parse("bytes", bytes(source))
+        else:
+            self._inner = _truerate.Evidence.read(Path(source))
+
+    @classmethod
+    def _of(cls, inner: _truerate.Evidence) -> Evidence:
+        own = cls.__new__(cls)
+        own._inner = inner
+        return own
+
+    @property
+    def logs(self) -> list[SimpleNamespace]:
+        """Log by log, in the order of the file: ``log``, ``part``, ``type``, ``meta``, ``day``, ``seconds``, ``samples``, ``temperature``
+        (lowest and highest, °C), ``axes``; ``pieces`` are the normal equations in SI units, with ``information`` of shape
+        (n (n + 1) / 2,) for n ``columns``, and ``score`` of shape (n,)."""
+        return _object(json.loads(bytes(self))["logs"])
+
+    @property
+    def left_out(self) -> list[tuple[str, str]]:
+        """Logs that say nothing of a fleet, and why."""
+        return self._inner.left_out()
+
+    def save(self, path: _PathLike) -> None:
+        """Writes the evidence file."""
+        self._inner.save(Path(path))
+
+    def summary(self) -> str:
+        """The logs in a table."""
+        rows = [list(map(str, row.values())) for row in self._rows()]
+        names = list(self._rows()[0])
+        wide = [max(len(row[k]) for row in [names, *rows]) for k in range(len(names))]
+        lines = ["  ".join(cell.ljust(w) for cell, w in zip(row, wide, strict=True)).rstrip() for row in [names, *rows]]
+        many = f"{len(self)} logs" if len(self) > 1 else "1 log"
+        return "\n".join([f"Evidence of {many}, {len(bytes(self)) / 1000:.0f} kB", "", *lines, ""])
+
+    def to_pandas(self) -> Any:
+        """The logs, one a row: log, part, type, day, seconds, samples, verdict."""
+        import pandas
+
+        return pandas.DataFrame(self._rows())
+
+    def to_polars(self) -> Any:
+        """The same as a polars ``DataFrame``."""
+        import polars
+
+        return polars.DataFrame(self._rows())
+
+    def _rows(self) -> list[dict]:
+        def row(log: dict) -> dict:
+            own = {name: log[name] for name in ("log", "part", "type", "day", "seconds", "samples")}
+            return {**own, "verdict": ", ".join(f"{axis['axis']}: {axis['verdict']}" for axis in log["axes"])}
+
+        return [row(log) for log in json.loads(bytes(self))["logs"]]
+
+    def __bytes__(self) -> bytes:
+        return self._inner.bytes()
+
+    def __len__(self) -> int:
+        return len(self._inner)
+
+    def __eq__(self, other: object) -> bool:
+        return bytes(self) == bytes(other) if isinstance(other, Evidence) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(bytes(self))
+
+    def __reduce__(self) -> Any:
+        return Evidence, (bytes(self),)
+
+    def __repr__(self) -> str:
+        return f"<truerate.Evidence: {len(self)} {'logs' if len(self) > 1 else 'log'}>"
+
+    def _repr_html_(self) -> str:
+        rows = self._rows()
+        head = "".join(f"<th>{_html.escape(name)}</th>" for name in rows[0])
+        body = "".join(
+            "<tr>" + "".join(f"<td>{_html.escape(str(value))}</td>" for value in row.values()) + "</tr>" for row in rows
+        )
+        return f"<table><tr>{head}</tr>{body}</table>"
+
+
+def evidence(
+    log: Any,
+    *,
+    part: str | int | None = None,
+    type: str | None = None,  # the flag's name
+    meta: Mapping[str, object] | None = None,
+    model: Model | None = None,
+    **reading: Any,
+) -> Evidence:
+    """What a log says, without its readings: the normal equations of the model and of every effect, noise, causes of the error.
+
+    Parameters
+    ----------
+    log
+        A :class:`Log`, or whatever :func:`read` takes, with its keyword arguments as ``reading``. A worker of another machine is given
+        a path that it can read, or the bytes.
+    part
+        The part that was recorded: one sensor, by a number or a name. Without it the log's name is the part.
+    type
+        The type of the part: sensor, with its driver and range where they matter.
+    meta
+        Anything else that is known of the recording; ``{"day": "2026-05-31"}`` gives the day where the log has no date.
+    model
+        The model to start from; without it the base model.
+
+    Examples
+    --------
+    >>> import truerate
+    >>> log, _ = truerate.simulate(seconds=30)
+    >>> own = truerate.evidence(log, part=17, type="BMI160")
+    >>> own.logs[0].part, len(own)
+    ('17', 1)
+    >>> truerate.merge([own, own]) == own
+    True
+    """
+    meta = {str(key): str(value) for key, value in (meta or {}).items()}
+    part = None if part is None else str(part)
+    return Evidence._of(_truerate.Evidence.of(_log(log, reading)._inner, part, type, meta, _inner(model)))
+
+
+def merge(evidence: Iterable[Evidence | _PathLike | bytes]) -> Evidence:
+    """Puts evidence together: objects, files or their bytes. The result depends on the logs alone: any split and any order, on any
+    machine, give the same bytes. A log that comes twice counts once.
+
+    Raises
+    ------
+    Error
+        Two pieces of one log that differ, or a file that is damaged; it is named.
+    """
+    if isinstance(evidence, (str, bytes, Evidence)):
+        raise TypeError("what is merged is a list of evidence")
+    own = [one if isinstance(one, Evidence) else Evidence(one) for one in evidence]
+    if not own:
+        raise _truerate.Error("no evidence to merge")
+    return Evidence._of(_truerate.Evidence.merge([one._inner for one in own])[0])
+
+
+class Fleet:
+    """What many logs of many sensors say together.
+
+    Parameters
+    ----------
+    evidence
+        :class:`Evidence`, a file of it, its bytes, or a list of these, which is merged.
+
+    Attributes
+    ----------
+    types
+        Parameter by parameter of each type: ``type``, ``axis``, ``effect``, ``name``, ``unit``, ``mean``, ``std_error``, ``spread`` (standard
+        deviation between parts), ``next`` (where the next part lies, 95 %), ``p_value``, ``matters``, ``readings`` (log by log). SI units.
+    parts
+        Parameter by parameter of each part, outliers first: ``part``, ``effect``, ``value``, ``std_error``, ``outlier``, ``changed`` (``day``,
+        ``days``, ``by``).
+    ambiguous, left_out
+        Effects that the logs together cannot tell apart; logs that do not count, and why.
+    """
+
+    def __init__(self, evidence: Evidence | _PathLike | bytes | Iterable[Evidence | _PathLike | bytes]) -> None:
+        name = str(evidence) if isinstance(evidence, (str, Path)) else "evidence"
+        if isinstance(evidence, (str, bytes, Path)):
+            evidence = Evidence(evidence)
+        self._evidence = evidence if isinstance(evidence, Evidence) else merge(evidence)
+        self._inner = _truerate.Fleet(self._evidence._inner, name)
+        self._answer = self._inner.answer()
+        self._json = json.loads(self._answer.json)
+        self.types: list[SimpleNamespace] = _object(self._json["types"])
+        self.parts: list[SimpleNamespace] = _object(self._json["parts"])
+        self.ambiguous: list[SimpleNamespace] = _object(self._json["ambiguous"])
+        self.left_out: list[SimpleNamespace] = _object(self._json["left_out"])
+
+    @property
+    def evidence(self) -> Evidence:
+        """What it was made of."""
+        return self._evidence
+
+    def summary(self) -> str:
+        """Types, parts that are not of their type, and changes in time, in words."""
+        return self._answer.text
+
+    def to_html(self) -> str:
+        """The report, with forest and caterpillar plots: one page that needs nothing else."""
+        return self._answer.html
+
+    def to_dict(self) -> dict:
+        """The result as the program's JSON has it."""
+        return json.loads(self._answer.json)
+
+    def type_file(self) -> str:
+        """The means and spreads of the types, as the text of a type file: what ``prior`` of :meth:`Log.fit` takes."""
+        return self._inner.types()
+
+    def save_types(self, path: _PathLike) -> None:
+        """Writes that file."""
+        self._inner.save_types(Path(path))
+
+    def to_pandas(self, table: str = "types") -> Any:
+        """One of the tables: ``"types"`` (a row for each parameter of a type, with ``next_from`` and ``next_to``), ``"parts"`` (for each
+        parameter of a part), ``"readings"`` (for each parameter and log: ``value``, ``std_error``) or ``"changes"`` (for each change of a
+        part: ``day``, ``days``, ``by``). SI units; ``unit`` names them."""
+        import pandas
+
+        return pandas.DataFrame(self._table(table))
+
+    def to_polars(self, table: str = "types") -> Any:
+        """The same as a polars ``DataFrame``."""
+        import polars
+
+        return polars.DataFrame(self._table(table))
+
+    def _table(self, table: str) -> list[dict]:
+        if table not in ("types", "parts", "readings", "changes"):
+            raise ValueError(f"table {table!r}: expected 'types', 'parts', 'readings' or 'changes'")
+        inner = {"types": None, "parts": None, "readings": "readings", "changes": "changed"}[table]
+        rows = []
+        for own in self._json["types" if table in ("types", "readings") else "parts"]:
+            flat = {name: value for name, value in own.items() if not isinstance(value, list) and name != "next"}
+            if inner is not None:
+                keys = ("type", "part", "axis", "effect", "name", "unit")
+                labels = {name: flat[name] for name in keys if name in flat}
+                rows += [{**labels, **one} for one in own[inner]]
+            elif table == "types":
+                low, high = own["next"] or (None, None)
+                rows.append({**flat, "next_from": low, "next_to": high})
+            else:
+                rows.append({**flat, "changes": len(own["changed"])})
+        return rows
+
+    def __reduce__(self) -> Any:
+        return Fleet, (self._evidence,)
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def __repr__(self) -> str:
+        outliers = len({(part.type, part.part) for part in self.parts if part.outlier})
+        return f"<truerate.Fleet: {self._json['logs']} logs of {self._json['part_count']} parts, {outliers} not of their type>"
+
+    def _repr_html_(self) -> str:
+        return _framed(self.to_html())
