@@ -3,21 +3,24 @@
 use crate::{
     agreement::looking,
     dashboard::{judgement, model},
+    story,
 };
 use gyro_model::{
-    diagnosis::{AxisDiagnosis, Diagnosis},
+    Axis,
+    diagnosis::{AxisDiagnosis, Diagnosis, Verdict},
     headline,
     words::Voice,
 };
 use ipc_types::{
     Parameters,
+    diagnosis::{Trial, TrialState},
     port::{BytesReader, Hub, Reader},
     topic,
     wait::Wait,
 };
 use serde_json::{Value, json};
 use std::fmt::Write as _;
-use workbench::report::units;
+use workbench::report::{units, view::AxisView};
 
 /// What was found so far.
 #[derive(Debug, Default)]
@@ -28,12 +31,57 @@ pub struct Found {
     pub diagnosis: Option<Diagnosis>,
     /// What is said of each axis as long as its diagnosis may still change.
     pub looking: [Option<String>; 3],
+    /// The last trial of an effect.
+    pub trial: Option<Trial>,
+}
+
+/// What is said of an axis: what was won by the last change first, as long as nothing more is to be done.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Said {
+    /// In one line.
+    pub first: String,
+    /// What stands below it.
+    pub then: Option<String>,
+    /// Whether the first line says what was won.
+    pub is_won: bool,
 }
 
 /// Keys that are drawn, not read: curves, and the pictures behind a verdict.
 const DRAWN: [&str; 3] = ["error_curve", "missing_error_curve", "detail"];
 
 impl Found {
+    /// What is said of an axis.
+    #[must_use]
+    pub fn said(&self, view: &AxisView) -> Said {
+        let Some(place) = "xyz".find(view.axis) else { return Said::usual(view.headline.clone()) };
+        let looking = self.looking[place].as_ref();
+        let usual = looking.map_or_else(|| view.headline.clone(), |says| format!("{says} So far: {}", view.headline));
+        let named = matches!(view.verdict, Verdict::MissingEffect | Verdict::Ambiguous)
+            .then(|| view.suspects.first().map(|suspect| suspect.effect.as_str()))
+            .flatten();
+        // A judgement may still be of the model before the change.
+        let is_old = named.is_some_and(|id| self.has(place, id));
+        let is_more = named.is_some() && !is_old && looking.is_none();
+        match self.won(place).filter(|_| !is_more) {
+            Some(first) => Said { first, then: (!is_old).then_some(usual), is_won: true },
+            None => Said::usual(usual),
+        }
+    }
+
+    /// What the last effect that took over has won on an axis, as long as the model has it.
+    fn won(&self, place: usize) -> Option<String> {
+        let is_on = |trial: &&Trial| trial.axis as usize == place || trial.axis as usize >= Axis::ALL.len();
+        let took_over = |trial: &&Trial| trial.state == TrialState::TookOver as u32;
+        let trial = self.trial.as_ref().filter(took_over).filter(is_on)?;
+        self.has(place, trial.effect.as_str()).then(|| story::won(trial))
+    }
+
+    /// Whether the running model has an effect on an axis.
+    fn has(&self, place: usize, id: &str) -> bool {
+        let axes = self.model.iter().flat_map(|model| &model.axes);
+        axes.filter(|axis| "xyz".find(axis.axis) == Some(place)).any(|axis| axis.effects.iter().any(|own| own == id))
+    }
+
     /// As the interface has it: the axes of a diagnosis without curves.
     #[must_use]
     pub fn json(&self) -> Value {
@@ -45,6 +93,7 @@ impl Found {
             without_drawings(&mut value);
             value["error"] = json!(error);
             value["looking"] = json!(self.looking[axis.axis.index()]);
+            value["won"] = json!(self.won(axis.axis.index()));
             value
         };
         json!({ "axes": axes.iter().map(axis).collect::<Vec<_>>() })
@@ -57,11 +106,11 @@ impl Found {
         let page = self.diagnosis.as_ref().map(judgement::page);
         let letters: Vec<&str> = page.iter().flat_map(|page| &page.axes).map(|axis| axis.axis).collect();
         for (view, axis) in page.iter().flat_map(|page| &page.axes).zip(self.diagnosis.iter().flat_map(|d| &d.axes)) {
-            let headline = match &self.looking[axis.axis.index()] {
-                Some(looking) => format!("{looking} So far: {}", view.headline),
-                None => view.headline.clone(),
-            };
-            let _ = writeln!(out, "axis {}  {headline}", view.axis);
+            let said = self.said(view);
+            let _ = writeln!(out, "axis {}  {}", view.axis, said.first);
+            if let Some(then) = said.then {
+                let _ = writeln!(out, "        {then}");
+            }
             let mut facts = vec![view.label.clone()];
             if let Some((point, error)) =
                 headline::said(&axis.error_curve).and_then(|point| Some((point, point.error?)))
@@ -91,6 +140,12 @@ impl Found {
         if !shown.is_empty() {
             let _ = writeln!(out, "        model of epoch {}: {}", model.epoch, shown.join(", "));
         }
+    }
+}
+
+impl Said {
+    fn usual(first: String) -> Self {
+        Self { first, then: None, is_won: false }
     }
 }
 
@@ -138,6 +193,7 @@ impl Finder {
         let message = self.diagnoses.newest()?;
         if let Some(message) = &message {
             found.looking = [0, 1, 2].map(|place| looking(message, place));
+            found.trial = Some(message.trial);
         }
         if let Some(diagnosis) = self.reports.newest()?.and_then(|bytes| judgement::of_report(&bytes)) {
             self.has_report = true;
@@ -175,6 +231,27 @@ mod tests {
             text.contains("missing effect: delay; error over 1 s 1.15 °/s (floor 0.573 °/s); error ÷ noise 9.0"),
             "{text}"
         );
+        // The effect was added: what it has won comes first, and the judgement before it is not repeated.
+        let mut trial =
+            Trial { effect: Text::new("delay"), axis: 2, state: TrialState::TookOver as u32, ..Trial::default() };
+        trial.present_curve[0] = ErrorPoint { tau: 1.0, error: 0.02, floor: 0.01, floor_99: 0.012 };
+        trial.other_curve[0] = ErrorPoint { error: 0.011, ..trial.present_curve[0] };
+        let of = |effects: &[&str]| {
+            let effects = effects.iter().map(|id| (*id).to_owned()).collect();
+            let axes = vec![model::AxisView { axis: "z", effects, parameters: Vec::new() }];
+            Some(model::ModelView { epoch: 2, paused: false, samples: 100, axes })
+        };
+        (found.trial, found.looking[2]) = (Some(trial), None);
+        found.model = of(&["scale-factor", "bias", "delay"]);
+        let won = "Delay added: 1.15 → 0.630 °/s over 1 s; what is left is noise.";
+        assert!(found.text().starts_with(&format!("axis z  {won}\n        missing effect")), "{}", found.text());
+        assert_eq!(found.json()["axes"][0]["won"], won);
+        // Something else is missing, or it was taken back: that comes first.
+        message.axes[2].suspects[0].effect = Text::new("lag");
+        found.diagnosis = Some(judgement::of_message(&message));
+        assert!(found.text().starts_with("axis z  'lag' is missing"), "{}", found.text());
+        (found.model, found.diagnosis) = (of(&["scale-factor", "bias"]), None);
+        assert!(found.json()["axes"].as_array().is_some_and(Vec::is_empty) && found.won(2).is_none());
         assert_eq!(Found::default().json(), json!({ "axes": [] }));
         assert!(Found::default().text().starts_with("no diagnosis yet"));
     }

@@ -59,6 +59,7 @@ pub mod settings;
 pub mod source;
 pub mod source_clock;
 pub mod stop;
+pub mod story;
 pub mod supervisor;
 pub mod top;
 pub mod vault;

@@ -3,6 +3,7 @@
 use anyhow::{Context, bail};
 use gyro_model::{
     Axis, AxisModel, Model, Noise, Row, Term,
+    diagnosis::ErrorPoint,
     effects::{
         self, Effect,
         user::{self, Definition, ParameterDefinition},
@@ -11,7 +12,7 @@ use gyro_model::{
     model::Origin,
 };
 use ipc_types::{
-    AxisEstimate, Estimate, MARK_DATA, Parameters, Sample, Text,
+    AxisEstimate, Estimate, MARK_DATA, Parameters, Sample, Text, diagnosis,
     parameters::{self, DEFINITIONS, TERMS, VALUES},
 };
 use serde::{Deserialize, Serialize};
@@ -160,6 +161,19 @@ pub fn parameters_of(model: &Model) -> anyhow::Result<Parameters> {
         }
     }
     Ok(message)
+}
+
+/// The error curve in a message.
+#[must_use]
+pub fn curve_of(points: &[diagnosis::ErrorPoint]) -> Vec<ErrorPoint> {
+    let finite = |v: f64| Some(v).filter(|v| v.is_finite());
+    let point = |p: &diagnosis::ErrorPoint| ErrorPoint {
+        tau_s: p.tau,
+        error: finite(p.error),
+        floor: finite(p.floor),
+        floor_99: finite(p.floor_99),
+    };
+    points.iter().filter(|p| p.tau > 0.0).map(point).collect()
 }
 
 /// The model in a message. A user's own effects are defined here, over these free channels.

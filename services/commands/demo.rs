@@ -100,6 +100,9 @@ fn show(claim: Claim, source: &str, settings: Settings, stop: &Stop) -> anyhow::
     inviting.join().map_err(|_| anyhow::anyhow!("the invitation died"))??;
     let ending = ending?;
     print(&ending.summary)?;
+    for line in &ending.found {
+        print(line)?;
+    }
     if !ending.hidden.is_empty() {
         print(&format!("hidden: {}", ending.hidden.join(", ")))?;
     }
@@ -125,6 +128,9 @@ fn play(claim: Claim, source: &str, settings: Settings, hidden: Option<&str>, st
         anyhow::bail!("the demo was interrupted before it had named anything");
     };
     print(&ending.summary)?;
+    for line in &ending.found {
+        print(line)?;
+    }
     // With its size, which a comparison of names leaves out.
     let hidden = hidden.and_then(|text| text.split(':').next());
     let shown = hidden.unwrap_or("unknown");

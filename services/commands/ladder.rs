@@ -7,8 +7,16 @@ use crate::{
     progress::Progress,
 };
 use anyhow::{Result, ensure};
-use gyro_model::{Axis, diagnose, diagnosis::LadderStep, headline};
-use std::{path::PathBuf, process::ExitCode};
+use gyro_model::{
+    Axis, diagnose,
+    diagnosis::{ErrorPoint, LadderStep},
+    headline,
+};
+use std::{
+    path::PathBuf,
+    process::ExitCode,
+    sync::{Mutex, PoisonError},
+};
 use workbench::{
     prior,
     report::{self, Command, Format, units},
@@ -72,9 +80,12 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         let progress = |what: &str| spinner.says(what);
         let deadline = Deadline::after(args.search.budget)?;
         let is_over = || deadline.is_over();
+        let before: Mutex<[Vec<ErrorPoint>; 3]> = Mutex::default();
         let took = |axis: Axis, step: &LadderStep| {
             if args.report.format == Format::Text {
-                spinner.line(&told(axis, step));
+                let mut all = before.lock().unwrap_or_else(PoisonError::into_inner);
+                let before = std::mem::replace(&mut all[axis.index()], step.error_curve.clone());
+                spinner.line(&told(axis, step, &before));
             }
         };
         let options = diagnose::Options {
@@ -133,17 +144,20 @@ fn run_all(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// A step, as it is told when it is taken.
-fn told(axis: Axis, step: &LadderStep) -> String {
+/// A step, as it is told when it is taken: what it has won, or the error where it has won nothing.
+fn told(axis: Axis, step: &LadderStep, before: &[ErrorPoint]) -> String {
     let what = match (&step.added, &step.removed) {
         (Some(added), Some(removed)) => format!("{added} in the place of {removed}"),
         (Some(added), None) => format!("+ {added}"),
         (None, Some(removed)) => format!("- {removed}"),
         (None, None) => "start".to_owned(),
     };
-    let error = headline::said(&step.error_curve).map_or_else(
-        || "error not known".to_owned(),
-        |point| format!("error over {} {} °/s", units::time(point.tau_s), units::rate(point.error)),
-    );
+    let error = || {
+        headline::said(&step.error_curve).map_or_else(
+            || "error not known".to_owned(),
+            |point| format!("error over {} {} °/s", units::time(point.tau_s), units::rate(point.error)),
+        )
+    };
+    let error = headline::gain(before, &step.error_curve).unwrap_or_else(error);
     format!("axis {axis}  {what:<32}  {error}")
 }

@@ -115,10 +115,12 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let uses_standard_output = settings.uses_standard_output();
     let ending =
         supervisor::supervise(Claim::take(&args.instance)?, settings, &Stop::on_signals().context("signals")?)?;
+    let found: String = ending.found.iter().flat_map(|line| [line.as_str(), "\n"]).collect();
+    let said = format!("{}{found}", ending.summary);
     if uses_standard_output {
-        eprint!("{}", ending.summary);
-    } else if !ending.summary.is_empty() {
-        print(&ending.summary)?;
+        eprint!("{said}");
+    } else if !said.is_empty() {
+        print(&said)?;
     }
     Ok(ending.code)
 }

@@ -6,7 +6,7 @@ use super::{
     learner::{Solution, Trial},
     message,
 };
-use crate::clock::now_ns;
+use crate::{clock::now_ns, story};
 use anyhow::anyhow;
 use gyro_model::{Model, units};
 use ipc_types::{Command, Text, diagnosis::TrialState};
@@ -74,7 +74,7 @@ impl Compensator<'_> {
         match proposed {
             // Told when the model is in its file.
             Some(proposed) => {
-                let says = format!("{effect} added{figures}: in use{given_up}");
+                let says = format!("{}{given_up}", story::won(&told));
                 self.keep(proposed, Then::TakeOver(id, says, Box::new(told)));
             }
             None => self.trial = told,

@@ -7,6 +7,7 @@ use super::{
     scene::{Mark, Scene},
 };
 use crate::clock::now_ns;
+use crate::story;
 use crate::{
     agreement::looking,
     live::words,
@@ -53,6 +54,7 @@ pub(super) struct Feed {
     sequence: u64,
     stages_ns: u64,
     values_ns: u64,
+    hide: Vec<String>,
     t: f64,
 }
 
@@ -81,6 +83,7 @@ impl Feed {
             sequence: 0,
             stages_ns: 0,
             values_ns: 0,
+            hide: run.settings.hide.clone(),
             t: 0.0,
         })
     }
@@ -193,8 +196,23 @@ impl Feed {
             self.stages_ns = now_ns();
             let stages: Vec<Value> = self.board.stages().iter().map(stage_of).collect();
             self.scene.now("stages", &stages);
+            self.found();
         }
         Ok(())
+    }
+
+    /// What was hidden beside what was found of it, once the model has it.
+    fn found(&self) {
+        let Some(model) = self.model.as_ref() else { return };
+        let source = self.folder.source().unwrap_or_default();
+        let hidden: Vec<String> =
+            self.hide.iter().chain(source.switched.iter().map(|(_, text)| text)).cloned().collect();
+        if hidden.is_empty() {
+            return;
+        }
+        if let Ok(model) = wire::model_of(model, &source.free_names) {
+            self.scene.now("found", &story::found(&hidden, &model));
+        }
     }
 
     /// What the source calls itself, once it has said so.

@@ -1,9 +1,10 @@
 //! The compensator's diagnosis, ready for the page.
 
 use super::scene::ErrorAt;
+use crate::story;
 use gyro_model::{
     Axis,
-    diagnosis::{AxisDiagnosis, Diagnosis, ErrorPoint, Suspect, Verdict},
+    diagnosis::{AxisDiagnosis, Diagnosis, Suspect, Verdict},
     finding::Finding,
     words::Voice,
 };
@@ -30,17 +31,7 @@ fn axis_of(axis: Axis, a: &wire::AxisDiagnosis) -> AxisDiagnosis {
     let suspects = a.suspects.iter().filter(|s| !s.effect.as_str().is_empty());
     let verdict = serde_json::from_value(a.verdict.as_str().into()).unwrap_or(Verdict::CannotTell);
     AxisDiagnosis {
-        error_curve: a
-            .curve
-            .iter()
-            .filter(|p| p.tau > 0.0)
-            .map(|p| ErrorPoint {
-                tau_s: p.tau,
-                error: finite(p.error),
-                floor: finite(p.floor),
-                floor_99: finite(p.floor_99),
-            })
-            .collect(),
+        error_curve: crate::wire::curve_of(&a.curve),
         error_over_floor: finite(a.error_over_floor),
         within_floor: Some(a.within_floor == 1),
         searched: true,
@@ -94,6 +85,8 @@ pub struct TrialView {
     pub present: TrialCurve,
     /// Error curve of the other.
     pub other: TrialCurve,
+    /// What was won, where it took over; else empty.
+    pub says: String,
 }
 
 /// An error curve in °/s, with the largest error over floor.
@@ -140,6 +133,7 @@ pub fn trial(trial: &wire::Trial) -> Option<TrialView> {
         epoch: trial.epoch,
         present: curve(&trial.present_curve, trial.present),
         other: curve(&trial.other_curve, trial.other),
+        says: if trial.state == TrialState::TookOver as u32 { story::won(trial) } else { String::new() },
     })
 }
 
@@ -199,6 +193,11 @@ mod tests {
         assert!((view.other.error[0].unwrap() - 0.1f64.to_degrees()).abs() < 1e-12);
         assert_eq!((view.other.floor_99[0], view.other.error_over_floor), (None, None));
         assert!(view.present.tau.is_empty());
+        message.present_curve[0] = wire::ErrorPoint { error: 0.5, ..message.other_curve[0] };
+        let says = |message: &wire::Trial| trial(message).unwrap().says;
+        assert!(says(&message).starts_with("Delay added: 28.6 → 5.73 °/s over 1 s; what is left is 10 times"));
+        message.state = TrialState::OnTrial as u32;
+        assert!(says(&message).is_empty());
     }
 
     #[test]

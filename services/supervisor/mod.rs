@@ -22,6 +22,7 @@ use crate::{
     run_folder::{Run, RunFolder},
     settings::Settings,
     stop::Stop,
+    story,
 };
 use anyhow::{Context, bail};
 use board::Board;
@@ -37,6 +38,7 @@ use rustix::{
 };
 use std::{fs, process::ExitCode, time::Duration};
 use watchdog::Watchdog;
+use workbench::model_file;
 
 /// Between two looks at the processes and two sweeps for what dead ones left; a death is seen at once.
 const LOOK: Timespec = Timespec { tv_sec: 0, tv_nsec: 25_000_000 };
@@ -73,6 +75,8 @@ pub struct Ending {
     pub summary: String,
     /// What was hidden in the source, from the start and later, in order, as it was asked for.
     pub hidden: Vec<String>,
+    /// Of each that the model has in the end: its size as it was hidden, and as it was found.
+    pub found: Vec<String>,
 }
 
 /// Runs a pipeline until its source ends or it is asked to stop.
@@ -86,9 +90,11 @@ pub fn supervise(claim: Claim, settings: Settings, stop: &Stop) -> anyhow::Resul
     pipeline.publish(ended.is_ok());
     pipeline.end_processes();
     let summary = summary::text(&pipeline.run, &pipeline.folder, &pipeline.board);
-    let switched = pipeline.folder.source().map(|facts| facts.switched).unwrap_or_default();
-    let later = switched.into_iter().map(|(_, text)| text);
-    let hidden = pipeline.run.settings.hide.iter().cloned().chain(later).collect();
+    let source = pipeline.folder.source().unwrap_or_default();
+    let later = source.switched.iter().map(|(_, text)| text);
+    let hidden: Vec<String> = pipeline.run.settings.hide.iter().chain(later).cloned().collect();
+    let model = model_file::load(&pipeline.folder.model(), &source.free_names);
+    let found = model.map_or_else(|_| Vec::new(), |file| story::found(&hidden, &file.model));
     let lost = pipeline.board.lost();
     if let Some(Err(error)) = pipeline.profiler.take().map(Profiler::end) {
         tracing::error!("the trace is not whole: {error:#}");
@@ -105,6 +111,7 @@ pub fn supervise(claim: Claim, settings: Settings, stop: &Stop) -> anyhow::Resul
         complete: complete == End::Complete,
         summary: if complete == End::Hopeless { String::new() } else { summary },
         hidden,
+        found,
     })
 }
 

@@ -87,6 +87,8 @@ fn in_a_line(scene: &Scene) -> String {
 /// What was found, and what learning waits for.
 fn verdict(scene: &Scene, view: Option<&AxisView>) -> Vec<Line<'static>> {
     let looking = scene.found.looking[scene.axis].as_deref();
+    let said = view.map(|v| scene.found.said(v));
+    let is_won = said.as_ref().is_some_and(|said| said.is_won);
     let colour = match view.map(|v| v.tone) {
         _ if looking.is_some() => Color::Magenta,
         Some("good") => Color::Green,
@@ -102,13 +104,13 @@ fn verdict(scene: &Scene, view: Option<&AxisView>) -> Vec<Line<'static>> {
         });
         return lines.collect();
     }
-    let headline = view.map_or_else(
+    let headline = view.zip(said.as_ref()).map_or_else(
         || "looking: the first diagnosis comes after some seconds of motion".to_owned(),
-        |v| match looking {
-            Some(looking) => format!("axis {}  {looking} So far: {}", v.axis, v.headline),
-            None => format!("axis {}  {}", v.axis, v.headline),
-        },
+        |(v, said)| format!("axis {}  {}", v.axis, said.first),
     );
+    let then = said.and_then(|said| said.then).map(|then| Line::styled(then, Style::new().fg(colour)));
+    // What was won is good, whatever else there is.
+    let first = if is_won { Color::Green } else { colour };
     let label = view.map_or_else(String::new, |v| {
         let ratio = v.error_over_floor.map_or_else(String::new, |r| format!("   error ÷ noise {}", units::ratio(r)));
         format!("{}{ratio}", v.label)
@@ -116,7 +118,8 @@ fn verdict(scene: &Scene, view: Option<&AxisView>) -> Vec<Line<'static>> {
     let source = view
         .filter(|v| looking.is_none() && !v.at_source.is_empty())
         .map(|v| format!("at the source: {}", v.at_source));
-    let mut text = vec![Line::styled(headline, Style::new().fg(colour).add_modifier(Modifier::BOLD))];
+    let mut text = vec![Line::styled(headline, Style::new().fg(first).add_modifier(Modifier::BOLD))];
+    text.extend(then);
     text.extend(source.map(Line::raw));
     let learning = scene.status.as_ref().map(|s| s.learning.as_str()).filter(|says| !says.is_empty());
     text.extend(learning.map(|says| Line::raw(format!("learning {says}"))));

@@ -25,7 +25,7 @@
     judged: data => { push(scene.errors, [data], ERRORS); touch('judged'); },
     values: data => { push(scene.values, [data], VALUES); touch('values'); },
     mark: data => { push(scene.marks, [data], 100); touch('mark', 'judged', 'values'); },
-    page: data => { if (ordered?.answered) ordered = null; now('page')(data); }, looking: now('looking'), model: data => { now('model')(data); touch('page'); }, trial: now('trial'), status: now('status'), stages: now('stages'), source: now('source'),
+    page: data => { if (ordered?.answered) ordered = null; now('page')(data); }, looking: now('looking'), model: data => { now('model')(data); touch('page'); }, trial: now('trial'), status: now('status'), stages: now('stages'), source: now('source'), found: now('found'),
   };
 
   let source = null;
@@ -58,7 +58,7 @@
     names.forEach(n => dirty.add(n));
     if (!asked) { asked = true; requestAnimationFrame(draw); }
   }
-  const painters = { steps: drawMotion, judged: drawFalling, mark: drawMotion, values: drawHistory, page: drawPage, looking: drawPage, trial: () => { drawTrial(); drawPage(); }, model: drawModel, status: drawStatus, stages: drawStages, source: drawSource };
+  const painters = { steps: drawMotion, judged: drawFalling, mark: drawMotion, values: drawHistory, page: drawPage, looking: drawPage, trial: () => { drawTrial(); drawPage(); }, model: drawModel, status: drawStatus, stages: drawStages, source: drawSource, found: drawPage };
   function draw() {
     asked = false;
     chooseAxes();
@@ -192,9 +192,13 @@
     const looking = scene.newest.looking?.[axis];
     // A judgement may still be of the model before the last change.
     const has = id => ofAxis(scene.newest.model?.axes)?.effects.includes(id);
-    const way = tried(axis) ? trying(tried(axis)) : best && has(best.effect) ? h('p.way', h('b', `${best.effect} is in the model now. `), 'The next judgement says what that leaves.') : looking || !best ? null : view.verdict === 'missing-effect' ? h('p.way', adding(best.effect, 'button.primary.large', `Add ${plain(best.effect)} to the model`, ' (a)')) : eitherWay(best);
-    const answer = looking ? [h('h2.answer', looking), h('p', h('b', 'So far: '), view.headline)] : Parts.answer(view);
-    if (looking) $('verdict').className = 'panel two-thirds verdict unknown';
+    // What was won by the last change comes first, as long as nothing more is to be done.
+    const trial = scene.newest.trial, won = trial?.says && [axis, 'every'].includes(trial.axis) && has(trial.effect) && (looking || !best || has(best.effect)) ? trial.says : null;
+    const way = tried(axis) ? trying(tried(axis)) : won && (!best || has(best.effect)) ? null : best && has(best.effect) ? h('p.way', h('b', `${best.effect} is in the model now. `), 'The next judgement says what that leaves.') : looking || !best ? null : view.verdict === 'missing-effect' ? h('p.way', adding(best.effect, 'button.primary.large', `Add ${plain(best.effect)} to the model`, ' (a)')) : eitherWay(best);
+    const then = best && has(best.effect) ? null : h('p', looking ? [h('b', looking), ' '] : null, view.headline);
+    const answer = won ? [h('h2.answer', won), (scene.newest.found || []).map(line => h('p', h('b', `${line[0].toUpperCase()}${line.slice(1)}.`))), then] : looking ? [h('h2.answer', looking), h('p', h('b', 'So far: '), view.headline)] : Parts.answer(view);
+    if (won) $('verdict').className = `panel two-thirds verdict ${view.tone === 'bad' ? 'bad' : 'good'}`;
+    else if (looking) $('verdict').className = 'panel two-thirds verdict unknown';
     fill('verdict', h('p.soft.small', `axis ${axis}`), answer, way,
       h('.figures', figures, view.error_over_floor == null ? null : figure('error at its worst', `${number(view.error_over_floor)} × floor`, view.within_floor ? 'within the range of noise and set-up' : 'above the range of noise and set-up')));
     drawCurve(view);

@@ -21,18 +21,19 @@ for (const seed of seeds) {
   const opened = Date.now(), seconds = () => (Date.now() - opened) / 1000;
   const added = [];
   while (seconds() < LIMIT) {
-    const says = await page.locator('#verdict h2').innerText();
+    const says = await page.locator('#verdict').innerText();
     const button = page.locator('#verdict button.primary:enabled');
     if (await button.count()) {
       const effect = await button.getAttribute('data-effect');
       // It is gone where the page changed its mind meanwhile.
       if (await button.click({ timeout: 1000 }).then(() => true, () => false)) added.push([effect, seconds()]);
       await page.waitForTimeout(2000);
-    } else if (added.length && /^(Nothing|No effect) is missing/.test(says)) break;
+    } else if (added.length && /^(Nothing|No effect) is missing/m.test(says)) break;
     await page.waitForTimeout(200);
   }
   const model = await page.locator('#model .chip:not(.fixed)').evaluateAll(chips => chips.map(chip => chip.dataset.effect));
   const last = await page.locator('#verdict h2').innerText();
+  const told = (await page.locator('#verdict').innerText()).match(/^Hidden was: .*$/m)?.[0] ?? 'not told what was hidden';
   await context.close();
   demo.kill('SIGINT');
   await ended;
@@ -40,7 +41,7 @@ for (const seed of seeds) {
   const hidden = (said.match(/^hidden: (.*)$/m)?.[1] ?? '').split(', ').map(text => text.split(':')[0]);
   const isRight = hidden.every(id => model.includes(id)) && model.length === hidden.length;
   right += isRight;
-  console.log(`${seed}\t${isRight ? 'right' : 'WRONG'}\thidden ${hidden}\tin the model ${model.join()}\tpressed ${added.map(([id, at]) => `${id} at ${at.toFixed(0)} s`).join(', ')}\t${last}`);
+  console.log(`${seed}\t${isRight ? 'right' : 'WRONG'}\thidden ${hidden}\tin the model ${model.join()}\tpressed ${added.map(([id, at]) => `${id} at ${at.toFixed(0)} s`).join(', ')}\t${last}\t${told}`);
 }
 await browser.close();
 console.log(`${right} of ${seeds.length}`);

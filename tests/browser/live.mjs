@@ -90,6 +90,9 @@ async function theLoop() {
   await until('the picture of the trial', 30, async () => await page.locator('#trial canvas').count() > 0);
   const trial = await page.locator('#trial-says').innerText();
   check(trial.includes(effect) && trial.includes('took over'), `the trial says "${trial}"`);
+  // The first line tells what was won; what was hidden stands below it, beside what was found.
+  await until('what was won', 60, async () => /^\w[\w ]* added: [\d.]+ → [\d.]+ °\/s over /.test(await headline()));
+  await until('what was hidden', 60, async () => new RegExp(`^Hidden was: ${effect} .*; found: .* ± `, 'm').test(await page.locator('#verdict').innerText()));
   if (process.env.TRUERATE_SHOTS) await page.screenshot({ path: `${process.env.TRUERATE_SHOTS}/added.png`, fullPage: true });
   await page.locator('#model').getByRole('button', { name: 'Undo' }).click();
   await until(`${effect} out of the model`, 60, async () => !(await chips()).some(c => c.startsWith(effect)));

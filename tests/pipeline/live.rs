@@ -84,6 +84,17 @@ fn the_demo_plays_the_whole_loop_and_says_what_was_hidden() {
     let (before, after) = ratios.split_once(" -> ").expect(end);
     let (before, after): (f64, f64) = (before.parse().unwrap(), after.parse().unwrap());
     assert!(after < 0.5 * before, "{said}");
+    // What adding it has won, and its size as it was hidden and as it was found, in one unit.
+    let line = |start: &str| said.lines().find_map(|line| line.strip_prefix(start)).unwrap_or_else(|| panic!("{said}"));
+    let added = line("add:      ");
+    let title = hidden.replace('-', " ");
+    assert!(added.to_lowercase().starts_with(&format!("{title} added: ")) && added.contains(" °/s over "), "{added}");
+    assert!(added.contains("; what is left is "), "{added}");
+    let (was, found) =
+        line("hidden was: ").strip_prefix(hidden).and_then(|rest| rest.split_once("; found: ")).expect(&said);
+    let number = |text: &str| text.split_whitespace().find_map(|word| word.replace('−', "-").parse::<f64>().ok());
+    let (was, found) = (number(was).expect(was), number(found).expect(found));
+    assert!((found - was).abs() < 0.3 * was.abs(), "{said}");
     assert!(place.left("demo").is_empty(), "{:?}", place.left("demo"));
 }
 

@@ -44,7 +44,7 @@ pub(super) fn rest(after: &ErrorPoint, is_noise: bool) -> String {
 }
 
 /// What makes the floor.
-const FLOOR: &str = "what noise and the set-up alone make";
+pub(super) const FLOOR: &str = "what noise and the set-up alone make";
 
 /// `0.51 °/s of error over 1 s, up to 14 times what noise and the set-up alone make`.
 pub(super) fn left(here: Option<ErrorPoint>, ratio: Option<f64>, voice: Voice) -> String {

@@ -12,11 +12,13 @@ mod rotation;
 #[cfg(test)]
 mod tests;
 mod together;
+mod won;
 
 pub use against::{Beside, Standing, by_which, of_against};
 pub use left::{Fall, said};
 pub use rotation::Rotation;
 pub use together::{Named, Shared, Together};
+pub use won::{fall, gain, won};
 
 use crate::{
     Axis,

@@ -360,6 +360,20 @@ fn the_ladder_falls() {
     assert_eq!(bars.len(), 3, "{text}");
     assert!(bars.windows(2).all(|w| w[1] < w[0]), "{bars:?}");
     assert!(text.contains("or lag"), "{text}");
+    // What each step has won is green; what is faulty in the data is not.
+    let mut ladder = ladder();
+    ladder.axes[0].data_faults = diagnosis(Verdict::Adequate).axes.remove(0).data_faults;
+    let coloured = Context { terminal: Terminal { colour: true, ..Terminal::PLAIN }, ..context(Command::Ladder) };
+    let text = render_ladder(&ladder, Format::Text, &coloured);
+    let green = |line: &str| line.contains("\u{1b}[1;32m");
+    let steps: Vec<&str> = text.lines().filter(|line| line.contains('█') && line.contains("at 1 s")).collect();
+    assert_eq!(
+        steps.iter().map(|line| green(line) && line.contains(" → ")).collect::<Vec<_>>(),
+        [false, true, true],
+        "{text}"
+    );
+    let faults: Vec<&str> = text.lines().filter(|line| line.starts_with("  ! ")).collect();
+    assert!(!faults.is_empty() && faults.iter().all(|line| !green(line)), "{text}");
 }
 
 #[test]

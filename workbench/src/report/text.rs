@@ -120,7 +120,9 @@ impl Screen {
         for row in &story.rows {
             let [what, size, left] = &row.cells;
             let what = self.terminal.paint(Ink::Strong, &format!("{what:w$}"));
-            if a + w + s + left.chars().count() + 6 > self.terminal.width && !left.is_empty() {
+            let wide = left.chars().count();
+            let left = self.terminal.paint(if row.won { Ink::Good } else { Ink::Plain }, left);
+            if a + w + s + wide + 6 > self.terminal.width && wide > 0 {
                 // Too narrow: the last one has a line of its own.
                 self.line(&format!("{:a$}  {what}  {size:s$}", row.axis));
                 self.line(&format!("{:a$}  {left}", ""));
@@ -202,15 +204,20 @@ impl Screen {
         }
         self.heading("error ÷ floor at its worst, step by step (bar: log scale)");
         let wide = axis.steps.iter().map(|s| s.label.chars().count()).max().unwrap_or(0);
-        let room = self.terminal.width.saturating_sub(wide + 30).clamp(10, 50);
+        let room = self.terminal.width.saturating_sub(wide + 39).clamp(10, 50);
         for (step, cells) in axis.steps.iter().zip(bars::step_cells(&axis.steps, room)) {
             let ratio = step.ratio.map_or_else(|| "–".into(), units::ratio);
             let at_1s = step.error_1s.map_or_else(String::new, |e| format!("  {} °/s at 1 s", units::number(e)));
+            let (won, at_1s) = if step.won.is_empty() {
+                (String::new(), at_1s)
+            } else {
+                (self.terminal.paint(Ink::Good, &format!("  {}", step.won)), String::new())
+            };
             let alias =
                 if step.aliases.is_empty() { String::new() } else { format!("  or {}", step.aliases.join(" or ")) };
             let bar = "█".repeat(cells);
             let rest = self.terminal.paint(Ink::Quiet, &format!("{at_1s}{alias}"));
-            self.line(&format!("  {:wide$}  {bar} {ratio}{rest}", step.label));
+            self.line(&format!("  {:wide$}  {bar} {ratio}{won}{rest}", step.label));
         }
     }
 

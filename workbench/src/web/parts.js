@@ -70,6 +70,7 @@ const Parts = (() => {
     return h('.steps', list.map(s => [
       h('.label', s.label, s.aliases.length ? h('span.or.soft.small', `or ${s.aliases.join(' or ')}`) : null),
       h('.number', s.ratio == null ? '–' : `${Charts.number(s.ratio)} × floor`),
+      s.won ? h('.won.good.small', s.won) : null,
       h('.fall', { title: `error ÷ floor at its worst ${Charts.number(s.ratio)}` + (s.error_1s != null ? `, ${Charts.number(s.error_1s)} °/s at 1 s` : '') }, h('i' + (s.ratio != null && s.ratio < 1.35 ? '.floor' : ''), { style: `width:${wide(s.ratio)}%` })),
     ]));
   }
@@ -79,7 +80,7 @@ const Parts = (() => {
     return [
       s.shared.map(shared => [h('h2.answer', shared.says), shared.at_source ? h('p', h('b', 'At the source: '), `${shared.at_source.replace(/\.$/, '')}.`) : null]),
       h('.scroll', h('table.values.story', h('thead', h('tr', s.head.map(head => h('th', head)))),
-        h('tbody', s.rows.map(r => h('tr' + (r.tone ? '.' + r.tone : ''), h('td', r.axis), h('td', h('b', r.cells[0])), h('td.number', r.cells[1]), h('td.number', r.cells[2])))))),
+        h('tbody', s.rows.map(r => h('tr' + (r.tone ? '.' + r.tone : ''), h('td', r.axis), h('td', h('b', r.cells[0])), h('td.number', r.cells[1]), h('td.number' + (r.won ? '.won' : ''), r.cells[2])))))),
     ];
   }
 

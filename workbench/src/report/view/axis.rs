@@ -8,7 +8,7 @@ use gyro_model::{
         BudgetPoint, DataFault, ErrorPoint, FaultKind, FloorFrom, FrequencyShare, LimitedBy, NoiseValue,
         ParameterValue, RandomCause, Suspect, Verdict,
     },
-    effects,
+    effects, headline,
     words::Voice,
 };
 
@@ -137,12 +137,19 @@ pub(super) fn limit(
     })
 }
 
-/// A step of the ladder.
-pub(super) fn falling(label: String, points: &[ErrorPoint], ratio: Option<f64>, aliases: &[String]) -> StepView {
+/// A step of the ladder, after one with the error curve `before`.
+pub(super) fn falling(
+    label: String,
+    before: Option<&[ErrorPoint]>,
+    points: &[ErrorPoint],
+    ratio: Option<f64>,
+    aliases: &[String],
+) -> StepView {
     let near_1s = points.iter().min_by(|a, b| a.tau_s.ln().abs().total_cmp(&b.tau_s.ln().abs()));
     StepView {
         label,
         ratio: ratio.filter(|r| r.is_finite()),
+        won: before.and_then(|before| headline::fall(before, points)).unwrap_or_default(),
         error_1s: near_1s.and_then(|p| p.error).map(f64::to_degrees),
         aliases: aliases.to_vec(),
     }

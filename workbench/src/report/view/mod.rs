@@ -120,7 +120,7 @@ impl Page {
             view.answer(headline::of_diagnosis_beside(axis, &together.told(axis.axis), context.voice));
         }
         let falls: Vec<Option<Fall>> = diagnosis.axes.iter().map(Fall::of_diagnosis).collect();
-        page.story = Story::of(&together, &named, &mut page.axes, &falls);
+        page.story = Story::of(&together, &named, &mut page.axes, &falls, false);
         page
     }
 
@@ -152,7 +152,7 @@ impl Page {
             view.answer(headline::of_ladder_beside(axis, &together.told(axis.axis), context.voice));
         }
         let falls: Vec<Option<Fall>> = ladder.axes.iter().map(Fall::of_ladder).collect();
-        let story = Story::of(&together, &named, &mut axes, &falls);
+        let story = Story::of(&together, &named, &mut axes, &falls, true);
         Self { story, ..page("The ladder: adding what is missing", &ladder.log, axes, next) }
     }
 
@@ -180,7 +180,7 @@ impl Page {
         let before = |axis: Axis| change.before.axes.iter().find(|b| b.axis == axis);
         let falls: Vec<Option<Fall>> =
             change.after.axes.iter().map(|axis| Fall::of_change(before(axis.axis), axis)).collect();
-        let story = Story::of(&Together::of(&named), &named, &mut axes, &falls);
+        let story = Story::of(&Together::of(&named), &named, &mut axes, &falls, true);
         let next = next_of(change.after.axes.iter().map(attention), context);
         let title = format!("Before and after: {}", changes.join(", "));
         Self { story, ..page(&title, &change.after.log, axes, next) }
@@ -310,8 +310,8 @@ impl AxisView {
             view.judged = 1;
             view.other_trace = before.detail.as_ref().map(|detail| detail.trace.clone());
             view.steps = vec![
-                falling(before_label.into(), &before.error_curve, before.error_over_floor, &[]),
-                falling(label.into(), &after.error_curve, after.error_over_floor, &[]),
+                falling(before_label.into(), None, &before.error_curve, before.error_over_floor, &[]),
+                falling(label.into(), Some(&before.error_curve), &after.error_curve, after.error_over_floor, &[]),
             ];
         }
         view
@@ -330,7 +330,8 @@ impl AxisView {
                     (None, None) if k == 0 => "start".into(),
                     (None, None) => "the other axes".into(),
                 };
-                falling(label, &step.error_curve, step.error_over_floor, &step.aliases)
+                let before = k.checked_sub(1).map(|k| axis.steps[k].error_curve.as_slice());
+                falling(label, before, &step.error_curve, step.error_over_floor, &step.aliases)
             })
             .collect();
         let curves: Vec<Curve> =

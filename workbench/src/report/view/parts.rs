@@ -170,6 +170,8 @@ pub struct StepView {
     pub ratio: Option<f64>,
     /// Error at about 1 s, °/s.
     pub error_1s: Option<f64>,
+    /// What the step has won: `2.49 → 0.0382 °/s at 1 s`; empty where the error does not fall.
+    pub won: String,
     /// Aliases on this log.
     pub aliases: Vec<String>,
 }

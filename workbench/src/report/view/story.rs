@@ -31,6 +31,8 @@ pub struct Row {
     pub cells: [String; 3],
     /// The verdict's colour; empty where the row is no axis' first.
     pub tone: &'static str,
+    /// Whether the last cell says what was won.
+    pub won: bool,
 }
 
 /// What it is, its size, and what is left of the axis' error.
@@ -39,12 +41,14 @@ const HEAD: [&str; 4] = ["axis", "what", "size", "left"];
 const HEAD_OF_TWO: [&str; 4] = ["axis", "this model is", "error", "floor"];
 
 impl Story {
-    /// Of the axes in their order; `None` where there is one alone. What all of them have is taken out of each.
+    /// Of the axes in their order; `None` where there is one alone. What all of them have is taken out of each. `is_won` where the
+    /// errors have fallen so, and not only would.
     pub(super) fn of(
         together: &Together,
         named: &[Named],
         axes: &mut [AxisView],
         falls: &[Option<Fall>],
+        is_won: bool,
     ) -> Option<Self> {
         if axes.len() < 2 {
             return None;
@@ -59,6 +63,7 @@ impl Story {
             }
             (own[0].axis, own[0].tone) = (view.axis.to_owned(), view.tone);
             own[0].cells[2] = fall.as_ref().map_or_else(String::new, left);
+            own[0].won = is_won && fall.as_ref().is_some_and(|fall| fall.before.is_some());
             rows.append(&mut own);
         }
         let faults = faults_of_all(axes);
@@ -104,7 +109,7 @@ fn of_beside(axis: &str, beside: Option<&Beside>) -> Row {
         let error = format!("{} → {} °/s over {over}{noise}", rate(beside.other_error), rate(beside.error));
         (says, tone, (error, beside.floor.map_or_else(|| "–".to_owned(), |floor| format!("{} °/s", rate(floor)))))
     });
-    Row { axis: axis.to_owned(), cells: [says.to_owned(), cells.0, cells.1], tone }
+    Row { axis: axis.to_owned(), cells: [says.to_owned(), cells.0, cells.1], tone, won: false }
 }
 
 /// The row of what several axes share.
