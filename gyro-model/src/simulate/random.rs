@@ -79,10 +79,11 @@ impl RandomCauses {
             let rate = sample.true_rate[axis];
             scale = forgets * scale + normal(&mut scale_noise, spread * (1.0 - forgets * forgets).sqrt());
             sum += scale * rate * dt + normal(&mut rate_noise, self.rate_noise * (rate.abs() * dt).sqrt());
-            if way * rate < 0.0 {
-                sum += normal(&mut steps, self.reversal_steps);
-            }
-            if rate != 0.0 {
+            // A motion that comes to rest swings about zero: that turns no gear round.
+            if rate.abs() > STANDS {
+                if way * rate < 0.0 {
+                    sum += normal(&mut steps, self.reversal_steps);
+                }
                 way = rate.signum();
             }
             stood = if rate.abs() < STANDS { stood + dt } else { 0.0 };

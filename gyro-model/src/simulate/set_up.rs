@@ -149,9 +149,16 @@ impl SetUp {
         }
         if self.random != RandomCauses::default() {
             let error = self.random.error(samples, axis.index(), rate_hz, seed);
+            let step = step_of(&rows, axis.index());
             for (k, row) in rows.iter_mut().enumerate() {
                 let mut off = Vector3::zeros();
                 off[axis.index()] = -error[k];
+                if let Some(step) = step {
+                    // An encoder counts what it sees, error and all.
+                    let within = samples[k].true_angle[axis.index()] - row.ref_angle[axis.index()];
+                    let seen = row.ref_angle[axis.index()] + within.clamp(-0.5 * step, 0.5 * step) - error[k];
+                    off[axis.index()] = (seen / step).round() * step - row.ref_angle[axis.index()];
+                }
                 turn(row, off);
                 row.ref_rate[axis.index()] -= (error[k] - error[k.saturating_sub(1)]) * rate_hz;
             }
@@ -178,6 +185,14 @@ impl SetUp {
             row.gyro[axis] += RIPPLE * turns * phase.cos() / (1.0 + shown).sqrt();
         }
     }
+}
+
+/// The step of an angle that comes in whole counts, rad.
+fn step_of(rows: &[Row], axis: usize) -> Option<f64> {
+    let angles = || rows.iter().map(|row| row.ref_angle[axis]).filter(|angle| angle.is_finite());
+    let steps = angles().zip(angles().skip(1)).map(|(a, b)| (b - a).abs()).filter(|step| *step > 1e-9);
+    let step = steps.reduce(f64::min)?;
+    angles().all(|angle| (angle / step - (angle / step).round()).abs() < 1e-3).then_some(step)
 }
 
 /// Turns what a row's reference shows, angle or orientation, by small angles about the body's axes.

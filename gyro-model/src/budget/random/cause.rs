@@ -20,8 +20,9 @@ pub enum Cause {
 
 /// Correlation times of a wandering scale, s.
 const FORGETS: [f64; 3] = [0.5, 2.0, 8.0];
-/// Events that have to be in a log before their steps are looked for.
-const EVENTS: f64 = 8.0;
+/// Events that have to be in a log before their steps compete, and before they are named: the size is then known to a third.
+const SOME: u64 = 2;
+const EVENTS: u64 = 5;
 
 impl Cause {
     pub const ALL: [Self; 5] =
@@ -49,7 +50,7 @@ impl Cause {
 
     /// How often it happens in the log, where it is made of events.
     pub fn events(self, course: &Course) -> Option<u64> {
-        let last = |counted: &[f64]| counted.last().copied().unwrap_or(0.0) as u64;
+        let last = |counted: &[f64]| counted.last().copied().unwrap_or(0.0).round() as u64;
         match self {
             Self::RandomScale | Self::RateNoise => None,
             Self::ReversalSteps => Some(last(&course.reversals)),
@@ -58,9 +59,14 @@ impl Cause {
         }
     }
 
-    /// Whether the log holds enough of what it needs.
+    /// Whether it may have acted at all: it competes.
+    pub fn may_act(self, course: &Course) -> bool {
+        self.events(course).is_none_or(|events| events >= SOME)
+    }
+
+    /// Whether the log holds enough of what it needs to be named.
     pub fn may_show(self, course: &Course) -> bool {
-        self.events(course).is_none_or(|events| events as f64 >= EVENTS)
+        self.events(course).is_none_or(|events| events >= EVENTS)
     }
 
     /// Its forms: of each, the variance of the angle error in a window, rad², for a coefficient of 1.

@@ -34,6 +34,8 @@ pub struct Course {
     /// Σ (length · |ω|)² and Σ (length · change of ω)² over them, rad².
     pub lost: Vec<f64>,
     pub lost_changes: Vec<f64>,
+    /// Rows of which the model says that their reading tells nothing.
+    silent: Vec<f64>,
     /// One step of an encoder, rad; 0 of another reference.
     pub count: f64,
     /// From one row to the next, s.
@@ -84,7 +86,7 @@ impl Course {
         let mean_square = rate.iter().map(|w| w * w).sum::<f64>() / n.max(1) as f64;
         let noise = study.bench.prior[series].angle_random_walk / (2.0 * half as f64 * dt).sqrt();
         let stands = (STANDS * mean_square.sqrt()).max(NOISE * noise);
-        let (reversals, starts) = (reversals(&rate, stands), starts(&t, &rate, stands));
+        let (reversals, starts) = (reversals(&t, &rate, stands), starts(&t, &rate, stands));
         let mut course = Self {
             error,
             travelled: vec![0.0; n],
@@ -94,17 +96,14 @@ impl Course {
             holes: vec![0.0; n],
             lost: vec![0.0; n],
             lost_changes: vec![0.0; n],
+            silent: evaluation.lost.iter().map(|lost| f64::from(*lost)).collect(),
             count: s.encoder.step,
             rate,
             t,
             dt,
         };
-        for k in reversals {
-            course.reversals[k] += 1.0;
-        }
-        for k in starts {
-            course.starts[k] += 1.0;
-        }
+        spread(&reversals, &mut course.reversals);
+        spread(&starts, &mut course.starts);
         for k in 1..n {
             let (step, rate) = (course.t[k] - course.t[k - 1], 0.5 * (course.rate[k] + course.rate[k - 1]));
             course.travelled[k] = rate.abs() * step;
@@ -115,20 +114,22 @@ impl Course {
                 course.lost_changes[k] = (step * (course.rate[k] - course.rate[k - 1])).powi(2);
             }
         }
-        let Self { travelled, squared, reversals, starts, holes, lost, lost_changes, .. } = &mut course;
-        for counted in [travelled, squared, reversals, starts, holes, lost, lost_changes] {
+        let Self { travelled, squared, reversals, starts, holes, lost, lost_changes, silent, .. } = &mut course;
+        for counted in [travelled, squared, reversals, starts, holes, lost, lost_changes, silent] {
             (1..n).for_each(|k| counted[k] += counted[k - 1]);
         }
         Some(course)
     }
 
-    /// Windows of one length, s, that overlap by half, `most` of them at most.
+    /// Windows of one length, s, that overlap by half, `most` of them at most. One with silent rows has less noise than its length
+    /// says: it is left out.
     pub fn windows(&self, length: f64, most: usize) -> Vec<Window> {
         let n = self.t.len();
         let rows = ((length / self.dt).round() as usize).max(1);
         let stride = (rows / 2).max(n / most.max(1)).max(1);
         let ends = |from: usize| self.t.partition_point(|&t| t < self.t[from] + length - 0.5 * self.dt);
-        (0..n).step_by(stride).map(|from| Window { from, to: ends(from) }).filter(|window| window.to < n).collect()
+        let whole = |window: &Window| window.to < n && self.silent[window.to] <= self.silent[window.from];
+        (0..n).step_by(stride).map(|from| Window { from, to: ends(from) }).filter(whole).collect()
     }
 
     /// ∬ ω(a) ω(b) e^(−|a − b|/T) da db over a window, rad².
@@ -151,39 +152,59 @@ impl Course {
     }
 }
 
-/// The rows at which the rate changes its sign, between two at which it is one for certain.
-fn reversals(rate: &[f64], stands: f64) -> Vec<usize> {
-    let (mut way, mut crossed, mut rows) = (0.0, 0, Vec::new());
-    for (k, &w) in rate.iter().enumerate() {
-        if k > 0 && (w > 0.0) != (rate[k - 1] > 0.0) {
-            crossed = k;
-        }
-        if w.abs() > stands {
-            if way * w < 0.0 {
-                rows.push(crossed);
-            }
-            way = w.signum();
-        }
+/// An event happens after its first row and up to its last, at a time that nobody knows: each row in between has a share of it.
+type Event = (usize, usize);
+
+fn spread(events: &[Event], counted: &mut [f64]) {
+    for &(from, to) in events {
+        let rows = from + 1..=to.max(from + 1).min(counted.len() - 1);
+        let share = 1.0 / rows.clone().count().max(1) as f64;
+        rows.for_each(|k| counted[k] += share);
     }
-    rows
 }
 
-/// The rows at which the axis stops for longer than a moment, and those at which it starts again.
-fn starts(t: &[f64], rate: &[f64], stands: f64) -> Vec<usize> {
-    let (mut from, mut rows): (Option<usize>, _) = (None, Vec::new());
+/// The start of a motion that shows from row `k` on.
+fn start(t: &[f64], k: usize) -> Event {
+    (row_at(t, t[k] - 2.0 * STEADY), row_at(t, t[k] + STEADY))
+}
+
+/// The first row at this time or later, s.
+fn row_at(t: &[f64], time: f64) -> usize {
+    t.partition_point(|&t| t < time).min(t.len() - 1)
+}
+
+/// Where the rate changes its sign, between two rows at which it is one for certain: as the motion the other way begins.
+fn reversals(t: &[f64], rate: &[f64], stands: f64) -> Vec<Event> {
+    let mut last: Option<usize> = None;
+    let mut events = Vec::new();
+    for (k, &w) in rate.iter().enumerate() {
+        if w.abs() <= stands {
+            continue;
+        }
+        if let Some(before) = last.filter(|&before| rate[before] * w < 0.0) {
+            events.push(if t[k] - t[before] > RESTS { start(t, k) } else { (before, k) });
+        }
+        last = Some(k);
+    }
+    events
+}
+
+/// Where the axis stops for longer than a moment, while it comes to rest, and where it starts again.
+fn starts(t: &[f64], rate: &[f64], stands: f64) -> Vec<Event> {
+    let (mut from, mut events): (Option<usize>, _) = (None, Vec::new());
     for k in 0..rate.len() {
         match (rate[k].abs() <= stands, from) {
             (true, None) => from = Some(k),
             (false, Some(first)) => {
                 if t[k] - t[first] > RESTS && first > 0 {
-                    rows.extend([first, k]);
+                    events.extend([(row_at(t, t[first] - STEADY), row_at(t, t[first] + RESTS)), start(t, k)]);
                 }
                 from = None;
             }
             _ => {}
         }
     }
-    rows
+    events
 }
 
 #[cfg(test)]
@@ -192,18 +213,25 @@ mod tests {
 
     #[test]
     fn reversals_are_counted_once_and_noise_about_nothing_is_none() {
-        let rate: Vec<f64> =
-            (0..1000).map(|k| (0.0628 * f64::from(k)).sin() + 1e-3 * f64::from(k * 7919 % 13 - 6)).collect();
-        assert_eq!(reversals(&rate, 0.05).len(), 19);
-        let still: Vec<f64> = (0..1000).map(|k| 1e-3 * f64::from(k * 7919 % 13 - 6)).collect();
-        assert!(reversals(&still, 0.05).is_empty());
+        let t: Vec<f64> = (0..1000).map(|k| 0.01 * f64::from(k)).collect();
+        let noise = |k: u32| 1e-3 * f64::from(k * 7919 % 13) - 6e-3;
+        let rate: Vec<f64> = (0..1000).map(|k| (0.0628 * f64::from(k)).sin() + noise(k)).collect();
+        assert_eq!(reversals(&t, &rate, 0.05).len(), 19);
+        let still: Vec<f64> = (0..1000).map(noise).collect();
+        assert!(reversals(&t, &still, 0.05).is_empty());
     }
 
     #[test]
     fn an_axis_that_pauses_stops_and_starts() {
         let t: Vec<f64> = (0..1000).map(|k| 0.01 * f64::from(k)).collect();
         let rate: Vec<f64> = t.iter().map(|t| if (3.0..5.0).contains(t) { 0.0 } else { 1.0 }).collect();
-        assert_eq!(starts(&t, &rate, 0.05), [300, 500]);
+        let events = starts(&t, &rate, 0.05);
+        assert!(
+            events.len() == 2 && (events[0].0..events[0].1).contains(&300) && (events[1].0..events[1].1).contains(&500)
+        );
+        let mut counted = vec![0.0; t.len()];
+        spread(&events, &mut counted);
+        assert!((counted.iter().sum::<f64>() - 2.0).abs() < 1e-9);
         let reverses: Vec<f64> = t.iter().map(|t| (3.0 * t).sin()).collect();
         assert!(starts(&t, &reverses, 0.05).is_empty());
     }

@@ -5,7 +5,7 @@
 //! angle error over windows of several lengths are looked at. The variance of each is a sum,
 //!
 //! ```text
-//! Var y = level of its length + σ_t² (ω² at both ends) + counts + Σ over causes, forms of c z        c ≥ 0
+//! Var y = level of its length + σ_t² (ω² at both ends) + steps of the reference + Σ over causes, forms of c z        c ≥ 0
 //! ```
 //!
 //! with z known from the motion and the time stamps alone. Whatever noise is the same all through the log is in the levels, one free
@@ -34,6 +34,8 @@ const SHORTEST: f64 = 8.0;
 const LONGEST: f64 = 1.0 / 15.0;
 /// Windows that one length needs.
 const FEWEST: usize = 15;
+/// Steps of a reference that are tried where none are seen, over the way that it turns in one of the shortest windows.
+const STEPS: [f64; 3] = [0.25, 1.0, 4.0];
 /// How often the same error is counted: windows overlap by half, and each length holds those of half its own.
 const ALIKE: f64 = 4.0;
 
@@ -109,7 +111,7 @@ impl Trial {
         if lengths.len() < 2 {
             return None;
         }
-        let causes: Vec<Cause> = Cause::ALL.into_iter().filter(|cause| cause.may_show(&course)).collect();
+        let causes: Vec<Cause> = Cause::ALL.into_iter().filter(|cause| cause.may_act(&course)).collect();
         let windows: Vec<(usize, Window)> =
             lengths.iter().enumerate().flat_map(|(k, own)| own.iter().map(move |window| (k, *window))).collect();
         let step = |window: &Window| course.error[window.to] - course.error[window.from];
@@ -122,15 +124,18 @@ impl Trial {
             return None;
         }
         let ends = |w: &Window| course.rate[w.from].powi(2) + course.rate[w.to].powi(2);
-        let counts = |w: &Window| {
-            let way = course.travelled[w.to] - course.travelled[w.from];
-            if course.count > 0.0 { (way / course.count).min(1.0) } else { 0.0 }
-        };
+        let way = |w: &Window| course.travelled[w.to] - course.travelled[w.from];
+        // Noise that a reference has only while it turns, by its steps: where these are not known, of several sizes.
+        let usual_way = lengths[0].iter().map(way).sum::<f64>() / lengths[0].len() as f64;
+        let steps = if course.count > 0.0 { vec![course.count] } else { STEPS.map(|share| share * usual_way).to_vec() };
+        let counts = |w: &Window, step: f64| if step > 0.0 { (way(w) / step).min(1.0) } else { 0.0 };
         let mut columns: Vec<Vec<f64>> = (0..lengths.len())
             .map(|length| windows.iter().map(|(own, _)| f64::from(*own == length)).collect())
             .collect();
         columns.push(windows.iter().map(|(_, window)| ends(window)).collect());
-        columns.push(windows.iter().map(|(_, window)| counts(window)).collect());
+        for step in steps {
+            columns.push(windows.iter().map(|(_, window)| counts(window, step)).collect());
+        }
         let (always, mut first) = (columns.len(), Vec::new());
         for cause in &causes {
             first.push(columns.len());
@@ -143,7 +148,9 @@ impl Trial {
             ((share * BLOCKS as f64) as usize).min(BLOCKS - 1)
         };
         let block = windows.iter().map(|(_, window)| block(window)).collect();
-        let least = windows.iter().map(|(length, _)| LEAST * usual[*length]).collect();
+        // An encoder at rest may show one count more at any time.
+        let count = course.count.powi(2) / 12.0;
+        let least = windows.iter().map(|(length, _)| (LEAST * usual[*length]).max(count)).collect();
         Some(Self { squares: Squares { square, columns, block, least }, course, causes, always, first })
     }
 
@@ -181,7 +188,8 @@ impl Trial {
             causes.push(best);
             all = with;
         }
-        let mut found: Vec<Found> = causes.iter().map(|&c| self.found(c, &all, tau)).collect();
+        let named = causes.iter().filter(|&&c| self.causes[c].may_show(&self.course));
+        let mut found: Vec<Found> = named.map(|&c| self.found(c, &all, tau)).collect();
         let last = |found: &Found| found.makes.last().copied().unwrap_or(0.0);
         found.sort_by(|a, b| last(b).total_cmp(&last(a)));
         Random { found, log_likelihood: finite(sum(&all.log_likelihood) / ALIKE) }
@@ -192,8 +200,10 @@ impl Trial {
         let gain = (sum(&with.log_likelihood) - sum(&without.log_likelihood)) / ALIKE;
         let chance =
             ChiSquared::new(self.causes[cause].count() as f64).map_or(1.0, |law| 0.5 * law.sf(2.0 * gain.max(0.0)));
+        // What events make is in a few blocks: one of them decides no more than BLOCK_COUNTED.
         let pairs = with.held_out.iter().zip(&without.held_out);
-        let held = Estimate::sum(&pairs.map(|(a, b)| (a - b) / ALIKE).collect::<Vec<_>>());
+        let counted = pairs.map(|(a, b)| ((a - b) / ALIKE).clamp(-BLOCK_COUNTED, BLOCK_COUNTED));
+        let held = Estimate::sum(&counted.collect::<Vec<_>>());
         chance * (Cause::ALL.len() as f64) < limit::SIGNIFICANCE.value
             && held.in_errors() > limit::HELD_OUT.value
             && held.value > limit::HOLDS.value * gain.min(limit::GAIN_COUNTED.value)
@@ -228,6 +238,8 @@ impl Trial {
     }
 }
 
+/// Largest gain in ln L of one block: odds of 150 to 1.
+const BLOCK_COUNTED: f64 = 5.0;
 /// Share of the mean square of its length that the variance of a window is at least.
 const LEAST: f64 = 1e-3;
 
