@@ -5,14 +5,12 @@ use anyhow::Result;
 use clap::ValueEnum;
 use comfy_table::{CellAlignment, Table, presets};
 use log_readers::{
-    formats::can,
     meaning::{Dependent, Pick},
     survey::{Survey, Surveyed},
 };
-use serde_json::{Value, json};
 use std::{fmt::Write, path::PathBuf, process::ExitCode};
 use workbench::{
-    log::{self, Look},
+    log::{self, Look, channels},
     report,
 };
 
@@ -62,18 +60,14 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let name = args.file.display().to_string();
     match args.format {
         Form::Text => print(&text(&name, &look))?,
-        Form::Json => print(&serde_json::to_string_pretty(&json(&name, &look))?)?,
+        Form::Json => print(&serde_json::to_string_pretty(&channels::json(&name, &look))?)?,
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn seconds(ns: i64) -> f64 {
-    ns as f64 / 1e9
-}
-
 fn text(name: &str, look: &Look) -> String {
     let mut out = format!("{name}: {}\n", look.format);
-    let frames = identifiers(&look.survey);
+    let frames = channels::identifiers(&look.survey);
     let table = if frames.is_empty() { of_channels(&look.survey) } else { of_frames(&frames) };
     let _ = writeln!(out, "{}", table.trim_fmt());
     if !frames.is_empty() {
@@ -141,19 +135,6 @@ fn text(name: &str, look: &Look) -> String {
     out
 }
 
-/// The frames of a CAN log that nothing is said of: an identifier each, those of 11 bits first.
-fn identifiers(survey: &Survey) -> Vec<&Surveyed> {
-    let mut frames: Vec<&Surveyed> = survey.topics.iter().filter(|of| of.topic.kind == can::UNNAMED).collect();
-    frames.sort_by_key(|of| (bits(of), of.topic.name.as_str()));
-    frames
-}
-
-/// Bits of a frame's identifier, which is shown with eight digits where it has 29, behind the bus if that is another.
-fn bits(of: &Surveyed) -> u8 {
-    let digits = of.topic.name.rsplit("0x").next().map_or(0, str::len);
-    if digits == 8 { 29 } else { 11 }
-}
-
 fn of_frames(frames: &[&Surveyed]) -> Table {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
@@ -166,7 +147,7 @@ fn of_frames(frames: &[&Surveyed]) -> Table {
             format!("{} to {}", length.low, length.high)
         };
         let (name, frames) = (of.topic.name.clone(), of.messages.to_string());
-        table.add_row([name, bits(of).to_string(), frames, bytes, rate(of), span(of), gaps(of)]);
+        table.add_row([name, channels::bits(of).to_string(), frames, bytes, rate(of), span(of), gaps(of)]);
     }
     right(&mut table, 1);
     table
@@ -200,12 +181,12 @@ fn rate(of: &Surveyed) -> String {
 }
 
 fn span(of: &Surveyed) -> String {
-    format!("{:.1} s", seconds(of.last_ns.saturating_sub(of.first_ns)))
+    format!("{:.1} s", channels::seconds(of.last_ns.saturating_sub(of.first_ns)))
 }
 
 fn gaps(of: &Surveyed) -> String {
     let (count, longest) = of.gaps();
-    if count > 0 { format!("{count}, up to {:.2} s", seconds(longest)) } else { "none".to_owned() }
+    if count > 0 { format!("{count}, up to {:.2} s", channels::seconds(longest)) } else { "none".to_owned() }
 }
 
 /// Numbers stand at the right.
@@ -215,58 +196,4 @@ fn right(table: &mut Table, from: usize) {
             column.set_cell_alignment(CellAlignment::Right);
         }
     }
-}
-
-fn json(name: &str, look: &Look) -> Value {
-    let finite = |x: f64| if x.is_finite() { json!(x) } else { Value::Null };
-    let frames = identifiers(&look.survey);
-    let identifiers = frames.iter().map(|of| {
-        let (gaps, longest) = of.gaps();
-        let length = of.fields.first().map_or([f64::NAN; 2], |length| [length.low, length.high]);
-        json!({
-            "identifier": of.topic.name,
-            "bits": bits(of),
-            "frames": of.messages,
-            "bytes": length.map(finite),
-            "rate_hz": of.rate_hz(),
-            "from_s": seconds(of.first_ns),
-            "span_s": seconds(of.last_ns.saturating_sub(of.first_ns)),
-            "gaps": gaps,
-            "longest_gap_s": if gaps > 0 { json!(seconds(longest)) } else { Value::Null },
-        })
-    });
-    let named = look.survey.topics.iter().filter(|of| of.topic.kind != can::UNNAMED);
-    let channels = named.flat_map(|of: &Surveyed| {
-        let (gaps, longest) = of.gaps();
-        of.topic.fields.iter().zip(&of.fields).map(move |(field, range)| {
-            json!({
-                "channel": of.topic.channel(field),
-                "topic": of.topic.name,
-                "kind": of.topic.kind,
-                "unit": field.unit.map(|unit| unit.symbol),
-                "rows": of.messages,
-                "values": range.values,
-                "rate_hz": of.rate_hz(),
-                "from_s": seconds(of.first_ns),
-                "span_s": seconds(of.last_ns.saturating_sub(of.first_ns)),
-                "gaps": gaps,
-                "longest_gap_s": if gaps > 0 { json!(seconds(longest)) } else { Value::Null },
-                "min": finite(range.low),
-                "max": finite(range.high),
-            })
-        })
-    });
-    let strings = |picks: &[Pick]| picks.iter().map(ToString::to_string).collect::<Vec<_>>();
-    json!({
-        "schema": "truerate.channels/1",
-        "log": name,
-        "format": look.format,
-        "channels": channels.collect::<Vec<_>>(),
-        "identifiers": identifiers.collect::<Vec<_>>(),
-        "map": strings(&look.proposal.chosen),
-        "likely": strings(&look.proposal.offered),
-        "dependent": look.proposal.dependent.iter().map(|d| json!({"channel": d.channel, "by": d.by})).collect::<Vec<_>>(),
-        "seconds": look.proposal.seconds.iter().map(|of| json!({"topic": of.topic, "rate_hz": finite(of.rate_hz), "map": strings(&of.picks)})).collect::<Vec<_>>(),
-        "notes": look.survey.notes.iter().map(ToString::to_string).collect::<Vec<_>>(),
-    })
 }

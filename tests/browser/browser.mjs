@@ -27,7 +27,7 @@ export async function open(browser, home, options = {}) {
   const notes = { troubled: false };
   page.on('console', m => { if (m.type() === 'error' && !notes.troubled) check(false, `console: ${m.text()}`); });
   page.on('pageerror', e => check(false, `exception: ${e.message}`));
-  page.on('request', r => { if (!r.url().startsWith(home) && !r.url().startsWith('data:')) check(false, `request to another host: ${r.url()}`); });
+  page.on('request', r => { if (!r.url().startsWith(home) && !/^(data|blob):/.test(r.url())) check(false, `request to another host: ${r.url()}`); });
   return { context, page, notes };
 }
 

@@ -142,6 +142,36 @@ fn a_guided_recording_is_led_from_its_page() {
 }
 
 #[test]
+fn the_page_in_a_browser_names_what_is_hidden_and_says_what_the_program_says() {
+    if !is_there() {
+        return;
+    }
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/truerate.html");
+    if !page.exists() {
+        eprintln!("skipped: no target/truerate.html here; `deploy/page` makes it");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| {
+        let output = Command::new(PROGRAM).args(arguments).current_dir(folder.path()).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        output.stdout
+    };
+    let hidden = ["simulate", "--hide", "encoder-eccentricity", "--seconds", "60", "--seed", "5", "-o", "log.csv"];
+    run(&hidden);
+    let said = run(&["diagnose", "log.csv", "--format", "json"]);
+    let log = fs::read_to_string(folder.path().join("log.csv")).unwrap();
+    let mut lines: Vec<&str> = log.lines().collect();
+    let torn = lines[5000].replacen(',', ",x", 1);
+    lines[5000] = &torn;
+    let place = |name: &str| folder.path().join(name);
+    fs::write(place("said.json"), said).unwrap();
+    fs::write(place("broken.csv"), lines.join("\n")).unwrap();
+    let paths = [page, place("log.csv"), place("said.json"), place("broken.csv")];
+    drive("page.mjs", &paths.each_ref().map(|path| path.to_str().unwrap()));
+}
+
+#[test]
 fn reports_open_offline_from_disk() {
     if !is_there() {
         return;

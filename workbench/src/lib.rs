@@ -7,24 +7,29 @@
 //! | [`model_file`], [`toml_error`] | model files: TOML, strict; what is wrong in one, with line and caret |
 //! | [`estimates`] | the columns of `apply` and of recordings |
 //! | [`export`] | a model as C, for autopilots and for estimators |
-//! | [`subject`] | a log that is worked on: read, fitted, compared, diagnosed |
+//! | [`subject`], [`change`] | a log that is worked on: read, fitted, compared, diagnosed; effects added and removed |
 //! | [`evidence`] | evidence files: what logs say, without the logs |
 //! | [`fleet`] | what evidence says of types and parts, as text, JSON, page and type file |
 //! | [`prior`], [`simulated_fleet`] | a part that starts from its type; a fleet whose truth is known |
 //! | [`several`] | logs of one sensor, worked on together |
 //! | [`report`], [`plot`], [`web`] | results as text, JSON and one HTML page; figures as SVG; scripts and styles of the pages |
 //! | [`output`] | files that are written whole or not at all |
+//! | [`files`], [`clock`] | where files are read from, and what time it is: the system, or the page that holds a browser's copy |
 //!
 //! Nothing here starts a process, opens a port or parses a command line. The program, the Python package and the page in a
 //! browser stand on it.
 
+pub mod change;
+pub mod clock;
 pub mod estimates;
 pub mod evidence;
 pub mod export;
+pub mod files;
 pub mod fleet;
 pub mod log;
 pub mod model_file;
 pub mod output;
+#[cfg(not(target_family = "wasm"))]
 pub mod plot;
 pub mod prior;
 pub mod recording;

@@ -9,7 +9,7 @@ mod tests;
 mod write;
 
 use crate::{
-    log, output,
+    clock, files, log, output,
     toml_error::{TomlError, quoted},
 };
 use anyhow::{Context, Result, bail};
@@ -18,7 +18,7 @@ use gyro_model::{
     effects::{Effect, Need, meant},
 };
 use jiff::Timestamp;
-use std::{fs, path::Path};
+use std::path::Path;
 
 /// The schema that is written, and the newest that is read.
 pub const SCHEMA: &str = "truerate.model/1";
@@ -90,7 +90,7 @@ impl Provenance {
         Self {
             log: Some(log.log.clone()),
             sha256: Some(log.sha256.clone()),
-            fitted: Some(Timestamp::now()),
+            fitted: clock::now(),
             samples: Some(log.samples),
             temperature: log.temperature,
         }
@@ -108,7 +108,7 @@ impl Provenance {
 /// # Errors
 /// It cannot be read, or it is not a valid model: [`TomlError`] in the chain.
 pub fn load(path: &Path, free_names: &[String]) -> Result<ModelFile> {
-    let text = fs::read_to_string(path).with_context(|| {
+    let text = files::read_to_string(path).with_context(|| {
         format!("model {}: cannot be read: check the path, or make one with `truerate fit`", path.display())
     })?;
     Ok(parse(path, &text, free_names)?)

@@ -2,12 +2,19 @@
 
 use anyhow::{Context, Result};
 use std::{
-    fs::{self, File, Permissions},
     io::{self, BufWriter, Write},
-    os::unix::fs::PermissionsExt,
     path::{Path, PathBuf},
 };
-use tempfile::NamedTempFile;
+
+#[cfg(target_family = "wasm")]
+mod memory;
+#[cfg(not(target_family = "wasm"))]
+mod system;
+
+#[cfg(target_family = "wasm")]
+use memory::Place;
+#[cfg(not(target_family = "wasm"))]
+use system::Place;
 
 /// A file under way: nobody sees it, and what stood there before stays, until [`Output::finish`].
 ///
@@ -29,8 +36,7 @@ pub enum For {
 }
 
 enum To {
-    Temporary(NamedTempFile),
-    Direct(File),
+    Place(Place),
     Stdout(io::Stdout),
 }
 
@@ -56,20 +62,9 @@ impl Output {
     /// The disk is full, or the folder has changed meanwhile.
     pub fn finish(self) -> Result<()> {
         let path = self.path;
-        let done = || -> io::Result<()> {
-            match self.to.into_inner().map_err(io::IntoInnerError::into_error)? {
-                To::Temporary(file) => {
-                    if self.for_whom == For::User {
-                        file.as_file().sync_all()?;
-                    }
-                    // Behind a symbolic link the file itself is replaced, not the link.
-                    let target = fs::canonicalize(&path).unwrap_or_else(|_| path.clone());
-                    file.persist(target)?;
-                    Ok(())
-                }
-                To::Direct(mut file) => file.flush(),
-                To::Stdout(mut out) => out.flush(),
-            }
+        let done = || match self.to.into_inner().map_err(io::IntoInnerError::into_error)? {
+            To::Place(place) => place.finish(&path, self.for_whom),
+            To::Stdout(mut out) => out.flush(),
         };
         done().with_context(|| failed(&path))
     }
@@ -103,38 +98,20 @@ fn open(path: &Path, for_whom: For) -> io::Result<To> {
     if path == Path::new("-") {
         return Ok(To::Stdout(io::stdout()));
     }
-    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    match fs::metadata(&target) {
-        Ok(meta) if meta.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
-        Ok(meta) if !meta.is_file() => return File::options().write(true).open(&target).map(To::Direct),
-        Ok(meta) if meta.permissions().readonly() => return Err(io::ErrorKind::PermissionDenied.into()),
-        _ => {}
-    }
-    let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut builder = tempfile::Builder::new();
-    // The umask narrows it, as for any new file.
-    builder.permissions(Permissions::from_mode(if for_whom == For::User { 0o666 } else { 0o600 }));
-    // Its error would name a file that nobody asked for.
-    let made = builder.prefix(".truerate-").tempfile_in(folder).map_err(|error| match error.kind() {
-        io::ErrorKind::NotFound => io::Error::new(io::ErrorKind::NotFound, "no such folder"),
-        kind => kind.into(),
-    });
-    made.map(To::Temporary)
+    Place::open(path, for_whom).map(To::Place)
 }
 
 impl Write for To {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         match self {
-            Self::Temporary(file) => file.as_file_mut().write(bytes),
-            Self::Direct(file) => file.write(bytes),
+            Self::Place(place) => place.write(bytes),
             Self::Stdout(out) => out.write(bytes),
         }
     }
 
     fn flush(&mut self) -> io::Result<()> {
         match self {
-            Self::Temporary(file) => file.as_file_mut().flush(),
-            Self::Direct(file) => file.flush(),
+            Self::Place(place) => place.flush(),
             Self::Stdout(out) => out.flush(),
         }
     }
@@ -169,6 +146,7 @@ pub fn print(text: &str) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::{fs, os::unix::fs::PermissionsExt};
 
     #[test]
     fn what_stood_there_stays_until_the_new_is_whole() {

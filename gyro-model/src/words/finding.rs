@@ -320,7 +320,7 @@ fn unexplained(excess: &Excess, voice: Voice) -> Vec<Piece> {
         Excess::NoEffect { over_floor, unattributed } => {
             let help = match voice {
                 Voice::Log => " (`truerate effects --help`)",
-                Voice::Stream | Voice::Library => "",
+                Voice::Stream | Voice::Library | Voice::Page => "",
             };
             let text = format!(
                 "the error is up to {over_floor:.1} times what noise leaves, {:.0} % of the error² has no known cause, and no effect of \

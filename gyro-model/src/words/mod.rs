@@ -26,6 +26,8 @@ pub enum Voice {
     Stream,
     /// A library, of a log: functions in place of commands.
     Library,
+    /// A page that holds a log: what is asked for is pressed.
+    Page,
 }
 
 impl Voice {
@@ -33,7 +35,7 @@ impl Voice {
     #[must_use]
     pub const fn log(self) -> &'static str {
         match self {
-            Self::Log | Self::Library => "this log",
+            Self::Log | Self::Library | Self::Page => "this log",
             Self::Stream => "the motion so far",
         }
     }
@@ -42,7 +44,7 @@ impl Voice {
     #[must_use]
     pub const fn log_first(self) -> &'static str {
         match self {
-            Self::Log | Self::Library => "This log",
+            Self::Log | Self::Library | Self::Page => "This log",
             Self::Stream => "The motion so far",
         }
     }
@@ -51,7 +53,7 @@ impl Voice {
     #[must_use]
     pub const fn of_log(self) -> &'static str {
         match self {
-            Self::Log | Self::Library => "this log's",
+            Self::Log | Self::Library | Self::Page => "this log's",
             Self::Stream => "the motion so far's",
         }
     }
@@ -62,6 +64,7 @@ impl Voice {
             Self::Log => "`truerate diagnose`",
             Self::Stream => "the search that runs beside the stream",
             Self::Library => "`diagnose`",
+            Self::Page => "the search",
         }
     }
 
@@ -70,8 +73,8 @@ impl Voice {
         match (self, several) {
             (Self::Log, false) => "`truerate ladder` adds it",
             (Self::Log, true) => "`truerate ladder` adds them one by one",
-            (Self::Stream, false) => "Add it",
-            (Self::Stream, true) => "Add them, one after the other",
+            (Self::Stream | Self::Page, false) => "Add it",
+            (Self::Stream | Self::Page, true) => "Add them, one after the other",
             (Self::Library, false) => "`ladder` adds it",
             (Self::Library, true) => "`ladder` adds them one by one",
         }

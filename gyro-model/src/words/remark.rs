@@ -37,7 +37,7 @@ pub(super) fn sentence(remark: &Remark, subject: &Subject, voice: Voice) -> Opti
             let (is, them) = if effects.len() == 1 { ("is", "it") } else { ("are", "them") };
             let out = match voice {
                 Voice::Log => format!(": `truerate remove` takes {them} out again"),
-                Voice::Stream => String::new(),
+                Voice::Stream | Voice::Page => String::new(),
                 Voice::Library => format!(": `remove` takes {them} out again"),
             };
             format!("On {log} {} {is} less than {NOT_SEEN} standard errors from zero{out}.", effects.join(" and "))
@@ -58,6 +58,7 @@ pub(super) fn sentence(remark: &Remark, subject: &Subject, voice: Voice) -> Opti
             let how = match voice {
                 Voice::Log => format!("`--at-rest` gives {them} a reference of zero, and cross-axis is fitted"),
                 Voice::Stream => "record a log: its search fits cross-axis".to_owned(),
+                Voice::Page => format!("say under Channels that {} did not turn, and cross-axis is fitted", if own.len() == 1 { "that axis" } else { "those axes" }),
                 Voice::Library => format!("`at_rest=True` gives {them} a reference of zero, and cross-axis is fitted"),
             };
             format!(
@@ -75,7 +76,7 @@ pub(super) fn sentence(remark: &Remark, subject: &Subject, voice: Voice) -> Opti
         Remark::Moved { parameter, errors } => {
             let keeps = match voice {
                 Voice::Log => ", and `truerate fit` keeps it",
-                Voice::Stream => "",
+                Voice::Stream | Voice::Page => "",
                 Voice::Library => ", and `fit` keeps it",
             };
             format!(

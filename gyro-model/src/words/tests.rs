@@ -80,7 +80,7 @@ fn all() -> Vec<Finding> {
 fn every_finding_has_a_sentence_and_only_a_command_line_names_commands() {
     for finding in all() {
         let axis = axis(finding.clone());
-        for voice in [Voice::Log, Voice::Stream, Voice::Library] {
+        for voice in [Voice::Log, Voice::Stream, Voice::Library, Voice::Page] {
             let says = axis.in_words(voice);
             println!("{says}");
             assert!(says.len() > 20 && !says.contains("NaN") && !says.contains(".."), "{finding:?}: {says}");

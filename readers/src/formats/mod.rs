@@ -3,6 +3,7 @@
 mod ardupilot;
 mod bag;
 pub mod can;
+#[cfg(not(target_family = "wasm"))]
 mod db3;
 mod delimited;
 pub mod kinds;
@@ -25,6 +26,7 @@ use crate::{
 pub static FORMATS: &[&dyn Format] = &[
     &ulog::Ulog,
     &mcap::Mcap,
+    #[cfg(not(target_family = "wasm"))]
     &db3::Db3,
     &bag::Bag,
     #[cfg(feature = "parquet")]

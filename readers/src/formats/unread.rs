@@ -14,6 +14,11 @@ pub struct Unread {
 const JSON: &str = "write it as CSV: pandas.read_json(F).to_csv(G, index=False); records, one a line or in a list, are read as they are";
 
 const KNOWN: &[(&[u8], &str, &str)] = &[
+    (
+        b"SQLite format 3\0",
+        "an SQLite database (a ROS 2 .db3?)",
+        "the program `truerate` reads a ROS 2 .db3; or make an MCAP of it: `ros2 bag convert`",
+    ),
     (b"PAR1", "a Parquet file", "write it as CSV: pandas.read_parquet(F).to_csv(G, index=False)"),
     (b"PK\x03\x04", "a zip archive (an .xlsx, or a phone's export)", "unpack it, or save the sheet as CSV"),
     (b"\xd0\xcf\x11\xe0", "an old Excel sheet", "save it as CSV"),

@@ -8,10 +8,13 @@ mod linear;
 mod noise;
 mod robot;
 
-use crate::model_file::{self, ModelFile};
+use crate::{
+    files,
+    model_file::{self, ModelFile},
+};
 use anyhow::{Context, Result, bail};
 use gyro_model::effects::user;
-use std::{fs, path::Path, str::FromStr};
+use std::{path::Path, str::FromStr};
 
 /// Where a model is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,7 +110,7 @@ pub fn export(file: &ModelFile, name: &str, target: Target, options: &Options) -
 /// # Errors
 /// As [`model_file::load`].
 pub fn load(path: &Path) -> Result<(ModelFile, Vec<String>)> {
-    let names = fs::read_to_string(path).map(|text| channels(&text)).unwrap_or_default();
+    let names = files::read_to_string(path).map(|text| channels(&text)).unwrap_or_default();
     Ok((model_file::load(path, &names)?, names))
 }
 

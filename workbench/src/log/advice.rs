@@ -11,7 +11,7 @@ use super::{
     unsaid::{self, Unit},
     whole,
 };
-use crate::toml_error::quoted;
+use crate::{files, toml_error::quoted};
 use gyro_model::{Axis, Record, Row};
 use log_readers::{
     meaning::{AXES, Pick, Proposal, stated_rate},
@@ -384,7 +384,7 @@ pub fn is_text(path: &Path) -> bool {
 pub fn is_log(path: &Path, options: &Options, flags: &[String]) -> bool {
     let mut tried = Options { advises: false, ..options.clone() };
     tried.map.extend(flags.iter().cloned());
-    let is_large = std::fs::metadata(path).map_or(true, |of| of.len() > LARGE);
+    let is_large = files::size(path).map_or(true, |size| size > LARGE);
     let rows: Vec<Row> = if is_large {
         let Ok(reader) = super::Reader::open(path, &tried) else { return false };
         reader.map_while(Result::ok).take(LOOKED_AT).collect()

@@ -10,10 +10,12 @@ use super::{
     error::{Problem, listed},
     unit,
 };
-use crate::toml_error::{TomlError, quoted};
+use crate::{
+    files,
+    toml_error::{TomlError, quoted},
+};
 use std::{
     collections::HashMap,
-    fs,
     ops::Range,
     path::{Path, PathBuf},
 };
@@ -38,8 +40,8 @@ impl ColumnMap {
     /// # Errors
     /// A file that cannot be read, or is no map.
     pub fn load(file: &Path) -> Result<Self, Problem> {
-        let text =
-            fs::read_to_string(file).map_err(|cause| Problem::MapFile { file: file.display().to_string(), cause })?;
+        let text = files::read_to_string(file)
+            .map_err(|cause| Problem::MapFile { file: file.display().to_string(), cause })?;
         let table = DeTable::parse(&text).map_err(|e| Problem::Map(TomlError::syntax(file, &text, &e)))?;
         let mut entries = Vec::new();
         collect(table.get_ref(), &mut entries).map_err(|span| {

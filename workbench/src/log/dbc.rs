@@ -1,8 +1,9 @@
 //! The DBC file that says what the frames of a CAN log mean.
 
 use super::error::Problem;
+use crate::files;
 use log_readers::can::Database;
-use std::{fs::File, io::Read, path::Path};
+use std::{io::Read, path::Path};
 
 /// A longer file is none, bytes: those of whole vehicles have a few millions.
 const LONGEST: u64 = 256 << 20;
@@ -14,7 +15,7 @@ const LONGEST: u64 = 256 << 20;
 pub fn load(path: &Path) -> Result<Database, Problem> {
     let refuse = |says: String| Problem::Dbc { file: path.display().to_string(), says };
     let mut bytes = Vec::new();
-    let file = File::open(path).map_err(|error| refuse(error.to_string()))?;
+    let file = files::open(path).map_err(|error| refuse(error.to_string()))?;
     file.take(LONGEST).read_to_end(&mut bytes).map_err(|error| refuse(error.to_string()))?;
     Database::parse(&bytes).map_err(|error| refuse(error.to_string()))
 }

@@ -455,16 +455,13 @@ impl fmt::Display for LogError {
         match &self.advice {
             None => write!(f, ": {}", self.problem),
             Some(advice) => {
-                write!(
-                    f,
-                    ": {}\n{}\n{}",
-                    self.problem.found(),
-                    advice.why,
-                    match self.voice {
-                        Voice::Library => call(advice),
-                        Voice::Log | Voice::Stream => again(&self.log, advice),
-                    }
-                )
+                write!(f, ": {}\n{}", self.problem.found(), advice.why)?;
+                match self.voice {
+                    Voice::Library => write!(f, "\n{}", call(advice)),
+                    Voice::Log | Voice::Stream => write!(f, "\n{}", again(&self.log, advice)),
+                    // The page shows the flags of the advice as a button.
+                    Voice::Page => Ok(()),
+                }
             }
         }
     }

@@ -1,7 +1,10 @@
 //! The bytes of a log: from a file or standard input, unpacked, hashed on the way.
 
 use super::{error::Problem, packing::Packing};
-use crate::recording::{AsCsv, is_own};
+use crate::{
+    files,
+    recording::{AsCsv, is_own},
+};
 use flate2::read::MultiGzDecoder;
 use log_readers::{
     blocks::{self, Blocks},
@@ -14,7 +17,6 @@ use log_readers::{
 use sha2::{Digest, Sha256};
 use std::{
     fmt::Write,
-    fs::File,
     io::{self, BufReader, Cursor, Read},
     path::Path,
     sync::{Arc, Mutex},
@@ -56,12 +58,12 @@ impl Input {
         let source: Box<dyn Read + Send> = if path == Path::new("-") {
             Box::new(io::stdin())
         } else {
-            let file = File::open(path).map_err(Problem::Open)?;
-            if file.metadata().map_err(Problem::Open)?.is_dir() {
+            let file = files::open(path).map_err(Problem::Open)?;
+            if path.is_dir() {
                 return Err(Problem::Folder);
             }
             unwritten(path)?;
-            Box::new(file)
+            file
         };
         let is_gz = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"));
         Self::of(source, is_gz)
@@ -183,7 +185,7 @@ fn unwritten(path: &Path) -> Result<(), Problem> {
     let mut log = path.as_os_str().to_owned();
     log.push("-wal");
     let is_database = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("db3"));
-    if is_database && std::fs::metadata(&log).is_ok_and(|of| of.len() > 0) {
+    if is_database && files::size(Path::new(&log)).is_ok_and(|size| size > 0) {
         return Err(Problem::Unwritten(Path::new(&log).display().to_string()));
     }
     Ok(())

@@ -7,6 +7,7 @@
 
 mod advice;
 mod advised;
+pub mod channels;
 mod column_map;
 pub mod dbc;
 pub mod dependent;

@@ -34,6 +34,15 @@ struct Channel {
 /// What an estimate says of an axis beside the columns of `apply`.
 const OF_AXIS: [&str; 8] = ["rate", "rate_filtered", "rate_std", "angle", "angle_fused", "nis", "innovation", "flags"];
 
+/// How messages are packed. The packer is C, which WebAssembly goes without.
+const PACKED: Option<Compression> = {
+    #[cfg(not(target_family = "wasm"))]
+    let packed = Some(Compression::Lz4);
+    #[cfg(target_family = "wasm")]
+    let packed = None;
+    packed
+};
+
 impl RecordingWriter {
     /// Begins a recording of a source with these gyros and free channels; `axes` are those that are estimated,
     /// `start_ns` the source's own time of its first row.
@@ -44,7 +53,7 @@ impl RecordingWriter {
         let output = Output::create(path)?;
         let options = WriteOptions::new()
             .library(concat!("truerate ", env!("CARGO_PKG_VERSION")))
-            .compression(Some(Compression::Lz4))
+            .compression(PACKED)
             .disable_seeking(true);
         let begin = || -> Result<Self> {
             let mut writer = options.create(NoSeek::new(output))?;

@@ -42,8 +42,8 @@ pub(super) struct Finding<'a> {
 
 /// What to run next, best first.
 pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
-    // These are shell commands, which a user of the library does not type.
-    if context.voice == Voice::Library {
+    // These are shell commands, which a user of the library or of a page does not type.
+    if matches!(context.voice, Voice::Library | Voice::Page) {
         return Vec::new();
     }
     // What came by a pipe is not there to be read again.
@@ -135,7 +135,7 @@ pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
 /// How the charts of a result are seen; `None` where they are shown already, or the command would have to be run all over for long.
 pub(super) fn look(context: &Context) -> Option<Next> {
     let log = context.log.as_str();
-    if context.voice == Voice::Library || context.opened || log == "-" {
+    if matches!(context.voice, Voice::Library | Voice::Page) || context.opened || log == "-" {
         return None;
     }
     let line = Line { context, log, why: "" };

@@ -22,7 +22,7 @@ impl Terminal {
         if !stdout.is_terminal() {
             return Self::PLAIN;
         }
-        let width = rustix::termios::tcgetwinsize(&stdout).map_or(80, |size| usize::from(size.ws_col));
+        let width = columns(&stdout);
         let refused = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty())
             || std::env::var_os("TERM").is_some_and(|v| v == "dumb");
         Self { width: if width == 0 { 80 } else { width.clamp(40, 110) }, colour: !refused }
@@ -37,6 +37,18 @@ impl Terminal {
             text.to_string()
         }
     }
+}
+
+/// Its columns; 0 where nobody knows.
+#[cfg(not(target_family = "wasm"))]
+fn columns(stdout: &std::io::Stdout) -> usize {
+    rustix::termios::tcgetwinsize(stdout).map_or(0, |size| usize::from(size.ws_col))
+}
+
+/// In WebAssembly there is no terminal.
+#[cfg(target_family = "wasm")]
+fn columns(_: &std::io::Stdout) -> usize {
+    0
 }
 
 /// What a colour means.

@@ -229,5 +229,8 @@ const Charts = (() => {
   }
   function budget(place, limit, sync) { return make(place, { ...budgetSpec(limit), height: 280, sync }); }
 
-  return { make, budget, budgetSpec, seconds, errorCurve, errorCurveSpec, number, ink, themeButton, positive, DEGREES };
+  // Takes all charts away.
+  const clear = () => [...all].forEach(chart => chart.destroy());
+
+  return { make, clear, budget, budgetSpec, seconds, errorCurve, errorCurveSpec, number, ink, themeButton, positive, DEGREES };
 })();

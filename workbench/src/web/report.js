@@ -1,32 +1,41 @@
 'use strict';
-// Lays out one report from the data in the page.
-(() => {
+// Lays out a result: as a page of its own, or in a place of another page.
+const Report = (() => {
   const { h, panel } = Parts;
   const { DEGREES, number } = Charts;
-  const page = JSON.parse(document.getElementById('data').textContent);
-  const main = document.querySelector('main');
   const human = { 'rad/s': [DEGREES, '°/s'], 'rad/s²': [DEGREES, '°/s²'], rad: [DEGREES, '°'], 1: [1, ''] };
   const unit = si => human[si] || [1, si];
   const degrees = values => values.map(v => (v == null ? null : v * DEGREES));
   const spoken = name => name.replaceAll('-', ' ');
-  // Charts are made when their panel is in the page, so that they know their width.
-  const later = [];
+  // What is laid out; what another page adds to it; charts, which are made when their panel is in the page, so that they know their width.
+  let page, beside, later;
 
-  const bar = document.querySelector('.bar');
-  if (page.product) bar.append(h('button.primary', { type: 'button', onclick: download }, 'Download the new model'));
-  bar.append(Charts.themeButton());
-  if (page.warning) main.append(h('.grid.warn', h('section.panel.verdict', h('p', page.warning))));
-  if (page.story) main.append(h('.grid', panel('', 'All axes', Parts.story(page.story), page.story.faults.length ? h('details', h('summary', 'Data faults of all axes'), Parts.list(page.story.faults)) : null, page.next.length ? Parts.command(page.next[0]) : null)));
-  const sections = page.axes.map(axis => h('.axis', { id: 'axis-' + axis.axis }, section(axis)));
-  const tabs = page.axes.length > 1 ? Parts.tabs(page.axes.map((axis, i) => ({ label: `axis ${axis.axis}`, says: axis.label.split(': ')[0], tone: axis.tone, place: sections[i] }))) : null;
-  main.append(...[tabs, ...sections].filter(Boolean));
-  if (!page.axes.length) main.append(panel('', 'Nothing was examined', h('p', 'No axis has both a gyro column and a reference.')));
-  if (page.next.length) main.append(h('.grid', panel('', 'Next', page.next.map(Parts.command))));
-  main.append(h('p.soft.small.screen', `truerate ${page.version}. Drag over a chart to zoom, double-click for the whole; on a phone pinch; with the keyboard + − 0 and the arrows. A click on a line's name switches it off and on.`));
-  // Charts learn their width while every axis is shown; then one axis is left.
-  later.forEach(make => make());
-  tabs?.show(0);
-  // Unfolding a closed group draws its charts then.
+  // The page of a report, from the data in it.
+  function open() {
+    const data = JSON.parse(document.getElementById('data').textContent);
+    const bar = document.querySelector('.bar');
+    if (data.product) bar.append(h('button.primary', { type: 'button', onclick: download }, 'Download the new model'));
+    bar.append(Charts.themeButton());
+    lay(data, document.querySelector('main'));
+  }
+
+  // more: { axis(axis) gives what stands in the panel of its verdict, suspect(axis, suspect) what stands behind a suspect's name,
+  // shown the axis to begin with }
+  function lay(data, main, more = {}) {
+    [page, beside, later] = [data, more, []];
+    if (page.warning) main.append(h('.grid.warn', h('section.panel.verdict', h('p', page.warning))));
+    if (page.story) main.append(h('.grid', panel('', 'All axes', Parts.story(page.story), page.story.faults.length ? h('details', h('summary', 'Data faults of all axes'), Parts.list(page.story.faults)) : null, page.next.length ? Parts.command(page.next[0]) : null)));
+    const sections = page.axes.map(axis => h('.axis', { id: 'axis-' + axis.axis }, section(axis)));
+    const tabs = page.axes.length > 1 ? Parts.tabs(page.axes.map((axis, i) => ({ label: `axis ${axis.axis}`, says: axis.label.split(': ')[0], tone: axis.tone, place: sections[i] }))) : null;
+    main.append(...[tabs, ...sections].filter(Boolean));
+    if (!page.axes.length) main.append(panel('', 'Nothing was examined', h('p', 'No axis has both a gyro column and a reference.')));
+    if (page.next.length) main.append(h('.grid', panel('', 'Next', page.next.map(Parts.command))));
+    main.append(h('p.soft.small.screen', `truerate ${page.version}. Drag over a chart to zoom, double-click for the whole; on a phone pinch; with the keyboard + − 0 and the arrows. A click on a line's name switches it off and on.`));
+    // Charts learn their width while every axis is shown; then one axis is left.
+    later.forEach(make => make());
+    tabs?.show(Math.max(0, page.axes.findIndex(axis => axis.axis === more.shown)));
+    // Unfolding a closed group draws its charts then.
+  }
 
   function download() {
     const link = h('a', { href: URL.createObjectURL(new Blob([page.product.text], { type: 'application/toml' })), download: page.product.name });
@@ -37,8 +46,10 @@
   function section(axis) {
     const judged = axis.curves[axis.judged];
     const verdict = h('.grid.' + axis.tone,
-      h('section.panel.verdict', h('p.soft.small', `axis ${axis.axis}`), Parts.answer(axis), judged ? figures(axis, judged) : null, page.story || !page.next.length ? null : Parts.command(page.next[0])));
-    return [verdict, limit(axis), curves(axis), suspects(axis), explained(axis), overlay(axis), fails(axis), spectra(axis), model(axis)].filter(Boolean);
+      h('section.panel.verdict', h('p.soft.small', `axis ${axis.axis}`), Parts.answer(axis), judged ? figures(axis, judged) : null, beside.axis?.(axis), page.story || !page.next.length ? null : Parts.command(page.next[0])));
+    // Where a model is changed by clicks, what is clicked stands near its error.
+    const first = beside.axis ? [curves(axis), suspects(axis), limit(axis)] : [limit(axis), curves(axis), suspects(axis)];
+    return [verdict, ...first, explained(axis), overlay(axis), fails(axis), spectra(axis), model(axis)].filter(Boolean);
   }
 
   // Share of the motion over a time τ that the model tells: 100 % less the error over how much the mean rate over τ varies.
@@ -173,7 +184,7 @@
 
   function suspects(axis) {
     if (!axis.suspects.length) return null;
-    return h('.grid', panel('', axis.suspects_head[0].toUpperCase() + axis.suspects_head.slice(1), h('.suspects', axis.suspects.map(s => Parts.suspect(s)))));
+    return h('.grid', panel('', axis.suspects_head[0].toUpperCase() + axis.suspects_head.slice(1), h('.suspects', axis.suspects.map(s => Parts.suspect(s, beside.suspect?.(axis, s))))));
   }
 
   function spectra(axis) {
@@ -228,4 +239,6 @@
     const faults = axis.data_faults.length ? Parts.list(axis.data_faults) : h('p.soft', page.story?.faults.length ? 'None but those of all axes, named at the top.' : 'None found.');
     return h('.grid', panel('two-thirds', 'Parameters', Parts.parameters(axis.parameters, true), noise, axis.effects.map(Parts.card)), panel('third', 'Data faults', faults));
   }
+
+  return { open, lay };
 })();

@@ -1,0 +1,42 @@
+//! Where files are: the file system; in WebAssembly, which has none, the names and bytes that its page gave.
+
+#[cfg(target_family = "wasm")]
+mod memory;
+#[cfg(not(target_family = "wasm"))]
+mod system;
+
+#[cfg(target_family = "wasm")]
+use memory as place;
+#[cfg(target_family = "wasm")]
+pub use memory::{put, take};
+#[cfg(not(target_family = "wasm"))]
+use system as place;
+
+use std::{
+    io::{self, Read},
+    path::Path,
+};
+
+/// Opens a file to read it.
+///
+/// # Errors
+/// It is not there, or may not be read.
+pub fn open(path: &Path) -> io::Result<Box<dyn Read + Send>> {
+    place::open(path)
+}
+
+/// Its size, bytes.
+///
+/// # Errors
+/// It is not there.
+pub fn size(path: &Path) -> io::Result<u64> {
+    place::size(path)
+}
+
+/// Its text.
+///
+/// # Errors
+/// It is not there, may not be read, or is no UTF-8.
+pub fn read_to_string(path: &Path) -> io::Result<String> {
+    io::read_to_string(open(path)?)
+}
