@@ -1,6 +1,6 @@
 //! A log on the desk: read, fitted, diagnosed, changed, as the program's commands do it.
 
-use crate::border::{Told, tell};
+use crate::told::{Told, tell};
 use anyhow::{Context, Result, anyhow, bail};
 use gyro_model::{
     Axis,

@@ -9,3 +9,4 @@
 mod border;
 mod desk;
 mod request;
+mod told;
