@@ -239,7 +239,7 @@ impl Estimator {
             for axis in &mut self.last.axes {
                 axis.flags |= flags::ROW_REJECTED;
             }
-            return self.outward(self.last);
+            return self.outward(&self.last);
         }
         self.wait(row);
         let angles = self.angles();
@@ -267,7 +267,7 @@ impl Estimator {
         for (axis, estimate) in self.axes.iter_mut().zip(&mut self.last.axes) {
             axis.report(&self.compensation, valid_t_ns, estimate);
         }
-        self.outward(self.last)
+        self.outward(&self.last)
     }
 
     /// What is known at a later instant without any new reading: rates held, uncertainty grown. Nothing is changed.
@@ -281,7 +281,7 @@ impl Estimator {
                 axis.coast(ahead, out);
             }
         }
-        self.outward(estimate)
+        self.outward(&estimate)
     }
 
     /// Everything needed to go on after a crash.
@@ -321,9 +321,9 @@ impl Estimator {
     }
 
     /// An estimate at the gyro's own time.
-    fn outward(&self, estimate: Estimate) -> Estimate {
+    fn outward(&self, estimate: &Estimate) -> Estimate {
         let valid_t_ns = estimate.valid_t_ns.saturating_sub(self.compensation.reference_late());
-        Estimate { valid_t_ns, ..estimate }
+        Estimate { valid_t_ns, ..*estimate }
     }
 
     /// The filter's angles: θ of the regressors.
