@@ -23,11 +23,22 @@ fn columns(text: &str) -> BTreeMap<String, Vec<f64>> {
 
 /// Compiles the header with the system's compiler, all warnings errors, and runs a log's readings through it: rates of x, y, z.
 fn compensated(bench: &Bench, header: &str, log: &BTreeMap<String, Vec<f64>>, channels: &[&str]) -> Vec<[f64; 3]> {
+    compensated_in("double", bench, header, log, channels)
+}
+
+/// The same where the header's numbers are of this type.
+fn compensated_in(
+    real: &str,
+    bench: &Bench,
+    header: &str,
+    log: &BTreeMap<String, Vec<f64>>,
+    channels: &[&str],
+) -> Vec<[f64; 3]> {
     let text = bench.text(header);
     let mut fields = vec!["gyro_x", "gyro_y", "gyro_z"];
     let mut reads = "&in.gyro[0], &in.gyro[1], &in.gyro[2]".to_owned();
     let mut add = |has: &str, names: &[&'static str], places: &str| {
-        if text.contains(has) {
+        if text.contains(&has.replace("double", real)) {
             fields.extend(names);
             reads = format!("{reads}, {places}");
         }
@@ -43,12 +54,16 @@ fn compensated(bench: &Bench, header: &str, log: &BTreeMap<String, Vec<f64>>, ch
         "#include <stdio.h>\n#include \"{header}\"\nint main(void) {{\n    truerate_state state;\n    truerate_begin(&state);\n    \
          truerate_in in;\n    memset(&in, 0, sizeof in);\n    long long t;\n    while (scanf(\"%lld{}\", &t, {reads}) == {}) {{\n        \
          in.t_ns = t;\n        truerate_out out = truerate_step(&state, &in);\n        \
-         printf(\"%.17g %.17g %.17g\\n\", out.rate[0], out.rate[1], out.rate[2]);\n    }}\n    return 0;\n}}\n",
-        " %lf".repeat(fields.len()),
+         printf(\"%.17g %.17g %.17g\\n\", (double)out.rate[0], (double)out.rate[1], (double)out.rate[2]);\n    }}\n    return 0;\n}}\n",
+        if real == "float" { " %f" } else { " %lf" }.repeat(fields.len()),
         fields.len() + 1
     );
     bench.file("main.c", program);
-    let flags = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-o", "compensate", "main.c", "-lm"];
+    let mut flags = vec!["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-o", "compensate", "main.c", "-lm"];
+    if real == "float" {
+        // Nothing is computed in double precision unseen.
+        flags.extend(["-Wdouble-promotion", "-Wfloat-conversion"]);
+    }
     let made = Command::new("cc").args(flags).current_dir(bench.path(".")).output().expect("a C compiler is needed");
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
     let mut input = String::new();
@@ -109,6 +124,79 @@ fn each_effect_in_c_does_what_apply_does() {
             assert_eq!(bits, 0, "{id}: {bits} rates differ, by at most {largest} rad/s");
         }
     }
+}
+
+#[test]
+fn the_header_in_single_precision_does_what_apply_does_to_single_precision() {
+    let bench = Bench::new();
+    let hide =
+        ["delay:d=0.012", "lag", "cross-axis", "temperature-bias", "warm-up", "g-sensitivity", "cubic-nonlinearity"];
+    let words = ["simulate", "--seconds", "30", "--rate", "200", "-o", "log.csv", "--hide"];
+    bench.ok(&[&words[..], &hide].concat());
+    bench.ok(&["apply", "log.csv", "--model", "log.csv.truth.toml", "-o", "applied.csv"]);
+    bench.ok(&["export", "log.csv.truth.toml", "--to", "c-float", "-o", "model.h"]);
+    let header = bench.text("model.h");
+    assert!(
+        header.contains("Clock: t_ns is the gyro's own stamp") && header.contains("Floats throughout"),
+        "{header:.2000}"
+    );
+    assert!(header.contains("float gyro[3];") && !header.contains("double gyro"), "{header:.3000}");
+    let rates = compensated_in("float", &bench, "model.h", &columns(&bench.text("log.csv")), &[]);
+    // A lag is undone by a difference of two readings, divided by the time between them.
+    let (largest, _) = differs(&bench, &rates);
+    assert!(largest < 2e-5, "{largest} rad/s off");
+    assert!(bench.ok(&["export", "log.csv.truth.toml", "--to", "c"]).contains("Clock: t_ns is the gyro's own stamp"));
+}
+
+#[test]
+fn kalibrs_matrices_undo_the_calibration_in_the_order_that_is_written_beside_them() {
+    let bench = Bench::new();
+    let words = ["simulate", "--seconds", "12", "--hide", "cross-axis", "--axis", "y", "-o", "log.csv"];
+    bench.ok(&words);
+    let yaml = |target: &str| {
+        let text = bench.ok(&["export", "log.csv.truth.toml", "--to", target, "--rate", "100"]);
+        (YamlLoader::load_from_str(&text).unwrap_or_else(|e| panic!("{e}: {text}")).remove(0), text)
+    };
+    let (kalibr, text) = yaml("kalibr");
+    assert_eq!(kalibr["model"].as_str(), Some("scale-misalignment"), "{text}");
+    assert!(text.contains("reading = M * (C_gyro_i * rate) + A * acceleration + bias"), "{text}");
+    let matrix = |of: &Yaml| -> [[f64; 3]; 3] {
+        std::array::from_fn(|row| {
+            std::array::from_fn(|column| of[row][column].as_f64().unwrap_or_else(|| panic!("{text}")))
+        })
+    };
+    let product = |a: [[f64; 3]; 3], b: [[f64; 3]; 3]| -> [[f64; 3]; 3] {
+        std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| a[i][k] * b[k][j]).sum()))
+    };
+    let (m, c) = (matrix(&kalibr["gyroscopes"]["M"]), matrix(&kalibr["gyroscopes"]["C_gyro_i"]));
+    assert!(m[0][1] == 0.0 && m[0][2] == 0.0 && m[1][2] == 0.0, "{text}");
+    // What ROS' node does, rate = S (reading - offset), comes after M C: together they are one.
+    let (ros, _) = yaml("ros");
+    let all = &ros["/**"]["ros__parameters"]["gyro_calibration"]["matrix"];
+    let s: [[f64; 3]; 3] = std::array::from_fn(|i| std::array::from_fn(|j| all[3 * i + j].as_f64().unwrap()));
+    let one = product(s, product(m, c));
+    for (i, row) in one.iter().enumerate() {
+        for (j, value) in row.iter().enumerate() {
+            assert!((value - f64::from(u8::from(i == j))).abs() < 1e-5, "{one:?}");
+        }
+    }
+}
+
+#[test]
+fn a_chips_registers_take_the_zero_out_and_a_chip_without_any_is_refused() {
+    let bench = Bench::new();
+    bench.ok(&["simulate", "--seconds", "12", "--axis", "z", "-o", "log.csv"]);
+    bench.ok(&["fit", "log.csv", "-o", "model.toml"]);
+    for (chip, register) in
+        [("mpu6050", "0x17"), ("mpu9250", "0x17"), ("icm426xx", "0x7A"), ("bmi160", "0x76"), ("bmi270", "0x76")]
+    {
+        let text = bench.ok(&["export", "model.toml", "--to", "registers", "--chip", chip]);
+        assert!(text.lines().any(|line| line.starts_with(register)), "{chip}: {text}");
+        assert!(text.contains("so it is the negative of what is read at rest"), "{text}");
+    }
+    let refused = bench.refused(&["export", "model.toml", "--to", "registers", "--chip", "lsm6"]);
+    assert!(refused.contains("has no register for the zero of its gyro"), "{refused}");
+    assert_eq!(bench.run(&["export", "model.toml", "--to", "registers"]).code, 2);
 }
 
 #[test]

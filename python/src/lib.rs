@@ -122,7 +122,7 @@ impl Model {
     }
 
     /// The text for a target, and what the target cannot hold.
-    #[pyo3(signature = (format, name, rate=None, topic="/imu/data", sensor=1))]
+    #[pyo3(signature = (format, name, rate=None, topic="/imu/data", sensor=1, chip=None))]
     fn export(
         &self,
         format: &str,
@@ -130,8 +130,10 @@ impl Model {
         rate: Option<f64>,
         topic: &str,
         sensor: u8,
+        chip: Option<&str>,
     ) -> PyResult<(String, Vec<String>)> {
-        let options = export::Options { rate, topic: topic.to_owned(), sensor, channels: Vec::new() };
+        let chip = chip.map(str::parse).transpose().map_err(refused)?;
+        let options = export::Options { rate, topic: topic.to_owned(), sensor, channels: Vec::new(), chip };
         let exported =
             format.parse().and_then(|target| export::export(&self.file, name, target, &options)).map_err(refused)?;
         Ok((exported.text, exported.warnings))

@@ -177,7 +177,7 @@ def test_what_cannot_be_used_is_refused_with_a_remedy(late, tmp_path):
         truerate.read(late[1], axis="w")
     with pytest.raises(TypeError, match="path, bytes"):
         truerate.read(3.0)
-    with pytest.raises(truerate.Error, match="expected c, kalibr"):
+    with pytest.raises(truerate.Error, match="expected c, c-float, kalibr"):
         truerate.read(late[1]).fit().model.export("cobol")
     with pytest.raises(truerate.Error) as refused:
         truerate.read({"t": np.arange(200.0), "speed": np.ones(200)})

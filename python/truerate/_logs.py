@@ -399,14 +399,22 @@ class Model:
         self._inner.save(Path(path))
 
     def export(
-        self, format: str, *, rate: float | None = None, topic: str = "/imu/data", sensor: int = 1, name: str = "model"
+        self,
+        format: str,
+        *,
+        rate: float | None = None,
+        topic: str = "/imu/data",
+        sensor: int = 1,
+        chip: str | None = None,
+        name: str = "model",
     ) -> str:
-        """The model for another program: ``"c"``, ``"kalibr"``, ``"ros"``, ``"ardupilot"``, ``"px4"``, ``"autoware"``, ``"openvins"``,
-        ``"inav"`` or ``"json"``.
+        """The model for another program: ``"c"``, ``"c-float"``, ``"kalibr"``, ``"ros"``, ``"ardupilot"``, ``"px4"``, ``"autoware"``,
+        ``"openvins"``, ``"inav"``, ``"registers"`` (with ``chip``: ``"mpu6050"``, ``"mpu9250"``, ``"icm426xx"``, ``"bmi160"``, ``"bmi270"``) or
+        ``"json"``.
 
         What the target cannot hold is a comment in the text.
         """
-        return self._inner.export(format, name, rate, topic, sensor)[0]
+        return self._inner.export(format, name, rate, topic, sensor, chip)[0]
 
     def apply(
         self,

@@ -23,7 +23,13 @@ class Model:
     def save(self, path: Path) -> None: ...
     def terms(self) -> list[tuple[str, str, str, float, str]]: ...
     def export(
-        self, format: str, name: str, rate: float | None = None, topic: str = "/imu/data", sensor: int = 1
+        self,
+        format: str,
+        name: str,
+        rate: float | None = None,
+        topic: str = "/imu/data",
+        sensor: int = 1,
+        chip: str | None = None,
     ) -> tuple[str, list[str]]: ...
     def apply(self, log: Path, options: dict[str, Any]) -> tuple[list[str], bytes]: ...
 

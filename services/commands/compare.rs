@@ -1,17 +1,24 @@
 //! `truerate compare`: model against measurements, and where it fails.
 
 use crate::{
-    arguments::{LogsArgs, ReportArgs},
+    arguments::{LogArgs, LogsArgs, ReportArgs},
     commands::subject,
     progress::Progress,
 };
-use anyhow::Result;
-use gyro_model::{Axis, diagnosis::Diagnosis};
+use anyhow::{Result, bail};
+use gyro_model::{
+    Axis,
+    diagnosis::Diagnosis,
+    headline::sides::{Side, Sides},
+};
 use std::{
     path::{Path, PathBuf},
     process::ExitCode,
 };
-use workbench::report::{self, Against, Command};
+use workbench::{
+    report::{self, Against, BothSides, Command},
+    subject::Subject,
+};
 
 /// What `truerate compare` takes.
 #[derive(clap::Args, Debug, Clone)]
@@ -25,6 +32,8 @@ Examples:
       on several logs of one sensor
   truerate compare log.csv.gz --model a.toml --against b.toml
       two models on the same samples
+  truerate compare a.csv b.csv --side-by-side
+      two sensors: which is better, by what, and over which time
   truerate compare log.csv.gz --model model.toml --report page.html
   truerate compare log.csv.gz --open
       with charts, in a browser
@@ -40,6 +49,10 @@ pub struct Args {
     /// Another model to compare with the same samples
     #[arg(long, value_name = "M2")]
     against: Option<PathBuf>,
+    /// Two logs are of two sensors: which is better, by what, and over which time. Each has its own model: scale factor and bias fitted to its
+    /// log, or --model for the first and --against for the second
+    #[arg(long)]
+    side_by_side: bool,
     /// Only this axis
     #[arg(long, value_name = "x|y|z")]
     axis: Option<Axis>,
@@ -53,6 +66,9 @@ pub struct Args {
 /// A refused log or model, or a report that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
     args.report.check(&args.log.paths())?;
+    if args.side_by_side {
+        return sides(args);
+    }
     if args.log.are_several() {
         return run_all(args);
     }
@@ -83,6 +99,50 @@ fn show(args: &Args, context: report::Context, diagnosis: &Diagnosis, other: Opt
     } else {
         args.report.give(None, context, |format, context| report::render(diagnosis, format, context))?;
     }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Two sensors, each on its own log.
+fn sides(args: &Args) -> Result<ExitCode> {
+    let [first, second] = &args.log.logs[..] else {
+        bail!("--side-by-side takes two logs, one of each sensor; {} given", args.log.logs.len());
+    };
+    let of = |path: &PathBuf, model: Option<&Path>| -> Result<(Subject, Diagnosis)> {
+        let mut subject = subject::read(&LogArgs { log: path.clone(), ..args.log.first() }, args.axis)?;
+        let start = subject::start(&subject, model)?;
+        if let Some(model) = model {
+            subject.keep_axes_of(&start.file.model, &model.display().to_string())?;
+        }
+        let diagnosis = subject::judge(&subject, &start)?;
+        Ok((subject, diagnosis))
+    };
+    let own = [of(first, args.model.as_deref())?, of(second, args.against.as_deref())?];
+    if own[0].0.provenance.sha256 == own[1].0.provenance.sha256 {
+        bail!("{} and {} are the same log: give one log of each sensor", first.display(), second.display());
+    }
+    let names = [label(first, second), label(second, first)];
+    let side = |k: usize, axis: Axis| {
+        let (subject, diagnosis) = &own[k];
+        let found = diagnosis.axes.iter().find(|own| own.axis == axis)?;
+        let (seconds, samples) = (subject.record.duration(), subject.provenance.samples);
+        Some(Side { name: &names[k], axis: found, seconds, samples })
+    };
+    let pairs = Axis::ALL.into_iter().filter_map(|axis| Some((side(0, axis)?, side(1, axis)?)));
+    let sides: Vec<Sides> = pairs.map(|(first, second)| Sides::of(&first, &second)).collect();
+    if sides.is_empty() {
+        let has = |k: usize| own[k].1.axes.iter().map(|own| own.axis.letter()).collect::<Vec<_>>().join(", ");
+        bail!("the logs have no axis in common: {} has {}, {} has {}", names[0], has(0), names[1], has(1));
+    }
+    let context =
+        subject::context(&own[0].0, Command::Compare, &args.log.first(), args.axis, args.model.as_deref(), None);
+    let context = report::Context {
+        log: first.display().to_string(),
+        more: vec![second.display().to_string()],
+        about: Vec::new(),
+        ..context
+    };
+    let both = BothSides { names, diagnoses: own.map(|(_, diagnosis)| diagnosis), sides };
+    args.report.give(None, context, |format, context| report::render_sides(&both, format, context))?;
     Ok(ExitCode::SUCCESS)
 }
 

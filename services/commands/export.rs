@@ -4,7 +4,7 @@ use crate::commands::{print, subject::writable};
 use anyhow::{Context, Result};
 use std::{path::PathBuf, process::ExitCode};
 use workbench::{
-    export::{self, Options, Target},
+    export::{self, Chip, Options, Target},
     output,
 };
 
@@ -21,6 +21,10 @@ Examples:
   truerate export model.toml --to autoware --rate 100 -o imu_corrector.param.yaml
   truerate export model.toml --to openvins --rate 200 -o kalibr_imu_chain.yaml
   truerate export model.toml --to inav
+  truerate export model.toml --to c-float -o gyro_model.h
+      the header in single precision
+  truerate export model.toml --to registers --chip bmi270
+      the chip's own registers for the zero of its gyro
   truerate export model.toml --to json
 
 If the model needs only + - * /, the header computes the same as `truerate apply` to the last bit.
@@ -41,6 +45,9 @@ pub struct Args {
     /// Number of the gyro in the autopilot, from 1, for ardupilot and px4
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=3))]
     sensor: u8,
+    /// The chip, for registers
+    #[arg(long, value_enum, value_name = "CHIP", required_if_eq("to", "registers"))]
+    chip: Option<Chip>,
     /// The file to write; without it, standard output
     #[arg(short, long, value_name = "F", default_value = "-")]
     output: PathBuf,
@@ -58,7 +65,8 @@ fn rate(text: &str) -> Result<f64, String> {
 pub fn run(args: &Args) -> Result<ExitCode> {
     writable(&args.output, &[&args.model])?;
     let (file, channels) = export::load(&args.model)?;
-    let options = Options { rate: args.rate, topic: args.topic.clone(), sensor: args.sensor, channels };
+    let options =
+        Options { rate: args.rate, topic: args.topic.clone(), sensor: args.sensor, channels, chip: args.chip };
     let exported = export::export(&file, &args.model.display().to_string(), args.to, &options)?;
     for warning in &exported.warnings {
         eprintln!("warning: {warning}");

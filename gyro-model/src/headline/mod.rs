@@ -9,6 +9,7 @@
 mod against;
 mod left;
 mod rotation;
+pub mod sides;
 #[cfg(test)]
 mod tests;
 mod together;

@@ -3,7 +3,7 @@
 //! What the effects do comes from [`gyro_model::effects::Effect::in_c`]; the order in which they act stands in `runtime.h`. One thing is
 //! not held: axes with different delays couple at their own times there, here at the same reading.
 
-use super::{Exported, comments};
+use super::{Exported, comments, single::single};
 use crate::model_file::ModelFile;
 use gyro_model::{
     Axis, AxisModel, Term,
@@ -61,6 +61,20 @@ pub fn header(file: &ModelFile, heading: &str, channels: &[String]) -> Exported 
     limits(&placed, &mut notes, &mut warnings);
     let text = assemble(file, heading, &notes, &placed);
     Exported { text, warnings }
+}
+
+/// What stands in the header of how exact it is, in double precision …
+const EXACT: &str =
+    " * Doubles throughout. The same to the last bit as truerate where the model needs only + - * /; compile with
+ * -ffp-contract=off for that (the default of -std=c99), and never with -ffast-math: NAN means that there is no value.";
+/// … and in single precision.
+const NEARLY: &str = " * Floats throughout, but for what turns times into times. A rate is within a few parts in ten million of the range of
+ * what `truerate apply` makes of it. Never compile with -ffast-math: NAN means that there is no value.";
+
+/// The same header in single precision.
+pub fn in_floats(exported: &Exported) -> Exported {
+    let text = single(&exported.text.replace(EXACT, NEARLY));
+    Exported { text, warnings: exported.warnings.clone() }
 }
 
 /// The axis in one line of the comment: what it has, and how noisy it is.

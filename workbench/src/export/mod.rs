@@ -6,7 +6,11 @@ mod autopilot;
 mod c;
 mod linear;
 mod noise;
+mod registers;
 mod robot;
+mod single;
+
+pub use registers::Chip;
 
 use crate::{
     files,
@@ -22,7 +26,9 @@ use std::{path::Path, str::FromStr};
 pub enum Target {
     /// A C99 header with a function that compensates a reading
     C,
-    /// Kalibr's imu.yaml: noise densities
+    /// The same header in single precision (float), for a processor without doubles
+    CFloat,
+    /// Kalibr's imu.yaml: noise densities, and the matrices of its model scale-misalignment
     Kalibr,
     /// ROS 2 parameters: covariance for the IMU broadcaster of ros2_control, and the calibration
     Ros,
@@ -36,6 +42,8 @@ pub enum Target {
     Openvins,
     /// INAV settings: gyro_zero_*, in counts
     Inav,
+    /// Registers of the chip that hold the zero of its gyro: --chip
+    Registers,
     /// The model file's own keys as JSON
     Json,
 }
@@ -46,6 +54,8 @@ impl FromStr for Target {
     fn from_str(name: &str) -> Result<Self> {
         Ok(match name {
             "c" => Self::C,
+            "c-float" => Self::CFloat,
+            "registers" => Self::Registers,
             "kalibr" => Self::Kalibr,
             "ros" => Self::Ros,
             "ardupilot" => Self::Ardupilot,
@@ -54,7 +64,9 @@ impl FromStr for Target {
             "openvins" => Self::Openvins,
             "inav" => Self::Inav,
             "json" => Self::Json,
-            _ => bail!("format '{name}': expected c, kalibr, ros, ardupilot, px4, autoware, openvins, inav or json"),
+            _ => bail!(
+                "format '{name}': expected c, c-float, kalibr, ros, ardupilot, px4, autoware, openvins, inav, registers or json"
+            ),
         })
     }
 }
@@ -70,6 +82,8 @@ pub struct Options {
     pub sensor: u8,
     /// The log's own columns that the model's expressions go by, in its order ([`load`]).
     pub channels: Vec<String>,
+    /// The chip whose registers are written.
+    pub chip: Option<Chip>,
 }
 
 /// What is written, and what it cannot hold.
@@ -93,6 +107,7 @@ pub fn export(file: &ModelFile, name: &str, target: Target, options: &Options) -
     let heading = heading(file, name);
     Ok(match target {
         Target::C => c::header(file, &heading, &options.channels),
+        Target::CFloat => c::in_floats(&c::header(file, &heading, &options.channels)),
         Target::Kalibr => noise::kalibr(file, &heading, options),
         Target::Ros => noise::ros(file, &heading, options),
         Target::Ardupilot => autopilot::ardupilot(file, &heading, options),
@@ -100,6 +115,12 @@ pub fn export(file: &ModelFile, name: &str, target: Target, options: &Options) -
         Target::Autoware => robot::autoware(file, &heading, options),
         Target::Openvins => robot::openvins(file, &heading, options),
         Target::Inav => autopilot::inav(file, &heading),
+        Target::Registers => {
+            let chip = options.chip.context(
+                "whose registers? say the chip: mpu6050, mpu9250, icm426xx, bmi160, bmi270 (--chip, or chip= in Python)",
+            )?;
+            registers::registers(file, &heading, chip)?
+        }
         Target::Json => Exported { text: json(file)?, warnings: Vec::new() },
     })
 }

@@ -1,10 +1,14 @@
 //! Noise for programs that estimate with it: Kalibr's `imu.yaml`, and parameters of ROS 2.
 //!
+//! Kalibr's model `scale-misalignment` (`IccSensors.py`): reading = M (C ω) + A a + bias, M lower triangular, C = `C_gyro_i` a rotation from
+//! the axes of the IMU to those of the gyro, ω the rate in the axes of the IMU.
+//!
 //! N, the angle random walk in rad/√s, is the noise density in (rad/s)/√Hz: one reading of a gyro at f Hz has variance N² f.
 
-use super::{Exported, Options, comments, linear::Linear};
+use super::{Exported, Options, comments, linear::Linear, robot::triangular};
 use crate::model_file::ModelFile;
 use gyro_model::{Axis, Noise};
+use nalgebra::Matrix3;
 use std::fmt::Write;
 
 /// Of the white noise, rad/s/√s per rad/√s: a walk below it shows in no log.
@@ -21,7 +25,9 @@ pub fn kalibr(file: &ModelFile, heading: &str, options: &Options) -> Exported {
     );
     let mut warnings = Vec::new();
     text += &densities(file, options, "", &mut warnings);
-    warnings.extend(kalibrated(&Linear::of(file)));
+    let linear = Linear::of(file);
+    warnings.extend(kalibrated(&linear));
+    text += &matrices(&linear);
     Exported { text, warnings }
 }
 
@@ -67,11 +73,41 @@ pub(super) fn densities(file: &ModelFile, options: &Options, indent: &str, warni
     text
 }
 
-/// Kalibr holds noise alone; what else the model knows has to be taken out of the messages before.
+/// M and C of Kalibr's model `scale-misalignment`, as it writes them itself.
+fn matrices(linear: &Linear) -> String {
+    let (triangle, turned) = triangular(&linear.matrix);
+    let mut text = comments(
+        "#",
+        [
+            "Of Kalibr's model scale-misalignment: reading = M * (C_gyro_i * rate) + A * acceleration + bias.".to_owned(),
+            "rate: in the axes of the IMU, rad/s. C_gyro_i: from the axes of the IMU to those of the gyro. M: lower triangular.".to_owned(),
+            "Rows are the gyro's x, y, z; columns those that they come from. So rate = transpose(C_gyro_i) * inverse(M) * (reading - bias)."
+                .to_owned(),
+            "A and the accelerometer's M say that nothing is known of them.".to_owned(),
+        ],
+    );
+    text.push_str("model: scale-misalignment\ngyroscopes:\n");
+    for (name, matrix) in [("M", triangle), ("A", Matrix3::zeros()), ("C_gyro_i", turned)] {
+        text += &rows(name, &matrix);
+    }
+    text.push_str("accelerometers:\n");
+    text + &rows("M", &Matrix3::identity())
+}
+
+/// A matrix as YAML.
+fn rows(name: &str, matrix: &Matrix3<f64>) -> String {
+    // What rounding leaves of a zero is one.
+    let value = |value: f64| number(if value.abs() < 1e-12 { 0.0 } else { value });
+    let row = |row: usize| (0..3).map(|column| value(matrix[(row, column)])).collect::<Vec<_>>().join(", ");
+    format!("  {name}:\n  - [{}]\n  - [{}]\n  - [{}]\n", row(0), row(1), row(2))
+}
+
+/// Kalibr holds noise, scale and coupling; what else the model knows has to be taken out of the messages before.
 fn kalibrated(linear: &Linear) -> Option<String> {
     let letters: Vec<&str> = linear.axes.iter().map(|a| a.letter()).collect();
     let says = format!(
-        "imu.yaml holds noise alone: take scale, bias and effects of axis {} out of the messages first (`--to c`, or `truerate run --out`)",
+        "a calibration with imu.yaml's noise estimates the bias anew, and its matrices hold scale and coupling alone: take the other effects of axis \
+         {} out of the messages first (`--to c`, or `truerate run --out`)",
         letters.join(", ")
     );
     (!linear.axes.is_empty()).then_some(says)

@@ -79,7 +79,7 @@ pub fn openvins(file: &ModelFile, heading: &str, options: &Options) -> Exported 
 }
 
 /// T, lower triangular with a positive diagonal, and the rotation R for which S = Rᵀ T⁻¹.
-fn triangular(matrix: &Matrix3<f64>) -> (Matrix3<f64>, Matrix3<f64>) {
+pub(super) fn triangular(matrix: &Matrix3<f64>) -> (Matrix3<f64>, Matrix3<f64>) {
     // S J = Q U, J the columns in reverse, gives S = (Q J) (J U J), whose second factor is lower triangular.
     let reverse = Matrix3::new(0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0);
     let (turn, upper) = (matrix * reverse).qr().unpack();

@@ -9,6 +9,9 @@
  *     truerate_out out = truerate_step(&state, &in);
  *     ... out.rate[i] is the rate that was true at out.valid_t_ns[i] (`truerate apply` gives all axes at the earliest of these).
  *
+ * Clock: t_ns is the gyro's own stamp, on the clock of the log that the model was fitted on (where a reference had another one, it was
+ * set to the gyro's). out.valid_t_ns counts on the same clock, earlier than t_ns by the gyro's delay.
+ *
 @NOTES@ *
  * Doubles throughout. The same to the last bit as truerate where the model needs only + - * /; compile with
  * -ffp-contract=off for that (the default of -std=c99), and never with -ffast-math: NAN means that there is no value.

@@ -2,11 +2,11 @@
 //!
 //! The overlay over time stays out: it is the log again, and `truerate apply` gives it in full.
 
-use super::{Against, Change};
+use super::{Against, BothSides, Change};
 use gyro_model::{
     diagnosis::{AxisDiagnosis, Diagnosis, Ladder},
     drift,
-    headline::{self, Beside, Headline, Named, Together},
+    headline::{self, Beside, Headline, Named, Together, sides::Sides},
     words::Voice,
 };
 use serde::Serialize;
@@ -101,6 +101,18 @@ pub(super) fn against(against: &Against) -> String {
         beside,
         together: Together::of(&named),
     })
+}
+
+pub(super) fn sides(both: &BothSides) -> String {
+    #[derive(Serialize)]
+    struct Json<'a> {
+        schema: &'static str,
+        logs: &'a [String; 2],
+        axes: &'a [Sides],
+        each: Vec<Vec<AxisDiagnosis>>,
+    }
+    let each = both.diagnoses.iter().map(|own| spoken(&own.axes, Voice::Log)).collect();
+    line(&Json { schema: "truerate.side-by-side/1", logs: &both.names, axes: &both.sides, each })
 }
 
 /// With their headlines, and without the overlay.

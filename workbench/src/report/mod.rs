@@ -21,6 +21,7 @@ pub use terminal::{Ink, Terminal};
 
 use gyro_model::{
     diagnosis::{Diagnosis, Ladder},
+    headline::sides::Sides,
     words::Voice,
 };
 use serde::Serialize;
@@ -179,6 +180,17 @@ pub struct Against<'a> {
     pub other: &'a Diagnosis,
 }
 
+/// `compare --side-by-side`: two sensors, each with its own log and model.
+#[derive(Clone, Debug)]
+pub struct BothSides {
+    /// What the logs are called.
+    pub names: [String; 2],
+    /// What each comes to.
+    pub diagnoses: [Diagnosis; 2],
+    /// Axis by axis.
+    pub sides: Vec<Sides>,
+}
+
 /// `compare` and `diagnose`.
 #[must_use]
 pub fn render(diagnosis: &Diagnosis, format: Format, context: &Context) -> String {
@@ -212,6 +224,15 @@ pub fn render_against(against: &Against, format: Format, context: &Context) -> S
     match format {
         Format::Json => json::against(against),
         _ => page(against, view::Page::of_against, format, context),
+    }
+}
+
+/// `compare --side-by-side`: which sensor is better, and by what.
+#[must_use]
+pub fn render_sides(both: &BothSides, format: Format, context: &Context) -> String {
+    match format {
+        Format::Json => json::sides(both),
+        _ => page(both, view::Page::of_sides, format, context),
     }
 }
 

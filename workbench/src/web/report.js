@@ -24,7 +24,7 @@ const Report = (() => {
   function lay(data, main, more = {}) {
     [page, beside, later] = [data, more, []];
     if (page.warning) main.append(h('.grid.warn', h('section.panel.verdict', h('p', page.warning))));
-    if (page.story) main.append(h('.grid', panel('', 'All axes', Parts.story(page.story), page.story.faults.length ? h('details', h('summary', 'Data faults of all axes'), Parts.list(page.story.faults)) : null, page.next.length ? Parts.command(page.next[0]) : null)));
+    if (page.story) main.append(h('.grid', panel('', page.story.head[0] === 'axis' ? 'All axes' : 'Side by side', Parts.story(page.story), page.story.faults.length ? h('details', h('summary', 'Data faults of all axes'), Parts.list(page.story.faults)) : null, page.next.length ? Parts.command(page.next[0]) : null)));
     const sections = page.axes.map(axis => h('.axis', { id: 'axis-' + axis.axis }, section(axis)));
     const tabs = page.axes.length > 1 ? Parts.tabs(page.axes.map((axis, i) => ({ label: `axis ${axis.axis}`, says: axis.label.split(': ')[0], tone: axis.tone, place: sections[i] }))) : null;
     main.append(...[tabs, ...sections].filter(Boolean));

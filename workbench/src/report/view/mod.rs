@@ -3,6 +3,7 @@
 mod axis;
 mod explained;
 mod parts;
+mod sides;
 mod story;
 
 pub use parts::{
