@@ -23,6 +23,8 @@ use workbench::log::Options;
 Examples:
   truerate guide --source serial:/dev/ttyUSB0 -o hand.csv
       says how to turn the sensor, and stops when the log shows what is missing
+  truerate guide temperature --source serial:/dev/ttyUSB0 -o warm.csv
+      leads through a fridge and a hair-dryer: effects of the temperature, told from a warm-up
   truerate guide --source udp:0.0.0.0:5600 --axes x,y -o arm.csv
       about two axes alone
   truerate guide --source - --want delay --to delay=0.0002 -o late.csv
@@ -36,9 +38,15 @@ Examples:
   truerate guide --source sim --want bias --to 1% --speed max --format json -o events.csv
       events for a program, a line of JSON each
 
+In a terminal, Enter skips what is asked now (not with `--source -`).
+
 Each row is written at once, so that Ctrl-C loses none; an existing log is not overwritten. Exit
 code 0: the log is sufficient; 3: the recording ended before, and the program prints what it lacks.")]
 pub struct Args {
+    /// What the recording is for: `temperature` leads through a fridge and a hair-dryer, so that an effect of the temperature is told from a
+    /// warm-up [default: whatever is missing]
+    #[arg(value_enum, value_name = "temperature")]
+    course: Option<Course>,
     /// Where rows come from: a sensor's address such as serial:/dev/ttyUSB0?baud=115200, can:can0?dbc=car.dbc,
     /// udp:0.0.0.0:5600, tcp:HOST:PORT, mavlink:udp:0.0.0.0:14550 (docs/feed.md), `-` for standard input, or `sim` for a simulated hand
     #[arg(long, value_name = "ADDRESS|-|sim")]
@@ -86,6 +94,18 @@ pub struct Args {
     format: String,
 }
 
+/// What a recording may be for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Course {
+    /// Effects of the temperature: cold, hot, and back again
+    Temperature,
+}
+
+/// Effects that a course of temperatures is for.
+const OF_TEMPERATURE: [&str; 4] = ["scale-factor", "bias", "temperature-bias", "temperature-scale"];
+/// The swing of a simulated sensor's temperature on such a course, K, and its period, s.
+const SIMULATED: (f64, f64) = (14.0, 200.0);
+
 /// The exit code of a recording that lacks something.
 const LACKS: u8 = 3;
 
@@ -95,7 +115,14 @@ const LACKS: u8 = 3;
 /// Words that make no sense together, a log that is there, a source that cannot be read.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let precisions = Precisions::parse(&args.to)?;
-    let effects = wanted(&args.want, &precisions)?;
+    let of_temperature = args.course == Some(Course::Temperature);
+    let mut want = args.want.clone();
+    if of_temperature {
+        want.extend(
+            OF_TEMPERATURE.iter().filter(|id| !args.want.iter().any(|own| own == *id)).map(|id| (*id).to_owned()),
+        );
+    }
+    let effects = wanted(&want, &precisions)?;
     let mut axes = args.axes.clone();
     axes.sort_unstable();
     axes.dedup();
@@ -104,6 +131,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         log: args.output.clone(),
         axes,
         effects,
+        temperature: of_temperature,
         precisions,
         json: args.format == "json",
         dashboard: args.dashboard.as_deref().map(listening::Address::parse).transpose()?.flatten(),
@@ -170,7 +198,11 @@ fn from(args: &Args) -> Result<From> {
             path.display()
         ),
         Source::Simulated => {
-            let sensor = SensorSpec::random(args.seed);
+            let mut sensor = SensorSpec::random(args.seed);
+            if args.course == Some(Course::Temperature) {
+                (sensor.temperature.swing, sensor.temperature.period) = SIMULATED;
+                sensor.temperature.rise = 0.0;
+            }
             let hidden: Result<Vec<Hidden>, _> =
                 args.hide.iter().map(|text| Hidden::parse(text, sensor.axis)).collect();
             let scenario = Scenario { seed: args.seed, hidden: hidden?, sensor, ..Scenario::default() };

@@ -15,6 +15,7 @@ mod page;
 mod precision;
 mod recording;
 mod screen;
+mod skipping;
 mod source;
 mod worker;
 
@@ -31,6 +32,7 @@ use gyro_model::{
 };
 use ipc_types::health::SourceHealth;
 use recording::Recording;
+use skipping::Skips;
 use source::{Next, Source};
 use std::{
     path::PathBuf,
@@ -48,6 +50,8 @@ pub struct Settings {
     pub axes: Vec<Axis>,
     /// These effects; `None`: whatever is missing.
     pub effects: Option<Vec<&'static dyn Effect>>,
+    /// Whether it has a course of temperatures.
+    pub temperature: bool,
     /// How well.
     pub precisions: Precisions,
     /// Events as JSON, a line each.
@@ -120,9 +124,13 @@ fn record(
     let Some(first) = first_rows(&mut source, stop, show)? else { return Ok((None, stop.asked())) };
     log.begin(&first, source.origin().map_or(0, |origin| origin.start_ns))?;
     let mut recording = Recording::begin(log, &first, guide(settings, &first)?)?;
+    let skips = Skips::listen(&settings.from);
     while recording.guide.state().stage != Stage::Over {
         if stop.asked() {
             return Ok((Some(recording.guide), true));
+        }
+        if skips.asked() {
+            recording.guide.skip();
         }
         let is_over = recording.take(&mut source)?;
         recording.ask(is_over);
@@ -194,7 +202,14 @@ fn guide(settings: &Settings, first: &Record) -> Result<Guide> {
     let usual = || USUAL.iter().filter_map(|id| find(id)).collect();
     let effects: Vec<&'static dyn Effect> = settings.effects.clone().unwrap_or_else(usual);
     let effects = effects.into_iter().map(|effect| (effect, settings.precisions.of(effect.card().id))).collect();
-    let mut guide = Guide::new(Wanted { axes, effects, course: settings.effects.is_none() });
+    let has_temperature = first.rows.iter().any(|row| row.temperature.is_finite());
+    if settings.temperature && !has_temperature {
+        bail!(
+            "the source gives no temperature of the gyro, and a course of temperatures needs one: name its channel with --map temp=CHANNEL"
+        );
+    }
+    let mut guide =
+        Guide::new(Wanted { axes, effects, course: settings.effects.is_none(), temperature: settings.temperature });
     guide.check(first);
     Ok(guide)
 }

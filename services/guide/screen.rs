@@ -120,7 +120,8 @@ fn picture(state: &State, source: Option<&str>, terminal: Terminal) -> Vec<Strin
         out.extend(wrapped(&text, width - 2).iter().map(|line| terminal.paint(ink, &format!("  {line}"))));
     }
     out.push(String::new());
-    let end = if state.stage == Stage::Searching { "" } else { "   Ctrl-C ends it and keeps the log" };
+    let end =
+        if state.stage == Stage::Searching { "" } else { "   Enter skips this; Ctrl-C ends it and keeps the log" };
     let foot = format!("{:.0} s, {} rows{end}", state.seconds, units::thousands(state.rows));
     out.push(terminal.paint(Ink::Quiet, &cut(&foot, width)));
     out
@@ -194,7 +195,7 @@ mod tests {
 
     fn guide() -> Guide {
         let effects = ["scale-factor", "temperature-scale"].map(|id| (find(id).unwrap(), Precision::OfTypical(0.01)));
-        Guide::new(Wanted { axes: vec![Axis::X, Axis::Y], effects: effects.to_vec(), course: true })
+        Guide::new(Wanted { axes: vec![Axis::X, Axis::Y], effects: effects.to_vec(), course: true, temperature: false })
     }
 
     #[test]

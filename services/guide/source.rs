@@ -31,6 +31,13 @@ pub enum From {
     Hand(Box<Scenario>, Speed),
 }
 
+impl From {
+    /// Whether rows come by standard input.
+    pub(super) fn is_standard_input(&self) -> bool {
+        matches!(self, Self::Live { address, .. } if address.is_standard_input())
+    }
+}
+
 /// An open source.
 pub(super) enum Source {
     Live { stream: Stream, reference: Option<Box<Joined>> },

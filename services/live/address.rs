@@ -134,6 +134,12 @@ impl Address {
         Self { text, way: Way::Pipe(path), format, header: None, is_reference: false, silence: None, dbc }
     }
 
+    /// Whether rows come by standard input.
+    #[must_use]
+    pub fn is_standard_input(&self) -> bool {
+        matches!(&self.way, Way::Pipe(path) if Pipe::is_standard_input(path))
+    }
+
     /// The same, of rows that hold a reference alone.
     #[must_use]
     pub fn of_reference(self) -> Self {

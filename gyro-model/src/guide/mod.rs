@@ -9,6 +9,7 @@ mod hand;
 mod knowledge;
 mod manoeuvre;
 mod state;
+pub mod temperature;
 #[cfg(test)]
 mod tests;
 mod watch;
@@ -26,6 +27,7 @@ use crate::{
     fit::FitError,
 };
 use state::Order;
+use temperature::Course;
 use watch::{Seen, Watch};
 
 /// What is wanted of a recording.
@@ -37,6 +39,8 @@ pub struct Wanted {
     pub effects: Vec<(&'static dyn Effect, Precision)>,
     /// Whether it is to tell what is missing, whatever that is: it then has every motion of the usual course.
     pub course: bool,
+    /// Whether it is to have a course of temperatures.
+    pub temperature: bool,
 }
 
 /// See the module's head.
@@ -61,6 +65,7 @@ pub struct Guide {
     /// Goals that were lacking when the order was given.
     lacked: usize,
     axes: Vec<AxisDiagnosis>,
+    temperature: Option<Course>,
 }
 
 /// What is to be computed from the rows so far.
@@ -90,6 +95,8 @@ const REFUSED: f64 = 20.0;
 const MADE: f64 = 3.0;
 /// By how much less a manoeuvre is preferred each time that it was made to its end.
 const WEARIED: f64 = 0.6;
+/// One that was skipped counts as made so often.
+const SKIPPED: u32 = 3;
 /// A sum of ln σ below which no manoeuvre helps.
 const HELPS: f64 = 0.02;
 /// Motion that does not make an error smaller by [`BETTER`] for so long tells no more of it, s.
@@ -109,6 +116,7 @@ impl Guide {
     #[must_use]
     pub fn new(wanted: Wanted) -> Self {
         let mut goals = Vec::new();
+        let temperature = wanted.temperature.then(Course::default);
         for &axis in &wanted.axes {
             for &(effect, precision) in &wanted.effects {
                 goals.extend(Goal::of(effect, axis, precision));
@@ -130,6 +138,7 @@ impl Guide {
             searches: 0,
             lacked: 0,
             axes: Vec::new(),
+            temperature,
         }
     }
 
@@ -151,11 +160,18 @@ impl Guide {
         if self.order.is_none() && self.stage == Stage::Recording {
             self.command(Manoeuvre::new(Kind::Rest, self.wanted.axes[0], 0.0));
         }
+        if let Some(course) = &mut self.temperature {
+            course.take(self.now, row.temperature);
+        }
         let dt = self.now - self.looked;
         if dt < LOOK {
             return;
         }
         self.looked = self.now;
+        if let Some(course) = self.temperature.filter(|course| !course.is_over() && self.stage == Stage::Recording) {
+            let axis = self.wanted.axes[0];
+            self.command(Manoeuvre::new(course.meanwhile(), axis, self.fastest[axis.index()]));
+        }
         let Some(order) = &self.order else { return };
         if self.stage == Stage::Recording && self.followed(order) == Followed::Well {
             let manoeuvre = order.manoeuvre;
@@ -167,7 +183,8 @@ impl Guide {
                 Some((_, seconds, _)) => *seconds += dt,
                 None => self.made.push((manoeuvre, dt, 0)),
             }
-            if manoeuvre.kind != Kind::Rest {
+            // Until it has been cold and hot, no motion tells of the temperature.
+            if manoeuvre.kind != Kind::Rest && !self.has_course() {
                 for goal in self.goals.iter_mut().filter(|goal| goal.lacks()) {
                     goal.stalled.1 += dt;
                 }
@@ -226,8 +243,28 @@ impl Guide {
         if self.stage != Stage::Recording || self.order.is_none() {
             return None;
         }
-        let candidates = if self.is_order_due() { self.candidates() } else { Vec::new() };
+        let candidates = if self.is_order_due() && !self.has_course() { self.candidates() } else { Vec::new() };
         Some(Ask { goals: self.goals.clone(), found: self.found.clone(), candidates, model: self.model.clone() })
+    }
+
+    /// Whether a course of temperatures is under way.
+    fn has_course(&self) -> bool {
+        self.temperature.is_some_and(|course| !course.is_over())
+    }
+
+    /// Gives up what is ordered now: something else comes next.
+    pub fn skip(&mut self) {
+        if let Some(course) = self.temperature.as_mut().filter(|course| !course.is_over()) {
+            course.next();
+            return;
+        }
+        let Some(order) = &mut self.order else { return };
+        let manoeuvre = order.manoeuvre;
+        order.followed = order.followed.max(manoeuvre.seconds());
+        match self.made.iter_mut().find(|(made, ..)| made.is_like(&manoeuvre)) {
+            Some((.., times)) => *times += SKIPPED,
+            None => self.made.push((manoeuvre, 0.0, SKIPPED)),
+        }
     }
 
     fn lacking(&self) -> usize {
@@ -414,6 +451,7 @@ impl Guide {
             hand: order.map_or(Followed::TooEarly, |order| self.followed(order)),
             troubles: self.troubles(),
             goals: self.goals.clone(),
+            temperature: self.temperature,
         }
     }
 

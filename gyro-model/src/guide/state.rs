@@ -1,6 +1,6 @@
 //! What is shown of a guided recording.
 
-use super::{Goal, Manoeuvre};
+use super::{Goal, Manoeuvre, temperature::Course};
 use crate::Axis;
 use serde::{Serialize, Serializer, ser::SerializeMap};
 use std::fmt;
@@ -100,6 +100,8 @@ pub struct State {
     pub troubles: Vec<Trouble>,
     /// What is wanted.
     pub goals: Vec<Goal>,
+    /// How a course of temperatures stands, where there is one.
+    pub temperature: Option<Course>,
 }
 
 impl State {
@@ -107,7 +109,10 @@ impl State {
     #[must_use]
     pub fn says(&self) -> String {
         match (self.stage, &self.order) {
-            (Stage::Recording, Some(order)) => order.to_string(),
+            (Stage::Recording, Some(order)) => match self.temperature.filter(|course| !course.is_over()) {
+                Some(course) => format!("{}; meanwhile {order}", course.says()),
+                None => order.to_string(),
+            },
             (Stage::Recording, None) => "wait: no row has come yet".to_owned(),
             (Stage::Searching, _) => "hold it still: the recording is searched for what is missing".to_owned(),
             (Stage::Over, _) => "put it down: the recording is complete".to_owned(),
@@ -197,6 +202,9 @@ impl Serialize for State {
         map.serialize_entry("correction_says", &self.correction())?;
         map.serialize_entry("troubles", &self.troubles)?;
         map.serialize_entry("parameters", &self.goals)?;
+        if let Some(course) = &self.temperature {
+            map.serialize_entry("temperature", course)?;
+        }
         map.end()
     }
 }

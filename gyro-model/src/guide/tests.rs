@@ -8,7 +8,7 @@ use crate::{
 
 fn wanted(axes: &[Axis], ids: &[&str], course: bool) -> Wanted {
     let effects = ids.iter().map(|id| (find(id).unwrap(), Precision::OfTypical(0.02))).collect();
-    Wanted { axes: axes.to_vec(), effects, course }
+    Wanted { axes: axes.to_vec(), effects, course, temperature: false }
 }
 
 /// A guide and a hand, until it is over or this much was recorded; what was said on the way.
@@ -52,6 +52,37 @@ fn play(guide: &mut Guide, hand: &mut Hand, listens: bool, most: f64) -> (Record
         }
     }
     (record, says)
+}
+
+#[test]
+fn a_course_of_temperatures_goes_cold_and_hot_before_it_searches_and_a_skipped_manoeuvre_is_not_asked_again() {
+    let mut guide = Guide::new(Wanted {
+        temperature: true,
+        ..wanted(&[Axis::X], &["scale-factor", "bias", "temperature-bias"], false)
+    });
+    let mut sensor = SensorSpec::on(Axis::X);
+    (sensor.temperature.swing, sensor.temperature.period, sensor.temperature.rise) = (14.0, 200.0, 0.0);
+    let mut hand = hand(&["temperature-bias"], sensor, 3);
+    let (record, says) = play(&mut guide, &mut hand, true, 600.0);
+    let place =
+        |start: &str| says.iter().position(|own| own.starts_with(start)).unwrap_or_else(|| panic!("{start}: {says:?}"));
+    assert!(place("leave it alone") < place("cool it") && place("cool it") < place("warm it"), "{says:?}");
+    assert!(place("warm it") < place("let it come back"), "{says:?}");
+    let temperatures = || record.rows.iter().map(|row| row.temperature).filter(|t| t.is_finite());
+    let (low, high) = temperatures().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), t| (l.min(t), h.max(t)));
+    assert!(high - low > 20.0, "{low} to {high}");
+    let bias = guide.state().goals.into_iter().find(|goal| goal.effect == "temperature-bias").unwrap();
+    assert!(bias.known && guide.is_complete(), "{bias:?}");
+
+    let mut guide = Guide::new(wanted(&[Axis::X], &["scale-factor"], true));
+    guide.take(&Row { gyro: [0.0; 3], ref_rate: [0.0; 3], ..Row::EMPTY });
+    let first = guide.state().order.unwrap();
+    guide.skip();
+    assert!(guide.is_order_due(), "{first:?}");
+    let mut course = Guide::new(Wanted { temperature: true, ..wanted(&[Axis::X], &["bias"], false) });
+    course.take(&Row { gyro: [0.0; 3], ref_rate: [0.0; 3], temperature: 25.0, ..Row::EMPTY });
+    course.skip();
+    assert!(course.state().says().starts_with("cool it by 10 K, to 15 °C"), "{}", course.state().says());
 }
 
 fn hand(hidden: &[&str], sensor: SensorSpec, seed: u64) -> Hand {

@@ -151,6 +151,9 @@ fn error_at(curve: &[ErrorPoint], tau: f64) -> Option<ErrorPoint> {
     })
 }
 
+/// A size and its standard error, where they are known.
+type Known = Option<(f64, Option<f64>)>;
+
 fn quantities(first: &Side, second: &Side) -> Vec<Quantity> {
     let sides = [first, second];
     let parameter = |side: &Side, effect: &str| {
@@ -174,7 +177,7 @@ fn quantities(first: &Side, second: &Side) -> Vec<Quantity> {
     let walk = |side: &Side| Some((side.axis.noise.bias_random_walk?, None));
     // What is missing from a model stands in its noise, too.
     let is_noise = sides.iter().all(|side| side.axis.within_floor == Some(true));
-    let of = |name, unit, size: &dyn Fn(&Side) -> Option<(f64, Option<f64>)>| {
+    let of = |name, unit, size: &dyn Fn(&Side) -> Known| {
         let both = sides.map(size);
         Quantity {
             name,
@@ -194,7 +197,7 @@ fn quantities(first: &Side, second: &Side) -> Vec<Quantity> {
 }
 
 /// Whose size is smaller, where both are known well enough.
-fn smaller(both: [Option<(f64, Option<f64>)>; 2]) -> Option<Which> {
+fn smaller(both: [Known; 2]) -> Option<Which> {
     let [Some((a, Some(da))), Some((b, Some(db)))] = both else { return None };
     let apart = a.abs() - b.abs();
     (apart.abs() > DIFFER * da.hypot(db)).then_some(if apart > 0.0 { Which::Second } else { Which::First })
