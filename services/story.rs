@@ -74,7 +74,7 @@ mod tests {
     fn what_was_hidden_stands_beside_what_was_found_in_the_same_unit() {
         let degree = 1_f64.to_radians();
         let has = model(Axis::Z, "warm-up", &[0.572 * degree, 30.0], &[0.004 * degree, 1.0]);
-        let hidden = [format!("warm-up:beta={}", 0.57 * degree), "delay".to_owned()];
+        let hidden = [format!("warm-up:a={}", 0.57 * degree), "delay".to_owned()];
         assert_eq!(found(&hidden, &has), ["hidden was: warm-up 0.57 °/s; found: 0.5720 ± 0.0040 °/s"]);
         let has = model(Axis::X, "delay", &[0.01202], &[0.00005]);
         assert_eq!(found(&["delay:d=0.012".into()], &has), ["hidden was: delay 12 ms; found: 12.020 ± 0.050 ms"]);

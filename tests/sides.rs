@@ -8,7 +8,7 @@ use serde_json::Value;
 #[test]
 fn the_better_of_two_sensors_is_named_with_its_ratio_its_band_and_its_sizes() {
     let bench = Bench::new();
-    bench.ok(&["simulate", "--seconds", "120", "--axis", "z", "--seed", "5", "-o", "good.csv"]);
+    bench.ok(&["simulate", "--seconds", "150", "--axis", "z", "--seed", "5", "-o", "good.csv"]);
     bench.ok(&[
         "simulate",
         "--seconds",

@@ -32,7 +32,7 @@ Examples:
       on several logs of one sensor
   truerate compare log.csv.gz --model a.toml --against b.toml
       two models on the same samples
-  truerate compare a.csv b.csv --side-by-side
+  truerate compare log.csv.gz new.csv.gz --side-by-side
       two sensors: which is better, by what, and over which time
   truerate compare log.csv.gz --model model.toml --report page.html
   truerate compare log.csv.gz --open
