@@ -12,7 +12,7 @@ fn the_better_of_two_sensors_is_named_with_its_ratio_its_band_and_its_sizes() {
     bench.ok(&[
         "simulate",
         "--seconds",
-        "60",
+        "150",
         "--axis",
         "z",
         "--seed",

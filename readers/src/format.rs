@@ -50,6 +50,11 @@ pub trait Sink {
 
     /// Something that a reader has to know.
     fn note(&mut self, note: Note);
+
+    /// Something that the log says of the vehicle, the board or the sensor: `sys_uuid`, `ver_hw`, …
+    fn said(&mut self, key: &str, value: &str) {
+        let _ = (key, value);
+    }
 }
 
 /// The kind of the messages of a topic whose rows stand in a text beside those of other topics.

@@ -1,11 +1,15 @@
 //! What a file holds, channel by channel, without keeping its messages.
 
 use crate::format::{Note, Sink, Topic};
+use std::collections::BTreeMap;
 
 /// Steps from message to message that are looked at for the usual one.
 const STEPS: usize = 1001;
 /// A gap is longer than so many usual steps.
 const GAP: i64 = 3;
+/// What a log says of its device is kept up to so many bytes each, and so many of them.
+const LONGEST_SAID: usize = 100;
+const MOST_SAID: usize = 20;
 
 /// Takes everything and keeps what counts.
 #[derive(Clone, Debug, Default)]
@@ -14,6 +18,8 @@ pub struct Survey {
     pub topics: Vec<Surveyed>,
     /// What the reader noted.
     pub notes: Vec<Note>,
+    /// What the log says of the vehicle, the board or the sensor.
+    pub said: BTreeMap<String, String>,
 }
 
 /// One topic.
@@ -129,5 +135,11 @@ impl Sink for Survey {
 
     fn note(&mut self, note: Note) {
         self.notes.push(note);
+    }
+
+    fn said(&mut self, key: &str, value: &str) {
+        if !value.is_empty() && value.len() <= LONGEST_SAID && self.said.len() < MOST_SAID {
+            self.said.entry(key.to_owned()).or_insert_with(|| value.to_owned());
+        }
     }
 }

@@ -39,6 +39,57 @@ fn read(bytes: &[u8]) -> All {
     all
 }
 
+/// What a log says of its device.
+fn said(bytes: &[u8]) -> Vec<(String, String)> {
+    let mut survey = Survey::default();
+    seeds::read(bytes, seeds::DBC.as_bytes(), &mut survey).unwrap();
+    survey.said.into_iter().collect()
+}
+
+fn pairs(expected: &[(&str, &str)]) -> Vec<(String, String)> {
+    expected.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect()
+}
+
+#[test]
+fn what_a_log_says_of_its_board_and_its_driver_is_told() {
+    let mut ulog = seeds::ulog();
+    for (key, value) in
+        [("char[6] ver_hw", "V5X00\0"), ("char[4] sys_uuid", "00A7"), ("uint32_t ver_sw_release", "1234")]
+    {
+        let body = [&[key.len() as u8][..], key.as_bytes(), value.as_bytes()].concat();
+        ulog.extend((body.len() as u16).to_le_bytes());
+        ulog.push(b'I');
+        ulog.extend(body);
+    }
+    assert_eq!(said(&ulog), pairs(&[("sys_uuid", "00A7"), ("ver_hw", "V5X00")]));
+
+    let mut ardupilot = seeds::ardupilot();
+    let padded = |text: &str, length: usize| [text.as_bytes(), &vec![0; length - text.len()]].concat();
+    ardupilot.extend([0xa3, 0x95, 128, 140, 3 + 8 + 64]);
+    ardupilot.extend([padded("MSG", 4), padded("QZ", 16), padded("TimeUS,Message", 64)].concat());
+    for words in
+        ["ArduCopter V4.3.1 (a1b2c3d4)", "ChibiOS: 93e6e03d", "fmuv5 00380035 3035510B 32343536", "EKF3 is using GPS"]
+    {
+        ardupilot.extend([0xa3, 0x95, 140]);
+        ardupilot.extend([0; 8]);
+        ardupilot.extend(padded(words, 64));
+    }
+    let wanted =
+        [("board", "fmuv5"), ("sys_uuid", "003800353035510B32343536"), ("ver_sw", "ArduCopter V4.3.1 (a1b2c3d4)")];
+    assert_eq!(said(&ardupilot), pairs(&wanted));
+
+    // A record of metadata behind the head of an MCAP.
+    let prefixed = |bytes: &[u8]| [&(bytes.len() as u32).to_le_bytes()[..], bytes].concat();
+    let map = [prefixed(b"serial_number"), prefixed(b"S17"), prefixed(b"operator"), prefixed(b"someone")].concat();
+    let body = [prefixed(b"imu"), prefixed(&map)].concat();
+    let mut mcap = seeds::mcap("");
+    let head = 8 + 9 + usize::try_from(u64::from_le_bytes(mcap[9..17].try_into().unwrap())).unwrap();
+    let record = [&[0x0c][..], &(body.len() as u64).to_le_bytes(), &body].concat();
+    mcap.splice(head..head, record);
+    assert_eq!(said(&mcap), pairs(&[("imu.serial_number", "S17")]));
+    assert_eq!(said(&seeds::text()), pairs(&[]));
+}
+
 #[test]
 fn every_format_is_recognised_by_its_content_and_read_to_the_end() {
     for (name, bytes) in seeds::all() {

@@ -107,6 +107,13 @@ impl Log<'_> {
         }
         let Some(of) = self.definitions.get_mut(&kind) else { return };
         match of.name.as_str() {
+            "MSG" => {
+                if let Some(words) = of.columns.iter().find(|column| column.label == "Message")
+                    && let Some(words) = body.get(words.at..)
+                {
+                    said(&text(&words[..words.len().min(64)]), self.sink);
+                }
+            }
             "UNIT" => {
                 // Time, letter, name.
                 if let (Some(&letter), Some(name)) = (body.get(8), body.get(9..))
@@ -194,6 +201,22 @@ impl Log<'_> {
             at += size;
         }
         self.definitions.insert(kind, of);
+    }
+}
+
+/// What a message at the start says: `ArduCopter V4.3.1 (a1b2c3d4)`, and `fmuv5 00380035 3035510B 32343536`, a board and its serial number.
+fn said(words: &str, sink: &mut dyn Sink) {
+    let parts: Vec<&str> = words.split_whitespace().collect();
+    let is_serial = |part: &&str| part.len() == 8 && part.bytes().all(|b| b.is_ascii_hexdigit());
+    match parts.as_slice() {
+        [board @ .., a, b, c] if !board.is_empty() && [a, b, c].into_iter().all(is_serial) => {
+            sink.said("board", &board.join(" "));
+            sink.said("sys_uuid", &[*a, *b, *c].concat());
+        }
+        [vehicle, version, ..] if vehicle.starts_with("Ardu") && version.starts_with('V') => {
+            sink.said("ver_sw", words);
+        }
+        _ => {}
     }
 }
 

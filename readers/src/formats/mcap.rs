@@ -72,7 +72,7 @@ impl File<'_> {
             bytes.skip(9)?;
             let whole = match kind {
                 0x06 if !within => self.chunk(bytes, length)?,
-                0x03..=0x05 if length <= LONGEST as u64 => match bytes.take(length as usize)? {
+                0x03..=0x05 | 0x0c if length <= LONGEST as u64 => match bytes.take(length as usize)? {
                     Some(body) => {
                         // A record that is damaged in itself is passed by.
                         let _ = self.record(kind, body);
@@ -117,6 +117,16 @@ impl File<'_> {
                     }
                     (_, "json") => self.connections.not_read(&topic, "they are JSON: only ROS messages are read"),
                     _ => self.connections.not_read(&topic, "their encoding is not known: only ROS messages are read"),
+                }
+            }
+            0x0c => {
+                let name = String::from_utf8_lossy(cursor.prefixed()?).into_owned();
+                let mut pairs = Cursor::new(cursor.prefixed()?);
+                while let (Some(key), Some(value)) = (pairs.prefixed(), pairs.prefixed()) {
+                    let (key, value) = (String::from_utf8_lossy(key), String::from_utf8_lossy(value));
+                    if is_of_device(&key) {
+                        self.connections.said(&format!("{name}.{key}"), value.trim());
+                    }
                 }
             }
             _ => {
@@ -168,4 +178,14 @@ impl File<'_> {
     fn within(&mut self, source: &mut dyn Read) -> io::Result<End> {
         self.records(&mut Bytes::new(source), true)
     }
+}
+
+/// Whether a key of a recording's metadata is of the device that was recorded: its serial number, its board, its driver, their versions.
+fn is_of_device(key: &str) -> bool {
+    const WORDS: [&str; 12] = [
+        "uuid", "serial", "hardware", "board", "driver", "firmware", "version", "sensor", "imu", "model", "device",
+        "part",
+    ];
+    let key = key.to_lowercase();
+    key == "hw" || key.starts_with("hw_") || WORDS.iter().any(|word| key.contains(word))
 }

@@ -89,6 +89,9 @@ struct Log<'a> {
     lost: (u64, u64),
 }
 
+/// What is told of a board: its name and serial number, its processor, and the version of what ran on it.
+const SAID: [&str; 7] = ["sys_name", "sys_uuid", "sys_mcu", "ver_hw", "ver_hw_subtype", "ver_sw", "ver_sw_branch"];
+
 struct Subscription {
     topic: usize,
     wanted: bool,
@@ -112,6 +115,7 @@ impl Log<'_> {
                     self.formats.insert(name.to_owned(), fields.to_owned());
                 }
             }
+            b'I' => self.information(body),
             b'A' => self.subscribe(body),
             b'D' => self.data(body),
             b'O' => {
@@ -121,6 +125,19 @@ impl Log<'_> {
             _ => {}
         }
         Ok(())
+    }
+
+    /// What the log says of its board: a key with its type, and a text.
+    fn information(&mut self, body: &[u8]) {
+        let mut cursor = Cursor::new(body);
+        let Some(key) = cursor.u8().and_then(|length| cursor.take(usize::from(length))) else { return };
+        let key = String::from_utf8_lossy(key);
+        if let Some((kind, key)) = key.split_once(' ')
+            && kind.starts_with("char[")
+            && SAID.contains(&key)
+        {
+            self.sink.said(key, String::from_utf8_lossy(cursor.rest()).trim_end_matches('\0').trim());
+        }
     }
 
     fn subscribe(&mut self, body: &[u8]) {

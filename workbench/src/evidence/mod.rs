@@ -43,7 +43,7 @@ pub struct LogEvidence {
     /// The type of that part, with its driver and range where they matter.
     #[serde(rename = "type")]
     pub kind: String,
-    /// Whatever else was said of it.
+    /// Whatever else was said of it, by its maker or by the log itself (serial number, board, versions).
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub meta: BTreeMap<String, String>,
     /// The day on which it was recorded, where the log or its metadata say it.
@@ -125,7 +125,8 @@ impl LogEvidence {
             log: subject.provenance.log.clone(),
             part: labels.part.clone().or_else(stem).unwrap_or_else(|| UNNAMED.to_owned()),
             kind: labels.kind.clone().unwrap_or_else(|| UNNAMED.to_owned()),
-            meta: labels.meta.clone(),
+            // What its maker says goes before what the log says.
+            meta: subject.provenance.said.clone().into_iter().chain(labels.meta.clone()).collect(),
             day,
             seconds: subject.record.duration(),
             samples: subject.provenance.samples,

@@ -9,7 +9,7 @@ use super::{
     names::Names,
     unit::{self, Channel, Name},
     unsaid::{self, Unit},
-    whole,
+    whole, words,
 };
 use crate::{files, toml_error::quoted};
 use gyro_model::{Axis, Record, Row};
@@ -75,11 +75,16 @@ impl Sample {
     }
 
     /// The channel of a column as `--map` takes it.
-    fn channel(&self, column: usize) -> String {
+    /// The numbers of a column.
+    pub(super) fn numbers(&self, column: usize) -> impl Iterator<Item = f64> {
+        self.columns[column].iter().copied().filter(|x| x.is_finite())
+    }
+
+    pub(super) fn channel(&self, column: usize) -> String {
         if self.head.line.is_none() { (column + 1).to_string() } else { self.head.names[column].clone() }
     }
 
-    fn called(&self, column: usize) -> String {
+    pub(super) fn called(&self, column: usize) -> String {
         if self.head.line.is_none() { format!("column {}", column + 1) } else { quoted(&self.head.names[column]) }
     }
 
@@ -194,7 +199,25 @@ pub fn advise(sample: &Sample, maps: &Maps, wants_reference: bool) -> Advice {
         );
         flags.clear();
     }
-    Advice { why, flags: flags.iter().map(ToString::to_string).collect(), needs_file: false }
+    // Units that no reference tells.
+    if flags.iter().all(|pick| !pick.name.starts_with("ref_")) && lacks.is_empty() {
+        let columns: Vec<(Axis, usize)> = used.gyros.clone().into_iter().chain(gyros_of(&flags, sample)).collect();
+        if let Some(words) = words::advise(sample, &columns) {
+            let others = flags.iter().filter(|pick| !pick.name.starts_with("gyro_")).map(ToString::to_string);
+            let why = [why, words.why].into_iter().filter(|why| !why.is_empty()).collect::<Vec<_>>().join("; ");
+            return Advice { why, flags: others.chain(words.flags).collect(), ..words };
+        }
+    }
+    Advice { why, flags: flags.iter().map(ToString::to_string).collect(), ..Advice::default() }
+}
+
+/// The gyro's columns among these.
+fn gyros_of(picks: &[Pick], sample: &Sample) -> Vec<(Axis, usize)> {
+    let of = |pick: &Pick| {
+        let axis = Axis::ALL.into_iter().find(|axis| pick.name == format!("gyro_{axis}"))?;
+        Some((axis, (0..sample.columns.len()).find(|&i| sample.channel(i) == pick.channel)?))
+    };
+    picks.iter().filter_map(of).collect()
 }
 
 /// Seconds for one of a time's suffix.
@@ -339,10 +362,11 @@ fn reference(
 
 /// What to do about a file that was refused; `None` where there is nothing to say.
 pub fn of_file(path: &Path, options: &Options, error: &LogError) -> Option<Advice> {
-    if !matches!(error.problem, Problem::NoHeader { .. } | Problem::Missing { .. } | Problem::NoReference { .. })
-        || path == Path::new("-")
-        || !options.advises
-    {
+    let is_known = matches!(
+        error.problem,
+        Problem::NoHeader { .. } | Problem::Missing { .. } | Problem::NoReference { .. } | Problem::Words { .. }
+    );
+    if !is_known || path == Path::new("-") || !options.advises {
         return None;
     }
     let input = Input::open(path).ok().filter(Input::is_text)?;
@@ -365,6 +389,11 @@ pub fn of_file(path: &Path, options: &Options, error: &LogError) -> Option<Advic
     }
     if advice.flags.is_empty() || is_log(path, options, &advice.flags) {
         return Some(advice);
+    }
+    // What is at rest needs no reference.
+    if advice.at_rest {
+        let rest = Options { needs_reference: false, ..options.clone() };
+        return is_log(path, &rest, &advice.flags).then_some(advice);
     }
     // With them only the reference is missing still.
     let alone = Options { needs_reference: false, ..options.clone() };

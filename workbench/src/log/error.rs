@@ -121,6 +121,15 @@ pub enum Problem {
         /// What there is.
         known: Box<Known>,
     },
+    /// Raw words of a gyro of which nobody says how many are one °/s, and no reference either.
+    #[error(
+        "{columns} are whole numbers: raw words of the sensor, and nothing says how many of them are one °/s. Say it with \
+         `--map gyro_z_dps=CHANNEL/STEPS`, STEPS from the data sheet (131 for ±250 °/s of an MPU)"
+    )]
+    Words {
+        /// The gyro's columns.
+        columns: String,
+    },
     /// A counter of rows where a time should be.
     #[error(
         "`{}` counts rows and is not a time: divide it by the rate, {}",
@@ -366,7 +375,9 @@ fn call(advice: &Advice) -> String {
         .collect();
     let map = if pairs.is_empty() { String::new() } else { format!(", map={{{}}}", pairs.join(", ")) };
     let file = if advice.needs_file || pairs.is_empty() { ", reference=\"REFERENCE.csv\"" } else { "" };
-    format!("truerate.read(source{map}{file})")
+    let rest = if advice.at_rest { ", at_rest=True" } else { "" };
+    let file = if advice.at_rest { "" } else { file };
+    format!("truerate.read(source{map}{file}{rest})")
 }
 
 /// The command that was given, with further flags; or a look at what the file holds.
@@ -376,7 +387,8 @@ fn again(log: &str, advice: &Advice) -> String {
     }
     let words: Vec<String> = std::env::args().skip(1).map(|word| shell_word(&word)).collect();
     let file = if advice.needs_file { " --reference REFERENCE.csv" } else { "" };
-    format!("truerate {} {}{file}", words.join(" "), as_flags(&advice.flags))
+    let rest = if advice.at_rest && words.iter().all(|word| word != "--at-rest") { " --at-rest" } else { "" };
+    format!("truerate {} {}{file}{rest}", words.join(" "), as_flags(&advice.flags))
 }
 
 /// Maps as flags for a shell.
@@ -393,6 +405,7 @@ impl Problem {
             Self::NoHeader { row, .. } => format!("no header above the rows ({row})"),
             Self::Missing { wanted, known } => format!("no column `{wanted}`: the header has {}", known.has),
             Self::NoReference { .. } => "no axis has both a gyro and a reference".to_owned(),
+            Self::Words { columns } => format!("{columns} are raw words of the sensor without a unit"),
             other => other.to_string(),
         }
     }

@@ -108,6 +108,10 @@ impl Sink for Continued<'_> {
     fn note(&mut self, note: Note) {
         self.sink.note(note);
     }
+
+    fn said(&mut self, key: &str, value: &str) {
+        self.sink.said(key, value);
+    }
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use log_readers::{
     meaning::{Pick, Proposal, Second, stated_rate},
     text::{Form, Head},
 };
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// One column.
 #[derive(Clone, Debug)]
@@ -54,6 +54,8 @@ pub struct Layout {
     pub stated_rate: Option<f64>,
     /// The column that is the time, as the file names it.
     pub time_channel: String,
+    /// What the log says of the vehicle, the board or the sensor.
+    pub said: BTreeMap<String, String>,
 }
 
 /// A refused header: the column where one is at fault.

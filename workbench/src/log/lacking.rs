@@ -9,4 +9,6 @@ pub struct Advice {
     pub flags: Vec<String>,
     /// Whether a second file is needed besides.
     pub needs_file: bool,
+    /// Whether the sensor was at rest, which has to be said.
+    pub at_rest: bool,
 }

@@ -64,6 +64,7 @@ pub fn read(files: &[PathBuf], first: Input, maps: &Maps) -> Result<Messages, Re
         return Err((None, Problem::OtherFrames(topic.clone())));
     }
     let (picks, layout) = understood(maps, &channels, &|taken, picks| of_topics(&survey.topics, taken, picks))?;
+    let layout = Layout { said: survey.said.clone(), ..layout };
     let mut taker = Taker::new(&picks, &layout);
     twice.read(database, &mut taker).map_err(|p| (None, p))?;
     let notes =

@@ -37,6 +37,7 @@ mod timer;
 mod unit;
 mod unsaid;
 mod whole;
+mod words;
 mod writer;
 
 pub use advice::{Sample, advise};
@@ -56,7 +57,7 @@ use column_map::ColumnMap;
 use gyro_model::words::Voice;
 use log_readers::{can::Database, meaning::Pick};
 use map::MapFlag;
-use std::path::PathBuf;
+use std::{collections::BTreeMap, path::PathBuf};
 use unit::Channel;
 
 /// How a log is to be read.
@@ -181,6 +182,8 @@ pub struct Provenance {
     pub start_ns: i128,
     /// Channels that were taken without being named, for their own names are clear.
     pub chosen: Vec<Pick>,
+    /// What the log says of the vehicle, the board or the sensor: `sys_uuid`, `ver_hw`, `ver_sw`, …
+    pub said: BTreeMap<String, String>,
 }
 
 /// Fewer usable rows than this are refused: nothing that is fitted to them could be trusted.

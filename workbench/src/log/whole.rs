@@ -2,7 +2,7 @@
 
 use super::{
     FAULTY_SHARE, FEWEST_ROWS, LogError, Options, Provenance, Reader, dependent, error::Problem, jump,
-    reader::no_reference,
+    reader::no_reference, words,
 };
 use gyro_model::{
     Record, Row,
@@ -94,6 +94,12 @@ pub fn read_beside<T>(
         };
         return Err(refuse(Problem::TooFew { found: usable, wanted: FEWEST_ROWS, why }));
     }
+    if !options.needs_reference
+        && !options.as_streamed
+        && let Some(columns) = words::of(&record, reader.layout())
+    {
+        return Err(refuse(Problem::Words { columns }));
+    }
     if options.needs_reference && record.fitted_axes().is_empty() {
         return Err(refuse(no_reference(reader.layout())));
     }
@@ -147,5 +153,6 @@ fn provenance(path: &Path, reader: &Reader, record: &Record) -> Provenance {
         supply,
         start_ns: reader.start_ns().unwrap_or_default(),
         chosen: reader.layout().chosen.clone(),
+        said: reader.layout().said.clone(),
     }
 }

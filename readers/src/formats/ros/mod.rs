@@ -89,6 +89,11 @@ impl<'a> Connections<'a> {
         self.sink.note(note);
     }
 
+    /// Tells what the log says of the vehicle, the board or the sensor.
+    pub fn said(&mut self, key: &str, value: &str) {
+        self.sink.said(key, value);
+    }
+
     /// Takes up a connection; one that is there already stays.
     pub fn connect(&mut self, id: u32, topic: &str, kind: &str, wire: Wire, definition: &str) {
         if self.by_id.contains_key(&id) {
