@@ -248,7 +248,7 @@ impl Desk {
         let subject = self.subject()?;
         let file = model_file::parse(Path::new(MODEL), model, &subject.record.free_names)?;
         let channels = subject.record.free_names.clone();
-        let options = export::Options { rate: None, topic: String::new(), sensor: 1, channels };
+        let options = export::Options { rate: None, topic: String::new(), sensor: 1, channels, chip: None };
         let exported = export::export(&file, name, to.parse()?, &options)?;
         Ok(json!({ "text": exported.text, "warnings": exported.warnings }))
     }
