@@ -29,8 +29,8 @@ Examples:
   truerate apply - --model model.toml < log.csv > compensated.csv
 
 Columns, one row for each row of the log:
-  t                when the row's rates are valid, s on the clock of the gyro's stamps: a model with a
-                   delay d makes it the row's time less d; where d is negative the reference is
+  t                when the row's rates are valid, s on the clock of the gyro's stamps: a model with
+                   a delay d makes it the row's time less d; where d is negative the reference is
                    late, and it stays the row's time
   rate_x …         compensated rate, rad/s, not filtered
   rate_filtered_x  filtered rate, rad/s, and rate_std_x its standard deviation

@@ -104,7 +104,7 @@ pub enum Course {
 /// Effects that a course of temperatures is for.
 const OF_TEMPERATURE: [&str; 4] = ["scale-factor", "bias", "temperature-bias", "temperature-scale"];
 /// The swing of a simulated sensor's temperature on such a course, K, and its period, s.
-const SIMULATED: (f64, f64) = (14.0, 200.0);
+const SIMULATED: (f64, f64) = (14.0, 120.0);
 
 /// The exit code of a recording that lacks something.
 const LACKS: u8 = 3;

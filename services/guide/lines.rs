@@ -59,6 +59,9 @@ impl Show for Lines {
         }
         if state.seconds >= self.told + TELLS {
             self.told = state.seconds;
+            if let Some(now) = state.temperature.and_then(|course| screen::temperature(&course)) {
+                print(&format!("{at}  {}", now.trim_start()))?;
+            }
             let lacking = state.goals.iter().filter(|goal| goal.lacks());
             let each: Vec<String> = lacking.map(screen::stands).collect();
             if !each.is_empty() {

@@ -4,7 +4,7 @@ use super::{Ending, Show, ending::Told, goal::shown};
 use anyhow::Result;
 use gyro_model::{
     diagnosis::Verdict,
-    guide::{Followed, Goal, Stage, State},
+    guide::{Followed, Goal, Stage, State, temperature::Course},
     units,
 };
 use std::{
@@ -98,7 +98,7 @@ fn picture(state: &State, source: Option<&str>, terminal: Terminal) -> Vec<Strin
         }
         _ => String::new(),
     });
-    out.push(String::new());
+    out.push(state.temperature.and_then(|course| temperature(&course)).unwrap_or_default());
     let head = format!("{:<5}{:<24}{:>24}  {:>13}  {}", "axis", "parameter", "known by now", "wanted", "information");
     out.push(terminal.paint(Ink::Quiet, &cut(&head, width)));
     for goal in &state.goals {
@@ -125,6 +125,13 @@ fn picture(state: &State, source: Option<&str>, terminal: Terminal) -> Vec<Strin
     let foot = format!("{:.0} s, {} rows{end}", state.seconds, units::thousands(state.rows));
     out.push(terminal.paint(Ink::Quiet, &cut(&foot, width)));
     out
+}
+
+/// `     now 18.4 °C; so far 15.0 to 25.1 °C`.
+pub(super) fn temperature(course: &Course) -> Option<String> {
+    let range = course.low.zip(course.high);
+    let range = range.map_or_else(String::new, |(low, high)| format!("; so far {low:.1} to {high:.1} °C"));
+    course.now.filter(|_| !course.is_over()).map(|now| format!("     now {now:.1} °C{range}"))
 }
 
 /// A text that has room in so many cells.

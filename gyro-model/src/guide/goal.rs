@@ -83,7 +83,12 @@ impl Goal {
             out_of_reach: None,
             stalled: (f64::INFINITY, 0.0),
         };
-        sized(effect, axis).map(goal).collect()
+        // What has no typical size is wanted in no share of it.
+        let is_wanted = |card: &&'static ParameterCard| match precision {
+            Precision::OfTypical(_) => card.typical != card.neutral,
+            Precision::Absolute(_) => true,
+        };
+        sized(effect, axis).filter(is_wanted).map(goal).collect()
     }
 
     /// Whether it is still waited for.

@@ -116,23 +116,18 @@ impl Course {
     /// What to do now.
     #[must_use]
     pub fn says(&self) -> String {
-        let now = self.now.map_or_else(String::new, |now| format!(" (now {now:.1} °C)"));
         let to = |by: f64| self.start.map_or_else(String::new, |start| format!(", to {:.0} °C", start + by));
         match self.phase {
             Phase::Settle => {
                 format!("leave it alone for {SETTLES:.0} s after switching on: what settles now is its warm-up")
             }
             Phase::Cool => {
-                format!("cool it by {SPAN:.0} K{}: into a fridge, the cables out at its door{now}", to(-SPAN))
+                format!("cool it by {SPAN:.0} K{}: into a fridge, the cables out at its door", to(-SPAN))
             }
             Phase::Warm => {
-                format!(
-                    "warm it by {:.0} K{}: a hair-dryer from 30 cm, no hotter than 60 °C{now}",
-                    2.0 * SPAN,
-                    to(SPAN)
-                )
+                format!("warm it by {:.0} K{}: a hair-dryer from 30 cm, no hotter than 60 °C", 2.0 * SPAN, to(SPAN))
             }
-            Phase::Back => format!("let it come back{}: the same temperature again, at another time{now}", to(0.0)),
+            Phase::Back => format!("let it come back{}: the same temperature again, at another time", to(0.0)),
             Phase::Over => String::new(),
         }
     }

@@ -61,7 +61,7 @@ fn a_course_of_temperatures_goes_cold_and_hot_before_it_searches_and_a_skipped_m
         ..wanted(&[Axis::X], &["scale-factor", "bias", "temperature-bias"], false)
     });
     let mut sensor = SensorSpec::on(Axis::X);
-    (sensor.temperature.swing, sensor.temperature.period, sensor.temperature.rise) = (14.0, 200.0, 0.0);
+    (sensor.temperature.swing, sensor.temperature.period, sensor.temperature.rise) = (14.0, 120.0, 0.0);
     let mut hand = hand(&["temperature-bias"], sensor, 3);
     let (record, says) = play(&mut guide, &mut hand, true, 600.0);
     let place =

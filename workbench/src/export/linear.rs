@@ -155,6 +155,18 @@ fn through(points: [(f64, f64); 4]) -> [f64; 4] {
     powers.lu().solve(&values).map_or([0.0; 4], Into::into)
 }
 
+/// T, lower triangular with a positive diagonal, and the rotation R for which S = Rᵀ T⁻¹.
+pub fn triangular(matrix: &Matrix3<f64>) -> (Matrix3<f64>, Matrix3<f64>) {
+    // S J = Q U, J the columns in reverse, gives S = (Q J) (J U J), whose second factor is lower triangular.
+    let reverse = Matrix3::new(0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0);
+    let (turn, upper) = (matrix * reverse).qr().unpack();
+    let (turn, lower) = (turn * reverse, reverse * upper * reverse);
+    let signs = Matrix3::from_diagonal(&lower.diagonal().map(f64::signum));
+    let (turn, lower) = (turn * signs, signs * lower);
+    let triangle = lower.try_inverse().unwrap_or_else(Matrix3::identity);
+    (triangle.lower_triangle(), turn.transpose())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -205,5 +217,19 @@ mod tests {
         let wanted: Vec<&str> =
             ["scale-factor", "bias", "cross-axis", "temperature-bias"].into_iter().chain(encoder).collect();
         assert_eq!(held, wanted);
+    }
+
+    #[test]
+    fn the_two_factors_are_a_triangle_and_a_rotation_and_make_the_matrix() {
+        let matrix = Matrix3::new(0.99, -0.012, 0.004, 0.006, 1.008, -0.009, -0.015, 0.003, 0.996);
+        let (triangle, turned) = triangular(&matrix);
+        let again = turned.transpose() * triangle.try_inverse().unwrap();
+        assert!((again - matrix).norm() < 1e-12, "{again}");
+        assert!(triangle.upper_triangle() == Matrix3::from_diagonal(&triangle.diagonal()), "{triangle}");
+        assert!((turned * turned.transpose() - Matrix3::identity()).norm() < 1e-12 && turned.determinant() > 0.0);
+        assert!(triangle.diagonal().iter().all(|d| *d > 0.0));
+        // What is triangular already is not turned.
+        let (_, turned) = triangular(&Matrix3::new(0.99, 0.0, 0.0, 0.01, 1.0, 0.0, -0.02, 0.03, 1.01));
+        assert!((turned - Matrix3::identity()).norm() < 1e-12, "{turned}");
     }
 }

@@ -5,7 +5,10 @@
 //!
 //! N, the angle random walk in rad/√s, is the noise density in (rad/s)/√Hz: one reading of a gyro at f Hz has variance N² f.
 
-use super::{Exported, Options, comments, linear::Linear, robot::triangular};
+use super::{
+    Exported, Options, comments,
+    linear::{Linear, triangular},
+};
 use crate::model_file::ModelFile;
 use gyro_model::{Axis, Noise};
 use nalgebra::Matrix3;

@@ -75,16 +75,22 @@ impl Sample {
     }
 
     /// The channel of a column as `--map` takes it.
-    /// The numbers of a column.
-    pub(super) fn numbers(&self, column: usize) -> impl Iterator<Item = f64> {
-        self.columns[column].iter().copied().filter(|x| x.is_finite())
+    /// These columns, as those of a gyro.
+    fn gyro_columns(&self, columns: &[(Axis, usize)]) -> Vec<words::Column> {
+        let of = |&(axis, column): &(Axis, usize)| words::Column {
+            axis,
+            numbers: self.columns[column].iter().copied().filter(|x| x.is_finite()).collect(),
+            channel: self.channel(column),
+            called: self.called(column),
+        };
+        columns.iter().map(of).collect()
     }
 
-    pub(super) fn channel(&self, column: usize) -> String {
+    fn channel(&self, column: usize) -> String {
         if self.head.line.is_none() { (column + 1).to_string() } else { self.head.names[column].clone() }
     }
 
-    pub(super) fn called(&self, column: usize) -> String {
+    fn called(&self, column: usize) -> String {
         if self.head.line.is_none() { format!("column {}", column + 1) } else { quoted(&self.head.names[column]) }
     }
 
@@ -202,7 +208,7 @@ pub fn advise(sample: &Sample, maps: &Maps, wants_reference: bool) -> Advice {
     // Units that no reference tells.
     if flags.iter().all(|pick| !pick.name.starts_with("ref_")) && lacks.is_empty() {
         let columns: Vec<(Axis, usize)> = used.gyros.clone().into_iter().chain(gyros_of(&flags, sample)).collect();
-        if let Some(words) = words::advise(sample, &columns) {
+        if let Some(words) = words::advise(&sample.gyro_columns(&columns)) {
             let others = flags.iter().filter(|pick| !pick.name.starts_with("gyro_")).map(ToString::to_string);
             let why = [why, words.why].into_iter().filter(|why| !why.is_empty()).collect::<Vec<_>>().join("; ");
             return Advice { why, flags: others.chain(words.flags).collect(), ..words };

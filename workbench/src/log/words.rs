@@ -1,6 +1,6 @@
 //! Raw words of a gyro that nobody says the unit of, where no reference tells it either: the usual sensitivities are proposed.
 
-use super::{advice::Sample, header::Layout, lacking::Advice, unit::Channel};
+use super::{header::Layout, lacking::Advice, unit::Channel};
 use crate::toml_error::quoted;
 use gyro_model::{Axis, Record};
 use log_readers::meaning::Pick;
@@ -37,31 +37,47 @@ fn are_words(numbers: impl Iterator<Item = f64>) -> bool {
     count >= FEWEST && different.len() >= DIFFERENT
 }
 
+/// A column of a text that may be a gyro's.
+pub(super) struct Column {
+    /// The axis.
+    pub axis: Axis,
+    /// Its numbers.
+    pub numbers: Vec<f64>,
+    /// As a map names it.
+    pub channel: String,
+    /// As people are told of it.
+    pub called: String,
+}
+
+impl Column {
+    fn is_unsigned(&self) -> bool {
+        self.numbers.iter().all(|x| *x >= 0.0) && self.numbers.iter().any(|x| *x >= NEGATIVE)
+    }
+
+    /// Whether it stays within what a sensor at rest reads.
+    fn rests(&self) -> bool {
+        let unsigned = self.is_unsigned();
+        let signed = self.numbers.iter().map(|&x| if unsigned && x >= NEGATIVE { x - WORD } else { x });
+        let (low, high) = signed.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        (high - low) / FIRST < RESTS
+    }
+}
+
 /// The maps that make rates of these columns, and what they rest on; `None` where they are no words.
-pub(super) fn advise(sample: &Sample, columns: &[(Axis, usize)]) -> Option<Advice> {
-    if columns.is_empty() || !columns.iter().all(|(_, column)| are_words(sample.numbers(*column))) {
+pub(super) fn advise(columns: &[Column]) -> Option<Advice> {
+    if columns.is_empty() || !columns.iter().all(|column| are_words(column.numbers.iter().copied())) {
         return None;
     }
-    let is_unsigned =
-        |column: usize| sample.numbers(column).all(|x| x >= 0.0) && sample.numbers(column).any(|x| x >= NEGATIVE);
-    let signed = |column: usize| {
-        let unsigned = is_unsigned(column);
-        sample.numbers(column).map(move |x| if unsigned && x >= NEGATIVE { x - WORD } else { x })
-    };
-    let rests = |column: usize| {
-        let (low, high) = signed(column).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
-        (high - low) / FIRST < RESTS
-    };
-    let at_rest = columns.iter().all(|(_, column)| rests(*column));
-    let flag = |&(axis, column): &(Axis, usize)| {
+    let at_rest = columns.iter().all(Column::rests);
+    let flag = |column: &Column| {
         let pick =
-            Pick { factor: FIRST.recip(), ..Pick::new(&format!("gyro_{axis}_dps"), &sample.channel(column), None) };
+            Pick { factor: FIRST.recip(), ..Pick::new(&format!("gyro_{}_dps", column.axis), &column.channel, None) };
         // Where every word is a negative one, its sign is put back; where only some are, the reader does it.
-        let all = is_unsigned(column) && sample.numbers(column).all(|x| x >= NEGATIVE);
+        let all = column.is_unsigned() && column.numbers.iter().all(|x| *x >= NEGATIVE);
         if all { format!("{pick}-{}", WORD / FIRST) } else { pick.to_string() }
     };
-    let names: Vec<String> = columns.iter().map(|(_, column)| sample.called(*column)).collect();
-    let unsigned = if columns.iter().any(|(_, column)| is_unsigned(*column)) {
+    let names: Vec<&str> = columns.iter().map(|column| column.called.as_str()).collect();
+    let unsigned = if columns.iter().any(Column::is_unsigned) {
         " They are printed without their sign: 65535 is −1."
     } else {
         ""
