@@ -193,7 +193,7 @@ fn a_free_column_of_text_is_left_out_and_said_but_text_among_numbers_is_refused(
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("x.csv");
     let text = |of: &dyn Fn(usize) -> String| {
-        (0..200).fold("t,gyro_x,state\n".to_owned(), |all, k| all + &format!("{k},{},{}\n", (k * 31) % 17, of(k)))
+        (0..200).fold("t,gyro_x,state\n".to_owned(), |all, k| all + &format!("{k},{}.5,{}\n", (k * 31) % 17, of(k)))
     };
     fs::write(&path, text(&|_| "ok".to_owned())).unwrap();
     let (_, faults, _) = read(&path, &Options::default()).unwrap();
@@ -233,7 +233,7 @@ fn a_clock_that_is_set_while_recording_costs_the_shorter_side() {
     let write = |jump_at: i32| {
         let text = (0..1000).fold("t,gyro_x\n".to_owned(), |all, k| {
             let t = f64::from(k) * 0.01 + if k >= jump_at { 1.7e9 } else { 0.0 };
-            all + &format!("{t:.2},{}\n", (k * 31) % 17)
+            all + &format!("{t:.2},{}.5\n", (k * 31) % 17)
         });
         fs::write(&path, text).unwrap();
     };
