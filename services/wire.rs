@@ -63,6 +63,7 @@ pub fn message_of(estimate: &estimator::Estimate, sample: &Sample, took_ns: u64)
         epoch: estimate.epoch,
         time_ns: sample.time_ns,
         valid_ns: estimate.valid_t_ns,
+        reference_ns: estimate.reference_t_ns,
         axes: estimate.axes.map(|a| AxisEstimate {
             present: u32::from(a.present),
             flags: a.flags,
@@ -92,6 +93,7 @@ pub fn message_of(estimate: &estimator::Estimate, sample: &Sample, took_ns: u64)
 pub fn estimate_of(message: &Estimate) -> estimator::Estimate {
     estimator::Estimate {
         valid_t_ns: message.valid_ns,
+        reference_t_ns: message.reference_ns,
         epoch: message.epoch,
         axes: message.axes.map(|a| estimator::AxisEstimate {
             present: a.present != 0,

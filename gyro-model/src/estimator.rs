@@ -2,9 +2,9 @@
 //! call [`Estimator::step`] and nothing else, so what runs live and what runs on a log agree bit for bit.
 //!
 //! A row taken at `t` gives an estimate that is valid at `t − d` (the latest instant that every axis has reached);
-//! references wait in a queue until the estimate has reached their time. A negative `d` means a late reference, which no gyro
-//! can cause: inside, all times are then the reference's; the estimates that go out keep the gyro's. The estimator never reads a clock, allocates
-//! nothing in `step`, and no number in it ever becomes non-finite.
+//! references wait in a queue until the estimate has reached their time. Where `d` is negative the reference is late: an
+//! estimate says its time on both clocks. The estimator never reads a clock, allocates nothing in `step`, and no number in it
+//! ever becomes non-finite.
 
 use crate::{
     Model, Row,
@@ -102,6 +102,8 @@ impl Default for Options {
 pub struct Estimate {
     /// The instant, ns since the log's first row, on the clock of the gyro's stamps.
     pub valid_t_ns: i64,
+    /// The stamp of a reference that shows this instant, ns: later where the reference is late.
+    pub reference_t_ns: i64,
     /// Epoch of the model it was made with.
     pub epoch: u64,
     /// The axes.
@@ -166,7 +168,7 @@ impl AxisEstimate {
 pub struct Snapshot {
     /// Time of the last row, ns.
     pub t_ns: i64,
-    /// The last estimate, at its time on the reference's clock.
+    /// The last estimate.
     pub estimate: Estimate,
     started: bool,
     compensation: compensation::State,
@@ -210,7 +212,7 @@ impl Estimator {
             waiting: VecDeque::with_capacity(WAITING),
             started: false,
             t_ns: 0,
-            last: Estimate { valid_t_ns: 0, epoch: 0, axes: [AxisEstimate::ABSENT; 3] },
+            last: Estimate { valid_t_ns: 0, reference_t_ns: 0, epoch: 0, axes: [AxisEstimate::ABSENT; 3] },
         }
     }
 
@@ -229,7 +231,9 @@ impl Estimator {
             let own = own_after[i].saturating_sub(own_before[i]);
             axis.set_model(&self.compensation, step, valid_before, [own, shift]);
         }
-        self.last.valid_t_ns = self.last.valid_t_ns.saturating_add(if self.started { shift } else { 0 });
+        if self.started {
+            self.last = self.at(self.last.reference_t_ns.saturating_add(shift));
+        }
         self.last.epoch = model.epoch;
     }
 
@@ -239,7 +243,7 @@ impl Estimator {
             for axis in &mut self.last.axes {
                 axis.flags |= flags::ROW_REJECTED;
             }
-            return self.outward(&self.last);
+            return self.last;
         }
         self.wait(row);
         let angles = self.angles();
@@ -247,11 +251,11 @@ impl Estimator {
         let valid_t_ns = self.valid_time(row.t_ns);
         let moment = Moment {
             valid_t_ns,
-            dt: if self.started { seconds(valid_t_ns, self.last.valid_t_ns).max(0.0) } else { 0.0 },
+            dt: if self.started { seconds(valid_t_ns, self.last.reference_t_ns).max(0.0) } else { 0.0 },
         };
         self.started = true;
         self.t_ns = row.t_ns;
-        self.last.valid_t_ns = valid_t_ns;
+        self.last = self.at(valid_t_ns);
 
         let before = self.axes.each_ref().map(AxisEstimator::angle);
         for (axis, out) in self.axes.iter_mut().zip(&mut self.last.axes) {
@@ -267,7 +271,7 @@ impl Estimator {
         for (axis, estimate) in self.axes.iter_mut().zip(&mut self.last.axes) {
             axis.report(&self.compensation, valid_t_ns, estimate);
         }
-        self.outward(&self.last)
+        self.last
     }
 
     /// What is known at a later instant without any new reading: rates held, uncertainty grown. Nothing is changed.
@@ -276,12 +280,12 @@ impl Estimator {
         let mut estimate = self.last;
         let ahead = seconds(t_ns, self.t_ns);
         if self.started && ahead > 0.0 {
-            estimate.valid_t_ns = self.valid_time(t_ns);
+            estimate = self.at(self.valid_time(t_ns));
             for (axis, out) in self.axes.iter().zip(&mut estimate.axes) {
                 axis.coast(ahead, out);
             }
         }
-        self.outward(&estimate)
+        estimate
     }
 
     /// Everything needed to go on after a crash.
@@ -311,19 +315,19 @@ impl Estimator {
             axis.restore(state);
         }
         if epoch != snapshot.estimate.epoch && self.started {
-            let valid_before = self.last.valid_t_ns;
-            self.last.valid_t_ns = self.valid_time(self.t_ns);
-            let shift = self.last.valid_t_ns.saturating_sub(valid_before);
+            let valid_before = self.last.reference_t_ns;
+            self.last = self.at(self.valid_time(self.t_ns));
+            let shift = self.last.reference_t_ns.saturating_sub(valid_before);
             for (axis, step) in self.axes.iter_mut().zip(steps) {
                 axis.set_model(&self.compensation, step, valid_before, [shift; 2]);
             }
         }
     }
 
-    /// An estimate at the gyro's own time.
-    fn outward(&self, estimate: &Estimate) -> Estimate {
-        let valid_t_ns = estimate.valid_t_ns.saturating_sub(self.compensation.reference_late());
-        Estimate { valid_t_ns, ..*estimate }
+    /// The last estimate at another time, ns on the reference's clock.
+    fn at(&self, reference_t_ns: i64) -> Estimate {
+        let valid_t_ns = reference_t_ns.saturating_sub(self.compensation.reference_late());
+        Estimate { valid_t_ns, reference_t_ns, ..self.last }
     }
 
     /// The filter's angles: θ of the regressors.

@@ -43,7 +43,7 @@ pub struct AxisEstimate {
 /// The state after one sample.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("truerate.Estimate.v2")]
+#[type_name("truerate.Estimate.v3")]
 pub struct Estimate {
     /// The run that this belongs to.
     pub run: u64,
@@ -59,6 +59,8 @@ pub struct Estimate {
     pub time_ns: i64,
     /// The time at which the rate held, ns (earlier than `time_ns` by the modelled delay).
     pub valid_ns: i64,
+    /// The time of a sample whose reference shows that instant, ns: later than `valid_ns` where the reference is late.
+    pub reference_ns: i64,
     /// The axes.
     pub axes: [AxisEstimate; 3],
     /// The same on this machine's clock, ns.
@@ -73,4 +75,4 @@ pub struct Estimate {
     pub kalman_gave_ns: u64,
 }
 
-const _: () = assert!(size_of::<Estimate>() == 400);
+const _: () = assert!(size_of::<Estimate>() == 408);

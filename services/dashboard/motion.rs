@@ -1,7 +1,7 @@
 //! What the reference measured beside what the model makes of the gyro, in even steps of time, while it runs.
 //!
 //! Both sides are running angles: the reference's, unwrapped, at the time it was read, and the integral of the
-//! compensated rate at the time at which that rate held (so that a modelled delay lines the two up). A step's rate is
+//! compensated rate at the time at which the reference shows it (so that a modelled delay lines the two up). A step's rate is
 //! the angle's increment over it: encoder noise telescopes, nothing is differentiated twice.
 
 use ipc_types::{Estimate, Sample};
@@ -159,10 +159,10 @@ impl Motion {
             if axis.present != 1 {
                 continue;
             }
-            if !is_same && let Some(angle) = line.model.continued(estimate.valid_ns, axis.rate) {
+            if !is_same && let Some(angle) = line.model.continued(estimate.reference_ns, axis.rate) {
                 line.offset = angle - axis.angle;
             }
-            line.model.push(estimate.valid_ns, line.offset + axis.angle);
+            line.model.push(estimate.reference_ns, line.offset + axis.angle);
         }
     }
 
@@ -245,7 +245,7 @@ mod tests {
     /// A model that knows the delay, s, and whose scale is off by `error`.
     fn play_model(motion: &mut Motion, delay: f64, error: f64) -> Vec<Step> {
         play(motion, |k, t| {
-            let estimate = Estimate { valid_ns: k * 1_000_000 - (delay * 1e9) as i64, ..Estimate::default() };
+            let estimate = Estimate { reference_ns: k * 1_000_000 - (delay * 1e9) as i64, ..Estimate::default() };
             (estimate, AxisEstimate { angle: angle(t - delay) * (1.0 + error), ..AxisEstimate::default() })
         })
     }
@@ -268,7 +268,7 @@ mod tests {
             let late = if epoch == 1 { 20_000_000 } else { 0 };
             let rate = 2.0 + 0.9 * (3.0 * (t - 0.02)).cos();
             let axis = AxisEstimate { angle: angle(t - 0.02), rate, ..AxisEstimate::default() };
-            (Estimate { valid_ns: k * 1_000_000 - late, epoch, ..Estimate::default() }, axis)
+            (Estimate { reference_ns: k * 1_000_000 - late, epoch, ..Estimate::default() }, axis)
         });
         assert!(steps.len() > 50);
         for axis in steps.iter().skip(12).map(|s| s.axes[2]) {
@@ -290,7 +290,7 @@ mod tests {
         play_model(&mut motion, 0.0, 0.0);
         for k in 3000..20_000_i64 {
             motion.sample(&Sample { time_ns: k * 1_000_000, ..Sample::EMPTY });
-            let mut estimate = Estimate { valid_ns: k * 1_000_000, ..Estimate::default() };
+            let mut estimate = Estimate { reference_ns: k * 1_000_000, ..Estimate::default() };
             estimate.axes[2] = AxisEstimate { present: 1, angle: 0.0, ..AxisEstimate::default() };
             motion.estimate(&estimate);
             motion.steps();

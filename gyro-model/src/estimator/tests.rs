@@ -224,7 +224,7 @@ fn beside_a_late_reference_an_estimate_keeps_the_gyros_time() {
     axis.terms.push(Term { effect: &DELAY, values: vec![-late], std_errors: vec![0.0] });
     let estimates = run(Options::default(), &model, &rows);
     for (e, row) in estimates.iter().zip(&rows) {
-        assert_eq!(e.valid_t_ns, row.t_ns);
+        assert_eq!((e.valid_t_ns, e.reference_t_ns), (row.t_ns, row.t_ns + 12_300_000));
     }
     // The gyro reads at t what the reference says 12.3 ms later.
     let truth = |e: &Estimate| sine(e.valid_t_ns as f64 * 1e-9 + late);
@@ -440,7 +440,7 @@ fn another_model_makes_no_bump_but_its_own_step() {
     let rows = without_reference(&rows);
     let mut estimator = Estimator::new(Options::default());
     estimator.set_model(&model(1.0, 0.0));
-    let mut last = Estimate { valid_t_ns: 0, epoch: 0, axes: [AxisEstimate::ABSENT; 3] };
+    let mut last = Estimate { valid_t_ns: 0, reference_t_ns: 0, epoch: 0, axes: [AxisEstimate::ABSENT; 3] };
     for row in &rows[..2000] {
         last = estimator.step(row);
     }
