@@ -54,6 +54,29 @@ fn a_scale_that_wanders_is_found_with_its_size() {
 }
 
 #[test]
+fn on_a_drive_a_random_cause_is_called_by_its_own_name_alone() {
+    for (cause, is) in [
+        ("random-scale:size=0.005", LimitedBy::RandomScale),
+        ("reversal-steps:size=0.005", LimitedBy::ReversalSteps),
+        ("start-stop-steps:size=0.005", LimitedBy::StartStopSteps),
+    ] {
+        for seed in [11, 12, 15] {
+            let ladder = climbed(Some(cause), DRIVE, seed, Vec::new());
+            let found: Vec<LimitedBy> = ladder.random.iter().map(|found| found.cause).collect();
+            assert_eq!(found, [is], "{cause}, seed {seed}");
+        }
+    }
+}
+
+#[test]
+fn rows_that_say_nothing_make_no_random_cause() {
+    let range = Hidden::parse("saturation:l=2.0", Axis::X).unwrap();
+    let ladder = climbed(None, MULTISINE, 13, vec![range]);
+    assert_eq!(ladder.effects, ["scale-factor", "bias", "saturation"]);
+    assert!(ladder.random.is_empty(), "{:?}", ladder.random);
+}
+
+#[test]
 fn a_clean_log_has_no_random_cause() {
     for (motion, seed) in [(MULTISINE, 6), (DRIVE, 7), (DRIVE, 8), (MULTISINE, 9)] {
         let ladder = climbed(None, motion, seed, Vec::new());

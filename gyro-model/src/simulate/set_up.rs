@@ -281,6 +281,17 @@ mod tests {
     }
 
     #[test]
+    fn an_encoder_counts_in_whole_steps_beside_a_random_cause() {
+        let sensor = SensorSpec { reference: Reference::Encoder(4096), ..SensorSpec::default() };
+        let samples: Vec<_> = Simulator::new(&Scenario { sensor, ..Scenario::default() }).take(4000).collect();
+        let random = RandomCauses { random_scale: (0.01, 2.0), ..RandomCauses::default() };
+        let rows = SetUp { random, ..SetUp::default() }.applied(&samples, Axis::X, 100.0, 3);
+        assert!((step_of(&rows, 0).expect("steps") / (TAU / 4096.0) - 1.0).abs() < 1e-6);
+        let off = rows.iter().zip(&samples).map(|(row, sample)| (row.ref_angle[0] - sample.true_angle[0]).abs());
+        assert!(off.fold(0.0, f64::max) > 2.0 * TAU / 4096.0);
+    }
+
+    #[test]
     fn noise_has_its_size_and_its_colour() {
         let noise = Coloured::parse("0.0004:1-5").expect("a noise");
         let own = added(SetUp { noise: Some(noise), ..SetUp::default() });

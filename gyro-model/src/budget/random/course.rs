@@ -46,6 +46,8 @@ pub struct Course {
 const STEADY: f64 = 0.04;
 /// Share of the root mean square rate within which an axis stands.
 const STANDS: f64 = 0.03;
+/// Share of it from which on a rate the other way is a reversal: what swings back as it comes to rest is one, too.
+const TURNS: f64 = 0.01;
 /// Standard deviations of its noise within which a rate is none.
 const NOISE: f64 = 4.0;
 /// Time that an axis stands for, s, before it starts again.
@@ -85,8 +87,8 @@ impl Course {
             .collect();
         let mean_square = rate.iter().map(|w| w * w).sum::<f64>() / n.max(1) as f64;
         let noise = study.bench.prior[series].angle_random_walk / (2.0 * half as f64 * dt).sqrt();
-        let stands = (STANDS * mean_square.sqrt()).max(NOISE * noise);
-        let (reversals, starts) = (reversals(&t, &rate, stands), starts(&t, &rate, stands));
+        let least = |share: f64| (share * mean_square.sqrt()).max(NOISE * noise);
+        let (reversals, starts) = (reversals(&t, &rate, least(TURNS)), starts(&t, &rate, least(STANDS)));
         let mut course = Self {
             error,
             travelled: vec![0.0; n],
