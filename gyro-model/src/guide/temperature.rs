@@ -118,6 +118,10 @@ impl Course {
     pub fn says(&self) -> String {
         let to = |by: f64| self.start.map_or_else(String::new, |start| format!(", to {:.0} °C", start + by));
         match self.phase {
+            Phase::Settle if self.now.is_none() => {
+                "leave it alone; the source has not given a temperature yet, and without one nothing is learnt here"
+                    .to_owned()
+            }
             Phase::Settle => {
                 format!("leave it alone for {SETTLES:.0} s after switching on: what settles now is its warm-up")
             }
@@ -170,6 +174,7 @@ mod tests {
             course.take(f64::from(k), f64::NAN);
         }
         assert_eq!((course.phase, course.now), (Phase::Settle, None));
+        assert!(course.says().contains("has not given a temperature"), "{}", course.says());
         for wanted in [Phase::Cool, Phase::Warm, Phase::Back, Phase::Over, Phase::Over] {
             course.next();
             assert_eq!(course.phase, wanted);

@@ -46,7 +46,7 @@ const Report = (() => {
   function section(axis) {
     const judged = axis.curves[axis.judged];
     const verdict = h('.grid.' + axis.tone,
-      h('section.panel.verdict', h('p.soft.small', `axis ${axis.axis}`), Parts.answer(axis), judged ? figures(axis, judged) : null, beside.axis?.(axis), page.story || !page.next.length ? null : Parts.command(page.next[0])));
+      h('section.panel.verdict', h('p.soft.small', `axis ${axis.axis}`), Parts.answer(axis), judged && axis.figures ? figures(axis, judged) : null, beside.axis?.(axis), page.story || !page.next.length ? null : Parts.command(page.next[0])));
     // Where a model is changed by clicks, what is clicked stands near its error.
     const first = beside.axis ? [curves(axis), suspects(axis), limit(axis)] : [limit(axis), curves(axis), suspects(axis)];
     return [verdict, ...first, explained(axis), overlay(axis), fails(axis), spectra(axis), model(axis)].filter(Boolean);

@@ -82,6 +82,8 @@ pub struct AxisView {
     pub curves: Vec<Curve>,
     /// Which curve is the one judged.
     pub judged: usize,
+    /// Whether its errors are told in large figures; not where two sensors stand side by side.
+    pub figures: bool,
     /// Largest error/floor.
     pub error_over_floor: Option<f64>,
     /// Every error below the band's upper end.
@@ -271,6 +273,7 @@ impl AxisView {
             noise: axis::noise(&axis.noise, axis.verdict),
             curves,
             judged: 0,
+            figures: true,
             error_over_floor: axis.error_over_floor.filter(|r| r.is_finite()),
             within_floor: axis.within_floor,
             floor_source: axis.floor_source.clone(),
@@ -358,6 +361,7 @@ impl AxisView {
             says: axis::sentence(&beyond(axis, headline::has_additions(axis), voice)),
             headline: spoken.answer,
             judged: curves.len().saturating_sub(1),
+            figures: true,
             curves,
             within_floor,
             floor_source: String::new(),

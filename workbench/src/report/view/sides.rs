@@ -42,8 +42,8 @@ fn view(first: &AxisDiagnosis, second: &AxisDiagnosis, both: &BothSides, sides: 
         headline: sides.says.clone(),
         at_source: String::new(),
         label: match sides.better {
-            Some(Which::First) => format!("{one} is better"),
-            Some(Which::Second) => format!("{two} is better"),
+            Some(Which::First) => format!("better: {one} (first)"),
+            Some(Which::Second) => format!("better: {two} (second)"),
             None if sides.errors.iter().any(|own| own.better.is_some()) => "each is better over its own times".to_owned(),
             None => "no difference is seen".to_owned(),
         },
@@ -51,6 +51,7 @@ fn view(first: &AxisDiagnosis, second: &AxisDiagnosis, both: &BothSides, sides: 
                comparison is fairest where both sensors moved together."
             .to_owned(),
         tone,
+        figures: false,
         parameters: Vec::new(),
         noise: String::new(),
         limit: None,
