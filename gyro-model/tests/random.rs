@@ -2,7 +2,7 @@
 
 use gyro_model::{
     Axis, Model, Record,
-    diagnose::{Options, ladder},
+    diagnose::{Options, compare, ladder},
     diagnosis::{AxisLadder, LimitedBy, Verdict},
     simulate::{Hidden, Motion, RandomCauses, Scenario, SetUp, Simulator},
 };
@@ -10,7 +10,7 @@ use gyro_model::{
 const MULTISINE: Motion = Motion::Multisine { travel: 8.0 };
 const DRIVE: Motion = Motion::Drive { rate: 1.2, hold: 2.0 };
 
-fn climbed(cause: Option<&str>, motion: Motion, seed: u64, hidden: Vec<Hidden>) -> AxisLadder {
+fn record(cause: Option<&str>, motion: Motion, seed: u64, hidden: Vec<Hidden>) -> Record {
     let scenario = Scenario { motion, seed, seconds: 90.0, hidden, ..Scenario::default() };
     let mut random = RandomCauses::default();
     if let Some(text) = cause {
@@ -18,7 +18,11 @@ fn climbed(cause: Option<&str>, motion: Motion, seed: u64, hidden: Vec<Hidden>) 
     }
     let samples: Vec<_> = Simulator::new(&scenario).take(9000).collect();
     let rows = SetUp { random, ..SetUp::default() }.applied(&samples, Axis::X, 100.0, seed);
-    let record = Record { rows, ..Record::default() };
+    Record { rows, ..Record::default() }
+}
+
+fn climbed(cause: Option<&str>, motion: Motion, seed: u64, hidden: Vec<Hidden>) -> AxisLadder {
+    let record = record(cause, motion, seed, hidden);
     let model = Model::base_for(&record);
     ladder(&record, &model, &[Axis::X], &Options::default()).unwrap().1.remove(0)
 }
@@ -81,5 +85,18 @@ fn a_clean_log_has_no_random_cause() {
     for (motion, seed) in [(MULTISINE, 6), (DRIVE, 7), (DRIVE, 8), (MULTISINE, 9)] {
         let ladder = climbed(None, motion, seed, Vec::new());
         assert!(ladder.random.is_empty(), "{seed}: {:?}", ladder.random);
+    }
+}
+
+#[test]
+fn before_anybody_looked_for_effects_what_they_make_is_no_random_cause() {
+    // What a delay makes of a drive is largest at starts and reversals.
+    for seed in [12, 13, 14] {
+        let late = Hidden::parse("delay:d=0.012", Axis::X).unwrap();
+        let record = record(None, DRIVE, seed, vec![late]);
+        let options = Options { own_log: true, ..Options::default() };
+        let judged = compare(&record, &Model::base_for(&record), &[Axis::X], &options).unwrap().remove(0);
+        assert!(judged.random.is_empty(), "{seed}: {:?}", judged.random);
+        assert_eq!(judged.limited_by, Some(LimitedBy::Unattributed), "{seed}");
     }
 }

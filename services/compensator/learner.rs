@@ -4,7 +4,7 @@ use super::{budget::Budget, store::View};
 use gyro_model::{
     Axis, AxisModel, Model, Record, Term,
     diagnose::{self, compare},
-    diagnosis::AxisDiagnosis,
+    diagnosis::{AxisDiagnosis, ErrorPoint},
     effects::{ParameterCard, Role},
     fit::{FitError, fit},
     thin::thinned,
@@ -62,9 +62,16 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// Held-out excess, the mean of (E/F)², of the model in use and of the other one.
+    /// Held-out excess, the mean of (E/F)², of the model in use and of the other one. Both are held against the lower of their
+    /// two floors: what one of them leaves is no noise where the other one removes it.
     #[must_use]
     pub fn excess(&self) -> (f64, f64) {
+        let floor = |axis: Axis, tau_s: f64| {
+            let both = [&self.present, &self.other].into_iter().flatten().filter(move |own| own.axis == axis);
+            let points = both.flat_map(|own| &own.error_curve).filter(|point| point.tau_s == tau_s);
+            points.filter_map(|point| point.floor).min_by(f64::total_cmp)
+        };
+        let excess = |axes| excess_over(axes, |axis, point| floor(axis, point.tau_s));
         (excess(&self.present), excess(&self.other))
     }
 }
@@ -225,9 +232,13 @@ fn judged(record: &Record, model: &Model, own_log: bool) -> Vec<AxisDiagnosis> {
 /// The mean of (E/F)² over averaging times and axes.
 #[must_use]
 pub fn excess(axes: &[AxisDiagnosis]) -> f64 {
-    let points = axes.iter().flat_map(|a| &a.error_curve);
-    let ratios: Vec<f64> =
-        points.filter_map(|p| Some((p.error? / p.floor?).powi(2))).filter(|r| r.is_finite()).collect();
+    excess_over(axes, |_, point| point.floor)
+}
+
+fn excess_over(axes: &[AxisDiagnosis], floor: impl Fn(Axis, &ErrorPoint) -> Option<f64>) -> f64 {
+    let points = axes.iter().flat_map(|own| own.error_curve.iter().map(|point| (own.axis, point)));
+    let ratio = |(axis, point): (Axis, &ErrorPoint)| Some((point.error? / floor(axis, point)?).powi(2));
+    let ratios: Vec<f64> = points.filter_map(ratio).filter(|r| r.is_finite()).collect();
     if ratios.is_empty() { f64::INFINITY } else { ratios.iter().sum::<f64>() / ratios.len() as f64 }
 }
 
@@ -319,7 +330,7 @@ pub fn not_excited(model: &Model) -> Option<String> {
 mod tests {
     use super::{Axis, Model, Solution, Trial, adds_nothing, not_excited, told};
     use gyro_model::{AxisModel, Term, effects::find};
-    use ipc_types::diagnosis::ErrorPoint;
+    use ipc_types::diagnosis::ErrorPoint as Message;
 
     #[test]
     fn what_was_added_is_told_by_its_coefficients_or_else_its_shapes() {
@@ -365,7 +376,7 @@ mod tests {
         let judged = |error: f64| {
             let mut message = ipc_types::Diagnosis::default();
             message.axes[2].present = 1;
-            message.axes[2].curve[0] = ErrorPoint { tau: 1.0, error, floor: 1.0, floor_99: 1.2 };
+            message.axes[2].curve[0] = Message { tau: 1.0, error, floor: 1.0, floor_99: 1.2 };
             crate::dashboard::judgement::of_message(&message).axes
         };
         let is_won = |before: f64, after: f64, told: Option<f64>| {
@@ -378,6 +389,23 @@ mod tests {
         assert!(is_won(10.0, 9.9, Some(5.0)) && !is_won(10.0, 9.9, Some(3.0)));
         // A shape without a standard error; and nothing better.
         assert!(is_won(10.0, 8.66, None) && !is_won(10.0, 10.0, None));
+    }
+
+    #[test]
+    fn what_one_model_takes_for_noise_is_error_where_the_other_one_removes_it() {
+        let judged = |error: f64, floor: f64| {
+            let mut message = ipc_types::Diagnosis::default();
+            message.axes[2].present = 1;
+            message.axes[2].curve[0] = Message { tau: 1.0, error, floor, floor_99: 1.2 * floor };
+            crate::dashboard::judgement::of_message(&message).axes
+        };
+        // A quarter over its own floor each, but ten times smaller.
+        let trial = Trial { present: judged(0.5, 0.4), other: judged(0.05, 0.04) };
+        let (before, after) = trial.excess();
+        assert!(
+            (before - 12.5_f64.powi(2)).abs() < 1e-9 && (after - 1.25_f64.powi(2)).abs() < 1e-9,
+            "{before} {after}"
+        );
     }
 
     #[test]

@@ -25,9 +25,24 @@ const BLOCKS: usize = 20;
 /// Increments of one averaging time that are looked at, about.
 const INCREMENTS: usize = 3000;
 
+/// What becomes of the column that a slow response of either side makes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Response {
+    /// It is a column like the others.
+    Column,
+    /// It is left to the spectra, which tell one side from the other.
+    ToSpectra,
+}
+
 /// Divides the angle error at the reference's rows of one axis; `whole` is the angle there that the readings add up to.
-pub fn conditioned(s: &Series, whole: &[f64], error: &[f64], tau: &[f64], dt: f64) -> Conditioned {
-    let columns = columns(s, whole);
+pub fn conditioned(
+    s: &Series,
+    whole: &[f64],
+    error: &[f64],
+    (tau, dt): (&[f64], f64),
+    response: Response,
+) -> Conditioned {
+    let columns = columns(s, whole, response);
     let n = error.len();
     let block = |row: usize| row * BLOCKS / n;
     let m = columns.len();
@@ -119,9 +134,8 @@ fn left(normal: &Normal, step: &[f64]) -> f64 {
 }
 
 /// What the catalogue's kinds of error make of this motion, as angles at the reference's rows: those that go with the rate
-/// and the way it changes, with other axes, with acceleration, temperature and supply. What a slow response of either side
-/// makes is left to the spectra, which tell one side from the other.
-fn columns(s: &Series, whole: &[f64]) -> Vec<Vec<f64>> {
+/// and the way it changes, with other axes, with acceleration, temperature and supply.
+fn columns(s: &Series, whole: &[f64], response: Response) -> Vec<Vec<f64>> {
     let turned = {
         let mut at = vec![0.0; s.t.len()];
         for (&row, angle) in s.reference_rows.iter().zip(whole) {
@@ -135,7 +149,9 @@ fn columns(s: &Series, whole: &[f64]) -> Vec<Vec<f64>> {
         Vec::new()
     } else {
         let mut made: Vec<Vec<f64>> = made((&s.t, &s.gyro), &turned).iter().map(|made| at_rows(made)).collect();
-        made.remove(RESPONSE);
+        if response == Response::ToSpectra {
+            made.remove(RESPONSE);
+        }
         made
     };
     // An encoder that sits off its shaft's centre errs with the angle.

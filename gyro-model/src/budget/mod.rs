@@ -30,7 +30,7 @@ use crate::{
     fit::judged::{Judged, finite},
 };
 use folded_lines::Motion;
-use random::{Cause, Random};
+use random::{Cause, ErrorOf, Random};
 use seen::Seen;
 use spectra::Band;
 
@@ -156,9 +156,10 @@ pub struct Budget {
 
 impl Budget {
     /// Divides the error of one axis, `judged`; `missing` is the share of each averaging time's error² that an effect removes
-    /// which is named, and `study` the model with it.
+    /// which is named, and `study` the model with it. It is `None` where no effect was looked for: what the catalogue's columns
+    /// foretell is then no random cause's.
     #[must_use]
-    pub fn of(study: &Study, series: usize, judged: &Judged, noise: &NoiseModel, missing: &[f64]) -> Self {
+    pub fn of(study: &Study, series: usize, judged: &Judged, noise: &NoiseModel, missing: Option<&[f64]>) -> Self {
         let seen = Seen::new(study, series, noise);
         let mut left: Vec<f64> = seen.bands.iter().map(|band| band.error).collect();
         let mut claims: Vec<(Part, Claim)> = Vec::new();
@@ -168,7 +169,9 @@ impl Budget {
                 claims.push((part, claim));
             }
         }
-        let random = Random::of(study, series, &judged.tau);
+        let error = if missing.is_some() { ErrorOf::Model } else { ErrorOf::ModelAndColumns };
+        let random = Random::of(study, series, error, &judged.tau);
+        let missing = missing.unwrap_or_default();
         let mut points = Vec::new();
         let (mut set_up, mut by_chance) = (Vec::new(), Vec::new());
         for (k, &tau) in judged.tau.iter().enumerate() {

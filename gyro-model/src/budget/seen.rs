@@ -1,7 +1,7 @@
 //! What the components of a budget look at: one axis' error, step by step, beside gyro and reference.
 
 use super::{
-    coherent::{self, Conditioned},
+    coherent::{self, Conditioned, Response},
     folded_lines::{self, Line},
     spectra::{Band, bands},
 };
@@ -74,7 +74,7 @@ impl<'a> Seen<'a> {
         let found = if folded_lines::share(&folded, &raw, dt) > MOST {
             Conditioned { rest: error, share: vec![0.0; tau.len()] }
         } else {
-            coherent::conditioned(s, &whole, &error, tau, dt)
+            coherent::conditioned(s, &whole, &error, (tau, dt), Response::ToSpectra)
         };
         let error = steps(&found.rest);
         let gyro: Vec<f64> = reference.iter().zip(&error).map(|(r, e)| r + e).collect();

@@ -42,7 +42,7 @@ pub fn compare(
         let found = (0..bench.problem.series.len())
             .map(|k| {
                 let judged = Judged::new(&incumbent.study, k, !options.own_log);
-                let budget = Budget::of(&incumbent.study, k, &judged, &incumbent.gls.noise, &[]);
+                let budget = Budget::of(&incumbent.study, k, &judged, &incumbent.gls.noise, None);
                 let observed = Observed {
                     searched: false,
                     fault: super::fatal(record, options.faults, bench).cloned(),

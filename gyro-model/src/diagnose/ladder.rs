@@ -88,7 +88,7 @@ pub(super) fn conclude(
         .map(|(k, series)| {
             let axis = series.axis;
             let judged = Judged::new(&study, k, false);
-            let budget = Budget::of(&study, k, &judged, &incumbent.gls.noise, &[]);
+            let budget = Budget::of(&study, k, &judged, &incumbent.gls.noise, Some(&[]));
             let own = judged::axis_model(&model, axis);
             let mut steps = ended(&steps[k], &judged, study.bench.problem.series.len() > 1, &own);
             let list: Vec<&Challenger> = last.iter().filter(|r| r.candidate.series == k).collect();

@@ -84,7 +84,7 @@ pub fn diagnose(
                 _ => (&incumbent.study, &incumbent.gls.noise),
             };
             let missing = if lacks && !after.is_empty() { found.judged.removed(&after) } else { Vec::new() };
-            let budget = Budget::of(rest, k, &found.judged, noise, &missing);
+            let budget = Budget::of(rest, k, &found.judged, noise, Some(&missing));
             let mut missing_error_curve = if found.set.len() > 1 { after.clone() } else { Vec::new() };
             budget.raise_points(&mut missing_error_curve);
             let explained = if options.explain { explained(seen, suspects, k, options) } else { Vec::new() };

@@ -96,7 +96,7 @@ impl Observed {
         };
         let slow = if wanders { suspects.iter().find(is_hidden).map(id) } else { None };
         let likely = suspects.iter().find(|suspect| suspect.significant()).map(id);
-        let budget = || Budget::of(study, series, judged, noise, &[]);
+        let budget = || Budget::of(study, series, judged, noise, Some(&[]));
         let wander_explains = wanders && is_sensor_noise && likely.is_some() && budget().is_wander(judged);
         Self {
             searched: true,

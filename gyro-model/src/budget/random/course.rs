@@ -1,7 +1,8 @@
 //! One axis as the random causes see it: the angle error at its rows, and what the motion does there.
 
 use crate::{
-    evidence::{series::Rest, study::Study},
+    budget::coherent::{self, Response},
+    evidence::{prior::read_angle, series::Rest, study::Study},
     order::median,
 };
 
@@ -42,6 +43,15 @@ pub struct Course {
     pub dt: f64,
 }
 
+/// Whose error is looked at.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum ErrorOf {
+    /// The model's: effects were looked for, and the model has what was found.
+    Model,
+    /// What the model leaves and the catalogue's columns do not foretell either: nobody has looked for effects.
+    ModelAndColumns,
+}
+
 /// Half of the time over which the rate is averaged, s.
 const STEADY: f64 = 0.04;
 /// Share of the root mean square rate within which an axis stands.
@@ -57,7 +67,7 @@ const HOLE: f64 = 1.8;
 
 impl Course {
     /// Of one axis of a study; `None` where it does not turn.
-    pub fn of(study: &Study, series: usize) -> Option<Self> {
+    pub fn of(study: &Study, series: usize, of: ErrorOf) -> Option<Self> {
         let (problem, evaluation) = (&study.bench.problem, &study.evaluation);
         let s = &problem.series[series];
         let t = problem.times().to_vec();
@@ -77,6 +87,10 @@ impl Course {
             let step = |angle: &[f64]| if evaluation.lost[k] { 0.0 } else { angle[k] - angle[k - 1] };
             error[k] = error[k - 1] + step(&raw);
             turned[k] = turned[k - 1] + step(&shown) + step(&raw);
+        }
+        if of == ErrorOf::ModelAndColumns {
+            let tau = &study.bench.windows.tau;
+            error = coherent::conditioned(s, &read_angle(s), &error, (tau, dt), Response::Column).rest;
         }
         let half = ((STEADY / dt).round() as usize).max(1);
         let rate: Vec<f64> = (0..n)

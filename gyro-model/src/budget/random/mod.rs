@@ -24,6 +24,7 @@ use crate::{
 };
 pub use cause::Cause;
 use components::{BLOCKS, Components, Squares};
+pub use course::ErrorOf;
 use course::{Course, Window};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -64,12 +65,12 @@ pub struct Random {
 impl Random {
     /// Of one axis of a study; `tau` are the averaging times of its error curve.
     #[must_use]
-    pub fn of(study: &Study, series: usize, tau: &[f64]) -> Self {
+    pub fn of(study: &Study, series: usize, error: ErrorOf, tau: &[f64]) -> Self {
         // Beside a reference that rests there is no motion that a cause could go with.
         if study.bench.problem.series[series].rest != Rest::None {
             return Self::default();
         }
-        let course = Course::of(study, series).filter(|course| course.t.len() >= FEWEST * SHORTEST as usize);
+        let course = Course::of(study, series, error).filter(|course| course.t.len() >= FEWEST * SHORTEST as usize);
         course.and_then(Trial::new).map_or_else(Self::default, |trial| trial.random(tau))
     }
 

@@ -5,7 +5,7 @@ use super::{
     backward::{counting_again, without},
 };
 use crate::{
-    budget::random::Random,
+    budget::random::{ErrorOf, Random},
     effects::{Effect, find},
 };
 
@@ -17,7 +17,7 @@ impl Search<'_, '_> {
             if added.is_empty() {
                 continue;
             }
-            let mut now = Random::of(&self.incumbent.study, k, &[]);
+            let mut now = Random::of(&self.incumbent.study, k, ErrorOf::Model, &[]);
             for id in added {
                 let is_alone =
                     find(id).is_some_and(|effect| !<dyn Effect>::joins_throughout(effect)) || self.axes.len() == 1;
@@ -26,7 +26,7 @@ impl Search<'_, '_> {
                 }
                 (self.options.progress)(id);
                 let Some((without, term)) = without(&self.incumbent, &[axis], id) else { continue };
-                let rest = Random::of(&without.study, k, &[]);
+                let rest = Random::of(&without.study, k, ErrorOf::Model, &[]);
                 if rest.is_as_good_as(&now, term.values.len()) {
                     self.incumbent = counting_again(without, &self.incumbent);
                     (self.took)(&self.incumbent.study, Change::of(k, None, Some(id)));
