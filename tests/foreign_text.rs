@@ -88,6 +88,13 @@ fn one_log_in_many_shapes_has_one_answer() {
                 ))
             ),
         ),
+        (
+            "labels-with-units",
+            written("sensor found\n", |[t, g, a]| {
+                format!("t: {t} s  gyro_z: {} deg/s  ref_angle_z: {} deg", g.to_degrees(), a.to_degrees())
+            }),
+        ),
+        ("sentences", written("kind,t,gyro_z,ref_angle_z\n", |[t, g, a]| format!("$IMU,{t},{g},{a}*5A"))),
         ("spreadsheet", written("sep=;\nt;gyro_z;ref_angle_z;\n", |[t, g, a]| format!("{t};{g};{a};"))),
     ];
     for (name, text) in shapes {
@@ -199,6 +206,53 @@ fn what_people_and_their_programs_write_is_understood() {
             "{name}: {found:?}, not {wanted:?}"
         );
     }
+}
+
+/// The command that a refusal ends in.
+fn advised(refusal: &str) -> Vec<String> {
+    let command = refusal.lines().find_map(|line| line.strip_prefix("truerate ")).expect(refusal);
+    let parts = command.split('\'').enumerate();
+    let words = |(i, part): (usize, &str)| -> Vec<String> {
+        if i % 2 == 1 { vec![part.to_owned()] } else { part.split_whitespace().map(str::to_owned).collect() }
+    };
+    parts.flat_map(words).collect()
+}
+
+#[test]
+fn a_refusal_says_what_may_be_the_reference_and_ends_in_a_command_that_reads_the_log() {
+    let bench = Bench::new();
+    bench.file("own.csv", log(2000));
+    let wanted = fitted(&bench, &["own.csv"]);
+    let zeros = vec!["0.0"; 9].join(",");
+    let echoed = written("", |[t, g, a]| {
+        let (nanoseconds, [w, z]) = ((t.fract() * 1e9).round(), [(0.5 * a).cos(), (0.5 * a).sin()]);
+        format!(
+            "{},{nanoseconds},imu,0.0,0.0,{z},{w},{zeros},0.0,0.0,{g},{zeros},0.0,0.0,9.81,{zeros}",
+            1_700_000_000 + *t as i64
+        )
+    });
+    let counted = written("t,gyro_z,enc\n", |[t, g, a]| format!("{t},{g},{:.0}", a.to_degrees() / 360.0 * 4096.0));
+    let still = written("t,gyro_z\n", |[t, g, _]| format!("{t},{}", 0.01 + 1e-4 * g));
+    for (name, text, says, within) in [
+        ("echoed.csv", echoed, vec!["orientation.w", "something else than this gyro"], 1e-6),
+        ("counted.csv", counted, vec!["counts a turn", "4 096", "4 000", "data sheet"], 0.03),
+        ("still.csv", still, vec!["as those of a sensor at rest", "--at-rest"], f64::INFINITY),
+    ] {
+        bench.file(name, text);
+        let refusal = bench.refused(&["fit", name]);
+        for says in says {
+            assert!(refusal.contains(says), "{name}: '{says}' is missing in: {refusal}");
+        }
+        let command = advised(&refusal);
+        let found = fitted(&bench, &command[1..].iter().map(String::as_str).collect::<Vec<_>>());
+        assert!((found.0 - wanted.0).abs() < within, "{name}: {found:?}, not {wanted:?}");
+    }
+    bench.file("gyro.csv", written("t,gyro_z\n", |[t, g, _]| format!("{t},{g}")));
+    assert!(bench.refused(&["fit", "gyro.csv"]).ends_with("truerate fit gyro.csv --reference REFERENCE.csv"));
+    bench.file("angle.csv", written("t,encoder_deg\n", |[t, _, a]| format!("{t},{}", a.to_degrees())));
+    let command = advised(&bench.refused(&["fit", "gyro.csv", "--reference", "angle.csv"]));
+    let found = fitted(&bench, &command[1..].iter().map(String::as_str).collect::<Vec<_>>());
+    assert!((found.0 - wanted.0).abs() < 1e-6, "{found:?}, not {wanted:?}");
 }
 
 #[test]

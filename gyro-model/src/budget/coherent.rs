@@ -11,6 +11,7 @@ use crate::{
     },
     nls::Normal,
 };
+use std::f64::consts::TAU;
 
 /// An error divided.
 pub struct Conditioned {
@@ -154,12 +155,15 @@ fn columns(s: &Series, whole: &[f64], response: Response) -> Vec<Vec<f64>> {
         }
         made
     };
-    // An encoder that sits off its shaft's centre errs with the angle.
+    // An encoder that sits off its shaft's centre errs with the angle. Over less than a turn sine and cosine of the reference are
+    // together nearly the reference itself, and with the gyro's angle the whole error: there the gyro says the angle.
     if let [first, ..] = s.reference_angle[..] {
+        let [least, most] = [f64::min, f64::max].map(|of| s.reference_angle.iter().copied().fold(first, of));
+        let shaft = if most - least < TAU { whole } else { &s.reference_angle };
         for turns in [1.0, 2.0] {
-            let angle = |k: &f64| turns * (k - first);
-            all.push(s.reference_angle.iter().map(|k| angle(k).sin()).collect());
-            all.push(s.reference_angle.iter().map(|k| angle(k).cos()).collect());
+            let angle = |k: &f64| turns * (k - shaft[0]);
+            all.push(shaft.iter().map(|k| angle(k).sin()).collect());
+            all.push(shaft.iter().map(|k| angle(k).cos()).collect());
         }
     }
     let mut more = |of: &dyn Fn(usize) -> f64| {

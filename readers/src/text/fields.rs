@@ -4,6 +4,7 @@ use super::{
     moment,
     number::{self, Field, Point},
 };
+use crate::unit::{self, Unit};
 use std::{borrow::Cow, ops::Range};
 
 /// What stands between two fields.
@@ -73,6 +74,18 @@ impl Dialect {
         places.into_iter().map(|place| label(&line[place]).map(|(name, _)| name)).collect()
     }
 
+    /// The units behind the values of a line's labelled fields, `gz: 1.5 deg/s`.
+    #[must_use]
+    pub fn units(self, line: &[u8]) -> Vec<Option<Unit>> {
+        let mut places = Vec::new();
+        self.cut(line, &mut places);
+        let unit = |place: Range<usize>| {
+            let (_, after) = label(&line[place.clone()])?;
+            with_unit(&line[trimmed(line, place.start + after..place.end)]).map(|(_, unit)| unit)
+        };
+        places.into_iter().map(unit).collect()
+    }
+
     /// The places of a line's fields, in order; surrounding blanks and quotation marks are not part of them.
     pub fn split(self, line: &[u8], fields: &mut Vec<Range<usize>>) {
         self.cut(line, fields);
@@ -80,6 +93,9 @@ impl Dialect {
             for place in fields {
                 if let Some((_, after)) = label(&line[place.clone()]) {
                     *place = trimmed(line, place.start + after..place.end);
+                    if let Some((number, _)) = with_unit(&line[place.clone()]) {
+                        place.end = place.start + number.len();
+                    }
                 }
             }
         }
@@ -94,6 +110,7 @@ impl Dialect {
             fields.push(0..end);
             from = end + ARROW.len();
         }
+        line = line.strip_suffix(checksum(line)).unwrap_or(line);
         if self.labelled {
             // A record of JSON.
             line = line.trim_ascii_end();
@@ -121,11 +138,27 @@ impl Dialect {
     }
 }
 
+/// The checksum at the end of a sentence as NMEA 0183 has it, `$IMU,1,2*5A`; empty where there is none.
+fn checksum(line: &[u8]) -> &[u8] {
+    let line = line.trim_ascii_end();
+    match line {
+        [b'$' | b'!', .., b'*', a, b] if a.is_ascii_hexdigit() && b.is_ascii_hexdigit() => &line[line.len() - 3..],
+        _ => &[],
+    }
+}
+
 /// Where the stamp ends that stands before a line.
 fn stamp(line: &[u8]) -> Option<usize> {
     const LONGEST: usize = 40;
     let at = memchr::memmem::find(&line[..line.len().min(LONGEST)], ARROW)?;
     moment::form(&line[..at]).map(|_| at)
+}
+
+/// A value and the unit that stands behind it after a blank; `None` where there is no such unit.
+fn with_unit(field: &[u8]) -> Option<(&[u8], Unit)> {
+    let at = field.iter().position(|b| *b == b' ' || *b == b'\t')?;
+    let unit = unit::parse(std::str::from_utf8(&field[at..]).ok()?.trim())?;
+    Some((&field[..at], unit))
 }
 
 /// The name that a field begins with, and where what follows its colon begins.
@@ -182,9 +215,25 @@ fn split_at_blanks(line: &[u8], from: usize, labelled: bool, fields: &mut Vec<Ra
                 end += 1;
             }
         }
+        // Nor one between a value and its unit.
+        if labelled && let Some(unit) = next_word(line, end).filter(|word| is_unit(&line[word.clone()])) {
+            end = unit.end;
+        }
         fields.push(trimmed(line, start..end));
         start = end;
     }
+}
+
+/// The next word from a place on.
+fn next_word(line: &[u8], from: usize) -> Option<Range<usize>> {
+    let blank = |b: &u8| *b == b' ' || *b == b'\t';
+    let start = from + line[from..].iter().position(|b| !blank(b))?;
+    let end = line[start..].iter().position(blank).map_or(line.len(), |length| start + length);
+    Some(start..end)
+}
+
+fn is_unit(word: &[u8]) -> bool {
+    std::str::from_utf8(word).is_ok_and(|word| unit::parse(word).is_some())
 }
 
 /// The place after the quotation mark that closes the one at `open`, or the line's end.
@@ -275,6 +324,10 @@ mod tests {
                 "{line}"
             );
         }
+        assert_eq!(dressed(Separator::Blanks, "gz: 1.5 deg/s  a: 3").0, ["1.5", "3"]);
+        assert_eq!(dressed(comma, "gz=1.5 deg/s, a=3 of 4").0, ["1.5", "3 of 4"]);
+        assert_eq!(dressed(comma, "$IMU,1.5,3*5A").0, ["$IMU", "1.5", "3"]);
+        assert_eq!(dressed(comma, "1.5,3*5A").0, ["1.5", "3*5A"]);
         assert_eq!(dressed(comma, "12:30:00,1.5").1, ["", ""]);
         assert_eq!(dressed(comma, "a -> 1,2").0, ["a -> 1", "2"]);
     }

@@ -211,11 +211,13 @@ impl Finder {
             Above::Nothing => {
                 note_above(&looked[..first], skipped);
                 let samples = samples(&looked[first..], dialect);
-                let names = (1..=found).map(|i| format!("column_{i}")).collect();
+                let imu = echoed_imu(&dialect.fields(&looked[first].bytes));
+                let line = imu.is_some().then_some(looked[first].number);
+                let names = imu.unwrap_or_else(|| (1..=found).map(|i| format!("column_{i}")).collect());
                 let head = Head {
                     names,
                     units: vec![None; found],
-                    line: None,
+                    line,
                     dialect,
                     samples,
                     keys: keys(&looked[..first]),
@@ -249,8 +251,10 @@ fn named_in_the_rows(looked: &[Looked], first: usize, dialect: Dialect, skipped:
         .into_iter()
         .map(|name| name.map_or_else(|| STAMP.to_owned(), fields::name))
         .collect();
+    let mut units = dialect.units(&row.bytes);
+    units.resize(names.len(), None);
     let head = Head {
-        units: vec![None; names.len()],
+        units,
         names,
         line: Some(row.number),
         dialect,
@@ -259,6 +263,26 @@ fn named_in_the_rows(looked: &[Looked], first: usize, dialect: Dialect, skipped:
         raw: Vec::new(),
     };
     (head, first)
+}
+
+/// The names of a row of a `sensor_msgs/Imu` as `ros2 topic echo --csv` prints it, which writes no header: the stamp in seconds and
+/// nanoseconds, the frame, and three quantities with their covariances.
+fn echoed_imu(fields: &[&[u8]]) -> Option<Vec<String>> {
+    let count = |field: &[u8]| std::str::from_utf8(field).ok().and_then(|text| text.parse::<u64>().ok());
+    let axes = |of: &str, axes: &str| -> Vec<String> { axes.chars().map(|axis| format!("{of}.{axis}")).collect() };
+    let spread = |of: &str| -> Vec<String> { (0..9).map(|k| format!("{of}_covariance[{k}]")).collect() };
+    let names = [
+        ["header.stamp.sec", "header.stamp.nanosec", "header.frame_id"].map(str::to_owned).to_vec(),
+        axes("orientation", "xyzw"),
+        spread("orientation"),
+        axes("angular_velocity", "xyz"),
+        spread("angular_velocity"),
+        axes("linear_acceleration", "xyz"),
+        spread("linear_acceleration"),
+    ]
+    .concat();
+    let stamp = count(fields.first()?).is_some() && count(fields.get(1)?).is_some_and(|ns| ns < 1_000_000_000);
+    (stamp && fields.len() == names.len() && !is_number(CSV, fields[2])).then_some(names)
 }
 
 /// What the stamp before each line is called.

@@ -12,7 +12,7 @@ use super::{
     whole, words,
 };
 use crate::{files, toml_error::quoted};
-use gyro_model::{Axis, Record, Row};
+use gyro_model::{Axis, Record, Row, units};
 use log_readers::{
     meaning::{AXES, Pick, Proposal, stated_rate},
     text::{self, Dialect, Head, Table},
@@ -155,6 +155,7 @@ pub fn advise(sample: &Sample, maps: &Maps, wants_reference: bool) -> Advice {
     let Ok(mut names) = Names::of(&sample.head.names, maps) else { return Advice::default() };
     let proposal = names.propose(&sample.head);
     let mut used = Used::of(&names.renamed, &names.displaced);
+    let mut nothing_turns = false;
     let (mut flags, mut holds, mut lacks): (Vec<Pick>, Vec<String>, Vec<&str>) = (Vec::new(), Vec::new(), Vec::new());
     if !used.time {
         match time(sample, &used) {
@@ -183,9 +184,23 @@ pub fn advise(sample: &Sample, maps: &Maps, wants_reference: bool) -> Advice {
         }
     } else if wants_reference && !used.references {
         let found = used.gyros.iter().find_map(|(axis, column)| reference(sample, &used, *axis, *column, step));
-        if let Some((pick, says)) = found {
-            flags.push(pick);
-            holds.push(says);
+        let offered: Vec<Pick> =
+            proposal.offered.iter().filter(|pick| pick.name.starts_with("ref_")).cloned().collect();
+        match (found, offered.first()) {
+            (Some((pick, says)), _) => {
+                flags.push(pick);
+                holds.push(says);
+            }
+            (None, Some(first)) => {
+                let more = if offered.len() > 1 { " …" } else { "" };
+                holds.push(format!(
+                    "{}{more} may be a reference, if something else than this gyro measured it (most drivers compute an \
+                     orientation from the gyro)",
+                    quoted(&first.channel)
+                ));
+                flags.extend(offered);
+            }
+            (None, None) => nothing_turns = true,
         }
     }
     let mut why = holds.join("; ");
@@ -214,8 +229,42 @@ pub fn advise(sample: &Sample, maps: &Maps, wants_reference: bool) -> Advice {
             return Advice { why, flags: others.chain(words.flags).collect(), ..words };
         }
     }
+    if nothing_turns && lacks.is_empty() {
+        let nothing = "nothing else in it turns as the gyro has it";
+        let still = still(sample, &names, &used.gyros);
+        let says = match still {
+            Some(spread) => format!(
+                "{nothing}; the readings stay within {}°/s of each other, as those of a sensor at rest: if it did not turn, no reference \
+                 is needed",
+                units::round(spread.to_degrees())
+            ),
+            None => format!("{nothing}: give the file that has a reference"),
+        };
+        let why = if why.is_empty() { says } else { format!("{why}; {says}") };
+        let flags = flags.iter().map(ToString::to_string).collect();
+        return Advice { why, flags, needs_file: still.is_none(), at_rest: still.is_some() };
+    }
     Advice { why, flags: flags.iter().map(ToString::to_string).collect(), ..Advice::default() }
 }
+
+/// What the readings of these gyros stay within, rad/s, where it is so little that the sensor may have been at rest.
+fn still(sample: &Sample, names: &Names, gyros: &[(Axis, usize)]) -> Option<f64> {
+    let spread = |&(_, column): &(Axis, usize)| {
+        let Name::Known(channel, own) = unit::name(&names.renamed[column]) else { return f64::INFINITY };
+        let scale = names.conversion(column, channel, own, &sample.head).scale;
+        let mut readings: Vec<f64> = sample.columns[column].iter().copied().filter(|x| x.is_finite()).collect();
+        readings.sort_by(f64::total_cmp);
+        let few = readings.len() / FEW;
+        readings
+            .get(few)
+            .zip(readings.get(readings.len().saturating_sub(few + 1)))
+            .map_or(f64::INFINITY, |(low, high)| (scale * (high - low)).abs())
+    };
+    Some(gyros.iter().map(spread).fold(0.0, f64::max)).filter(|spread| *spread < words::RESTS.to_radians())
+}
+
+/// One in so many readings at either end is not looked at.
+const FEW: usize = 500;
 
 /// The gyro's columns among these.
 fn gyros_of(picks: &[Pick], sample: &Sample) -> Vec<(Axis, usize)> {
@@ -309,7 +358,8 @@ fn gyro(sample: &Sample, used: &Used, proposal: &Proposal, time: Option<(usize, 
         });
         if let Some((_, a, b, gyro, reference)) = followed.max_by(|x, y| x.0.total_cmp(&y.0)) {
             let picks = vec![named("gyro_z", sample, a, gyro), named("ref_angle_z", sample, b, reference)];
-            let says = format!("{} is the rate at which {} turns", sample.called(a), sample.called(b));
+            let says =
+                format!("{} is the rate at which {} turns{}", sample.called(a), sample.called(b), counts(reference));
             return Some((picks, says));
         }
     }
@@ -331,6 +381,20 @@ fn gyro(sample: &Sample, used: &Used, proposal: &Proposal, time: Option<(usize, 
 
 fn named(base: &str, sample: &Sample, column: usize, unit: Unit) -> Pick {
     sample.pick(&format!("{base}{}", unit.suffix), column, unit.divisor)
+}
+
+/// Which counts per turn were taken for an angle, and which fit as well.
+fn counts(reference: Unit) -> String {
+    let Some((own, others)) = reference.counts_per_turn() else { return String::new() };
+    let shown = |counts: &f64| units::thousands(*counts as u64);
+    match others.iter().map(shown).collect::<Vec<_>>().join(" and ") {
+        none if none.is_empty() => format!("; {} counts a turn fit", shown(&own)),
+        others => format!(
+            "; {} counts a turn are taken, {others} fit as well: take what the encoder's data sheet says, for the scale factor \
+             depends on it",
+            shown(&own)
+        ),
+    }
 }
 
 /// Whether three columns have the length of gravity most of the time, in whatever unit.
@@ -359,8 +423,9 @@ fn reference(
         let r2 = unsaid::follows(&record, reference).filter(|r2| *r2 > FOLLOWS)?;
         let pick = named(&format!("ref_angle_{axis}"), sample, column, reference);
         let says = format!(
-            "{} turns as gyro_{axis} has it (r² {r2:.3}): a reference, if something else than this gyro measured it",
-            sample.called(column)
+            "{} turns as gyro_{axis} has it (r² {r2:.3}): a reference, if something else than this gyro measured it{}",
+            sample.called(column),
+            counts(reference)
         );
         Some((pick, says))
     })
@@ -393,7 +458,8 @@ pub fn of_file(path: &Path, options: &Options, error: &LogError) -> Option<Advic
     if advice.why.is_empty() {
         return None;
     }
-    if advice.flags.is_empty() || is_log(path, options, &advice.flags) {
+    let is_whole = advice.flags.is_empty() && !advice.at_rest;
+    if is_whole || is_log(path, options, &advice.flags) {
         return Some(advice);
     }
     // What is at rest needs no reference.

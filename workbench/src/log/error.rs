@@ -382,13 +382,14 @@ fn call(advice: &Advice) -> String {
 
 /// The command that was given, with further flags; or a look at what the file holds.
 fn again(log: &str, advice: &Advice) -> String {
-    if advice.flags.is_empty() {
+    if advice.flags.is_empty() && !advice.needs_file && !advice.at_rest {
         return format!("truerate channels {}", shell_word(log));
     }
     let words: Vec<String> = std::env::args().skip(1).map(|word| shell_word(&word)).collect();
     let file = if advice.needs_file { " --reference REFERENCE.csv" } else { "" };
     let rest = if advice.at_rest && words.iter().all(|word| word != "--at-rest") { " --at-rest" } else { "" };
-    format!("truerate {} {}{file}{rest}", words.join(" "), as_flags(&advice.flags))
+    let flags = if advice.flags.is_empty() { String::new() } else { format!(" {}", as_flags(&advice.flags)) };
+    format!("truerate {}{flags}{file}{rest}", words.join(" "))
 }
 
 /// Maps as flags for a shell.
@@ -405,6 +406,7 @@ impl Problem {
             Self::NoHeader { row, .. } => format!("no header above the rows ({row})"),
             Self::Missing { wanted, known } => format!("no column `{wanted}`: the header has {}", known.has),
             Self::NoReference { .. } => "no axis has both a gyro and a reference".to_owned(),
+            Self::NoReferenceIn { has, .. } => format!("holds no reference that is clear: it has {has}"),
             Self::Words { columns } => format!("{columns} are raw words of the sensor without a unit"),
             other => other.to_string(),
         }
@@ -443,7 +445,7 @@ impl LogError {
         {
             known.likely.clear();
         }
-        (self.0.advice, self.0.voice) = (advice, voice);
+        (self.0.advice, self.0.voice) = (advice.or(self.0.advice.take()), voice);
         self
     }
 }

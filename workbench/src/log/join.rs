@@ -4,11 +4,13 @@ use super::{
     LogError,
     error::{Problem, listed},
     header::{Column, Layout},
+    lacking::Advice,
     pending::Pending,
     reader::Reader,
     unit::Channel,
     unsaid::{self, timed},
 };
+use crate::toml_error::quoted;
 use gyro_model::{
     Model, Record, Row,
     align::align,
@@ -16,6 +18,7 @@ use gyro_model::{
     fault::{DataFault, FaultKind},
     fit,
     model::Term,
+    words::Voice,
 };
 use log_readers::meaning::Pick;
 use std::path::Path;
@@ -26,13 +29,23 @@ const ALIKE: f64 = 0.5;
 const AS_LIKELY: f64 = 0.8;
 
 /// A log whose reference is another one's, from the file `second`.
-pub fn with_reference(mut log: Reader, mut other: Reader, second: &Path) -> Result<Reader, LogError> {
+pub fn with_reference(mut log: Reader, mut other: Reader, second: &Path, voice: Voice) -> Result<Reader, LogError> {
     let from_gyro = !has_reference(other.layout());
     let name = second.display().to_string();
     let refuse = |problem| LogError::new(&name, None, None, problem);
     if from_gyro && other.layout().gyros().is_empty() {
-        let likely = other.layout().offered.iter().map(Pick::flag).collect::<Vec<_>>().join(" ");
-        return Err(refuse(Problem::NoReferenceIn { has: listed(&other.layout().free_names), likely }));
+        let offered = &other.layout().offered;
+        let likely = offered.iter().map(Pick::flag).collect::<Vec<_>>().join(" ");
+        let advice = offered.first().map(|pick| Advice {
+            why: format!(
+                "{} may be the reference: its name does not say which axis turned, or what it is",
+                quoted(&pick.channel)
+            ),
+            flags: offered.iter().map(ToString::to_string).collect(),
+            ..Advice::default()
+        });
+        let error = refuse(Problem::NoReferenceIn { has: listed(&other.layout().free_names), likely });
+        return Err(error.advised(advice, true, voice));
     }
     let (mut own, mut rows) = (log.drain()?, other.drain()?);
     for row in &mut rows {

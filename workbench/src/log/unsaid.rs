@@ -57,6 +57,14 @@ impl Unit {
     fn is_counts(self) -> bool {
         self.divisor > 1.0
     }
+
+    /// How many counts of an encoder are one turn, and the other numbers that fit as well, for α is known as well as that only; `None`
+    /// where it is no count.
+    pub fn counts_per_turn(self) -> Option<(f64, Vec<f64>)> {
+        let own = (self.suffix == "_deg" && self.is_counts()).then_some(360.0 * self.divisor)?;
+        let fits = |counts: &f64| *counts != own && (counts / own).ln().abs() < NEAREST;
+        Some((own, COUNTS_PER_TURN.into_iter().filter(fits).collect()))
+    }
 }
 
 /// The factors that make the columns of a layout SI units whose unit nobody said, by the place of the column; empty where all is said,

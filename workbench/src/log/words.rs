@@ -15,7 +15,7 @@ const NEGATIVE: f64 = 32_768.0;
 /// Steps for one °/s of the range that most drivers set first: ±250 °/s in a word of 16 bits.
 const FIRST: f64 = 131.0;
 /// What a sensor at rest may read from its lowest to its highest, °/s.
-const RESTS: f64 = 10.0;
+pub(super) const RESTS: f64 = 10.0;
 
 /// How many steps are one °/s on the usual sensors.
 const USUAL: &str = "131 steps are one °/s in the range of ±250 °/s of an MPU or ICM (65.5, 32.8 and 16.4 in those of ±500, ±1000 and ±2000), 114.3 in that \
