@@ -7,47 +7,19 @@
 
   // ── The worker: one question at a time. ──
 
-  const packed = Uint8Array.from(atob(at('wasm').textContent.trim()), c => c.charCodeAt(0));
-  const script = URL.createObjectURL(new Blob([at('worker').textContent], { type: 'text/javascript' }));
-  class Ended extends Error {}
-  let worker = null, waiting = null, asked = 0, panicked = '';
+  const { Ended } = Clerk;
+  let worker = null;
 
-  function hired() {
-    if (worker) return worker;
-    const own = worker = new Worker(script);
-    panicked = '';
-    own.onmessage = ({ data: { kind, id, text, answer, advice, ended } }) => {
-      if (own !== worker) return;
-      if (kind === 'panic') panicked = text;
-      else if (kind === 'progress') progress(text);
-      else if (kind === 'step') stepped(text);
-      else if (kind === 'failed') notice('warn', h('p', text));
-      else if (waiting && (waiting.id === id || kind === 'refused')) {
-        const { done, failed } = waiting;
-        waiting = null;
-        if (kind === 'answer') { done(answer); return; }
-        if (ended) end();
-        failed(Object.assign(new Error(panicked ? `the program has a mistake: ${panicked}` : ended ? `the log needs more memory than a page gets here (${text}): try the program on it` : text), { advice }));
-      }
-    };
-    own.onerror = event => { if (own === worker) { const failed = waiting?.failed; waiting = null; end(); failed?.(new Error(`WebAssembly does not start in this browser: ${event.message}`)); } };
-    own.postMessage({ wasm: packed });
-    return own;
-  }
+  const hears = (kind, text) => ({ progress, step: stepped, failed: text => notice('warn', h('p', text)) })[kind]?.(text);
+  const hired = () => (worker ||= Clerk.hire(hears, end));
 
   function end() {
-    worker?.terminate();
+    worker?.end();
     worker = null;
     desk.isRead = false;
-    waiting?.failed(new Ended());
-    waiting = null;
   }
 
-  const ask = (request, files) => new Promise((done, failed) => {
-    hired();
-    waiting = { id: ++asked, done, failed };
-    worker.postMessage({ id: asked, request, files });
-  });
+  const ask = (request, files) => hired().ask(request, files);
 
   // ── What lies on the desk. ──
 
@@ -147,6 +119,7 @@
   const fresh = () => ({ files: [], map: [], effects: {}, isRead: false });
 
   function clear() {
+    Drive.end();
     Charts.clear();
     at('report').replaceChildren();
     at('channels').replaceChildren();
@@ -387,6 +360,20 @@
     return h('p.soft.small.hidden-effect', 'In this example the simulator had hidden ', h('b', desk.hidden), named ? ': it is named.' : ': it is not named.');
   }
 
+  // ── The vehicle. ──
+
+  function drive(hide, seed) {
+    if (doing) cancel();
+    end();
+    desk = fresh();
+    clear();
+    at('notice').replaceChildren();
+    at('start').replaceChildren();
+    seed ??= crypto.getRandomValues(new Uint32Array(1))[0] % 10000;
+    Drive.begin({ hide, seed, save, again: () => drive(), leave: () => { large(); header(); } });
+    header();
+  }
+
   // ── The frame around it. ──
 
   const chooser = h('input', { type: 'file', multiple: '', hidden: '', id: 'files' });
@@ -395,7 +382,7 @@
   const pick = second => { chooseSecond = second; chooser.click(); };
 
   function header() {
-    at('log').textContent = desk.log ? [desk.log, desk.reference].filter(Boolean).join(' + ') : 'What is wrong with a gyro, and which physics its model lacks';
+    at('log').textContent = Drive.runs() ? `Vehicle ${Drive.runs().seed} drives in this page, with an effect hidden in its gyro` : desk.log ? [desk.log, desk.reference].filter(Boolean).join(' + ') : 'What is wrong with a gyro, and which physics its model lacks';
     at('about').textContent = desk.log && desk.about ? desk.about.about.slice(0, -1).join(' · ') : '';
     const name = (desk.log || 'log').replace(/(\.csv|\.txt)?(\.gz)?$/, '');
     const button = (label, action) => h('button', { type: 'button', onclick: action }, label);
@@ -426,11 +413,13 @@
   const openButton = primary => h('button' + (primary ? '.primary.large' : ''), { type: 'button', onclick: () => pick(false) }, primary ? 'Open a log…' : 'Another log…');
   const exampleButton = large => h('button' + (large ? '.large' : ''), { type: 'button', id: 'example', onclick: () => example() }, large ? 'Try an example' : 'Another example');
 
+  const driveButton = large => h('button' + (large ? '.large' : ''), { type: 'button', id: 'drive-demo', onclick: () => drive() }, large ? 'Drive the demo' : 'Another vehicle');
+
   function large() {
     at('start').replaceChildren(h('.drop', h('h2', 'Drop a log of a gyro and its reference here'),
       h('p', 'The page says how wrong the gyro is, which physical effect its model is missing, and how much of the error goes away with it. A log is a CSV file, ULog, ArduPilot .bin, MCAP, ROS bag or CAN log; the reference is a shaft encoder, a rate table, motion capture or an orientation, in the same file or in a second one.'),
-      h('.choices', openButton(true), exampleButton(true)),
-      h('p.soft.small', 'The example is simulated here, with a hidden effect for you to find.')),
+      h('.choices', openButton(true), exampleButton(true), driveButton(true)),
+      h('p.soft.small', 'The example is a log that is simulated here, with a hidden effect for you to find. In the demo a vehicle drives while you watch.')),
     h('.three', step('1', 'Drop', 'The log is read and checked: units, axes, gaps, faulty rows. Where names are not clear, you choose the channels by click.'),
       step('2', 'Read the verdict', 'The error is held against the floor that noise alone leaves. What is above it is missing physics, and the page says which.'),
       step('3', 'Add the effect', 'Watch the error fall. Save the model, a C header for your firmware, or the report.')), kept());
@@ -469,7 +458,8 @@
   drags('dragover', () => {});
   drags('drop', event => { over = 0; document.body.classList.remove('over'); const { files } = event.dataTransfer; take(files, desk.log && !desk.view && !desk.reference && files.length === 1 && at('notice').firstChild); });
 
-  // `#example=EFFECT,SEED` opens that example.
-  const wanted = decodeURIComponent(location.hash).match(/^#example=([a-z-]+(?::[^,]*)?)(?:,(\d+))?$/);
-  ask({ do: 'effects' }).then(cards => { catalogue = cards; if (wanted) example(wanted[1], wanted[2] ? +wanted[2] : undefined); }, error => notice('bad', h('p', error.message)));
+  // `#example=EFFECT,SEED` opens that example, `#demo=EFFECT,SEED` drives that vehicle.
+  const wanted = decodeURIComponent(location.hash).match(/^#(example|demo)(?:=([a-z][a-z-]*(?::.*?)?)(?:,(\d+))?|=(\d+))?$/);
+  const begin = { example, demo: drive };
+  ask({ do: 'effects' }).then(cards => { catalogue = cards; if (wanted) begin[wanted[1]](wanted[2], [wanted[3], wanted[4]].filter(Boolean).map(Number)[0]); }, error => notice('bad', h('p', error.message)));
 })();

@@ -1,37 +1,17 @@
-//! Whether a live diagnosis has settled: enough motion was seen, and searches in a row say the same. The compensator counts,
-//! and every watcher reads it in the message.
+//! Whether a live diagnosis has settled, as its message says it: the compensator counts, and every watcher reads it there.
 
 use ipc_types::{Diagnosis, Text, diagnosis::AxisDiagnosis};
-
-/// A name counts when so many searches in a row give it.
-pub const AGREE: u32 = 2;
-/// Motion before a name counts, ns. In the first seconds of a drive a lag is taken for a delay and a clock that runs apart
-/// for one that was set; effects that settle or drift take longest to be told apart.
-pub const ENOUGH_NS: i64 = 30_000_000_000;
+use workbench::agreement::{self, is_settled};
+pub use workbench::agreement::{AGREE, ENOUGH_NS};
 
 /// What the searches have named, axis by axis.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Agreement {
-    search: u64,
-    named: [Named; 3],
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Named {
-    effect: Text<38>,
-    searches: u32,
-}
-
-impl Default for Named {
-    fn default() -> Self {
-        Self { effect: Text::EMPTY, searches: 0 }
-    }
-}
+pub struct Agreement(agreement::Agreement<Text<38>>);
 
 /// Whether a judgement names an effect, alone or beside others that look the same.
 #[must_use]
 pub fn is_named(axis: &AxisDiagnosis) -> bool {
-    matches!(axis.verdict.as_str(), "missing-effect" | "ambiguous")
+    agreement::is_named(axis.verdict.as_str())
 }
 
 /// The effect that a judgement names; empty where it names none.
@@ -42,21 +22,11 @@ fn name(axis: &AxisDiagnosis) -> Text<38> {
 impl Agreement {
     /// Takes the newest judgement, of which several may rest on one search, and writes into it how far the searches agree.
     pub fn take(&mut self, diagnosis: &mut Diagnosis) {
-        if diagnosis.search == 0 {
-            // Nobody has searched with this model yet.
-            *self = Self::default();
-        } else if diagnosis.search != self.search {
-            self.search = diagnosis.search;
-            for (named, axis) in self.named.iter_mut().zip(&diagnosis.axes) {
-                let effect = name(axis);
-                let searches = if effect == named.effect { named.searches.saturating_add(1) } else { 1 };
-                *named = Named { effect, searches };
-            }
-        }
-        let enough = seen_ns(diagnosis) >= ENOUGH_NS;
-        for (named, axis) in self.named.iter().zip(&mut diagnosis.axes) {
-            axis.agreed = if name(axis) == named.effect { named.searches } else { 0 };
-            axis.settled = u32::from(enough && axis.agreed >= AGREE);
+        let agreed = self.0.take(diagnosis.search, diagnosis.axes.each_ref().map(name));
+        let seen = seen_ns(diagnosis);
+        for (agreed, axis) in agreed.into_iter().zip(&mut diagnosis.axes) {
+            axis.agreed = agreed;
+            axis.settled = u32::from(is_settled(agreed, seen));
         }
     }
 }
@@ -72,22 +42,10 @@ pub fn seen_ns(diagnosis: &Diagnosis) -> i64 {
 #[must_use]
 pub fn looking(diagnosis: &Diagnosis, place: usize) -> Option<String> {
     let axis = &diagnosis.axes[place];
-    let stands = match axis.verdict.as_str() {
-        "missing-effect" | "ambiguous" | "unexplained" => "More than noise is left. Looking for the cause",
-        "adequate" => "Nothing stands out so far",
-        _ => return None,
-    };
     if axis.present == 0 || axis.settled == 1 {
         return None;
     }
-    let seconds = |ns: i64| ns / 1_000_000_000;
-    Some(if seen_ns(diagnosis) < ENOUGH_NS {
-        format!("{stands}: {} of {} s of motion seen.", seconds(seen_ns(diagnosis)), seconds(ENOUGH_NS))
-    } else if axis.agreed + 1 >= AGREE {
-        format!("{stands}: one more search will tell.")
-    } else {
-        format!("{stands}: searching.")
-    })
+    agreement::looking(axis.verdict.as_str(), axis.agreed, seen_ns(diagnosis))
 }
 
 #[cfg(test)]

@@ -5,67 +5,24 @@ use crate::{
     agreement::{AGREE, is_named, seen_ns},
     ask::ask,
     domain,
-    settings::{Settings, Simulation},
-    source::scenario,
+    settings::Simulation,
     stop::Stop,
     watch::Watch,
 };
 use anyhow::Context;
-use gyro_model::{
-    Axis, Model, diagnose,
-    diagnose::compare,
-    fit::fit,
-    simulate::{Hidden, Scenario, simulate},
-    units,
-};
+use gyro_model::{Axis, units};
 use ipc_types::{Command, Diagnosis, Text, command::Kind, diagnosis::AxisDiagnosis, port::Reader, topic, wait::Wait};
 use std::{
     thread::sleep,
     time::{Duration, Instant},
 };
-use workbench::output::print;
+use workbench::{
+    output::print,
+    vehicle::{RATE_HZ, SWING, SWING_PERIOD},
+};
 
-/// Rows a second of the simulated vehicle.
-const RATE_HZ: f64 = 100.0;
 /// Times real time when nobody watches.
 pub const SPEED: f64 = 8.0;
-
-/// What may be hidden, as `--hide` takes it: effects that a minute of driving shows. Left out: what takes longer or needs
-/// another motion (`lag`, `saturation`, `g-squared-sensitivity`, `mount-resonance`, `bias-drift`) and `reference-smoothing`,
-/// which an encoder does not have. What happens once happens early enough to be seen from both sides.
-const HIDDEN: [&str; 20] = [
-    "bias-step:t0=15",
-    "clock-skew",
-    "clock-step:t0=15",
-    "cross-axis",
-    "cubic-nonlinearity",
-    "dead-zone",
-    "delay",
-    "encoder-backlash",
-    "encoder-eccentricity",
-    "encoder-subdivision",
-    "g-sensitivity",
-    "quadratic-nonlinearity",
-    "rate-hysteresis",
-    "scale-asymmetry",
-    "supply-voltage",
-    "temperature-bias",
-    "temperature-rate",
-    "temperature-scale",
-    "vibration-tone:f=7",
-    "warm-up",
-];
-/// It is doubled from its typical size on until the error is so many times its floor, …
-const SEEN: f64 = 6.0;
-/// … which is looked at after so many seconds, …
-const SEEN_WITHIN: f64 = 30.0;
-/// … at most so many times.
-const DOUBLED: i32 = 3;
-
-/// The temperature goes up and down by so much, K, …
-const SWING: f64 = 3.0;
-/// … within this time, s. A sensor that only warms up once shows a temperature, a warm-up and a drift alike.
-const SWING_PERIOD: f64 = 24.0;
 
 /// Data before the first verdict counts, ns.
 const ENOUGH_NS: i64 = 60_000_000_000;
@@ -73,36 +30,7 @@ const ENOUGH_NS: i64 = 60_000_000_000;
 const SETTLES: usize = 10;
 const PATIENCE: Duration = Duration::from_secs(240);
 
-/// What this seed hides, at its typical size.
-#[must_use]
-pub fn hidden(seed: u64) -> &'static str {
-    let mixed = seed.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 33;
-    HIDDEN[(mixed % HIDDEN.len() as u64) as usize]
-}
-
-/// The same so large that nobody overlooks it on this vehicle, as `--hide` takes it.
-///
-/// # Errors
-/// A vehicle that cannot be simulated, or an effect that is not known.
-pub fn sized(hidden: &str, vehicle: &Simulation) -> anyhow::Result<String> {
-    let bare = scenario(&Settings { simulation: vehicle.clone(), ..Settings::default() })?;
-    let axis = bare.sensor.axis;
-    let typical = Hidden::parse(hidden, axis)?;
-    let mut larger = typical.clone();
-    for doubled in 0..=DOUBLED {
-        larger = typical.scaled(2_f64.powi(doubled), axis);
-        let scenario = Scenario { seconds: SEEN_WITHIN, hidden: vec![larger.clone()], ..bare.clone() };
-        let record = simulate(&scenario).record;
-        let fitted = fit(&record, &Model::default(), &[axis])?;
-        let found = compare(&record, &fitted, &[axis], &diagnose::Options::default())?;
-        if found.iter().filter_map(|axis| axis.error_over_floor).any(|ratio| ratio >= SEEN) {
-            break;
-        }
-    }
-    Ok(larger.text(axis))
-}
-
-/// The vehicle of this seed.
+/// The vehicle of this seed, as settings.
 #[must_use]
 pub fn vehicle(seed: u64) -> Simulation {
     Simulation { rate_hz: RATE_HZ, seed, swing: Some(SWING), swing_period: Some(SWING_PERIOD), ..Simulation::default() }
@@ -278,56 +206,15 @@ fn worst(diagnosis: &Diagnosis) -> Option<(usize, &AxisDiagnosis)> {
 
 #[cfg(test)]
 mod tests {
-    use super::{HIDDEN, hidden, invitation, sized, vehicle};
+    use super::{invitation, vehicle};
     use crate::{settings::Settings, source::scenario};
-    use gyro_model::{
-        Axis, Model, diagnose,
-        diagnosis::Verdict,
-        simulate::{Hidden, Scenario, simulate},
-    };
+    use gyro_model::Axis;
+    use workbench::vehicle as pure;
 
     #[test]
-    fn every_effect_that_may_be_hidden_is_known_and_comes_up() {
-        for id in HIDDEN {
-            assert!(Hidden::parse(id, Axis::Z).is_ok(), "{id}");
-            let times = (0..2000).filter(|seed| hidden(*seed) == id).count();
-            assert!((60..140).contains(&times), "{id}: {times} of 2000");
-        }
-    }
-
-    /// Of vehicles that no demo was tried on. `TRUERATE_VEHICLES` says how many, `TRUERATE_SECONDS` after how long.
-    #[test]
-    #[ignore = "some minutes: cargo test --lib demo:: -- --ignored --nocapture"]
-    fn what_is_hidden_is_named_within_a_minute_of_driving() {
-        let number = |name: &str, usual: u64| std::env::var(name).ok().and_then(|n| n.parse().ok()).unwrap_or(usual);
-        let (vehicles, seconds) = (number("TRUERATE_VEHICLES", 10), number("TRUERATE_SECONDS", 50) as f64);
-        let mut missed = 0;
-        for hidden in HIDDEN {
-            let id = hidden.split(':').next().unwrap();
-            let mut others = Vec::new();
-            let mut ratios = Vec::new();
-            for seed in 0..vehicles {
-                let simulation = vehicle(5000 + seed);
-                let hide = vec![sized(hidden, &simulation).unwrap()];
-                let settings = Settings { hide, simulation, ..Settings::default() };
-                let scenario = Scenario { seconds, ..scenario(&settings).unwrap() };
-                let record = simulate(&scenario).record;
-                let options = diagnose::Options::default();
-                let found = diagnose::diagnose(&record, &Model::default(), &record.fitted_axes(), &options).unwrap();
-                let axis = found.iter().find(|a| a.axis == scenario.sensor.axis).unwrap();
-                ratios.push(axis.error_over_floor.unwrap_or(f64::NAN));
-                let best = axis.suspects.first().map_or("nothing", |s| s.effect.as_str());
-                if axis.verdict != Verdict::MissingEffect || best != id {
-                    others.push(format!("{}: {} ({:?})", 5000 + seed, best, axis.verdict));
-                }
-            }
-            missed += others.len();
-            ratios.sort_by(f64::total_cmp);
-            println!("{hidden}: error/floor {:.1} to {:.1}; missed {others:?}", ratios[0], ratios[ratios.len() - 1]);
-        }
-        let all = HIDDEN.len() * vehicles as usize;
-        println!("{} of {all} named", all - missed);
-        assert!(50 * missed <= all, "{missed} of {all} not named");
+    fn the_vehicle_of_a_seed_is_the_one_that_the_settings_describe() {
+        let settings = Settings { simulation: vehicle(7), ..Settings::default() };
+        assert_eq!(format!("{:?}", scenario(&settings).unwrap()), format!("{:?}", pure::scenario(7).unwrap()));
     }
 
     #[test]

@@ -224,9 +224,9 @@ pub fn set_policy(policy: Policy) -> Result<(), Errno> {
         Policy::Fifo(priority) => (libc::SCHED_FIFO, i32::from(priority)),
         Policy::Idle => (libc::SCHED_IDLE, 0),
     };
-    let parameters = libc::sched_param { sched_priority: priority };
-    // SAFETY: reads one struct that lives until then; 0 is this thread.
-    match unsafe { libc::sched_setscheduler(0, policy, &raw const parameters) } {
+    // The kernel's struct is this one number. Its own call: that of musl does nothing but refuse.
+    // SAFETY: reads one number that lives until then; 0 is this thread.
+    match unsafe { libc::syscall(libc::SYS_sched_setscheduler, 0, policy, &raw const priority) } {
         0 => Ok(()),
         _ => Err(Errno::from_io_error(&std::io::Error::last_os_error()).unwrap_or(Errno::PERM)),
     }

@@ -90,6 +90,7 @@
 //! | [`thresholds`] | every number that a decision is held against |
 //! | [`diagnose`] | which effect is missing: scan, refit, tests of admission, search, verdict |
 //! | [`pooled`] | many logs: their normal equations, what repeats, means and spreads of a type of sensor |
+//! | [`learning`] | beside a stream: parameters refitted, whether they are worth taking, another model on trial |
 //! | [`guide`] | which manoeuvre of the sensor would tell most of what is still to be known |
 //! | [`headline`], [`drift`] | the answer in a sentence, of one axis or of several; how far off an angle is without a reference |
 //! | [`words`] | findings in sentences, with a voice for logs, streams and libraries |
@@ -116,6 +117,7 @@ pub mod guide;
 pub mod headline;
 mod history;
 pub mod kalman;
+pub mod learning;
 mod limits;
 pub mod measured;
 pub mod model;

@@ -3,15 +3,14 @@
 //! The page reserves memory, writes into it and gives it back with [`put`] or [`ask`]; an answer stays until the next question.
 
 use crate::{
-    desk::Desk,
-    request,
+    request::{self, Held},
     told::{Told, tell},
 };
 use std::{cell::RefCell, path::Path};
 use workbench::{clock, files};
 
 thread_local! {
-    static DESK: RefCell<Desk> = RefCell::default();
+    static HELD: RefCell<Held> = RefCell::default();
     static ANSWER: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
 }
 
@@ -66,5 +65,5 @@ extern "C" fn ask(at: *mut u8, length: usize, milliseconds: f64) -> u64 {
     clock::set(milliseconds as i64);
     // SAFETY: it came from `reserve`.
     let text = unsafe { given(at, length) };
-    answer(DESK.with_borrow_mut(|desk| request::answer(desk, &text)))
+    answer(HELD.with_borrow_mut(|held| request::answer(held, &text)))
 }

@@ -8,5 +8,8 @@
 
 mod border;
 mod desk;
+mod learner;
 mod request;
+mod rows;
 mod told;
+mod vehicle;

@@ -18,6 +18,7 @@ use std::{
     thread::{self, sleep},
     time::{Duration, Instant},
 };
+use workbench::vehicle;
 
 /// The first free of these is the dashboard's: several demos run side by side.
 const DASHBOARD: &str = "127.0.0.1:7777-7876";
@@ -55,7 +56,7 @@ pub struct Args {
 /// Where the pipeline cannot run.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let seed = args.seed.unwrap_or_else(|| crate::clock::now_ns() % 1_000_000);
-    let hidden = args.log.is_none().then(|| demo::hidden(seed));
+    let hidden = args.log.is_none().then(|| vehicle::hidden(seed));
     let settings = settings(args, seed, hidden)?;
     let claim = args.instance.as_deref().map_or_else(|| Claim::take_free("demo"), Claim::take)?;
     let source = args.log.as_ref().map_or_else(|| format!("simulated vehicle {seed}"), |p| p.display().to_string());
@@ -68,7 +69,7 @@ fn settings(args: &Args, seed: u64, hidden: Option<&str>) -> anyhow::Result<Sett
     let mut settings = Settings {
         source: args.log.clone().map_or(Source::Simulated, Source::at),
         speed: Speed::Times(if args.auto { demo::SPEED } else { 1.0 }),
-        hide: hidden.map(|hidden| demo::sized(hidden, &simulation)).transpose()?.into_iter().collect(),
+        hide: hidden.map(|hidden| vehicle::sized(hidden, &vehicle::scenario(seed)?)).transpose()?.into_iter().collect(),
         dashboard: if args.auto { "off".to_owned() } else { DASHBOARD.to_owned() },
         simulation,
         learning: Learning { duty: if args.auto { 0.7 } else { 0.3 }, ..Learning::default() },

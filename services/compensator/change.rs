@@ -8,6 +8,7 @@ use super::store::View;
 use gyro_model::{
     AxisModel, Model,
     diagnose::{self, compare},
+    learning,
     thin::thinned,
 };
 
@@ -52,7 +53,7 @@ impl Windows {
         }
         let window = thinned(&window, ROWS);
         let judged = compare(&window, model, &window.fitted_axes(), &diagnose::Options::default()).ok()?;
-        let excess = super::learner::excess(&judged);
+        let excess = learning::excess(&judged);
         tracing::debug!(excess, from_s = first as f64 * 1e-9, "window");
         self.take(excess, first)
     }

@@ -1,9 +1,6 @@
 //! What is judged, and what came of it.
 
-use gyro_model::{
-    AxisModel, Model, Record, Row,
-    diagnosis::{AxisDiagnosis, Verdict},
-};
+use gyro_model::{AxisModel, Model, Record, Row, diagnosis::AxisDiagnosis, learning};
 use std::sync::Arc;
 
 /// What to judge.
@@ -49,35 +46,11 @@ impl Judgement {
 
     /// Gives effects that the model has not yet the parameters that this search found for them, to start from.
     pub fn begin(&self, model: &mut Model) {
-        for found in &self.axes {
-            let Some(axis) = &mut model.axes[found.axis.index()] else { continue };
-            for suspect in &found.suspects {
-                let Some(term) = axis.terms.iter_mut().find(|t| t.effect.card().id == suspect.effect) else { continue };
-                for (card, value) in term.effect.parameters(found.axis).iter().zip(&mut term.values) {
-                    let known = suspect.parameters.iter().find(|p| p.effect == suspect.effect && p.name == card.name);
-                    *value = known.and_then(|p| p.value).unwrap_or(*value);
-                }
-            }
-        }
+        learning::begin(model, &self.axes);
     }
 
-    /// Takes over what a search of the same model found to be missing. Where it found nothing and the newest data say
-    /// otherwise, they are right.
+    /// Takes over what a search of the same model found to be missing.
     pub fn take_suspects(&mut self, search: &Self) {
-        for axis in &mut self.axes {
-            let Some(found) = search.axes.iter().find(|found| found.axis == axis.axis) else { continue };
-            let nothing_found = matches!(found.verdict, Verdict::Adequate | Verdict::CannotTell);
-            if nothing_found && found.verdict != axis.verdict {
-                continue;
-            }
-            axis.find(found.finding.clone());
-            axis.remarks.clone_from(&found.remarks);
-            axis.searched = true;
-            axis.suspects.clone_from(&found.suspects);
-            // A search knows which part of the error an effect would remove.
-            axis.budget.clone_from(&found.budget);
-            axis.limited_by = found.limited_by;
-            axis.limited_says.clone_from(&found.limited_says);
-        }
+        learning::take_suspects(&mut self.axes, &search.axes);
     }
 }

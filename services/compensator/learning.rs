@@ -5,7 +5,7 @@ use super::{
     current::Proposal,
     is_due,
     keeper::{Keeping, Then},
-    learner::{Job, Solution, Task, adds_nothing, not_excited},
+    learner::{Job, Solution, Task},
     next,
     phase::{Asked, Phase},
     trial::TRIAL_NS,
@@ -13,7 +13,11 @@ use super::{
 };
 use crate::clock::now_ns;
 use crate::run_folder::{Learned, LearnedAxis};
-use gyro_model::{Axis, Model, units};
+use gyro_model::{
+    Axis, Model,
+    learning::{adds_nothing, not_excited},
+    units,
+};
 use ipc_types::diagnosis::TrialState;
 
 impl Compensator<'_> {

@@ -1,10 +1,11 @@
 //! Judgements and trials as messages and as JSON.
 
-use super::{judgement::Judgement, learner::Trial};
+use super::judgement::Judgement;
 use gyro_model::{
     detail::Trace,
     diagnosis::{AxisDiagnosis, Diagnosis, ErrorPoint},
     drift, headline,
+    learning::Trial,
     words::Voice,
 };
 use ipc_types::{

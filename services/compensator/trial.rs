@@ -1,14 +1,9 @@
 //! Another model beside the one in use: tried until it wins, or is given up.
 
-use super::{
-    Compensator,
-    keeper::Then,
-    learner::{Solution, Trial},
-    message,
-};
+use super::{Compensator, keeper::Then, learner::Solution, message};
 use crate::{clock::now_ns, story};
 use anyhow::anyhow;
-use gyro_model::{Model, units};
+use gyro_model::{Model, learning::Trial, units};
 use ipc_types::{Command, Text, diagnosis::TrialState};
 
 /// Standard errors from which on an effect on trial is certain to be there.
@@ -35,11 +30,15 @@ impl Compensator<'_> {
     /// The challenger takes over where it won on data that it did not learn from, or was told to.
     pub(super) fn decide(&mut self, challenger: Challenger, solution: Solution, is_last: bool) -> anyhow::Result<()> {
         let (id, axis, effect) = (challenger.command.id, challenger.command.axis, challenger.command.effect);
-        let won = solution.is_won();
+        let won = solution.trial.as_ref().is_some_and(Trial::is_won);
         let trial = solution.trial;
         let figures = trial.as_ref().map(Trial::excess).map_or_else(String::new, |(before, after)| {
             let (before, after) = (units::ratio(before.sqrt()), units::ratio(after.sqrt()));
-            let sure = if solution.told.is_some_and(|told| told > CERTAIN) { ", certain" } else { "" };
+            let sure = if trial.as_ref().and_then(|trial| trial.told).is_some_and(|told| told > CERTAIN) {
+                ", certain"
+            } else {
+                ""
+            };
             format!(" (error ÷ noise {before} → {after}{sure})")
         });
         let given_up = gives_up(challenger.instead_of);

@@ -3,11 +3,9 @@
 use super::{
     judgement,
     model::{self, changes},
-    motion::Motion,
     scene::{Mark, Scene},
 };
 use crate::clock::now_ns;
-use crate::story;
 use crate::{
     agreement::looking,
     live::words,
@@ -25,6 +23,7 @@ use ipc_types::{
 };
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use workbench::{motion::Motion, story};
 
 /// Between two looks at the latencies, ns.
 const STAGES_NS: u64 = 1_000_000_000;
@@ -105,9 +104,10 @@ impl Feed {
     fn samples(&mut self) -> anyhow::Result<()> {
         while let Some(sample) = self.samples.take()? {
             if sample.run == self.run && sample.mark == MARK_DATA {
-                self.motion.sample(&sample);
+                let row = wire::row_of(&sample);
+                self.motion.row(&row);
                 self.t = sample.time_ns as f64 * 1e-9;
-                self.rows.push(wire::row_of(&sample));
+                self.rows.push(row);
             }
         }
         Ok(())
@@ -126,7 +126,7 @@ impl Feed {
             pulse.health.acknowledged = estimate.sequence;
             pulse.health.stages[0].record(now_ns().saturating_sub(estimate.kalman_gave_ns));
             if estimate.mark == MARK_DATA {
-                self.motion.estimate(&estimate);
+                self.motion.estimate(&wire::estimate_of(&estimate));
             }
         }
         Ok(())

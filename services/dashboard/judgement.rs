@@ -1,16 +1,14 @@
 //! The compensator's diagnosis, ready for the page.
 
-use super::scene::ErrorAt;
 use crate::story;
 use gyro_model::{
     Axis,
     diagnosis::{AxisDiagnosis, Diagnosis, Suspect, Verdict},
     finding::Finding,
-    words::Voice,
 };
 use ipc_types::diagnosis::{self as wire, TrialState};
 use serde::Serialize;
-use workbench::report::{Command, Context, Terminal, view::Page};
+pub use workbench::report::stream::{errors, page};
 
 /// The whole diagnosis out of the compensator's report; `None` where it is not one.
 #[must_use]
@@ -49,25 +47,6 @@ fn axis_of(axis: Axis, a: &wire::AxisDiagnosis) -> AxisDiagnosis {
             .collect(),
         ..AxisDiagnosis::new(axis, Finding::Bare { verdict })
     }
-}
-
-/// A search that found nothing is not the last one.
-const AGAIN: &str =
-    "It is searched again and again: motion of another kind (faster, slower, warmer) may show the cause.";
-
-/// As the page shows it: words, human units, cards.
-#[must_use]
-pub fn page(diagnosis: &Diagnosis) -> Page {
-    let context =
-        Context { terminal: Terminal::PLAIN, voice: Voice::Stream, ..Context::new(Command::Diagnose, "live") };
-    let mut page = Page::axis_by_axis(diagnosis, &context);
-    for axis in &mut page.axes {
-        axis.detail = None;
-        if axis.verdict == Verdict::Unexplained {
-            format!("{} {AGAIN}", axis.says).trim_start().clone_into(&mut axis.says);
-        }
-    }
-    page
 }
 
 /// The last trial: the model in use beside the other one, on the same samples.
@@ -134,21 +113,6 @@ pub fn trial(trial: &wire::Trial) -> Option<TrialView> {
         present: curve(&trial.present_curve, trial.present),
         other: curve(&trial.other_curve, trial.other),
         says: if trial.state == TrialState::TookOver as u32 { story::won(trial) } else { String::new() },
-    })
-}
-
-/// The figures for the chart over time.
-pub fn errors(diagnosis: &Diagnosis, t: f64) -> impl Iterator<Item = ErrorAt> + '_ {
-    diagnosis.axes.iter().map(move |axis| {
-        let near_1s = axis.error_curve.iter().min_by(|a, b| a.tau_s.ln().abs().total_cmp(&b.tau_s.ln().abs()));
-        let degrees = |v: Option<f64>| v.filter(|v| v.is_finite()).map(f64::to_degrees);
-        ErrorAt {
-            t,
-            axis: axis.axis.letter(),
-            ratio: axis.error_over_floor.filter(|r| r.is_finite()),
-            error: degrees(near_1s.and_then(|p| p.error)),
-            floor: degrees(near_1s.and_then(|p| p.floor)),
-        }
     })
 }
 

@@ -13,7 +13,6 @@ mod feed;
 pub mod guard;
 pub mod judgement;
 pub mod model;
-pub mod motion;
 pub mod order;
 mod peer;
 pub mod scene;

@@ -1,6 +1,5 @@
 //! What there is to see: the newest of everything, the last minutes, and whoever looks on.
 
-use super::motion::Step;
 use gyro_model::{Record, Row, diagnosis::Diagnosis};
 use ipc_types::Parameters;
 use serde::Serialize;
@@ -10,6 +9,7 @@ use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 use tokio::sync::broadcast;
+use workbench::{motion::Step, report::stream::ErrorAt};
 
 /// Steps kept for a new page: one minute.
 const STEPS: usize = 1200;
@@ -42,21 +42,6 @@ pub struct Mark {
     pub epoch: u64,
     /// `+ delay (z)`.
     pub says: String,
-}
-
-/// The judgement of one second.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ErrorAt {
-    /// s of the source.
-    pub t: f64,
-    /// `x`, `y`, `z`.
-    pub axis: &'static str,
-    /// Largest error over floor.
-    pub ratio: Option<f64>,
-    /// Error at about 1 s, °/s.
-    pub error: Option<f64>,
-    /// Its floor, °/s.
-    pub floor: Option<f64>,
 }
 
 /// Every parameter at one time: key, value, standard error, in the units shown.

@@ -69,11 +69,12 @@ pub const DASHBOARD: &str = include_str!("../web/dashboard.html");
 pub const GUIDE: &str = include_str!("../web/guide.html");
 
 /// The files of both pages: name, type, content.
-const FILES: [(&str, &str, &str); 7] = [
+const FILES: [(&str, &str, &str); 8] = [
     ("dashboard.js", "text/javascript", include_str!("../web/dashboard.js")),
     ("guide.js", "text/javascript", include_str!("../web/guide.js")),
     ("charts.js", "text/javascript", web::CHARTS),
     ("parts.js", "text/javascript", web::PARTS),
+    ("live.js", "text/javascript", web::LIVE),
     ("style.css", "text/css", web::STYLE),
     ("uplot.js", "text/javascript", web::UPLOT),
     ("uplot.css", "text/css", web::UPLOT_STYLE),

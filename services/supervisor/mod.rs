@@ -22,7 +22,6 @@ use crate::{
     run_folder::{Run, RunFolder},
     settings::Settings,
     stop::Stop,
-    story,
 };
 use anyhow::{Context, bail};
 use board::Board;
@@ -38,7 +37,7 @@ use rustix::{
 };
 use std::{fs, process::ExitCode, time::Duration};
 use watchdog::Watchdog;
-use workbench::model_file;
+use workbench::{model_file, story};
 
 /// Between two looks at the processes and two sweeps for what dead ones left; a death is seen at once.
 const LOOK: Timespec = Timespec { tv_sec: 0, tv_nsec: 25_000_000 };

@@ -3,15 +3,17 @@
 mod screen;
 
 use crate::{
-    dashboard::{errands::ask, motion::Motion, order::Order},
+    dashboard::{errands::ask, order::Order},
     domain,
     found::{Finder, Found},
     watch::Watch,
+    wire,
 };
 use anyhow::bail;
 use ipc_types::{Estimate, MARK_DATA, Sample, Status, port::Reader, topic, wait::Wait};
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 use std::{collections::VecDeque, io::IsTerminal, path::Path, sync::mpsc, thread, time::Duration};
+use workbench::motion::Motion;
 
 /// Between two pictures.
 const FRAME: Duration = Duration::from_millis(100);
@@ -60,12 +62,12 @@ impl Ports {
     fn look(&mut self, scene: &mut Scene) -> anyhow::Result<()> {
         while let Some(sample) = self.samples.take()? {
             if sample.mark == MARK_DATA {
-                self.motion.sample(&sample);
+                self.motion.row(&wire::row_of(&sample));
             }
         }
         while let Some(estimate) = self.estimates.take()? {
             if estimate.mark == MARK_DATA {
-                self.motion.estimate(&estimate);
+                self.motion.estimate(&wire::estimate_of(&estimate));
             }
         }
         for step in self.motion.steps() {

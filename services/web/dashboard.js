@@ -4,7 +4,7 @@
   const { h } = Parts;
   const { number } = Charts;
   const $ = id => document.getElementById(id);
-  const WINDOW = 30;
+  const fill = (id, ...content) => Live.fill($(id), ...content);
   const STEPS = 1200, ERRORS = 1200, VALUES = 600;
   const scene = { steps: [], errors: [], values: [], marks: [], newest: {} };
   let axis = null, heard = 0, moved = 0, open = false;
@@ -69,23 +69,6 @@
   }
   const all = () => touch(...Object.keys(painters));
 
-  // Changes an old tree into a new one, keeping nodes: buttons stay under the finger, unfolded cards stay unfolded.
-  function morph(old, fresh) {
-    if (old.nodeType !== fresh.nodeType || old.nodeName !== fresh.nodeName || (old.dataset?.effect || '') !== (fresh.dataset?.effect || '')) { old.replaceWith(fresh); return; }
-    if (old.nodeType === Node.TEXT_NODE) { if (old.data !== fresh.data) old.data = fresh.data; return; }
-    for (const { name, value } of [...fresh.attributes]) if (old.getAttribute(name) !== value) old.setAttribute(name, value);
-    for (const { name } of [...old.attributes]) if (!fresh.hasAttribute(name) && !(name === 'open' && old.nodeName === 'DETAILS')) old.removeAttribute(name);
-    const [a, b] = [[...old.childNodes], [...fresh.childNodes]];
-    b.forEach((node, i) => { if (i < a.length) morph(a[i], node); else old.append(node); });
-    a.slice(b.length).forEach(node => node.remove());
-  }
-  function fill(id, ...content) {
-    const old = $(id);
-    const fresh = old.cloneNode(false);
-    fresh.append(...content.flat(9).filter(Boolean));
-    morph(old, fresh);
-  }
-
   // ---- axes ------------------------------------------------------------------------------------------------------
   function present() {
     const found = new Set([...(scene.newest.page?.axes || []), ...(scene.newest.model?.axes || [])].map(a => a.axis));
@@ -118,44 +101,10 @@
   }
 
   // ---- motion ----------------------------------------------------------------------------------------------------
-  const live = () => { const end = scene.steps.at(-1)?.t ?? 0; return [Math.max(scene.steps[0]?.t ?? 0, end - WINDOW), Math.max(end, (scene.steps[0]?.t ?? 0) + WINDOW)]; };
-  const marks = label => u => {
-    const { ctx } = u;
-    ctx.save();
-    ctx.strokeStyle = Charts.ink('unknown'); ctx.fillStyle = Charts.ink('unknown');
-    ctx.setLineDash([]); ctx.lineWidth = devicePixelRatio; ctx.font = `${11 * devicePixelRatio}px system-ui, sans-serif`;
-    for (const [k, mark] of scene.marks.entries()) {
-      const x = u.valToPos(mark.t, 'x', true);
-      if (x < u.bbox.left || x > u.bbox.left + u.bbox.width) continue;
-      ctx.beginPath(); ctx.moveTo(x, u.bbox.top); ctx.lineTo(x, u.bbox.top + u.bbox.height); ctx.stroke();
-      if (label) {
-        const right = x + ctx.measureText(mark.says).width + 8 > u.bbox.left + u.bbox.width;
-        ctx.textAlign = right ? 'right' : 'left';
-        ctx.fillText(mark.says, x + (right ? -4 : 4) * devicePixelRatio, u.bbox.top + (12 + 14 * (k % 3)) * devicePixelRatio);
-      }
-    }
-    ctx.restore();
-  };
-  // A symmetric range that grows at once and shrinks slowly: no jitter from one update to the next.
-  function calm(least) {
-    let held = least;
-    return (u, min, max) => {
-      const most = Math.max(least, Math.abs(min ?? 0), Math.abs(max ?? 0)) * 1.1;
-      held = most > held || most < 0.5 * held ? most : held;
-      return [-held, held];
-    };
-  }
-  let rate, residual;
+  const marks = () => scene.marks;
+  let motion;
   function drawMotion() {
-    if (!scene.steps.length) return;
-    const steps = scene.steps.filter(s => s.t >= scene.steps.at(-1).t - 2 * WINDOW);
-    const xs = steps.map(s => s.t), i = at();
-    const of = key => steps.map(s => s.axes[i][key]);
-    const x = { label: 'time', unit: 's', range: () => live() };
-    rate ??= Charts.make($('rate'), { name: 'Rate over the last half minute', x, y: { label: 'rate', unit: '°/s' }, height: 240, sync: 'time', draw: marks(true), series: [{ label: 'measured', ink: 'measured', width: 4, unit: '°/s' }, { label: 'model', ink: 'model', width: 1.6, unit: '°/s' }], data: [xs, of('measured'), of('model')] });
-    residual ??= Charts.make($('residual'), { name: 'Residual over the last half minute', x, y: { label: 'residual', unit: '°/s', range: calm(0.02) }, height: 170, sync: 'time', draw: marks(false), series: [{ label: 'model − measured', ink: 'residual', width: 1.6, unit: '°/s' }], data: [xs, of('residual')] });
-    rate.set([xs, of('measured'), of('model')]);
-    residual.set([xs, of('residual')]);
+    (motion ??= Live.motion($('rate'), $('residual'), marks)).set(scene.steps, at());
   }
 
   // ---- error over time -----------------------------------------------------------------------------------------------
@@ -164,7 +113,7 @@
     const list = scene.errors.filter(e => e.axis === axis && e.ratio > 0);
     if (!list.length) return;
     const data = [list.map(e => e.t), list.map(e => e.ratio), list.map(() => 1), Charts.positive(list.map(e => e.error))];
-    falling ??= Charts.make($('falling'), { name: 'Largest error over floor, over time', x: { label: 'time', unit: 's' }, y: { label: 'error / floor', unit: '', log: true, range: (u, min, max) => [0.7, Math.max(3, (max ?? 1) * 1.4)] }, height: 220, sync: 'time', draw: marks(true), series: [{ label: 'largest error / floor', ink: 'model', width: 2, points: 4 }, { label: 'floor', ink: 'floor', width: 2, dash: [7, 4] }, { label: 'error at 1 s', ink: 'residual', bare: true, unit: '°/s' }], data });
+    falling ??= Charts.make($('falling'), { name: 'Largest error over floor, over time', x: { label: 'time', unit: 's' }, y: { label: 'error / floor', unit: '', log: true, range: (u, min, max) => [0.7, Math.max(3, (max ?? 1) * 1.4)] }, height: 220, sync: 'time', draw: Live.marks(marks, true), series: [{ label: 'largest error / floor', ink: 'model', width: 2, points: 4 }, { label: 'floor', ink: 'floor', width: 2, dash: [7, 4] }, { label: 'error at 1 s', ink: 'residual', bare: true, unit: '°/s' }], data });
     falling.set(data);
   }
 
@@ -178,15 +127,11 @@
   };
   const trying = effect => h('p.way', h('b', `Trying ${plain(effect)} beside the model in use. `), 'It is taken as soon as it is better on samples that neither model learned from. ', ordered ? null : h('button', { type: 'button', 'data-do': 'undo' }, 'End the trial'));
   const eitherWay = best => h('.way', h('p', 'You can also try each of them: one that is better is taken, and Undo takes it back.'), h('.choices', [best.effect, ...best.aliases.map(a => a.id)].map(id => adding(id, 'button.large', `Try ${plain(id)}`, ''))));
-  let curve, curveShape = '', before = null;
+  let curve;
   function drawPage() {
     const view = ofAxis(scene.newest.page?.axes);
     if (!view) return drawTrouble();
-    const judged = view.curves[view.judged];
     $('verdict').className = `panel two-thirds verdict ${view.tone}`;
-    const figure = (of, value, floor) => h('.figure', h('.of', of), h('.value', value), h('.of', floor));
-    const nearest = tau => judged?.tau.length && tau > 0.7 * judged.tau[0] && tau < 1.4 * judged.tau.at(-1) ? judged.tau.reduce((best, t, k) => (Math.abs(Math.log(t / tau)) < Math.abs(Math.log(judged.tau[best] / tau)) ? k : best), 0) : null;
-    const figures = [0.1, 1, 10].map(tau => { const k = nearest(tau); return k == null ? null : figure(`error at ${Charts.seconds(judged.tau[k])} s`, `${number(judged.error[k])} °/s`, `${number(judged.error[k] * judged.tau[k])}° in that time; floor: ${number(judged.floor[k])} °/s`); });
     // What the answer asks for is one press away, once it has settled.
     const named = ['missing-effect', 'ambiguous'].includes(view.verdict), best = named && view.suspects[0];
     const looking = scene.newest.looking?.[axis];
@@ -200,8 +145,8 @@
     if (won) $('verdict').className = `panel two-thirds verdict ${view.tone === 'bad' ? 'bad' : 'good'}`;
     else if (looking) $('verdict').className = 'panel two-thirds verdict unknown';
     fill('verdict', h('p.soft.small', `axis ${axis}`), answer, way,
-      h('.figures', figures, view.error_over_floor == null ? null : figure('error at its worst', `${number(view.error_over_floor)} × floor`, view.within_floor ? 'within the range of noise and set-up' : 'above the range of noise and set-up')));
-    drawCurve(view);
+      h('.figures', Live.figures(view)));
+    (curve ??= Live.curve($('curve'))).set(view, scene.marks.length);
     drawLimit(view.limit);
     fill('suspects', h('h3', 'What may be missing'), view.suspects.length ? view.suspects.map((s, i) => Parts.suspect(s, tried(axis) === s.effect ? h('span.pill.warn', 'on trial') : has(s.effect) ? h('span.pill.good', 'in use') : adding(s.effect, i ? 'button' : 'button.primary', 'Add', i ? '' : ' (a)'))) : h('p.soft', view.verdict === 'adequate' ? 'Nothing: the rest is noise.' : 'No suspect stands out yet.'));
     const faults = view.data_faults.length ? [h('h3', 'Data faults'), Parts.list(view.data_faults)] : null;
@@ -219,20 +164,6 @@
     limits?.destroy();
     limits = Charts.make($('limit'), { ...spec, height: 240, sync: 'tau' });
   }
-  function drawCurve(view) {
-    const judged = view.curves[view.judged];
-    if (!judged?.tau.length) return;
-    // The curve before the last change of the model stays as a ghost.
-    const epochs = axis + scene.marks.length;
-    if (before?.of !== epochs) before = { of: epochs, last: before?.of?.startsWith(axis) ? before.now : null, now: null };
-    before.now = { ...judged, label: 'before the last change' };
-    const curves = [{ ...judged, label: 'now' }, ...view.curves.slice(1), ...(before.last ? [before.last] : [])];
-    const shape = axis + curves.map(c => c.label).join();
-    const spec = Charts.errorCurveSpec(curves, 0);
-    if (shape !== curveShape) { curve?.destroy(); curve = null; curveShape = shape; }
-    if (curve) curve.set(spec.data); else curve = Charts.make($('curve'), { ...spec, height: 320, sync: 'tau' });
-  }
-
   // ---- the challenger --------------------------------------------------------------------------------------------------
   let duel, duelShape = '';
   function drawTrial() {
@@ -279,7 +210,7 @@
       const bound = sign => found.map(x => (x && x[2] != null ? x[1] + sign * x[2] : x ? x[1] : null));
       const data = [ts, found.map(x => (x ? x[1] : null)), bound(1), bound(-1)];
       const { unit } = mini.p;
-      mini.chart ??= Charts.make(mini.place, { name: `${mini.p.effect} ${mini.p.name} over time`, x: { label: 'time', unit: 's' }, y: { label: mini.p.name, unit }, height: 150, sync: 'time', draw: marks(false), bands: [[2, 3]], series: [{ label: mini.p.name, ink: 'model', width: 1.8, unit }, { label: '', ink: 'band', width: 1 }, { label: '', ink: 'band', width: 1 }], data });
+      mini.chart ??= Charts.make(mini.place, { name: `${mini.p.effect} ${mini.p.name} over time`, x: { label: 'time', unit: 's' }, y: { label: mini.p.name, unit }, height: 150, sync: 'time', draw: Live.marks(marks, false), bands: [[2, 3]], series: [{ label: mini.p.name, ink: 'model', width: 1.8, unit }, { label: '', ink: 'band', width: 1 }, { label: '', ink: 'band', width: 1 }], data });
       mini.chart.set(data);
     }
   }

@@ -172,6 +172,19 @@ fn the_page_in_a_browser_names_what_is_hidden_and_says_what_the_program_says() {
 }
 
 #[test]
+fn a_vehicle_drives_in_the_page_and_what_is_hidden_in_it_is_found() {
+    if !is_there() {
+        return;
+    }
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/truerate.html");
+    if !page.exists() {
+        eprintln!("skipped: no target/truerate.html here; `deploy/page` makes it");
+        return;
+    }
+    drive("drive.mjs", &[page.to_str().unwrap()]);
+}
+
+#[test]
 fn reports_open_offline_from_disk() {
     if !is_there() {
         return;

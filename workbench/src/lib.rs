@@ -13,12 +13,15 @@
 //! | [`prior`], [`simulated_fleet`] | a part that starts from its type; a fleet whose truth is known |
 //! | [`several`] | logs of one sensor, worked on together |
 //! | [`report`], [`plot`], [`web`] | results as text, JSON and one HTML page; figures as SVG; scripts and styles of the pages |
+//! | [`motion`], [`agreement`] | of a stream: reference and model in even steps of time; whether its diagnosis has settled |
+//! | [`vehicle`], [`story`] | simulated vehicles with a hidden effect; what was hidden beside what was found |
 //! | [`output`] | files that are written whole or not at all |
 //! | [`files`], [`clock`] | where files are read from, and what time it is: the system, or the page that holds a browser's copy |
 //!
 //! Nothing here starts a process, opens a port or parses a command line. The program, the Python package and the page in a
 //! browser stand on it.
 
+pub mod agreement;
 pub mod change;
 pub mod clock;
 pub mod estimates;
@@ -28,6 +31,7 @@ pub mod files;
 pub mod fleet;
 pub mod log;
 pub mod model_file;
+pub mod motion;
 pub mod output;
 #[cfg(not(target_family = "wasm"))]
 pub mod plot;
@@ -36,6 +40,8 @@ pub mod recording;
 pub mod report;
 pub mod several;
 pub mod simulated_fleet;
+pub mod story;
 pub mod subject;
 pub mod toml_error;
+pub mod vehicle;
 pub mod web;

@@ -11,6 +11,7 @@ mod bars;
 mod html;
 mod json;
 mod next;
+pub mod stream;
 pub(crate) mod terminal;
 mod text;
 pub use gyro_model::units;

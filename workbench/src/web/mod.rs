@@ -4,6 +4,8 @@
 pub const CHARTS: &str = include_str!("charts.js");
 /// Parts of a page: tables, tiles, sentences.
 pub const PARTS: &str = include_str!("parts.js");
+/// What is drawn while something runs.
+pub const LIVE: &str = include_str!("live.js");
 /// The report's page.
 pub const REPORT: &str = include_str!("report.js");
 /// How the pages look.

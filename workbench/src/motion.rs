@@ -4,7 +4,7 @@
 //! compensated rate at the time at which the reference shows it (so that a modelled delay lines the two up). A step's rate is
 //! the angle's increment over it: encoder noise telescopes, nothing is differentiated twice.
 
-use ipc_types::{Estimate, Sample};
+use gyro_model::{Row, estimator::Estimate};
 use serde::Serialize;
 use std::{
     collections::VecDeque,
@@ -101,36 +101,36 @@ struct Line {
     errors: VecDeque<Option<f64>>,
 }
 
-/// Lines up samples and estimates.
+/// Lines up rows and estimates.
 #[derive(Debug, Default)]
 pub struct Motion {
     axes: [Line; 3],
     quaternion: Option<[f64; 4]>,
     epoch: Option<u64>,
-    sample_ns: Option<i64>,
+    row_ns: Option<i64>,
     /// End of the last step.
     edge_ns: Option<i64>,
 }
 
 impl Motion {
-    /// Takes the references of a sample.
-    pub fn sample(&mut self, sample: &Sample) {
-        let last = self.sample_ns.replace(sample.time_ns);
-        if last.is_some_and(|last| sample.time_ns < last || sample.time_ns > last + JUMP_NS) {
-            *self = Self { sample_ns: Some(sample.time_ns), ..Self::default() };
+    /// Takes the references of a row.
+    pub fn row(&mut self, row: &Row) {
+        let last = self.row_ns.replace(row.t_ns);
+        if last.is_some_and(|last| row.t_ns < last || row.t_ns > last + JUMP_NS) {
+            *self = Self { row_ns: Some(row.t_ns), ..Self::default() };
         }
-        let turned = self.turned(sample.ref_quaternion);
+        let turned = self.turned(row.ref_quaternion);
         for (i, line) in self.axes.iter_mut().enumerate() {
             let before = line.reference.last();
-            let angle = if sample.ref_angle[i].is_finite() {
-                before.map_or(sample.ref_angle[i], |(_, y)| y + wrapped(sample.ref_angle[i] - y))
+            let angle = if row.ref_angle[i].is_finite() {
+                before.map_or(row.ref_angle[i], |(_, y)| y + wrapped(row.ref_angle[i] - y))
             } else if let Some(turned) = turned {
                 before.map_or(0.0, |(_, y)| y) + turned[i]
             } else {
-                let rate = sample.ref_rate[i];
-                before.map_or(0.0, |(t, y)| y + rate * (sample.time_ns - t) as f64 * 1e-9) + 0.0 * rate
+                let rate = row.ref_rate[i];
+                before.map_or(0.0, |(t, y)| y + rate * (row.t_ns - t) as f64 * 1e-9) + 0.0 * rate
             };
-            line.reference.push(sample.time_ns, angle);
+            line.reference.push(row.t_ns, angle);
         }
     }
 
@@ -156,13 +156,13 @@ impl Motion {
     pub fn estimate(&mut self, estimate: &Estimate) {
         let is_same = self.epoch.replace(estimate.epoch) == Some(estimate.epoch);
         for (line, axis) in self.axes.iter_mut().zip(&estimate.axes) {
-            if axis.present != 1 {
+            if !axis.present {
                 continue;
             }
-            if !is_same && let Some(angle) = line.model.continued(estimate.reference_ns, axis.rate) {
+            if !is_same && let Some(angle) = line.model.continued(estimate.reference_t_ns, axis.rate) {
                 line.offset = angle - axis.angle;
             }
-            line.model.push(estimate.reference_ns, line.offset + axis.angle);
+            line.model.push(estimate.reference_t_ns, line.offset + axis.angle);
         }
     }
 
@@ -219,7 +219,10 @@ fn wrapped(angle: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ipc_types::AxisEstimate;
+    use gyro_model::estimator::AxisEstimate;
+
+    const SOME: AxisEstimate = AxisEstimate { present: true, ..AxisEstimate::ABSENT };
+    const NONE: Estimate = Estimate { valid_t_ns: 0, reference_t_ns: 0, epoch: 0, axes: [AxisEstimate::ABSENT; 3] };
 
     fn angle(t: f64) -> f64 {
         2.0 * t + 0.3 * (3.0 * t).sin()
@@ -230,12 +233,11 @@ mod tests {
         let mut steps = Vec::new();
         for k in 0..3000_i64 {
             let t = k as f64 * 1e-3;
-            let mut sample = Sample { time_ns: k * 1_000_000, ..Sample::EMPTY };
-            sample.ref_angle[2] = wrapped(angle(t));
-            motion.sample(&sample);
+            let mut row = Row { t_ns: k * 1_000_000, ..Row::EMPTY };
+            row.ref_angle[2] = wrapped(angle(t));
+            motion.row(&row);
             let (mut estimate, axis) = estimated(k, t);
-            estimate.time_ns = sample.time_ns;
-            estimate.axes[2] = AxisEstimate { present: 1, ..axis };
+            estimate.axes[2] = axis;
             motion.estimate(&estimate);
             steps.extend(motion.steps());
         }
@@ -245,8 +247,8 @@ mod tests {
     /// A model that knows the delay, s, and whose scale is off by `error`.
     fn play_model(motion: &mut Motion, delay: f64, error: f64) -> Vec<Step> {
         play(motion, |k, t| {
-            let estimate = Estimate { reference_ns: k * 1_000_000 - (delay * 1e9) as i64, ..Estimate::default() };
-            (estimate, AxisEstimate { angle: angle(t - delay) * (1.0 + error), ..AxisEstimate::default() })
+            let estimate = Estimate { reference_t_ns: k * 1_000_000 - (delay * 1e9) as i64, ..NONE };
+            (estimate, AxisEstimate { angle: angle(t - delay) * (1.0 + error), ..SOME })
         })
     }
 
@@ -267,8 +269,8 @@ mod tests {
             let epoch = u64::from(k >= 1210) + u64::from(k >= 2230);
             let late = if epoch == 1 { 20_000_000 } else { 0 };
             let rate = 2.0 + 0.9 * (3.0 * (t - 0.02)).cos();
-            let axis = AxisEstimate { angle: angle(t - 0.02), rate, ..AxisEstimate::default() };
-            (Estimate { reference_ns: k * 1_000_000 - late, epoch, ..Estimate::default() }, axis)
+            let axis = AxisEstimate { angle: angle(t - 0.02), rate, ..SOME };
+            (Estimate { reference_t_ns: k * 1_000_000 - late, epoch, ..NONE }, axis)
         });
         assert!(steps.len() > 50);
         for axis in steps.iter().skip(12).map(|s| s.axes[2]) {
@@ -289,9 +291,9 @@ mod tests {
         let mut motion = Motion::default();
         play_model(&mut motion, 0.0, 0.0);
         for k in 3000..20_000_i64 {
-            motion.sample(&Sample { time_ns: k * 1_000_000, ..Sample::EMPTY });
-            let mut estimate = Estimate { reference_ns: k * 1_000_000, ..Estimate::default() };
-            estimate.axes[2] = AxisEstimate { present: 1, angle: 0.0, ..AxisEstimate::default() };
+            motion.row(&Row { t_ns: k * 1_000_000, ..Row::EMPTY });
+            let mut estimate = Estimate { reference_t_ns: k * 1_000_000, ..NONE };
+            estimate.axes[2] = AxisEstimate { angle: 0.0, ..SOME };
             motion.estimate(&estimate);
             motion.steps();
         }
