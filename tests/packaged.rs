@@ -4,7 +4,11 @@ mod common;
 
 use clap::CommandFactory;
 use common::{Bench, Outcome};
-use std::process::{Command, Stdio};
+use std::{
+    fs,
+    path::Path,
+    process::{Command, Stdio},
+};
 use truerate::cli::Cli;
 
 #[test]
@@ -86,4 +90,61 @@ fn the_debian_package_is_installed_runs_and_leaves_nothing() {
     let tried = Outcome::of(&tried);
     assert!(tried.code == 0 && tried.out.ends_with("all of it is gone\n"), "{tried:?}");
     assert!(tried.out.contains("late"), "the delay is not told: {tried:?}");
+}
+
+/// `deploy/release` with a folder of its own.
+fn release(folder: &Path, parts: &[&str], architectures: &str) -> Outcome {
+    let mut command = Command::new("deploy/release");
+    command.args(parts).current_dir(env!("CARGO_MANIFEST_DIR")).stdin(Stdio::null());
+    Outcome::of(&command.env("EDITION", folder).env("ARCHITECTURES", architectures).output().unwrap())
+}
+
+#[test]
+fn an_edition_has_its_own_lines_of_the_changelog_and_names_what_was_not_made() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = release(folder.path(), &["notes"], "x86_64");
+    assert_eq!(made.code, 0, "{made:?}");
+    let version = env!("CARGO_PKG_VERSION");
+    let notes = fs::read_to_string(folder.path().join(format!("CHANGES-{version}.md"))).unwrap();
+    let heads: Vec<&str> = notes.lines().filter(|line| line.starts_with("## ")).collect();
+    assert!(heads.len() == 1 && heads[0].starts_with(&format!("## {version} (")), "{heads:?}");
+    let whole = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("CHANGELOG.md")).unwrap();
+    assert!(whole.contains(notes.trim_end()), "not the changelog's own lines");
+    let checked =
+        Command::new("sha256sum").args(["--check", "--strict", "SHA256SUMS"]).current_dir(folder.path()).output();
+    assert!(checked.unwrap().status.success());
+    // What has no program gets no package; what can be made is made.
+    let unmade = release(folder.path(), &["deb", "notes"], "no-machine");
+    assert!(unmade.code == 1 && unmade.out.contains("Debian package no-machine: "), "{unmade:?}");
+    assert!(unmade.out.contains("not made here:") && unmade.out.contains("CHANGES-"), "{unmade:?}");
+    assert_eq!(release(folder.path(), &["everything"], "x86_64").code, 2);
+}
+
+#[test]
+fn the_image_is_made_twice_with_the_same_bytes_and_holds_the_program() {
+    let works = Command::new("umoci").arg("--version").stdout(Stdio::null()).status().is_ok_and(|s| s.success());
+    if !works {
+        eprintln!("skipped: no umoci here (apt-get install umoci); the image is not tried");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let program = b"\x7fELF and no more";
+    fs::write(folder.path().join(".truerate-x86_64"), program).unwrap();
+    let name = format!("truerate-{}-amd64.oci.tar", env!("CARGO_PKG_VERSION"));
+    let make = || {
+        let made = release(folder.path(), &["image"], "x86_64");
+        assert_eq!(made.code, 0, "{made:?}");
+        fs::read(folder.path().join(&name)).unwrap()
+    };
+    let first = make();
+    assert!(first == make(), "two images differ");
+    let inside = |command: &mut Command| assert!(command.current_dir(folder.path()).status().unwrap().success());
+    fs::create_dir(folder.path().join("layout")).unwrap();
+    inside(Command::new("tar").args(["-xf", &name, "-C", "layout"]));
+    let image = format!("layout:{}", env!("CARGO_PKG_VERSION"));
+    inside(Command::new("umoci").args(["unpack", "--rootless", "--image", &image, "bundle"]));
+    assert_eq!(fs::read(folder.path().join("bundle/rootfs/usr/bin/truerate")).unwrap(), program);
+    let runs: serde_json::Value =
+        serde_json::from_slice(&fs::read(folder.path().join("bundle/config.json")).unwrap()).unwrap();
+    assert_eq!((&runs["process"]["args"][0], &runs["process"]["cwd"]), (&"/usr/bin/truerate".into(), &"/logs".into()));
 }
