@@ -384,6 +384,11 @@ fn an_orientation_of_the_sensors_own_filter_is_no_reference() {
     assert!(axis["says"].as_str().unwrap().contains("from this very gyro"), "{axis}");
     assert!(axis["data_faults"].to_string().contains("dependent-reference"), "{axis}");
     assert_ne!(verdict(&["--reference-is-dependent"])["says"], axis["says"]);
+    // What to do is all that there is to say, and it is said once for all axes.
+    let text = bench.ok(&[&["diagnose", "xsens.txt"], &map[..]].concat());
+    assert!(text.contains("axes x, y and z\n") && text.matches("This log cannot tell").count() == 1, "{text}");
+    assert!(!text.contains("drift over a time") && !text.contains("what limits this log"), "{text}");
+    assert!(bench.ok(&[&["fit", "xsens.txt"], &map[..]].concat()).contains("drift over a time"));
 }
 
 const DBC: &str = "BO_ 256 IMU: 2 ECU\n SG_ YAW_RATE : 7|16@0- (0.01,0) [0|0] \"deg/s\" ECU\n\nBO_ 2566844885 ENCODER: 4 ECU\n \

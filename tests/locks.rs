@@ -1,5 +1,5 @@
-//! The Python package and the page in a browser are workspaces of their own. They are built of the same releases of every
-//! dependency as the program, so that their numbers are the program's.
+//! The page in a browser is a workspace of its own. It is built of the same releases of every dependency as the program, so that its
+//! numbers are the program's.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -20,9 +20,9 @@ fn releases(path: &str) -> BTreeMap<String, BTreeSet<String>> {
 }
 
 #[test]
-fn package_and_page_have_the_releases_of_the_program() {
+fn the_page_has_the_releases_of_the_program() {
     let own = releases("Cargo.lock");
-    for path in ["python/Cargo.lock", "page/Cargo.lock"] {
+    for path in ["page/Cargo.lock"] {
         let shared: Vec<_> = releases(path).into_iter().filter(|(name, _)| own.contains_key(name)).collect();
         assert!(shared.len() > 100, "{path}: {}", shared.len());
         for (name, versions) in shared {

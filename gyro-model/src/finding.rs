@@ -229,6 +229,25 @@ pub enum Excess {
 }
 
 impl Finding {
+    /// Whether data, reference or motion are of no use for a verdict: what to do about them is then all that there is to say.
+    #[must_use]
+    pub const fn is_of_recording(&self) -> bool {
+        use Why::{Dependent, Disagrees, NotExcited, OneRate, ReferenceAtRest, Silent, TooShort};
+        matches!(
+            self,
+            Self::BadData { .. }
+                | Self::CannotTell(
+                    ReferenceAtRest
+                        | Disagrees
+                        | NotExcited { .. }
+                        | OneRate { .. }
+                        | TooShort { .. }
+                        | Silent { .. }
+                        | Dependent
+                )
+        )
+    }
+
     /// It in one word.
     #[must_use]
     pub const fn verdict(&self) -> Verdict {

@@ -383,9 +383,12 @@ fn load(path: PathBuf) -> PyResult<Model> {
     model_file::load(&path, &[]).map(|file| Model { file }).map_err(refused)
 }
 
+/// Names and units of parameters.
+type Parameters = Vec<(String, String)>;
+
 /// The catalogue: id, equation, and names and units of the parameters.
 #[pyfunction]
-fn catalogue() -> Vec<(String, String, Vec<(String, String)>)> {
+fn catalogue() -> Vec<(String, String, Parameters)> {
     let tell = |effect: &&'static dyn effects::Effect| {
         let card = effect.card();
         let parameters = effect.parameters(Axis::X).iter().map(|p| (p.name.to_owned(), p.unit.to_owned())).collect();
@@ -397,6 +400,7 @@ fn catalogue() -> Vec<(String, String, Vec<(String, String)>)> {
 /// Writes a simulated log and gives its true model.
 #[pyfunction]
 #[pyo3(name = "simulate")]
+#[expect(clippy::too_many_arguments, reason = "each is a keyword in Python")]
 fn simulated(
     py: Python<'_>,
     path: PathBuf,

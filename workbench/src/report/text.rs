@@ -6,7 +6,6 @@ use super::{
     units,
     view::{AxisView, ExplainedView, Page, ParameterView, Row, Story},
 };
-use gyro_model::diagnosis::Verdict;
 
 /// Suspects shown: the rest removes less and only distracts; JSON and HTML have them all.
 const SUSPECTS: usize = 4;
@@ -24,8 +23,12 @@ pub(super) fn render(page: &Page, terminal: Terminal) -> String {
     if let Some(story) = &page.story {
         screen.story(story);
     }
-    for axis in &page.axes {
-        screen.axis(axis, page.tests);
+    let alike = |a: &AxisView, b: &AxisView| {
+        let ends = |axis: &AxisView| axis.ends && axis.steps.len() < 2;
+        ends(a) && ends(b) && (&a.headline, &a.label, &a.says) == (&b.headline, &b.label, &b.says)
+    };
+    for alike in page.axes.chunk_by(alike) {
+        screen.axes(alike, page.tests);
     }
     if let Some(story) = &page.story {
         screen.faults("data faults of all axes", &story.faults);
@@ -132,24 +135,44 @@ impl Screen {
         }
     }
 
-    fn axis(&mut self, axis: &AxisView, tests: bool) {
+    /// Axes of which the same is said; one, where more than a sentence is.
+    fn axes(&mut self, alike: &[AxisView], tests: bool) {
+        let [axis, others @ ..] = alike else { return };
         let ink = match axis.tone {
             "good" => Ink::Good,
             "bad" => Ink::Bad,
             _ => Ink::Warn,
         };
         self.text.push('\n');
+        if let [.., last] = others {
+            let before: Vec<&str> = alike[..others.len()].iter().map(|axis| axis.axis).collect();
+            self.line(&format!("axes {} and {}", before.join(", "), last.axis));
+        }
         let start = self.text.len();
         self.wrapped("        ", &axis.headline, ink);
-        self.text.replace_range(start..start + 8, &format!("axis {}  ", axis.axis));
+        if others.is_empty() {
+            self.text.replace_range(start..start + 8, &format!("axis {}  ", axis.axis));
+        }
         if !axis.at_source.is_empty() {
             self.wrapped("        ", &format!("At the source: {}.", axis.at_source), Ink::Plain);
         }
         self.wrapped("        ", &format!("Verdict: {}.", axis.label), Ink::Quiet);
         self.wrapped("        ", &axis.says, Ink::Quiet);
-        if axis.verdict != Verdict::BadData {
-            self.limit(axis);
+        match axis.ends {
+            // The step that a ladder starts from is no step.
+            true if axis.steps.len() > 1 => self.steps(axis),
+            true => {}
+            false => self.measured(axis),
         }
+        for axis in alike {
+            self.explained(axis, tests);
+            self.faults("data faults", &axis.data_faults);
+        }
+    }
+
+    /// What the log says of the model.
+    fn measured(&mut self, axis: &AxisView) {
+        self.limit(axis);
         self.steps(axis);
         self.curve(axis);
         self.parameters(axis);
@@ -160,8 +183,6 @@ impl Screen {
             }
         }
         self.suspects(axis);
-        self.explained(axis, tests);
-        self.faults("data faults", &axis.data_faults);
     }
 
     fn faults(&mut self, heading: &str, faults: &[String]) {

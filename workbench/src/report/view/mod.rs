@@ -72,6 +72,9 @@ pub struct AxisView {
     pub tone: &'static str,
     /// In a sentence or two.
     pub says: String,
+    /// Whether a search ends there: the recording is of no use for a verdict.
+    #[serde(skip)]
+    pub ends: bool,
     /// What the model has.
     pub effects: Vec<CardView>,
     /// Its parameters.
@@ -120,6 +123,7 @@ impl Page {
         let together = Together::of(&named);
         let mut page = Self::axis_by_axis(diagnosis, context);
         for (view, axis) in page.axes.iter_mut().zip(&diagnosis.axes) {
+            view.ends = context.command == next::Command::Diagnose && axis.finding.is_of_recording();
             view.answer(headline::of_diagnosis_beside(axis, &together.told(axis.axis), context.voice));
         }
         let falls: Vec<Option<Fall>> = diagnosis.axes.iter().map(Fall::of_diagnosis).collect();
@@ -152,6 +156,7 @@ impl Page {
         let together = Together::of(&named);
         let mut axes: Vec<AxisView> = ladder.axes.iter().map(|axis| AxisView::of_ladder(axis, context.voice)).collect();
         for (view, axis) in axes.iter_mut().zip(&ladder.axes) {
+            view.ends = axis.finding.is_of_recording();
             view.answer(headline::of_ladder_beside(axis, &together.told(axis.axis), context.voice));
         }
         let falls: Vec<Option<Fall>> = ladder.axes.iter().map(Fall::of_ladder).collect();
@@ -267,6 +272,7 @@ impl AxisView {
             brief: axis::brief(axis.verdict, axis.searched, several, &group),
             tone: tone(axis.verdict),
             says: axis::sentence(&beyond(axis, false, voice)),
+            ends: false,
             headline: spoken.answer,
             effects: axis.effects.iter().map(|id| axis::card(id)).collect(),
             parameters: axis::parameters(axis.axis, &axis.parameters, true),
