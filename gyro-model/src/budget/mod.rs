@@ -77,7 +77,7 @@ impl Claim {
     }
 
     fn exactly(left: &[f64], part: impl Fn(usize) -> f64) -> Self {
-        let taken = left.iter().enumerate().map(|(k, left)| part(k).clamp(0.0, *left)).collect();
+        let taken = left.iter().enumerate().map(|(k, left)| part(k).min(*left).max(0.0)).collect();
         Self { taken, numbers: [0.0; 3] }
     }
 

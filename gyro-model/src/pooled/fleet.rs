@@ -9,10 +9,12 @@
 use super::{
     Key,
     forward::{Answer, Joined, select},
+    labels::by_label,
     search::{Member, base, candidates},
     spread::{Change, Nested, Reading, change, discoveries},
 };
 use crate::{Axis, effects, thresholds as limit};
+use itertools::Itertools;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// One log of a fleet.
@@ -26,6 +28,8 @@ pub struct FleetLog {
     pub part: String,
     /// When it was recorded, days since any origin.
     pub day: Option<f64>,
+    /// What else was said of it: a driver's version, a lot, a mount.
+    pub labels: BTreeMap<String, String>,
     /// Its equations.
     pub member: Member,
 }
@@ -73,7 +77,7 @@ pub struct OfPart {
 }
 
 /// A change in time.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Dated {
     /// In the middle of the interval in which it lies, days.
     pub day: f64,
@@ -84,6 +88,36 @@ pub struct Dated {
     /// Standard error of that.
     pub std_error: f64,
     /// Chance of it, priced for all parts and effects.
+    pub p_value: f64,
+    /// What was said of the logs that changed there too.
+    pub with: Vec<Switched>,
+}
+
+/// A label that has one value before a change and another after it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Switched {
+    /// The label.
+    pub label: String,
+    /// Its value before.
+    pub from: String,
+    /// Its value after.
+    pub to: String,
+}
+
+/// A parameter that goes by a label.
+#[derive(Clone, Debug)]
+pub struct OfLabel {
+    /// The type.
+    pub kind: String,
+    /// The parameter.
+    pub key: Key,
+    /// Its unit.
+    pub unit: String,
+    /// The label, and those that part the logs in the same way.
+    pub labels: Vec<String>,
+    /// Value by value: the first label's, mean, standard error, parts, logs.
+    pub values: Vec<(String, f64, f64, usize, usize)>,
+    /// Chance of such differences where there are none, priced for all labels and parameters.
     pub p_value: f64,
 }
 
@@ -107,6 +141,8 @@ pub struct Fleet {
     pub types: Vec<OfType>,
     /// Of the parts, outliers first.
     pub parts: Vec<OfPart>,
+    /// What goes by a label, the clearest first.
+    pub labels: Vec<OfLabel>,
     /// What cannot be told apart.
     pub ambiguous: Vec<Alike>,
 }
@@ -134,6 +170,7 @@ pub fn fleet(logs: &[FleetLog]) -> Fleet {
         }
         tell(&own, found, &mut all);
     }
+    all.labels.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
     all.parts.sort_by(|a, b| {
         let rank = |p: &OfPart| (!p.outlier, p.changed.is_none());
         rank(a).cmp(&rank(b)).then(a.p_value.unwrap_or(1.0).total_cmp(&b.p_value.unwrap_or(1.0)))
@@ -238,6 +275,8 @@ fn tell(logs: &[&FleetLog], found: Vec<Found>, all: &mut Fleet) {
     let chances: Vec<Vec<f64>> = found.iter().map(|own| outliers(&own.readings)).collect();
     let mut refused = discoveries(&chances.concat(), FALSE).into_iter();
     let tested = found.len() * names.len();
+    let partings = partings(logs);
+    let asked = (partings.len() * found.len()) as f64;
     for (own, chances) in found.into_iter().zip(chances) {
         let is_outlier: Vec<bool> = chances.iter().map(|_| refused.next().unwrap_or(false)).collect();
         let kept: Vec<Reading> = own.readings.iter().filter(|r| !is_outlier[r.part]).copied().collect();
@@ -259,9 +298,12 @@ fn tell(logs: &[&FleetLog], found: Vec<Found>, all: &mut Fleet) {
             } else {
                 nested.predicted(&readings)
             };
-            let dated: Vec<(f64, f64, f64)> = mine
+            let dated: Vec<OnDay> = mine
                 .iter()
-                .filter_map(|&k| Some((logs[own.of[k]].day?, own.readings[k].value, own.readings[k].variance)))
+                .filter_map(|&k| {
+                    let (log, Reading { value, variance, .. }) = (logs[own.of[k]], own.readings[k]);
+                    Some(OnDay { day: log.day?, value, variance, labels: &log.labels })
+                })
                 .collect();
             all.parts.push(OfPart {
                 kind: logs[0].kind.clone(),
@@ -276,13 +318,25 @@ fn tell(logs: &[&FleetLog], found: Vec<Found>, all: &mut Fleet) {
             });
         }
         let unit = logs.iter().flat_map(|log| log.member.columns()).find(|c| c.key == own.key).map(|c| c.unit.clone());
+        let unit = unit.unwrap_or_default();
+        for parting in &partings {
+            let found = parting.ask(&own, &is_outlier, asked);
+            all.labels.extend(found.map(|(values, p_value)| OfLabel {
+                kind: logs[0].kind.clone(),
+                key: own.key.clone(),
+                unit: unit.clone(),
+                labels: parting.labels.clone(),
+                values: values.into_iter().map(|(v, m, e, p, l)| (v, m + neutral, e, p, l)).collect(),
+                p_value,
+            }));
+        }
         let readings = own.readings.iter().zip(&own.of).map(|(r, &k)| {
             let error = r.variance.sqrt();
             (logs[k].name.clone(), names[r.part].clone(), r.value + neutral, error, is_outlier[r.part])
         });
         all.types.push(OfType {
             kind: logs[0].kind.clone(),
-            unit: unit.unwrap_or_default(),
+            unit,
             p_value: (nested.p_of_mean() * own.price).min(1.0),
             matters: shown * size > MATTERS,
             readings: readings.collect(),
@@ -292,26 +346,118 @@ fn tell(logs: &[&FleetLog], found: Vec<Found>, all: &mut Fleet) {
     }
 }
 
+/// One way to part a type's logs by what was said of them.
+struct Parting {
+    /// The labels that part them so.
+    labels: Vec<String>,
+    /// The first one's values.
+    values: Vec<String>,
+    /// Which of them each log has; `None` where nothing was said.
+    of: Vec<Option<usize>>,
+}
+
+/// Values of a label at most: more are names of single logs or parts.
+const VALUES: usize = 8;
+
+/// Every way to part these logs by a label of a few values, each of two logs or more.
+fn partings(logs: &[&FleetLog]) -> Vec<Parting> {
+    let names: BTreeSet<&String> = logs.iter().flat_map(|log| log.labels.keys()).collect();
+    let mut all: Vec<Parting> = Vec::new();
+    for name in names.into_iter().filter(|name| *name != "day") {
+        let mut many: BTreeMap<&String, usize> = BTreeMap::new();
+        for value in logs.iter().filter_map(|log| log.labels.get(name)).filter(|value| !value.is_empty()) {
+            *many.entry(value).or_insert(0) += 1;
+        }
+        let values: Vec<&String> = many.iter().filter(|(_, logs)| **logs > 1).map(|(value, _)| *value).collect();
+        if !(2..=VALUES).contains(&values.len()) {
+            continue;
+        }
+        let of: Vec<Option<usize>> =
+            logs.iter().map(|log| values.iter().position(|value| log.labels.get(name) == Some(*value))).collect();
+        match all.iter_mut().find(|own| is_alike(&own.of, &of)) {
+            Some(own) => own.labels.push(name.clone()),
+            None => all.push(Parting { labels: vec![name.clone()], values: values.into_iter().cloned().collect(), of }),
+        }
+    }
+    all
+}
+
+/// Whether two labels part the logs in the same way, whatever their values are called.
+fn is_alike(a: &[Option<usize>], b: &[Option<usize>]) -> bool {
+    let pairs: BTreeSet<_> = a.iter().zip(b).collect();
+    let (first, second): (BTreeSet<_>, BTreeSet<_>) = (a.iter().collect(), b.iter().collect());
+    pairs.len() == first.len() && pairs.len() == second.len()
+}
+
+/// Value of a label, mean, standard error, parts, logs.
+type OfValue = (String, f64, f64, usize, usize);
+
+impl Parting {
+    /// The means by this label, where they differ more than chance makes them; outliers are left out.
+    fn ask(&self, own: &Found, is_outlier: &[bool], asked: f64) -> Option<(Vec<OfValue>, f64)> {
+        let told = own.readings.iter().zip(&own.of).filter(|(r, _)| !is_outlier[r.part]);
+        let (readings, labels): (Vec<Reading>, Vec<usize>) =
+            told.filter_map(|(r, &k)| self.of[k].map(|label| (*r, label))).unzip();
+        let found = by_label(&readings, &labels, self.values.len())?;
+        let p_value = (found.p_value * asked).min(1.0);
+        if p_value >= limit::SIGNIFICANCE.value {
+            return None;
+        }
+        let values = self.values.iter().enumerate().map(|(label, value)| {
+            let mine = || readings.iter().zip(&labels).filter(move |(_, own)| **own == label);
+            let parts: BTreeSet<usize> = mine().map(|(r, _)| r.part).collect();
+            let (mean, error) = found.means[label];
+            (value.clone(), mean, error, parts.len(), mine().count())
+        });
+        Some((values.collect(), p_value))
+    }
+}
+
+/// What one log says of a parameter, and when.
+struct OnDay<'a> {
+    day: f64,
+    value: f64,
+    variance: f64,
+    labels: &'a BTreeMap<String, String>,
+}
+
 /// The change of one part in time, where there is one. How far its logs scatter beyond their errors is taken from neighbours in time,
 /// the widest step left out, so that the change itself does not count.
-fn dated_change(mut dated: Vec<(f64, f64, f64)>, tested: usize) -> Option<Dated> {
-    dated.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut steps: Vec<f64> =
-        dated.windows(2).map(|pair| (pair[1].1 - pair[0].1).powi(2) / 2.0 - 0.5 * (pair[0].2 + pair[1].2)).collect();
+fn dated_change(mut dated: Vec<OnDay>, tested: usize) -> Option<Dated> {
+    dated.sort_by(|a, b| a.day.total_cmp(&b.day));
+    let mut steps: Vec<f64> = dated
+        .windows(2)
+        .map(|pair| (pair[1].value - pair[0].value).powi(2) / 2.0 - 0.5 * (pair[0].variance + pair[1].variance))
+        .collect();
     steps.sort_by(f64::total_cmp);
     steps.pop();
     let scatter = (steps.iter().sum::<f64>() / steps.len().max(1) as f64).max(0.0);
-    let readings: Vec<(f64, f64)> = dated.iter().map(|(_, value, variance)| (*value, variance + scatter)).collect();
-    let Change { from, to, by, std_error, p_value, .. } = change(&readings)?;
+    let readings: Vec<(f64, f64)> = dated.iter().map(|own| (own.value, own.variance + scatter)).collect();
+    let Change { after, from, to, by, std_error, p_value } = change(&readings)?;
     let p_value = p_value * tested as f64;
-    let (first, last) = (dated[from - 1].0, dated[to].0);
-    (p_value < limit::SIGNIFICANCE.value).then_some(Dated {
+    let (first, last) = (dated[from - 1].day, dated[to].day);
+    (p_value < limit::SIGNIFICANCE.value).then(|| Dated {
         day: 0.5 * (first + last),
         days: 0.5 * (last - first),
         by,
         std_error,
         p_value,
+        with: switched(&dated, after),
     })
+}
+
+/// The labels that have one value in all readings before this one, and another in all from it on.
+fn switched(dated: &[OnDay], after: usize) -> Vec<Switched> {
+    let of = |own: &[OnDay], name: &str| -> Option<String> {
+        let values: BTreeSet<Option<&String>> = own.iter().map(|own| own.labels.get(name)).collect();
+        values.into_iter().exactly_one().ok().flatten().cloned()
+    };
+    let names: BTreeSet<&String> = dated.iter().flat_map(|own| own.labels.keys()).collect();
+    let told = names.into_iter().filter(|name| *name != "day").filter_map(|name| {
+        let (from, to) = (of(&dated[..after], name)?, of(&dated[after..], name)?);
+        (from != to).then(|| Switched { label: name.clone(), from, to })
+    });
+    told.collect()
 }
 
 /// Whether an effect of this id belongs to the base model.

@@ -15,6 +15,7 @@
 //! | [`piece`] | one log reduced to its normal equations |
 //! | [`equations`] | normal equations by name: taken together, reduced, solved |
 //! | [`spread`] | mean and spreads of estimates: REML over parts and logs |
+//! | [`labels`] | whether an effect goes by a label of the logs: a driver's version, a lot, a mount |
 //! | [`joint`] | one model fitted to several logs |
 //! | [`curves`] | their errors as one curve |
 //! | `forward` | which columns join, one after the other |
@@ -27,6 +28,7 @@ pub mod equations;
 pub mod fleet;
 mod forward;
 pub mod joint;
+pub mod labels;
 pub mod piece;
 pub mod search;
 pub mod spread;

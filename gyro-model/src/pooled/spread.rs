@@ -13,7 +13,8 @@
 //! ```
 //!
 //! The error of the mean is that of Knapp and Hartung (2003), with the t distribution of as many degrees of freedom as there are parts
-//! less one: from few parts a spread is known badly. The interval of the next part is μ ± t √(σ² + τ_p²) (Higgins et al. 2009).
+//! less one: from few parts a spread is known badly. It is not taken below what the logs' own errors come to, σ = 1/√Σw: what all logs have in
+//! common (how a rate was summed up between rows) is in those errors and in no scatter. metafor calls that `test="adhoc"`. The interval of the next part is μ ± t √(σ² + τ_p²) (Higgins et al. 2009).
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 
@@ -37,7 +38,7 @@ pub struct Nested {
     pub logs: usize,
     /// μ.
     pub mean: f64,
-    /// Its standard error, that of Knapp and Hartung where there are two parts or more.
+    /// Its standard error, that of Knapp and Hartung where there are two parts or more, and at least the plain one.
     pub std_error: f64,
     /// Its standard error where the spreads are taken for known.
     pub plain_error: f64,
@@ -235,7 +236,7 @@ impl Nested {
         let plain_error = (1.0 / found.weight).sqrt();
         let freedom = parts as f64 - 1.0;
         let (std_error, freedom) = if parts > 1 {
-            ((found.scatter / freedom / found.weight).sqrt(), freedom)
+            ((found.scatter / freedom / found.weight).sqrt().max(plain_error), freedom)
         } else {
             (plain_error, f64::INFINITY)
         };
@@ -427,4 +428,4 @@ pub fn change(readings: &[(f64, f64)]) -> Option<Change> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

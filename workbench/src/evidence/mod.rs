@@ -169,7 +169,7 @@ fn axes(subject: &Subject, looked: &Looked) -> Vec<AxisEvidence> {
         let overruled = subject.faults.iter().any(|fault| dependent::concerns(fault, axis.axis));
         let left_out = match axis.verdict {
             _ if is_used => String::new(),
-            Verdict::BadData => format!("axis {}: the data are faulty", axis.axis),
+            Verdict::BadData => format!("axis {}: the data are faulty{}", axis.axis, named(&faults)),
             _ if overruled => format!("axis {}: its reference was computed from this gyro", axis.axis),
             _ => format!("axis {}: its equations are not finite", axis.axis),
         };
@@ -186,6 +186,12 @@ fn axes(subject: &Subject, looked: &Looked) -> Vec<AxisEvidence> {
         }
     };
     looked.diagnosis.axes.iter().map(of).collect()
+}
+
+/// ` (wrong-unit, outliers)`.
+fn named(faults: &BTreeMap<String, u64>) -> String {
+    let names: Vec<&str> = faults.keys().map(String::as_str).collect();
+    if names.is_empty() { String::new() } else { format!(" ({})", names.join(", ")) }
 }
 
 /// What some logs say.

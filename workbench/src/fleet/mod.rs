@@ -1,9 +1,11 @@
 //! What evidence says of types and parts: the mathematics called, and its answer as text, JSON, page and type file.
 
+mod faults;
 mod page;
 mod text;
 pub mod type_file;
 
+pub use faults::FaultRow;
 pub(crate) use text::value;
 
 use crate::{
@@ -14,7 +16,7 @@ use gyro_model::{
     Axis,
     effects::{find, split_by},
     pooled::{
-        fleet::{self, Dated, OfPart, OfType},
+        fleet::{self, Dated, OfLabel, OfPart, OfType, Switched},
         search::Member,
     },
 };
@@ -34,6 +36,10 @@ pub struct Fleet {
     pub types: Vec<TypeRow>,
     /// Parts, outliers first, then those that changed.
     pub parts: Vec<PartRow>,
+    /// What goes by a label of the logs: a driver's version, a lot, a mount.
+    pub labels: Vec<LabelRow>,
+    /// Faults of the data that are a type's or a part's.
+    pub faults: Vec<FaultRow>,
     /// Effects that the logs together cannot tell apart.
     pub ambiguous: Vec<AmbiguousRow>,
     /// Logs that do not count, and why.
@@ -139,6 +145,56 @@ pub struct ChangedRow {
     pub std_error: f64,
     /// Chance of it where nothing changed, priced for all parts.
     pub p_value: f64,
+    /// What was said of the logs that changed there too.
+    pub with: Vec<SwitchedRow>,
+}
+
+/// A label that has one value before a change and another after it.
+#[derive(Clone, Debug, Serialize)]
+pub struct SwitchedRow {
+    /// The label.
+    pub label: String,
+    /// Its value before.
+    pub from: String,
+    /// Its value after.
+    pub to: String,
+}
+
+/// A parameter that goes by a label.
+#[derive(Clone, Debug, Serialize)]
+pub struct LabelRow {
+    /// The type.
+    #[serde(rename = "type")]
+    pub kind: String,
+    /// The axis.
+    pub axis: Axis,
+    /// The effect.
+    pub effect: String,
+    /// Its parameter.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// The label, and those that part the logs in the same way.
+    pub labels: Vec<String>,
+    /// Value by value of the first.
+    pub values: Vec<ValueRow>,
+    /// Chance of such differences where there are none, priced for all labels and parameters.
+    pub p_value: f64,
+}
+
+/// What the logs with one value of a label have.
+#[derive(Clone, Debug, Serialize)]
+pub struct ValueRow {
+    /// The value.
+    pub value: String,
+    /// The mean.
+    pub mean: f64,
+    /// Its standard error.
+    pub std_error: f64,
+    /// Parts.
+    pub parts: usize,
+    /// Logs.
+    pub logs: usize,
 }
 
 /// Effects that cannot be told apart.
@@ -203,6 +259,7 @@ impl Fleet {
                 kind: own.kind.clone(),
                 part: own.part.clone(),
                 day: own.day.map(days),
+                labels: own.meta.clone(),
                 member: Member::of(&own.pieces),
             });
         }
@@ -222,6 +279,8 @@ impl Fleet {
             part_count,
             types: found.types.iter().map(type_row).collect(),
             parts: found.parts.iter().map(|own| part_row(own, unit(own))).collect(),
+            labels: found.labels.into_iter().map(label_row).collect(),
+            faults: faults::of(evidence),
             ambiguous: found
                 .ambiguous
                 .into_iter()
@@ -305,14 +364,39 @@ fn type_row(own: &OfType) -> TypeRow {
     }
 }
 
+fn label_row(own: OfLabel) -> LabelRow {
+    let row = |(value, mean, std_error, parts, logs)| ValueRow { value, mean, std_error, parts, logs };
+    LabelRow {
+        kind: own.kind,
+        axis: own.key.axis,
+        effect: own.key.effect,
+        name: own.key.name,
+        unit: own.unit,
+        labels: own.labels,
+        values: own.values.into_iter().map(row).collect(),
+        p_value: own.p_value,
+    }
+}
+
 fn part_row(own: &OfPart, unit: String) -> PartRow {
-    let changed = own.changed.iter().map(|Dated { day: middle, days, by, std_error, p_value }| ChangedRow {
-        day: day(*middle),
-        days: *days,
-        by: *by,
-        std_error: *std_error,
-        p_value: *p_value,
-    });
+    // Within a day the order of logs is not known.
+    let changed = own.changed.iter().filter(|change| change.days > 0.0).map(
+        |Dated { day: middle, days, by, std_error, p_value, with }| ChangedRow {
+            day: day(*middle),
+            days: *days,
+            by: *by,
+            std_error: *std_error,
+            p_value: *p_value,
+            with: with
+                .iter()
+                .map(|Switched { label, from, to }| SwitchedRow {
+                    label: label.clone(),
+                    from: from.clone(),
+                    to: to.clone(),
+                })
+                .collect(),
+        },
+    );
     PartRow {
         kind: own.kind.clone(),
         part: own.part.clone(),

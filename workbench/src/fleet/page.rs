@@ -2,7 +2,7 @@
 
 use super::{
     Fleet, TypeRow,
-    text::{columns, sentences, value},
+    text::{columns, sentences, value, with},
 };
 use crate::{
     report::units::{self, shown},
@@ -45,19 +45,20 @@ pub(super) fn render(fleet: &Fleet, name: &str) -> String {
     let changed: Vec<_> = fleet.parts.iter().filter(|part| !part.changed.is_empty()).collect();
     if !changed.is_empty() {
         body.push_str(
-            "<h2>Changes in time</h2>\n<table><tr><th>part</th><th>parameter</th><th>day</th><th>by</th></tr>\n",
+            "<h2>Changes in time</h2>\n<table><tr><th>part</th><th>parameter</th><th>day</th><th>by</th><th>what changed with it</th></tr>\n",
         );
         for part in changed {
             for change in &part.changed {
                 let _ = writeln!(
                     body,
-                    "<tr><td>{}</td><td>{} {}</td><td>{} ± {} days</td><td>{}</td></tr>",
+                    "<tr><td>{}</td><td>{} {}</td><td>{} ± {} days</td><td>{}</td><td>{}</td></tr>",
                     escaped(&part.part),
                     part.axis,
                     escaped(&part.effect),
                     change.day,
                     change.days.ceil(),
-                    escaped(&value(change.by, Some(change.std_error), &part.unit))
+                    escaped(&value(change.by, Some(change.std_error), &part.unit)),
+                    escaped(with(change).trim_start_matches(" With it changed: ").trim_end_matches('.'))
                 );
             }
         }

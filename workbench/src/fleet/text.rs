@@ -1,6 +1,6 @@
 //! A fleet on a terminal: what is wrong first.
 
-use super::{Fleet, PartRow, TypeRow, label};
+use super::{ChangedRow, FaultRow, Fleet, LabelRow, PartRow, TypeRow, label};
 use crate::report::{
     Ink, Terminal,
     units::{shown, thousands, uncertain, within},
@@ -16,13 +16,8 @@ pub(super) fn render(fleet: &Fleet, name: &str, terminal: Terminal) -> String {
     let mut out = String::new();
     let kinds: BTreeSet<&str> = fleet.types.iter().map(|row| row.kind.as_str()).collect();
     let _ = writeln!(out, "{}  {name}", terminal.paint(Ink::Strong, "Fleet"));
-    let about = format!(
-        "{} logs of {} parts of {} {}",
-        thousands(fleet.logs as u64),
-        thousands(fleet.part_count as u64),
-        kinds.len(),
-        if kinds.len() == 1 { "type" } else { "types" }
-    );
+    let about =
+        format!("{} of {} of {}", many(fleet.logs, "log"), many(fleet.part_count, "part"), many(kinds.len(), "type"));
     let _ = writeln!(out, "{}", terminal.paint(Ink::Quiet, &about));
     for line in sentences(fleet) {
         let _ = write!(out, "\n{}", wrapped(&line, terminal.width));
@@ -52,6 +47,11 @@ pub(super) fn render(fleet: &Fleet, name: &str, terminal: Terminal) -> String {
         }
     }
     out
+}
+
+/// `1 log`, `12 logs`.
+fn many(n: usize, what: &str) -> String {
+    format!("{} {what}{}", thousands(n as u64), if n == 1 { "" } else { "s" })
 }
 
 /// One row of a type.
@@ -114,16 +114,19 @@ pub(super) fn sentences(fleet: &Fleet) -> Vec<String> {
     for part in fleet.parts.iter().filter(|part| !part.changed.is_empty()).take(PARTS) {
         for change in &part.changed {
             all.push(format!(
-                "Part {} ({}) changed on {} ± {} days: {} by {}.",
+                "Part {} ({}) changed on {} ± {} days: {} by {}.{}",
                 part.part,
                 part.kind,
                 change.day,
                 change.days.ceil(),
                 label(part.axis, &part.effect, &part.name, &[]),
-                value(change.by, Some(change.std_error), &part.unit)
+                value(change.by, Some(change.std_error), &part.unit),
+                with(change)
             ));
         }
     }
+    all.extend(fleet.faults.iter().map(of_fault));
+    all.extend(fleet.labels.iter().map(of_label));
     for row in fleet.types.iter().filter(|row| row.is_found()) {
         let what = if row.p_value < SIGNIFICANT {
             format!("has {} of {}", row.label(), value(row.mean, row.std_error, &row.unit))
@@ -133,8 +136,11 @@ pub(super) fn sentences(fleet: &Fleet) -> Vec<String> {
             format!("differs from log to log in {}", row.label())
         };
         let matters = if row.matters { "" } else { " It is too small to matter on the median log." };
-        let logs = if row.logs == 1 { "log" } else { "logs" };
-        all.push(format!("Type {} {what} ({} {logs} of {} parts).{matters}", row.kind, row.logs, row.parts));
+        // Of one part nothing is known of the others of its type.
+        let one = row.readings.first().filter(|_| row.parts == 1);
+        let whose = one.map_or_else(|| format!("Type {}", row.kind), |own| format!("Part {} ({})", own.part, row.kind));
+        let of = if one.is_some() { many(row.logs, "log") } else { of_parts(row.logs, row.parts) };
+        all.push(format!("{whose} {what} ({of}).{matters}"));
     }
     for own in &fleet.ambiguous {
         all.push(format!(
@@ -146,10 +152,69 @@ pub(super) fn sentences(fleet: &Fleet) -> Vec<String> {
             own.separate_by.trim_end_matches('.')
         ));
     }
-    if all.is_empty() {
+    if fleet.logs == 0 && !fleet.left_out.is_empty() {
+        all.push("No log can be used: nothing is known of effects. Why stands below, log by log.".to_owned());
+    } else if all.is_empty() {
         all.push("Nothing is missing that these logs show together, and no part is other than its type.".to_owned());
     }
     all
+}
+
+fn of_parts(logs: usize, parts: usize) -> String {
+    format!("{} of {}", many(logs, "log"), many(parts, "part"))
+}
+
+/// What changed with a part, as a sentence.
+pub(super) fn with(change: &ChangedRow) -> String {
+    let each = change.with.iter().map(|own| format!("{} ({} → {})", own.label, own.from, own.to));
+    let list = each.collect::<Vec<_>>().join(", ");
+    if list.is_empty() { list } else { format!(" With it changed: {list}.") }
+}
+
+fn of_fault(own: &FaultRow) -> String {
+    let FaultRow { kind, axis, fault, part, logs, of_logs, of_parts } = own;
+    match part {
+        Some(part) => format!(
+            "Part {part} ({kind}), axis {axis}: data fault {fault} in all of its {}, and in no other part. It is the part's.",
+            many(*of_logs, "log")
+        ),
+        None if *of_parts == 1 => format!(
+            "Type {kind}, axis {axis}: data fault {fault} in {logs} of {}. All are of one part: another part would tell \
+             whether it is the type's (its driver, range or registers).",
+            many(*of_logs, "log")
+        ),
+        None => format!(
+            "Type {kind}, axis {axis}: data fault {fault} in {logs} of {} of {}. It is the type's (its driver, range or \
+             registers), not a part's.",
+            many(*of_logs, "log"),
+            many(*of_parts, "part")
+        ),
+    }
+}
+
+fn of_label(own: &LabelRow) -> String {
+    let each = own.values.iter().map(|row| {
+        format!(
+            "{} with {} ({})",
+            value(row.mean, Some(row.std_error), &own.unit),
+            row.value,
+            of_parts(row.logs, row.parts)
+        )
+    });
+    let also = own.labels[1..].join(", ");
+    let also = if also.is_empty() {
+        String::new()
+    } else {
+        format!(" {also} part the logs in the same way: these logs do not tell which of them it is.")
+    };
+    format!(
+        "Type {}: {} goes by {}: {} (p = {}).{also}",
+        own.kind,
+        label(own.axis, &own.effect, &own.name, &[]),
+        own.labels[0],
+        each.collect::<Vec<_>>().join(", "),
+        chance(own.p_value)
+    )
 }
 
 /// The chance below which a type has an effect.

@@ -336,7 +336,11 @@ impl Several {
                 own.aliases = aliases;
             }
         }
-        let joint = self.fit_beside(&with(&start.file.model, &repeated), &looked, options.progress)?;
+        let mut joint = self.fit_beside(&with(&start.file.model, &repeated), &looked, options.progress)?;
+        // Far from where the logs were linearised an effect may leave nothing of the others to be known: the last one goes.
+        while !is_known(&joint, &looked) && repeated.pop().is_some() {
+            joint = self.fit_beside(&with(&start.file.model, &repeated), &looked, options.progress)?;
+        }
         let held = self.held(&|k| joint.each[k].model.clone(), options)?;
         let names_any = repeated.iter().any(|r| r.whose == Whose::Sensor);
         // What is missing shows in the logs as each has the model: fitted to it alone.
@@ -401,6 +405,25 @@ impl Several {
         let several = Some(Shared { logs: self.names(), each, repeats: Vec::new() });
         Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: self.name(), axes, several }
     }
+}
+
+/// Whether a joint fit knows what the logs alone know, in numbers that are some.
+fn is_known(joint: &Joint, looked: &[Looked]) -> bool {
+    let knows = |model: &Model, axis: Axis, id: &str, place: usize| {
+        let term = model.axes[axis.index()].as_ref().and_then(|own| own.term(id));
+        term.and_then(|term| term.std_errors.get(place)).is_some_and(|error| error.is_finite())
+    };
+    let is_sound = |model: &Model| {
+        Axis::ALL.into_iter().filter_map(|axis| Some((axis, model.axes[axis.index()].as_ref()?))).all(|(axis, own)| {
+            own.terms.iter().all(|term| {
+                let id = term.effect.card().id;
+                let alone = |place: usize| looked.iter().any(|own| knows(&own.point, axis, id, place));
+                term.values.iter().all(|value| !value.is_nan())
+                    && term.std_errors.iter().enumerate().all(|(k, error)| error.is_finite() || !alone(k))
+            })
+        })
+    };
+    std::iter::once(&joint.model).chain(joint.each.iter().map(|own| &own.model)).all(is_sound)
 }
 
 /// What every log that names an effect cannot tell it from; `None` where none names it.

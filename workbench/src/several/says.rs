@@ -93,12 +93,20 @@ fn of_logs(names: &[String], alone: &[Diagnosis], axis: Axis, effect: String, lo
         .map(|suspect| suspect.parameters.clone())
         .unwrap_or_default();
     let clause = capital(&headline::clause(axis, &effect, &parameters));
-    let says = format!(
-        "Only {}: {clause}. It does not repeat: it is of that set-up, not of the sensor.",
-        in_logs(logs, names)
-    );
-    let list: Vec<String> = logs.iter().map(|&k| names[k].clone()).collect();
-    Repeats { axis, effect, of: "set-up".to_owned(), shown_in: list, could_show: names.to_vec(), p_differs: None, says }
+    let of = |list: &[usize]| list.iter().map(|&k| names[k].clone()).collect::<Vec<_>>();
+    let having: Vec<usize> = (0..names.len()).filter(|&k| alone[k].axes.iter().any(|own| own.axis == axis)).collect();
+    let (of_whom, says) = if having.len() > 1 {
+        (
+            "set-up",
+            format!(
+                "Only {}: {clause}. It does not repeat: it is of that set-up, not of the sensor.",
+                in_logs(logs, names)
+            ),
+        )
+    } else {
+        ("unknown", format!("No log but {} has axis {axis}: whether it repeats is not known.", of(&having).join(", ")))
+    };
+    Repeats { axis, effect, of: of_whom.to_owned(), shown_in: of(logs), could_show: of(&having), p_differs: None, says }
 }
 
 fn clause(r: &Repeated, joint: &Joint) -> String {
