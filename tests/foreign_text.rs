@@ -223,7 +223,7 @@ fn a_refusal_says_what_may_be_the_reference_and_ends_in_a_command_that_reads_the
     let bench = Bench::new();
     bench.file("own.csv", log(2000));
     let wanted = fitted(&bench, &["own.csv"]);
-    let zeros = vec!["0.0"; 9].join(",");
+    let zeros = ["0.0"; 9].join(",");
     let echoed = written("", |[t, g, a]| {
         let (nanoseconds, [w, z]) = ((t.fract() * 1e9).round(), [(0.5 * a).cos(), (0.5 * a).sin()]);
         format!(
