@@ -5,7 +5,7 @@
 
 mod common;
 
-use common::{Bench, gzip, log, only_file, with_field};
+use common::{Bench, advised, gzip, log, only_file, with_field};
 
 /// Refused logs: (name of the file, its bytes, what the one line has to say).
 fn refused() -> Vec<(&'static str, Vec<u8>, Vec<&'static str>)> {
@@ -107,11 +107,6 @@ fn rough_times(text: &str) -> String {
     text.lines().map(rough).collect()
 }
 
-/// The words of a part of a command line between its quotation marks; those with odd numbers stand in them.
-fn quoted(i: usize, part: &str) -> Vec<String> {
-    if i % 2 == 1 { vec![part.to_owned()] } else { part.split_whitespace().map(str::to_owned).collect() }
-}
-
 #[test]
 fn a_log_that_cannot_be_used_is_refused_in_one_line_with_place_and_remedy() {
     let bench = Bench::new();
@@ -128,9 +123,8 @@ fn a_log_that_cannot_be_used_is_refused_in_one_line_with_place_and_remedy() {
         );
         assert!(line.contains(": ") && line.len() > 40, "{name}: no remedy in: {line}");
         // A whole command that is printed does what it is printed for.
-        if let Some(command) = line.lines().find_map(|line| line.strip_prefix("truerate ")) {
-            let words: Vec<String> = command.split('\'').enumerate().flat_map(|(i, part)| quoted(i, part)).collect();
-            bench.ok(&words.iter().map(String::as_str).collect::<Vec<_>>());
+        if let Some(command) = advised(&line) {
+            bench.ok(&command.iter().map(String::as_str).collect::<Vec<_>>());
         }
         std::fs::remove_file(bench.path(name)).unwrap();
     }

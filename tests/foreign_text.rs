@@ -5,7 +5,7 @@
 
 mod common;
 
-use common::{Bench, log};
+use common::{Bench, advised, log};
 use serde_json::Value;
 
 /// Scale and bias of axis z, as fitted.
@@ -208,16 +208,6 @@ fn what_people_and_their_programs_write_is_understood() {
     }
 }
 
-/// The command that a refusal ends in.
-fn advised(refusal: &str) -> Vec<String> {
-    let command = refusal.lines().find_map(|line| line.strip_prefix("truerate ")).expect(refusal);
-    let parts = command.split('\'').enumerate();
-    let words = |(i, part): (usize, &str)| -> Vec<String> {
-        if i % 2 == 1 { vec![part.to_owned()] } else { part.split_whitespace().map(str::to_owned).collect() }
-    };
-    parts.flat_map(words).collect()
-}
-
 #[test]
 fn a_refusal_says_what_may_be_the_reference_and_ends_in_a_command_that_reads_the_log() {
     let bench = Bench::new();
@@ -243,14 +233,14 @@ fn a_refusal_says_what_may_be_the_reference_and_ends_in_a_command_that_reads_the
         for says in says {
             assert!(refusal.contains(says), "{name}: '{says}' is missing in: {refusal}");
         }
-        let command = advised(&refusal);
+        let command = advised(&refusal).expect(&refusal);
         let found = fitted(&bench, &command[1..].iter().map(String::as_str).collect::<Vec<_>>());
         assert!((found.0 - wanted.0).abs() < within, "{name}: {found:?}, not {wanted:?}");
     }
     bench.file("gyro.csv", written("t,gyro_z\n", |[t, g, _]| format!("{t},{g}")));
     assert!(bench.refused(&["fit", "gyro.csv"]).ends_with("truerate fit gyro.csv --reference REFERENCE.csv"));
     bench.file("angle.csv", written("t,encoder_deg\n", |[t, _, a]| format!("{t},{}", a.to_degrees())));
-    let command = advised(&bench.refused(&["fit", "gyro.csv", "--reference", "angle.csv"]));
+    let command = advised(&bench.refused(&["fit", "gyro.csv", "--reference", "angle.csv"])).unwrap();
     let found = fitted(&bench, &command[1..].iter().map(String::as_str).collect::<Vec<_>>());
     assert!((found.0 - wanted.0).abs() < 1e-6, "{found:?}, not {wanted:?}");
 }

@@ -114,6 +114,16 @@ pub fn log(rows: usize) -> String {
     text
 }
 
+/// The words of the command that a refusal ends in, where there is one.
+pub fn advised(refusal: &str) -> Option<Vec<String>> {
+    let command = refusal.lines().find_map(|line| line.strip_prefix("truerate "))?;
+    // Every other part stands between quotation marks.
+    let words = |(i, part): (usize, &str)| -> Vec<String> {
+        if i % 2 == 1 { vec![part.to_owned()] } else { part.split_whitespace().map(str::to_owned).collect() }
+    };
+    Some(command.split('\'').enumerate().flat_map(words).collect())
+}
+
 /// The log's rows with one field replaced; line 1 is the header.
 pub fn with_field(text: &str, line: usize, column: usize, value: &str) -> String {
     let mut out = String::new();

@@ -10,7 +10,7 @@
 
 use super::spread::Reading;
 use crate::nls;
-use faer::Mat;
+use faer::{Col, Mat, Side, prelude::Solve};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -65,24 +65,12 @@ fn at(readings: &[Reading], labels: &[usize], k: usize, between: f64, within: f6
     At { cost: cost + log_determinant + squares - explained, matrix, means }
 }
 
-/// A⁻¹b and ln|A| of a positive definite matrix, by Cholesky's factor; NaN where it has none.
+/// A⁻¹b and ln|A| of a positive definite matrix; NaN where it is none.
 fn solved(matrix: &Mat<f64>, right: &[f64]) -> (Vec<f64>, f64) {
     let n = right.len();
-    let mut l = Mat::<f64>::zeros(n, n);
-    for i in 0..n {
-        for j in 0..=i {
-            let rest = matrix[(i, j)] - (0..j).map(|m| l[(i, m)] * l[(j, m)]).sum::<f64>();
-            l[(i, j)] = if i == j { rest.sqrt() } else { rest / l[(j, j)] };
-        }
-    }
-    let mut x = right.to_vec();
-    for i in 0..n {
-        x[i] = (x[i] - (0..i).map(|m| l[(i, m)] * x[m]).sum::<f64>()) / l[(i, i)];
-    }
-    for i in (0..n).rev() {
-        x[i] = (x[i] - (i + 1..n).map(|m| l[(m, i)] * x[m]).sum::<f64>()) / l[(i, i)];
-    }
-    (x, (0..n).map(|i| 2.0 * l[(i, i)].ln()).sum())
+    let Ok(factor) = matrix.llt(Side::Lower) else { return (vec![f64::NAN; n], f64::NAN) };
+    let means = factor.solve(Col::from_fn(n, |i| right[i]));
+    ((0..n).map(|i| means[i]).collect(), (0..n).map(|i| 2.0 * factor.L()[(i, i)].ln()).sum())
 }
 
 /// Turns over the two spreads, and the span in which each is sought, as shares of the readings' own scatter.

@@ -4,7 +4,7 @@ use super::{
     moment,
     number::{self, Field, Point},
 };
-use crate::unit::{self, Unit};
+use crate::unit::{self, Quantity, Unit};
 use std::{borrow::Cow, ops::Range};
 
 /// What stands between two fields.
@@ -154,11 +154,24 @@ fn stamp(line: &[u8]) -> Option<usize> {
     moment::form(&line[..at]).map(|_| at)
 }
 
-/// A value and the unit that stands behind it after a blank; `None` where there is no such unit.
+/// A number and the unit that stands behind it, after a blank or not; `None` where there is no such unit.
 fn with_unit(field: &[u8]) -> Option<(&[u8], Unit)> {
-    let at = field.iter().position(|b| *b == b' ' || *b == b'\t')?;
-    let unit = unit::parse(std::str::from_utf8(&field[at..]).ok()?.trim())?;
-    Some((&field[..at], unit))
+    let of_number = |at: &usize| match field[*at] {
+        b'0'..=b'9' | b'+' | b'-' | b'.' | b',' => true,
+        b'e' | b'E' => field.get(at + 1).is_some_and(|next| matches!(next, b'0'..=b'9' | b'+' | b'-')),
+        _ => false,
+    };
+    let end = (0..field.len()).take_while(of_number).count();
+    let unit = unit(field[end..].trim_ascii())?;
+    // `5A` may be a word of hexadecimal digits.
+    let is_apart = field[end].is_ascii_whitespace() || unit.quantity != Quantity::Other;
+    (end > 0 && is_apart).then_some((&field[..end], unit))
+}
+
+/// The unit that a word is: no number, and no sign that stands for none.
+fn unit(word: &[u8]) -> Option<Unit> {
+    let is_word = word.first().is_some_and(|b| b.is_ascii_alphabetic() || *b >= 0x80 || *b == b'%');
+    std::str::from_utf8(word).ok().filter(|_| is_word).and_then(unit::parse)
 }
 
 /// The name that a field begins with, and where what follows its colon begins.
@@ -216,7 +229,7 @@ fn split_at_blanks(line: &[u8], from: usize, labelled: bool, fields: &mut Vec<Ra
             }
         }
         // Nor one between a value and its unit.
-        if labelled && let Some(unit) = next_word(line, end).filter(|word| is_unit(&line[word.clone()])) {
+        if labelled && let Some(unit) = next_word(line, end).filter(|word| unit(&line[word.clone()]).is_some()) {
             end = unit.end;
         }
         fields.push(trimmed(line, start..end));
@@ -230,10 +243,6 @@ fn next_word(line: &[u8], from: usize) -> Option<Range<usize>> {
     let start = from + line[from..].iter().position(|b| !blank(b))?;
     let end = line[start..].iter().position(blank).map_or(line.len(), |length| start + length);
     Some(start..end)
-}
-
-fn is_unit(word: &[u8]) -> bool {
-    std::str::from_utf8(word).is_ok_and(|word| unit::parse(word).is_some())
 }
 
 /// The place after the quotation mark that closes the one at `open`, or the line's end.
@@ -325,7 +334,8 @@ mod tests {
             );
         }
         assert_eq!(dressed(Separator::Blanks, "gz: 1.5 deg/s  a: 3").0, ["1.5", "3"]);
-        assert_eq!(dressed(comma, "gz=1.5 deg/s, a=3 of 4").0, ["1.5", "3 of 4"]);
+        assert_eq!(dressed(Separator::Blanks, "gz:1.5e-1rad/s T:25.3°C n: 3").0, ["1.5e-1", "25.3", "3"]);
+        assert_eq!(dressed(comma, "gz=1.5 deg/s, a=3 of 4, id=5A").0, ["1.5", "3 of 4", "5A"]);
         assert_eq!(dressed(comma, "$IMU,1.5,3*5A").0, ["$IMU", "1.5", "3"]);
         assert_eq!(dressed(comma, "1.5,3*5A").0, ["1.5", "3*5A"]);
         assert_eq!(dressed(comma, "12:30:00,1.5").1, ["", ""]);

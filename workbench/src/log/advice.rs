@@ -74,7 +74,6 @@ impl Sample {
         self.columns.first().map_or(0, Vec::len)
     }
 
-    /// The channel of a column as `--map` takes it.
     /// These columns, as those of a gyro.
     fn gyro_columns(&self, columns: &[(Axis, usize)]) -> Vec<words::Column> {
         let of = |&(axis, column): &(Axis, usize)| words::Column {
@@ -86,6 +85,7 @@ impl Sample {
         columns.iter().map(of).collect()
     }
 
+    /// The channel of a column as `--map` takes it.
     fn channel(&self, column: usize) -> String {
         if self.head.line.is_none() { (column + 1).to_string() } else { self.head.names[column].clone() }
     }
@@ -205,9 +205,6 @@ pub fn advise(sample: &Sample, maps: &Maps, wants_reference: bool) -> Advice {
     }
     let mut why = holds.join("; ");
     if !lacks.is_empty() {
-        let tags: Vec<&str> = sample.texts.iter().flatten().map(String::as_str).collect();
-        let angles =
-            tags.iter().any(|tag| ["ypr", "rpy", "euler"].iter().any(|word| tag.to_lowercase().contains(word)));
         let but = if angles { ", only angles," } else { "" };
         let neither = match lacks.as_slice() {
             [one] => format!("no {one} is in it"),
@@ -458,8 +455,8 @@ pub fn of_file(path: &Path, options: &Options, error: &LogError) -> Option<Advic
     if advice.why.is_empty() {
         return None;
     }
-    let is_whole = advice.flags.is_empty() && !advice.at_rest;
-    if is_whole || is_log(path, options, &advice.flags) {
+    let claims_nothing = advice.flags.is_empty() && !advice.at_rest;
+    if claims_nothing || is_log(path, options, &advice.flags) {
         return Some(advice);
     }
     // What is at rest needs no reference.

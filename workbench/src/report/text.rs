@@ -135,7 +135,7 @@ impl Screen {
         }
     }
 
-    /// Axes of which the same is said; one, where more than a sentence is.
+    /// One axis, or several of which the same is said.
     fn axes(&mut self, alike: &[AxisView], tests: bool) {
         let [axis, others @ ..] = alike else { return };
         let ink = match axis.tone {
@@ -158,11 +158,10 @@ impl Screen {
         }
         self.wrapped("        ", &format!("Verdict: {}.", axis.label), Ink::Quiet);
         self.wrapped("        ", &axis.says, Ink::Quiet);
-        match axis.ends {
-            // The step that a ladder starts from is no step.
-            true if axis.steps.len() > 1 => self.steps(axis),
-            true => {}
-            false => self.measured(axis),
+        if !axis.ends {
+            self.measured(axis);
+        } else if axis.steps.len() > 1 {
+            self.steps(axis);
         }
         for axis in alike {
             self.explained(axis, tests);
