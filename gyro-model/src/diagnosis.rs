@@ -170,9 +170,12 @@ pub struct AxisResult {
     /// The largest part over the middle of the curve.
     #[serde(default)]
     pub limited_by: Option<LimitedBy>,
-    /// It in one sentence, and what to do about it.
+    /// It in one sentence, and what to do about it: [`Limit::says`].
     #[serde(default)]
     pub limited_says: String,
+    /// The same in its parts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limit: Option<Limit>,
     /// Random causes that were found, the largest first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub random: Vec<RandomCause>,
@@ -222,6 +225,7 @@ impl AxisResult {
             error_by_frequency: Vec::new(),
             limited_by: None,
             limited_says: String::new(),
+            limit: None,
             random: Vec::new(),
             detail: None,
         }
@@ -280,6 +284,31 @@ pub enum FloorFrom {
     /// Nothing.
     #[default]
     Unknown,
+}
+
+/// What limits a log most, with its size, and what to do about it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Limit {
+    /// What it is, with its size: the part of a sentence.
+    pub what: String,
+    /// Its share of the error² at its largest, in words; empty where the log is too short to divide its error.
+    pub share: String,
+    /// What to do about it, in sentences; empty where nothing is to be done.
+    pub remedy: String,
+}
+
+impl Limit {
+    /// What it is, and its share.
+    #[must_use]
+    pub fn named(&self) -> String {
+        if self.share.is_empty() { self.what.clone() } else { format!("{} ({})", self.what, self.share) }
+    }
+
+    /// All of it.
+    #[must_use]
+    pub fn says(&self) -> String {
+        if self.remedy.is_empty() { self.named() } else { format!("{}. {}", self.named(), self.remedy) }
+    }
 }
 
 /// What limits a log most.

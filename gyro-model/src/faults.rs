@@ -12,7 +12,7 @@
 //! | `counts` | `lost-counts` | the gyro, as a scale factor can be |
 //! | `ratio` | `wrong-ratio` | α of a model, once it is fitted |
 //! | `told` | `dependent-reference`: a command | how alike its steps are |
-//! | `own` | `dependent-reference`: a copy or filter of the gyro | what the gyro's readings leave of it |
+//! | `own` | `dependent-reference`: a copy or filter of the gyro, the yaw of a filter | what the gyro's readings leave of it |
 //! | `stuck`, `frozen` | `stuck-channel` | the other sensor, and the jump as it goes on |
 //! | `hung` | `stuck-channel` of all channels at once | their own noise before |
 //! | `reference`, `orientation` | `wrong-unit`, `wrong-sign`, `swapped-axes`, `not-excited` | the other sensor |
@@ -59,6 +59,7 @@ use crate::{
     Axis, Record,
     fault::{DataFault, FaultKind},
     order::quantile,
+    streams,
 };
 
 /// What was found.
@@ -87,6 +88,7 @@ static CHECKS: &[Check] = &[
     spikes::check,
     frozen::check,
     hung::check,
+    pair,
     jumps::check,
     counts::check,
     stuck::check,
@@ -106,6 +108,15 @@ pub fn check(record: &mut Record, already: &[bool]) -> Report {
         check(record, &mut report);
     }
     report
+}
+
+/// Makes one row of two that are one instant. What a sensor does by itself (a reading that repeats, its steps) is seen before: in its
+/// own readings, not in what is carried to the reference's times.
+fn pair(record: &mut Record, report: &mut Report) {
+    if let Some(last) = streams::paired(record) {
+        let from = std::iter::once(0).chain(last.iter().map(|k| k + 1));
+        report.already = from.zip(&last).map(|(from, &last)| report.already[from..=last].contains(&true)).collect();
+    }
 }
 
 impl Report {

@@ -211,14 +211,17 @@ pub enum Excess {
     },
     /// Nobody looked for an effect, and no noise that sensors have explains it.
     NotSearched,
-    /// The zero is another one while the axis moves than while it rests, and no accelerometer tells why.
+    /// The zero is another one while the axis moves than while it rests, and no accelerometer tells why; or it was so for a while.
     OtherZero {
-        /// The zero while it moves minus the zero at rest, rad/s.
+        /// The other zero minus that at rest, or before and after, rad/s.
         #[serde(with = "number")]
         size: f64,
         /// Its standard error, rad/s.
         #[serde(with = "number")]
         std_error: f64,
+        /// When it left and came back, s; absent for while the axis moves.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        between: Option<[f64; 2]>,
     },
     /// Nobody looked for an effect, and the error is too large for a bias that wanders.
     NoWander {
@@ -313,6 +316,15 @@ pub enum Remark {
     EitherSensor {
         /// Their ids.
         effects: Vec<String>,
+    },
+    /// The temperature is logged in steps, and what the zero does within one is left in the error.
+    CoarseTemperature {
+        /// The step, K.
+        #[serde(with = "number")]
+        step: f64,
+        /// What that leaves of the zero (RMS), rad/s.
+        #[serde(with = "number")]
+        error: f64,
     },
     /// The model was fitted on this very log.
     OwnLog,

@@ -214,6 +214,7 @@ pub fn take_suspects(newest: &mut [AxisDiagnosis], search: &[AxisDiagnosis]) {
         axis.budget.clone_from(&found.budget);
         axis.limited_by = found.limited_by;
         axis.limited_says.clone_from(&found.limited_says);
+        axis.limit.clone_from(&found.limit);
     }
 }
 

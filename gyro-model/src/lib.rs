@@ -132,7 +132,7 @@ pub mod record;
 mod scan;
 pub mod simulate;
 mod statistics;
-pub mod streams;
+mod streams;
 pub mod thin;
 pub mod thresholds;
 pub mod units;

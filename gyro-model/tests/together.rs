@@ -4,6 +4,7 @@ use gyro_model::{
     Axis, Model, Record,
     diagnose::{self, Options},
     diagnosis::{AxisLadder, Verdict},
+    finding::{Excess, Finding},
     simulate::{Hidden, Motion, Scenario, SensorSpec, simulate},
     words::Voice,
 };
@@ -204,4 +205,25 @@ fn what_the_ladder_finds_by_looking_ahead_is_said_to_be_missing() {
         "{}",
         found.in_words(Voice::Log)
     );
+}
+
+/// A driver that takes slow turning for rest sets its zero by it, and sets it right at the next rest: two steps that undo one another.
+#[test]
+fn a_zero_that_leaves_and_comes_back_is_said_with_both_instants() {
+    for (seed, size) in [(1, -0.05), (2, 0.02), (3, 0.03)] {
+        let scenario =
+            Scenario { motion: Motion::Multisine { travel: 3.0 }, seconds: 100.0, seed, ..Scenario::default() };
+        let mut record = simulate(&scenario).record;
+        let away = 31_000_000_000..58_000_000_000;
+        for row in record.rows.iter_mut().filter(|row| away.contains(&row.t_ns)) {
+            row.gyro[0] += size;
+        }
+        let ladder = ladder_of(&record, Axis::X);
+        let Finding::Unexplained(Excess::OtherZero { size: found, between: Some([from, to]), .. }) = ladder.finding
+        else {
+            panic!("seed {seed}: {}", ladder.in_words(Voice::Log))
+        };
+        assert!((found / size - 1.0).abs() < 0.05, "seed {seed}: {found}");
+        assert!((from - 31.0).abs() < 1.0 && (to - 58.0).abs() < 1.0, "seed {seed}: {from} to {to} s");
+    }
 }

@@ -6,6 +6,8 @@
 //!
 //! Nothing here reads a clock, a file or an address: what is worked on is put in, and what is made is taken out.
 
+#![cfg(target_family = "wasm")]
+
 mod border;
 mod desk;
 mod learner;

@@ -221,7 +221,7 @@ def test_other_threads_run_while_it_works(late):
 
 
 def test_ctrl_c_ends_a_search(late):
-    log, whole, begun = truerate.read(late[1]), [], threading.Event()
+    log, whole, begun, sent = truerate.read(late[1]), [], threading.Event(), threading.Event()
     log.ladder(progress=whole.append)
     said = []
 
@@ -229,11 +229,12 @@ def test_ctrl_c_ends_a_search(late):
         said.append(what)
         begun.set()
         # On a busy machine the whole search is over before another thread gets its turn.
-        time.sleep(0.2)
+        sent.wait(60)
 
     def interrupts():
         begun.wait()
         os.kill(os.getpid(), signal.SIGINT)
+        sent.set()
 
     thread = threading.Thread(target=interrupts)
     thread.start()

@@ -25,7 +25,9 @@ mod timing;
 
 use crate::{
     Axis,
-    diagnosis::{BudgetPoint, DataFault, ErrorPoint, FaultKind, FloorFrom, FrequencyShare, LimitedBy, RandomCause},
+    diagnosis::{
+        BudgetPoint, DataFault, ErrorPoint, FaultKind, FloorFrom, FrequencyShare, Limit, LimitedBy, RandomCause,
+    },
     evidence::{study::Study, whiten::NoiseModel},
     fit::judged::{Judged, finite},
 };
@@ -138,8 +140,8 @@ pub struct Budget {
     pub by_frequency: Vec<FrequencyShare>,
     /// The largest part over the middle of the curve.
     pub limited_by: LimitedBy,
-    /// What to do about it.
-    pub limited_says: String,
+    /// It with its size, and what to do about it.
+    pub limit: Limit,
     /// Random causes that were found.
     pub random: Vec<RandomCause>,
     /// Where the floor's noise comes from.
@@ -238,7 +240,7 @@ impl Budget {
         set_up.iter_mut().zip(by_chance).for_each(|(set_up, by_chance)| *set_up += by_chance);
         let numbers = |part: Part| claims.iter().find(|(p, _)| *p == part).map(|(_, claim)| claim.numbers);
         let (limited_by, unattributed) = says::largest(&points, seen.dt);
-        let limited_says = says::says(limited_by, &points, &seen, &numbers, &random);
+        let limit = says::limit(limited_by, &points, &seen, &numbers, &random);
         let by_frequency = seen.bands.iter().zip(&left).map(|(band, left)| by_frequency(band, *left)).collect();
         let floor_from = if seen.prior.assumed { FloorFrom::Assumed } else { FloorFrom::Measured };
         let much = |point: &BudgetPoint| point.folded_motion.is_some_and(|folded| folded > MUCH * point.total());
@@ -247,7 +249,7 @@ impl Budget {
             points,
             by_frequency,
             limited_by,
-            limited_says,
+            limit,
             random: says::reported(&random),
             floor_from,
             set_up,

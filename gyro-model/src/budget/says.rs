@@ -8,7 +8,7 @@ use super::{
     seen::Seen,
 };
 use crate::{
-    diagnosis::{BudgetPoint, LimitedBy, PARTS, RandomCause},
+    diagnosis::{BudgetPoint, Limit, LimitedBy, PARTS, RandomCause},
     fit::judged::finite,
 };
 
@@ -34,25 +34,25 @@ pub fn largest(points: &[BudgetPoint], dt: f64) -> (LimitedBy, f64) {
     (LimitedBy::ALL[most], if count > 0.0 { shares[PARTS - 1] / count } else { 1.0 })
 }
 
-/// One sentence with its number, and the remedy.
-pub fn says(
-    limit: LimitedBy,
+/// What limits a log, with its number, and the remedy.
+pub fn limit(
+    by: LimitedBy,
     points: &[BudgetPoint],
     seen: &Seen,
     numbers: &dyn Fn(Part) -> Option<[f64; 3]>,
     random: &Random,
-) -> String {
-    let place = LimitedBy::ALL.iter().position(|l| *l == limit).unwrap_or(PARTS - 1);
+) -> Limit {
+    let place = LimitedBy::ALL.iter().position(|l| *l == by).unwrap_or(PARTS - 1);
     let share = |point: &BudgetPoint| point.parts()[place] / point.total().max(1e-300);
     let Some(at) = middle(points, seen.dt).max_by(|a, b| share(a).total_cmp(&share(b))) else {
-        return "the log is too short to divide its error".into();
+        return Limit { what: "the log is too short to divide its error".into(), ..Limit::default() };
     };
-    let part = format!("{:.0} % of the error² at {}", 100.0 * share(at), seconds(at.tau_s));
+    let share = format!("{:.0} % of the error² at {}", 100.0 * share(at), seconds(at.tau_s));
     let of = |part: Part| numbers(part).unwrap_or_default();
-    match limit {
-        LimitedBy::GyroNoise => format!(
-            "the gyro's own white noise, {} °/√s ({part}). Use a quieter gyro, or average over longer times.",
-            digits(seen.walks.0.to_degrees())
+    let (what, remedy) = match by {
+        LimitedBy::GyroNoise => (
+            format!("the gyro's own white noise, {} °/√s", digits(seen.walks.0.to_degrees())),
+            "Use a quieter gyro, or average over longer times.",
         ),
         LimitedBy::BiasWander => {
             let [walk, size, time] = of(Part::BiasWander);
@@ -61,78 +61,77 @@ pub fn says(
             } else {
                 format!("{} °/s in a minute", digits((walk * 60_f64.sqrt()).to_degrees()))
             };
-            format!(
-                "the gyro's bias wanders by {how} ({part}). No parameter removes that: estimate the bias live with a reference, or keep \
-                 the sensor at one temperature."
-            )
+            let remedy = "No parameter removes that: estimate the bias live with a reference, or keep the sensor at one temperature.";
+            (format!("the gyro's bias wanders by {how}"), remedy)
         }
-        LimitedBy::ReferenceNoise => {
-            let [sigma, low, high] = of(Part::ReferenceNoise);
-            if low > 0.0 && seen.walks.1 == 0.0 {
-                format!(
-                    "noise of the reference, {}° in all, between {low:.0} and {high:.0} Hz more than the gyro's whole signal ({part}). \
-                     The gyro is not the cause: record a steadier reference, or judge over longer times.",
-                    digits(sigma.to_degrees())
-                )
-            } else if seen.walks.1 > seen.walks.0 {
-                format!(
-                    "noise of the reference, {} °/√s, more than the gyro's own {} °/√s ({part}). The gyro is not the cause: record a \
-                     quieter reference.",
-                    digits(seen.walks.1.to_degrees()),
-                    digits(seen.walks.0.to_degrees())
-                )
-            } else {
-                format!(
-                    "noise of the reference, {}° a reading ({part}). The gyro is not the cause: record a finer reference, or judge \
-                     over longer times.",
-                    digits(sigma.to_degrees())
-                )
-            }
-        }
+        LimitedBy::ReferenceNoise => reference_noise(of(Part::ReferenceNoise), seen.walks),
         LimitedBy::ReferenceBandwidth => {
             let [size, knots, _] = of(Part::ReferenceBandwidth);
             if knots > 0.0 {
-                format!(
-                    "the reference has a new value only every {}, with straight lines between, and follows nothing faster than {:.1} Hz \
-                     ({part}). Log it at its own rate with its own time stamps, or record a faster one.",
+                let what = format!(
+                    "the reference has a new value only every {}, with straight lines between, and follows nothing faster than {:.1} Hz",
                     seconds(size),
                     0.5 / size
-                )
+                );
+                (what, "Log it at its own rate with its own time stamps, or record a faster one.")
             } else {
-                format!(
-                    "the reference is smoothed over {} and follows nothing faster than {:.1} Hz ({part}). Switch its filter off, or record \
-                     a faster one.",
+                let what = format!(
+                    "the reference is smoothed over {} and follows nothing faster than {:.1} Hz",
                     seconds(size),
                     missing_at(0.5, size)
-                )
+                );
+                (what, "Switch its filter off, or record a faster one.")
             }
         }
-        LimitedBy::Timing => format!(
-            "the time stamps of gyro and reference scatter by {} against each other ({part}). Stamp in hardware, or log both with one \
-             clock.",
-            seconds(of(Part::Timing)[0])
-        ),
-        LimitedBy::FoldedMotion => match Motion::behind(&seen.folded, seen.dt) {
-            Some(motion) => format!("{} ({part}). Sample faster, or filter both before sampling.", motion.says()),
-            None => format!(
-                "the motion is still strong at half the sampling rate ({} °/s/√Hz), and faster motion is aliased ({part}). Sample \
-                 faster, or filter both before sampling.",
-                digits(of(Part::FoldedMotion)[0].to_degrees())
+        LimitedBy::Timing => (
+            format!(
+                "the time stamps of gyro and reference scatter by {} against each other",
+                seconds(of(Part::Timing)[0])
             ),
-        },
+            "Stamp in hardware, or log both with one clock.",
+        ),
+        LimitedBy::FoldedMotion => {
+            let strong = || {
+                let density = digits(of(Part::FoldedMotion)[0].to_degrees());
+                format!(
+                    "the motion is still strong at half the sampling rate ({density} °/s/√Hz), and faster motion is aliased"
+                )
+            };
+            let what = Motion::behind(&seen.folded, seen.dt).map_or_else(strong, |motion| motion.says());
+            (what, "Sample faster, or filter both before sampling.")
+        }
         LimitedBy::RandomScale
         | LimitedBy::RateNoise
         | LimitedBy::ReversalSteps
         | LimitedBy::StartStopSteps
-        | LimitedBy::LostMotion => {
-            let found = random.found.iter().find(|found| found.cause.limit() == limit);
-            found.map_or_else(String::new, |found| format!("{} ({part}). {}", what(found), remedy(found.cause)))
-        }
-        LimitedBy::MissingEffect => format!("an effect that the model lacks ({part}). Add it and look again."),
-        LimitedBy::Unattributed => format!(
-            "an error that no noise of gyro, reference or clock explains ({part}). Either the model lacks an effect, or the reference or its \
-             mounting is wrong: see where it fails."
+        | LimitedBy::LostMotion => match random.found.iter().find(|found| found.cause.limit() == by) {
+            Some(found) => (what(found), remedy(found.cause)),
+            None => return Limit::default(),
+        },
+        LimitedBy::MissingEffect => ("an effect that the model lacks".to_owned(), "Add it and look again."),
+        LimitedBy::Unattributed => (
+            "an error that no noise of gyro, reference or clock explains".to_owned(),
+            "Either the model lacks an effect, or the reference or its mounting is wrong: see where it fails.",
         ),
+    };
+    Limit { what, share, remedy: remedy.to_owned() }
+}
+
+/// Noise of the reference, by its size (rad) in all or between two frequencies (Hz) or, of a rate, by the walks of gyro and reference.
+fn reference_noise([sigma, low, high]: [f64; 3], (gyro, reference): (f64, f64)) -> (String, &'static str) {
+    let size = digits(sigma.to_degrees());
+    if low > 0.0 && reference == 0.0 {
+        let what = format!(
+            "noise of the reference, {size}° in all, between {low:.0} and {high:.0} Hz more than the gyro's whole signal"
+        );
+        (what, "The gyro is not the cause: record a steadier reference, or judge over longer times.")
+    } else if reference > gyro {
+        let (reference, gyro) = (digits(reference.to_degrees()), digits(gyro.to_degrees()));
+        let what = format!("noise of the reference, {reference} °/√s, more than the gyro's own {gyro} °/√s");
+        (what, "The gyro is not the cause: record a quieter reference.")
+    } else {
+        let what = format!("noise of the reference, {size}° a reading");
+        (what, "The gyro is not the cause: record a finer reference, or judge over longer times.")
     }
 }
 
@@ -206,13 +205,6 @@ const fn remedy(cause: Cause) -> &'static str {
             "Record without holes: read the sensor's FIFO, or let the sensor integrate the rate itself."
         }
     }
-}
-
-/// What such a sentence says limits the log, and its remedy: what stands before the share in brackets, and behind it.
-#[must_use]
-pub fn what_and_remedy(says: &str) -> (&str, &str) {
-    let (what, remedy) = says.split_once("). ").unwrap_or((says, ""));
-    (what.rsplit_once(" (").map_or(what, |(what, _)| what), remedy)
 }
 
 /// A number that is not negative, to two figures.

@@ -3,7 +3,7 @@
 use super::challenger::Challenger;
 use crate::{
     Axis, Term,
-    effects::{ParameterCard, Role, Stage, Trait},
+    effects::{ParameterCard, Role, Stage},
     evidence::{problem::Slot, series::Series},
     scan::Candidate,
 };
@@ -66,9 +66,10 @@ fn ends(term: &Term, series: &Series) -> Vec<usize> {
     let span = series.span();
     let nyquist = 0.5 / span.dt;
     let cards = term.effect.parameters(series.axis);
+    let instants: Vec<usize> = term.effect.instants(series.axis).collect();
     let is_at_end = |k: usize| {
         let (card, v) = (&cards[k], term.values[k]);
-        if k + 1 == cards.len() && is_seen_from_one_side(term, series) {
+        if instants.contains(&k) && is_seen_from_one_side(term, series) {
             return true;
         }
         // Between two samples a motion is guessed: a window as narrow as that stands for what the guess is off by.
@@ -88,7 +89,7 @@ pub(super) fn is_seen_from_one_side(term: &Term, series: &Series) -> bool {
     let share = ENDS * duration;
     let end = if term.effect.stage() == Stage::Felt { share.min(SHOWS) } else { share };
     let both = start + end..start + duration - end;
-    term.effect.is(Trait::Onset) && term.values.last().is_some_and(|instant| !both.contains(instant))
+    term.effect.instants(series.axis).any(|k| !both.contains(&term.values[k]))
 }
 
 /// The largest coefficient over its typical size; 0 where none has one.

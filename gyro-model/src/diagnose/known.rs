@@ -6,13 +6,14 @@
 use super::challenger::Challenger;
 use crate::{
     Term,
-    effects::{Role, Trait},
+    effects::Role,
     evidence::{noise::Gls, series::Series, study::Study},
     nls,
     scan::Candidate,
     thresholds as limit,
 };
 use faer::Mat;
+use itertools::Itertools;
 
 /// What is known of the parameters of one term.
 struct Known<'a> {
@@ -63,7 +64,7 @@ impl Known<'_> {
     fn of_shape(&self, parameter: usize) -> f64 {
         let cards = self.term.effect.parameters(self.series.axis);
         let (card, value, span) = (&cards[parameter], self.term.values[parameter], self.series.span());
-        let is_instant = self.term.effect.is(Trait::Onset) && parameter + 1 == cards.len();
+        let is_instant = self.term.effect.instants(self.series.axis).contains(&parameter);
         let size = if is_instant {
             let is_inside = (span.start..span.start + span.duration).contains(&value);
             if is_inside { limit::INSTANT.value * span.duration } else { 0.0 }

@@ -8,7 +8,7 @@ use super::{
     observed::Observed,
     search::{Alike, Change, search},
     users,
-    verdicts::{at_rest, decide, leaves_noise},
+    verdicts::{at_rest, leaves_noise},
 };
 use crate::{
     AxisModel, Model, Record,
@@ -96,12 +96,12 @@ pub(super) fn conclude(
                 alike: unsplit(&steps, &own.effect_ids()),
                 unfinished: (options.stop)(),
                 fault: super::fatal(record, options.faults, study.bench).cloned(),
-                other_zero: incumbent.other_zero(k).map(|other| other.size),
+                other_zero: incumbent.other_zero(k),
                 ..Observed::of(incumbent, &list, &judged, k)
             };
             let is_noise = leaves_noise(&observed);
             let observed = observed.divided(&budget, &judged);
-            let finding = decide(&observed);
+            let finding = incumbent.decided(&observed, k);
             let mut settled = budget.clone();
             settled.settle(&mut judged.clone(), is_noise);
             for step in &mut steps {

@@ -92,7 +92,7 @@ pub fn diagnose(
             let observed =
                 Observed { fault, unfinished, with_named: found.with_named(&budget, after), ..found.observed.clone() };
             let is_noise = leaves_noise(&observed);
-            let finding = decide(&observed.clone().divided(&budget, &found.judged));
+            let finding = incumbent.decided(&observed.clone().divided(&budget, &found.judged), k);
             let mut remarks = Vec::new();
             if finding.names() && found.set.is_empty() {
                 remarks.extend(observed.unexcited.clone().map(Remark::Unexcited));
@@ -163,7 +163,7 @@ impl<'f, 'a> Found<'f, 'a> {
         let aliases: Vec<Vec<String>> = own.iter().map(|&i| aliases(suspects, i, Some(seen))).collect();
         let own: Vec<&Challenger> = own.iter().map(|&i| &suspects[i]).collect();
         let mut observed = Observed::of(incumbent, &own, &judged, series);
-        observed.other_zero = other_zero.map(|other| other.size);
+        observed.other_zero = other_zero;
         if let (Some(_), Some(best)) = (first, own.first()) {
             // What is missing hides the scale factor, too: excitation is judged with the best suspect in.
             observed.unexcited = unexcited(&best.study, &best.gls, series);

@@ -24,22 +24,23 @@ mod known;
 mod ladder;
 mod long;
 mod missing;
-mod moving;
 mod observed;
 mod search;
 mod suspects;
 mod users;
 mod verdicts;
+mod zeros;
 
 use crate::{
     Axis, AxisModel, Model, Record, Row,
     budget::Budget,
     diagnosis::{AxisDiagnosis, AxisLadder, DataFault, ErrorPoint, Explained, LadderStep, Suspect, Verdict},
-    effects::{CATALOGUE, Effect, Stage, Trait, find},
+    effects::{CATALOGUE, Effect, Stage, Trait, find, temperature_bias::TEMPERATURE_BIAS},
     evidence::{
         problem::HeldRate,
         study::{Bench, Study},
     },
+    fault::FaultKind,
     faults::{ratio, regress},
     finding::{Finding, Remark},
     fit::{
@@ -274,7 +275,9 @@ fn wrong_ratio(
     remarks: &mut Vec<Remark>,
     faults: &mut Vec<DataFault>,
 ) {
-    if matches!(finding, Finding::BadData { .. }) {
+    // A reference that is made of the gyro is behind no gear.
+    let is_made = |fault: &DataFault| fault.kind == FaultKind::DependentReference && fault.concerns(axis);
+    if matches!(finding, Finding::BadData { .. }) || faults.iter().any(is_made) {
         return;
     }
     if let Some(fault) = ratio::fault(record, axis, models) {
@@ -309,6 +312,19 @@ fn either_sensor(record: &Record, axis: Axis, own: &AxisModel, finding: &Finding
     let effects: Vec<String> =
         ids.filter_map(find).filter(is_of_zero).map(|effect| effect.card().id.to_owned()).collect();
     (is_rate && turns && !effects.is_empty()).then_some(Remark::EitherSensor { effects })
+}
+
+/// A remark where the steps of the temperature leave more of the zero than some error that is shown.
+fn coarse_temperature(record: &Record, own: &AxisModel, suspects: &[Suspect], judged: &Judged) -> Option<Remark> {
+    let id = TEMPERATURE_BIAS.card().id;
+    let suspected = || suspects.first().filter(|s| s.effect == id)?.parameters.first()?.value;
+    let slope = own.term(id).map(|term| term.values[0]).or_else(suspected)?;
+    let temperatures = record.rows.iter().map(|row| row.temperature).filter(|t| t.is_finite());
+    let changes = temperatures.tuple_windows().map(|(a, b)| (b - a).abs()).filter(|change| *change > 1e-9);
+    let step = changes.min_by(f64::total_cmp)?;
+    let error = slope.abs() * step / 12.0_f64.sqrt();
+    let least = judged.points().iter().filter_map(|point| point.error).min_by(f64::total_cmp)?;
+    (error > least).then_some(Remark::CoarseTemperature { step, error })
 }
 
 /// A remark where the gyros of axes without a reference read a share of the turn about this axis, and little else.
@@ -351,6 +367,7 @@ fn axis_result(
     let (detail, mut fails_where) = judged::pictures(record, study, series);
     remarks.extend(either_sensor(record, axis, &own, &finding));
     remarks.extend(read_the_turn(record, axis));
+    remarks.extend(coarse_temperature(record, &own, &suspects, &judged));
     // Where a model fails on data that are none says nothing of the model.
     if matches!(finding, Finding::BadData { .. }) {
         fails_where.clear();
@@ -372,7 +389,8 @@ fn axis_result(
         budget: budget.points,
         error_by_frequency: budget.by_frequency,
         limited_by: Some(budget.limited_by),
-        limited_says: budget.limited_says,
+        limited_says: budget.limit.says(),
+        limit: Some(budget.limit),
         random: budget.random,
         detail: Some(detail),
         ..AxisDiagnosis::new(axis, finding)

@@ -19,6 +19,17 @@ use crate::{
     thresholds as limit,
 };
 
+/// Another zero while an axis moves, or for a while, as the explanation of an error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct OtherZero {
+    /// The other zero minus the usual one (at rest, before and after), rad/s.
+    pub size: Estimate,
+    /// When it leaves and comes back, s; `None` for while the axis moves.
+    pub between: Option<[f64; 2]>,
+    /// J with it.
+    pub excess: f64,
+}
+
 /// The facts.
 #[derive(Clone, Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "facts that are independent of one another")]
@@ -38,7 +49,7 @@ pub(super) struct Observed {
     /// What the motion lacks for the base model itself.
     pub unexcited: Option<Why>,
     /// By how much the zero is another one while the axis moves, rad/s, where that explains the error and no accelerometer tells why.
-    pub other_zero: Option<Estimate>,
+    pub other_zero: Option<OtherZero>,
     /// Whether the axis does not turn at all.
     pub at_rest: bool,
     /// Effects that were added and cannot be told from others.

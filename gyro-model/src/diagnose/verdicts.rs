@@ -34,7 +34,7 @@ static IS_SHOWN: F = Fact {
 static HAS_ALIAS: F =
     Fact { says: "a named effect with an alias", of: |o| o.named.iter().any(|named| !named.aliases.is_empty()) };
 static ZERO_MOVES: F = Fact {
-    says: "a zero that is another one while the axis moves, and no accelerometer",
+    says: "a zero that is another one while the axis moves, and no accelerometer, or for a while",
     of: |o| o.other_zero.is_some(),
 };
 static IS_EXCITED: F = Fact { says: "a motion that shows the base model's parameters", of: |o| o.unexcited.is_none() };
@@ -86,11 +86,11 @@ pub(super) static VERDICTS: &[Rule<Observed, Finding>] = &[
         then: |o| Finding::Missing { effects: o.named.clone(), over_floor: o.with_named },
     },
     Rule {
-        name: "unexplained: another zero while the axis moves",
+        name: "unexplained: another zero while the axis moves, or for a while",
         when: &[Is(&ZERO_MOVES)],
         then: |o| {
-            let size = o.other_zero.unwrap_or(Estimate::exact(0.0));
-            Finding::Unexplained(Excess::OtherZero { size: size.value, std_error: size.std_error })
+            let (size, between) = o.other_zero.map_or((Estimate::exact(0.0), None), |zero| (zero.size, zero.between));
+            Finding::Unexplained(Excess::OtherZero { size: size.value, std_error: size.std_error, between })
         },
     },
     Rule {

@@ -52,6 +52,7 @@ pub mod user;
 pub mod vibration_tone;
 pub mod warm_up;
 mod window;
+pub(crate) mod zero_for_a_while;
 pub(crate) mod zero_while_moving;
 
 /// Every effect that truerate knows, in the order of `truerate effects`.
@@ -197,7 +198,7 @@ pub struct ParameterCard {
 pub enum Trait {
     /// Goes with time, or with what changes slowly in it: a bias that wanders may be taken for it.
     Slow,
-    /// Begins at an instant, its last parameter, that has to be seen from both sides.
+    /// Begins or ends at instants, its shapes in seconds, which have to be seen from both sides.
     Onset,
     /// Multiplies the whole rate.
     Gain,
@@ -512,6 +513,13 @@ impl dyn Effect + '_ {
     #[must_use]
     pub fn is(&self, wanted: Trait) -> bool {
         self.card().traits.contains(&wanted)
+    }
+
+    /// Which of its parameters are instants at which it begins or ends.
+    pub fn instants(&self, axis: Axis) -> impl Iterator<Item = usize> + use<> {
+        let is_instant = |card: &ParameterCard| card.role == Role::Shape && card.unit == "s";
+        let cards = if self.is(Trait::Onset) { self.parameters(axis) } else { &[] };
+        (0..cards.len()).filter(move |&k| is_instant(&cards[k]))
     }
 
     /// Whether it joins on all axes of an orientation at once: what a whole sensor has, and a sensor that is turned.

@@ -21,9 +21,10 @@ use super::{
 };
 use crate::{
     Model,
-    effects::{Role, Stage, Trait},
+    effects::{Role, Stage},
     nls,
 };
+use itertools::Itertools;
 
 /// Share by which f may still change from one refreshing of the regressors to the next.
 const SETTLED: f64 = 1e-4;
@@ -175,7 +176,7 @@ fn onsets(problem: &Problem, model: &Model, slots: &[Slot]) -> Vec<Vec<Slot>> {
         let series = &problem.series[slot.series];
         let Some(term) = problem.axis(model, series).terms.get(slot.term) else { continue };
         let effect = term.effect;
-        if !effect.is(Trait::Onset) || slot.parameter + 1 != term.values.len() {
+        if !effect.instants(series.axis).contains(&slot.parameter) {
             continue;
         }
         let id = effect.card().id;

@@ -2,7 +2,7 @@
 
 use super::check;
 use crate::{
-    Axis, Record,
+    Axis, Record, Row,
     effects::CATALOGUE,
     fault::FaultKind,
     simulate::{Hidden, Motion, Reference, Scenario, SensorSpec, simulate},
@@ -113,6 +113,22 @@ fn readings_that_noise_of_a_few_steps_makes_alike_are_not_held() {
     }
 }
 
+#[test]
+fn readings_of_whole_steps_that_the_reference_is_stamped_after_are_not_held() {
+    let sensor = SensorSpec { quantum: 1_f64.to_radians(), ..SensorSpec::default() };
+    let motion = Motion::Multisine { travel: 5.0 };
+    let whole = simulate(&Scenario { motion, rate_hz: 250.0, seconds: 40.0, sensor, ..Scenario::default() }).record;
+    let own_rows = whole.rows.iter().flat_map(|row| {
+        let gyro = Row { ref_angle: [f64::NAN; 3], ..*row };
+        let reference = Row { t_ns: row.t_ns + 40_000, ref_angle: row.ref_angle, ..Row::EMPTY };
+        [gyro, reference]
+    });
+    let mut record = Record { rows: own_rows.collect(), ..Record::default() };
+    let faults = check(&mut record, &[]).faults;
+    assert!(faults.is_empty(), "{faults:?}");
+    assert_eq!(record.len(), whole.len());
+}
+
 /// A log of three axes against an orientation, its four numbers changed on the way.
 fn oriented(change: impl Fn(Quaternion<f64>) -> [f64; 4]) -> Record {
     let sensor = SensorSpec { reference: Reference::Quaternion, reference_noise: 1e-3, ..SensorSpec::default() };
@@ -157,7 +173,7 @@ fn a_log_of_nothing_is_no_trouble() {
     record.rows.truncate(1);
     assert!(check(&mut record, &[]).rows_marked == 0);
     for row in &mut record.rows {
-        *row = crate::Row::EMPTY;
+        *row = Row::EMPTY;
     }
     check(&mut record, &[]);
 }

@@ -23,8 +23,10 @@ pub use won::{fall, gain, won};
 
 use crate::{
     Axis,
-    budget::says::what_and_remedy,
-    diagnosis::{AxisDiagnosis, AxisLadder, BudgetPoint, ErrorPoint, LimitedBy, ParameterValue, Suspect, Verdict},
+    diagnosis::{
+        AxisDiagnosis, AxisLadder, AxisResult, BudgetPoint, ErrorPoint, Limit, LimitedBy, ParameterValue, Suspect,
+        Verdict,
+    },
     effects,
     finding::{Excess, Finding, Remark},
     measured::{Measured, and},
@@ -69,13 +71,9 @@ fn diagnosed(axis: &AxisDiagnosis, told: &[&str], voice: Voice) -> Headline {
         (Verdict::MissingEffect | Verdict::Ambiguous, None) => {
             only(format!("An effect is missing: {}.", left(here, axis.error_over_floor, voice)))
         }
-        (Verdict::Adequate, _) => {
-            only(adequate(here, axis.within_floor, of_recording(axis.limited_by, &axis.limited_says), voice))
-        }
+        (Verdict::Adequate, _) => only(adequate(here, axis.within_floor, of_recording(axis), voice)),
         (Verdict::Unexplained, _) if other_zero(axis).is_some() => only(other_zero(axis).unwrap_or_default()),
-        (Verdict::Unexplained, _) if axis.searched => {
-            unexplained(&left(here, axis.error_over_floor, voice), axis.limited_by, &axis.limited_says)
-        }
+        (Verdict::Unexplained, _) if axis.searched => unexplained(&left(here, axis.error_over_floor, voice), axis),
         (Verdict::Unexplained, _) => {
             only(format!("This model leaves more than noise: {}.", left(here, axis.error_over_floor, voice)))
         }
@@ -121,10 +119,8 @@ fn climbed(axis: &AxisLadder, told: &[&str], voice: Voice) -> Headline {
     }
     if added.is_empty() {
         return match axis.verdict {
-            Verdict::Adequate => {
-                only(adequate(here, Some(within), of_recording(axis.limited_by, &axis.limited_says), voice))
-            }
-            _ => unexplained(&left(here, last.error_over_floor, voice), axis.limited_by, &axis.limited_says),
+            Verdict::Adequate => only(adequate(here, Some(within), of_recording(axis), voice)),
+            _ => unexplained(&left(here, last.error_over_floor, voice), axis),
         };
     }
     let own: Vec<&str> = added.iter().copied().filter(|id| !told.contains(id)).collect();
@@ -133,9 +129,9 @@ fn climbed(axis: &AxisLadder, told: &[&str], voice: Voice) -> Headline {
     answer.push_str(&either_sensor(&axis.remarks, &own));
     if let Some((before, after)) = corrected(&first.error_curve, &last.error_curve) {
         let settled = matches!(axis.verdict, Verdict::Adequate | Verdict::Ambiguous);
-        let rest = match limit(axis.limited_by, &axis.limited_says) {
-            Some((what, _)) if !settled || axis.limited_by.is_some_and(LimitedBy::is_of_recording) => {
-                format!(". Most of that: {what}")
+        let rest = match limit(axis) {
+            Some(limit) if !settled || axis.limited_by.is_some_and(LimitedBy::is_of_recording) => {
+                format!(". Most of that: {}", limit.what)
             }
             _ => rest(&after, settled || within),
         };
@@ -314,9 +310,9 @@ fn ambiguous(axis: &AxisDiagnosis, best: &Suspect, voice: Voice) -> Headline {
 }
 
 /// No effect explains what is left: what limits the log is the answer where that is known.
-fn unexplained(left: &str, by: Option<LimitedBy>, says: &str) -> Headline {
-    match limit(by, says) {
-        Some((what, remedy)) => Headline {
+fn unexplained(left: &str, axis: &AxisResult) -> Headline {
+    match limit(axis) {
+        Some(Limit { what, remedy, .. }) => Headline {
             answer: format!("More than noise is left, and no effect explains it: {left}. Most of it: {what}."),
             at_source: first_small(remedy),
         },
@@ -326,9 +322,15 @@ fn unexplained(left: &str, by: Option<LimitedBy>, says: &str) -> Headline {
 
 /// That the zero is another one while the axis moves, where that is what was found.
 fn other_zero(axis: &AxisDiagnosis) -> Option<String> {
-    let Finding::Unexplained(Excess::OtherZero { size, std_error }) = axis.finding else { return None };
+    let Finding::Unexplained(Excess::OtherZero { size, std_error, between }) = axis.finding else { return None };
     let by = Measured { value: size, std_error };
     let is = if size > 0.0 { "higher" } else { "lower" };
+    if let Some([from, to]) = between {
+        return Some(format!(
+            "Your gyro's zero was {} {is} between {from:.1} and {to:.1} s than before and after.",
+            by.size("rad/s")
+        ));
+    }
     Some(format!(
         "Your gyro's zero is {} {is} while axis {} moves than while it rests. The log has no accelerometer, so it cannot show whether \
          vibration is the cause.",
@@ -337,10 +339,10 @@ fn other_zero(axis: &AxisDiagnosis) -> Option<String> {
     ))
 }
 
-/// What limits a log and its remedy, where that is known.
-fn limit(by: Option<LimitedBy>, says: &str) -> Option<(&str, &str)> {
-    by.filter(|by| !says.is_empty() && !matches!(by, LimitedBy::Unattributed | LimitedBy::MissingEffect))
-        .map(|_| what_and_remedy(says))
+/// What limits a log, where that is known.
+fn limit(axis: &AxisResult) -> Option<&Limit> {
+    let is_known = |by: LimitedBy| !matches!(by, LimitedBy::Unattributed | LimitedBy::MissingEffect);
+    axis.limit.as_ref().filter(|limit| axis.limited_by.is_some_and(is_known) && !limit.what.is_empty())
 }
 
 /// As what stands behind a colon: without its capital letter and its full stop.
@@ -351,8 +353,8 @@ fn first_small(text: &str) -> String {
 }
 
 /// What limits a log that is no noise, and that another recording would not have.
-fn of_recording(by: Option<LimitedBy>, says: &str) -> Option<&str> {
-    limit(by.filter(|by| by.is_of_recording()), says).map(|(what, _)| what)
+fn of_recording(axis: &AxisResult) -> Option<&str> {
+    limit(axis).filter(|_| axis.limited_by.is_some_and(LimitedBy::is_of_recording)).map(|limit| limit.what.as_str())
 }
 
 fn adequate(here: Option<ErrorPoint>, within: Option<bool>, of_recording: Option<&str>, voice: Voice) -> String {

@@ -330,6 +330,12 @@ fn unexplained(excess: &Excess, voice: Voice) -> Vec<Piece> {
             );
             vec![Piece::new(More, text, ".")]
         }
+        Excess::OtherZero { between: Some(_), .. } => {
+            let text = "a driver that measures its zero at rest may have taken slow turning for rest: switch its own calibration off, or let it \
+                        calibrate only where the vehicle is known to rest. Or the supply sagged: log its voltage"
+                .to_owned();
+            vec![Piece::new(More, text, ".")]
+        }
         Excess::OtherZero { .. } => {
             let text = "vibration of the motors may shift the zero, or their current may change the sensor's supply. Log the accelerometer \
                         and the supply voltage: g-squared-sensitivity and supply-voltage can then be tested"

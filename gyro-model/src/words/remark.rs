@@ -70,6 +70,11 @@ pub(super) fn sentence(remark: &Remark, subject: &Subject, voice: Voice) -> Opti
         }
         // The headline says it, where the effect is named.
         Remark::EitherSensor { .. } => return None,
+        Remark::CoarseTemperature { step, error } => format!(
+            "The temperature is logged in steps of {} °C, within which the zero changes by {} (RMS): log it in finer steps.",
+            units::number(*step),
+            units::rate(Some(*error))
+        ),
         Remark::OwnLog => "The model was fitted on this very log: the errors are those of refits without the part that is judged. A new log \
                            is a better test."
             .to_owned(),

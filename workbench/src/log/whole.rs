@@ -11,7 +11,6 @@ use gyro_model::{
         self,
         held::{Held, LOOKED_AT},
     },
-    streams,
 };
 use std::path::Path;
 
@@ -47,13 +46,6 @@ pub fn read_beside<T>(
     let mut found = reader.faults();
     let (origin, left_out) =
         if options.as_streamed { (0, 0) } else { jump::cut(&mut record.rows, &mut marked, &mut found) };
-    if !options.as_streamed
-        && let Some(last) = streams::paired(&mut record)
-    {
-        // A row that two were made of is marked where both were: one of them lacks the gyro.
-        let from = std::iter::once(0).chain(last.iter().map(|k| k + 1));
-        marked = from.zip(&last).map(|(from, &last)| marked[from..=last].iter().all(|marked| *marked)).collect();
-    }
     let (report, streamed) = if options.as_streamed {
         let mut checked = record.clone();
         let mut held = Held::of(&record.rows[..record.len().min(LOOKED_AT)]);

@@ -81,9 +81,9 @@ pub(super) fn axis(
     }
     pooled.limited_by = limit(&told);
     if let Some(limit) = pooled.limited_by {
-        let says =
-            weighed.iter().find(|(own, _)| own.limited_by == Some(limit)).map(|(own, _)| own.limited_says.clone());
-        pooled.limited_says = says.unwrap_or_default();
+        let of = weighed.iter().find(|(own, _)| own.limited_by == Some(limit));
+        pooled.limited_says = of.map(|(own, _)| own.limited_says.clone()).unwrap_or_default();
+        pooled.limit = of.and_then(|(own, _)| own.limit.clone());
     }
     Some(pooled)
 }

@@ -1,3 +1,4 @@
+use super::super::observed::OtherZero;
 use super::*;
 use crate::{
     budget::Over,
@@ -85,8 +86,15 @@ fn cases() -> Vec<(&'static str, Observed)> {
         ),
         ("cannot-tell: the motion does not show it", Observed { unexcited: lost, ..clean() }),
         (
-            "unexplained: another zero while the axis moves",
-            Observed { other_zero: Some(Estimate { value: 0.014, std_error: 2e-4 }), ..high(5.0, 0.5) },
+            "unexplained: another zero while the axis moves, or for a while",
+            Observed {
+                other_zero: Some(OtherZero {
+                    size: Estimate { value: 0.014, std_error: 2e-4 },
+                    between: None,
+                    excess: 1.0,
+                }),
+                ..high(5.0, 0.5)
+            },
         ),
         ("cannot-tell: too short", Observed { seconds: 6.0, ..clean() }),
         ("cannot-tell: the rate is not known", Observed { silent: 0.7, ..clean() }),

@@ -5,8 +5,8 @@ use crate::report::units::{self, Shown};
 use gyro_model::{
     Axis,
     diagnosis::{
-        BudgetPoint, DataFault, ErrorPoint, FaultKind, FloorFrom, FrequencyShare, LimitedBy, NoiseValue,
-        ParameterValue, RandomCause, Suspect, Verdict,
+        AxisResult, DataFault, ErrorPoint, FaultKind, FrequencyShare, LimitedBy, NoiseValue, ParameterValue, Suspect,
+        Verdict,
     },
     effects, headline,
     words::Voice,
@@ -92,15 +92,9 @@ pub(super) fn curve(label: &str, points: &[ErrorPoint]) -> Curve {
 }
 
 /// What limits a log; where an effect is missing, adding it is what to do, and no other remedy is told.
-pub(super) fn limit(
-    (by, says, random): (Option<LimitedBy>, &str, &[RandomCause]),
-    verdict: Verdict,
-    floor_from: FloorFrom,
-    budget: &[BudgetPoint],
-    frequencies: &[FrequencyShare],
-    voice: Voice,
-) -> Option<LimitView> {
-    let by = by.filter(|_| !budget.is_empty())?;
+pub(super) fn limit(axis: &AxisResult, voice: Voice) -> Option<LimitView> {
+    let AxisResult { budget, error_by_frequency: frequencies, random, .. } = axis;
+    let by = axis.limited_by.filter(|_| !budget.is_empty())?;
     let share = |part: usize| -> Vec<f64> {
         budget.iter().map(|point| 100.0 * point.parts()[part] / point.total().max(1e-300)).collect()
     };
@@ -114,11 +108,11 @@ pub(super) fn limit(
     let density = |of: &dyn Fn(&FrequencyShare) -> Option<f64>| -> Vec<Option<f64>> {
         frequencies.iter().map(|f| of(f).filter(|d| *d > 0.0).map(|d| d.sqrt().to_degrees())).collect()
     };
-    let is_named = matches!(verdict, Verdict::MissingEffect | Verdict::Ambiguous);
-    let (head, says) = match says.split_once("). ") {
-        Some((what, _)) if is_named => ("the error's largest part".to_owned(), format!("{what}).")),
-        _ if is_named => ("the error's largest part".to_owned(), says.to_owned()),
-        _ => (format!("what limits {}", voice.log()), says.to_owned()),
+    // What is missing is to be added first.
+    let is_named = matches!(axis.verdict, Verdict::MissingEffect | Verdict::Ambiguous);
+    let (head, says) = match &axis.limit {
+        Some(limit) if is_named => ("the error's largest part".to_owned(), limit.named() + "."),
+        _ => (format!("what limits {}", voice.log()), axis.limited_says.clone()),
     };
     let besides = random.iter().filter(|found| found.cause != by).map(|found| sentence(&found.says));
     let says = std::iter::once(sentence(&says)).chain(besides).collect::<Vec<_>>().join(" ");
@@ -126,7 +120,7 @@ pub(super) fn limit(
         head,
         by: by.words(),
         says,
-        floor_from,
+        floor_from: axis.floor_from,
         tau: budget.iter().map(|point| point.tau_s).collect(),
         parts: parts.into_iter().map(|(_, view)| view).collect(),
         frequency: frequencies.iter().map(|f| 0.5 * (f.from_hz + f.to_hz)).collect(),

@@ -284,14 +284,7 @@ impl AxisView {
             within_floor: axis.within_floor,
             floor_source: axis.floor_source.clone(),
             drift: drift::says(axis),
-            limit: axis::limit(
-                (axis.limited_by, &axis.limited_says, &axis.random),
-                axis.verdict,
-                axis.floor_from,
-                &axis.budget,
-                &axis.error_by_frequency,
-                voice,
-            ),
+            limit: axis::limit(axis, voice),
             // Of many bins that hold noise alone a few stand out.
             fails_where: match axis.verdict {
                 Verdict::Adequate => Vec::new(),

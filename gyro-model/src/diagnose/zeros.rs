@@ -1,12 +1,20 @@
-//! Whether the zero is another one while the shaft moves: an explanation beside the effects of the catalogue, on the same rows.
+//! Whether the zero is another one while the shaft moves, or for a while: explanations beside the effects of the catalogue, on the same
+//! rows. The first competes with the effects that a search would name; the second, which has two instants to choose, is asked for only
+//! where the search names none.
 
-use super::challenger::{Challenger, Incumbent};
+use super::{
+    challenger::{Challenger, Incumbent},
+    observed::{Observed, OtherZero},
+    verdicts::decide,
+};
 use crate::{
     effects::{
-        Stage,
+        Effect, Stage,
+        zero_for_a_while::ZERO_FOR_A_WHILE,
         zero_while_moving::{LASTS, MOVES, ZERO_WHILE_MOVING},
     },
     evidence::series::{Rest, Series},
+    finding::{Excess, Finding},
     order::median,
     statistics::Estimate,
     thresholds as limit,
@@ -18,32 +26,50 @@ const EITHER: f64 = 0.1;
 const STARTS: usize = 4;
 /// J with another zero, over J with the suspect, from which on the suspect is not named.
 const LEAVES: f64 = 0.8;
-
-/// Another zero while an axis moves, as the explanation of an error.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct OtherZero {
-    /// The zero while the axis moves minus the zero at rest, rad/s.
-    pub size: Estimate,
-    /// J with it.
-    excess: f64,
-}
+/// Share of J − 1 that another zero for a while may leave, 1: with two instants to choose from, it fits a part of nearly every slow error.
+const LEFT: f64 = 0.1;
 
 impl Incumbent<'_> {
     /// Another zero while an axis moves. `None` if the log has no rests or no motion, has an accelerometer (g-squared-sensitivity then
     /// explains it), or if this explanation fails a test of admission or does not dominate the error.
     pub(super) fn other_zero(&self, series: usize) -> Option<OtherZero> {
         let own = &self.study.bench.problem.series[series];
-        let before = self.excess(series);
-        if before < limit::NOISE.value || own.rest != Rest::None || !may_show(own) {
+        if own.rest != Rest::None || !may_show(own) {
             return None;
         }
-        let found = self.refit(self.starts(&ZERO_WHILE_MOVING, series).into_iter().next()?);
+        self.zero_by(&ZERO_WHILE_MOVING, series)
+    }
+
+    /// What is found of an axis; where no effect explains the error, another zero for a while may.
+    pub(super) fn decided(&self, observed: &Observed, series: usize) -> Finding {
+        let finding = decide(observed);
+        if !matches!(finding, Finding::Unexplained(Excess::NoEffect { .. })) {
+            return finding;
+        }
+        let zero = self.zero_for_a_while(series);
+        if zero.is_some() { decide(&Observed { other_zero: zero, ..observed.clone() }) } else { finding }
+    }
+
+    /// Another zero for a while, as the explanation of an error; `None` as above.
+    fn zero_for_a_while(&self, series: usize) -> Option<OtherZero> {
+        let found = self.zero_by(&ZERO_FOR_A_WHILE, series)?;
+        let left = (found.excess - 1.0) / (self.excess(series) - 1.0);
+        (left < LEFT).then_some(found)
+    }
+
+    fn zero_by(&self, explanation: &'static dyn Effect, series: usize) -> Option<OtherZero> {
+        let before = self.excess(series);
+        if before < limit::NOISE.value {
+            return None;
+        }
+        let found = self.refit(self.starts(explanation, series).into_iter().next()?);
         let dominates = before - found.excess > limit::DOMINATES.value * (before - 1.0);
         (found.passes(self) && dominates).then(|| {
-            let slot = found.study.slots.iter().rposition(|slot| slot.series == series);
+            let slot = found.study.slots.iter().rposition(|slot| slot.series == series && slot.parameter == 0);
             let std_error = slot.map_or(f64::NAN, |k| found.gls.std_error(k));
-            let value = found.candidate.term.values[0];
-            OtherZero { size: Estimate { value, std_error }, excess: found.excess }
+            let (value, instants) = found.candidate.term.values.split_first().unwrap_or((&f64::NAN, &[]));
+            let between = <[f64; 2]>::try_from(instants).ok();
+            OtherZero { size: Estimate { value: *value, std_error }, between, excess: found.excess }
         })
     }
 
