@@ -94,6 +94,12 @@ fn one_log_in_many_shapes_has_one_answer() {
                 format!("t: {t} s  gyro_z: {} deg/s  ref_angle_z: {} deg", g.to_degrees(), a.to_degrees())
             }),
         ),
+        (
+            "time-then-labels",
+            written("", |[t, g, a]| {
+                format!("{} ms | gyro z = {} °/s | ref_angle_z = {} deg", t * 1e3, g.to_degrees(), a.to_degrees())
+            }),
+        ),
         ("sentences", written("kind,t,gyro_z,ref_angle_z\n", |[t, g, a]| format!("$IMU,{t},{g},{a}*5A"))),
         ("spreadsheet", written("sep=;\nt;gyro_z;ref_angle_z;\n", |[t, g, a]| format!("{t};{g};{a};"))),
     ];

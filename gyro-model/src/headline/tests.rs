@@ -151,9 +151,11 @@ fn each_verdict_has_its_answer_with_a_number() {
         (
             AxisDiagnosis {
                 limited_by: Some(LimitedBy::Timing),
-                limited_says: "the stamps of gyro and reference scatter by 3 ms against each other (90 % of the error² at 1 s). Stamp \
-                               in hardware, or log both with one clock."
-                    .into(),
+                limit: Some(Limit {
+                    what: "the stamps of gyro and reference scatter by 3 ms against each other".into(),
+                    share: "90 % of the error² at 1 s".into(),
+                    remedy: "Stamp in hardware, or log both with one clock.".into(),
+                }),
                 ..diagnosed(Verdict::Unexplained, Vec::new(), 14.0)
             },
             "Most of it: the stamps of gyro and reference scatter by 3 ms against each other.",
@@ -305,8 +307,11 @@ fn any_two_effects_are_told_in_a_sentence_each_and_what_to_do_about_both() {
 fn what_a_ladder_leaves_by_the_set_up_s_fault_is_no_noise() {
     let limited = AxisLadder {
         limited_by: Some(LimitedBy::FoldedMotion),
-        limited_says: "the rate swings by ±60 °/s at 83 Hz, beyond half the sampling rate (67 % of the error² at 0.1 s). Sample faster."
-            .into(),
+        limit: Some(Limit {
+            what: "the rate swings by ±60 °/s at 83 Hz, beyond half the sampling rate".into(),
+            share: "67 % of the error² at 0.1 s".into(),
+            remedy: "Sample faster.".into(),
+        }),
         ..climbed(Verdict::CannotTell, 1.07)
     };
     let answer = of_ladder(&limited, Voice::Log).answer;

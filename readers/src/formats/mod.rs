@@ -3,6 +3,7 @@
 mod ardupilot;
 mod bag;
 pub mod can;
+mod columns;
 #[cfg(not(target_family = "wasm"))]
 mod db3;
 mod delimited;
@@ -34,6 +35,7 @@ pub static FORMATS: &[&dyn Format] = &[
     &ardupilot::ArduPilot,
     &can::Can::of(Writer::Candump),
     &can::Can::of(Writer::Asc),
+    &columns::Columns,
     &delimited::Text,
 ];
 

@@ -34,10 +34,10 @@ const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 /// Whether a file that begins like this holds records, one after the other: not one record of whole columns.
 #[must_use]
 pub fn is_records(start: &[u8]) -> bool {
-    let start = start.strip_prefix(BYTE_ORDER_MARK).unwrap_or(start).trim_ascii_start();
-    let line = start.split(|&b| b == b'\n').next().unwrap_or_default();
+    let whole = start.strip_prefix(BYTE_ORDER_MARK).unwrap_or(start).trim_ascii_start();
+    let line = whole.split(|&b| b == b'\n').next().unwrap_or_default();
     // A topic before each record.
-    let start = prefixed(line).filter(|at| *at > 0).map_or(start, |at| &start[at..]);
+    let start = prefixed(line).filter(|at| *at > 0).map_or(whole, |at| &whole[at..]);
     let first = match start.strip_prefix(b"[") {
         Some(rest) => rest.trim_ascii_start(),
         None => start,
@@ -50,7 +50,12 @@ pub fn is_records(start: &[u8]) -> bool {
     };
     // Columns by name: `{"t": {"0": …` and `{"t": [0, …`, as data frames are written; or a list of records within one.
     let is_columns = value.strip_prefix(b"{").is_some_and(|inner| inner.trim_ascii_start().starts_with(b"\"0\""));
-    !is_columns && !value.starts_with(b"[")
+    // Records a line, of which the first begins with a list.
+    let is_line = || {
+        let next = whole.splitn(2, |&b| b == b'\n').nth(1).unwrap_or_default().trim_ascii_start();
+        is_record_line(line) && prefixed(next.split(|&b| b == b'\n').next().unwrap_or_default()).is_some()
+    };
+    !is_columns && (!value.starts_with(b"[") || is_line())
 }
 
 /// Whether records stand below other text: two of the first whole lines that are not blank are such, one after the other.
@@ -491,6 +496,7 @@ mod tests {
             "[{\"t\":1",
             "  [\n {\"imu\": {\"t\":",
             "{ \"a long name that does not end within the",
+            "{\"gyro\": [1, 2, 3], \"t\": 0.1}\n{\"gyro\": [1,",
         ] {
             assert!(is_records(start.as_bytes()), "{start}");
         }

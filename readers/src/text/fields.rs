@@ -37,17 +37,14 @@ pub struct Dialect {
     pub separator: Separator,
     /// Between whole and broken part of a number.
     pub point: Point,
-    /// Whether the time of day and an arrow stand before each line, as the Arduino IDE puts them there: that is the first field.
+    /// Whether a time stands before each line, as the Arduino IDE and ESP-IDF put it there: that is the first field.
     pub stamped: bool,
-    /// Whether each field begins with its name, `gx: 0.1` or `gx=0.1`.
+    /// Whether each field begins with its name, `gx: 0.1` or `gx=0.1`; the first one may be the time alone, `12 ms`.
     pub labelled: bool,
 }
 
 /// As the format of our own logs has it.
 pub const CSV: Dialect = Dialect::new(Separator::Byte(b','), Point::Dot);
-
-/// Between the stamp of a line and the line.
-const ARROW: &[u8] = b" -> ";
 
 impl Dialect {
     /// Of fields without names in lines without stamps.
@@ -62,7 +59,9 @@ impl Dialect {
         let stamped = Self { stamped: stamp(line).is_some(), ..self };
         let labelled = Self { labelled: true, ..stamped };
         let names = labelled.labels(line);
-        let all = names.len() > 1 && names.iter().skip(usize::from(stamped.stamped)).all(Option::is_some);
+        let times = || labelled.fields(line).first().is_some_and(|first| is_time(first));
+        let bare = stamped.stamped || names.first().is_some_and(Option::is_none) && times();
+        let all = names.len() > 1 && names.iter().skip(usize::from(bare)).all(Option::is_some);
         if all { labelled } else { stamped }
     }
 
@@ -79,11 +78,16 @@ impl Dialect {
     pub fn units(self, line: &[u8]) -> Vec<Option<Unit>> {
         let mut places = Vec::new();
         self.cut(line, &mut places);
+        let milliseconds = stamp(line).is_some_and(|stamp| self.stamped && stamp.in_ms);
         let unit = |place: Range<usize>| {
-            let (_, after) = label(&line[place.clone()])?;
+            let after = label(&line[place.clone()]).map_or(0, |(_, after)| after);
             with_unit(&line[trimmed(line, place.start + after..place.end)]).map(|(_, unit)| unit)
         };
-        places.into_iter().map(unit).collect()
+        let mut units: Vec<Option<Unit>> = places.into_iter().map(unit).collect();
+        if let Some(first) = units.first_mut().filter(|_| milliseconds) {
+            *first = unit::parse("ms");
+        }
+        units
     }
 
     /// The places of a line's fields, in order; surrounding blanks and quotation marks are not part of them.
@@ -91,11 +95,10 @@ impl Dialect {
         self.cut(line, fields);
         if self.labelled {
             for place in fields {
-                if let Some((_, after)) = label(&line[place.clone()]) {
-                    *place = trimmed(line, place.start + after..place.end);
-                    if let Some((number, _)) = with_unit(&line[place.clone()]) {
-                        place.end = place.start + number.len();
-                    }
+                let after = label(&line[place.clone()]).map_or(0, |(_, after)| after);
+                *place = trimmed(line, place.start + after..place.end);
+                if let Some((number, _)) = with_unit(&line[place.clone()]) {
+                    place.end = place.start + number.len();
                 }
             }
         }
@@ -106,9 +109,9 @@ impl Dialect {
         fields.clear();
         let mut line = line;
         let mut from = 0;
-        if let Some(end) = stamp(line).filter(|_| self.stamped) {
-            fields.push(0..end);
-            from = end + ARROW.len();
+        if let Some(stamp) = stamp(line).filter(|_| self.stamped) {
+            fields.push(stamp.time);
+            from = stamp.end;
         }
         line = line.strip_suffix(checksum(line)).unwrap_or(line);
         if self.labelled {
@@ -147,11 +150,35 @@ fn checksum(line: &[u8]) -> &[u8] {
     }
 }
 
-/// Where the stamp ends that stands before a line.
-fn stamp(line: &[u8]) -> Option<usize> {
+/// A time that stands before a line.
+struct Stamp {
+    time: Range<usize>,
+    /// Where the line begins.
+    end: usize,
+    /// Whether it is a count of milliseconds.
+    in_ms: bool,
+}
+
+/// The stamp before a line: a time of day and an arrow, as the Arduino IDE has it, `12:30:00.123 -> …`, or the milliseconds since the
+/// start, as ESP-IDF has it, `I (1234) imu: …`.
+fn stamp(line: &[u8]) -> Option<Stamp> {
+    const ARROW: &[u8] = b" -> ";
     const LONGEST: usize = 40;
-    let at = memchr::memmem::find(&line[..line.len().min(LONGEST)], ARROW)?;
-    moment::form(&line[..at]).map(|_| at)
+    let begins = &line[..line.len().min(LONGEST)];
+    if let Some(at) = memchr::memmem::find(begins, ARROW) {
+        return moment::form(&line[..at]).map(|_| Stamp { time: 0..at, end: at + ARROW.len(), in_ms: false });
+    }
+    let [b'E' | b'W' | b'I' | b'D' | b'V', b' ', b'(', rest @ ..] = begins else { return None };
+    let digits = rest.iter().take_while(|b| b.is_ascii_digit()).count();
+    let tag = rest[digits..].strip_prefix(b") ")?;
+    let colon = memchr::memmem::find(tag, b": ")?;
+    (digits > 0).then(|| Stamp { time: 3..3 + digits, end: 3 + digits + 2 + colon + 2, in_ms: true })
+}
+
+/// Whether a field without a name may be the time: a number that is not negative.
+fn is_time(field: &[u8]) -> bool {
+    let digits = |b: &u8| b.is_ascii_digit() || matches!(b, b'.' | b',');
+    field.first().is_some_and(u8::is_ascii_digit) && field.iter().all(digits)
 }
 
 /// A number and the unit that stands behind it, after a blank or not; `None` where there is no such unit.
@@ -336,9 +363,17 @@ mod tests {
         assert_eq!(dressed(Separator::Blanks, "gz: 1.5 deg/s  a: 3").0, ["1.5", "3"]);
         assert_eq!(dressed(Separator::Blanks, "gz:1.5e-1rad/s T:25.3°C n: 3").0, ["1.5e-1", "25.3", "3"]);
         assert_eq!(dressed(comma, "gz=1.5 deg/s, a=3 of 4, id=5A").0, ["1.5", "3 of 4", "5A"]);
+        for (separator, line) in [
+            (Separator::Byte(b'|'), "12 ms | gyro z = -1.5 °/s | angle: 3 deg"),
+            (Separator::Blanks, "12 ms gz=-1.5 angle= 3"),
+            (comma, "12, gz: -1.5, angle: 3"),
+        ] {
+            assert_eq!(dressed(separator, line).0, ["12", "-1.5", "3"], "{line}");
+        }
         assert_eq!(dressed(comma, "$IMU,1.5,3*5A").0, ["$IMU", "1.5", "3"]);
         assert_eq!(dressed(comma, "1.5,3*5A").0, ["1.5", "3*5A"]);
         assert_eq!(dressed(comma, "12:30:00,1.5").1, ["", ""]);
+        assert_eq!(dressed(Separator::Blanks, "I (1234) imu: gz=1.5 a=3").0, ["1234", "1.5", "3"]);
         assert_eq!(dressed(comma, "a -> 1,2").0, ["a -> 1", "2"]);
     }
 }

@@ -327,8 +327,9 @@ fn begin(looked: &[Looked], header: usize, dialect: Dialect, skipped: &mut Skipp
         after = place + 1;
     }
     let samples = samples(&looked[after..], dialect);
-    // A separator at the end of the header, and none at the end of the rows.
-    if names.last().is_some_and(String::is_empty) && samples.first().is_some_and(|row| row.len() + 1 == names.len()) {
+    // A separator at the end of the header, or a column of remarks, and none at the end of the rows.
+    let may_lack = |name: &String| name.is_empty() || dialect.separator == Separator::Byte(b'\t');
+    if names.last().is_some_and(may_lack) && samples.first().is_some_and(|row| row.len() + 1 == names.len()) {
         names.pop();
     }
     for (i, name) in names.iter_mut().enumerate().filter(|(_, name)| name.is_empty()) {
@@ -501,7 +502,9 @@ fn header_above(looked: &[Looked], first: usize, dialect: Dialect, found: usize)
         let fields = dialect.fields(line.bare().0);
         let names = fields.iter().filter(|field| !field.is_empty() && !is_number(dialect, field)).count();
         let is_names = 2 * names > fields.len() && names >= 2;
-        let trailing = fields.len() == found + 1 && fields.last().is_some_and(|field| field.is_empty());
+        // A last column that is empty, or of remarks that few rows have.
+        let remarks = nearest && dialect.separator == Separator::Byte(b'\t');
+        let trailing = fields.len() == found + 1 && fields.last().is_some_and(|field| field.is_empty() || remarks);
         let row_trails = fields.len() + 1 == found
             && dialect.fields(&looked[first].bytes).last().is_some_and(|field| field.is_empty());
         if is_names && (fields.len() == found || trailing || row_trails) {

@@ -1,7 +1,8 @@
-//! Standard input, or a named pipe: text as it comes, unpacked where it begins like gzip or MCAP.
+//! Standard input, or a named pipe: text as it comes, unpacked where it begins like gzip or MCAP, decoded where it begins like UTF-16.
 
 use super::{Got, Link, of_stream};
 use flate2::read::MultiGzDecoder;
+use log_readers::text::{Utf16, is_utf16};
 use mcap::MAGIC;
 use std::{
     fs::File,
@@ -34,15 +35,16 @@ impl Pipe {
         let mut raw = BufReader::with_capacity(1 << 16, raw);
         let mut start = Vec::with_capacity(MAGIC.len());
         raw.by_ref().take(MAGIC.len() as u64).read_to_end(&mut start)?;
-        let (packed, recording) = (start.starts_with(&GZIP), start == MAGIC);
+        let (packed, recording, wide) = (start.starts_with(&GZIP), start == MAGIC, is_utf16(&start));
         if start.starts_with(&BYTE_ORDER_MARK) {
             start.drain(..BYTE_ORDER_MARK.len());
         }
         let whole = Cursor::new(start).chain(raw);
-        Ok(Self(match (packed, recording) {
-            (true, _) => Box::new(MultiGzDecoder::new(whole)),
-            (_, true) => Box::new(AsCsv::new(whole)),
-            _ => Box::new(whole),
+        Ok(Self(match () {
+            () if packed => Box::new(MultiGzDecoder::new(whole)),
+            () if recording => Box::new(AsCsv::new(whole)),
+            () if wide => Box::new(Utf16::new(whole)),
+            () => Box::new(whole),
         }))
     }
 }
@@ -50,5 +52,22 @@ impl Pipe {
 impl Link for Pipe {
     fn read(&mut self, buffer: &mut [u8], _patience: Duration) -> io::Result<Got> {
         of_stream(self.0.read(buffer))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    #[test]
+    fn text_in_utf16_comes_as_utf8() {
+        let text = "t_ms\tgyro_z_dps\n0\t1.5\n";
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        let units = std::iter::once(0xfeff).chain(text.encode_utf16());
+        file.write_all(&units.flat_map(u16::to_le_bytes).collect::<Vec<u8>>()).unwrap();
+        let mut found = String::new();
+        Pipe::open(file.path()).unwrap().0.read_to_string(&mut found).unwrap();
+        assert_eq!(found, text);
     }
 }

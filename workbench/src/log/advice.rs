@@ -40,13 +40,16 @@ pub struct Sample {
     head: Head,
     columns: Vec<Vec<f64>>,
     texts: Vec<Option<String>>,
+    /// Whether a column is dates or times of day: it holds their seconds.
+    moments: Vec<bool>,
 }
 
 impl Sample {
     /// Of these rows below a head.
     pub fn of<'a>(head: &Head, rows: impl Iterator<Item = &'a [u8]>) -> Self {
         let count = head.names.len();
-        let mut sample = Self { head: head.clone(), columns: vec![Vec::new(); count], texts: vec![None; count] };
+        let (columns, texts, moments) = (vec![Vec::new(); count], vec![None; count], vec![false; count]);
+        let mut sample = Self { head: head.clone(), columns, texts, moments };
         for row in rows {
             sample.take(head.dialect, &head.dialect.fields(row));
         }
@@ -61,8 +64,13 @@ impl Sample {
             let value = match dialect.value(field) {
                 text::Field::Number(x) => x,
                 text::Field::Text => {
-                    self.texts[i].get_or_insert_with(|| String::from_utf8_lossy(field).into_owned());
-                    f64::NAN
+                    if let Some(ns) = text::clock(field).or_else(|| text::date_time(field)) {
+                        self.moments[i] = true;
+                        ns as f64 * 1e-9
+                    } else {
+                        self.texts[i].get_or_insert_with(|| String::from_utf8_lossy(field).into_owned());
+                        f64::NAN
+                    }
                 }
                 _ => f64::NAN,
             };
@@ -167,23 +175,33 @@ pub fn advise(sample: &Sample, maps: &Maps, wants_reference: bool) -> Advice {
             None => lacks.push("time"),
         }
     }
-    let step = flags.first().and_then(|pick| {
-        let column = (0..sample.columns.len()).find(|&i| sample.channel(i) == pick.channel)?;
-        Some((column, pick.factor * scale_of(&pick.name)))
-    });
+    let column_of = |pick: &Pick| (0..sample.columns.len()).find(|&i| sample.channel(i) == pick.channel);
+    let step = match flags.first() {
+        Some(pick) => column_of(pick).map(|column| (column, pick.factor * scale_of(&pick.name))),
+        None => known_time(sample, &names),
+    };
     let tags: Vec<&str> = sample.texts.iter().flatten().map(String::as_str).collect();
     let angles = tags.iter().any(|tag| ["ypr", "rpy", "euler"].iter().any(|word| tag.to_lowercase().contains(word)));
     if used.gyros.is_empty() {
         let found = if angles { None } else { gyro(sample, &used, &proposal, step) };
         match found {
             Some((picks, says)) => {
+                let gyros = gyros_of(&picks, sample);
+                let has_reference = picks.iter().any(|pick| pick.name.starts_with("ref_"));
                 flags.extend(picks);
                 holds.push(says);
+                used.columns.extend(gyros.iter().map(|(_, column)| *column));
+                let found =
+                    if wants_reference && !has_reference { reference(sample, &used, &gyros, step) } else { None };
+                if let Some((pick, says)) = found {
+                    flags.push(pick);
+                    holds.push(says);
+                }
             }
             None => lacks.push("rate of a gyro"),
         }
     } else if wants_reference && !used.references {
-        let found = used.gyros.iter().find_map(|(axis, column)| reference(sample, &used, *axis, *column, step));
+        let found = reference(sample, &used, &used.gyros, step);
         let offered: Vec<Pick> =
             proposal.offered.iter().filter(|pick| pick.name.starts_with("ref_")).cloned().collect();
         match (found, offered.first()) {
@@ -219,7 +237,8 @@ pub fn advise(sample: &Sample, maps: &Maps, wants_reference: bool) -> Advice {
     }
     // Units that no reference tells.
     if flags.iter().all(|pick| !pick.name.starts_with("ref_")) && lacks.is_empty() {
-        let columns: Vec<(Axis, usize)> = used.gyros.clone().into_iter().chain(gyros_of(&flags, sample)).collect();
+        let unsaid: Vec<Pick> = flags.iter().filter(|pick| pick.name.len() == "gyro_x".len()).cloned().collect();
+        let columns: Vec<(Axis, usize)> = used.gyros.clone().into_iter().chain(gyros_of(&unsaid, sample)).collect();
         if let Some(words) = words::advise(&sample.gyro_columns(&columns)) {
             let others = flags.iter().filter(|pick| !pick.name.starts_with("gyro_")).map(ToString::to_string);
             let why = [why, words.why].into_iter().filter(|why| !why.is_empty()).collect::<Vec<_>>().join("; ");
@@ -244,6 +263,15 @@ pub fn advise(sample: &Sample, maps: &Maps, wants_reference: bool) -> Advice {
     Advice { why, flags: flags.iter().map(ToString::to_string).collect(), ..Advice::default() }
 }
 
+/// The column that is the time already, and its scale to seconds.
+fn known_time(sample: &Sample, names: &Names) -> Option<(usize, f64)> {
+    (0..sample.columns.len()).find_map(|column| {
+        let Name::Known(Channel::Time, own) = unit::name(&names.renamed[column]) else { return None };
+        let scale = names.conversion(column, Channel::Time, own, &sample.head).scale;
+        Some((column, if sample.moments[column] { 1.0 } else { scale }))
+    })
+}
+
 /// What the readings of these gyros stay within, rad/s, where it is so little that the sensor may have been at rest.
 fn still(sample: &Sample, names: &Names, gyros: &[(Axis, usize)]) -> Option<f64> {
     let spread = |&(_, column): &(Axis, usize)| {
@@ -266,7 +294,7 @@ const FEW: usize = 500;
 /// The gyro's columns among these.
 fn gyros_of(picks: &[Pick], sample: &Sample) -> Vec<(Axis, usize)> {
     let of = |pick: &Pick| {
-        let axis = Axis::ALL.into_iter().find(|axis| pick.name == format!("gyro_{axis}"))?;
+        let axis = Axis::ALL.into_iter().find(|axis| pick.name.starts_with(&format!("gyro_{axis}")))?;
         Some((axis, (0..sample.columns.len()).find(|&i| sample.channel(i) == pick.channel)?))
     };
     picks.iter().filter_map(of).collect()
@@ -405,16 +433,17 @@ fn is_gravity(sample: &Sample, first: usize) -> bool {
     mean > 0.0 && 10 * near > 9 * lengths.len()
 }
 
-/// An unused column that turns as the gyro's rate has it.
+/// An unused column that turns as the rate of one of the gyros has it.
 fn reference(
     sample: &Sample,
     used: &Used,
-    axis: Axis,
-    gyro: usize,
+    gyros: &[(Axis, usize)],
     time: Option<(usize, f64)>,
 ) -> Option<(Pick, String)> {
     let free = (0..sample.columns.len()).filter(|i| !used.columns.contains(i) && sample.varies(*i));
-    free.take(MOST).find_map(|column| {
+    let free: Vec<usize> = free.take(MOST).collect();
+    let pairs = gyros.iter().flat_map(|gyro| free.iter().map(move |column| (gyro, *column)));
+    pairs.into_iter().find_map(|(&(axis, gyro), column)| {
         let record = record(sample, gyro, column, time);
         let (_, reference) = unsaid::told(&record, Axis::Z, true, true, false)?;
         let r2 = unsaid::follows(&record, reference).filter(|r2| *r2 > FOLLOWS)?;

@@ -4,7 +4,7 @@ use gyro_model::{
     detail::{Channel, Input, detail},
     diagnosis::{
         AxisDiagnosis, AxisLadder, BudgetPoint, DataFault, ErrorPoint, FailsWhere, FaultKind, FloorFrom, LadderStep,
-        LimitedBy, NoiseValue, ParameterValue, Suspect, Verdict,
+        Limit, LimitedBy, NoiseValue, ParameterValue, Suspect, Verdict,
     },
     finding::{Finding, NamedEffect, Remark, Why},
 };
@@ -208,31 +208,34 @@ fn words(text: &str) -> String {
 
 #[test]
 fn what_headline_and_label_say_is_not_said_again() {
-    let text = |finding: Finding, limited: &str| {
+    let limit =
+        |what: &str, share: &str, remedy: &str| Limit { what: what.into(), share: share.into(), remedy: remedy.into() };
+    let text = |finding: Finding, limit: &Limit| {
         let mut diagnosis = diagnosis(finding.verdict());
         let axis = &mut diagnosis.axes[0];
         axis.find(finding);
         axis.remarks.push(Remark::AtRest);
-        axis.limited_says = limited.into();
+        (axis.limited_says, axis.limit) = (limit.says(), Some(limit.clone()));
         words(&render(&diagnosis, Format::Text, &context(Command::Diagnose)))
     };
     let delay = |aliases: &[&str]| NamedEffect {
         effect: "delay".into(),
         aliases: aliases.iter().map(|&alias| alias.into()).collect(),
     };
-    let limit = "noise of the reference, 0.025° a reading (99 % of the error² at 40 ms). Record a finer reference.";
-    let missing = text(Finding::Missing { effects: vec![delay(&[])], over_floor: None }, limit);
+    let noise =
+        limit("noise of the reference, 0.025° a reading", "99 % of the error² at 40 ms", "Record a finer reference.");
+    let missing = text(Finding::Missing { effects: vec![delay(&[])], over_floor: None }, &noise);
     assert!(missing.contains("Verdict: missing effect: delay. Axis z does not turn in this log:"), "{missing}");
     assert!(!missing.contains("look again") && missing.contains("the error's largest part: timing"), "{missing}");
     // What to do is to add the effect.
     assert!(missing.contains("(99 % of the error² at 40 ms).") && !missing.contains("Record a finer"), "{missing}");
-    let ambiguous = text(Finding::Ambiguous { effects: vec![delay(&["lag"])], over_floor: None, added: false }, limit);
+    let ambiguous = text(Finding::Ambiguous { effects: vec![delay(&["lag"])], over_floor: None, added: false }, &noise);
     assert_eq!(ambiguous.matches("cannot tell which").count(), 1, "{ambiguous}");
-    let unknown =
-        text(Finding::CannotTell(Why::NotExcited { travel: 0.05, uncertainty: 0.09 }), "stamps that scatter.");
+    let stamps = limit("stamps that scatter", "", "");
+    let unknown = text(Finding::CannotTell(Why::NotExcited { travel: 0.05, uncertainty: 0.09 }), &stamps);
     assert_eq!(unknown.matches("so its scale factor is not known to better than 9 %").count(), 1, "{unknown}");
     assert!(unknown.contains("Turn it to and fro through at least a quarter turn"), "{unknown}");
-    let hidden = text(Finding::CannotTell(Why::Hidden { known: 0.9 }), "stamps that scatter.");
+    let hidden = text(Finding::CannotTell(Why::Hidden { known: 0.9 }), &stamps);
     assert_eq!(hidden.to_lowercase().matches("stamps that scatter").count(), 1, "{hidden}");
 }
 
