@@ -110,9 +110,10 @@ pub(super) fn limit(axis: &AxisResult, voice: Voice) -> Option<LimitView> {
     };
     // What is missing is to be added first.
     let is_named = matches!(axis.verdict, Verdict::MissingEffect | Verdict::Ambiguous);
-    let (head, says) = match &axis.limit {
-        Some(limit) if is_named => ("the error's largest part".to_owned(), limit.named() + "."),
-        _ => (format!("what limits {}", voice.log()), axis.limited_says.clone()),
+    let head = if is_named { "the error's largest part".to_owned() } else { format!("what limits {}", voice.log()) };
+    let says = match &axis.limit {
+        Some(limit) if is_named => limit.named() + ".",
+        _ => axis.limited_says.clone(),
     };
     let besides = random.iter().filter(|found| found.cause != by).map(|found| sentence(&found.says));
     let says = std::iter::once(sentence(&says)).chain(besides).collect::<Vec<_>>().join(" ");
