@@ -1,27 +1,25 @@
 //! What time it is: the system's; in WebAssembly, which has no clock, the time that its page said last.
 
-use jiff::Timestamp;
-
 /// Now; `None` where nobody knows.
 #[cfg(not(target_family = "wasm"))]
 #[must_use]
-pub fn now() -> Option<Timestamp> {
-    Some(Timestamp::now())
+pub fn now() -> Option<jiff::Timestamp> {
+    Some(jiff::Timestamp::now())
 }
 
-#[cfg(target_family = "wasm")]
+#[cfg(any(target_family = "wasm", clippy))]
 mod said {
-    use super::Timestamp;
     use std::sync::atomic::{AtomicI64, Ordering};
 
     /// Milliseconds since 1970; 0 where nobody said.
     static SAID: AtomicI64 = AtomicI64::new(0);
 
     /// Now; `None` where nobody knows.
+    #[cfg(target_family = "wasm")]
     #[must_use]
-    pub fn now() -> Option<Timestamp> {
+    pub fn now() -> Option<jiff::Timestamp> {
         let said = SAID.load(Ordering::Relaxed);
-        Timestamp::from_millisecond(said).ok().filter(|_| said > 0)
+        jiff::Timestamp::from_millisecond(said).ok().filter(|_| said > 0)
     }
 
     /// Says what time it is, milliseconds since 1970.
@@ -31,4 +29,6 @@ mod said {
 }
 
 #[cfg(target_family = "wasm")]
-pub use said::{now, set};
+pub use said::now;
+#[cfg(any(target_family = "wasm", clippy))]
+pub use said::set;

@@ -1,13 +1,14 @@
 //! Where files are: the file system; in WebAssembly, which has none, the names and bytes that its page gave.
 
-#[cfg(target_family = "wasm")]
+#[cfg(any(target_family = "wasm", clippy))]
+#[cfg_attr(not(target_family = "wasm"), allow(dead_code))] // the page is checked where it is not built
 mod memory;
 #[cfg(not(target_family = "wasm"))]
 mod system;
 
 #[cfg(target_family = "wasm")]
 use memory as place;
-#[cfg(target_family = "wasm")]
+#[cfg(any(target_family = "wasm", clippy))]
 pub use memory::{put, take};
 #[cfg(not(target_family = "wasm"))]
 use system as place;

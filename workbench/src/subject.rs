@@ -8,8 +8,9 @@ use crate::{
 use anyhow::{Context, Result, anyhow, bail};
 use gyro_model::{
     Axis, Model, Record, Row, diagnose,
-    diagnosis::{AxisDiagnosis, DataFault, Diagnosis, Ladder, Verdict},
+    diagnosis::{AxisDiagnosis, AxisResult, DataFault, Diagnosis, Ladder, Verdict},
     effects::Effect,
+    fault::FaultKind,
     finding::{Finding, Remark, Why},
     fit, units,
 };
@@ -230,9 +231,7 @@ impl Subject {
             all.extend(found);
         }
         all.sort_by_key(|own| own.axis);
-        for axis in all.iter_mut().filter(|axis| self.overruled.contains(&axis.axis)) {
-            axis.find(Finding::CannotTell(Why::Dependent));
-        }
+        self.overrule(&mut all);
         let ladder =
             Ladder { schema: "truerate.ladder/1".to_owned(), log: self.name.clone(), axes: all, several: None };
         Ok((self.fitted(model, start.file.own_effects.clone()), ladder))
@@ -243,15 +242,19 @@ impl Subject {
         self.axes.iter().partition(|axis| !self.overruled.contains(axis))
     }
 
+    /// Takes from the axes whose reference is none what was found by it: effects, and a gear between the two.
+    fn overrule(&self, axes: &mut [AxisResult]) {
+        for axis in axes.iter_mut().filter(|axis| self.overruled.contains(&axis.axis)) {
+            axis.find(Finding::CannotTell(Why::Dependent));
+            axis.suspects.clear();
+            axis.data_faults.retain(|fault| fault.kind != FaultKind::WrongRatio);
+        }
+    }
+
     /// The result for this log.
     #[must_use]
     pub fn diagnosis(&self, mut axes: Vec<AxisDiagnosis>) -> Diagnosis {
-        for axis in &mut axes {
-            if self.overruled.contains(&axis.axis) {
-                axis.find(Finding::CannotTell(Why::Dependent));
-                axis.suspects.clear();
-            }
-        }
+        self.overrule(&mut axes);
         Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: self.name.clone(), axes, several: None }
     }
 

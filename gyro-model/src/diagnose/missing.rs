@@ -22,7 +22,7 @@ use crate::{
     diagnosis::{AxisDiagnosis, ErrorPoint, Suspect, Verdict},
     effects::split_by,
     evidence::study::{Bench, Study},
-    finding::{Finding, NamedEffect, Remark},
+    finding::{Excess, Finding, NamedEffect, Remark},
     fit::{
         FitError,
         judged::{self, Judged, finite},
@@ -93,6 +93,9 @@ pub fn diagnose(
                 Observed { fault, unfinished, with_named: found.with_named(&budget, after), ..found.observed.clone() };
             let is_noise = leaves_noise(&observed);
             let finding = incumbent.decided(&observed.clone().divided(&budget, &found.judged), k);
+            // What another zero explains is no suspect's.
+            let is_zero = matches!(finding, Finding::Unexplained(Excess::OtherZero { .. }));
+            let listed = if is_zero { Vec::new() } else { listed };
             let mut remarks = Vec::new();
             if finding.names() && found.set.is_empty() {
                 remarks.extend(observed.unexcited.clone().map(Remark::Unexcited));

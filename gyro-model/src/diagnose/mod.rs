@@ -40,7 +40,6 @@ use crate::{
         problem::HeldRate,
         study::{Bench, Study},
     },
-    fault::FaultKind,
     faults::{ratio, regress},
     finding::{Finding, Remark},
     fit::{
@@ -275,9 +274,7 @@ fn wrong_ratio(
     remarks: &mut Vec<Remark>,
     faults: &mut Vec<DataFault>,
 ) {
-    // A reference that is made of the gyro is behind no gear.
-    let is_made = |fault: &DataFault| fault.kind == FaultKind::DependentReference && fault.concerns(axis);
-    if matches!(finding, Finding::BadData { .. }) || faults.iter().any(is_made) {
+    if matches!(finding, Finding::BadData { .. }) {
         return;
     }
     if let Some(fault) = ratio::fault(record, axis, models) {

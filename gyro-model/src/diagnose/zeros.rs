@@ -26,8 +26,8 @@ const EITHER: f64 = 0.1;
 const STARTS: usize = 4;
 /// J with another zero, over J with the suspect, from which on the suspect is not named.
 const LEAVES: f64 = 0.8;
-/// Share of J − 1 that another zero for a while may leave, 1: with two instants to choose from, it fits a part of nearly every slow error.
-const LEFT: f64 = 0.1;
+/// Share of J − 1 that another zero for a while may leave, 1: its two instants are free, so it removes a part of nearly every slow error.
+const REMAINS: f64 = 0.1;
 
 impl Incumbent<'_> {
     /// Another zero while an axis moves. `None` if the log has no rests or no motion, has an accelerometer (g-squared-sensitivity then
@@ -53,8 +53,8 @@ impl Incumbent<'_> {
     /// Another zero for a while, as the explanation of an error; `None` as above.
     fn zero_for_a_while(&self, series: usize) -> Option<OtherZero> {
         let found = self.zero_by(&ZERO_FOR_A_WHILE, series)?;
-        let left = (found.excess - 1.0) / (self.excess(series) - 1.0);
-        (left < LEFT).then_some(found)
+        let remains = (found.excess - 1.0) / (self.excess(series) - 1.0);
+        (remains < REMAINS).then_some(found)
     }
 
     fn zero_by(&self, explanation: &'static dyn Effect, series: usize) -> Option<OtherZero> {

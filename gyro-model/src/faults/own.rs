@@ -52,13 +52,14 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
         if reference.values.windows(2).all(|pair| pair[0] == pair[1]) {
             continue;
         }
+        let is_angle = matches!(channel, Channel::Angle(_));
         let how = if is_own(channel, &gyro, &reference) {
             format!("what they do not explain of it is less than {OWN} of their noise")
-        } else if matches!(channel, Channel::Angle(_)) && follows_the_walk(&gyro, &reference) {
+        } else if is_angle && follows_the_walk(&gyro, &reference) {
             "it follows the random walk that the gyro's noise adds up to".to_owned()
-        } else if let Some(time) = pulled(&gyro, &reference).filter(|_| matches!(channel, Channel::Angle(_))) {
+        } else if let Some(time) = is_angle.then(|| pulled(&gyro, &reference)).flatten() {
             format!(
-                "it goes along with their integral at once and is pulled to something else within {}, as the yaw of a filter is",
+                "it is their integral, pulled to another heading (time constant {}), as the yaw of a filter is",
                 units::time(time)
             )
         } else {

@@ -71,7 +71,7 @@ pub(super) fn sentence(remark: &Remark, subject: &Subject, voice: Voice) -> Opti
         // The headline says it, where the effect is named.
         Remark::EitherSensor { .. } => return None,
         Remark::CoarseTemperature { step, error } => format!(
-            "The temperature is logged in steps of {} °C, within which the zero changes by {} (RMS): log it in finer steps.",
+            "The temperature is logged in steps of {} °C, and within one the zero changes by {} °/s (RMS): log it in finer steps.",
             units::number(*step),
             units::rate(Some(*error))
         ),

@@ -122,6 +122,7 @@ fn remarks_stand_behind_the_finding_each_a_sentence() {
         Remark::OtherAxis { axis: Axis::Y, effect: "delay".into() },
         Remark::NotSeen { effects: vec!["lag".into(), "delay".into()] },
         Remark::JudgedWithout { axes: vec![Axis::Z] },
+        Remark::CoarseTemperature { step: 1.0, error: 1.5e-4 },
         Remark::OwnLog,
         Remark::Moved { parameter: "delay.d".into(), errors: 7.4 },
     ];

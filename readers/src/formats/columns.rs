@@ -9,7 +9,7 @@
 //!
 //! It is taken into memory whole.
 
-use super::delimited::Text;
+use super::delimited;
 use crate::{
     format::{AsText, Converted, Format, Note, Sink, Unreadable},
     json::write_text,
@@ -43,10 +43,7 @@ impl Format for Columns {
     }
 
     fn read(&self, bytes: &mut dyn Read, sink: &mut dyn Sink) -> Result<(), Unreadable> {
-        let mut table = converted(bytes)?;
-        Text.read(&mut table.text, sink)?;
-        table.notes.into_iter().for_each(|note| sink.note(note));
-        Ok(())
+        delimited::read(converted(bytes)?, sink)
     }
 
     fn as_text(&self) -> Option<AsText> {

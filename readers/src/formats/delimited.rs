@@ -1,12 +1,19 @@
 //! Delimited text as one topic without a name.
 
 use crate::{
-    format::{Field, Format, Note, Sink, Topic, Unreadable},
+    format::{Converted, Field, Format, Note, Sink, Topic, Unreadable},
     meaning::{self, Pick},
     text::{self, Form, HeadError, Table, TextRow, TimeField},
     unit,
 };
 use std::io::Read;
+
+/// Reads a table that was stored in another way.
+pub(super) fn read(mut table: Converted, sink: &mut dyn Sink) -> Result<(), Unreadable> {
+    Text.read(&mut table.text, sink)?;
+    table.notes.into_iter().for_each(|note| sink.note(note));
+    Ok(())
+}
 
 /// Delimited text.
 pub struct Text;

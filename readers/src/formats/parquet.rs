@@ -2,7 +2,7 @@
 //!
 //! What tells where its columns are stands at its end: it is taken into memory whole.
 
-use super::delimited::Text;
+use super::delimited;
 use crate::format::{AsText, Converted, Format, Note, Sink, Unreadable};
 use parquet_rows::{ENCRYPTED, MAGIC, Rows, Unusable};
 use std::io::Read;
@@ -23,10 +23,7 @@ impl Format for Parquet {
     }
 
     fn read(&self, bytes: &mut dyn Read, sink: &mut dyn Sink) -> Result<(), Unreadable> {
-        let mut table = converted(bytes)?;
-        Text.read(&mut table.text, sink)?;
-        table.notes.into_iter().for_each(|note| sink.note(note));
-        Ok(())
+        delimited::read(converted(bytes)?, sink)
     }
 
     fn as_text(&self) -> Option<AsText> {

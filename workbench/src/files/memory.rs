@@ -34,6 +34,7 @@ pub fn put(path: &Path, bytes: Vec<u8>) {
 }
 
 /// Takes a file away; `None` where there is none of this name.
+#[must_use]
 pub fn take(path: &Path) -> Option<Arc<[u8]>> {
     files().as_mut()?.remove(path)
 }
