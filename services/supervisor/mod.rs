@@ -311,8 +311,8 @@ impl Pipeline {
         // What standard input gave cannot be read again: the end of its reader would be the run's.
         let replaceable = service != ServiceId::Acquisition || !self.run.settings.source.comes_once();
         let health = self.board.of(service);
-        if let Some(silent) = self.watchdog.hangs(service, pid, health, process.started_ns(), replaceable) {
-            tracing::warn!("{} is silent for {:.1} s; it is ended", service.name(), silent as f64 * 1e-9);
+        if let Some((silent, doing)) = self.watchdog.hangs(service, pid, health, process.started_ns(), replaceable) {
+            tracing::warn!("{} is silent for {:.1} s and {doing}; it is ended", service.name(), silent as f64 * 1e-9);
             process.kill();
         }
     }

@@ -28,8 +28,8 @@ impl Watchdog {
         self.looked_ns = now;
     }
 
-    /// How long this process has been silent, ns, where that is too long. `health` is its last word, it was begun at
-    /// `started_ns`; one that is not `replaceable` is given the most time.
+    /// How long this process has been silent, ns, and what it does, where that is too long. `health` is its last word, it was
+    /// begun at `started_ns`; one that is not `replaceable` is given the most time.
     pub fn hangs(
         &mut self,
         service: ServiceId,
@@ -37,7 +37,7 @@ impl Watchdog {
         health: Option<&Health>,
         started_ns: u64,
         replaceable: bool,
-    ) -> Option<u64> {
+    ) -> Option<(u64, &'static str)> {
         let health = health.filter(|health| health.pid == pid);
         let beat = health.map_or(0, |health| health.beat_ns);
         if self.before.get(&service).is_none_or(|(of, _)| *of != beat)
@@ -53,11 +53,12 @@ impl Watchdog {
         }
         let at_work = health.is_some_and(|health| health.state != State::Starting as u32);
         let fair = replaceable && now > self.late_ns + SILENCE_NS;
-        let patience = match (self.before.get(&service), Vitals::of(pid)) {
+        let seen = Vitals::of(pid);
+        let patience = match (self.before.get(&service), &seen) {
             // No start is so slow that it is stopped.
             (Some((_, before)), Some(now)) if fair && (at_work || now.is_stopped()) => now.patience_ns(before, silent),
             _ => LONGEST_NS,
         };
-        (silent > patience).then_some(silent)
+        (silent > patience).then(|| (silent, seen.map_or("gone", |seen| seen.doing())))
     }
 }

@@ -339,7 +339,7 @@ fn a_process_that_hangs_is_ended_long_before_a_slow_one() {
         .lines()
         .filter_map(|line| line.split_once(" is silent for ")?.1.split(' ').next()?.parse().ok())
         .collect();
-    assert!(silences.len() == 3 && silences.iter().all(|&s| s < 6.0), "{silences:?}");
+    assert!(silences.len() == 3 && silences.iter().all(|&s| s < 6.0), "{}", ended.error);
     assert!(place.left("hung").is_empty(), "{:?}", place.left("hung"));
 }
 

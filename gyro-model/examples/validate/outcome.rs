@@ -5,6 +5,7 @@ use gyro_model::{
     diagnose::{Options, ladder},
     diagnosis::{AxisLadder, Verdict},
     fit::FitError,
+    record::ReferenceKind,
     words::Voice,
 };
 
@@ -27,7 +28,10 @@ pub struct Outcome {
 impl Outcome {
     /// Climbs from `start`, whose effects are nothing new.
     pub fn climb(record: &Record, start: &Model, axis: Axis, detail: bool) -> Result<Self, FitError> {
-        let (_, ladders) = ladder(record, start, &[axis], &Options::default())?;
+        // An orientation shows all axes at once, and what is wrong with it spoils each of them.
+        let all = record.reference(axis) == Some(ReferenceKind::Quaternion);
+        let asked: Vec<Axis> = if all { record.fitted_axes() } else { vec![axis] };
+        let (_, ladders) = ladder(record, start, &asked, &Options::default())?;
         let ladder = ladders.into_iter().find(|l| l.axis == axis).ok_or(FitError::NoReferenceOn(axis))?;
         let known = start.axes[axis.index()].as_ref().map(gyro_model::AxisModel::effect_ids).unwrap_or_default();
         let new = ladder.effects.iter().filter(|id| !known.contains(&id.as_str()));
