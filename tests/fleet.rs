@@ -239,7 +239,11 @@ fn a_new_part_starts_from_its_type_and_one_that_is_not_of_it_is_noticed_and_not_
 
 /// What a fleet that is simulated by this plan comes to. `labels` says the type, the part and what else is said of a log.
 fn simulated(plan: &str, labels: &dyn Fn(&str, &str, &str) -> Vec<String>) -> Value {
-    let bench = Bench::new();
+    simulated_at(&Bench::new(), plan, labels)
+}
+
+/// The same in a place where the merged evidence stays, as `fleet`.
+fn simulated_at(bench: &Bench, plan: &str, labels: &dyn Fn(&str, &str, &str) -> Vec<String>) -> Value {
     bench.file("plan.toml", plan);
     bench.ok(&["simulate", "--fleet", "plan.toml", "-o", "logs"]);
     let mut files: Vec<String> = Vec::new();
@@ -282,24 +286,63 @@ fn named(fleet: &Value) -> Vec<String> {
 #[test]
 #[ignore = "a thousand logs: tests/nightly"]
 fn of_a_thousand_logs_without_an_effect_hardly_a_fleet_names_anything() {
-    let mut alarms = Vec::new();
+    let (mut alarms, mut benches) = (Vec::new(), Vec::new());
     for seed in 0..20 {
+        let bench = Bench::new();
         let (parts, logs) = [(50, 1), (25, 2), (10, 5)][seed % 3];
         let plan = format!(
             "seed = {}\nseconds = 30.0\n[type.N]\nparts = {parts}\nlogs = {logs}\nscale = {{ mean = 1.0, parts = 0.001 }}\n\
              bias = {{ mean = 0.0, parts = 0.01, logs = 0.002 }}\n",
             1000 + seed
         );
-        let fleet = simulated(&plan, &|kind, part, _| {
+        let fleet = simulated_at(&bench, &plan, &|kind, part, _| {
             let odd = part.parse::<u32>().unwrap() % 2;
-            words(&["--type", kind, "--part", part, "--meta", &format!("driver={odd}")])
+            words(&["--type", kind, "--part", &format!("{seed}-{part}"), "--meta", &format!("driver={odd}")])
         });
         let found = named(&fleet);
         eprintln!("fleet {seed}, {parts} parts of {logs}: {found:?}");
         alarms.extend(found.first().map(|_| seed));
+        benches.push(bench);
     }
+    // All of them as one type: what each log has too much by a little would add up.
+    let all = Bench::new();
+    let files: Vec<String> = benches.iter().map(|bench| bench.path("fleet").display().to_string()).collect();
+    let words: Vec<&str> =
+        std::iter::once("merge").chain(files.iter().map(String::as_str)).chain(["-o", "fleet"]).collect();
+    all.ok(&words);
+    let fleet = json(&all.ok(&["fleet", "fleet", "--format", "json"]));
+    let of_type: Vec<&Value> =
+        fleet["types"].as_array().unwrap().iter().filter(|own| own["effect"] != "scale-factor").collect();
+    eprintln!("as one type: {:?}", named(&fleet));
+    assert!(of_type.is_empty(), "{of_type:?}");
     // Outliers are named at a false discovery rate of 5 %: of 20 fleets one is expected to have one.
     assert!(alarms.len() <= 2, "fleets {alarms:?} of 20 name something");
+}
+
+#[test]
+#[ignore = "a hundred logs of three axes: tests/nightly"]
+fn a_turned_mount_is_told_from_a_chip_that_is_not_square() {
+    let (mut right, mut asked) = (0, 0);
+    for seed in 0..10 {
+        for (what, of) in
+            [("mount = { mean = 0.013, parts = 0.003 }", "mount"), ("cross = { mean = 0.004, parts = 0.001 }", "chip")]
+        {
+            let plan = format!(
+                "seed = {}\nseconds = 30.0\nreference = \"orientation\"\nreference_noise = 3e-4\n[type.M]\nparts = 5\n{what}\n",
+                700 + seed
+            );
+            let fleet = simulated(&plan, &as_planned);
+            for own in fleet["misaligned"].as_array().unwrap() {
+                asked += 1;
+                right += usize::from(own["of"] == of);
+                eprintln!(
+                    "{of}, axes {}: {} (turned {}, alike {})",
+                    own["axes"], own["of"], own["turned"], own["alike"]
+                );
+            }
+        }
+    }
+    assert!(asked >= 50 && 20 * right >= 19 * asked, "{right} of {asked}");
 }
 
 #[test]

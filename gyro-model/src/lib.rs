@@ -125,7 +125,7 @@ pub mod nls;
 mod observer;
 mod order;
 pub mod paper;
-mod parallel;
+pub mod parallel;
 pub mod pooled;
 mod process_noise;
 pub mod record;

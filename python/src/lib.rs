@@ -19,11 +19,12 @@ use pyo3::{create_exception, exceptions::PyValueError, prelude::*, types::PyByte
 use std::path::{Path, PathBuf};
 use watched::watched;
 use workbench::{
+    change::Direction,
     estimates, export,
     log::{self, Options},
     model_file::{self, ModelFile},
     prior::{self, Prior},
-    report::{self, Command, Format, Terminal},
+    report::{self, Change, Command, Format, Terminal},
     subject::{Start, Subject, Taken},
 };
 
@@ -281,6 +282,20 @@ impl Log {
         })
     }
 
+    /// A model with these effects more, and the one without.
+    #[pyo3(signature = (effects, model=None))]
+    #[expect(clippy::needless_pass_by_value, reason = "Python hands over a list")]
+    fn add(&self, py: Python<'_>, effects: Vec<String>, model: Option<Model>) -> PyResult<Answer> {
+        self.changed(py, &effects, model, Direction::Add)
+    }
+
+    /// A model without these effects, and the one with them.
+    #[pyo3(signature = (effects, model=None))]
+    #[expect(clippy::needless_pass_by_value, reason = "Python hands over a list")]
+    fn remove(&self, py: Python<'_>, effects: Vec<String>, model: Option<Model>) -> PyResult<Answer> {
+        self.changed(py, &effects, model, Direction::Remove)
+    }
+
     #[pyo3(signature = (model=None))]
     fn compare(&self, py: Python<'_>, model: Option<Model>) -> PyResult<Answer> {
         watched(py, None, |options| {
@@ -336,6 +351,34 @@ impl Log {
 }
 
 impl Log {
+    /// A model with effects added or removed, beside the one without: both fitted to the log, as the program does.
+    fn changed(
+        &self,
+        py: Python<'_>,
+        effects: &[String],
+        model: Option<Model>,
+        direction: Direction,
+    ) -> PyResult<Answer> {
+        watched(py, None, |options| {
+            let subject = &self.subject;
+            let is_given = model.is_some();
+            let start = self.start(model)?;
+            let before = if is_given { subject.fit(&start.file.model)? } else { start.file.model.clone() };
+            let mut after = subject.changed(&start.file, &before, effects, direction)?;
+            after.epoch = start.file.model.epoch + 1;
+            let options = diagnose::Options { own_log: true, faults: &subject.faults, ..*options };
+            let judged = |model| subject.compare(model, &subject.axes, &options);
+            let (old, new) = (judged(&before)?, judged(&after)?);
+            let (command, added, removed) = match direction {
+                Direction::Add => (Command::Add, effects, &[][..]),
+                Direction::Remove => (Command::Remove, &[][..], effects),
+            };
+            let change = Change { added, removed, before: &old, after: &new };
+            let file = subject.fitted(after, start.file.own_effects);
+            Ok(self.answer(command, Some(file), |format, context| report::render_change(&change, format, context)))
+        })
+    }
+
     fn start(&self, model: Option<Model>) -> Result<Start> {
         let Some(Model { file }) = model else { return self.subject.load(None) };
         file.check_channels(&self.subject.record, &self.subject.axes)?;

@@ -8,6 +8,7 @@ import json
 import os
 import tempfile
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -30,6 +31,10 @@ def _columns(source: Any) -> dict[str, np.ndarray] | None:
         pairs = ((name, source.column(name).to_numpy()) for name in source.column_names)
     elif hasattr(source, "columns") and hasattr(source, "__getitem__"):  # pandas, polars
         pairs = ((name, source[name].to_numpy()) for name in source.columns)
+    elif hasattr(source, "__arrow_c_stream__"):  # anything else that speaks Arrow
+        import pyarrow
+
+        return _columns(pyarrow.table(source))
     else:
         return None
     columns = {str(name): np.asarray(values) for name, values in pairs}
@@ -118,7 +123,7 @@ def read(
     source: Any,
     *,
     map: Mapping[str, str] | Iterable[str] | None = None,  # the flag's name
-    reference: _PathLike | None = None,
+    reference: Any = None,
     columns: _PathLike | None = None,
     dbc: _PathLike | None = None,
     axis: str | None = None,
@@ -131,11 +136,11 @@ def read(
     ----------
     source
         A path (CSV or other text, Parquet, ULog, MCAP, …; packed or not), the bytes of such a file, a pandas, polars or
-        pyarrow table, a DuckDB result, or a mapping of names to arrays of one length.
+        pyarrow table, a DuckDB result, anything with Arrow's C stream, or a mapping of names to arrays of one length.
     map
         Channels under the names of the format: ``{"gyro_z_dps": "0.1*raw_z+2"}`` or ``["gyro_z=imu.gz"]``.
     reference
-        A second file that the reference is taken from; it is joined in time.
+        A second log that the reference is taken from, of any of these kinds; it is joined in time.
     columns
         A TOML file that renames foreign headers.
     dbc
@@ -166,14 +171,16 @@ def read(
     reading = {
         "map": _maps(map),
         "columns": None if columns is None else Path(columns),
-        "reference": None if reference is None else Path(reference),
         "dbc": None if dbc is None else Path(dbc),
     }
-    with _Source(source) as file:
+    with _Source(source) as file, nullcontext() if reference is None else _Source(reference) as second:
+        reading["reference"] = None if second is None else second.path
         try:
             inner = _truerate.Log(file.path, file.name, reading, axis, at_rest, reference_is_dependent)
         except Error as error:
-            raise _said(error, file) from None
+            for named in (file, second):
+                error = error if named is None else _said(error, named)
+            raise error from None
     return Log(inner)
 
 
@@ -223,6 +230,25 @@ class Log:
         """
         return Result(self._inner.fit(_inner(model), _type(prior, model)))
 
+    def add(self, effects: str | Iterable[str], model: Model | None = None) -> Result:
+        """Adds effects to ``model`` (the base model without one) on every axis, and fits both to the log.
+
+        The result is that of the new model, ``.model``; ``before`` are the axes without the effects, ``added`` their ids.
+
+        >>> import truerate
+        >>> log, _ = truerate.simulate(hide="delay:d=0.012", seconds=60)
+        >>> late = log.add("delay")
+        >>> late.added, late.before[0].verdict, late.verdict
+        (['delay'], 'unexplained', 'adequate')
+        >>> late.before[0].error_over_floor > 10 * late.error_over_floor
+        True
+        """
+        return Result(self._inner.add(_listed(effects), _inner(model)))
+
+    def remove(self, effects: str | Iterable[str], model: Model) -> Result:
+        """The same of a model without these effects; ``removed`` are their ids."""
+        return Result(self._inner.remove(_listed(effects), _inner(model)))
+
     def compare(self, model: Model | None = None) -> Result:
         """Compares ``model`` with the log. Without a model, the base model (scale factor and bias) is fitted first."""
         return Result(self._inner.compare(_inner(model)))
@@ -265,6 +291,10 @@ class Log:
         return f"<truerate.Log {self.name!r}: {', '.join(self._inner.about[:2])}, axes {' '.join(self.axes)}>"
 
 
+def _listed(effects: str | Iterable[str]) -> list[str]:
+    return [effects] if isinstance(effects, str) else list(effects)
+
+
 def _inner(model: Model | None) -> _truerate.Model | None:
     if model is None or isinstance(model, Model):
         return None if model is None else model._inner
@@ -298,7 +328,8 @@ class Axis(SimpleNamespace):
 
 class Result:
     """What was found on a log. Attributes of a single axis (``verdict``, ``suspects``, …) stand here, too. Of several logs there are
-    ``logs`` (names), ``each`` (log by log) and ``repeats`` (effect by effect: whose it is)."""
+    ``logs`` (names), ``each`` (log by log) and ``repeats`` (effect by effect: whose it is). The parameters are a table: pandas, polars,
+    pyarrow and DuckDB take a result as it is (``pyarrow.table(result)``), through Arrow's C stream; that needs pyarrow."""
 
     def __init__(self, answer: _truerate.Answer) -> None:
         self._answer = answer
@@ -309,7 +340,7 @@ class Result:
 
     def __getattr__(self, name: str) -> Any:
         axes, whole = self.__dict__.get("axes", {}), self.__dict__.get("_json", {})
-        if name in ("logs", "each", "repeats") and name in whole:
+        if name in ("logs", "each", "repeats", "added", "removed", "before") and name in whole:
             return _object(whole[name])
         values = {letter: getattr(axis, name) for letter, axis in axes.items() if hasattr(axis, name)}
         if not values:
@@ -346,6 +377,9 @@ class Result:
 
         return polars.DataFrame(self._rows())
 
+    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
+        return _stream(self._rows(), requested_schema)
+
     def _rows(self) -> list[dict]:
         return [{"axis": axis["axis"], **own} for axis in self._json["axes"] for own in axis["parameters"]]
 
@@ -361,6 +395,13 @@ class Result:
 
     def _repr_html_(self) -> str:
         return _framed(self.to_html())
+
+
+def _stream(rows: list[dict], requested_schema: Any) -> Any:
+    """The rows through Arrow's C stream."""
+    import pyarrow
+
+    return pyarrow.Table.from_pylist(rows).__arrow_c_stream__(requested_schema)
 
 
 def _framed(page: str) -> str:

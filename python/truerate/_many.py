@@ -10,7 +10,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from . import _truerate
-from ._logs import Log, Model, Result, _framed, _inner, _object, _PathLike, read
+from ._logs import Log, Model, Result, _framed, _inner, _object, _PathLike, _stream, read
 
 
 def _log(source: Any, reading: Mapping[str, Any]) -> Log:
@@ -130,6 +130,9 @@ class Evidence:
 
         return polars.DataFrame(self._rows())
 
+    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
+        return _stream(self._rows(), requested_schema)
+
     def _rows(self) -> list[dict]:
         def row(log: dict) -> dict:
             own = {name: log[name] for name in ("log", "part", "type", "day", "seconds", "samples")}
@@ -237,6 +240,10 @@ class Fleet:
     parts
         Parameter by parameter of each part, outliers first: ``part``, ``effect``, ``value``, ``std_error``, ``outlier``, ``changed`` (``day``,
         ``days``, ``by``).
+    labels, faults
+        What goes by a label of the logs (driver, lot, mount); faults of the data that are a type's or a part's.
+    misaligned
+        Pairs of axes that feel each other's rate: ``turned`` is the mount's (rad), ``alike`` the chip's (a share).
     ambiguous, left_out
         Effects that the logs together cannot tell apart; logs that do not count, and why.
     """
@@ -251,6 +258,9 @@ class Fleet:
         self._json = json.loads(self._answer.json)
         self.types: list[SimpleNamespace] = _object(self._json["types"])
         self.parts: list[SimpleNamespace] = _object(self._json["parts"])
+        self.labels: list[SimpleNamespace] = _object(self._json["labels"])
+        self.faults: list[SimpleNamespace] = _object(self._json["faults"])
+        self.misaligned: list[SimpleNamespace] = _object(self._json["misaligned"])
         self.ambiguous: list[SimpleNamespace] = _object(self._json["ambiguous"])
         self.left_out: list[SimpleNamespace] = _object(self._json["left_out"])
 

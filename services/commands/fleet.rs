@@ -4,7 +4,6 @@ use crate::{arguments::ReportArgs, commands::subject::writable, progress::Progre
 use anyhow::Result;
 use std::{path::PathBuf, process::ExitCode};
 use workbench::{
-    evidence::Evidence,
     fleet::{self, Fleet},
     output,
     report::Terminal,
@@ -45,10 +44,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     if let Some(path) = &args.export {
         writable(path, &[&args.file])?;
     }
-    let evidence = Evidence::read(&args.file)?;
     let fleet = {
         let _spinner = Progress::spinner("adding up");
-        Fleet::of(&evidence)
+        Fleet::read(&args.file)?
     };
     if let Some(path) = &args.export {
         output::write(path, fleet::type_file::render(&fleet).as_bytes())?;

@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
     process::ExitCode,
 };
-use workbench::{evidence::Evidence, output};
+use workbench::evidence::merge;
 
 /// What `truerate merge` takes.
 #[derive(clap::Args, Debug, Clone)]
@@ -35,15 +35,15 @@ pub struct Args {
 /// A file that is refused, two that say different things of one log, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
     writable(&args.output, &[])?;
-    let all = args.files.iter().map(|path| Evidence::read(path)).collect::<Result<Vec<_>>>()?;
-    let (merged, twice) = Evidence::merge(all)?;
-    let text = merged.render()?;
-    output::write(&args.output, text.as_bytes())?;
+    let merged = merge(&args.files, &args.output)?;
     if args.output != Path::new("-") {
-        let again = if twice > 0 { format!("; {twice} came more than once and count once") } else { String::new() };
-        let word = if merged.logs.len() == 1 { "log" } else { "logs" };
-        let kb = text.len().div_ceil(1000);
-        print(&format!("{}: {} {word}, {kb} kB{again}\n", args.output.display(), merged.logs.len()))?;
+        let again = match merged.twice {
+            0 => String::new(),
+            twice => format!("; {twice} came more than once and count once"),
+        };
+        let word = if merged.logs == 1 { "log" } else { "logs" };
+        let kb = merged.bytes.div_ceil(1000);
+        print(&format!("{}: {} {word}, {kb} kB{again}\n", args.output.display(), merged.logs))?;
     }
     Ok(ExitCode::SUCCESS)
 }

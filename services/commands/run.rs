@@ -13,6 +13,7 @@ use std::{
     path::{Path, PathBuf},
     process::ExitCode,
 };
+use workbench::prior::Prior;
 
 /// What `truerate run` takes.
 #[derive(clap::Args, Debug, Clone)]
@@ -28,6 +29,8 @@ Examples:
       a simulated vehicle with two effects that the model lacks
   truerate run --source log.csv.gz --speed max
       a log through the processes, as fast as possible, without loss
+  truerate run --source serial:/dev/ttyUSB0 --prior type.toml
+      a new part of a known type
   truerate run --source serial:/dev/ttyUSB0 --out shm
       a sensor on a serial line, the rate in shared memory
   truerate run --source log.csv.gz --speed max --model m.toml --freeze --record out.csv
@@ -51,6 +54,10 @@ pub struct Args {
     /// The model to start from; without it the base model, learned during the run
     #[arg(long, value_name = "M")]
     pub model: Option<PathBuf>,
+    /// Start from a type, as `truerate fleet F --export` writes it (FILE:TYPE where it holds several): a new part then needs
+    /// seconds; a part that is not of the type is noticed, and not pulled to it
+    #[arg(long, value_name = "type.toml", conflicts_with_all = ["model", "freeze"])]
+    pub prior: Option<PathBuf>,
     /// No learning: the model stays as it is
     #[arg(long)]
     pub freeze: bool,
@@ -142,6 +149,9 @@ fn settings(args: &Args) -> anyhow::Result<Settings> {
     if let Some(model) = &args.model {
         settings.model = Some(model.clone());
     }
+    if let Some(prior) = &args.prior {
+        settings.prior = Some(prior.clone());
+    }
     if let Some(record) = &args.record {
         settings.record = Some(record.clone());
     }
@@ -169,6 +179,9 @@ fn settings(args: &Args) -> anyhow::Result<Settings> {
     }
     settings.make_absolute(Path::new("."))?;
     settings.check()?;
+    if let Some(path) = &settings.prior {
+        Prior::load(path)?;
+    }
     if settings.freeze && settings.model.is_none() {
         bail!("--freeze keeps the model as it is, and there is none: give one with --model");
     }

@@ -190,9 +190,7 @@ fn run_fleet(plan: &Path, folder: &Path) -> Result<ExitCode> {
     let mut list = String::from("log,type,part,day\n");
     for (k, own) in logs.iter().enumerate() {
         progress.at(k as u64);
-        let (record, _) =
-            SetUp::default().simulate(&own.scenario, own.scenario.rows().map_err(|wrong| anyhow!(wrong))?, |_| ());
-        log::write_record(&folder.join(&own.file), &record, own.start_ns())?;
+        log::write_record(&folder.join(&own.file), &own.simulate()?, own.start_ns())?;
         let _ = writeln!(list, "{},{},{},{}", own.file, own.kind, own.part, own.day);
     }
     output::write(&folder.join("logs.csv"), list.as_bytes())?;

@@ -11,6 +11,7 @@ use std::path::Path;
 use workbench::{
     model_file::{self, ModelFile, Provenance, refuse_unseen, render},
     output::For,
+    prior::Prior,
 };
 
 /// The next model, before its file is written.
@@ -46,6 +47,13 @@ pub struct Current {
     pub samples: u64,
 }
 
+/// A part of the type that was told before anything was read of it; no model without one.
+fn of_type(settings: &Settings) -> anyhow::Result<Model> {
+    let Some(path) = &settings.prior else { return Ok(Model::default()) };
+    let prior = Prior::load(path).map_err(Hopeless::from_error)?;
+    Ok(Model { epoch: 1, ..prior.model() })
+}
+
 impl Current {
     /// The last model of this run, or the one that it was told to start from, or none: readings pass as they are.
     ///
@@ -55,7 +63,7 @@ impl Current {
         let free_names = folder.source()?.free_names;
         let told = match &settings.model {
             Some(path) => model_file::load(path, &free_names).map_err(Hopeless::from_error)?,
-            None => ModelFile::default(),
+            None => ModelFile { model: of_type(settings)?, ..ModelFile::default() },
         };
         let of_this_run = |path: &Path| -> anyhow::Result<Option<ModelFile>> {
             path.exists().then(|| model_file::load(path, &free_names)).transpose()

@@ -6,9 +6,14 @@ use gyro_model::{
     diagnosis::AxisDiagnosis,
     fit::FitError,
     learning::{self, Trial, contradicts, judged, refitted},
+    pooled::{Key, prior::settled},
     thin::thinned,
 };
-use std::time::{Duration, Instant};
+use std::{
+    collections::BTreeSet,
+    time::{Duration, Instant},
+};
+use workbench::prior::Prior;
 
 /// Rows of one solution at least and at most while the stream runs; longer stretches are thinned.
 pub const ROWS: (usize, usize) = (1_500, 30_000);
@@ -71,13 +76,17 @@ pub struct Learner {
     turn: u32,
     /// Whether the window contradicted the whole run when the two were last compared.
     changed: bool,
+    /// The type that the sensor is a part of, and what was said not to be of it.
+    prior: Option<Prior>,
+    noticed: BTreeSet<Key>,
 }
 
 impl Learner {
-    /// Learns from what `view` shows; a solution shall take `target`.
+    /// Learns from what `view` shows, beside what is known of the sensor's type; a solution shall take `target`.
     #[must_use]
-    pub fn new(view: View, target: Duration) -> Self {
-        Self { view, budget: Budget::new(ROWS.0, ROWS.1, target), turn: 0, changed: false }
+    pub fn new(view: View, target: Duration, prior: Option<Prior>) -> Self {
+        let budget = Budget::new(ROWS.0, ROWS.1, target);
+        Self { view, budget, turn: 0, changed: false, prior, noticed: BTreeSet::new() }
     }
 
     /// Does a job.
@@ -86,7 +95,7 @@ impl Learner {
         let start = Instant::now();
         let mut solution = match &job.task {
             Task::Learn(window) => self.learn(&job.start, *window),
-            Task::Last(first) => last(&self.view, &job.start, first),
+            Task::Last(first) => self.last(&job.start, first),
             Task::Try(other) => attempt(&self.view, &job.start, other),
         };
         (solution.number, solution.took) = (job.number, start.elapsed());
@@ -123,22 +132,37 @@ impl Learner {
     fn fitted(&mut self, thinned_to: impl FnOnce(usize) -> Record, start: &Model) -> Solution {
         let begun = Instant::now();
         let record = thinned_to(self.budget.rows());
-        let model = refitted(&record, start);
+        let model = self.beside_type(&record, start);
         self.budget.took(record.len(), begun.elapsed());
         Solution::plain(model, record.len())
     }
-}
 
-fn last(view: &View, start: &Model, first: &Model) -> Solution {
-    let whole = view.whole();
-    let mut solution = Solution::plain(refitted(&whole, start), whole.len());
-    if let Ok(model) = &solution.model {
-        let record = thinned(&whole, ROWS.1);
-        let before = judged(&record, first, false);
-        let after = judged(&record, model, true);
-        solution.errors = before.iter().zip(&after).filter_map(|(b, a)| at_long_tau(b, a)).collect();
+    /// The fit, beside what the sensor's type says. What is not of the type is said once.
+    fn beside_type(&mut self, record: &Record, start: &Model) -> Result<Model, FitError> {
+        let model = refitted(record, start)?;
+        let Some(prior) = &self.prior else { return Ok(model) };
+        let (model, noticed) = settled(record, &record.fitted_axes(), model, &prior.known)?;
+        for own in noticed {
+            if self.noticed.insert(own.key.clone()) {
+                tracing::warn!("{}", prior.says(&own));
+            }
+        }
+        Ok(model)
     }
-    solution
+
+    fn last(&mut self, start: &Model, first: &Model) -> Solution {
+        let view = self.view.clone();
+        let whole = view.whole();
+        let mut solution = Solution::plain(self.beside_type(&whole, start), whole.len());
+        if let Ok(model) = &solution.model {
+            let record = thinned(&whole, ROWS.1);
+            let before = judged(&record, first, false);
+            // Blocked refits would forget the type.
+            let after = judged(&record, model, self.prior.is_none());
+            solution.errors = before.iter().zip(&after).filter_map(|(b, a)| at_long_tau(b, a)).collect();
+        }
+        solution
+    }
 }
 
 /// Another model beside the one in use, on the same samples.

@@ -24,6 +24,7 @@ pub mod writing;
 
 use crate::clock::now_ns;
 use crate::{
+    hopeless::Hopeless,
     pulse::Pulse,
     run_folder::{Run, RunFolder, SourceFacts},
     settings::{Settings, Source},
@@ -45,6 +46,7 @@ use phase::{Asked, Phase};
 use std::{collections::VecDeque, time::Duration};
 use store::Store;
 use trial::Challenger;
+use workbench::prior::Prior;
 use worker::{Cost, Rank, Worker};
 
 const NAP: Duration = Duration::from_millis(20);
@@ -113,7 +115,8 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
     }
     let rank = if settings.realtime.idle_learning { Rank::Idle } else { Rank::Behind };
     let (duty, period) = (settings.learning.duty, settings.learning.period);
-    let mut learner = Learner::new(store.view(), Duration::from_secs_f64(AIM * duty * period));
+    let prior = settings.prior.as_deref().map(Prior::load).transpose().map_err(Hopeless::from_error)?;
+    let mut learner = Learner::new(store.view(), Duration::from_secs_f64(AIM * duty * period), prior);
     let mut compensator = Compensator {
         run,
         settings,

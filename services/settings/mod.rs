@@ -51,6 +51,8 @@ pub struct Settings {
     pub speed: Speed,
     /// The model to start from; without one α = 1, δ = 0, learned on the way.
     pub model: Option<PathBuf>,
+    /// The type that the sensor is a new part of, in place of a model: a type file, or FILE:TYPE.
+    pub prior: Option<PathBuf>,
     /// No learning.
     pub freeze: bool,
     /// Effects hidden in the source, `ID[:NAME=VALUE,…]`.
@@ -85,6 +87,7 @@ impl Default for Settings {
             dbc: None,
             speed: Speed::Times(1.0),
             model: None,
+            prior: None,
             freeze: false,
             hide: Vec::new(),
             record: None,
@@ -127,10 +130,8 @@ impl Settings {
         if let Source::Live(address) = &self.source {
             self.source = Source::Live(address.clone().from_folder(&whole(Path::new(""))?));
         }
-        for path in [&mut self.columns, &mut self.dbc, &mut self.model, &mut self.record, &mut self.profile]
-            .into_iter()
-            .flatten()
-        {
+        let Self { columns, dbc, model, prior, record, profile, .. } = self;
+        for path in [columns, dbc, model, prior, record, profile].into_iter().flatten() {
             *path = whole(path)?;
         }
         if let (Source::Log(_), Some(reference)) = (&self.source, &mut self.reference) {
@@ -199,6 +200,11 @@ impl Settings {
         }
         let spins = ServiceId::ALL.into_iter().filter(|&id| self.wait.of(id) == Some(Wait::Spin));
         self.realtime.check(&spins.collect::<Vec<_>>())?;
+        if self.prior.is_some() && (self.model.is_some() || self.freeze) {
+            bail!(
+                "prior: the model is begun from a type and learned on the way: leave out model and freeze, or the prior"
+            );
+        }
         if l.rows < 1000 {
             bail!("learning.rows = {}: must be 1000 at least", l.rows);
         }

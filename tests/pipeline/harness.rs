@@ -316,6 +316,7 @@ pub fn parameter(out: &str, axis: &str, name: &str) -> (f64, f64) {
         None | Some("s") => 1.0,
         Some("°/s") => 1f64.to_radians(),
         Some("ms") => 1e-3,
+        Some("ppm") => 1e-6,
         Some(unit) => panic!("{unit} is not read here: {line}"),
     };
     let number = |word: &str| factor * word.replace('−', "-").parse::<f64>().unwrap();

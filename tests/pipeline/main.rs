@@ -20,7 +20,7 @@ mod table;
 mod trust;
 
 use gyro_model::{Axis, Model, fit::fit};
-use harness::{Place, counted, log, parameter};
+use harness::{Place, counted, log, parameter, spoilt_log};
 use std::{
     io::Write,
     thread::sleep,
@@ -56,6 +56,37 @@ fn a_log_goes_through_without_loss_and_ends_in_the_parameters_of_fit() {
         }
     }
     assert!(place.left("whole").is_empty(), "{:?}", place.left("whole"));
+}
+
+#[test]
+fn a_new_part_starts_from_its_type_live_too_and_what_is_not_of_the_type_is_noticed() {
+    let place = Place::new();
+    let (kind, path) = (place.file("type.toml"), place.file("log.csv"));
+    let known = |value: f64| {
+        let own = |name: &str, mean: f64, spread: f64| {
+            format!(
+                "{name} = {{ mean = {mean}, std_error = {}, spread = {spread}, parts = 30, unit = \"1\" }}\n",
+                0.1 * spread
+            )
+        };
+        let effects = own("scale-factor.alpha", 0.985, 2e-3) + &own("scale-asymmetry.a", value, 2e-5);
+        std::fs::write(&kind, format!("schema = \"truerate.type/1\"\n[type.T.axis.z]\n{effects}")).unwrap();
+    };
+    spoilt_log(&path, 10.0, 100.0, 5, &["scale-asymmetry:a=0.0004"]);
+    let args = ["--source", path.to_str().unwrap(), "--speed", "max", "--prior", kind.to_str().unwrap()];
+    known(4e-4);
+    let ended = place.start("new", &args).end();
+    assert_eq!(ended.code, Some(0), "{}{}", ended.out, ended.error);
+    let (value, error) = parameter(&ended.out, "z", "scale-asymmetry.a");
+    assert!((value - 4e-4).abs() < 6e-5 && error < 2.1e-5, "{value} ± {error}");
+    assert!(!ended.error.contains("not of its type"), "{}", ended.error);
+    // A log that tells it otherwise.
+    known(3e-3);
+    spoilt_log(&place.file("log.csv"), 60.0, 100.0, 5, &["scale-asymmetry:a=0.0004"]);
+    let ended = place.start("new", &args).end();
+    assert!(ended.error.contains("not of its type in scale-asymmetry"), "{}", ended.error);
+    let (value, error) = parameter(&ended.out, "z", "scale-asymmetry.a");
+    assert!((value - 4e-4).abs() < 4.0 * error, "{value} ± {error}");
 }
 
 #[test]

@@ -1,10 +1,4 @@
-//! What is known of a part before it is measured: its type. A fit starts from there.
-//!
-//! ```text
-//! (A + P) θ = b + P μ        P⁻¹ = spread of the parts² + spread of the logs² + standard error of the mean²
-//! ```
-//!
-//! A parameter that the log has otherwise (by more than [`FAR`] standard deviations of both together) is said and not pulled.
+//! A type as it stands in a file, and a model that starts from it: `gyro_model::pooled::prior`.
 
 use crate::{
     fleet::type_file,
@@ -14,10 +8,13 @@ use crate::{
 };
 use anyhow::{Context, Result, bail};
 use gyro_model::{
-    Axis, AxisModel, Model, Term,
+    Axis, Model,
     diagnosis::AxisResult,
     effects::find,
-    pooled::{self, Equations, Key, joint},
+    pooled::{
+        Key,
+        prior::{self, Known, Noticed, OfType},
+    },
 };
 use serde::Deserialize;
 use std::{
@@ -26,22 +23,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// What a type says of one parameter.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Known {
-    /// Its mean.
-    pub mean: f64,
-    /// Standard deviation of a new part about it.
-    pub deviation: f64,
-}
-
 /// A type.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prior {
     /// Its name.
     pub kind: String,
     /// Parameter by parameter.
-    pub known: BTreeMap<Key, Known>,
+    pub known: OfType,
 }
 
 /// A model that was begun from a type, and what was noticed.
@@ -53,22 +41,17 @@ pub struct Begun {
     pub says: Vec<(Axis, String)>,
 }
 
-/// Standard deviations beyond which a part is not of its type: one parameter in five thousand by chance.
-pub const FAR: f64 = 3.7;
-/// Turns of the fit.
-const TURNS: usize = 3;
-
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
     schema: String,
     #[serde(rename = "type", default)]
-    kinds: BTreeMap<String, OfType>,
+    kinds: BTreeMap<String, Kind>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct OfType {
+struct Kind {
     axis: BTreeMap<Axis, BTreeMap<String, BTreeMap<String, Entry>>>,
 }
 
@@ -153,65 +136,34 @@ impl Prior {
             let letters: Vec<&str> = axes.iter().map(|axis| axis.letter()).collect();
             bail!("{}: the type {} says nothing of its axes, only of {}", subject.name, self.kind, letters.join(", "));
         }
-        let mut model = subject.fit(&subject.base())?;
-        for axis in &subject.axes {
-            let own = model.axes[axis.index()].get_or_insert_with(|| AxisModel::base(*axis));
-            for (key, known) in self.known.iter().filter(|(key, _)| key.axis == *axis) {
-                let Some(effect) = find(&key.effect) else { continue };
-                let place = effect.parameters(*axis).iter().position(|card| card.name == key.name);
-                if own.term(&key.effect).is_none() {
-                    own.terms.push(Term::neutral(effect, *axis));
-                }
-                let term = own.terms.iter_mut().find(|term| term.effect.card().id == key.effect);
-                if let (Some(term), Some(place)) = (term, place) {
-                    term.values[place] = known.mean;
-                }
-            }
-        }
-        let (mut dropped, mut says) = (BTreeSet::new(), Vec::new());
-        for _ in 0..TURNS {
-            let own = Self::equations(subject, &model)?;
-            // One that is far off would pull the others with it: it goes first.
-            let far = |key: &Key| {
-                let known = self.known.get(key)?;
-                let others = with_prior(&own.0, &self.known, |other| other != key && !dropped.contains(other));
-                let told = others.told(key)?;
-                let variance = told.variance * own.1.get(key).copied().unwrap_or(1.0);
-                let apart = (told.value - known.mean).abs() / variance.sqrt().hypot(known.deviation);
-                Some((apart, key.clone(), told.value, variance.sqrt(), *known))
-            };
-            let keys: Vec<Key> =
-                self.known.keys().filter(|key| own.0.keys.contains(key) && !dropped.contains(*key)).cloned().collect();
-            let worst = keys.iter().filter_map(far).max_by(|a, b| a.0.total_cmp(&b.0));
-            if let Some((_, key, value, error, known)) = worst.filter(|(apart, ..)| *apart > FAR) {
-                says.push((key.axis, told(&self.kind, &key, (value, error), known)));
-                dropped.insert(key);
-            }
-            let all = with_prior(&own.0, &self.known, |key| !dropped.contains(key));
-            let (values, covariance) = all.solve();
-            for (k, key) in all.keys.iter().enumerate() {
-                joint::set(&mut model, key, values[k]);
-                joint::set_error(&mut model, key, covariance[(k, k)].sqrt());
-            }
-        }
+        let start = prior::seeded(subject.fit(&subject.base())?, &subject.axes, &self.known);
+        let (mut model, noticed) =
+            prior::settled(&subject.record, &subject.axes, start, &self.known).with_context(|| subject.name.clone())?;
         model.epoch += 1;
         let file = ModelFile { model, ..subject.fitted(Model::default(), Vec::new()) };
+        let says = noticed.iter().map(|own| (own.key.axis, self.says(own))).collect();
         Ok(Begun { start: Start { file, own_log: false, given: true }, says })
     }
 
-    /// The log's equations of a model's parameters, and the inflation of each.
-    fn equations(subject: &Subject, model: &Model) -> Result<(Equations, BTreeMap<Key, f64>)> {
-        let pieces = pooled::pieces(&subject.record, model, &subject.axes, 1).with_context(|| subject.name.clone())?;
-        let mut inflation = BTreeMap::new();
-        let mut all = Vec::new();
-        for piece in &pieces {
-            let stands = |key: &Key| joint::get(model, key).is_some() && key.shape.is_empty();
-            for (column, own) in piece.columns.iter().zip(&piece.inflation).filter(|(column, _)| stands(&column.key)) {
-                inflation.insert(column.key.clone(), *own);
-            }
-            all.push(Equations::of(piece).with(stands));
-        }
-        Ok((Equations::sum(&all), inflation))
+    /// A part of this type before anything was read of it.
+    #[must_use]
+    pub fn model(&self) -> Model {
+        let axes: BTreeSet<Axis> = self.known.keys().map(|key| key.axis).collect();
+        prior::seeded(Model::default(), &axes.into_iter().collect::<Vec<_>>(), &self.known)
+    }
+
+    /// What is not of the type, in words.
+    #[must_use]
+    pub fn says(&self, noticed: &Noticed) -> String {
+        let Noticed { key, value, std_error, known } = noticed;
+        let unit = key.card().map_or("1", |card| card.unit);
+        format!(
+            "This part is not of its type in {}: {}, and {} has {}. It was not pulled there.",
+            key.effect,
+            crate::fleet::value(*value, Some(*std_error), unit),
+            self.kind,
+            crate::fleet::value(known.mean, Some(known.deviation), unit)
+        )
     }
 }
 
@@ -225,27 +177,4 @@ pub fn say_beside(axes: &mut [AxisResult], says: &[(Axis, String)]) {
             own.of_logs.push_str(text);
         }
     }
-}
-
-/// Equations with what the type says of these parameters.
-fn with_prior(own: &Equations, known: &BTreeMap<Key, Known>, is_used: impl Fn(&Key) -> bool) -> Equations {
-    let mut all = own.clone();
-    for (k, key) in own.keys.iter().enumerate().filter(|(_, key)| is_used(key)) {
-        if let Some(known) = known.get(key) {
-            let precision = known.deviation.powi(-2);
-            all.matrix[(k, k)] += precision;
-            all.right[k] += precision * known.mean;
-        }
-    }
-    all
-}
-
-fn told(kind: &str, key: &Key, (value, error): (f64, f64), known: Known) -> String {
-    let unit = key.card().map_or("1", |card| card.unit);
-    format!(
-        "This part is not of its type in {}: {}, and {kind} has {}. It was not pulled there.",
-        key.effect,
-        crate::fleet::value(value, Some(error), unit),
-        crate::fleet::value(known.mean, Some(known.deviation), unit)
-    )
 }

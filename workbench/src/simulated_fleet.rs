@@ -14,18 +14,20 @@
 //! days = 7                    # from one log of a part to the next
 //! scale = { mean = 1.003, parts = 0.0012 }                  # α
 //! bias = { mean = 0.0, parts = 0.017, logs = 0.002 }        # δ, rad/s
+//! mount = { mean = 0.0, parts = 0.01, logs = 0.003 }        # turned about each axis, rad
+//! cross = { mean = 0.0, parts = 0.002 }                     # share of each other's rate that two axes feel alike
 //! effects = [{ effect = "scale-asymmetry", parameter = "a", mean = 4e-5, parts = 1e-5 }]
 //! bad = [{ part = 3, effect = "scale-asymmetry", parameter = "a", value = 7e-4, from_log = 1 }]
 //! ```
 //!
-//! `parts` of a parameter is the standard deviation between parts, `logs` that between the logs of a part.
+//! With `reference = "orientation"` and `reference_noise` (rad) all three axes turn and are referenced. `parts` of a parameter is the standard deviation between parts, `logs` that between the logs of a part.
 
 use crate::toml_error::TomlError;
 use anyhow::{Context, Result, bail};
 use gyro_model::{
-    Axis,
+    Axis, Record,
     effects::find,
-    simulate::{Hidden, Motion, Scenario, SensorSpec},
+    simulate::{Hidden, Motion, Reference, Scenario, SensorSpec, SetUp},
 };
 use jiff::{ToSpan, civil::Date, tz::TimeZone};
 use serde::Deserialize;
@@ -51,9 +53,28 @@ pub struct Plan {
     /// Rows a second.
     #[serde(default = "hundred")]
     pub rate: f64,
+    /// What measures the truth.
+    #[serde(default)]
+    pub reference: Measured,
+    /// Its noise, rad or rad/s.
+    #[serde(default)]
+    pub reference_noise: f64,
     /// The types.
     #[serde(rename = "type")]
     pub kinds: BTreeMap<String, Kind>,
+}
+
+/// What measures the truth of a simulated log.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Measured {
+    /// A shaft encoder on one axis.
+    #[default]
+    Encoder,
+    /// A rate of that axis.
+    Rate,
+    /// The orientation of the whole sensor.
+    Orientation,
 }
 
 const fn one() -> u64 {
@@ -93,6 +114,12 @@ pub struct Kind {
     /// δ, rad/s.
     #[serde(default)]
     pub bias: Option<Spread>,
+    /// By how much the sensor is turned on its mount about each axis, rad.
+    #[serde(default)]
+    pub mount: Option<Spread>,
+    /// Share of each other's rate that two axes of the chip feel alike.
+    #[serde(default)]
+    pub cross: Option<Spread>,
     /// Effects that every part has.
     #[serde(default)]
     pub effects: Vec<OfKind>,
@@ -173,6 +200,8 @@ pub struct Planned {
     pub day: Date,
     /// Its rig and what is hidden in it.
     pub scenario: Scenario,
+    /// What each axis feels of each rate.
+    pub felt: [[f64; 3]; 3],
 }
 
 impl Planned {
@@ -181,7 +210,26 @@ impl Planned {
     pub fn start_ns(&self) -> i128 {
         self.day.to_zoned(TimeZone::UTC).map_or(0, |start| start.timestamp().as_nanosecond())
     }
+
+    /// The log.
+    ///
+    /// # Errors
+    /// A scenario of too few or too many rows.
+    pub fn simulate(&self) -> Result<Record> {
+        let rows = self.scenario.rows().map_err(|wrong| anyhow::anyhow!(wrong))?;
+        let (mut record, _) = SetUp::default().simulate(&self.scenario, rows, |_| ());
+        if self.felt != SQUARE {
+            for row in &mut record.rows {
+                let rates = row.gyro;
+                row.gyro = self.felt.map(|shares| (0..3).map(|k| shares[k] * rates[k]).sum());
+            }
+        }
+        Ok(record)
+    }
 }
+
+/// A sensor that stands square to its mount, with axes square to each other.
+const SQUARE: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 /// A standard normal number that belongs to these words alone.
 fn normal(seed: u64, words: &str) -> f64 {
@@ -229,10 +277,11 @@ impl Plan {
                         hidden: self.hidden(kind, own, part, log)?,
                         sensor: self.sensor(kind, own, part, log),
                     };
+                    let felt = self.felt(kind, own, part, log);
                     scenario.rows().map_err(|wrong| anyhow::anyhow!(wrong))?;
                     let day = own.first_day.checked_add((own.days * i64::from(log - 1)).days())?;
                     let file = format!("{kind}-{part:03}-{log:02}.csv.gz");
-                    all.push(Planned { file, kind: kind.clone(), part, day, scenario });
+                    all.push(Planned { file, kind: kind.clone(), part, day, scenario, felt });
                 }
             }
         }
@@ -247,6 +296,12 @@ impl Plan {
 
     fn sensor(&self, kind: &str, own: &Kind, part: u32, log: u32) -> SensorSpec {
         let mut sensor = SensorSpec::on(self.axis);
+        sensor.reference_noise = self.reference_noise;
+        sensor.reference = match self.reference {
+            Measured::Encoder => sensor.reference,
+            Measured::Rate => Reference::Rate,
+            Measured::Orientation => Reference::Quaternion,
+        };
         if let Some(spread) = own.scale {
             sensor.alpha = self.drawn(spread, "scale", kind, part, log);
         }
@@ -254,6 +309,21 @@ impl Plan {
             sensor.delta = self.drawn(spread, "bias", kind, part, log);
         }
         sensor
+    }
+
+    /// ω − φ × ω of a small turn φ, and what axes feel alike.
+    fn felt(&self, kind: &str, own: &Kind, part: u32, log: u32) -> [[f64; 3]; 3] {
+        let mut felt = SQUARE;
+        for j in 0..3 {
+            let (i, k) = ((j + 1) % 3, (j + 2) % 3);
+            let drawn = |spread: Option<Spread>, what: &str| {
+                spread.map_or(0.0, |spread| self.drawn(spread, &format!("{what} {j}"), kind, part, log))
+            };
+            let (turned, alike) = (drawn(own.mount, "mount"), drawn(own.cross, "cross"));
+            felt[i][k] += turned + alike;
+            felt[k][i] += alike - turned;
+        }
+        felt
     }
 
     fn hidden(&self, kind: &str, own: &Kind, part: u32, log: u32) -> Result<Vec<Hidden>> {

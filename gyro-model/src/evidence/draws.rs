@@ -9,7 +9,7 @@ use super::{
     prior::Prior,
     problem::Warm,
     rounding::Rounding,
-    series::Series,
+    series::{Reading, Series, rests},
     study::{Bench, Study},
 };
 use crate::{Term, effects::Stage, parallel};
@@ -29,6 +29,16 @@ pub struct Draws<'a> {
     series: usize,
     /// Where the shaft stood in the encoder's counts, draw by draw; anywhere without them.
     places: Option<Vec<Place>>,
+}
+
+/// Counts that an encoder would have shown from elsewhere.
+pub struct Recounted {
+    /// The readings that they single out.
+    pub readings: Vec<Reading>,
+    /// What the encoder makes the residual be at each reference row, rad.
+    pub plain: Vec<f64>,
+    /// The same as it is read: at those readings less what each is known to be off by.
+    pub read: Vec<f64>,
 }
 
 /// How the reference's rows are looked at.
@@ -63,6 +73,42 @@ impl<'a> Draws<'a> {
     #[must_use]
     pub fn read(&self, seed: u64) -> Vec<Vec<f64>> {
         self.draw(Seen::ByFilter, seed)
+    }
+
+    /// Counts drawn anew along the motion: the readings that they single out, and what the encoder makes the residual be, at all rows
+    /// and as it is read there. `None` without an encoder whose counts show.
+    ///
+    /// A count's rest where the shaft turns round is long or short by where the encoder counts from, and what it reads too much goes
+    /// with that. Whoever holds the rows fixed sees nothing of it.
+    #[must_use]
+    pub fn recounted(&self, seed: u64) -> Option<Recounted> {
+        let s = &self.study.bench.problem.series[self.series];
+        if !s.encoder.shows_counts() {
+            return None;
+        }
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let along = self.study.warm[self.series].drawn_along();
+        let mut angle: Vec<f64> = s.reference_rows.iter().map(|&k| along[k]).collect();
+        if let Some(places) = &self.places {
+            let (place, mean) = (places[seed as usize % places.len()], mean(&angle));
+            for angle in &mut angle {
+                *angle = place.of(*angle, mean);
+            }
+        } else {
+            let offset = rng.random::<f64>() * s.encoder.step;
+            for angle in &mut angle {
+                *angle += offset;
+            }
+        }
+        let counts: Vec<f64> =
+            angle.iter().map(|angle| s.encoder.count(angle + s.encoder.noise * draw_normal(&mut rng))).collect();
+        let plain: Vec<f64> = angle.iter().zip(&counts).map(|(angle, count)| angle - count).collect();
+        let readings = rests(&counts, &s.encoder);
+        let mut read = plain.clone();
+        for reading in &readings {
+            read[reading.row] -= reading.off;
+        }
+        Some(Recounted { readings, plain, read })
     }
 
     fn draw(&self, seen: Seen, seed: u64) -> Vec<Vec<f64>> {

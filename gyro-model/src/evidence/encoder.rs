@@ -69,6 +69,12 @@ impl Encoder {
         (spread * steps + noise) / (steps + noise)
     }
 
+    /// What it shows at an angle, rad.
+    #[must_use]
+    pub fn count(&self, angle: f64) -> f64 {
+        self.step * nearest(angle / self.step)
+    }
+
     /// What row `i` of `rows` reads too much where the shaft goes along these angles, rad: ⌊x/q + ½⌋·q − x, in the mean
     /// over the readings of the row, between which the shaft turns evenly.
     pub fn error(&self, along: &impl Fn(usize) -> f64, rows: usize, i: usize) -> f64 {

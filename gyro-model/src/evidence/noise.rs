@@ -7,6 +7,7 @@ use super::{
     draws::Draws,
     growth,
     prior::Prior,
+    series::Reading,
     study::Study,
     whiten::{NoiseModel, Rows, Whitener},
 };
@@ -152,11 +153,15 @@ const POOR: f64 = 5.2e-4;
 
 /// The readings of a study, every one that its likelihood is made of or one in so many of those.
 pub(super) fn rows(study: &Study, every: usize) -> Rows {
-    let problem = &study.bench.problem;
-    let (t, lost) = (problem.times(), &study.evaluation.lost);
+    rows_of(study, study.bench.problem.series[0].readings.iter().step_by(every * study.every))
+}
+
+/// These readings of a study.
+fn rows_of<'r>(study: &Study, readings: impl Iterator<Item = &'r Reading>) -> Rows {
+    let (t, lost) = (study.bench.problem.times(), &study.evaluation.lost);
     let mut rows = Rows { rows: t.len(), ..Rows::default() };
     let (turned, mut before) = (growth::turned(study), 0);
-    for reading in problem.series[0].readings.iter().step_by(every * study.every) {
+    for reading in readings {
         rows.index.push(reading.row);
         rows.t.push(t[reading.row]);
         rows.turned.push(turned[reading.row] - turned[before]);
@@ -235,6 +240,11 @@ pub(crate) fn normal(study: &Study, noise: &NoiseModel) -> (nls::Normal, Whitene
 /// The gains of one noise along a study's rows.
 pub(crate) fn whitener(study: &Study, noise: &NoiseModel) -> Whitener {
     Whitener::new(noise, &rows(study, 1))
+}
+
+/// The same where the encoder's counts single out other readings.
+pub(crate) fn whitener_of(study: &Study, noise: &NoiseModel, readings: &[Reading]) -> Whitener {
+    Whitener::new(noise, &rows_of(study, readings.iter()))
 }
 
 /// Each channel's residual and, behind it, its columns, whitened.

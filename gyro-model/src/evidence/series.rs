@@ -166,7 +166,7 @@ fn each(count: usize) -> Vec<Reading> {
 /// passes through. How near: rows sample the passage 1/p of a count apart; where the shaft turns round or stands it may be
 /// anywhere. An encoder that goes on by the same number of counts from row to row rests too, seen from a shaft that turns
 /// so fast: what it reads too much is the same for so long.
-fn rests(angle: &[f64], encoder: &Encoder) -> Vec<Reading> {
+pub(super) fn rests(angle: &[f64], encoder: &Encoder) -> Vec<Reading> {
     let step = encoder.step;
     let steps: Vec<f64> = angle.windows(2).map(|w| ((w[1] - w[0]) / step).round()).collect();
     let mut readings = Vec::new();

@@ -8,8 +8,10 @@
 
 use super::{
     Key,
+    course::{Course, course},
     forward::{Answer, Joined, select},
     labels::by_label,
+    mount::{Tilt, tilts},
     search::{Member, base, candidates},
     spread::{Change, Nested, Reading, change, discoveries},
 };
@@ -74,6 +76,8 @@ pub struct OfPart {
     pub logs: Vec<String>,
     /// When it changed.
     pub changed: Option<Dated>,
+    /// Its charts in time, of four dated logs or more.
+    pub course: Option<Course>,
 }
 
 /// A change in time.
@@ -117,6 +121,8 @@ pub struct OfLabel {
     pub labels: Vec<String>,
     /// Value by value: the first label's, mean, standard error, parts, logs.
     pub values: Vec<(String, f64, f64, usize, usize)>,
+    /// Standard deviation between the values, of three or more.
+    pub spread: Option<f64>,
     /// Chance of such differences where there are none, priced for all labels and parameters.
     pub p_value: f64,
 }
@@ -143,6 +149,8 @@ pub struct Fleet {
     pub parts: Vec<OfPart>,
     /// What goes by a label, the clearest first.
     pub labels: Vec<OfLabel>,
+    /// What two axes of a type feel of each other, and whose it is.
+    pub tilts: Vec<Tilt>,
     /// What cannot be told apart.
     pub ambiguous: Vec<Alike>,
 }
@@ -168,6 +176,11 @@ pub fn fleet(logs: &[FleetLog]) -> Fleet {
         for axis in &axes {
             found.extend(on_axis(&own, *axis, axes.len(), &mut all.ambiguous));
         }
+        let names = parts(&own);
+        let members: Vec<(usize, &Member)> =
+            own.iter().filter_map(|log| Some((names.binary_search(&log.part).ok()?, &log.member))).collect();
+        let chosen: BTreeSet<Key> = found.iter().map(|one| one.key.clone()).collect();
+        all.tilts.extend(tilts(&own[0].kind, &names, &members, &chosen));
         tell(&own, found, &mut all);
     }
     all.labels.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
@@ -235,24 +248,36 @@ fn ask(logs: &[&FleetLog], keys: &[Key], chosen: &BTreeSet<Key>, price: f64) -> 
     best
 }
 
-/// Chance of each part, the others being the type; 1 where they are too few.
+/// Chance of each part, the others being the type; 1 where they are too few. The spreads are found anew without it where that matters: of
+/// few parts, and of one that lies far off beside them all.
 fn outliers(readings: &[Reading]) -> Vec<f64> {
-    let parts = readings.iter().map(|r| r.part + 1).max().unwrap_or(0);
-    let of = |part: usize| {
-        let (own, others): (Vec<Reading>, Vec<Reading>) = readings.iter().partition(|r| r.part == part);
-        match Nested::fit(&others) {
-            Some(nested) if !own.is_empty() && nested.parts > 2 => nested.p_of_part(&own),
-            _ => 1.0,
-        }
-    };
-    (0..parts).map(of).collect()
+    let mut by_part: BTreeMap<usize, Vec<Reading>> = BTreeMap::new();
+    for own in readings {
+        by_part.entry(own.part).or_default().push(*own);
+    }
+    let mut chances = vec![1.0; by_part.last_key_value().map_or(0, |(part, _)| part + 1)];
+    let Some(all) = Nested::fit(readings).filter(|all| all.parts > OTHERS) else { return chances };
+    for (part, own) in &by_part {
+        let chance = all.beside(own).p_of_part(own);
+        let exact = || {
+            let others: Vec<Reading> = readings.iter().filter(|r| r.part != *part).copied().collect();
+            Nested::fit(&others).map_or(1.0, |others| others.p_of_part(own))
+        };
+        chances[*part] = if all.parts <= MANY || chance < NEAR { exact() } else { chance };
+    }
+    chances
 }
 
+/// Other parts that are needed to tell an outlier.
+const OTHERS: usize = 3;
+/// Parts from which on one of them hardly moves the spreads, and the chance below which they are found without it all the same.
+const MANY: usize = 30;
+const NEAR: f64 = 0.01;
+
 fn on_axis(logs: &[&FleetLog], axis: Axis, axes: usize, ambiguous: &mut Vec<Alike>) -> Vec<Found> {
-    let members: Vec<Member> = logs.iter().map(|log| log.member.clone()).collect();
-    let left = candidates(&members, axis);
+    let left = candidates(logs.iter().map(|log| &log.member), axis);
     let price = (left.len() * axes) as f64;
-    let is_named = |key: &Key| members.iter().any(|member| member.has(key));
+    let is_named = |key: &Key| logs.iter().any(|log| log.member.has(key));
     let (chosen, joined) = select(left, base(axis), is_named, |keys, chosen| ask(logs, keys, chosen, price));
     let unsplit = joined.into_iter().filter(|joined| !joined.aliases.is_empty());
     ambiguous.extend(unsplit.map(|Joined { keys, aliases }| Alike {
@@ -305,6 +330,8 @@ fn tell(logs: &[&FleetLog], found: Vec<Found>, all: &mut Fleet) {
                     Some(OnDay { day: log.day?, value, variance, labels: &log.labels })
                 })
                 .collect();
+            let (changed, course) = in_time(dated, tested);
+            let course = course.map(|course| course.above(neutral));
             all.parts.push(OfPart {
                 kind: logs[0].kind.clone(),
                 part: name.clone(),
@@ -314,14 +341,16 @@ fn tell(logs: &[&FleetLog], found: Vec<Found>, all: &mut Fleet) {
                 p_value: Some(chances[part]).filter(|p| *p < 1.0),
                 outlier,
                 logs: mine.iter().map(|&k| logs[own.of[k]].name.clone()).collect(),
-                changed: dated_change(dated, tested),
+                changed,
+                course,
             });
         }
         let unit = logs.iter().flat_map(|log| log.member.columns()).find(|c| c.key == own.key).map(|c| c.unit.clone());
         let unit = unit.unwrap_or_default();
         for parting in &partings {
             let found = parting.ask(&own, &is_outlier, asked);
-            all.labels.extend(found.map(|(values, p_value)| OfLabel {
+            all.labels.extend(found.map(|(values, spread, p_value)| OfLabel {
+                spread,
                 kind: logs[0].kind.clone(),
                 key: own.key.clone(),
                 unit: unit.clone(),
@@ -357,7 +386,7 @@ struct Parting {
 }
 
 /// Values of a label at most: more are names of single logs or parts.
-const VALUES: usize = 8;
+const VALUES: usize = 24;
 
 /// Every way to part these logs by a label of a few values, each of two logs or more.
 fn partings(logs: &[&FleetLog]) -> Vec<Parting> {
@@ -394,7 +423,7 @@ type OfValue = (String, f64, f64, usize, usize);
 
 impl Parting {
     /// The means by this label, where they differ more than chance makes them; outliers are left out.
-    fn ask(&self, own: &Found, is_outlier: &[bool], asked: f64) -> Option<(Vec<OfValue>, f64)> {
+    fn ask(&self, own: &Found, is_outlier: &[bool], asked: f64) -> Option<(Vec<OfValue>, Option<f64>, f64)> {
         let told = own.readings.iter().zip(&own.of).filter(|(r, _)| !is_outlier[r.part]);
         let (readings, labels): (Vec<Reading>, Vec<usize>) =
             told.filter_map(|(r, &k)| self.of[k].map(|label| (*r, label))).unzip();
@@ -409,8 +438,16 @@ impl Parting {
             let (mean, error) = found.means[label];
             (value.clone(), mean, error, parts.len(), mine().count())
         });
-        Some((values.collect(), p_value))
+        Some((values.collect(), spread_of(&found.means), p_value))
     }
+}
+
+/// Standard deviation between the means of a label's values: a spread of lots, of mounts. Two tell none.
+fn spread_of(means: &[(f64, f64)]) -> Option<f64> {
+    let each =
+        means.iter().enumerate().map(|(part, (value, error))| Reading { part, value: *value, variance: error * error });
+    let each: Vec<Reading> = each.collect();
+    Nested::fit(&each).filter(|_| means.len() > 2)?.spread()
 }
 
 /// What one log says of a parameter, and when.
@@ -421,9 +458,15 @@ struct OnDay<'a> {
     labels: &'a BTreeMap<String, String>,
 }
 
-/// The change of one part in time, where there is one. How far its logs scatter beyond their errors is taken from neighbours in time,
-/// the widest step left out, so that the change itself does not count.
-fn dated_change(mut dated: Vec<OnDay>, tested: usize) -> Option<Dated> {
+/// Logs of a part below which nothing is said of its course.
+const FEWEST: usize = 4;
+
+/// The change of one part in time, where there is one, and its charts. How far its logs scatter beyond their errors is taken from
+/// neighbours in time, the widest step left out, so that the change itself does not count.
+fn in_time(mut dated: Vec<OnDay>, tested: usize) -> (Option<Dated>, Option<Course>) {
+    if dated.len() < FEWEST {
+        return (None, None);
+    }
     dated.sort_by(|a, b| a.day.total_cmp(&b.day));
     let mut steps: Vec<f64> = dated
         .windows(2)
@@ -433,17 +476,21 @@ fn dated_change(mut dated: Vec<OnDay>, tested: usize) -> Option<Dated> {
     steps.pop();
     let scatter = (steps.iter().sum::<f64>() / steps.len().max(1) as f64).max(0.0);
     let readings: Vec<(f64, f64)> = dated.iter().map(|own| (own.value, own.variance + scatter)).collect();
-    let Change { after, from, to, by, std_error, p_value } = change(&readings)?;
-    let p_value = p_value * tested as f64;
-    let (first, last) = (dated[from - 1].day, dated[to].day);
-    (p_value < limit::SIGNIFICANCE.value).then(|| Dated {
-        day: 0.5 * (first + last),
-        days: 0.5 * (last - first),
-        by,
-        std_error,
-        p_value,
-        with: switched(&dated, after),
-    })
+    let found = change(&readings).filter(|found| found.p_value * (tested as f64) < limit::SIGNIFICANCE.value);
+    let on_days: Vec<(f64, f64, f64)> = dated.iter().map(|own| (own.day, own.value, own.variance)).collect();
+    let course = course(&on_days, scatter, found.map_or(dated.len(), |found| found.after));
+    let changed = found.map(|Change { after, from, to, by, std_error, p_value }| {
+        let (first, last) = (dated[from - 1].day, dated[to].day);
+        Dated {
+            day: 0.5 * (first + last),
+            days: 0.5 * (last - first),
+            by,
+            std_error,
+            p_value: p_value * tested as f64,
+            with: switched(&dated, after),
+        }
+    });
+    (changed, Some(course))
 }
 
 /// The labels that have one value in all readings before this one, and another in all from it on.

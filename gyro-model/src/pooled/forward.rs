@@ -1,7 +1,7 @@
 //! Forward selection over groups of columns: they join one after the other, and what the later ones make needless goes again.
 
 use super::Key;
-use crate::thresholds as limit;
+use crate::{parallel, thresholds as limit};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What a group of columns comes to beside those that have joined.
@@ -59,13 +59,15 @@ pub(super) fn select(
     mut left: Vec<Vec<Key>>,
     mut chosen: BTreeSet<Key>,
     is_named: impl Fn(&Key) -> bool,
-    ask: impl Fn(&[Key], &BTreeSet<Key>) -> Option<Answer>,
+    ask: impl Fn(&[Key], &BTreeSet<Key>) -> Option<Answer> + Sync,
 ) -> (BTreeSet<Key>, Vec<Joined>) {
     let mut joined: Vec<Joined> = Vec::new();
     let mut named = true;
     while joined.len() < MOST {
-        let asked = left.iter().filter(|keys| !named || keys.iter().any(&is_named));
-        let answers: Vec<(&Vec<Key>, Answer)> = asked.filter_map(|keys| Some((keys, ask(keys, &chosen)?))).collect();
+        let asked: Vec<&Vec<Key>> = left.iter().filter(|keys| !named || keys.iter().any(&is_named)).collect();
+        let answers = parallel::map(&asked, |keys| ask(keys, &chosen));
+        let answers: Vec<(&Vec<Key>, Answer)> =
+            asked.into_iter().zip(answers).filter_map(|(keys, answer)| Some((keys, answer?))).collect();
         let passing = || answers.iter().filter(|(_, answer)| answer.passes());
         let Some((keys, best)) = passing().max_by(|a, b| a.1.gain.total_cmp(&b.1.gain)) else {
             if named {

@@ -16,20 +16,26 @@
 //! | [`equations`] | normal equations by name: taken together, reduced, solved |
 //! | [`spread`] | mean and spreads of estimates: REML over parts and logs |
 //! | [`labels`] | whether an effect goes by a label of the logs: a driver's version, a lot, a mount |
+//! | [`mount`] | whose a misalignment is: the mount's or the chip's |
 //! | [`joint`] | one model fitted to several logs |
 //! | [`curves`] | their errors as one curve |
 //! | `forward` | which columns join, one after the other |
 //! | [`search`] | which effects several logs of one sensor show together, and what repeats |
+//! | [`prior`] | a new part that starts from its type |
+//! | [`course`] | a part in time: control charts |
 //! | [`fleet`] | types of sensors, their parts, and what changed in time |
 
 pub mod column;
+pub mod course;
 pub mod curves;
 pub mod equations;
 pub mod fleet;
 mod forward;
 pub mod joint;
 pub mod labels;
+pub mod mount;
 pub mod piece;
+pub mod prior;
 pub mod search;
 pub mod spread;
 

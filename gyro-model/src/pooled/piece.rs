@@ -138,12 +138,13 @@ impl Piece {
         };
         let Whitened { residual, columns: own, increments: coarse } = scanner.own();
         let (mut white, mut coarse) = (own.to_vec(), coarse.to_vec());
+        let mut plain = study.columns.clone();
         for (index, series) in study.bench.problem.series.iter().enumerate() {
             for effect in CATALOGUE {
                 let present = study.model.axes[series.axis.index()]
                     .as_ref()
                     .is_some_and(|own| own.term(effect.card().id).is_some());
-                if over == Over::TheModel || present || !can_show(*effect, series) {
+                if over != Over::Everything || present || !can_show(*effect, series) {
                     continue;
                 }
                 for taken in taken(*effect, series.axis) {
@@ -152,6 +153,7 @@ impl Piece {
                         of_noise.push(of_joining(study, index, &term, h, &whitener, seed));
                         coarse.push(scanner.coarse_of(&column));
                         white.push(whitener.apply_each(&column));
+                        plain.push(column);
                         columns.push(Column { key, unit, at: 0.0, own: is_own(*effect) });
                     }
                 }
@@ -182,8 +184,13 @@ impl Piece {
                 })
                 .collect()
         };
-        let seen = Draws::where_seen(study, 0);
-        let scores = along(seen.as_ref().unwrap_or(&Draws::anywhere(study, 0)));
+        let (seen, anywhere) = (Draws::where_seen(study, 0), Draws::anywhere(study, 0));
+        let draws = seen.as_ref().unwrap_or(&anywhere);
+        let scores = along(draws);
+        if over != Over::TheModel {
+            let counted = of_counts(study, draws, &gls.noise, &whitener, [&plain, &white], seed);
+            of_noise.iter_mut().zip(counted).for_each(|(sum, own)| *sum = sum.and(own));
+        }
         let mean = |k: usize| scores.iter().map(|score| score[k]).sum::<f64>() / DRAWS as f64;
         let of_draws: Vec<f64> = (0..n).map(|k| if seen.is_some() { mean(k) } else { 0.0 }).collect();
         let expected: Vec<f64> = of_draws.iter().zip(&of_noise).map(|(draws, noise)| draws + noise.value).collect();
@@ -297,6 +304,51 @@ struct Mean {
 
 impl Mean {
     const NOTHING: Self = Self { value: 0.0, variance: 0.0 };
+
+    /// Of these draws; nothing where they are no numbers.
+    fn of(draws: &[f64]) -> Self {
+        let n = draws.len() as f64;
+        let value = draws.iter().sum::<f64>() / n;
+        let variance = draws.iter().map(|draw| (draw - value).powi(2)).sum::<f64>() / (n - 1.0) / n;
+        if value.is_finite() && variance.is_finite() { Self { value, variance } } else { Self::NOTHING }
+    }
+
+    /// The sum of two that know nothing of each other.
+    fn and(self, other: Self) -> Self {
+        Self { value: self.value + other.value, variance: self.variance + other.variance }
+    }
+}
+
+/// A column, channel by channel.
+type Channels = Vec<Vec<f64>>;
+
+/// Draws of an encoder's counts that single out other readings.
+const COUNTED: u64 = 24;
+
+/// The score that an encoder's counts are expected to make because they themselves say which rows are read, and how surely: the same
+/// draw at the rows that they single out, less that at the rows of the log.
+fn of_counts(
+    study: &Study,
+    draws: &Draws,
+    noise: &NoiseModel,
+    whitener: &Whitener,
+    columns: [&[Channels]; 2],
+    seed: u64,
+) -> Vec<Mean> {
+    let [plain, white] = columns;
+    let columns: Vec<&[f64]> = plain.iter().map(|column| column[0].as_slice()).collect();
+    let draw = |k: u64| -> Option<Vec<f64>> {
+        let counted = draws.recounted(seed.wrapping_mul(5).wrapping_add(k))?;
+        let own = noise::whitener_of(study, noise, &counted.readings);
+        let (there, here) = (own.apply(&counted.read), whitener.apply(&counted.plain));
+        let whitened = own.apply_all(&columns);
+        Some(whitened.iter().zip(white).map(|(own, fixed)| dot(&fixed[0], &here) - dot(own, &there)).collect())
+    };
+    let draws: Option<Vec<Vec<f64>>> = (0..COUNTED).map(draw).collect();
+    let of = |column: usize| {
+        draws.as_ref().map_or(Mean::NOTHING, |draws| Mean::of(&draws.iter().map(|own| own[column]).collect::<Vec<_>>()))
+    };
+    (0..white.len()).map(of).collect()
 }
 
 /// Draws of noise that a response or another time is undone on.
@@ -317,10 +369,7 @@ fn of_noise(study: &Study, index: usize, terms: [&[Term]; 2], h: f64, whitener: 
             -dot(&whitener.apply(&change), &whitener.apply(&plain))
         })
         .collect();
-    let n = SHAPED as f64;
-    let value = scores.iter().sum::<f64>() / n;
-    let variance = scores.iter().map(|score| (score - value).powi(2)).sum::<f64>() / (n - 1.0) / n;
-    if value.is_finite() && variance.is_finite() { Mean { value, variance } } else { Mean::NOTHING }
+    Mean::of(&scores)
 }
 
 fn filters(term: &Term) -> bool {
@@ -409,6 +458,8 @@ fn terms(effect: &'static dyn crate::effects::Effect, axis: Axis, taken: &Taken)
 enum Over {
     /// The model's own.
     TheModel,
+    /// The same, with what noise alone is expected to make of them.
+    TheModelAndNoise,
     /// Those of every effect besides.
     Everything,
 }
@@ -428,6 +479,14 @@ pub fn pieces(record: &Record, model: &Model, axes: &[Axis], seed: u64) -> Resul
 /// As [`pieces`].
 pub(super) fn fitted(record: &Record, model: &Model, axes: &[Axis]) -> Result<Vec<Piece>, FitError> {
     reduced(record, model, axes, 1, Over::TheModel)
+}
+
+/// The same, with what noise alone is expected to make of them.
+///
+/// # Errors
+/// As [`pieces`].
+pub(super) fn beside_noise(record: &Record, model: &Model, axes: &[Axis], seed: u64) -> Result<Vec<Piece>, FitError> {
+    reduced(record, model, axes, seed, Over::TheModelAndNoise)
 }
 
 fn reduced(record: &Record, model: &Model, axes: &[Axis], seed: u64, over: Over) -> Result<Vec<Piece>, FitError> {

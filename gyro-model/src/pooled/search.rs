@@ -76,6 +76,21 @@ impl Member {
         let inflation = self.columns.get(key).map_or(1.0, |(_, inflation, _)| *inflation);
         Some((told.value, told.variance * inflation))
     }
+
+    /// What it says of two parameters together, these others being free beside them: values, and variances and covariance (aa, ab, bb) with
+    /// the larger inflation.
+    #[must_use]
+    pub fn told_both(&self, keys: &[Key; 2], beside: &BTreeSet<Key>) -> Option<([f64; 2], [f64; 3])> {
+        let wanted: BTreeSet<Key> = beside.iter().chain(keys).cloned().collect();
+        let both = self.with(&wanted).without(|key| !keys.contains(key));
+        let place = |key: &Key| both.keys.iter().position(|own| own == key);
+        let (a, b) = (place(&keys[0])?, place(&keys[1])?);
+        let (values, covariance) = both.solve();
+        let inflation = |key: &Key| self.columns.get(key).map_or(1.0, |(_, inflation, _)| *inflation);
+        let most = inflation(&keys[0]).max(inflation(&keys[1]));
+        let known = [(a, a), (a, b), (b, b)].map(|(i, j)| most * covariance[(i, j)]);
+        known.iter().all(|entry| entry.is_finite()).then_some(([values[a], values[b]], known))
+    }
 }
 
 /// The base model's own parameters, which stand in every model.
@@ -129,10 +144,10 @@ pub fn together(members: &[Member]) -> Vec<Repeated> {
 
 /// The groups of columns that join together: an effect's coefficients at one shape.
 #[must_use]
-pub fn candidates(members: &[Member], axis: Axis) -> Vec<Vec<Key>> {
+pub fn candidates<'m>(members: impl IntoIterator<Item = &'m Member>, axis: Axis) -> Vec<Vec<Key>> {
     let mut groups: BTreeMap<(String, Vec<u64>), BTreeSet<Key>> = BTreeMap::new();
     let is_asked = |c: &&Column| c.key.axis == axis && !c.own && !is_base(&c.key) && c.key.is_size();
-    for column in members.iter().flat_map(Member::columns).filter(is_asked) {
+    for column in members.into_iter().flat_map(Member::columns).filter(is_asked) {
         let shape = column.key.shape.iter().map(|x| x.to_bits()).collect();
         groups.entry((column.key.effect.clone(), shape)).or_default().insert(column.key.clone());
     }

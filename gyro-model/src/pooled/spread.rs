@@ -167,21 +167,38 @@ fn crossing(slope: impl Fn(f64) -> f64, start: f64, scale: f64) -> f64 {
         return 0.0;
     }
     let (mut low, mut high) = (0.0, if start > 0.0 { start } else { scale });
+    let (mut at_low, mut at_high) = (slope(low), slope(high));
     for _ in 0..200 {
-        if slope(high) <= 0.0 {
+        if at_high <= 0.0 {
             break;
         }
-        low = high;
+        (low, at_low) = (high, at_high);
         high *= 2.0;
+        at_high = slope(high);
     }
+    // False position, the end that stays counting half (Dowell and Jarratt 1971); a half where it would leave the interval.
+    let mut stays = 0;
     for _ in 0..200 {
-        let middle = 0.5 * (low + high);
-        if high - low <= 1e-14 * high {
+        if high - low <= 1e-14 * high || at_high == 0.0 {
             break;
         }
-        *(if slope(middle) > 0.0 { &mut low } else { &mut high }) = middle;
+        let share = at_low / (at_low - at_high);
+        let middle = low + (high - low) * if (0.0..1.0).contains(&share) { share.max(1e-3) } else { 0.5 };
+        let at_middle = slope(middle);
+        if (middle - low).min(high - middle) <= 1e-15 * high {
+            return middle;
+        }
+        if at_middle > 0.0 {
+            (low, at_low) = (middle, at_middle);
+            at_high *= if stays == 1 { 0.5 } else { 1.0 };
+            stays = 1;
+        } else {
+            (high, at_high) = (middle, at_middle);
+            at_low *= if stays == -1 { 0.5 } else { 1.0 };
+            stays = -1;
+        }
     }
-    0.5 * (low + high)
+    if at_high == 0.0 { high } else { 0.5 * (low + high) }
 }
 
 impl Nested {
@@ -256,6 +273,18 @@ impl Nested {
         })
     }
 
+    /// Standard deviation between parts; `None` from one part.
+    #[must_use]
+    pub fn spread(&self) -> Option<f64> {
+        (self.parts > 1).then(|| self.between.sqrt())
+    }
+
+    /// Standard deviation between the logs of a part; `None` where no part has two.
+    #[must_use]
+    pub fn spread_of_logs(&self) -> Option<f64> {
+        (self.logs > self.parts).then(|| self.within.sqrt())
+    }
+
     /// The quantile of the mean's distribution: 0.975 for an interval of 95 %.
     fn quantile(&self, p: f64) -> f64 {
         if self.freedom.is_finite() {
@@ -322,6 +351,22 @@ impl Nested {
             (weight + w, along + w * r.value)
         });
         (along / weight, 1.0 / weight)
+    }
+
+    /// The same without one part's logs, the spreads being what they are.
+    #[must_use]
+    pub fn beside(&self, own: &[Reading]) -> Self {
+        let (value, variance) = self.of_part(own);
+        let (all, mine) = (self.plain_error.powi(-2), 1.0 / (variance + self.between));
+        let rest = all - mine;
+        Self {
+            parts: self.parts - 1,
+            logs: self.logs.saturating_sub(own.len()),
+            mean: (all * self.mean - mine * value) / rest,
+            plain_error: rest.powf(-0.5),
+            freedom: self.freedom - 1.0,
+            ..*self
+        }
     }
 
     /// What ln L of one part's logs gains over a type that has nothing of it.

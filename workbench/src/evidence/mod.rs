@@ -26,6 +26,10 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::{collections::BTreeMap, fs, path::Path};
 
+mod merge;
+
+pub use merge::{Merged, each, merge};
+
 /// What stands at the head of a file.
 const SCHEMA: &str = "truerate.evidence/1";
 /// What every such schema begins with.
@@ -222,18 +226,7 @@ impl Evidence {
         for log in logs {
             match all.get(&log.sha256) {
                 Some(known) if *known == log => {}
-                Some(known) => bail!(
-                    "two pieces of evidence are of the same log and differ: {} (part {}, type {}, {}) and {} (part {}, type {}, {}): \
-                     leave one of them out",
-                    known.log,
-                    known.part,
-                    known.kind,
-                    known.by,
-                    log.log,
-                    log.part,
-                    log.kind,
-                    log.by
-                ),
+                Some(known) => bail!(differ(known, &log)),
                 None => {
                     all.insert(log.sha256.clone(), log);
                 }
@@ -248,7 +241,7 @@ impl Evidence {
     /// A number that JSON cannot hold.
     pub fn render(&self) -> Result<String> {
         let lines = self.logs.iter().map(serde_json::to_string).collect::<Result<Vec<_>, _>>()?;
-        Ok(format!("{{\"schema\":\"{SCHEMA}\",\"logs\":[\n{}\n],\"sha256\":\"{}\"}}\n", lines.join(",\n"), sum(&lines)))
+        Ok(format!("{}\n{}\n{}\n", head(), lines.join(",\n"), tail(&sum(&lines))))
     }
 
     /// Understands a file's text; `name` is only named in errors.
@@ -281,12 +274,11 @@ impl Evidence {
         ensure!(!whole.logs.is_empty(), "{name}: holds no log: {remedy}");
         let lines = whole.logs.iter().map(serde_json::to_string).collect::<Result<Vec<_>, _>>()?;
         ensure!(
-            sum(&lines) == whole.sha256,
+            several::hexadecimal(&sum(&lines)) == whole.sha256,
             "{name}: was changed after it was written (its checksum differs): copy it again, or {remedy}"
         );
         for log in &whole.logs {
-            let is_sound = log.pieces.iter().all(Piece::is_whole) && log.seconds.is_finite();
-            ensure!(is_sound, "{name}: {} has numbers that no log makes: {remedy}", log.log);
+            ensure!(is_sound(log), "{name}: {} has numbers that no log makes: {remedy}", log.log);
         }
         Self::new(whole.logs).with_context(|| name.to_owned())
     }
@@ -316,8 +308,34 @@ impl Evidence {
     }
 }
 
-fn sum(lines: &[String]) -> String {
-    several::hexadecimal(&Sha256::digest(lines.join("\n").as_bytes()))
+/// The first line of a file.
+fn head() -> String {
+    format!("{{\"schema\":\"{SCHEMA}\",\"logs\":[")
+}
+
+/// The last one.
+fn tail(sum: &[u8]) -> String {
+    format!("],\"sha256\":\"{}\"}}", several::hexadecimal(sum))
+}
+
+/// Of the lines between.
+fn sum(lines: &[String]) -> Vec<u8> {
+    Sha256::digest(lines.join("\n").as_bytes()).to_vec()
+}
+
+/// Whether it holds numbers that a log can make.
+fn is_sound(log: &LogEvidence) -> bool {
+    log.pieces.iter().all(Piece::is_whole) && log.seconds.is_finite()
+}
+
+/// What is said of two pieces of one log that differ.
+fn differ(one: &LogEvidence, other: &LogEvidence) -> String {
+    let name = |own: &LogEvidence| format!("{} (part {}, type {}, {})", own.log, own.part, own.kind, own.by);
+    format!(
+        "two pieces of evidence are of the same log and differ: {} and {}: leave one of them out",
+        name(one),
+        name(other)
+    )
 }
 
 #[cfg(test)]

@@ -29,7 +29,7 @@ fn one(number: u64) -> LogEvidence {
         },
     };
     LogEvidence {
-        sha256: sum(&[number.to_string()]),
+        sha256: several::hexadecimal(&sum(&[number.to_string()])),
         log: format!("log-{number}.csv"),
         part: format!("p{}", number % 5),
         kind: "MPU-6050".into(),
@@ -133,4 +133,42 @@ fn one_log_of_two_parts_is_refused() {
 #[test]
 fn bytes_are_written_as_two_digits_each() {
     assert_eq!(several::hexadecimal(&[0, 10, 255]), "000aff");
+}
+
+#[test]
+fn files_are_merged_line_by_line_into_the_bytes_of_a_merge_in_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name);
+    let file = |name: &str, text: &str| {
+        fs::write(place(name), text).unwrap();
+        place(name)
+    };
+    let parts = [of([3, 9, 1]), of([9, 4]), of([7])].map(|own| own.render().unwrap());
+    // One is written by another hand: white space between the values, and lines that end as on Windows.
+    let spaced = parts[1].replace(",\"log\"", " , \"log\"").replace('\n', "\r\n");
+    let files = [file("a", &parts[0]), file("b", &spaced), file("c", &parts[2])];
+    let merged = merge(&files, &place("all")).unwrap();
+    let whole = of([1, 3, 4, 7, 9]).render().unwrap();
+    assert_eq!(merged, Merged { logs: 5, twice: 1, bytes: whole.len() as u64 });
+    assert_eq!(fs::read_to_string(place("all")).unwrap(), whole);
+    // Into one of them.
+    merge(&[files[2].clone(), place("all")], &files[2]).unwrap();
+    assert_eq!(fs::read_to_string(&files[2]).unwrap(), whole);
+    let mut names = Vec::new();
+    each(&files[2], |log| names.push(log.log)).unwrap();
+    assert_eq!(names.len(), 5);
+    for (damaged, says) in [
+        (parts[0].replace("\"readings\":6000", "\"readings\":6001"), "was changed after it was written"),
+        (parts[0][..parts[0].len() / 2].to_owned(), "ends in the middle"),
+        (String::new(), "is empty"),
+        (Evidence { logs: vec![LogEvidence { seconds: f64::MAX * 2.0, ..one(1) }] }.render().unwrap(), "is damaged"),
+    ] {
+        let bad = file("bad", &damaged);
+        let said = format!("{:#}", merge(&[files[0].clone(), bad.clone()], &place("none")).unwrap_err());
+        assert!(said.contains("bad: ") && said.contains(says) && !place("none").exists(), "{said}");
+        assert!(each(&bad, drop).is_err());
+    }
+    let other = Evidence { logs: vec![LogEvidence { part: "another".into(), ..one(3) }] }.render().unwrap();
+    let said = format!("{:#}", merge(&[files[0].clone(), file("other", &other)], &place("none")).unwrap_err());
+    assert!(said.contains("the same log and differ") && said.contains("part another"), "{said}");
 }

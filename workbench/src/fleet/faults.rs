@@ -1,7 +1,7 @@
 //! Faults of the data whose owner many logs tell: in most logs of a type they are of its driver, range or register, in all logs of one part and
 //! of no other they are that part's.
 
-use crate::evidence::{Evidence, LogEvidence};
+use crate::evidence::LogEvidence;
 use gyro_model::{Axis, fault::FaultKind};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -55,22 +55,38 @@ fn is_of_the_sensor(name: &str) -> bool {
     kinds.iter().any(|kind| kind.name() == name)
 }
 
-/// A log and the faults of one axis of it.
-type Seen<'a> = (&'a LogEvidence, BTreeSet<&'a str>);
+/// The faults of one log, axis by axis.
+pub(super) struct Seen {
+    kind: String,
+    part: String,
+    axes: Vec<(Axis, BTreeSet<String>)>,
+}
+
+impl Seen {
+    pub(super) fn of(log: &LogEvidence) -> Self {
+        let axes = log
+            .axes
+            .iter()
+            .map(|axis| (axis.axis, axis.faults.keys().filter(|name| is_of_the_sensor(name)).cloned().collect()));
+        Self { kind: log.kind.clone(), part: log.part.clone(), axes: axes.collect() }
+    }
+}
+
+/// A log and its faults on one axis.
+type OnAxis<'a> = (&'a Seen, &'a BTreeSet<String>);
 
 /// Those of a fleet.
-pub(super) fn of(evidence: &Evidence) -> Vec<FaultRow> {
-    let mut kinds: BTreeMap<(&str, Axis), Vec<Seen>> = BTreeMap::new();
-    for log in &evidence.logs {
-        for axis in &log.axes {
-            let own = axis.faults.keys().map(String::as_str).filter(|name| is_of_the_sensor(name)).collect();
-            kinds.entry((&log.kind, axis.axis)).or_default().push((log, own));
+pub(super) fn of(seen: &[Seen]) -> Vec<FaultRow> {
+    let mut kinds: BTreeMap<(&str, Axis), Vec<OnAxis>> = BTreeMap::new();
+    for log in seen {
+        for (axis, own) in &log.axes {
+            kinds.entry((&log.kind, *axis)).or_default().push((log, own));
         }
     }
     let mut all = Vec::new();
     for ((kind, axis), logs) in kinds {
         let parts: BTreeSet<&str> = logs.iter().map(|(log, _)| log.part.as_str()).collect();
-        let names: BTreeSet<&str> = logs.iter().flat_map(|(_, own)| own.iter().copied()).collect();
+        let names: BTreeSet<&str> = logs.iter().flat_map(|(_, own)| own.iter().map(String::as_str)).collect();
         for name in names {
             let with: Vec<&str> =
                 logs.iter().filter(|(_, own)| own.contains(name)).map(|(log, _)| log.part.as_str()).collect();

@@ -9,19 +9,25 @@ pub use faults::FaultRow;
 pub(crate) use text::value;
 
 use crate::{
-    evidence::Evidence,
+    evidence::{self, Evidence, LogEvidence},
     report::{Format, Terminal},
 };
+use anyhow::Result;
+use faults::Seen;
 use gyro_model::{
     Axis,
     effects::{find, split_by},
     pooled::{
+        course::Point,
         fleet::{self, Dated, OfLabel, OfPart, OfType, Switched},
+        mount::{Share, Tilt},
         search::Member,
     },
+    thresholds::SIGNIFICANCE,
 };
 use jiff::{Span, civil::Date};
 use serde::Serialize;
+use std::path::Path;
 
 /// What many logs say, with the keys of `truerate.fleet/1`.
 #[derive(Clone, Debug, Serialize)]
@@ -40,6 +46,8 @@ pub struct Fleet {
     pub labels: Vec<LabelRow>,
     /// Faults of the data that are a type's or a part's.
     pub faults: Vec<FaultRow>,
+    /// Misalignments, pair by pair of axes: what of it is the mount's, what the chip's.
+    pub misaligned: Vec<MisalignedRow>,
     /// Effects that the logs together cannot tell apart.
     pub ambiguous: Vec<AmbiguousRow>,
     /// Logs that do not count, and why.
@@ -128,8 +136,37 @@ pub struct PartRow {
     pub p_value: Option<f64>,
     /// When it changed.
     pub changed: Vec<ChangedRow>,
+    /// Its control charts, of four dated logs or more.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub course: Option<CourseRow>,
     /// Its logs.
     pub logs: Vec<String>,
+}
+
+/// A part in time.
+#[derive(Clone, Debug, Serialize)]
+pub struct CourseRow {
+    /// What the charts are held against: before the change, or of all logs.
+    pub level: f64,
+    /// Log by log.
+    pub points: Vec<PointRow>,
+}
+
+/// One log of a part on its charts.
+#[derive(Clone, Debug, Serialize)]
+pub struct PointRow {
+    /// The day.
+    pub day: Date,
+    /// The estimate.
+    pub value: f64,
+    /// Its standard error.
+    pub std_error: f64,
+    /// The exponentially weighted moving average (EWMA).
+    pub average: f64,
+    /// How far that may lie from the level.
+    pub limit: f64,
+    /// The cumulated sum (CUSUM), standard deviations.
+    pub sum: f64,
 }
 
 /// A change of a part in time.
@@ -178,6 +215,8 @@ pub struct LabelRow {
     pub labels: Vec<String>,
     /// Value by value of the first.
     pub values: Vec<ValueRow>,
+    /// Standard deviation between the values; `null` of two.
+    pub spread: Option<f64>,
     /// Chance of such differences where there are none, priced for all labels and parameters.
     pub p_value: f64,
 }
@@ -195,6 +234,83 @@ pub struct ValueRow {
     pub parts: usize,
     /// Logs.
     pub logs: usize,
+}
+
+/// What two axes of a type feel of each other's rate.
+#[derive(Clone, Debug, Serialize)]
+pub struct MisalignedRow {
+    /// The type.
+    #[serde(rename = "type")]
+    pub kind: String,
+    /// The two axes.
+    pub axes: [Axis; 2],
+    /// The third one, about which a mount would be turned.
+    pub about: Axis,
+    /// Whose it is.
+    pub of: Whose,
+    /// By how much the sensor is turned, rad: what the two feel with opposite signs.
+    pub turned: ShareRow,
+    /// The share that they feel with one sign: no mount makes that.
+    pub alike: ShareRow,
+    /// Part by part.
+    pub parts: Vec<MisalignedPart>,
+}
+
+/// Whose a misalignment is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Whose {
+    /// The mount's: the sensor is turned as a whole.
+    Mount,
+    /// The chip's: its axes are not square to each other.
+    Chip,
+    /// Something of either.
+    Both,
+    /// Too little of either to tell.
+    Unknown,
+}
+
+impl Whose {
+    /// In a word.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Mount => "the mount",
+            Self::Chip => "the chip",
+            Self::Both => "both",
+            Self::Unknown => "not told",
+        }
+    }
+}
+
+/// Mean and spreads of one kind of misalignment.
+#[derive(Clone, Debug, Serialize)]
+pub struct ShareRow {
+    /// The mean over the parts.
+    pub mean: f64,
+    /// Standard error of that.
+    pub std_error: Option<f64>,
+    /// Standard deviation between parts; `null` from one part.
+    pub spread: Option<f64>,
+    /// Standard deviation between the logs of a part; `null` where no part has two.
+    pub spread_of_logs: Option<f64>,
+    /// Chance of it where there is nothing, priced for the search.
+    pub p_value: f64,
+}
+
+/// The misalignment of one part, best prediction.
+#[derive(Clone, Debug, Serialize)]
+pub struct MisalignedPart {
+    /// The part.
+    pub part: String,
+    /// By how much it is turned, rad.
+    pub turned: f64,
+    /// Standard error of that.
+    pub turned_error: Option<f64>,
+    /// The share that both axes have alike.
+    pub alike: f64,
+    /// Standard error of that.
+    pub alike_error: Option<f64>,
 }
 
 /// Effects that cannot be told apart.
@@ -237,32 +353,36 @@ fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-impl Fleet {
-    /// What this evidence says.
-    #[must_use]
-    pub fn of(evidence: &Evidence) -> Self {
-        let mut left_out: Vec<LeftOut> = Vec::new();
-        let mut logs = Vec::new();
-        for own in &evidence.logs {
-            if let Some(why) = own.left_out() {
-                left_out.push(LeftOut { log: own.log.clone(), why });
-                continue;
-            }
-            left_out.extend(
-                own.axes
-                    .iter()
-                    .filter(|axis| !axis.left_out.is_empty())
-                    .map(|axis| LeftOut { log: own.log.clone(), why: axis.left_out.clone() }),
-            );
-            logs.push(fleet::FleetLog {
-                name: own.log.clone(),
-                kind: own.kind.clone(),
-                part: own.part.clone(),
-                day: own.day.map(days),
-                labels: own.meta.clone(),
-                member: Member::of(&own.pieces),
-            });
+/// What counts of each log.
+#[derive(Default)]
+struct Gathered {
+    logs: Vec<fleet::FleetLog>,
+    seen: Vec<Seen>,
+    left_out: Vec<LeftOut>,
+}
+
+impl Gathered {
+    fn add(&mut self, own: &LogEvidence) {
+        self.seen.push(Seen::of(own));
+        let left_out = |why: &str| LeftOut { log: own.log.clone(), why: why.to_owned() };
+        if let Some(why) = own.left_out() {
+            self.left_out.push(left_out(&why));
+            return;
         }
+        let axes = own.axes.iter().filter(|axis| !axis.left_out.is_empty());
+        self.left_out.extend(axes.map(|axis| left_out(&axis.left_out)));
+        self.logs.push(fleet::FleetLog {
+            name: own.log.clone(),
+            kind: own.kind.clone(),
+            part: own.part.clone(),
+            day: own.day.map(days),
+            labels: own.meta.clone(),
+            member: Member::of(&own.pieces),
+        });
+    }
+
+    fn fleet(self) -> Fleet {
+        let Self { logs, seen, left_out } = self;
         let mut names: Vec<(&str, &str)> = logs.iter().map(|log| (log.kind.as_str(), log.part.as_str())).collect();
         names.sort_unstable();
         names.dedup();
@@ -273,27 +393,45 @@ impl Fleet {
             let known = units.iter().find(|(kind, key, _)| *kind == own.kind && *key == own.key);
             known.map_or_else(String::new, |(.., unit)| unit.clone())
         };
-        Self {
+        let ambiguous = found.ambiguous.into_iter().map(|own| AmbiguousRow {
+            separate_by: split_by(&own.effect, &own.aliases),
+            kind: own.kind,
+            axis: own.axis,
+            effect: own.effect,
+            aliases: own.aliases,
+        });
+        Fleet {
             schema: "truerate.fleet/1",
             logs: logs.len(),
             part_count,
             types: found.types.iter().map(type_row).collect(),
             parts: found.parts.iter().map(|own| part_row(own, unit(own))).collect(),
             labels: found.labels.into_iter().map(label_row).collect(),
-            faults: faults::of(evidence),
-            ambiguous: found
-                .ambiguous
-                .into_iter()
-                .map(|own| AmbiguousRow {
-                    separate_by: split_by(&own.effect, &own.aliases),
-                    kind: own.kind,
-                    axis: own.axis,
-                    effect: own.effect,
-                    aliases: own.aliases,
-                })
-                .collect(),
+            faults: faults::of(&seen),
+            misaligned: found.tilts.into_iter().map(misaligned_row).collect(),
+            ambiguous: ambiguous.collect(),
             left_out,
         }
+    }
+}
+
+impl Fleet {
+    /// What this evidence says.
+    #[must_use]
+    pub fn of(evidence: &Evidence) -> Self {
+        let mut gathered = Gathered::default();
+        evidence.logs.iter().for_each(|log| gathered.add(log));
+        gathered.fleet()
+    }
+
+    /// What an evidence file says: of each log no more is held than counts here.
+    ///
+    /// # Errors
+    /// As [`evidence::each`].
+    pub fn read(path: &Path) -> Result<Self> {
+        let mut gathered = Gathered::default();
+        evidence::each(path, |log| gathered.add(&log))?;
+        Ok(gathered.fleet())
     }
 
     /// In one of the forms of a report; `name` is the file's.
@@ -342,8 +480,8 @@ fn type_row(own: &OfType) -> TypeRow {
         unit: own.unit.clone(),
         mean: nested.mean,
         std_error: finite(nested.std_error),
-        spread: (nested.parts > 1).then(|| nested.between.sqrt()),
-        spread_of_logs: (nested.logs > nested.parts).then(|| nested.within.sqrt()),
+        spread: nested.spread(),
+        spread_of_logs: nested.spread_of_logs(),
         next: nested.next(),
         p_value: own.p_value,
         p_of_spread: nested.p_of_spread(),
@@ -364,6 +502,41 @@ fn type_row(own: &OfType) -> TypeRow {
     }
 }
 
+fn misaligned_row(own: Tilt) -> MisalignedRow {
+    let row = |share: &Share| ShareRow {
+        mean: share.nested.mean,
+        std_error: finite(share.nested.std_error),
+        spread: share.nested.spread(),
+        spread_of_logs: share.nested.spread_of_logs(),
+        p_value: share.p_value,
+    };
+    let shows = |share: &Share| share.p_value < SIGNIFICANCE.value;
+    MisalignedRow {
+        about: own.about(),
+        of: match (shows(&own.turned), shows(&own.alike)) {
+            (true, true) => Whose::Both,
+            (true, false) => Whose::Mount,
+            (false, true) => Whose::Chip,
+            (false, false) => Whose::Unknown,
+        },
+        turned: row(&own.turned),
+        alike: row(&own.alike),
+        parts: own
+            .parts
+            .into_iter()
+            .map(|own| MisalignedPart {
+                part: own.part,
+                turned: own.turned.0,
+                turned_error: finite(own.turned.1),
+                alike: own.alike.0,
+                alike_error: finite(own.alike.1),
+            })
+            .collect(),
+        axes: own.axes,
+        kind: own.kind,
+    }
+}
+
 fn label_row(own: OfLabel) -> LabelRow {
     let row = |(value, mean, std_error, parts, logs)| ValueRow { value, mean, std_error, parts, logs };
     LabelRow {
@@ -374,8 +547,14 @@ fn label_row(own: OfLabel) -> LabelRow {
         unit: own.unit,
         labels: own.labels,
         values: own.values.into_iter().map(row).collect(),
+        spread: own.spread,
         p_value: own.p_value,
     }
+}
+
+fn point_row(point: &Point) -> PointRow {
+    let Point { day: on, value, std_error, average, limit, sum } = *point;
+    PointRow { day: day(on), value, std_error, average, limit, sum }
 }
 
 fn part_row(own: &OfPart, unit: String) -> PartRow {
@@ -409,6 +588,10 @@ fn part_row(own: &OfPart, unit: String) -> PartRow {
         outlier: own.outlier,
         p_value: own.p_value,
         changed: changed.collect(),
+        course: own
+            .course
+            .as_ref()
+            .map(|course| CourseRow { level: course.level, points: course.points.iter().map(point_row).collect() }),
         logs: own.logs.clone(),
     }
 }

@@ -1,10 +1,11 @@
 //! A fleet on a terminal: what is wrong first.
 
-use super::{ChangedRow, FaultRow, Fleet, LabelRow, PartRow, TypeRow, label};
+use super::{ChangedRow, FaultRow, Fleet, LabelRow, MisalignedRow, PartRow, ShareRow, TypeRow, ValueRow, Whose, label};
 use crate::report::{
     Ink, Terminal,
     units::{shown, thousands, uncertain, within},
 };
+use gyro_model::thresholds::SIGNIFICANCE;
 use std::{collections::BTreeSet, fmt::Write as _};
 
 /// Parts that are told; JSON and the page have them all.
@@ -50,7 +51,7 @@ pub(super) fn render(fleet: &Fleet, name: &str, terminal: Terminal) -> String {
 }
 
 /// `1 log`, `12 logs`.
-fn many(n: usize, what: &str) -> String {
+pub(super) fn many(n: usize, what: &str) -> String {
     format!("{} {what}{}", thousands(n as u64), if n == 1 { "" } else { "s" })
 }
 
@@ -127,6 +128,7 @@ pub(super) fn sentences(fleet: &Fleet) -> Vec<String> {
     }
     all.extend(fleet.faults.iter().map(of_fault));
     all.extend(fleet.labels.iter().map(of_label));
+    all.extend(fleet.misaligned.iter().flat_map(of_misaligned));
     for row in fleet.types.iter().filter(|row| row.is_found()) {
         let what = if row.p_value < SIGNIFICANT {
             format!("has {} of {}", row.label(), value(row.mean, row.std_error, &row.unit))
@@ -192,33 +194,74 @@ fn of_fault(own: &FaultRow) -> String {
     }
 }
 
+/// A misalignment with its owner.
+fn of_misaligned(own: &MisalignedRow) -> Vec<String> {
+    let MisalignedRow { kind, axes: [i, k], about, of, turned, alike, .. } = own;
+    let spread = |share: &ShareRow, unit: &str| {
+        let each = [("part to part", share.spread), ("log to log", share.spread_of_logs)];
+        let told = each.into_iter().filter_map(|(what, spread)| {
+            spread.filter(|spread| *spread > 0.0).map(|spread| format!("{} from {what}", value(spread, None, unit)))
+        });
+        let told = told.collect::<Vec<_>>().join(", ");
+        if told.is_empty() { told } else { format!("; it varies by {told}") }
+    };
+    let mut all = Vec::new();
+    if matches!(of, Whose::Mount | Whose::Both) {
+        all.push(format!(
+            "Type {kind}: the sensor is turned on its mount by {} about {about} (axes {i} and {k} feel each other with opposite signs, \
+             as a rotation makes it{}).",
+            value(turned.mean, turned.std_error, "rad"),
+            spread(turned, "rad")
+        ));
+    }
+    if matches!(of, Whose::Chip | Whose::Both) {
+        all.push(format!(
+            "Type {kind}: axes {i} and {k} feel {} of each other with one sign. No mount makes that: it is the chip's{}.",
+            value(alike.mean, alike.std_error, "1"),
+            spread(alike, "1")
+        ));
+    }
+    all
+}
+
+/// Values of a label that are told, the others being named by their number: the lowest and the highest.
+const TOLD: usize = 6;
+
 fn of_label(own: &LabelRow) -> String {
-    let each = own.values.iter().map(|row| {
+    let each = |row: &ValueRow| {
         format!(
             "{} with {} ({})",
             value(row.mean, Some(row.std_error), &own.unit),
             row.value,
             of_parts(row.logs, row.parts)
         )
-    });
+    };
     let also = own.labels[1..].join(", ");
     let also = if also.is_empty() {
         String::new()
     } else {
         format!(" {also} part the logs in the same way: these logs do not tell which of them it is.")
     };
+    let mut rows: Vec<&ValueRow> = own.values.iter().collect();
+    let told = if rows.len() > TOLD {
+        rows.sort_by(|a, b| a.mean.total_cmp(&b.mean));
+        let (first, last) = (each(rows[0]), each(rows[rows.len() - 1]));
+        format!("from {first} to {last}, {} values", rows.len())
+    } else {
+        rows.into_iter().map(each).collect::<Vec<_>>().join(", ")
+    };
+    let spread = own.spread.map_or_else(String::new, |spread| format!("; spread {}", value(spread, None, &own.unit)));
     format!(
-        "Type {}: {} goes by {}: {} (p = {}).{also}",
+        "Type {}: {} goes by {}: {told}{spread} (p = {}).{also}",
         own.kind,
         label(own.axis, &own.effect, &own.name, &[]),
         own.labels[0],
-        each.collect::<Vec<_>>().join(", "),
         chance(own.p_value)
     )
 }
 
 /// The chance below which a type has an effect.
-const SIGNIFICANT: f64 = 2e-3;
+const SIGNIFICANT: f64 = SIGNIFICANCE.value;
 
 fn others(fleet: &Fleet, part: &PartRow) -> String {
     let row = fleet.types.iter().find(|row| {

@@ -1,6 +1,6 @@
 //! Why a log is refused: what, where, what to do, in one line.
 
-use super::{lacking::Advice, packing::Packing};
+use super::{flags, lacking::Advice, packing::Packing};
 use crate::toml_error::{TomlError, quoted};
 use gyro_model::words::Voice;
 use log_readers::{
@@ -467,10 +467,11 @@ impl fmt::Display for LogError {
         if let Some((number, name)) = &self.column {
             write!(f, " column {number} ({name})")?;
         }
+        let said = |text: &str| flags::spoken(text, self.voice).into_owned();
         match &self.advice {
-            None => write!(f, ": {}", self.problem),
+            None => write!(f, ": {}", said(&self.problem.to_string())),
             Some(advice) => {
-                write!(f, ": {}\n{}", self.problem.found(), advice.why)?;
+                write!(f, ": {}\n{}", said(&self.problem.found()), said(&advice.why))?;
                 match self.voice {
                     Voice::Library => write!(f, "\n{}", call(advice)),
                     Voice::Log | Voice::Stream => write!(f, "\n{}", again(&self.log, advice)),

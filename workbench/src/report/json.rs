@@ -39,7 +39,7 @@ pub(super) fn ladder(ladder: &Ladder, voice: Voice) -> String {
 }
 
 /// `add`, `remove`: the new model's diagnosis, with `added`, `removed` and the axes `before`.
-pub(super) fn change(change: &Change) -> String {
+pub(super) fn change(change: &Change, voice: Voice) -> String {
     #[derive(Serialize)]
     struct Json<'a> {
         #[serde(flatten)]
@@ -50,7 +50,7 @@ pub(super) fn change(change: &Change) -> String {
         #[serde(flatten)]
         together: Together,
     }
-    let mut axes = spoken(&change.after.axes, Voice::Log);
+    let mut axes = spoken(&change.after.axes, voice);
     for axis in &mut axes {
         let before = change.before.axes.iter().find(|b| b.axis == axis.axis);
         let Headline { answer, at_source } = headline::of_change(change.added, change.removed, before, axis);
@@ -60,7 +60,7 @@ pub(super) fn change(change: &Change) -> String {
         after: Diagnosis { axes, ..change.after.clone() },
         added: change.added,
         removed: change.removed,
-        before: spoken(&change.before.axes, Voice::Log),
+        before: spoken(&change.before.axes, voice),
         together: Together::of(
             &change.after.axes.iter().map(|axis| Named::by_change(change.added, axis)).collect::<Vec<_>>(),
         ),

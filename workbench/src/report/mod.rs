@@ -214,7 +214,7 @@ pub fn render_ladder(ladder: &Ladder, format: Format, context: &Context) -> Stri
 #[must_use]
 pub fn render_change(change: &Change, format: Format, context: &Context) -> String {
     match format {
-        Format::Json => json::change(change),
+        Format::Json => json::change(change, context.voice),
         _ => page(change, view::Page::of_change, format, context),
     }
 }

@@ -49,9 +49,9 @@ fn of_pool(names: &[String], r: &Repeated, joint: &Joint) -> Repeats {
                 in_logs(&shown, names)
             ),
         ),
-        Whose::Sensor if shown.len() == n => ("sensor", format!("It is so in all {} logs.", count(n))),
+        Whose::Sensor if shown.len() == n => ("sensor", format!("It is so in {}.", all_of(n))),
         Whose::Sensor if shown.is_empty() => {
-            ("sensor", format!("{clause}: no log shows it alone, all {} together do.", count(n)))
+            ("sensor", format!("{clause}: no log shows it alone, {} together do.", all_of(n)))
         }
         Whose::Sensor => {
             let rest = could.len() - shown.len();
@@ -145,6 +145,11 @@ fn in_logs(list: &[usize], names: &[String]) -> String {
     }
 }
 
+/// `both logs`, `all three logs`.
+fn all_of(n: usize) -> String {
+    if n == 2 { "both logs".to_owned() } else { format!("all {} logs", count(n)) }
+}
+
 fn count(n: usize) -> String {
     let words = ["no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten"];
     words.get(n).map_or_else(|| n.to_string(), |word| (*word).to_owned())
@@ -158,5 +163,5 @@ fn capital(text: &str) -> String {
 /// What is said of one axis.
 pub(super) fn of_axis(axis: Axis, logs: usize, repeats: &[Repeats]) -> String {
     let own: Vec<&str> = repeats.iter().filter(|r| r.axis == axis).map(|r| r.says.as_str()).collect();
-    if own.is_empty() { format!("So it is over all {} logs.", count(logs)) } else { own.join(" ") }
+    if own.is_empty() { format!("So it is over {}.", all_of(logs)) } else { own.join(" ") }
 }
