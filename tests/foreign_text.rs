@@ -215,6 +215,136 @@ fn what_people_and_their_programs_write_is_understood() {
 }
 
 #[test]
+fn what_loggers_scripts_and_databases_write_is_understood() {
+    let bench = Bench::new();
+    bench.file("own.csv", log(2000));
+    let wanted = fitted(&bench, &["own.csv"]);
+    let micros = |t: f64| (t * 1e6).round() as i64;
+    let parts = |t: f64| (micros(t) / 1_000_000, micros(t) % 1_000_000);
+    let day = |t: f64| format!("2026-05-02T09:14:{:09.6}", t % 60.0);
+    let shapes: Vec<(&str, String)> = vec![
+        (
+            "zephyr",
+            written("*** Booting Zephyr OS ***\n", |[t, g, a]| {
+                let (s, us) = parts(*t);
+                format!("[00:00:{s:02}.{:03},{:03}] <inf> imu: gyro_z={g} ref_angle_z={a}", us / 1000, us % 1000)
+            }),
+        ),
+        (
+            "esp-idf",
+            written("rst:0x1 (POWERON)\n", |[t, g, a]| {
+                format!(
+                    "\x1b[0;32mI ({}) imu: gyro: x=0 y=0 z={} dps, encoder_z={} deg\x1b[0m",
+                    micros(*t) / 1000,
+                    g.to_degrees(),
+                    a.to_degrees()
+                )
+            }),
+        ),
+        ("ros", written("", |[t, g, a]| format!("[INFO] [{:.6}] [imu]: gyro z: {g} ref angle z: {a}", 1.79e9 + t))),
+        (
+            "python",
+            written("", |[t, g, a]| {
+                format!("{} - imu - INFO - gyro_z={g} ref_angle_z={a}", day(*t).replace('T', " ").replace('.', ","))
+            }),
+        ),
+        (
+            "systemd",
+            written("", |[t, g, a]| {
+                format!("May 02 09:14:{:09.6} host imu[8]: gyro_z: {g} ref_angle_z: {a}", t % 60.0)
+            }),
+        ),
+        (
+            "teleplot",
+            written("", |[t, g, a]| {
+                let ms = micros(*t) / 1000;
+                format!(">gyro_z:{ms}:{}§deg/s\n>ref_angle_z:{ms}:{}§deg", g.to_degrees(), a.to_degrees())
+            }),
+        ),
+        (
+            "line-protocol",
+            written("", |[t, g, a]| {
+                format!(
+                    "imu,host=a gyro_z={g} {0}000\nshaft ref_angle_z={a} {0}000",
+                    1_790_000_000_000_000 + micros(*t)
+                )
+            }),
+        ),
+        (
+            "long",
+            written("time,measurement,field,value\n", |[t, g, a]| {
+                format!("{t},imu,gyro_z,{g}\n{t},shaft,ref_angle_z,{a}")
+            }),
+        ),
+        (
+            "annotated",
+            format!(
+                "#group,false\n#datatype,string\n,table,_time,_value,_field,_measurement\n{}\n#group,false\n,table,_time,_value,_field,_measurement\n{}",
+                written("", |[t, g, _]| format!(",0,{}Z,{g},gyro_z,imu", day(*t))),
+                written("", |[t, _, a]| format!(",1,{}Z,{a},ref_angle_z,shaft", day(*t)))
+            ),
+        ),
+        (
+            "documents",
+            written("", |[t, g, a]| {
+                let (s, us) = parts(*t);
+                format!(
+                    "header:\n  stamp:\n    sec: {s}\n    nanosec: {}\n  frame_id: imu\nangular_velocity:\n  x: 0.0\n  y: 0.0\n  z: {g}\nshaft:\n  ref_angle_z: {a}\n---",
+                    us * 1000
+                )
+            }),
+        ),
+        (
+            "dicts",
+            written("", |[t, g, a]| format!("{{'t': {t}, 'gyro': (0, 0, {g}), 'ref_angle_z': {a}, 'ok': True}}")),
+        ),
+        (
+            "document",
+            format!(
+                "{{\"meta\": {{\"fs\": 100}}, \"data\": {{\"t\": [{}], \"gyro\": {{\"z\": [{}]}}, \"ref_angle_z\": [{}]}}}}",
+                listed(&|row| row[0]),
+                listed(&|row| row[1]),
+                listed(&|row| row[2])
+            ),
+        ),
+        (
+            "ruled",
+            written("| t | gyro_z | ref_angle_z |\n|---|--------|-------------|\n", |[t, g, a]| {
+                format!("| {t} | {g} | {a} |")
+            }),
+        ),
+        ("united", written("Time,gyro_z,ref_angle_z\n", |[t, g, a]| format!("{t} sec,{g},{a}"))),
+        (
+            "per",
+            written("t_s,yaw_gyro_z_deg_per_s,encoder_z_mrad\n", |[t, g, a]| {
+                format!("{t},{},{}", g.to_degrees(), a * 1e3)
+            }),
+        ),
+        (
+            "stopped-clock",
+            written(
+                "headingTimestamp_since1970(s),motionTimestamp_sinceReboot(s),gyro_z,ref_angle_z\n",
+                |[t, g, a]| format!("1790000000.1,{},{g},{a}", 41_234.5 + t),
+            ),
+        ),
+    ];
+    for (name, text) in shapes {
+        let file = format!("{name}.txt");
+        bench.file(&file, text);
+        let found = fitted(&bench, &[&file]);
+        assert!(
+            (found.0 - wanted.0).abs() < 5e-6 && (found.1 - wanted.1).abs() < 5e-6,
+            "{name}: {found:?}, not {wanted:?}"
+        );
+    }
+}
+
+/// One number of each row, as JSON has a list.
+fn listed(of: &dyn Fn(&[f64; 3]) -> f64) -> String {
+    rows().iter().map(|row| of(row).to_string()).collect::<Vec<_>>().join(", ")
+}
+
+#[test]
 fn a_refusal_says_what_may_be_the_reference_and_ends_in_a_command_that_reads_the_log() {
     let bench = Bench::new();
     bench.file("own.csv", log(2000));
@@ -228,10 +358,16 @@ fn a_refusal_says_what_may_be_the_reference_and_ends_in_a_command_that_reads_the
         )
     });
     let counted = written("t,gyro_z,enc\n", |[t, g, a]| format!("{t},{g},{:.0}", a.to_degrees() / 360.0 * 4096.0));
+    let kinds = written("ready\n", |[t, g, a]| format!("GYRO,{t},0,0,{g}\nENC,{t},{a}"));
+    let degrees = written("t,gyro_z,angle\n", |[t, g, a]| format!("{t},{},{}", g.to_degrees(), a.to_degrees()));
+    let clockwise = written("t,gyro_z,heading_deg\n", |[t, g, a]| format!("{t},{g},{}", -a.to_degrees()));
     let still = written("t,gyro_z\n", |[t, g, _]| format!("{t},{}", 0.01 + 1e-4 * g));
     for (name, text, says, within) in [
         ("echoed.csv", echoed, vec!["orientation.w", "something else than this gyro"], 1e-6),
         ("counted.csv", counted, vec!["counts a turn", "096", "000", "data sheet"], 0.03),
+        ("kinds.txt", kinds, vec!["turns as gyro_z has it"], 1e-6),
+        ("degrees.csv", degrees, vec!["gyro_z_dps=gyro_z", "as its name means"], 1e-6),
+        ("clockwise.csv", clockwise, vec!["counted the other way", "=-heading"], 1e-6),
         ("still.csv", still, vec!["as those of a sensor at rest", "--at-rest"], f64::INFINITY),
     ] {
         bench.file(name, text);
@@ -478,7 +614,7 @@ fn frames_of_a_vehicle_have_the_answer_of_the_same_numbers_in_a_table() {
     let out = bench.ok(&["channels", "file.log", "--dbc", "short.dbc"]);
     assert!(out.contains("likely:\n  --map gyro_z=S03.YR") && out.contains("--map ref_angle_z=CHANNEL"), "{out}");
     let line = bench.refused(&["diagnose", "file.log", "--dbc", "short.dbc"]);
-    assert!(line.contains("likely: --map gyro_z=S03.YR"), "{line}");
+    assert!(line.ends_with("--map gyro_z_dps=S03.YR --map ref_angle_z_deg=S04.AZ"), "{line}");
     let found =
         fitted(&bench, &["file.log", "--dbc", "short.dbc", "--map", "gyro_z=S03.YR", "--map", "ref_angle_z=S04.AZ"]);
     assert!((found.0 - wanted.0).abs() < 1e-9 && (found.1 - wanted.1).abs() < 1e-9, "{found:?} {wanted:?}");

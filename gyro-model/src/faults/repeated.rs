@@ -37,6 +37,9 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
     .into_iter()
     .filter(|of| record.rows.iter().any(|r| of(r).is_finite()))
     .collect();
+    if channels.is_empty() {
+        return;
+    }
     let rows: Vec<usize> =
         (0..record.len()).filter(|&k| channels.iter().all(|of| of(&record.rows[k]).is_finite())).collect();
     if rows.len() < 100 {

@@ -62,13 +62,10 @@ fn converted(source: &mut dyn Read) -> Result<Converted, Unreadable> {
         Unreadable::Unknown("it is JSON by columns, but damaged or incomplete: write it anew, or as CSV")
     })?;
     drop(bytes);
-    let (mut names, mut columns, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
-    for (name, value) in all {
-        match column(value) {
-            Some(items) => named(&name, &items, &mut names, &mut columns),
-            None => left_out.push(name),
-        }
-    }
+    let mut table = Table::default();
+    table.take("", all);
+    table.keep_one();
+    let Table { names, columns, left_out, .. } = table;
     let rows = columns.iter().map(Vec::len).max().unwrap_or(0);
     let mut text = Vec::new();
     let mut line = |cells: &mut dyn Iterator<Item = &str>| {
@@ -86,6 +83,121 @@ fn converted(source: &mut dyn Read) -> Result<Converted, Unreadable> {
     }
     let notes = if left_out.is_empty() { Vec::new() } else { vec![Note::LeftOut { names: left_out }] };
     Ok(Converted { text: Box::new(Cursor::new(text)), notes })
+}
+
+/// Columns that were found in a document, wherever in it.
+#[derive(Default)]
+struct Table {
+    names: Vec<String>,
+    columns: Vec<Vec<String>>,
+    left_out: Vec<String>,
+}
+
+impl Table {
+    /// The columns inside an object at a path.
+    fn take(&mut self, path: &str, object: Map<String, Value>) {
+        for (name, value) in object {
+            let path = if path.is_empty() { name } else { format!("{path}.{name}") };
+            match value {
+                Value::Object(inner) if !is_numbered(&inner) => self.take(&path, inner),
+                value => match column(value) {
+                    // A list of records: a column for each of their fields.
+                    Some(items) if items.iter().any(Value::is_object) => self.records(&path, items),
+                    Some(items) => named(&path, &items, &mut self.names, &mut self.columns),
+                    None => self.left_out.push(path),
+                },
+            }
+        }
+    }
+
+    fn records(&mut self, path: &str, items: Vec<Value>) {
+        let (first, count) = (self.names.len(), items.len());
+        for (row, item) in items.into_iter().enumerate() {
+            for (name, cell) in leaves(path, item) {
+                let place = self.names[first..].iter().position(|known| *known == name).map(|place| first + place);
+                let place = place.unwrap_or_else(|| {
+                    self.names.push(name);
+                    self.columns.push(vec![String::new(); count]);
+                    self.names.len() - 1
+                });
+                self.columns[place][row] = cell;
+            }
+        }
+    }
+
+    /// Lists of another length than the longest ones are no columns of the same table; the path that all share says nothing.
+    fn keep_one(&mut self) {
+        let rows = self.columns.iter().map(Vec::len).max().unwrap_or_default();
+        let (mut names, mut columns) = (Vec::new(), Vec::new());
+        for (name, column) in std::mem::take(&mut self.names).into_iter().zip(std::mem::take(&mut self.columns)) {
+            if 2 * column.len() > rows {
+                names.push(name);
+                columns.push(column);
+            } else {
+                self.left_out.push(name);
+            }
+        }
+        let shared = |name: &String| name.split_once('.').map(|(first, _)| first.to_owned());
+        while let Some(first) = names.first().and_then(shared)
+            && names.iter().all(|name| shared(name).as_ref() == Some(&first))
+        {
+            for name in &mut names {
+                name.drain(..=first.len());
+            }
+        }
+        (self.names, self.columns) = (names, columns);
+    }
+}
+
+/// The numbers and texts inside a value, with their paths.
+fn leaves(path: &str, value: Value) -> Vec<(String, String)> {
+    let inside = |parts: Vec<(String, Value)>| {
+        parts.into_iter().flat_map(|(name, value)| leaves(&format!("{path}.{name}"), value)).collect()
+    };
+    match value {
+        Value::Object(object) => inside(object.into_iter().collect()),
+        Value::Array(items) => {
+            let is_three = items.len() == 3;
+            let name = |k: usize| if is_three { ["x", "y", "z"][k].to_owned() } else { k.to_string() };
+            inside(items.into_iter().enumerate().map(|(k, item)| (name(k), item)).collect())
+        }
+        Value::Null => Vec::new(),
+        Value::String(text) => vec![(path.to_owned(), text)],
+        other => vec![(path.to_owned(), other.to_string())],
+    }
+}
+
+/// Whether an object is a column whose rows are numbered.
+fn is_numbered(object: &Map<String, Value>) -> bool {
+    !object.is_empty() && object.keys().all(|key| key.bytes().all(|b| b.is_ascii_digit()))
+}
+
+impl Columns {
+    /// Whether a text that begins like this is one document whose lists lie further inside: no records one after the other. `is_whole` is
+    /// whether nothing follows.
+    #[must_use]
+    pub fn is_document(start: &[u8], is_whole: bool) -> bool {
+        let text = start.trim_ascii_start();
+        let (mut depth, mut quoted, mut escaped) = (0_usize, false, false);
+        let mut end = None;
+        for (at, &b) in text.iter().enumerate() {
+            match b {
+                _ if escaped => escaped = false,
+                b'\\' if quoted => escaped = true,
+                b'"' => quoted = !quoted,
+                b'{' if !quoted => depth += 1,
+                b'}' if !quoted => depth = depth.saturating_sub(1),
+                _ => {}
+            }
+            if depth == 0 && end.is_none() {
+                end = Some(at + 1);
+                break;
+            }
+        }
+        let has_list = text.contains(&b'[');
+        let is_last = end.is_none_or(|end| is_whole && text[end..].trim_ascii().is_empty());
+        text.starts_with(b"{") && has_list && is_last
+    }
 }
 
 /// With `null` for what Python writes as `NaN`, which is no JSON.
@@ -137,6 +249,27 @@ fn named(name: &str, items: &[Value], names: &mut Vec<String>, columns: &mut Vec
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lists_further_inside_are_columns_and_so_are_the_fields_of_records_in_a_list() {
+        let text = |json: &[u8]| {
+            let (mut table, mut text) = (converted(&mut &json[..]).unwrap(), String::new());
+            table.text.read_to_string(&mut text).unwrap();
+            let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+            let mut names: Vec<&str> = lines[0].split(',').collect();
+            names.sort_unstable();
+            lines[0] = names.join(",");
+            lines
+        };
+        let nested = br#"{"meta": {"fs": 100, "axes": ["x"]}, "data": {"t": [0, 1, 2], "gyro": {"z": [3, 4, 5]}}}"#;
+        assert!(
+            Columns::is_document(nested, true) && !Columns::is_document(b"{\"t\": [0, 1]}\n{\"t\": [2, 3]}\n", true)
+        );
+        let lines = text(nested);
+        assert_eq!((lines[0].as_str(), lines.len()), ("gyro.z,t", 4));
+        let lines = text(br#"{"fs": 100, "samples": [{"t": 0, "w": [1, 2, 3]}, {"t": 1, "w": [4, 5, 6]}]}"#);
+        assert_eq!((lines[0].as_str(), lines[1..].len()), ("t,w.x,w.y,w.z", 2));
+    }
 
     #[test]
     fn lists_numbered_rows_and_lists_of_three_are_one_table() {

@@ -3,7 +3,7 @@
 mod ardupilot;
 mod bag;
 pub mod can;
-mod columns;
+pub mod columns;
 #[cfg(not(target_family = "wasm"))]
 mod db3;
 mod delimited;

@@ -1,6 +1,9 @@
 //! Files that are not read, known by their beginning, and what makes one that is.
 
-use crate::json;
+use crate::{
+    json,
+    text::{is_row, stamp},
+};
 
 /// What a file is, and what to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,9 +43,19 @@ const KNOWN: &[(&[u8], &str, &str)] = &[
 #[must_use]
 pub fn unread(start: &[u8]) -> Option<Unread> {
     let known = KNOWN.iter().find(|(magic, ..)| start.starts_with(magic));
-    if let Some(&(_, what, remedy)) =
-        known.filter(|(magic, ..)| !matches!(*magic, b"{" | b"[") || !json::is_records(start))
-    {
+    let is_binary = |bytes: &[u8]| bytes.iter().any(|&b| b < b' ' && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0c));
+    let holds = |magic: &[u8]| match magic {
+        b"{" => !json::is_records(start),
+        // A list a line, or a time in brackets.
+        b"[" => {
+            let is_text = |line: &&[u8]| is_row(line) || stamp(line).is_some();
+            !json::is_records(start) && start.split(|&b| b == b'\n').take(3).filter(is_text).count() < 2
+        }
+        // The headers may stand above the decoded rows.
+        b"H Product:Blackbox" => is_binary(start),
+        _ => true,
+    };
+    if let Some(&(_, what, remedy)) = known.filter(|(magic, ..)| holds(magic)) {
         return Some(Unread { what, remedy });
     }
     let binary = start.iter().filter(|&&b| b < b' ' && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0c)).count();

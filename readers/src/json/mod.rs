@@ -13,7 +13,10 @@ mod record;
 
 pub(crate) use record::write_text;
 
-use crate::meaning::{What, understand};
+use crate::{
+    meaning::{What, understand},
+    text::stamp,
+};
 use record::Cell;
 use std::{
     collections::{HashMap, HashSet},
@@ -78,7 +81,10 @@ fn prefixed(line: &[u8]) -> Option<usize> {
     const LONGEST_PREFIX: usize = 200;
     let at = line.iter().take(LONGEST_PREFIX).position(|&b| b == b'{')?;
     let (before, after) = (&line[..at], line[at + 1..].trim_ascii_start());
-    let opens = after.first().is_none_or(|&b| matches!(b, b'"' | b'}'));
+    // `{'t': …` and `{TimeUS : …`, as scripts print them.
+    let word = after.iter().take_while(|b| b.is_ascii_alphanumeric() || **b == b'_').count();
+    let is_named = word > 0 && after[word..].trim_ascii_start().starts_with(b":");
+    let opens = after.first().is_none_or(|&b| matches!(b, b'"' | b'\'' | b'}')) || is_named;
     let is_prefix = before.is_empty()
         || before.ends_with(b" ") && !before.contains(&b'"') && !matches!(before[0], b'#' | b'%' | b'/');
     (opens && is_prefix).then_some(at)
@@ -294,7 +300,7 @@ impl Records {
                 Length::Closed(length) => {
                     let at = begins.unwrap_or_default();
                     if let Some(cells) = record::cells(&rest[at..at + length]) {
-                        let topic = String::from_utf8_lossy(rest[..at].trim_ascii()).into_owned();
+                        let (topic, cells) = with_stamp(&rest[..at], cells);
                         self.from += at + length;
                         return Some(Part::Record(topic, cells));
                     }
@@ -311,6 +317,29 @@ impl Records {
             }
         }
     }
+}
+
+/// The topic before a record, and its cells with the time that a logger put before it, where they have none.
+fn with_stamp(before: &[u8], mut cells: Vec<(String, Cell)>) -> (String, Vec<(String, Cell)>) {
+    // A line goes on behind its stamp.
+    let line = [before, b"{"].concat();
+    let Some(found) = stamp(&line) else {
+        return (String::from_utf8_lossy(before.trim_ascii()).into_owned(), cells);
+    };
+    let has_time =
+        cells.iter().any(|(name, _)| understand(name, None).is_some_and(|meaning| meaning.what == What::Time));
+    if !has_time {
+        let time = String::from_utf8_lossy(&line[found.time]).into_owned();
+        cells.insert(0, (if found.in_ms { "time [ms]" } else { "time" }.to_owned(), Cell::Text(time)));
+    }
+    let mut topic = String::from_utf8_lossy(line[found.end..line.len() - 1].trim_ascii()).into_owned();
+    // ArduPilot numbers sensors of one kind in a field.
+    if let Some(place) = cells.iter().position(|(name, cell)| name == "I" && matches!(cell, Cell::Integer(_)))
+        && let Some(number) = cells.remove(place).1.number()
+    {
+        topic = format!("{topic}[{number}]");
+    }
+    (topic, cells)
 }
 
 /// What the column of several times is called.
@@ -487,6 +516,17 @@ mod tests {
         let text = String::from_utf8(out).unwrap();
         assert!(text.starts_with("t,w,a\n0,1,\n0.5,,2\nrst {\n1,1,\n"), "{text}");
         assert!(text.ends_with("39.5,,2\nrst {\n"), "{text}");
+    }
+
+    #[test]
+    fn what_scripts_print_of_their_records_is_read_and_a_stamp_before_them_is_their_time() {
+        let dicts = "{'t': 0.5, 'gyro': (1, 2e-3, -3), 'on': True, 'x': None}\n".repeat(2);
+        assert!(is_records_below(dicts.as_bytes()));
+        assert!(csv(&dicts).starts_with("t,gyro.x,gyro.y,gyro.z,on,x\n0.5,1,0.002,-3,1,\n"), "{}", csv(&dicts));
+        let loose = "2026-05-02 09:14:00.01: IMU {TimeUS : 10, I : 0, GyrX : 0.5}\n2026-05-02 09:14:00.01: IMU {TimeUS : 10, I : 1, GyrX : 2}\n";
+        assert!(csv(loose).starts_with("TimeUS,IMU[0].GyrX,IMU[1].GyrX\n10,0.5,\n10,,2\n"), "{}", csv(loose));
+        let stamped = "2026-05-02T09:14:00.01+0100 robot/imu {\"gz\":1}\n".repeat(2);
+        assert!(csv(&stamped).starts_with("time,gz\n2026-05-02T09:14:00.01+0100,1\n"), "{}", csv(&stamped));
     }
 
     #[test]

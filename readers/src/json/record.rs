@@ -57,6 +57,71 @@ pub(crate) fn write_text(out: &mut Vec<u8>, text: &str) {
 
 /// The cells of a record in its order, each with its path; the first where a path is written twice. `None` where it is no record.
 pub(super) fn cells(bytes: &[u8]) -> Option<Vec<(String, Cell)>> {
+    strict(bytes).or_else(|| strict(&loosened(bytes)?))
+}
+
+/// What scripts print of their own records as JSON: `{'t': 0.5, 'gyro': (1, 2, 3), 'ok': True}`, `{TimeUS : 1, GyrX : 0.5}`; `None` where
+/// nothing is to change.
+fn loosened(bytes: &[u8]) -> Option<Vec<u8>> {
+    let (mut json, mut at) = (Vec::with_capacity(bytes.len() + 16), 0);
+    while at < bytes.len() {
+        let b = bytes[at];
+        match b {
+            b'"' | b'\'' => {
+                let end = bytes[at + 1..].iter().position(|other| *other == b).map(|length| at + 1 + length)?;
+                json.push(b'"');
+                json.extend(bytes[at + 1..end].iter().filter(|b| **b != b'"'));
+                json.push(b'"');
+                at = end + 1;
+                continue;
+            }
+            b'(' => json.push(b'['),
+            b')' => {
+                // `(1,)` is a list of one.
+                while json.last().is_some_and(|b| matches!(b, b',' | b' ')) {
+                    json.pop();
+                }
+                json.push(b']');
+            }
+            b'A'..=b'Z' | b'a'..=b'z' | b'_' => {
+                let is_word = |b: &u8| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'.');
+                let end = at + bytes[at..].iter().position(|b| !is_word(b)).unwrap_or(bytes.len() - at);
+                let (word, rest) = (&bytes[at..end], bytes[end..].trim_ascii_start());
+                match word {
+                    _ if rest.starts_with(b":") => json.extend([b"\"", word, b"\""].concat()),
+                    // `array([1, 2])`, `np.float64(1)` are what stands in their brackets.
+                    _ if rest.starts_with(b"([") || rest.starts_with(b"(") => {
+                        let open = end + bytes[end..].iter().position(|&b| b == b'(')?;
+                        let close = open + bytes[open..].iter().position(|&b| b == b')')?;
+                        json.extend_from_slice(&bytes[open + 1..close]);
+                        at = close + 1;
+                        continue;
+                    }
+                    b"True" | b"true" => json.extend_from_slice(b"true"),
+                    b"False" | b"false" => json.extend_from_slice(b"false"),
+                    b"None" | b"null" | b"nan" | b"NaN" | b"inf" | b"Infinity" => json.extend_from_slice(b"null"),
+                    _ => json.extend([b"\"", word, b"\""].concat()),
+                }
+                at = end;
+                continue;
+            }
+            // `1e-3` is one number.
+            b'0'..=b'9' => {
+                let is_of = |b: &u8| b.is_ascii_digit() || matches!(b, b'.' | b'e' | b'E' | b'+' | b'-');
+                let end = at + bytes[at..].iter().position(|b| !is_of(b)).unwrap_or(bytes.len() - at);
+                json.extend_from_slice(&bytes[at..end]);
+                at = end;
+                continue;
+            }
+            b => json.push(b),
+        }
+        at += 1;
+    }
+    (json != bytes).then_some(json)
+}
+
+/// The cells of a record that is written as JSON is.
+fn strict(bytes: &[u8]) -> Option<Vec<(String, Cell)>> {
     let mut cells = Vec::new();
     let mut json = serde_json::Deserializer::from_slice(bytes);
     Inside { path: "", cells: &mut cells }.deserialize(&mut json).ok()?;

@@ -6,9 +6,9 @@ mod topics;
 mod words;
 
 pub use pick::{Dependent, Pick, Proposal, Second, shell_word};
-pub use text::{counts_rows, epoch_unit, of_names, of_text, stated_rate};
+pub use text::{counts_rows, epoch_unit, of_names, of_text, stated_rate, time_unit};
 pub use topics::of_topics;
-pub use words::{Meaning, What, Who, understand};
+pub use words::{Meaning, What, Who, understand, unit_said};
 
 /// The letters of the axes, in order.
 pub const AXES: [&str; 3] = ["x", "y", "z"];

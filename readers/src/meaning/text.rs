@@ -63,7 +63,9 @@ impl Of<'_> {
             return;
         }
         let times = self.meanings.iter().filter(|(_, meaning)| meaning.what == What::Time);
-        let Some(&(column, ref meaning)) = times.min_by_key(|(column, meaning)| (meaning.rank, *column)) else {
+        // One that stands still in the first rows is another sensor's, where there is a better one.
+        let order = |(column, meaning): &&(usize, Meaning)| (stands_still(self.head, *column), meaning.rank, *column);
+        let Some(&(column, ref meaning)) = times.min_by_key(order) else {
             // Whatever its name is: nothing but a time is written so.
             let written = |field: &Vec<u8>| text::form(field).is_some();
             // A row may be longer than its header.
@@ -288,6 +290,12 @@ fn numbers(head: &Head, column: usize) -> Vec<f64> {
         _ => None,
     });
     numbers.collect()
+}
+
+/// Whether a number is the same in all of the first rows.
+fn stands_still(head: &Head, column: usize) -> bool {
+    let values = numbers(head, column);
+    values.len() > 1 && values.windows(2).all(|pair| pair[0] == pair[1])
 }
 
 /// From row to row, as the first rows show.

@@ -184,6 +184,12 @@ pub fn understand(name: &str, unit: Option<Unit>) -> Option<Meaning> {
         .or_else(|| name.supply())
 }
 
+/// The unit that stands in a name or beside it, whatever it is a name of.
+#[must_use]
+pub fn unit_said(name: &str, unit: Option<Unit>) -> Option<Unit> {
+    Name::of(name, unit).unit
+}
+
 /// Cuts the letter of an axis off a word that is written without a sign before it: `gyroz`, `accelx`.
 fn unsqueeze(words: &mut Vec<String>) {
     const STEMS: [&str; 10] = [
@@ -209,6 +215,18 @@ fn unsqueeze(words: &mut Vec<String>) {
     }
 }
 
+/// The unit that the last words of a name are, a quantity over a time, and how many words that is.
+fn quotient(words: &[String]) -> Option<(Unit, usize)> {
+    let (over, below) = match words {
+        [.., over, per, below] if per == "per" => (over, below),
+        [.., over, below] => (over, below),
+        _ => return None,
+    };
+    let count = if words[words.len() - 2] == "per" { 3 } else { 2 };
+    let found = unit::parse(&format!("{over}/{below}")).filter(|_| words.len() > count)?;
+    matches!(found.quantity, Quantity::Rate | Quantity::Acceleration).then_some((found, count))
+}
+
 /// A name on its way to a meaning.
 struct Name {
     words: Vec<String>,
@@ -222,6 +240,13 @@ impl Name {
         let (bare, in_name) = unit::split(name);
         let mut words = words(bare);
         let mut unit = unit.or(in_name);
+        // A quotient as the last words: gyro_z_rad_s, gyro_z_mrad/s, rate_deg_per_h.
+        if unit.is_none()
+            && let Some((found, count)) = quotient(&words)
+        {
+            unit = Some(found);
+            words.truncate(words.len() - count);
+        }
         // A unit as the last word: gyro_x_dps, timestamp_ns.
         if unit.is_none()
             && words.len() > 1

@@ -1,8 +1,8 @@
 //! One line cut into its fields.
 
 use super::{
-    moment,
     number::{self, Field, Point},
+    stamp::stamp,
 };
 use crate::unit::{self, Quantity, Unit};
 use std::{borrow::Cow, ops::Range};
@@ -41,6 +41,8 @@ pub struct Dialect {
     pub stamped: bool,
     /// Whether each field begins with its name, `gx: 0.1` or `gx=0.1`; the first one may be the time alone, `12 ms`.
     pub labelled: bool,
+    /// Whether units stand behind values, `0.1 sec`, that have no name before them.
+    pub united: bool,
 }
 
 /// As the format of our own logs has it.
@@ -50,7 +52,7 @@ impl Dialect {
     /// Of fields without names in lines without stamps.
     #[must_use]
     pub const fn new(separator: Separator, point: Point) -> Self {
-        Self { separator, point, stamped: false, labelled: false }
+        Self { separator, point, stamped: false, labelled: false, united: false }
     }
 
     /// The same for lines like this one, which may be stamped and its fields labelled.
@@ -62,7 +64,15 @@ impl Dialect {
         let times = || labelled.fields(line).first().is_some_and(|first| is_time(first));
         let bare = stamped.stamped || names.first().is_some_and(Option::is_none) && times();
         let all = names.len() > 1 && names.iter().skip(usize::from(bare)).all(Option::is_some);
-        if all { labelled } else { stamped }
+        // `gyro: x=1 y=2` is a sentence.
+        let all = all && !labelled.fields(line).iter().any(|field| label(field).is_some());
+        if all { labelled } else { Self { united: stamped.has_units(line), ..stamped } }
+    }
+
+    /// Whether units stand behind the numbers between separators that are no blanks.
+    fn has_units(self, line: &[u8]) -> bool {
+        let is_united = |field: &[u8]| with_unit(field).is_some_and(|(_, unit)| unit.quantity != Quantity::Other);
+        self.separator != Separator::Blanks && self.fields(line).into_iter().any(is_united)
     }
 
     /// The names before the fields of a line.
@@ -93,9 +103,10 @@ impl Dialect {
     /// The places of a line's fields, in order; surrounding blanks and quotation marks are not part of them.
     pub fn split(self, line: &[u8], fields: &mut Vec<Range<usize>>) {
         self.cut(line, fields);
-        if self.labelled {
+        if self.labelled || self.united {
             for place in fields {
-                let after = label(&line[place.clone()]).map_or(0, |(_, after)| after);
+                let named = label(&line[place.clone()]).filter(|_| self.labelled);
+                let after = named.map_or(0, |(_, after)| after);
                 *place = trimmed(line, place.start + after..place.end);
                 if let Some((number, _)) = with_unit(&line[place.clone()]) {
                     place.end = place.start + number.len();
@@ -114,6 +125,9 @@ impl Dialect {
             from = stamp.end;
         }
         line = line.strip_suffix(checksum(line)).unwrap_or(line);
+        if let Some((begin, end)) = bracketed(line, from) {
+            (from, line) = (begin, &line[..end]);
+        }
         if self.labelled {
             // A record of JSON.
             line = line.trim_ascii_end();
@@ -141,6 +155,19 @@ impl Dialect {
     }
 }
 
+/// What stands between the brackets around a line, as scripts print a list: `[0.5, 1, 2]`, `(0.5, 1, 2),`.
+fn bracketed(line: &[u8], from: usize) -> Option<(usize, usize)> {
+    let close = match line.get(from)? {
+        b'[' => b']',
+        b'(' => b')',
+        _ => return None,
+    };
+    let inside = line.trim_ascii_end();
+    let inside = inside.strip_suffix(b",").unwrap_or(inside).strip_suffix(&[close])?;
+    let is_one = inside.len() > from && !inside[from + 1..].iter().any(|b| matches!(b, b'[' | b'(' | b']' | b')'));
+    is_one.then_some((from + 1, inside.len()))
+}
+
 /// The checksum at the end of a sentence as NMEA 0183 has it, `$IMU,1,2*5A`; empty where there is none.
 fn checksum(line: &[u8]) -> &[u8] {
     let line = line.trim_ascii_end();
@@ -148,31 +175,6 @@ fn checksum(line: &[u8]) -> &[u8] {
         [b'$' | b'!', .., b'*', a, b] if a.is_ascii_hexdigit() && b.is_ascii_hexdigit() => &line[line.len() - 3..],
         _ => &[],
     }
-}
-
-/// A time that stands before a line.
-struct Stamp {
-    time: Range<usize>,
-    /// Where the line begins.
-    end: usize,
-    /// Whether it is a count of milliseconds.
-    in_ms: bool,
-}
-
-/// The stamp before a line: a time of day and an arrow, as the Arduino IDE has it, `12:30:00.123 -> …`, or the milliseconds since the
-/// start, as ESP-IDF has it, `I (1234) imu: …`.
-fn stamp(line: &[u8]) -> Option<Stamp> {
-    const ARROW: &[u8] = b" -> ";
-    const LONGEST: usize = 40;
-    let begins = &line[..line.len().min(LONGEST)];
-    if let Some(at) = memchr::memmem::find(begins, ARROW) {
-        return moment::form(&line[..at]).map(|_| Stamp { time: 0..at, end: at + ARROW.len(), in_ms: false });
-    }
-    let [b'E' | b'W' | b'I' | b'D' | b'V', b' ', b'(', rest @ ..] = begins else { return None };
-    let digits = rest.iter().take_while(|b| b.is_ascii_digit()).count();
-    let tag = rest[digits..].strip_prefix(b") ")?;
-    let colon = memchr::memmem::find(tag, b": ")?;
-    (digits > 0).then(|| Stamp { time: 3..3 + digits, end: 3 + digits + 2 + colon + 2, in_ms: true })
 }
 
 /// Whether a field without a name may be the time: a number that is not negative.
@@ -370,6 +372,8 @@ mod tests {
         ] {
             assert_eq!(dressed(separator, line).0, ["12", "-1.5", "3"], "{line}");
         }
+        assert_eq!(dressed(comma, "[0.5, 1, -2],").0, ["0.5", "1", "-2"]);
+        assert_eq!(dressed(comma, "0.10 sec,1.5 deg/s,x").0, ["0.10", "1.5", "x"]);
         assert_eq!(dressed(comma, "$IMU,1.5,3*5A").0, ["$IMU", "1.5", "3"]);
         assert_eq!(dressed(comma, "1.5,3*5A").0, ["1.5", "3*5A"]);
         assert_eq!(dressed(comma, "12:30:00,1.5").1, ["", ""]);

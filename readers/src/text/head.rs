@@ -211,9 +211,9 @@ impl Finder {
             Above::Nothing => {
                 note_above(&looked[..first], skipped);
                 let samples = samples(&looked[first..], dialect);
-                let imu = echoed_imu(&dialect.fields(&looked[first].bytes));
-                let line = imu.is_some().then_some(looked[first].number);
-                let names = imu.unwrap_or_else(|| (1..=found).map(|i| format!("column_{i}")).collect());
+                let message = echoed(&dialect.fields(&looked[first].bytes));
+                let line = message.is_some().then_some(looked[first].number);
+                let names = message.unwrap_or_else(|| (1..=found).map(|i| format!("column_{i}")).collect());
                 let head = Head {
                     names,
                     units: vec![None; found],
@@ -265,24 +265,34 @@ fn named_in_the_rows(looked: &[Looked], first: usize, dialect: Dialect, skipped:
     (head, first)
 }
 
-/// The names of a row of a `sensor_msgs/Imu` as `ros2 topic echo --csv` prints it, which writes no header: the stamp in seconds and
-/// nanoseconds, the frame, and three quantities with their covariances.
-fn echoed_imu(fields: &[&[u8]]) -> Option<Vec<String>> {
+/// The names of a row of a message with a header as `ros2 topic echo --csv` prints it, which writes none: the stamp in seconds and
+/// nanoseconds, the frame, and what the number of fields tells; else they are numbered.
+fn echoed(fields: &[&[u8]]) -> Option<Vec<String>> {
     let count = |field: &[u8]| std::str::from_utf8(field).ok().and_then(|text| text.parse::<u64>().ok());
     let axes = |of: &str, axes: &str| -> Vec<String> { axes.chars().map(|axis| format!("{of}.{axis}")).collect() };
     let spread = |of: &str| -> Vec<String> { (0..9).map(|k| format!("{of}_covariance[{k}]")).collect() };
-    let names = [
-        ["header.stamp.sec", "header.stamp.nanosec", "header.frame_id"].map(str::to_owned).to_vec(),
-        axes("orientation", "xyzw"),
-        spread("orientation"),
-        axes("angular_velocity", "xyz"),
-        spread("angular_velocity"),
-        axes("linear_acceleration", "xyz"),
-        spread("linear_acceleration"),
-    ]
-    .concat();
-    let stamp = count(fields.first()?).is_some() && count(fields.get(1)?).is_some_and(|ns| ns < 1_000_000_000);
-    (stamp && fields.len() == names.len() && !is_number(CSV, fields[2])).then_some(names)
+    let stamp = count(fields.first()?).is_some_and(|sec| sec < 1 << 32)
+        && count(fields.get(1)?).is_some_and(|ns| ns < 1_000_000_000);
+    if !stamp || fields.len() < 4 || is_number(CSV, fields[2]) {
+        return None;
+    }
+    let parts = match fields.len() {
+        6 => axes("vector", "xyz"),
+        7 if fields[3..].iter().all(|field| is_number(CSV, field)) => axes("quaternion", "xyzw"),
+        10 => [axes("pose.position", "xyz"), axes("pose.orientation", "xyzw")].concat(),
+        40 => [
+            axes("orientation", "xyzw"),
+            spread("orientation"),
+            axes("angular_velocity", "xyz"),
+            spread("angular_velocity"),
+            axes("linear_acceleration", "xyz"),
+            spread("linear_acceleration"),
+        ]
+        .concat(),
+        count => (4..=count).map(|k| format!("column_{k}")).collect(),
+    };
+    let header = ["header.stamp.sec", "header.stamp.nanosec", "header.frame_id"].map(str::to_owned);
+    Some([header.to_vec(), parts].concat())
 }
 
 /// What the stamp before each line is called.
@@ -317,6 +327,10 @@ fn begin(looked: &[Looked], header: usize, dialect: Dialect, skipped: &mut Skipp
         STAMP.clone_into(first);
     }
     let mut after = header + 1;
+    let rulers = looked[after..].iter().take_while(|line| line.is_blank() || is_ruler(&line.bytes)).count();
+    if looked[after..after + rulers].iter().any(|line| !line.is_blank()) {
+        after += rulers;
+    }
     let below = looked[after..].iter().position(|line| !line.is_blank()).map(|i| i + after);
     let mut units = vec![None; names.len()];
     if let Some(place) = below
@@ -325,6 +339,8 @@ fn begin(looked: &[Looked], header: usize, dialect: Dialect, skipped: &mut Skipp
         skipped.add(Skip::Units, looked[place].number);
         units = row;
         after = place + 1;
+    } else if let Some(place) = below.filter(|_| dialect.united) {
+        units = dialect.units(&looked[place].bytes);
     }
     let samples = samples(&looked[after..], dialect);
     // A separator at the end of the header, or a column of remarks, and none at the end of the rows.
@@ -452,7 +468,11 @@ fn row_of(line: &[u8]) -> Option<Dialect> {
                 (dialect, counted(dialect, line))
             });
             let (dialect, (numbers, filled, fields)) = counts.reduce(|a, b| if b.1.0 > a.1.0 { b } else { a })?;
-            (fields >= 2 && numbers >= 2 && 2 * numbers >= filled).then_some(dialect)
+            // `gyro z: 1.5 angle: 3` is a sentence.
+            let is_sign = |field: &[u8]| matches!(field.last(), Some(b':' | b'='));
+            let is_sentence =
+                separator == Separator::Blanks && !dialect.labelled && dialect.fields(line).into_iter().any(is_sign);
+            (!is_sentence && fields >= 2 && numbers >= 2 && 2 * numbers >= filled).then_some(dialect)
         })
 }
 
@@ -489,6 +509,12 @@ pub(crate) fn units_row(fields: &[&[u8]]) -> Option<Vec<Option<Unit>>> {
     row.iter().any(Option::is_some).then_some(row)
 }
 
+/// Whether a line is drawn below a header: `|-----|-----|`, `----- -----`.
+pub(super) fn is_ruler(line: &[u8]) -> bool {
+    let text = line.trim_ascii();
+    text.len() > 2 && text.iter().all(|b| b"-=+|: \t,;".contains(b)) && text.iter().any(|b| b"-=".contains(b))
+}
+
 enum Above {
     Header(usize),
     DecimalCommas(usize),
@@ -498,7 +524,8 @@ enum Above {
 /// The header that stands over the first row.
 fn header_above(looked: &[Looked], first: usize, dialect: Dialect, found: usize) -> Above {
     let mut nearest = true;
-    for (i, line) in looked[..first].iter().enumerate().rev().filter(|(_, line)| !line.is_blank()) {
+    let above = looked[..first].iter().enumerate().rev();
+    for (i, line) in above.filter(|(_, line)| !line.is_blank() && !is_ruler(&line.bytes)) {
         let fields = dialect.fields(line.bare().0);
         let names = fields.iter().filter(|field| !field.is_empty() && !is_number(dialect, field)).count();
         let is_names = 2 * names > fields.len() && names >= 2;

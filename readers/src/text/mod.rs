@@ -1,16 +1,19 @@
 //! Delimited text: whatever separates its fields, and whatever stands above them.
 
+mod escapes;
 mod fields;
 mod head;
 mod lines;
 mod moment;
 mod number;
 mod skipped;
+mod stamp;
 mod table;
 #[cfg(test)]
 mod tests;
 mod utf16;
 
+pub use escapes::{Plain, Unescaped, has_escapes};
 pub use fields::{CSV, Dialect, Separator, name};
 pub use head::{Finder, Head, HeadError};
 pub use lines::{LONGEST_LINE, LineError};
@@ -22,4 +25,5 @@ pub use utf16::{Utf16, is_utf16};
 pub(crate) use {
     head::{is_number, is_row, units_row},
     lines::Lines as LineReader,
+    stamp::stamp,
 };

@@ -158,7 +158,11 @@ fn whole(digits: &[u8], most: usize) -> Option<i128> {
 fn broken(text: &[u8]) -> Option<i128> {
     let at = text.iter().position(|b| matches!(b, b'.' | b',')).unwrap_or(text.len());
     let seconds = whole(&text[..at], 2)?;
-    let digits = text.get(at + 1..).unwrap_or_default();
+    let mut digits = text.get(at + 1..).unwrap_or_default().to_vec();
+    // Zephyr parts milliseconds and microseconds: `12.345,678`.
+    if text.get(at) == Some(&b'.') && digits.len() == 7 && digits[3] == b',' {
+        digits.remove(3);
+    }
     if !digits.iter().all(u8::is_ascii_digit) {
         return None;
     }

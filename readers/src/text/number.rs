@@ -171,6 +171,11 @@ fn unusual(bytes: &[u8], point: Point) -> Field {
     if lower.contains("1.#inf") {
         return Field::Infinite;
     }
+    // A word as it stands in a register.
+    if let Some(digits) = lower.strip_prefix("0x") {
+        let word = u64::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with('+'));
+        return word.map_or(Field::Text, |word| Field::Number(word as f64));
+    }
     if let Some(rest) = text.strip_prefix('−') {
         return match value(rest.as_bytes(), point) {
             Field::Number(x) => Field::Number(-x),
@@ -323,7 +328,10 @@ mod tests {
         assert_eq!(read(b"nan"), Field::Nan);
         assert_eq!(read(b"-Infinity"), Field::Infinite);
         assert_eq!(read(b"1e999"), Field::Infinite);
-        for text in [&b"0x10"[..], b"\xff\xfe", b".", b"1.2.3", b"1e", b"1e5x", b"1 2", b"1,23", b"0,123", b"1,2345"] {
+        assert_eq!(read(b"0xFFa3"), Field::Number(65_443.0));
+        for text in
+            [&b"0x"[..], b"0x1g", b"\xff\xfe", b".", b"1.2.3", b"1e", b"1e5x", b"1 2", b"1,23", b"0,123", b"1,2345"]
+        {
             assert_eq!(read(text), Field::Text, "{text:?}");
         }
         assert_eq!(read(&b"9".repeat(1_000_000)), Field::Infinite);

@@ -143,7 +143,7 @@ impl Sieve {
             None => return Sifted::Blank,
             Some(_) if self.head.dialect.labelled && self.is_mislabelled(line) => Some(Skip::Text),
             // Almost every row of almost every text.
-            Some(b'0'..=b'9' | b'-' | b'.') if ended => None,
+            Some(b'0'..=b'9' | b'-' | b'.') if ended && line.get(1) != Some(&b'-') => None,
             Some(_) if line.trim_ascii().is_empty() => return Sifted::Blank,
             Some(_) => self.no_row(line, ended),
         };
@@ -169,7 +169,7 @@ impl Sieve {
         if bytes == self.head.raw {
             return Some(Skip::HeaderAgain);
         }
-        if head::remark(bytes.trim_ascii()).is_some() {
+        if head::remark(bytes.trim_ascii()).is_some() || head::is_ruler(bytes) {
             return Some(Skip::Remark);
         }
         if !ended && (self.fields.len() < self.head.names.len() || bytes.contains(&0)) {

@@ -7,10 +7,12 @@ use super::{
 };
 use crate::live::{Content, Fault};
 use anyhow::anyhow;
+use gyro_model::Row;
 use log_readers::{
-    blocks::Blocks,
+    formats::kinds::Kinds,
     json::{Records, is_record_line},
-    text::{CSV, Finder, Head, Sieve, Sifted, Skip, Skipped},
+    shape::{self, Shape},
+    text::{CSV, Finder, Head, Sieve, Sifted, Skip, Skipped, Unescaped},
 };
 use std::{cell::RefCell, collections::VecDeque};
 use workbench::log::{Advice, Layout, LogError, Maps, Options, Problem, RowFault, RowParser, Sample, advise};
@@ -22,9 +24,13 @@ const SHOWN: usize = 80;
 /// The last lines may still be the first rows of a table, or the header and the units above them.
 const MAY_BE_ROWS: usize = 8;
 /// Lines that are kept to find out what they might be.
-const KEPT: usize = 400;
-/// So often it is looked whether lines that were refused are blocks.
-const BLOCKS_EVERY: u64 = 16;
+const KEPT: usize = 2000;
+/// So often it is looked whether lines that were refused are of a shape.
+const SHAPE_EVERY: u64 = 16;
+/// Rows that are held back for their units, at least and at most, and how long of the source's own time, ns.
+const HELD_AT_LEAST: usize = 200;
+const HELD_AT_MOST: usize = 20_000;
+const HELD_FOR_NS: i128 = 10_000_000_000;
 /// Lines above a table.
 const MOST_ABOVE: usize = 500;
 
@@ -34,18 +40,21 @@ pub struct Lines {
     /// The columns' names, where the address says them.
     given: Option<Vec<String>>,
     cutter: Cutter,
+    escapes: Unescaped,
     /// Lines that have begun so far.
     number: u64,
     /// What turns records of JSON into lines of fields, once they are known to be that.
     records: Option<Records>,
-    /// The same of blocks of lines that make one reading.
-    blocks: Option<Blocks>,
-    /// Refused lines after which it is looked for blocks again.
+    /// The same of any other shape.
+    shape: Option<Box<dyn Shape>>,
+    /// Refused lines after which it is looked for a shape again.
     look_again_at: u64,
     finder: Finder,
     /// Lines of the finder that were counted as none of a table.
     told: usize,
     table: Option<Table>,
+    /// Rows that wait until their units are known, where no name says them.
+    held: Option<Held>,
     content: Option<Content>,
     refusal: Option<Refused>,
     options: Options,
@@ -65,6 +74,27 @@ struct Table {
     sieve: Sieve,
     layout: Layout,
     parser: RowParser,
+}
+
+/// Rows that are held back.
+struct Held {
+    rows: Vec<(Row, i128)>,
+    /// So many rows are looked at next.
+    look_at: usize,
+}
+
+impl Default for Held {
+    fn default() -> Self {
+        Self { rows: Vec::new(), look_at: HELD_AT_LEAST }
+    }
+}
+
+impl Held {
+    /// Whether nobody waits for more: a sensor that rests for long tells no unit.
+    fn is_full(&self) -> bool {
+        let span = self.rows.first().zip(self.rows.last()).map_or(0, |((_, from), (_, to))| to - from);
+        span > HELD_FOR_NS || self.rows.len() > HELD_AT_MOST
+    }
 }
 
 impl Table {
@@ -104,13 +134,15 @@ impl Lines {
             maps,
             given,
             cutter: Cutter::default(),
+            escapes: Unescaped::default(),
             number: 0,
             records: None,
-            blocks: None,
-            look_again_at: BLOCKS_EVERY,
+            shape: None,
+            look_again_at: SHAPE_EVERY,
             finder: Finder::default(),
             told: 0,
             table: None,
+            held: None,
             content: None,
             refusal: None,
             options: options.clone(),
@@ -153,12 +185,12 @@ impl Lines {
                 self.records = Some(records);
             }
         }
-        if self.blocks.is_some() {
-            return self.of_block(line, found);
+        if self.shape.is_some() {
+            return self.shaped(line, found);
         }
         let Some(records) = &mut self.records else {
             self.text(line, found);
-            return self.look_for_blocks(found);
+            return self.look_for_shape(found);
         };
         let mut text = Vec::new();
         records.feed(line);
@@ -169,33 +201,34 @@ impl Lines {
         }
     }
 
-    /// A line of a block.
-    fn of_block(&mut self, line: &[u8], found: &mut dyn FnMut(Found)) {
+    /// A line of a shape that is known.
+    fn shaped(&mut self, line: &[u8], found: &mut dyn FnMut(Found)) {
         let mut text = Vec::new();
-        if let Some(blocks) = &mut self.blocks {
-            blocks.line(line, &mut text);
+        if let Some(shape) = &mut self.shape {
+            shape.line(line, &mut text);
         }
         for line in text.split(|&b| b == b'\n').filter(|line| !line.is_empty()) {
             self.text(line, found);
         }
     }
 
-    /// Looks whether the lines that were refused are blocks, and begins with them if so.
-    fn look_for_blocks(&mut self, found: &mut dyn FnMut(Found)) {
-        let is_asked = self.blocks.is_none() && self.given.is_none() && self.table.is_none();
+    /// Looks whether the lines that were refused are of a shape, and begins with them if so.
+    fn look_for_shape(&mut self, found: &mut dyn FnMut(Found)) {
+        let is_asked = self.shape.is_none() && self.given.is_none() && self.table.is_none();
         if !is_asked || self.unread < self.look_again_at {
             return;
         }
-        self.look_again_at = self.unread + BLOCKS_EVERY;
-        self.blocks = Blocks::of(self.refused.iter().map(Vec::as_slice));
-        if self.blocks.is_none() {
+        self.look_again_at = self.unread + SHAPE_EVERY;
+        let lines = || self.refused.iter().map(Vec::as_slice);
+        self.shape = Kinds::of_stream(lines()).or_else(|| shape::of(lines(), false));
+        if self.shape.is_none() {
             return;
         }
         let lines: Vec<Vec<u8>> = self.refused.drain(..).collect();
         let rest: Vec<Vec<u8>> = self.finder.lines().skip(self.told).map(|(line, _)| line.to_vec()).collect();
         self.begin_anew();
         for line in lines.into_iter().chain(rest) {
-            self.of_block(&line, found);
+            self.shaped(&line, found);
         }
     }
 
@@ -228,12 +261,38 @@ impl Lines {
                         found(Found::Fault(fault, says));
                     }
                     if let Some(time) = parsed.time {
-                        found(Found::Row(parsed.row, time));
+                        match &mut self.held {
+                            Some(held) => held.rows.push((parsed.row, time)),
+                            None => found(Found::Row(parsed.row, time)),
+                        }
+                        self.give_held(false, found);
                     }
                 }
                 Err((_, Problem::Length { .. })) => self.other(Fault::Cut, line, found),
                 Err(_) => self.other(Fault::Garbled, line, found),
             },
+        }
+    }
+
+    /// Gives the rows that were held as soon as they tell their units, or when no more are to be waited for.
+    fn give_held(&mut self, is_last: bool, found: &mut dyn FnMut(Found)) {
+        let Some((held, table)) = self.held.as_mut().zip(self.table.as_mut()) else { return };
+        let is_over = is_last || held.is_full();
+        if !is_over && held.rows.len() < held.look_at {
+            return;
+        }
+        held.look_at = 2 * held.rows.len();
+        let first = held.rows.first().map_or(0, |(_, time)| *time);
+        let t_ns = |time: i128| i64::try_from(time - first).unwrap_or_default();
+        let mut rows: Vec<Row> = held.rows.iter().map(|(row, time)| Row { t_ns: t_ns(*time), ..*row }).collect();
+        table.layout.find_units(&mut rows);
+        if table.layout.has_unsaid_units() && !is_over {
+            return;
+        }
+        let times: Vec<i128> = held.rows.drain(..).map(|(_, time)| time).collect();
+        self.held = None;
+        for (row, time) in rows.into_iter().zip(times) {
+            found(Found::Row(Row { t_ns: 0, ..row }, time));
         }
     }
 
@@ -309,6 +368,7 @@ impl Lines {
 
     fn adopt(&mut self, head: Head, layout: Layout) {
         self.content.get_or_insert_with(|| Content::of(&layout));
+        self.held = layout.has_unsaid_units().then(Held::default);
         self.table = Some(Table::new(head, layout));
         self.begin_anew();
         (self.refusal, self.unread) = (None, 0);
@@ -345,7 +405,9 @@ impl Lines {
 impl Format for Lines {
     fn take(&mut self, bytes: &[u8], found: &mut dyn FnMut(Found)) {
         let mut cutter = std::mem::take(&mut self.cutter);
-        cutter.take(bytes, LONGEST, |cut| self.take_cut(cut, found));
+        let mut plain = Vec::with_capacity(bytes.len());
+        self.escapes.take(bytes, &mut plain);
+        cutter.take(&plain, LONGEST, |cut| self.take_cut(cut, found));
         self.cutter = cutter;
     }
 
@@ -362,8 +424,8 @@ impl Format for Lines {
             records.feed(b"");
             records.write(&mut text, true);
         }
-        if let Some(blocks) = &mut self.blocks {
-            blocks.end(&mut text);
+        if let Some(shape) = &mut self.shape {
+            shape.end(&mut text);
         }
         for line in text.split(|&b| b == b'\n').filter(|line| !line.is_empty()) {
             self.text(line, found);
@@ -371,6 +433,7 @@ impl Format for Lines {
         if self.table.is_none() && self.finder.lines().len() > 0 {
             self.settle(found);
         }
+        self.give_held(true, found);
     }
 
     fn content(&self) -> Option<&Content> {
@@ -383,7 +446,7 @@ impl Format for Lines {
 
     fn advice(&self) -> Option<Advice> {
         // It takes longer than a row: again only where much more has come.
-        let much = (self.table.is_some(), self.refused.len() / 50, self.unread.checked_ilog2());
+        let much = (self.table.is_some(), self.refused.len() / 200, self.unread.checked_ilog2());
         let mut advised = self.advised.borrow_mut();
         match &*advised {
             Some((before, advice)) if *before == much => advice.clone(),
@@ -492,6 +555,20 @@ mod tests {
         lines.take(b"3,4.5\n4,4.5\n", &mut |found| rows += usize::from(matches!(found, Found::Row(..))));
         assert_eq!((rows, lines.content().unwrap().gyros.len()), (2, 1));
         assert!(Lines::new(Some("t_ms,temp"), &Options::default(), false).is_err());
+    }
+
+    #[test]
+    fn rows_whose_units_no_name_says_wait_until_gyro_and_reference_tell_them() {
+        use std::fmt::Write as _;
+        let mut text = "t,gz,encoder_angle_z\n".to_owned();
+        for k in 0..1500 {
+            let t = f64::from(k) * 0.01;
+            let _ = writeln!(text, "{t:.2},{:.3},{:.3}", 115.0 * (1.3 * t).cos(), 115.0 / 1.3 * (1.3 * t).sin());
+        }
+        let (rows, _) = read(text.as_bytes(), 1000);
+        assert_eq!(rows.len(), 1500);
+        assert!((rows[0].1.to_degrees() - 115.0).abs() < 0.01, "{}", rows[0].1);
+        assert!(rows[1499].1.to_degrees().abs() > 50.0, "{}", rows[1499].1);
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::{
     error::{LogError, Problem},
     input::Input,
     lacking::Advice,
-    names::Names,
+    names::{Names, time_form},
     unit::{self, Channel, Name},
     unsaid::{self, Unit},
     whole, words,
@@ -14,8 +14,11 @@ use super::{
 use crate::{files, toml_error::quoted};
 use gyro_model::{Axis, Record, Row, units};
 use log_readers::{
-    meaning::{AXES, Pick, Proposal, stated_rate},
-    text::{self, Dialect, Head, Table},
+    can,
+    format::{Note, ROW, Sink, Topic},
+    meaning::{AXES, Pick, Proposal, stated_rate, unit_said},
+    text::{self, Dialect, Form, Head, Table},
+    unit::Quantity,
 };
 use std::path::Path;
 
@@ -126,6 +129,13 @@ impl Sample {
         (10 * even >= 7 * steps.len()).then_some(usual)
     }
 
+    /// A column from its first value on, times a scale: differences of a large count are exact, its product with a unit is not.
+    fn since_first(&self, column: usize, scale: f64) -> Vec<f64> {
+        let values = &self.columns[column];
+        let first = values.iter().copied().find(|x| x.is_finite()).unwrap_or_default();
+        values.iter().map(|x| (x - first) * scale).collect()
+    }
+
     fn varies(&self, column: usize) -> bool {
         let finite = || self.columns[column].iter().copied().filter(|x| x.is_finite());
         let (low, high) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
@@ -176,14 +186,15 @@ pub fn advise(sample: &Sample, maps: &Maps, wants_reference: bool) -> Advice {
         }
     }
     let column_of = |pick: &Pick| (0..sample.columns.len()).find(|&i| sample.channel(i) == pick.channel);
-    let step = match flags.first() {
-        Some(pick) => column_of(pick).map(|column| (column, pick.factor * scale_of(&pick.name))),
+    let times = match flags.first() {
+        Some(pick) => column_of(pick).map(|column| sample.since_first(column, pick.factor * scale_of(&pick.name))),
         None => known_time(sample, &names),
     };
+    let times = times.as_deref();
     let tags: Vec<&str> = sample.texts.iter().flatten().map(String::as_str).collect();
     let angles = tags.iter().any(|tag| ["ypr", "rpy", "euler"].iter().any(|word| tag.to_lowercase().contains(word)));
     if used.gyros.is_empty() {
-        let found = if angles { None } else { gyro(sample, &used, &proposal, step) };
+        let found = if angles { None } else { gyro(sample, &used, &proposal, times) };
         match found {
             Some((picks, says)) => {
                 let gyros = gyros_of(&picks, sample);
@@ -192,21 +203,21 @@ pub fn advise(sample: &Sample, maps: &Maps, wants_reference: bool) -> Advice {
                 holds.push(says);
                 used.columns.extend(gyros.iter().map(|(_, column)| *column));
                 let found =
-                    if wants_reference && !has_reference { reference(sample, &used, &gyros, step) } else { None };
-                if let Some((pick, says)) = found {
-                    flags.push(pick);
+                    if wants_reference && !has_reference { reference(sample, &used, &gyros, times) } else { None };
+                if let Some((picks, says)) = found {
+                    flags.extend(picks);
                     holds.push(says);
                 }
             }
             None => lacks.push("rate of a gyro"),
         }
     } else if wants_reference && !used.references {
-        let found = reference(sample, &used, &used.gyros, step);
+        let found = reference(sample, &used, &used.gyros, times);
         let offered: Vec<Pick> =
             proposal.offered.iter().filter(|pick| pick.name.starts_with("ref_")).cloned().collect();
         match (found, offered.first()) {
-            (Some((pick, says)), _) => {
-                flags.push(pick);
+            (Some((picks, says)), _) => {
+                flags.extend(picks);
                 holds.push(says);
             }
             (None, Some(first)) => {
@@ -263,12 +274,24 @@ pub fn advise(sample: &Sample, maps: &Maps, wants_reference: bool) -> Advice {
     Advice { why, flags: flags.iter().map(ToString::to_string).collect(), ..Advice::default() }
 }
 
-/// The column that is the time already, and its scale to seconds.
-fn known_time(sample: &Sample, names: &Names) -> Option<(usize, f64)> {
+/// The times of the rows by the column that is the time already, s from the first.
+fn known_time(sample: &Sample, names: &Names) -> Option<Vec<f64>> {
     (0..sample.columns.len()).find_map(|column| {
         let Name::Known(Channel::Time, own) = unit::name(&names.renamed[column]) else { return None };
-        let scale = names.conversion(column, Channel::Time, own, &sample.head).scale;
-        Some((column, if sample.moments[column] { 1.0 } else { scale }))
+        let conversion = names.conversion(column, Channel::Time, own, &sample.head);
+        let seconds = match time_form(&sample.head, column, conversion) {
+            Form::Number(exponent) => sample.since_first(column, conversion.scale * 10_f64.powi(exponent - 9)),
+            Form::Parts(fine) => {
+                let whole = sample.since_first(column, 1.0);
+                whole.iter().zip(&sample.columns[fine]).map(|(whole, ns)| whole + ns * 1e-9).collect()
+            }
+            Form::DateAndClock(other) => {
+                let clock = if sample.moments[column] { column } else { other };
+                sample.since_first(clock, 1.0)
+            }
+            _ => sample.since_first(column, 1.0),
+        };
+        Some(seconds)
     })
 }
 
@@ -347,23 +370,91 @@ fn duration(seconds: f64) -> String {
 }
 
 /// Rows of which one column is a gyro's rate about z and another one its angle.
-fn record(sample: &Sample, rate: usize, angle: usize, time: Option<(usize, f64)>) -> Record {
-    let at = |k: usize| {
-        time.map_or(k as f64 * USUAL, |(column, scale)| {
-            // Differences of a large count are exact, its product with a unit is not.
-            (sample.columns[column][k] - sample.columns[column][0]) * scale
-        })
-    };
+fn record(sample: &Sample, rate: &Of, angle: &Of, times: Option<&[f64]>) -> Record {
+    let at = |k: usize| times.map_or(k as f64 * USUAL, |times| times[k]);
     let rows = (0..sample.rows()).map(|k| {
         let mut row = Row { t_ns: (at(k) * 1e9) as i64, ..Row::EMPTY };
-        (row.gyro[2], row.ref_angle[2]) = (sample.columns[rate][k], sample.columns[angle][k]);
+        row.gyro[2] = rate.factor * sample.columns[rate.column][k];
+        *(if angle.is_rate { &mut row.ref_rate[2] } else { &mut row.ref_angle[2] }) =
+            angle.factor * sample.columns[angle.column][k];
         row
     });
-    Record { rows: rows.collect(), ..Record::default() }
+    let mut rows: Vec<Row> = rows.filter(|row| at_all(row)).collect();
+    rows.sort_by_key(|row| row.t_ns);
+    Record { rows, ..Record::default() }
+}
+
+/// Whether a row has a gyro's reading or a reference.
+fn at_all(row: &Row) -> bool {
+    row.gyro[2].is_finite() || row.ref_angle[2].is_finite() || row.ref_rate[2].is_finite()
+}
+
+/// A column as a rate or an angle, with the unit that its name or its file says.
+struct Of {
+    column: usize,
+    is_rate: bool,
+    said: Option<log_readers::unit::Unit>,
+    /// SI units for one of its numbers, where the unit is said.
+    factor: f64,
+}
+
+impl Of {
+    fn of(sample: &Sample, column: usize) -> Self {
+        let head = &sample.head;
+        let said = unit_said(&head.names[column], head.units[column]);
+        let said = said.filter(|unit| matches!(unit.quantity, Quantity::Rate | Quantity::Angle));
+        let is_rate = said.is_some_and(|unit| unit.quantity == Quantity::Rate);
+        let channel = if is_rate { Channel::RefRate(Axis::Z) } else { Channel::RefAngle(Axis::Z) };
+        let factor = said.and_then(|unit| unit::converted(channel, unit)).map_or(1.0, |conversion| conversion.scale);
+        Self { column, is_rate, said, factor }
+    }
+
+    /// As a pick, in the unit that is said, else in the one that was found.
+    fn pick(&self, base: &str, sample: &Sample, found: Unit) -> Pick {
+        self.pick_as(base, self.column, sample, found)
+    }
+
+    /// The same for a column beside it.
+    fn pick_as(&self, base: &str, column: usize, sample: &Sample, found: Unit) -> Pick {
+        match self.said {
+            Some(unit) => Pick::new(base, &sample.channel(column), Some(unit)),
+            None => sample.pick(&format!("{base}{}", found.suffix), column, found.divisor),
+        }
+    }
+}
+
+/// The units in which a rate and what it is held against agree, and how well they do, as r².
+fn agree(sample: &Sample, rate: &Of, other: &Of, times: Option<&[f64]>) -> Option<Agreed> {
+    let record = record(sample, rate, other, times);
+    let is_open = other.said.is_none();
+    let (gyro, reference) =
+        unsaid::told(&record, Axis::Z, rate.said.is_none(), is_open && !other.is_rate, is_open && other.is_rate)?;
+    let (r2, is_other_way) = unsaid::follows(&record, reference).filter(|(r2, _)| *r2 > FOLLOWS)?;
+    Some(Agreed { gyro, reference, r2, is_other_way })
+}
+
+/// How a rate and what it is held against agree.
+struct Agreed {
+    gyro: Unit,
+    reference: Unit,
+    r2: f64,
+    is_other_way: bool,
+}
+
+impl Agreed {
+    /// The pick of a reference with its sign, and the words for it.
+    fn signed(&self, pick: Pick) -> (Pick, &'static str) {
+        if self.is_other_way {
+            let factor = -pick.factor;
+            (Pick { factor, ..pick }, ", counted the other way")
+        } else {
+            (pick, "")
+        }
+    }
 }
 
 /// Columns that may be a gyro's, and its reference where one of the others is the integral of one.
-fn gyro(sample: &Sample, used: &Used, proposal: &Proposal, time: Option<(usize, f64)>) -> Option<(Vec<Pick>, String)> {
+fn gyro(sample: &Sample, used: &Used, proposal: &Proposal, times: Option<&[f64]>) -> Option<(Vec<Pick>, String)> {
     let offered: Vec<Pick> = proposal.offered.iter().filter(|pick| pick.name.starts_with("gyro_")).cloned().collect();
     if !offered.is_empty() {
         let says = offered.iter().map(|pick| quoted(&pick.channel)).collect::<Vec<_>>().join(", ");
@@ -373,19 +464,20 @@ fn gyro(sample: &Sample, used: &Used, proposal: &Proposal, time: Option<(usize, 
         .filter(|i| !used.columns.contains(i) && sample.texts[*i].is_none() && sample.step(*i).is_none())
         .collect();
     let moving: Vec<usize> = free.iter().copied().filter(|&i| sample.varies(i)).collect();
-    if moving.len() <= MOST && time.is_some() {
+    if moving.len() <= MOST && times.is_some() {
         let pairs = moving.iter().flat_map(|&a| moving.iter().map(move |&b| (a, b))).filter(|(a, b)| a != b);
         let followed = pairs.filter_map(|(a, b)| {
-            let record = record(sample, a, b, time);
-            let (gyro, reference) = unsaid::told(&record, Axis::Z, true, true, false)?;
-            let r2 = unsaid::follows(&record, reference)?;
-            (r2 > FOLLOWS).then_some((r2, a, b, gyro, reference))
+            let (a, b) = (Of::of(sample, a), Of::of(sample, b));
+            // An angle is no rate, and two rates do not tell which is the gyro's.
+            let fits = (a.said.is_none() || a.is_rate) && !b.is_rate;
+            fits.then(|| agree(sample, &a, &b, times)).flatten().map(|agreed| (agreed, a, b))
         });
-        if let Some((_, a, b, gyro, reference)) = followed.max_by(|x, y| x.0.total_cmp(&y.0)) {
-            let picks = vec![named("gyro_z", sample, a, gyro), named("ref_angle_z", sample, b, reference)];
-            let says =
-                format!("{} is the rate at which {} turns{}", sample.called(a), sample.called(b), counts(reference));
-            return Some((picks, says));
+        if let Some((agreed, a, b)) = followed.max_by(|x, y| x.0.r2.total_cmp(&y.0.r2)) {
+            let (reference, way) = agreed.signed(b.pick("ref_angle_z", sample, agreed.reference));
+            let picks = vec![a.pick("gyro_z", sample, agreed.gyro), reference];
+            let (rate, angle) = (sample.called(a.column), sample.called(b.column));
+            let counts = if b.said.is_none() { counts(agreed.reference) } else { String::new() };
+            return Some((picks, format!("{rate} is the rate at which {angle} turns{way}{counts}")));
         }
     }
     // Three beside each other are one sensor's axes; gravity tells an accelerometer's.
@@ -402,10 +494,6 @@ fn gyro(sample: &Sample, used: &Used, proposal: &Proposal, time: Option<(usize, 
     let [only] = moving.as_slice() else { return None };
     // Two sensors of a phone's attitude are no rate.
     Some((vec![sample.pick("gyro_z", *only, 1.0)], format!("{} may be the gyro", sample.called(*only))))
-}
-
-fn named(base: &str, sample: &Sample, column: usize, unit: Unit) -> Pick {
-    sample.pick(&format!("{base}{}", unit.suffix), column, unit.divisor)
 }
 
 /// Which counts per turn were taken for an angle, and which fit as well.
@@ -433,27 +521,37 @@ fn is_gravity(sample: &Sample, first: usize) -> bool {
     mean > 0.0 && 10 * near > 9 * lengths.len()
 }
 
-/// An unused column that turns as the rate of one of the gyros has it.
+/// An unused column that turns as the rate of one of the gyros has it; with the gyros in their own unit, where it is not the one that
+/// their names mean.
 fn reference(
     sample: &Sample,
     used: &Used,
     gyros: &[(Axis, usize)],
-    time: Option<(usize, f64)>,
-) -> Option<(Pick, String)> {
+    times: Option<&[f64]>,
+) -> Option<(Vec<Pick>, String)> {
     let free = (0..sample.columns.len()).filter(|i| !used.columns.contains(i) && sample.varies(*i));
     let free: Vec<usize> = free.take(MOST).collect();
     let pairs = gyros.iter().flat_map(|gyro| free.iter().map(move |column| (gyro, *column)));
     pairs.into_iter().find_map(|(&(axis, gyro), column)| {
-        let record = record(sample, gyro, column, time);
-        let (_, reference) = unsaid::told(&record, Axis::Z, true, true, false)?;
-        let r2 = unsaid::follows(&record, reference).filter(|r2| *r2 > FOLLOWS)?;
-        let pick = named(&format!("ref_angle_{axis}"), sample, column, reference);
+        let (own, other) = (Of::of(sample, gyro), Of::of(sample, column));
+        let agreed = agree(sample, &own, &other, times)?;
+        let base = if other.is_rate { "ref_rate" } else { "ref_angle" };
+        let (pick, way) = agreed.signed(other.pick(&format!("{base}_{axis}"), sample, agreed.reference));
+        let counts = if other.said.is_none() { counts(agreed.reference) } else { String::new() };
+        let is_meant = sample.head.names[gyro] != format!("gyro_{axis}") || agreed.gyro.factor == 1.0;
+        let mut picks = vec![pick];
+        let mut unit = String::new();
+        if !is_meant {
+            let of_sensor = gyros.iter().filter(|(axis, column)| sample.head.names[*column] == format!("gyro_{axis}"));
+            picks.extend(of_sensor.map(|(axis, column)| own.pick_as(&format!("gyro_{axis}"), *column, sample, agreed.gyro)));
+            unit = format!(", if that is not in rad/s, as its name means, but in the unit of `{}`", picks[1].name);
+        }
         let says = format!(
-            "{} turns as gyro_{axis} has it (r² {r2:.3}): a reference, if something else than this gyro measured it{}",
+            "{} turns as gyro_{axis} has it{way} (r² {:.3}){unit}: a reference, if something else than this gyro measured it{counts}",
             sample.called(column),
-            counts(reference)
+            agreed.r2,
         );
-        Some((pick, says))
+        Some((picks, says))
     })
 }
 
@@ -466,27 +564,32 @@ pub fn of_file(path: &Path, options: &Options, error: &LogError) -> Option<Advic
     if !is_known || path == Path::new("-") || !options.advises {
         return None;
     }
-    let input = Input::open(path).ok().filter(Input::is_text)?;
-    let mut table = Table::open(input, &|_| false).ok()?;
-    let (head, dialect) = (table.head().clone(), table.dialect());
-    if head.names.len() > WIDEST {
-        return None;
-    }
-    let mut sample = Sample::of(&head, std::iter::empty());
-    for _ in 0..LOOKED_AT {
-        let Ok(Some(row)) = table.next_row() else { break };
-        let fields: Vec<&[u8]> = row.fields().collect();
-        sample.take(dialect, &fields);
-    }
+    let input = Input::open(path).ok()?;
     let maps = Maps::load(options).ok()?;
+    let is_text = input.is_text();
+    let sample = if is_text { of_table(input)? } else { of_messages(input, &maps)? };
     let wants = options.needs_reference && options.reference.is_none();
-    let advice = advise(&sample, &maps, wants);
+    let mut advice = advise(&sample, &maps, wants);
+    // The time of messages is known.
+    advice.flags.retain(|flag| is_text || !flag.starts_with("t="));
     if advice.why.is_empty() {
         return None;
     }
     let claims_nothing = advice.flags.is_empty() && !advice.at_rest;
     if claims_nothing || is_log(path, options, &advice.flags) {
         return Some(advice);
+    }
+    // A second file may need a name, too.
+    if options.reference.is_some() {
+        let mut tried = Options { advises: false, ..options.clone() };
+        tried.map.extend(advice.flags.iter().cloned());
+        let more = whole::read(path, &tried).err().and_then(|error| error.advice.clone())?;
+        let advice = Advice {
+            why: format!("{}; {}", advice.why, more.why),
+            flags: advice.flags.into_iter().chain(more.flags).collect(),
+            ..advice
+        };
+        return is_log(path, options, &advice.flags).then_some(advice);
     }
     // What is at rest needs no reference.
     if advice.at_rest {
@@ -500,6 +603,77 @@ pub fn of_file(path: &Path, options: &Options, error: &LogError) -> Option<Advic
         needs_file: true,
         ..advice
     })
+}
+
+/// The first rows of a table.
+fn of_table(input: Input) -> Option<Sample> {
+    let mut table = Table::open(input, &|_| false).ok()?;
+    let (head, dialect) = (table.head().clone(), table.dialect());
+    if head.names.len() > WIDEST {
+        return None;
+    }
+    let mut sample = Sample::of(&head, std::iter::empty());
+    for _ in 0..LOOKED_AT {
+        let Ok(Some(row)) = table.next_row() else { break };
+        let fields: Vec<&[u8]> = row.fields().collect();
+        sample.take(dialect, &fields);
+    }
+    Some(sample)
+}
+
+/// Messages whose names are those of their writer, as the rows of a table.
+#[derive(Default)]
+struct Gathered {
+    names: Vec<String>,
+    units: Vec<Option<log_readers::unit::Unit>>,
+    /// Where the fields of each topic begin among the names.
+    topics: Vec<usize>,
+    is_known: bool,
+    rows: Vec<(i64, usize, Vec<f64>)>,
+}
+
+impl Sink for Gathered {
+    fn topic(&mut self, topic: &Topic) -> bool {
+        self.is_known |= ![can::KIND, ROW].contains(&topic.kind.as_str());
+        self.topics.push(self.names.len());
+        for field in &topic.fields {
+            self.names.push(topic.channel(field));
+            self.units.push(field.unit);
+        }
+        true
+    }
+
+    fn message(&mut self, topic: usize, time_ns: i64, values: &[f64]) {
+        if self.rows.len() < LOOKED_AT && !self.is_known {
+            self.rows.push((time_ns, topic, values.to_vec()));
+        }
+    }
+
+    fn note(&mut self, _note: Note) {}
+}
+
+fn of_messages(mut input: Input, maps: &Maps) -> Option<Sample> {
+    let mut gathered = Gathered::default();
+    input.read_all(maps.database.as_ref(), &mut gathered).ok()?;
+    let Gathered { names, units, topics, is_known, mut rows } = gathered;
+    if is_known || names.is_empty() || names.len() > WIDEST {
+        return None;
+    }
+    rows.sort_by_key(|row| row.0);
+    let first = rows.first()?.0;
+    let mut columns = vec![Vec::with_capacity(rows.len()); names.len() + 1];
+    for (time, topic, values) in rows {
+        columns[0].push((time - first) as f64 * 1e-9);
+        for (k, column) in columns[1..].iter_mut().enumerate() {
+            let value = k.checked_sub(topics[topic]).and_then(|k| values.get(k));
+            column.push(value.copied().unwrap_or(f64::NAN));
+        }
+    }
+    let count = columns.len();
+    let names = std::iter::once("t".to_owned()).chain(names).collect();
+    let units = std::iter::once(None).chain(units).collect();
+    let head = Head::of_columns(names, units, text::CSV, Vec::new());
+    Some(Sample { head, columns, texts: vec![None; count], moments: vec![false; count] })
 }
 
 /// Whether a file is text with a table.

@@ -5,8 +5,9 @@ use super::{
     error::{Known, Problem, listed},
     names::{Names, time_form},
     unit::{self, Channel, Conversion, Name},
+    unsaid,
 };
-use gyro_model::{Axis, record::FREE_CHANNELS};
+use gyro_model::{Axis, Row, record::FREE_CHANNELS};
 use log_readers::{
     meaning::{Pick, Proposal, Second, stated_rate},
     text::{Form, Head},
@@ -24,6 +25,8 @@ pub struct Column {
     pub conversion: Conversion,
     /// Of a time: how it is written.
     pub form: Form,
+    /// Whether it holds words of 16 bits without their sign.
+    pub is_word: bool,
 }
 
 impl Column {
@@ -118,7 +121,7 @@ impl Layout {
                 layout.time_channel.clone_from(&headers[i]);
             }
             let form = if channel == Channel::Time { time_form(head, i, conversion) } else { Form::Number(0) };
-            layout.columns.push(Column { name, channel, conversion, form });
+            layout.columns.push(Column { name, channel, conversion, form, is_word: false });
         }
         layout.hide_parts_of_time();
         layout.complete(headers, maps)
@@ -144,8 +147,13 @@ impl Layout {
     ) -> Result<Self, Refusal> {
         let (offered, seconds) = (proposal.offered.clone(), proposal.seconds.clone());
         let mut layout = Self { offered, seconds, ..Self::default() };
-        let time =
-            Column { name: "t".into(), channel: Channel::Time, conversion: Conversion::NONE, form: Form::Number(0) };
+        let time = Column {
+            name: "t".into(),
+            channel: Channel::Time,
+            conversion: Conversion::NONE,
+            form: Form::Number(0),
+            is_word: false,
+        };
         layout.columns.push(time);
         for pick in picks {
             let (channel, own) = match unit::name(&pick.name) {
@@ -165,7 +173,13 @@ impl Layout {
             }
             let conversion =
                 Conversion { scale: own.scale * pick.factor, offset: own.offset + own.scale * pick.offset, ..own };
-            layout.columns.push(Column { name: pick.name.clone(), channel, conversion, form: Form::Number(0) });
+            layout.columns.push(Column {
+                name: pick.name.clone(),
+                channel,
+                conversion,
+                form: Form::Number(0),
+                is_word: false,
+            });
         }
         layout.complete(channels, maps)
     }
@@ -238,6 +252,50 @@ impl Layout {
     pub fn referenced(&self) -> Vec<Axis> {
         let has = |a: &Axis| self.has(Channel::RefAngle(*a)) || self.has(Channel::RefRate(*a));
         self.gyros().into_iter().filter(has).collect()
+    }
+
+    /// Whether a gyro beside its reference is in a unit that nobody said.
+    #[must_use]
+    pub fn has_unsaid_units(&self) -> bool {
+        let is_unsaid = |pick: &Pick| {
+            let turns = ["gyro_", "ref_angle_", "ref_rate_"].iter().any(|base| pick.name.starts_with(base));
+            let axis = pick.name.chars().last().and_then(|letter| letter.to_string().parse::<Axis>().ok());
+            turns && !pick.is_unit_said && axis.is_some_and(|axis| self.judged(axis))
+        };
+        self.chosen.iter().any(is_unsaid)
+    }
+
+    /// Whether an axis has a gyro and something that it is held against.
+    fn judged(&self, axis: Axis) -> bool {
+        self.has(Channel::Gyro(axis)) && (self.has(Channel::Quaternion(0)) || self.referenced().contains(&axis))
+    }
+
+    /// Finds the units that nobody said, where these rows tell them, and puts them into the rows.
+    pub fn find_units(&mut self, rows: &mut [Row]) {
+        self.find_words(rows);
+        let factors = unsaid::factors(self, rows);
+        rows.iter_mut().for_each(|row| unsaid::convert(row, self, &factors));
+    }
+
+    /// Gives the words of a gyro their sign that were printed without it, 65 535 for −1: from now on, and in these rows.
+    fn find_words(&mut self, rows: &mut [Row]) {
+        const WORD: f64 = 65_536.0;
+        let unsaid = |name: &str| self.chosen.iter().any(|pick| pick.name == name && !pick.is_unit_said);
+        let of_gyro = |column: &Column| matches!(column.channel, Channel::Gyro(_)) && unsaid(&column.name);
+        let places: Vec<usize> = (0..self.columns.len()).filter(|&i| of_gyro(&self.columns[i])).collect();
+        let axes: Vec<usize> = places.iter().filter_map(|&i| self.columns[i].channel.axis()).map(Axis::index).collect();
+        let readings = || rows.iter().flat_map(|row| axes.iter().map(|&i| row.gyro[i])).filter(|x| x.is_finite());
+        let is_known = places.iter().any(|&i| self.columns[i].is_word);
+        let is_word = |x: f64| x.fract() == 0.0 && (0.0..WORD).contains(&x);
+        if !is_known && !(readings().all(is_word) && readings().any(|x| x >= WORD / 2.0)) {
+            return;
+        }
+        places.iter().for_each(|&i| self.columns[i].is_word = true);
+        for row in rows {
+            for &i in axes.iter().filter(|&&i| row.gyro[i] >= WORD / 2.0).collect::<Vec<_>>() {
+                row.gyro[i] -= WORD;
+            }
+        }
     }
 
     /// Whether some axis has both a gyro and a reference column.

@@ -7,12 +7,11 @@ use crate::{
 };
 use flate2::read::MultiGzDecoder;
 use log_readers::{
-    blocks::{self, Blocks},
     can::Database,
     format::{Format, Note, START, Sink},
-    formats::{Unread, can, kinds::Kinds, recognise, unread},
-    json, packed,
-    text::{Utf16, is_utf16},
+    formats::{Unread, can, columns::Columns, kinds::Kinds, recognise, unread},
+    json, packed, shape,
+    text::{Plain, Utf16, has_escapes, is_utf16},
 };
 use sha2::{Digest, Sha256};
 use std::{
@@ -93,18 +92,30 @@ impl Input {
             start = self::start(&mut bytes, START).map_err(|error| Problem::reading(error, packing))?;
         }
         let (own, mut records) = (is_own(&start), json::is_records(&start));
-        let mut blocks = None;
+        let mut shaped = None;
         let mut format = recognise(if own || records { TEXT } else { &start });
+        if !own && start.trim_ascii_start().starts_with(b"{") && is_text(format) {
+            let is_whole = look_further(&mut bytes, &mut start).map_err(|error| Problem::reading(error, packing))?;
+            if Columns::is_document(&start, is_whole) {
+                (format, records) = (&Columns, false);
+            }
+        }
         if is_text(format) && !own && !records {
             if let Err(error) = look_further(&mut bytes, &mut start) {
                 // What is whole before the damage is read, and the damage reported at its line.
                 bytes = Box::new(Broken(Some(error)));
             }
+            if has_escapes(&start) {
+                bytes = Box::new(Plain::new(Cursor::new(std::mem::take(&mut start)).chain(bytes)));
+                if let Err(error) = look_further(&mut bytes, &mut start) {
+                    bytes = Box::new(Broken(Some(error)));
+                }
+            }
             records = json::is_records_below(&start);
             if !records && Kinds::is_text_of(&start) {
                 format = &Kinds;
             } else if !records {
-                blocks = Blocks::of_start(&start);
+                shaped = shape::of_start(&start);
             }
         }
         let unread = if own || records || !is_text(format) { None } else { unread(&start) };
@@ -116,8 +127,8 @@ impl Input {
         let bytes: Box<dyn Read + Send> = match () {
             () if own => Box::new(AsCsv::new(whole)),
             () if records => Box::new(json::AsCsv::new(whole)),
-            () => match blocks {
-                Some(blocks) => Box::new(blocks::AsCsv::new(whole, blocks)),
+            () => match shaped {
+                Some(shape) => Box::new(shape::AsCsv::new(whole, shape)),
                 None => Box::new(whole),
             },
         };
@@ -201,9 +212,10 @@ impl Read for Broken {
 }
 
 /// Adds what comes next of a text to its start: as much as tells whether its rows are of several kinds.
-fn look_further(source: &mut impl Read, start: &mut Vec<u8>) -> io::Result<()> {
+/// Whether nothing follows.
+fn look_further(source: &mut impl Read, start: &mut Vec<u8>) -> io::Result<bool> {
     const LOOK: u64 = 1 << 15;
-    source.take(LOOK).read_to_end(start).map(drop)
+    source.take(LOOK).read_to_end(start).map(|count| (count as u64) < LOOK)
 }
 
 /// The first bytes of a source: those of its first line, where that comes alone.

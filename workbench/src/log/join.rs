@@ -7,7 +7,7 @@ use super::{
     lacking::Advice,
     pending::Pending,
     reader::Reader,
-    unit::Channel,
+    unit::{self, Channel},
     unsaid::{self, timed},
 };
 use crate::toml_error::quoted;
@@ -16,12 +16,15 @@ use gyro_model::{
     align::align,
     effects::find,
     fault::{DataFault, FaultKind},
-    fit,
+    faults, fit,
     model::Term,
     words::Voice,
 };
-use log_readers::meaning::Pick;
-use std::path::Path;
+use log_readers::{
+    meaning::{Pick, unit_said},
+    unit::Quantity,
+};
+use std::{ops::IndexMut, path::Path};
 
 /// Correlation of the motions that is enough to believe that it is one.
 const ALIKE: f64 = 0.5;
@@ -36,7 +39,7 @@ pub fn with_reference(mut log: Reader, mut other: Reader, second: &Path, voice: 
     if from_gyro && other.layout().gyros().is_empty() {
         let offered = &other.layout().offered;
         let likely = offered.iter().map(Pick::flag).collect::<Vec<_>>().join(" ");
-        let advice = offered.first().map(|pick| Advice {
+        let named = offered.first().map(|pick| Advice {
             why: format!(
                 "{} may be the reference: its name does not say which axis turned, or what it is",
                 quoted(&pick.channel)
@@ -45,6 +48,7 @@ pub fn with_reference(mut log: Reader, mut other: Reader, second: &Path, voice: 
             ..Advice::default()
         });
         let error = refuse(Problem::NoReferenceIn { has: listed(&other.layout().free_names), likely });
+        let advice = turning(&mut log, &mut other)?.or(named);
         return Err(error.advised(advice, true, voice));
     }
     let (mut own, mut rows) = (log.drain()?, other.drain()?);
@@ -81,6 +85,65 @@ pub fn with_reference(mut log: Reader, mut other: Reader, second: &Path, voice: 
     let faults = if shift == 0 { Vec::new() } else { faults };
     log.go_on(merged(&own, &rows), layout, faults);
     Ok(log)
+}
+
+/// The column of the second file that turns as a gyro of the log has it.
+fn turning(log: &mut Reader, other: &mut Reader) -> Result<Option<Advice>, LogError> {
+    /// Columns that are looked at.
+    const MOST: usize = 6;
+    const FOLLOWS: f64 = 0.9;
+    let (own, rows) = (log.drain()?, other.drain()?);
+    let unsaid = log.layout().chosen.iter().any(|pick| pick.name.starts_with("gyro_") && !pick.is_unit_said);
+    let axes = log.layout().gyros();
+    let mut best: Option<(f64, Advice)> = None;
+    for (place, name) in other.layout().free_names.iter().enumerate().take(MOST) {
+        let said = unit_said(name, None).filter(|unit| matches!(unit.quantity, Quantity::Rate | Quantity::Angle));
+        let is_rate = said.is_some_and(|unit| unit.quantity == Quantity::Rate);
+        for &axis in &axes {
+            let channel = if is_rate { Channel::RefRate(axis) } else { Channel::RefAngle(axis) };
+            let factor = said.and_then(|unit| unit::converted(channel, unit)).map_or(1.0, |of| of.scale);
+            let mut reference = rows.clone();
+            for row in &mut reference {
+                let mut only = Row { t_ns: row.row.t_ns, ..Row::EMPTY };
+                let value = factor * row.row.free[place];
+                *(if is_rate { &mut only.ref_rate } else { &mut only.ref_angle }).index_mut(axis.index()) = value;
+                row.row = only;
+            }
+            reference.retain(|row| is_reference_row(&row.row));
+            let Ok(shift) = shift(&own, &reference) else { continue };
+            reference.iter_mut().for_each(|row| row.time += shift);
+            let mut record = Record { rows: timed(&merged(&own, &reference)), ..Record::default() };
+            let is_open = said.is_none();
+            let Some((_, unit)) = unsaid::told(&record, axis, unsaid, is_open && !is_rate, is_open && is_rate) else {
+                continue;
+            };
+            record.rows.iter_mut().for_each(|row| row.ref_angle[axis.index()] *= unit.factor);
+            let Some((ratio, r2)) = faults::ratio_to_reference(&record, axis).filter(|found| found.1 > FOLLOWS) else {
+                continue;
+            };
+            if best.as_ref().is_some_and(|(most, _)| *most >= r2) {
+                continue;
+            }
+            let base = format!("{}_{axis}", if is_rate { "ref_rate" } else { "ref_angle" });
+            let pick = match said {
+                Some(said) => Pick::new(&base, name, Some(said)),
+                None => {
+                    Pick { factor: unit.divisor.recip(), ..Pick::new(&format!("{base}{}", unit.suffix), name, None) }
+                }
+            };
+            let (pick, way) = if ratio < 0.0 {
+                (Pick { factor: -pick.factor, ..pick }, ", counted the other way")
+            } else {
+                (pick, "")
+            };
+            let why = format!(
+                "{} turns as gyro_{axis} has it{way} (r² {r2:.3}): a reference, if something else than this gyro measured it",
+                quoted(name)
+            );
+            best = Some((r2, Advice { why, flags: vec![pick.to_string()], ..Advice::default() }));
+        }
+    }
+    Ok(best.map(|(_, advice)| advice))
 }
 
 /// What is left of the offset between two clocks after the motions were laid over each other, ns: the delay that a fit finds. Between

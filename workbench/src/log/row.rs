@@ -103,6 +103,7 @@ impl RowParser {
                     if let Some(value) = self.value(field, i, channel, &mut faults)?
                         && let Some(place) = place(&mut row, channel)
                     {
+                        let value = if column.is_word && value >= 32_768.0 { value - 65_536.0 } else { value };
                         *place = value * column.conversion.scale + column.conversion.offset;
                     }
                 }

@@ -217,13 +217,13 @@ fn signed(record: &Record, axis: usize) -> Option<Record> {
     Some(signed)
 }
 
-/// How much of the motion about z an angle in this unit shows, as r².
-pub fn follows(record: &Record, angle: Unit) -> Option<f64> {
-    let mut scaled = record.clone();
+/// How much of the motion about z a reference in this unit shows, as r², and whether it turns the other way.
+pub fn follows(record: &Record, angle: Unit) -> Option<(f64, bool)> {
+    let mut scaled = signed(record, 2).unwrap_or_else(|| record.clone());
     for row in &mut scaled.rows {
         row.ref_angle[2] *= angle.factor;
     }
-    faults::ratio_to_reference(&scaled, Axis::Z).map(|(_, r2)| r2)
+    faults::ratio_to_reference(&scaled, Axis::Z).map(|(ratio, r2)| (r2, ratio < 0.0))
 }
 
 /// What nine tenths of the readings are below.

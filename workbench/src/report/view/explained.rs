@@ -31,12 +31,8 @@ fn says(explained: &Explained) -> String {
     let share = explained.promises.map(|share| share.clamp(0.0, 1.0));
     let whole = |share: f64| format!("{:.0} %", 100.0 * share);
     match explained.stage {
-        SuspectStage::Admitted => match share.filter(|share| *share > NEXT_TO_NOTHING) {
-            Some(share) => {
-                format!("can be it: it removes about {} of the error, and nothing speaks against it", whole(share))
-            }
-            None => "can be it: noise does not look like it, and nothing speaks against it".to_owned(),
-        },
+        // What it removes, refitted, is in the list of suspects: one number for one thing.
+        SuspectStage::Admitted => "can be it: nothing speaks against it".to_owned(),
         SuspectStage::Refit => {
             let failed = |name: &TestName| explained.tests.iter().any(|test| test.test == *name && !test.passed);
             let reason = REASONS.iter().find(|(name, _)| failed(name)).map(|(_, reason)| (*reason).to_owned());

@@ -9,15 +9,13 @@
 //! Lines are told apart by what stands between their numbers; each of a block's has names of its own. A line that ends in a colon names
 //! what follows it. What is no line of a block is given as it is.
 
+use super::Shape;
 use crate::{
     json::write_text,
-    text::clock,
+    text::{is_row, stamp},
     unit::{self, Unit},
 };
-use std::{
-    collections::{HashMap, VecDeque},
-    io::{self, Read},
-};
+use std::collections::HashMap;
 
 /// Lines that are looked at for blocks, and how often each line of one has to be there.
 const LOOKED_AT: usize = 400;
@@ -39,7 +37,7 @@ pub struct Blocks {
     /// The row that is being filled, and which kind of line came last.
     row: Vec<Vec<u8>>,
     filled: Option<usize>,
-    stamped: bool,
+    is_stamped: bool,
     heading: String,
     headed: bool,
 }
@@ -56,11 +54,15 @@ impl Blocks {
     #[must_use]
     pub fn of<'a>(lines: impl Iterator<Item = &'a [u8]>) -> Option<Self> {
         let lines: Vec<&str> = lines.take(LOOKED_AT).filter_map(|line| std::str::from_utf8(line).ok()).collect();
-        let stamped = !lines.is_empty() && lines.iter().all(|line| line.trim().is_empty() || stamp(line).is_some());
+        let numbered = || lines.iter().filter(|line| cut(line, "").is_some());
+        // Boot text has none.
+        let stamps = numbered().filter(|line| stamped(line).is_some()).count();
+        let is_stamped = stamps > 0 && stamps as f64 > SHARE * numbered().count() as f64;
+        let in_ms = lines.iter().find_map(|line| stamped(line)).is_some_and(|(_, in_ms, _)| in_ms);
         let mut heading = String::new();
         let mut cuts: Vec<Cut> = Vec::new();
-        for line in lines {
-            let line = if stamped { stamp(line).map_or(line, |(_, rest)| rest) } else { line };
+        for line in &lines {
+            let line = if is_stamped { stamped(line).map_or(*line, |(.., rest)| rest) } else { line };
             match heading_of(line) {
                 Some(named) => named.clone_into(&mut heading),
                 None => cuts.extend(cut(line, &heading)),
@@ -74,7 +76,8 @@ impl Blocks {
         let often = |kind: &str| counts.get(kind).is_some_and(|count| *count >= OFTEN && 3 * count >= most);
         let of_blocks: Vec<&Cut> = cuts.iter().filter(|cut| often(&cut.kind)).collect();
         let mut kinds: HashMap<String, (usize, usize)> = HashMap::new();
-        let mut names: Vec<String> = if stamped { vec!["time".to_owned()] } else { Vec::new() };
+        let time = if in_ms { "time [ms]" } else { "time" };
+        let mut names: Vec<String> = if is_stamped { vec![time.to_owned()] } else { Vec::new() };
         // The order of a whole block: from the second on, for the first may have lost its beginning.
         let first = &of_blocks.first()?.kind;
         let begin = of_blocks.iter().skip(1).position(|cut| cut.kind == *first).map_or(0, |at| at + 1);
@@ -90,23 +93,21 @@ impl Blocks {
             names.extend(cut.names.iter().cloned());
         }
         let in_a_row = of_blocks.windows(2).filter(|pair| pair[0].kind == pair[1].kind).count();
-        let is_one = (2..=MOST_LINES).contains(&kinds.len())
+        let is_block = kinds.len() > 1 && (in_a_row as f64) < IN_A_ROW * of_blocks.len() as f64;
+        // Sentences, a row each: where a table does not see the names.
+        let rows = || lines.iter().filter(|line| is_row(line.as_bytes())).count();
+        let is_sentence = kinds.len() == 1 && names.len() > 1 && (rows() as f64) < (1.0 - SHARE) * lines.len() as f64;
+        let is_one = kinds.len() <= MOST_LINES
             && names.len() <= MOST_NUMBERS
             && of_blocks.len() as f64 > SHARE * cuts.len() as f64
-            && (in_a_row as f64) < IN_A_ROW * of_blocks.len() as f64;
+            && (is_block || is_sentence);
         let row = vec![Vec::new(); names.len()];
-        is_one.then_some(Self { kinds, names, row, filled: None, stamped, heading: String::new(), headed: false })
+        is_one.then_some(Self { kinds, names, row, filled: None, heading: String::new(), headed: false, is_stamped })
     }
+}
 
-    /// The same of a text's beginning.
-    #[must_use]
-    pub fn of_start(start: &[u8]) -> Option<Self> {
-        let whole = start.iter().rposition(|&b| b == b'\n').map_or(&b""[..], |end| &start[..end]);
-        Self::of(whole.split(|&b| b == b'\n'))
-    }
-
-    /// Takes a line, and adds what it completes.
-    pub fn line(&mut self, line: &[u8], out: &mut Vec<u8>) {
+impl Shape for Blocks {
+    fn line(&mut self, line: &[u8], out: &mut Vec<u8>) {
         if !std::mem::replace(&mut self.headed, true) {
             for (k, name) in self.names.iter().enumerate() {
                 if k > 0 {
@@ -117,8 +118,8 @@ impl Blocks {
             out.push(b'\n');
         }
         let text = String::from_utf8_lossy(line);
-        let (time, rest) = match stamp(&text).filter(|_| self.stamped) {
-            Some((time, rest)) => (Some(time), rest),
+        let (time, rest) = match stamped(&text).filter(|_| self.is_stamped) {
+            Some((time, _, rest)) => (Some(time), rest),
             None => (None, &*text),
         };
         if let Some(named) = heading_of(rest) {
@@ -149,7 +150,7 @@ impl Blocks {
     }
 
     /// Gives the row that is being filled.
-    pub fn end(&mut self, out: &mut Vec<u8>) {
+    fn end(&mut self, out: &mut Vec<u8>) {
         if self.filled.take().is_none() {
             return;
         }
@@ -161,7 +162,9 @@ impl Blocks {
         }
         out.push(b'\n');
     }
+}
 
+impl Blocks {
     /// What is no line of a block.
     fn other(&mut self, line: &[u8], out: &mut Vec<u8>) {
         self.end(out);
@@ -170,10 +173,10 @@ impl Blocks {
     }
 }
 
-/// The stamp of a line, as the Arduino IDE puts it there, and the line.
-fn stamp(line: &str) -> Option<(&str, &str)> {
-    let (time, rest) = line.split_once(" -> ")?;
-    (clock(time.as_bytes()).is_some()).then_some((time, rest))
+/// The stamp of a line, whether it counts milliseconds, and the line.
+fn stamped(line: &str) -> Option<(&str, bool, &str)> {
+    let found = stamp(line.as_bytes())?;
+    Some((line.get(found.time)?, found.in_ms, line.get(found.end..)?))
 }
 
 /// What a line without numbers names that follows it: `Gyroscope:`.
@@ -320,64 +323,16 @@ fn named(heading: &str, labels: &[String], units: &[Option<Unit>]) -> Vec<String
     labels.iter().enumerate().map(|(k, label)| name(k, label)).collect()
 }
 
-/// A text of blocks as the CSV that they mean.
-pub struct AsCsv<R> {
-    source: R,
-    blocks: Blocks,
-    /// The line under way.
-    line: Vec<u8>,
-    lines: VecDeque<u8>,
-    ended: bool,
-}
-
-impl<R: Read> AsCsv<R> {
-    /// Of a text that begins like this.
-    pub fn new(source: R, blocks: Blocks) -> Self {
-        Self { source, blocks, line: Vec::new(), lines: VecDeque::new(), ended: false }
-    }
-
-    fn more(&mut self) -> io::Result<()> {
-        const PIECE: usize = 1 << 16;
-        let mut buffer = vec![0; PIECE];
-        let count = self.source.read(&mut buffer)?;
-        let mut out = Vec::new();
-        for &b in &buffer[..count] {
-            if b == b'\n' {
-                self.blocks.line(&std::mem::take(&mut self.line), &mut out);
-            } else if self.line.len() <= PIECE {
-                self.line.push(b);
-            }
-        }
-        if count == 0 {
-            self.ended = true;
-            // A last line without its end is torn.
-            self.blocks.end(&mut out);
-        }
-        self.lines.extend(out);
-        Ok(())
-    }
-}
-
-impl<R: Read> Read for AsCsv<R> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        while self.lines.is_empty() && !self.ended {
-            match self.more() {
-                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                other => other?,
-            }
-        }
-        self.lines.read(buffer)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shape::AsCsv;
+    use std::io::Read;
 
     fn csv(text: &str) -> Option<Vec<String>> {
         let mut out = String::new();
-        let blocks = Blocks::of_start(text.as_bytes())?;
-        AsCsv::new(text.as_bytes(), blocks).read_to_string(&mut out).unwrap();
+        let blocks = Blocks::of(text.lines().map(str::as_bytes))?;
+        AsCsv::new(text.as_bytes(), Box::new(blocks)).read_to_string(&mut out).unwrap();
         Some(out.lines().map(str::to_owned).collect())
     }
 
@@ -441,7 +396,7 @@ mod tests {
             ["0.@,1,2\n1.@,1,\n", "t:@ gz:1 enc:2\nt:@ gz:1 enc:\n", "$IMU,@,1\n$IMU,@,2\n", "@ 1 2\n", "gz: @\n", ""]
         {
             let text: String = (0..20).map(|k| row.replace('@', &k.to_string())).collect();
-            assert!(Blocks::of_start(text.as_bytes()).is_none(), "{row}");
+            assert!(Blocks::of(text.lines().map(str::as_bytes)).is_none(), "{row}");
         }
     }
 }
