@@ -234,16 +234,8 @@ pub fn advise(sample: &Sample, maps: &Maps, wants_reference: bool) -> Advice {
     }
     let mut why = holds.join("; ");
     if !lacks.is_empty() {
-        let but = if angles { ", only angles," } else { "" };
-        let neither = match lacks.as_slice() {
-            [one] => format!("no {one} is in it"),
-            _ => format!("neither a time nor the rate of a gyro{but} is in it"),
-        };
-        let time = if lacks.contains(&"time") { " (no column only grows)" } else { "" };
         let end = if why.is_empty() { "" } else { "; " };
-        why = format!(
-            "{why}{end}{neither}{time}: print both in each row, such as t_ms,gyro_x,gyro_y,gyro_z and a reference"
-        );
+        why = format!("{why}{end}{}", lacking(&lacks, angles));
         flags.clear();
     }
     // Units that no reference tells.
@@ -272,6 +264,17 @@ pub fn advise(sample: &Sample, maps: &Maps, wants_reference: bool) -> Advice {
         return Advice { why, flags, needs_file: still.is_none(), at_rest: still.is_some() };
     }
     Advice { why, flags: flags.iter().map(ToString::to_string).collect(), ..Advice::default() }
+}
+
+/// What is not in a text that a log needs; `angles` where only those of an attitude are in it.
+fn lacking(lacks: &[&str], angles: bool) -> String {
+    let but = if angles { ", only angles," } else { "" };
+    let neither = match lacks {
+        [one] => format!("no {one} is in it"),
+        _ => format!("neither a time nor the rate of a gyro{but} is in it"),
+    };
+    let time = if lacks.contains(&"time") { " (no column only grows)" } else { "" };
+    format!("{neither}{time}: print both in each row, such as t_ms,gyro_x,gyro_y,gyro_z and a reference")
 }
 
 /// The times of the rows by the column that is the time already, s from the first.
@@ -370,7 +373,7 @@ fn duration(seconds: f64) -> String {
 }
 
 /// Rows of which one column is a gyro's rate about z and another one its angle.
-fn record(sample: &Sample, rate: &Of, angle: &Of, times: Option<&[f64]>) -> Record {
+fn record(sample: &Sample, rate: &Turning, angle: &Turning, times: Option<&[f64]>) -> Record {
     let at = |k: usize| times.map_or(k as f64 * USUAL, |times| times[k]);
     let rows = (0..sample.rows()).map(|k| {
         let mut row = Row { t_ns: (at(k) * 1e9) as i64, ..Row::EMPTY };
@@ -379,7 +382,7 @@ fn record(sample: &Sample, rate: &Of, angle: &Of, times: Option<&[f64]>) -> Reco
             angle.factor * sample.columns[angle.column][k];
         row
     });
-    let mut rows: Vec<Row> = rows.filter(|row| at_all(row)).collect();
+    let mut rows: Vec<Row> = rows.filter(at_all).collect();
     rows.sort_by_key(|row| row.t_ns);
     Record { rows, ..Record::default() }
 }
@@ -390,7 +393,7 @@ fn at_all(row: &Row) -> bool {
 }
 
 /// A column as a rate or an angle, with the unit that its name or its file says.
-struct Of {
+struct Turning {
     column: usize,
     is_rate: bool,
     said: Option<log_readers::unit::Unit>,
@@ -398,7 +401,7 @@ struct Of {
     factor: f64,
 }
 
-impl Of {
+impl Turning {
     fn of(sample: &Sample, column: usize) -> Self {
         let head = &sample.head;
         let said = unit_said(&head.names[column], head.units[column]);
@@ -424,7 +427,7 @@ impl Of {
 }
 
 /// The units in which a rate and what it is held against agree, and how well they do, as r².
-fn agree(sample: &Sample, rate: &Of, other: &Of, times: Option<&[f64]>) -> Option<Agreed> {
+fn agree(sample: &Sample, rate: &Turning, other: &Turning, times: Option<&[f64]>) -> Option<Agreed> {
     let record = record(sample, rate, other, times);
     let is_open = other.said.is_none();
     let (gyro, reference) =
@@ -467,7 +470,7 @@ fn gyro(sample: &Sample, used: &Used, proposal: &Proposal, times: Option<&[f64]>
     if moving.len() <= MOST && times.is_some() {
         let pairs = moving.iter().flat_map(|&a| moving.iter().map(move |&b| (a, b))).filter(|(a, b)| a != b);
         let followed = pairs.filter_map(|(a, b)| {
-            let (a, b) = (Of::of(sample, a), Of::of(sample, b));
+            let (a, b) = (Turning::of(sample, a), Turning::of(sample, b));
             // An angle is no rate, and two rates do not tell which is the gyro's.
             let fits = (a.said.is_none() || a.is_rate) && !b.is_rate;
             fits.then(|| agree(sample, &a, &b, times)).flatten().map(|agreed| (agreed, a, b))
@@ -533,7 +536,7 @@ fn reference(
     let free: Vec<usize> = free.take(MOST).collect();
     let pairs = gyros.iter().flat_map(|gyro| free.iter().map(move |column| (gyro, *column)));
     pairs.into_iter().find_map(|(&(axis, gyro), column)| {
-        let (own, other) = (Of::of(sample, gyro), Of::of(sample, column));
+        let (own, other) = (Turning::of(sample, gyro), Turning::of(sample, column));
         let agreed = agree(sample, &own, &other, times)?;
         let base = if other.is_rate { "ref_rate" } else { "ref_angle" };
         let (pick, way) = agreed.signed(other.pick(&format!("{base}_{axis}"), sample, agreed.reference));

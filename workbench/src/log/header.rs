@@ -274,7 +274,9 @@ impl Layout {
     pub fn find_units(&mut self, rows: &mut [Row]) {
         self.find_words(rows);
         let factors = unsaid::factors(self, rows);
-        rows.iter_mut().for_each(|row| unsaid::convert(row, self, &factors));
+        for row in rows {
+            unsaid::convert(row, self, &factors);
+        }
     }
 
     /// Gives the words of a gyro their sign that were printed without it, 65 535 for −1: from now on, and in these rows.
@@ -287,10 +289,13 @@ impl Layout {
         let readings = || rows.iter().flat_map(|row| axes.iter().map(|&i| row.gyro[i])).filter(|x| x.is_finite());
         let is_known = places.iter().any(|&i| self.columns[i].is_word);
         let is_word = |x: f64| x.fract() == 0.0 && (0.0..WORD).contains(&x);
-        if !is_known && !(readings().all(is_word) && readings().any(|x| x >= WORD / 2.0)) {
+        let are_words = || readings().all(is_word) && readings().any(|x| x >= WORD / 2.0);
+        if !(is_known || are_words()) {
             return;
         }
-        places.iter().for_each(|&i| self.columns[i].is_word = true);
+        for place in places {
+            self.columns[place].is_word = true;
+        }
         for row in rows {
             for &i in axes.iter().filter(|&&i| row.gyro[i] >= WORD / 2.0).collect::<Vec<_>>() {
                 row.gyro[i] -= WORD;

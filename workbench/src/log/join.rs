@@ -111,13 +111,17 @@ fn turning(log: &mut Reader, other: &mut Reader) -> Result<Option<Advice>, LogEr
             }
             reference.retain(|row| is_reference_row(&row.row));
             let Ok(shift) = shift(&own, &reference) else { continue };
-            reference.iter_mut().for_each(|row| row.time += shift);
+            for row in &mut reference {
+                row.time += shift;
+            }
             let mut record = Record { rows: timed(&merged(&own, &reference)), ..Record::default() };
             let is_open = said.is_none();
             let Some((_, unit)) = unsaid::told(&record, axis, unsaid, is_open && !is_rate, is_open && is_rate) else {
                 continue;
             };
-            record.rows.iter_mut().for_each(|row| row.ref_angle[axis.index()] *= unit.factor);
+            for row in &mut record.rows {
+                row.ref_angle[axis.index()] *= unit.factor;
+            }
             let Some((ratio, r2)) = faults::ratio_to_reference(&record, axis).filter(|found| found.1 > FOLLOWS) else {
                 continue;
             };
