@@ -214,15 +214,23 @@ fn what_people_and_their_programs_write_is_understood() {
     }
 }
 
-#[test]
-fn what_loggers_scripts_and_databases_write_is_understood() {
-    let bench = Bench::new();
-    bench.file("own.csv", log(2000));
-    let wanted = fitted(&bench, &["own.csv"]);
-    let micros = |t: f64| (t * 1e6).round() as i64;
-    let parts = |t: f64| (micros(t) / 1_000_000, micros(t) % 1_000_000);
-    let day = |t: f64| format!("2026-05-02T09:14:{:09.6}", t % 60.0);
-    let shapes: Vec<(&str, String)> = vec![
+/// Microseconds of a time.
+fn micros(t: f64) -> i64 {
+    (t * 1e6).round() as i64
+}
+
+/// Its whole seconds, and the rest in microseconds.
+fn parts(t: f64) -> (i64, i64) {
+    (micros(t) / 1_000_000, micros(t) % 1_000_000)
+}
+
+/// As date and time of day.
+fn day(t: f64) -> String {
+    format!("2026-05-02T09:14:{:09.6}", t % 60.0)
+}
+
+fn of_loggers() -> Vec<(&'static str, String)> {
+    vec![
         (
             "zephyr",
             written("*** Booting Zephyr OS ***\n", |[t, g, a]| {
@@ -254,6 +262,11 @@ fn what_loggers_scripts_and_databases_write_is_understood() {
                 format!("May 02 09:14:{:09.6} host imu[8]: gyro_z: {g} ref_angle_z: {a}", t % 60.0)
             }),
         ),
+    ]
+}
+
+fn of_scripts_and_databases() -> Vec<(&'static str, String)> {
+    vec![
         (
             "teleplot",
             written("", |[t, g, a]| {
@@ -327,8 +340,15 @@ fn what_loggers_scripts_and_databases_write_is_understood() {
                 |[t, g, a]| format!("1790000000.1,{},{g},{a}", 41_234.5 + t),
             ),
         ),
-    ];
-    for (name, text) in shapes {
+    ]
+}
+
+#[test]
+fn what_loggers_scripts_and_databases_write_is_understood() {
+    let bench = Bench::new();
+    bench.file("own.csv", log(2000));
+    let wanted = fitted(&bench, &["own.csv"]);
+    for (name, text) in of_loggers().into_iter().chain(of_scripts_and_databases()) {
         let file = format!("{name}.txt");
         bench.file(&file, text);
         let found = fitted(&bench, &[&file]);

@@ -63,8 +63,8 @@ impl Of<'_> {
             return;
         }
         let times = self.meanings.iter().filter(|(_, meaning)| meaning.what == What::Time);
-        // One that stands still in the first rows is another sensor's, where there is a better one.
-        let order = |(column, meaning): &&(usize, Meaning)| (stands_still(self.head, *column), meaning.rank, *column);
+        // One that stands still or goes back in the first rows is another sensor's, or none, where there is a better one.
+        let order = |(column, meaning): &&(usize, Meaning)| (is_stopped(self.head, *column), meaning.rank, *column);
         let Some(&(column, ref meaning)) = times.min_by_key(order) else {
             // Whatever its name is: nothing but a time is written so.
             let written = |field: &Vec<u8>| text::form(field).is_some();
@@ -292,10 +292,11 @@ fn numbers(head: &Head, column: usize) -> Vec<f64> {
     numbers.collect()
 }
 
-/// Whether a number is the same in all of the first rows.
-fn stands_still(head: &Head, column: usize) -> bool {
+/// Whether a number is the same in all of the first rows, or smaller in a later one.
+fn is_stopped(head: &Head, column: usize) -> bool {
     let values = numbers(head, column);
-    values.len() > 1 && values.windows(2).all(|pair| pair[0] == pair[1])
+    let goes_back = values.windows(2).any(|pair| pair[1] < pair[0]);
+    values.len() > 1 && (goes_back || values.windows(2).all(|pair| pair[0] == pair[1]))
 }
 
 /// From row to row, as the first rows show.
