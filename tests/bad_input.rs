@@ -46,7 +46,11 @@ fn refused() -> Vec<(&'static str, Vec<u8>, Vec<&'static str>)> {
             vec!["line 1", "no axis has both", "truerate fit no-reference.csv --map ref_angle_z=angle"],
         ),
         ("slip.csv", header("t,gyro_z,ref_agnle_z"), vec!["no axis has both", "--map ref_angle_z=ref_agnle_z"]),
-        ("likely.csv", header("time,gz [deg/s],yaw [deg]"), vec!["no axis has both", "--map 'ref_angle_z_deg=yaw [deg]'"]),
+        (
+            "likely.csv",
+            header("time,gz [deg/s],yaw [deg]"),
+            vec!["no axis has both", "--map 'ref_angle_z_deg=yaw [deg]'"],
+        ),
         ("decimal.csv", text(whole.replace('.', ",")), vec!["line 2", "6 fields", "decimal commas", "semicolons"]),
         ("digits.csv", text(rough_times(&whole)), vec!["too few digits", "changes by 1 s", "%.6f"]),
         ("other-axis.csv", header("t,gyro_z,ref_angle_x"), vec!["no axis has both", "a reference on axis x"]),

@@ -15,7 +15,9 @@ use log_readers::{
     text::{CSV, Finder, Head, Sieve, Sifted, Skip, Skipped, Unescaped},
 };
 use std::{cell::RefCell, collections::VecDeque};
-use workbench::log::{Advice, Layout, LogError, Maps, Options, Problem, RowFault, RowParser, Sample, advise};
+use workbench::log::{
+    Advice, Layout, LogError, Maps, Options, Problem, RowFault, RowParser, Sample, advise, find_units,
+};
 
 /// A longer line is no row, bytes.
 const LONGEST: usize = 1 << 16;
@@ -285,7 +287,7 @@ impl Lines {
         let first = held.rows.first().map_or(0, |(_, time)| *time);
         let t_ns = |time: i128| i64::try_from(time - first).unwrap_or_default();
         let mut rows: Vec<Row> = held.rows.iter().map(|(row, time)| Row { t_ns: t_ns(*time), ..*row }).collect();
-        table.layout.find_units(&mut rows);
+        find_units(&mut table.layout, &mut rows);
         if table.layout.has_unsaid_units() && !is_over {
             return;
         }

@@ -5,9 +5,8 @@ use super::{
     error::{Known, Problem, listed},
     names::{Names, time_form},
     unit::{self, Channel, Conversion, Name},
-    unsaid,
 };
-use gyro_model::{Axis, Row, record::FREE_CHANNELS};
+use gyro_model::{Axis, record::FREE_CHANNELS};
 use log_readers::{
     meaning::{Pick, Proposal, Second, stated_rate},
     text::{Form, Head},
@@ -268,39 +267,6 @@ impl Layout {
     /// Whether an axis has a gyro and something that it is held against.
     fn judged(&self, axis: Axis) -> bool {
         self.has(Channel::Gyro(axis)) && (self.has(Channel::Quaternion(0)) || self.referenced().contains(&axis))
-    }
-
-    /// Finds the units that nobody said, where these rows tell them, and puts them into the rows.
-    pub fn find_units(&mut self, rows: &mut [Row]) {
-        self.find_words(rows);
-        let factors = unsaid::factors(self, rows);
-        for row in rows {
-            unsaid::convert(row, self, &factors);
-        }
-    }
-
-    /// Gives the words of a gyro their sign that were printed without it, 65 535 for −1: from now on, and in these rows.
-    fn find_words(&mut self, rows: &mut [Row]) {
-        const WORD: f64 = 65_536.0;
-        let unsaid = |name: &str| self.chosen.iter().any(|pick| pick.name == name && !pick.is_unit_said);
-        let of_gyro = |column: &Column| matches!(column.channel, Channel::Gyro(_)) && unsaid(&column.name);
-        let places: Vec<usize> = (0..self.columns.len()).filter(|&i| of_gyro(&self.columns[i])).collect();
-        let axes: Vec<usize> = places.iter().filter_map(|&i| self.columns[i].channel.axis()).map(Axis::index).collect();
-        let readings = || rows.iter().flat_map(|row| axes.iter().map(|&i| row.gyro[i])).filter(|x| x.is_finite());
-        let is_known = places.iter().any(|&i| self.columns[i].is_word);
-        let is_word = |x: f64| x.fract() == 0.0 && (0.0..WORD).contains(&x);
-        let are_words = || readings().all(is_word) && readings().any(|x| x >= WORD / 2.0);
-        if !(is_known || are_words()) {
-            return;
-        }
-        for place in places {
-            self.columns[place].is_word = true;
-        }
-        for row in rows {
-            for &i in axes.iter().filter(|&&i| row.gyro[i] >= WORD / 2.0).collect::<Vec<_>>() {
-                row.gyro[i] -= WORD;
-            }
-        }
     }
 
     /// Whether some axis has both a gyro and a reference column.

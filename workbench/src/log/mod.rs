@@ -53,6 +53,7 @@ pub use reader::Reader;
 pub use row::{Parsed, RowParser};
 pub use rows::head_problem;
 pub use tally::RowFault;
+pub use unsaid::find_units;
 pub use writer::{GrowingLog, RecordWriter, Time, create, write_record};
 
 use column_map::ColumnMap;

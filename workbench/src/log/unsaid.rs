@@ -116,6 +116,39 @@ pub fn factors(layout: &mut Layout, rows: &[Row]) -> Vec<(usize, f64)> {
     factors
 }
 
+/// Finds the units that nobody said, where these rows tell them, and puts them into the rows.
+pub fn find_units(layout: &mut Layout, rows: &mut [Row]) {
+    find_words(layout, rows);
+    let factors = factors(layout, rows);
+    for row in rows {
+        convert(row, layout, &factors);
+    }
+}
+
+/// Gives the words of a gyro their sign that were printed without it, 65 535 for −1: from now on, and in these rows.
+fn find_words(layout: &mut Layout, rows: &mut [Row]) {
+    const WORD: f64 = 65_536.0;
+    let unsaid = |name: &str| layout.chosen.iter().any(|pick| pick.name == name && !pick.is_unit_said);
+    let of_gyro = |column: &Column| matches!(column.channel, Channel::Gyro(_)) && unsaid(&column.name);
+    let places: Vec<usize> = (0..layout.columns.len()).filter(|&i| of_gyro(&layout.columns[i])).collect();
+    let axes: Vec<usize> = places.iter().filter_map(|&i| layout.columns[i].channel.axis()).map(Axis::index).collect();
+    let readings = || rows.iter().flat_map(|row| axes.iter().map(|&i| row.gyro[i])).filter(|x| x.is_finite());
+    let is_known = places.iter().any(|&i| layout.columns[i].is_word);
+    let is_word = |x: f64| x.fract() == 0.0 && (0.0..WORD).contains(&x);
+    let are_words = || readings().all(is_word) && readings().any(|x| x >= WORD / 2.0);
+    if !(is_known || are_words()) {
+        return;
+    }
+    for place in places {
+        layout.columns[place].is_word = true;
+    }
+    for row in rows {
+        for &i in axes.iter().filter(|&&i| row.gyro[i] >= WORD / 2.0).collect::<Vec<_>>() {
+            row.gyro[i] -= WORD;
+        }
+    }
+}
+
 /// Puts the factors of columns into a row that was read without them.
 pub fn convert(row: &mut Row, layout: &Layout, factors: &[(usize, f64)]) {
     for &(column, factor) in factors {
