@@ -107,13 +107,28 @@ impl NameArgs {
     }
 }
 
-/// How much is told of each suspect.
+/// How much is said of each suspect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Explain {
     /// A sentence
     Plain,
     /// Each test, with its number and its threshold
     Full,
+}
+
+/// What a fit starts from, and on which axis.
+#[derive(clap::Args, Debug, Clone)]
+pub struct StartArgs {
+    /// The model to start from; without it the base model
+    #[arg(long, value_name = "M")]
+    pub model: Option<PathBuf>,
+    /// Start from a type, as `truerate fleet F --export` writes it (FILE:TYPE where it holds several): a new part then needs
+    /// seconds; a part that is not of the type is noticed, and not pulled to it
+    #[arg(long, value_name = "type.toml", conflicts_with = "model")]
+    pub prior: Option<PathBuf>,
+    /// Only this axis
+    #[arg(long, value_name = "x|y|z")]
+    pub axis: Option<Axis>,
 }
 
 /// How a search is run.

@@ -10,7 +10,7 @@ use crate::{
     watch::Watch,
 };
 use anyhow::Context;
-use gyro_model::{Axis, units};
+use gyro_model::{Axis, units, words::labels};
 use ipc_types::{Command, Diagnosis, Text, command::Kind, diagnosis::AxisDiagnosis, port::Reader, topic, wait::Wait};
 use std::{
     thread::sleep,
@@ -48,7 +48,7 @@ pub fn invitation(source: &str, instance: &str, dashboard: Option<&str>, axis: O
     let axis = axis.map_or("AXIS", |axis| axis.letter());
     format!(
         "{source} runs. {hidden}Ctrl-C ends it.\n{look}  truerate status --instance {instance}\n  \
-         truerate control add EFFECT --axis {axis} --instance {instance}      what you think is missing\n  \
+         truerate control add EFFECT --axis {axis} --instance {instance}      what you think it is\n  \
          truerate control undo --instance {instance}"
     )
 }
@@ -104,7 +104,7 @@ impl Player {
         let suspect = axis.suspects[0];
         let named = suspect.effect.as_str().to_owned();
         if named.is_empty() {
-            print(&format!("after {seconds:.0} s of driving nothing is missing"))?;
+            print(&format!("after {seconds:.0} s of driving: {}", labels::NOTHING))?;
             return Ok(Some(Played { named: "none".to_owned(), before, after: before }));
         }
         let letter = Axis::ALL[place].letter();
@@ -114,7 +114,7 @@ impl Player {
         let aliases = suspect.aliases.as_str();
         let aliases = if aliases.is_empty() { String::new() } else { format!(" (or on this drive also {aliases})") };
         print(&format!(
-            "diagnose: {named} is missing{aliases}; adding it removes {} of the error above the floor",
+            "diagnose: missing effect {named}{aliases}; adding it removes {} of the error above the floor",
             // What a fit leaves may lie below the noise that was expected.
             units::percent(suspect.error_fall.clamp(0.0, 1.0))
         ))?;

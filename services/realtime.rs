@@ -83,7 +83,7 @@ impl Cores {
     pub fn set(&mut self, text: &str) -> anyhow::Result<()> {
         let (name, list) = text.split_once('=').with_context(|| format!("'{text}': NAME=LIST is wanted, kalman=1"))?;
         let cores: Result<Vec<usize>, _> = list.split(',').map(str::parse).collect();
-        let cores = cores.ok().with_context(|| format!("'{list}' is no list of cores, such as 1 or 0,2"))?;
+        let cores = cores.ok().with_context(|| format!("'{list}' is not a list of cores, such as 1 or 0,2"))?;
         *match name {
             "acquisition" => &mut self.acquisition,
             "kalman" => &mut self.kalman,
@@ -91,7 +91,7 @@ impl Cores {
             "recorder" => &mut self.recorder,
             "dashboard" => &mut self.dashboard,
             "sender" => &mut self.sender,
-            _ => bail!("'{name}' is no process: use one of {}", ServiceId::ALL.map(ServiceId::name).join(", ")),
+            _ => bail!("unknown process '{name}': use one of {}", ServiceId::ALL.map(ServiceId::name).join(", ")),
         } = cores;
         Ok(())
     }

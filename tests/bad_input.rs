@@ -64,7 +64,7 @@ fn refused() -> Vec<(&'static str, Vec<u8>, Vec<&'static str>)> {
         (
             "unit.csv",
             header("t,gyro_z_g,ref_angle_z"),
-            vec!["column 2", "gyro_z_g", "_g is no unit of a rate", "gyro_z_dps"],
+            vec!["column 2", "gyro_z_g", "_g is not a unit of a rate", "gyro_z_dps"],
         ),
         ("part-of-quaternion.csv", header("t,gyro_z,ref_qw"), vec!["ref_qx", "is missing", "all of"]),
         ("few.csv", text(log(80)), vec!["only 80 usable rows", "100"]),

@@ -253,7 +253,8 @@ fn a_users_own_effect_is_added_like_any_other() {
     assert!((k - 0.05).abs() < 0.005, "{k}");
     let diagnosis = json(&bench.ok(&["diagnose", "log.csv", "--model", "own.toml", "--format", "json"]));
     assert_eq!(diagnosis["axes"][0]["suspects"][0]["effect"], "load-bias", "{diagnosis}");
-    for (regressor, says) in [("k / (0 * load)", "no finite value"), ("k * 1", "goes with what the model has already")]
+    for (regressor, says) in
+        [("k / (0 * load)", "no finite value"), ("k * 1", "is the same as what the model has already")]
     {
         bench.file(
             "vain.toml",

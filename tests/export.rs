@@ -239,7 +239,7 @@ fn what_a_target_cannot_hold_is_a_warning_and_a_comment() {
     let words = ["simulate", "--seconds", "10", "-o", "log.csv", "--hide", "bias-step:t0=5", "delay", "cross-axis"];
     bench.ok(&words);
     for (target, says) in [
-        ("c", "goes by the time since the first row"),
+        ("c", "depends on the time since the first row"),
         ("ardupilot", "cannot hold 'delay'"),
         ("px4", "cannot hold 'bias-step'"),
         ("ros", "cannot hold 'delay'"),

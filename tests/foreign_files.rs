@@ -457,5 +457,5 @@ fn a_parquet_of_independent_writers_has_the_very_verdict_of_the_csv() {
     let cut = std::fs::read(bench.path("plain.parquet")).unwrap();
     bench.file("cut.parquet", &cut[..cut.len() / 2]);
     let refused = bench.refused(&["diagnose", "cut.parquet"]);
-    assert!(refused.contains("Parquet") && refused.contains("copy it anew"), "{refused}");
+    assert!(refused.contains("Parquet") && refused.contains("copy it again"), "{refused}");
 }

@@ -6,8 +6,8 @@
 use crate::{
     Axis,
     diagnosis::{AxisDiagnosis, Drift, ErrorPoint, Off, Verdict},
-    headline::Fall,
     measured::and,
+    words::headline::Fall,
 };
 
 /// Times without a reference that are told, s.

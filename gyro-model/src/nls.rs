@@ -83,10 +83,9 @@ impl Normal {
         for (a, b) in self.gradient.iter_mut().zip(&other.gradient) {
             *a += sign * b;
         }
-        for i in 0..self.gradient.len() {
-            for j in 0..self.gradient.len() {
-                self.matrix[(i, j)] += sign * other.matrix[(i, j)];
-            }
+        for k in 0..self.gradient.len() {
+            let columns = self.matrix.col_as_slice_mut(k).iter_mut().zip(other.matrix.col_as_slice(k));
+            columns.for_each(|(a, b)| *a += sign * b);
         }
     }
 
@@ -107,19 +106,18 @@ impl Normal {
         let scaled = Mat::from_fn(n, n, |i, j| self.matrix[(i, j)] / (d[i] * d[j]));
         let Ok(eigen) = scaled.self_adjoint_eigen(Side::Lower) else { return vec![0.0; n] };
         let (u, s) = (eigen.U(), eigen.S().column_vector());
-        // How much the whole holds in each direction of the part.
-        let held = |k: usize| -> f64 {
-            (0..n)
-                .map(|i| (0..n).map(|j| u[(i, k)] * whole.matrix[(i, j)] / (d[i] * d[j]) * u[(j, k)]).sum::<f64>())
-                .sum()
+        let rows: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| whole.matrix[(i, j)]).collect()).collect();
+        // How much the whole holds in a direction of the part.
+        let held = |u: &[f64]| -> f64 {
+            let row = |i: usize| (0..n).map(|j| u[i] * rows[i][j] / (d[i] * d[j]) * u[j]).sum::<f64>();
+            (0..n).map(row).sum()
         };
         let mut step = vec![0.0; n];
         for k in 0..n {
-            if s[k] > share * held(k) && s[k] > 1e-10 {
-                let along = (0..n).map(|i| u[(i, k)] * self.gradient[i] / d[i]).sum::<f64>() / s[k];
-                for i in 0..n {
-                    step[i] -= u[(i, k)] * along / d[i];
-                }
+            let u: Vec<f64> = (0..n).map(|i| u[(i, k)]).collect();
+            if s[k] > share * held(&u) && s[k] > 1e-10 {
+                let along = (0..n).map(|i| u[i] * self.gradient[i] / d[i]).sum::<f64>() / s[k];
+                step.iter_mut().zip(&u).zip(&d).for_each(|((step, u), d)| *step -= u * along / d);
             }
         }
         step

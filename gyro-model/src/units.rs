@@ -71,6 +71,16 @@ pub fn within(value: f64, range: f64) -> String {
     signed(value, (1.0 - magnitude).clamp(0.0, 8.0) as usize)
 }
 
+/// Two figures of a number that is not negative.
+#[must_use]
+pub fn two(value: f64) -> String {
+    if value < 1e-9 {
+        return "0".to_owned();
+    }
+    let decimals = (1.0 - value.log10().floor()).clamp(0.0, 12.0) as usize;
+    format!("{value:.decimals$}")
+}
+
 /// Three significant digits, needless zeros dropped: for sizes that are round by themselves.
 #[must_use]
 pub fn round(value: f64) -> String {

@@ -33,7 +33,7 @@ pub struct Domain {
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum DomainError {
     /// Not a name.
-    #[error("'{0}' is no name for an instance: use 1 to {LONGEST_NAME} letters, digits, '-' or '_'")]
+    #[error("invalid instance name '{0}': use 1 to {LONGEST_NAME} letters, digits, '-' or '_'")]
     Name(String),
     /// Nobody has made it.
     #[error("pipeline '{0}' is not there (yet): start it with `truerate run`")]

@@ -16,7 +16,7 @@ pub enum Wait {
 
 /// A word that is no way of waiting.
 #[derive(Clone, Debug, thiserror::Error)]
-#[error("'{0}' is no way to wait: use event, spin or hybrid(MICROSECONDS)")]
+#[error("unknown way to wait '{0}': use event, spin or hybrid(MICROSECONDS)")]
 pub struct UnknownWait(String);
 
 impl FromStr for Wait {

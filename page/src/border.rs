@@ -6,8 +6,9 @@ use crate::{
     request::{self, Held},
     told::{Told, tell},
 };
+use gyro_model::words::Voice;
 use std::{cell::RefCell, path::Path};
-use workbench::{clock, files};
+use workbench::{clock, files, words};
 
 thread_local! {
     static HELD: RefCell<Held> = RefCell::default();
@@ -63,6 +64,7 @@ extern "C" fn take(name: *mut u8, length: usize) -> u64 {
 extern "C" fn ask(at: *mut u8, length: usize, milliseconds: f64) -> u64 {
     std::panic::set_hook(Box::new(|panic| tell(Told::Panic, &panic.to_string())));
     clock::set(milliseconds as i64);
+    words::speak_as(Voice::Page);
     // SAFETY: it came from `reserve`.
     let text = unsafe { given(at, length) };
     answer(HELD.with_borrow_mut(|held| request::answer(held, &text)))

@@ -26,6 +26,7 @@ use workbench::{
     prior::{self, Prior},
     report::{self, Change, Command, Format, Terminal},
     subject::{Start, Subject, Taken},
+    words,
 };
 
 create_exception!(
@@ -469,6 +470,7 @@ fn simulated(
 
 #[pymodule]
 fn _truerate(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    words::speak_as(Voice::Library);
     module.add("Error", module.py().get_type::<Error>())?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<Log>()?;

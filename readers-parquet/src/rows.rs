@@ -25,7 +25,7 @@ const MOST_FIELDS: usize = 4000;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Unusable {
     /// The list of columns stands at a file's end.
-    #[error("its end, where the list of its columns stands, is missing or damaged: copy it anew, or write it as CSV")]
+    #[error("its end, which lists its columns, is cut off or damaged: copy it again, or write it as CSV")]
     NoFooter,
     /// The list of columns is encrypted.
     #[error("it is encrypted: write it without encryption")]

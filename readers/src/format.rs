@@ -166,7 +166,7 @@ pub enum Note {
         absent: u64,
     },
     /// Lines of a text that are no rows.
-    #[error("{count} lines are no rows ({kind:?}), the first at line {line}")]
+    #[error("{count} lines are not rows ({kind:?}), the first at line {line}")]
     Skipped {
         /// What they are.
         kind: crate::text::Skip,

@@ -322,6 +322,6 @@ fn a_parquet_without_its_end_is_refused_with_what_to_do() {
     let whole = seeds::parquet();
     for cut in [4, whole.len() / 2, whole.len() - 1] {
         let refused = seeds::read(&whole[..cut], b"", &mut All::default()).unwrap_err().to_string();
-        assert!(refused.contains("copy it anew"), "{refused}");
+        assert!(refused.contains("copy it again"), "{refused}");
     }
 }

@@ -77,7 +77,7 @@ pub fn run(args: &Args) -> Result<()> {
         bail!("--axis {}: x, y or z", args.axis);
     }
     if args.reference.as_ref() == Some(&args.imu) {
-        bail!("{}: a gyro is no reference of itself", args.imu);
+        bail!("{}: a gyro cannot be its own reference", args.imu);
     }
     let mut out = Out::open(args.to.as_deref())?;
     let (sender, arrivals) = mpsc::channel();
@@ -212,7 +212,7 @@ impl<'a> Decoder<'a> {
 
     /// The message; `None` for one that is damaged.
     fn decode(&mut self, arrival: &Arrival) -> Result<Option<Message>> {
-        let kind = keys::kind_in(&arrival.key).with_context(|| format!("{}: is no topic of ROS 2", arrival.key))?;
+        let kind = keys::kind_in(&arrival.key).with_context(|| format!("{}: not a topic of ROS 2", arrival.key))?;
         let known = self.kinds.iter().position(|own| *own == kind);
         let connection = known.unwrap_or(self.kinds.len()) as u32;
         if known.is_none() {
@@ -225,7 +225,7 @@ impl<'a> Decoder<'a> {
         self.connections.message(connection, arrival.came_ns as i64, &arrival.bytes);
         let message = self.last.borrow_mut().take();
         if message.is_none() && !std::mem::replace(&mut self.told, true) {
-            eprintln!("truerate-ros2: {}: a damaged message is left out; further ones are not told", arrival.key);
+            eprintln!("truerate-ros2: {}: a damaged message is left out; further ones are not reported", arrival.key);
         }
         Ok(message)
     }

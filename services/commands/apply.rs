@@ -129,7 +129,7 @@ fn beyond(model: &Model, fitted: (f64, f64), here: (f64, f64)) -> String {
         return String::new();
     }
     format!(
-        "warning: the model goes by the temperature and was fitted at {:.1} to {:.1} °C; here it is {:.1} to {:.1} °C: fit it on a \
+        "warning: the model depends on the temperature and was fitted at {:.1} to {:.1} °C; here it is {:.1} to {:.1} °C: fit it on a \
          log of these temperatures, and check that both are in °C\n",
         fitted.0, fitted.1, here.0, here.1
     )

@@ -73,7 +73,7 @@ fn text(name: &str, look: &Look) -> String {
     if !frames.is_empty() {
         let _ = writeln!(
             out,
-            "\nWhat their bytes mean stands in a DBC file of the vehicle or sensor: `truerate channels {} --dbc FILE.dbc` lists the \
+            "\nWhat their bytes mean is defined in a DBC file of the vehicle or sensor: `truerate channels {} --dbc FILE.dbc` lists the \
              signals, with a map.",
             report::shell_word(name)
         );
@@ -126,7 +126,8 @@ fn text(name: &str, look: &Look) -> String {
     for of in look.proposal.dependent.iter().filter(is_chosen) {
         if !said.contains(&of.by) {
             said.push(of.by);
-            let _ = writeln!(out, "\n{} is no reference for this gyro: {} computed it from it", of.channel, of.by);
+            let _ =
+                writeln!(out, "\n{} cannot be a reference for this gyro: {} computed it from it", of.channel, of.by);
         }
     }
     if let Some(others) = log::dependent::others(&look.proposal.seconds) {

@@ -1,19 +1,16 @@
 //! `truerate diagnose`: which physical effect is missing.
 
 use crate::{
-    arguments::{LogsArgs, ReportArgs, SearchArgs},
+    arguments::{LogsArgs, ReportArgs, SearchArgs, StartArgs},
     commands::subject,
-    deadline::Deadline,
-    progress::Progress,
 };
 use anyhow::{Result, ensure};
 use clap::ValueEnum;
 use gyro_model::{
-    Axis, diagnose,
     diagnosis::{Diagnosis, Verdict},
     finding::Remark,
 };
-use std::{path::PathBuf, process::ExitCode};
+use std::process::ExitCode;
 use workbench::{
     prior,
     report::{self, Command},
@@ -43,16 +40,8 @@ cannot-tell, bad-data. The last lines say what to run next.")]
 pub struct Args {
     #[command(flatten)]
     log: LogsArgs,
-    /// The model to start from; without it the base model
-    #[arg(long, value_name = "M")]
-    model: Option<PathBuf>,
-    /// Start from a type, as `truerate fleet F --export` writes it (FILE:TYPE where it holds several): a new part then needs
-    /// seconds; a part that is not of the type is noticed, and not pulled to it
-    #[arg(long, value_name = "type.toml", conflicts_with = "model")]
-    prior: Option<PathBuf>,
-    /// Only this axis
-    #[arg(long, value_name = "x|y|z")]
-    axis: Option<Axis>,
+    #[command(flatten)]
+    start: StartArgs,
     #[command(flatten)]
     search: SearchArgs,
     #[command(flatten)]
@@ -102,29 +91,17 @@ const FOUND: u8 = 3;
 pub fn run(args: &Args) -> Result<ExitCode> {
     args.report.check(&args.log.paths())?;
     if args.log.are_several() {
-        ensure!(args.prior.is_none(), "--prior is for one log of a new part: give one log");
+        ensure!(args.start.prior.is_none(), "--prior is for one log of a new part: give one log");
         return run_all(args);
     }
     let log = args.log.first();
-    let subject = subject::read(&log, args.axis)?;
-    let (start, says) = match &args.prior {
-        Some(path) => subject::begin(&subject, path).map(|begun| (begun.start, begun.says))?,
-        None => (subject::start(&subject, args.model.as_deref())?, Vec::new()),
-    };
-    let mut diagnosis = {
-        let spinner = Progress::spinner("diagnosing");
-        let progress = |what: &str| spinner.says(what);
-        let deadline = Deadline::after(args.search.budget)?;
-        let is_over = || deadline.is_over();
-        let options = diagnose::Options {
-            explain: args.search.explain.is_some(),
-            stop: &is_over,
-            ..subject::options(&subject, &progress)
-        };
-        subject.diagnose(&start, &options)?
-    };
+    let subject = subject::read(&log, args.start.axis)?;
+    let (start, says) = subject::begun(&subject, &args.start)?;
+    let mut diagnosis =
+        subject::search("diagnosing", &args.search, &subject.faults, |_, options| subject.diagnose(&start, options))?;
     prior::say_beside(&mut diagnosis.axes, &says);
-    let mut context = subject::context(&subject, Command::Diagnose, &log, args.axis, args.model.as_deref(), None);
+    let mut context =
+        subject::context(&subject, Command::Diagnose, &log, args.start.axis, args.start.model.as_deref(), None);
     context.explained = subject::explained(&args.search);
     context.unfinished = diagnosis.axes.iter().any(|axis| axis.unfinished);
     context.moved = diagnosis.axes.iter().flat_map(|axis| &axis.remarks).any(|own| matches!(own, Remark::Moved { .. }));
@@ -138,22 +115,17 @@ fn code(args: &Args, diagnosis: &Diagnosis) -> ExitCode {
 }
 
 fn run_all(args: &Args) -> Result<ExitCode> {
-    let several = subject::read_all(&args.log, args.axis)?;
-    let start = several.start(args.model.as_deref())?;
-    let diagnosis = {
-        let spinner = Progress::spinner("diagnosing");
-        let progress = |what: &str| spinner.says(what);
-        let deadline = Deadline::after(args.search.budget)?;
-        let is_over = || deadline.is_over();
-        let options = diagnose::Options {
-            explain: args.search.explain.is_some(),
-            stop: &is_over,
-            ..subject::options_of_all(&progress)
-        };
-        several.diagnose(&start, &options)?
-    };
-    let mut context =
-        subject::context_of_all(&several, Command::Diagnose, &args.log, args.axis, args.model.as_deref(), None);
+    let several = subject::read_all(&args.log, args.start.axis)?;
+    let start = several.start(args.start.model.as_deref())?;
+    let diagnosis = subject::search("diagnosing", &args.search, &[], |_, options| several.diagnose(&start, options))?;
+    let mut context = subject::context_of_all(
+        &several,
+        Command::Diagnose,
+        &args.log,
+        args.start.axis,
+        args.start.model.as_deref(),
+        None,
+    );
     context.explained = subject::explained(&args.search);
     context.unfinished = diagnosis.axes.iter().any(|axis| axis.unfinished);
     args.report.give(None, context, |format, context| report::render(&diagnosis, format, context))?;

@@ -99,7 +99,7 @@ fn card(effect: &dyn Effect) -> String {
     if !card.aliases.is_empty() {
         text.push_str("\ncan look like\n");
         for alias in card.aliases {
-            let _ = writeln!(text, "  {}: {}; told apart by: {}", alias.id, alias.when, alias.split_by);
+            let _ = writeln!(text, "  {}: {}; distinguished by: {}", alias.id, alias.when, alias.split_by);
         }
     }
     text

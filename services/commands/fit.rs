@@ -1,12 +1,12 @@
 //! `truerate fit`: the base model, by nonlinear least squares.
 
 use crate::{
-    arguments::{LogsArgs, ReportArgs},
+    arguments::{LogsArgs, ReportArgs, StartArgs},
     commands::subject,
     progress::Progress,
 };
 use anyhow::{Context, Result, ensure};
-use gyro_model::{Axis, Model};
+use gyro_model::Model;
 use std::{path::PathBuf, process::ExitCode};
 use workbench::{
     model_file, prior,
@@ -33,16 +33,8 @@ Then `truerate compare` and `truerate diagnose` show what error the model leaves
 pub struct Args {
     #[command(flatten)]
     log: LogsArgs,
-    /// Refit this model's effects in place of the base model's
-    #[arg(long, value_name = "M")]
-    model: Option<PathBuf>,
-    /// Start from a type, as `truerate fleet F --export` writes it (FILE:TYPE where it holds several): a new part then needs
-    /// seconds; a part that is not of the type is noticed, and not pulled to it
-    #[arg(long, value_name = "type.toml", conflicts_with = "model")]
-    prior: Option<PathBuf>,
-    /// Only this axis
-    #[arg(long, value_name = "x|y|z")]
-    axis: Option<Axis>,
+    #[command(flatten)]
+    start: StartArgs,
     #[command(flatten)]
     report: ReportArgs,
     /// The model file to write
@@ -57,13 +49,13 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<ExitCode> {
     args.report.check_with_all(&args.log.paths(), args.output.as_deref())?;
     if args.log.are_several() {
-        ensure!(args.prior.is_none(), "--prior is for one log of a new part: give one log");
+        ensure!(args.start.prior.is_none(), "--prior is for one log of a new part: give one log");
         return run_all(args);
     }
     let log = args.log.first();
-    let subject = subject::read(&log, args.axis)?;
+    let subject = subject::read(&log, args.start.axis)?;
     let mut says = Vec::new();
-    let (model, own_effects) = match (&args.prior, &args.model) {
+    let (model, own_effects) = match (&args.start.prior, &args.start.model) {
         (Some(path), _) => {
             let begun = subject::begin(&subject, path)?;
             says = begun.says;
@@ -77,14 +69,20 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         (None, None) => (fitted(&subject, &subject.base())?, Vec::new()),
     };
     // Blocked refits would forget the type.
-    let mut diagnosis = subject::compare(&subject, &model, args.prior.is_none())?;
+    let mut diagnosis = subject::compare(&subject, &model, args.start.prior.is_none())?;
     prior::say_beside(&mut diagnosis.axes, &says);
     let file = subject.fitted(model, own_effects);
     if let Some(path) = &args.output {
         subject::keep(path, &file)?;
     }
-    let mut context =
-        subject::context(&subject, Command::Fit, &log, args.axis, args.model.as_deref(), args.output.as_deref());
+    let mut context = subject::context(
+        &subject,
+        Command::Fit,
+        &log,
+        args.start.axis,
+        args.start.model.as_deref(),
+        args.output.as_deref(),
+    );
     context.product = Subject::product(&file, args.output.as_deref());
     args.report.give(args.output.as_deref(), context, |format, context| report::render(&diagnosis, format, context))?;
     Ok(ExitCode::SUCCESS)
@@ -96,8 +94,8 @@ fn fitted(subject: &Subject, start: &Model) -> Result<Model> {
 }
 
 fn run_all(args: &Args) -> Result<ExitCode> {
-    let several = subject::read_all(&args.log, args.axis)?;
-    let start = several.start(args.model.as_deref())?;
+    let several = subject::read_all(&args.log, args.start.axis)?;
+    let start = several.start(args.start.model.as_deref())?;
     let (joint, diagnosis) = {
         let spinner = Progress::spinner("fitting");
         let progress = |what: &str| spinner.says(what);
@@ -111,8 +109,8 @@ fn run_all(args: &Args) -> Result<ExitCode> {
         &several,
         Command::Fit,
         &args.log,
-        args.axis,
-        args.model.as_deref(),
+        args.start.axis,
+        args.start.model.as_deref(),
         args.output.as_deref(),
     );
     context.product = Subject::product(&file, args.output.as_deref());

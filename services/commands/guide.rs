@@ -24,7 +24,7 @@ Examples:
   truerate guide --source serial:/dev/ttyUSB0 -o hand.csv
       says how to turn the sensor, and stops when the log shows what is missing
   truerate guide temperature --source serial:/dev/ttyUSB0 -o warm.csv
-      leads through a fridge and a hair-dryer: effects of the temperature, told from a warm-up
+      leads through a fridge and a hair-dryer: effects of the temperature, apart from a warm-up
   truerate guide --source udp:0.0.0.0:5600 --axes x,y -o arm.csv
       about two axes alone
   truerate guide --source - --want delay --to delay=0.0002 -o late.csv
@@ -43,7 +43,7 @@ In a terminal, Enter skips what is asked now (not with `--source -`).
 Each row is written at once, so that Ctrl-C loses none; an existing log is not overwritten. Exit
 code 0: the log is sufficient; 3: the recording ended before, and the program prints what it lacks.")]
 pub struct Args {
-    /// What the recording is for: `temperature` leads through a fridge and a hair-dryer, so that an effect of the temperature is told from a
+    /// What the recording is for: `temperature` leads through a fridge and a hair-dryer, so that an effect of the temperature is distinguished from a
     /// warm-up [default: whatever is missing]
     #[arg(value_enum, value_name = "temperature")]
     course: Option<Course>,
@@ -151,7 +151,7 @@ fn wanted(want: &[String], precisions: &Precisions) -> Result<Option<Vec<&'stati
         let effect = known(id)?;
         if let Some(why) = unguided(effect) {
             bail!(
-                "--want {id}: no manoeuvre can measure it, because {why}; without --want the guide records until the log shows what is missing"
+                "--want {id}: no manoeuvre can measure it, because {why}; without --want the guide records until the log names the effects"
             );
         }
     }

@@ -1,10 +1,8 @@
 //! `truerate ladder`: diagnose and add until nothing is missing.
 
 use crate::{
-    arguments::{LogsArgs, ReportArgs, SearchArgs},
+    arguments::{LogsArgs, ReportArgs, SearchArgs, StartArgs},
     commands::subject,
-    deadline::Deadline,
-    progress::Progress,
 };
 use anyhow::{Result, ensure};
 use gyro_model::{
@@ -40,16 +38,8 @@ leaves, or says what error is left and where.")]
 pub struct Args {
     #[command(flatten)]
     log: LogsArgs,
-    /// The model to start from; without it the base model
-    #[arg(long, value_name = "M")]
-    model: Option<PathBuf>,
-    /// Start from a type, as `truerate fleet F --export` writes it (FILE:TYPE where it holds several): a new part then needs
-    /// seconds; a part that is not of the type is noticed, and not pulled to it
-    #[arg(long, value_name = "type.toml", conflicts_with = "model")]
-    prior: Option<PathBuf>,
-    /// Only this axis
-    #[arg(long, value_name = "x|y|z")]
-    axis: Option<Axis>,
+    #[command(flatten)]
+    start: StartArgs,
     #[command(flatten)]
     search: SearchArgs,
     #[command(flatten)]
@@ -66,20 +56,13 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<ExitCode> {
     args.report.check_with_all(&args.log.paths(), args.output.as_deref())?;
     if args.log.are_several() {
-        ensure!(args.prior.is_none(), "--prior is for one log of a new part: give one log");
+        ensure!(args.start.prior.is_none(), "--prior is for one log of a new part: give one log");
         return run_all(args);
     }
     let log = args.log.first();
-    let subject = subject::read(&log, args.axis)?;
-    let (start, says) = match &args.prior {
-        Some(path) => subject::begin(&subject, path).map(|begun| (begun.start, begun.says))?,
-        None => (subject::start(&subject, args.model.as_deref())?, Vec::new()),
-    };
-    let (file, mut ladder) = {
-        let spinner = Progress::spinner("climbing");
-        let progress = |what: &str| spinner.says(what);
-        let deadline = Deadline::after(args.search.budget)?;
-        let is_over = || deadline.is_over();
+    let subject = subject::read(&log, args.start.axis)?;
+    let (start, says) = subject::begun(&subject, &args.start)?;
+    let (file, mut ladder) = subject::search("climbing", &args.search, &subject.faults, |spinner, options| {
         let before: Mutex<[Vec<ErrorPoint>; 3]> = Mutex::default();
         let took = |axis: Axis, step: &LadderStep| {
             if args.report.format == Format::Text {
@@ -88,20 +71,20 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                 spinner.line(&told(axis, step, &before));
             }
         };
-        let options = diagnose::Options {
-            explain: args.search.explain.is_some(),
-            stop: &is_over,
-            took: &took,
-            ..subject::options(&subject, &progress)
-        };
-        subject.ladder(&start, &options)?
-    };
+        subject.ladder(&start, &diagnose::Options { took: &took, ..*options })
+    })?;
     prior::say_beside(&mut ladder.axes, &says);
     if let Some(path) = &args.output {
         subject::keep(path, &file)?;
     }
-    let mut context =
-        subject::context(&subject, Command::Ladder, &log, args.axis, args.model.as_deref(), args.output.as_deref());
+    let mut context = subject::context(
+        &subject,
+        Command::Ladder,
+        &log,
+        args.start.axis,
+        args.start.model.as_deref(),
+        args.output.as_deref(),
+    );
     context.product = Subject::product(&file, args.output.as_deref());
     context.explained = subject::explained(&args.search);
     context.unfinished = ladder.axes.iter().any(|axis| axis.unfinished);
@@ -111,20 +94,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 }
 
 fn run_all(args: &Args) -> Result<ExitCode> {
-    let several = subject::read_all(&args.log, args.axis)?;
-    let start = several.start(args.model.as_deref())?;
-    let (file, ladder) = {
-        let spinner = Progress::spinner("climbing");
-        let progress = |what: &str| spinner.says(what);
-        let deadline = Deadline::after(args.search.budget)?;
-        let is_over = || deadline.is_over();
-        let options = diagnose::Options {
-            explain: args.search.explain.is_some(),
-            stop: &is_over,
-            ..subject::options_of_all(&progress)
-        };
-        several.ladder(&start, &options)?
-    };
+    let several = subject::read_all(&args.log, args.start.axis)?;
+    let start = several.start(args.start.model.as_deref())?;
+    let (file, ladder) = subject::search("climbing", &args.search, &[], |_, options| several.ladder(&start, options))?;
     if let Some(path) = &args.output {
         subject::keep(path, &file)?;
     }
@@ -132,8 +104,8 @@ fn run_all(args: &Args) -> Result<ExitCode> {
         &several,
         Command::Ladder,
         &args.log,
-        args.axis,
-        args.model.as_deref(),
+        args.start.axis,
+        args.start.model.as_deref(),
         args.output.as_deref(),
     );
     context.product = Subject::product(&file, args.output.as_deref());

@@ -183,7 +183,7 @@ fn settings(args: &Args) -> anyhow::Result<Settings> {
         Prior::load(path)?;
     }
     if settings.freeze && settings.model.is_none() {
-        bail!("--freeze keeps the model as it is, and there is none: give one with --model");
+        bail!("--freeze keeps the model as it is, so give one with --model");
     }
     Ok(settings)
 }

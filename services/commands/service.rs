@@ -42,7 +42,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let service = ServiceId::ALL
         .into_iter()
         .find(|id| id.name() == args.name)
-        .with_context(|| format!("'{}' is no process of the pipeline: use one of {}", args.name, known.join(", ")))?;
+        .with_context(|| format!("unknown process '{}': use one of {}", args.name, known.join(", ")))?;
     let stop = Stop::on_signals().context("signals")?;
     let domain = domain::existing(&args.instance)?;
     let folder = RunFolder::of(&domain);

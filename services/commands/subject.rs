@@ -1,12 +1,16 @@
 //! What the offline commands have in common: a log is read while the terminal shows progress; where the result goes.
 
 use crate::{
-    arguments::{Explain, LogArgs, LogsArgs, ReportArgs, SearchArgs},
+    arguments::{Explain, LogArgs, LogsArgs, ReportArgs, SearchArgs, StartArgs},
     browser,
+    deadline::Deadline,
     progress::Progress,
 };
 use anyhow::{Context as _, Result, bail};
-use gyro_model::{Axis, Model, diagnose, diagnosis::Diagnosis};
+use gyro_model::{
+    Axis, Model, diagnose,
+    diagnosis::{DataFault, Diagnosis},
+};
 use log_readers::meaning::Pick;
 use std::{
     io::Write as _,
@@ -95,12 +99,7 @@ pub fn keep(path: &Path, file: &ModelFile) -> Result<()> {
 /// How a diagnosis of this log is run.
 #[must_use]
 pub fn options<'a>(subject: &'a Subject, progress: &'a (dyn Fn(&str) + Sync)) -> diagnose::Options<'a> {
-    diagnose::Options {
-        progress,
-        faults: &subject.faults,
-        failed: &|error| eprintln!("truerate: {error}"),
-        ..diagnose::Options::default()
-    }
+    diagnose::Options { faults: &subject.faults, ..options_of_all(progress) }
 }
 
 /// What a report has to know of how the command was called.
@@ -163,6 +162,35 @@ pub fn read_all(args: &LogsArgs, axis: Option<Axis>) -> Result<Several> {
         say_chosen(&one, &subject.provenance);
     }
     Ok(several)
+}
+
+/// What a search starts from: a type, the model of a file, or the base model; and what is said of the type.
+///
+/// # Errors
+/// As [`begin`] and [`start`].
+pub fn begun(subject: &Subject, args: &StartArgs) -> Result<(Start, Vec<(Axis, String)>)> {
+    match &args.prior {
+        Some(path) => begin(subject, path).map(|begun| (begun.start, begun.says)),
+        None => Ok((start(subject, args.model.as_deref())?, Vec::new())),
+    }
+}
+
+/// Runs a search. The terminal shows what is looked at; it ends when its time is over.
+///
+/// # Errors
+/// Those of `work`, and a time that is none.
+pub fn search<T>(
+    what: &str,
+    args: &SearchArgs,
+    faults: &[DataFault],
+    work: impl FnOnce(&Progress, &diagnose::Options) -> Result<T>,
+) -> Result<T> {
+    let spinner = Progress::spinner(what);
+    let progress = |what: &str| spinner.says(what);
+    let deadline = Deadline::after(args.budget)?;
+    let is_over = || deadline.is_over();
+    let explain = args.explain.is_some();
+    work(&spinner, &diagnose::Options { explain, stop: &is_over, faults, ..options_of_all(&progress) })
 }
 
 /// A model of a type, fitted to the log of a new part.

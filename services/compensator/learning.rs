@@ -188,7 +188,7 @@ impl Compensator<'_> {
                 let share = units::percent(learning.duty);
                 format!("rests: {resting_s:.1} s more, so that learning takes {share} of a core (learning.duty)")
             }
-            _ => format!("learns: a model of {} rows, anew every {} s", self.current.samples, learning.period),
+            _ => format!("learns: a model of {} rows, again every {} s", self.current.samples, learning.period),
         }
     }
 }

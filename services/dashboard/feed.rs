@@ -156,7 +156,7 @@ impl Feed {
         if let Some(message) = message.filter(|m| m.changed_ns > self.changed_ns) {
             self.changed_ns = message.changed_ns;
             let (t, epoch) = (self.changed_ns as f64 * 1e-9, message.epoch);
-            self.scene.mark(Mark { t, epoch, says: "the error jumps: judged anew".to_owned() });
+            self.scene.mark(Mark { t, epoch, says: "the error jumps: judged again".to_owned() });
         }
         if let Some(message) = &message {
             let says = |axis: Axis| looking(message, axis.index()).map(|says| (axis.letter(), says));

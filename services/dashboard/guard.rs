@@ -35,7 +35,7 @@ pub enum Refused {
     /// From another machine or user, without the token.
     #[error(
         "this dashboard wants its token from everybody but the user that runs it: open its address with ?token=…, which \
-         stands in the pipeline's folder, dashboard.token"
+         is in the pipeline's folder, dashboard.token"
     )]
     Token,
 }

@@ -35,7 +35,7 @@ pub struct Order {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OrderError {
     /// An unknown word.
-    #[error("'{0}' is no command: use add, remove, undo, pause, resume, forget, save or hide")]
+    #[error("unknown command '{0}': use add, remove, undo, pause, resume, forget, save or hide")]
     What(String),
     /// Not an axis.
     #[error("'{0}' is not an axis: use x, y or z")]

@@ -200,7 +200,7 @@ async fn order(State(shop): State<Shop>, request: Request) -> Response {
     let order = match timeout(REQUEST, Json::<Order>::from_request(request, &())).await {
         Ok(Ok(Json(order))) => order,
         Ok(Err(refused)) => return refused.into_response(),
-        Err(_) => return refuse(StatusCode::REQUEST_TIMEOUT, "the order did not come to its end".into()),
+        Err(_) => return refuse(StatusCode::REQUEST_TIMEOUT, "the order was not finished".into()),
     };
     let command = match order.command(&shop.folder) {
         Ok(command) => command,

@@ -52,7 +52,7 @@ pub enum Way {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AddressError {
     /// An option that there is not.
-    #[error("'{option}' is no option of {address}: {known}")]
+    #[error("unknown option '{option}' of {address}: {known}")]
     Option {
         /// As it stands there.
         option: String,
@@ -82,7 +82,7 @@ pub enum AddressError {
     #[error("{0}: the interface is missing, such as can:can0?dbc=car.dbc")]
     Interface(String),
     /// Frames whose meaning nobody says.
-    #[error("{0}: what the frames mean stands in a DBC file: add dbc=FILE.dbc after `?`, or give it with --dbc")]
+    #[error("{0}: what the frames mean is defined in a DBC file: add dbc=FILE.dbc after `?`, or give it with --dbc")]
     Dbc(String),
     /// MAVLink over something else.
     #[error("{0}: MAVLink comes by udp, tcp or serial, such as mavlink:udp:0.0.0.0:14550")]

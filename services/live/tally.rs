@@ -50,7 +50,7 @@ impl Tally {
         if !std::mem::replace(&mut self.told_mark, true) {
             let t = own_ns as f64 / 1e9;
             tracing::warn!(
-                "the source gives a reading far from those beside it, as where a read failed: it is no reading and left out; more of them \
+                "the source gives a reading far from those beside it, as where a read failed: it is not a reading and is left out; more of them \
                  are only counted (at {t:.3} s of its clock)"
             );
         }

@@ -74,7 +74,7 @@ impl Ring {
         let what = || format!("{}: the rate's shared memory cannot be opened", path.display());
         let file = OpenOptions::new().read(true).write(true).open(path).with_context(what)?;
         if file.metadata().with_context(what)?.len() != RING as u64 {
-            bail!("{}: is no shared memory of this version", path.display());
+            bail!("{}: not shared memory of this version", path.display());
         }
         let ring = Self::map(&file).with_context(what)?;
         let good = ring.long(ring_at::MAGIC).load(Ordering::Acquire) == u64::from_ne_bytes(RING_MAGIC)

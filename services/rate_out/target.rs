@@ -30,7 +30,7 @@ pub enum Way {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TargetError {
     /// Nothing like it.
-    #[error("'{0}' is no place for the rate: use unix:PATH, udp:HOST:PORT, - (standard output) or shm")]
+    #[error("unknown place for the rate '{0}': use unix:PATH, udp:HOST:PORT, - (standard output) or shm")]
     Unknown(String),
     /// Not of the form `HOST:PORT`.
     #[error("{0}: a host and a port are needed, such as udp:127.0.0.1:5601")]

@@ -22,7 +22,7 @@ impl FromStr for Speed {
         }
         match text.parse::<f64>() {
             Ok(x) if x.is_finite() && x > 0.0 => Ok(Self::Times(x)),
-            _ => bail!("'{text}' is no speed: 1 is real time, 10 ten times that, `max` unpaced"),
+            _ => bail!("'{text}' is not a speed: 1 is real time, 10 ten times that, `max` unpaced"),
         }
     }
 }

@@ -189,7 +189,7 @@ impl Pipeline {
         match Ports::open(&self.claim) {
             Ok(ports) => self.ports = Some(ports),
             Err(error) => {
-                tracing::warn!("the domain is broken and is made anew: {error:#}");
+                tracing::warn!("the domain is broken and is made again: {error:#}");
                 self.begin_again()?;
             }
         }

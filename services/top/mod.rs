@@ -101,7 +101,7 @@ pub fn run(instance: &str) -> anyhow::Result<()> {
         if ports.watch.is_outdated() {
             match Ports::open(instance) {
                 Ok(anew) => ports = anew,
-                Err(error) => scene.notice = format!("the pipeline is made anew: {error:#}"),
+                Err(error) => scene.notice = format!("the pipeline is made again: {error:#}"),
             }
         } else if let Err(error) = ports.look(&mut scene) {
             break Err(error);

@@ -211,7 +211,7 @@ fn standard_output_has_a_line_for_every_row_of_a_log() {
 #[test]
 fn a_place_that_is_none_is_refused_in_one_line() {
     let place = Place::new();
-    for (out, says) in [("file", "is no place for the rate"), ("unix:/nowhere/rate", "/nowhere/rate")] {
+    for (out, says) in [("file", "unknown place for the rate"), ("unix:/nowhere/rate", "/nowhere/rate")] {
         let output =
             place.output(&["run", "--source", "sim", "--dashboard", "off", "--instance", "wrong", "--out", out]);
         assert_eq!(output.status.code(), Some(1), "{output:?}");

@@ -116,7 +116,7 @@ fn a_spinning_process_without_a_core_of_its_own_is_refused_a_real_time_priority(
     let place = Place::new();
     for (words, part) in [
         (&["--priority", "20", "--wait", "spin"][..], "realtime.cores.kalman"),
-        (&["--cores", "nobody=1"], "is no process"),
+        (&["--cores", "nobody=1"], "unknown process"),
         (&["--wait", "doze"], "event, spin or hybrid"),
     ] {
         let output = place.output(&[&["run", "--source", "sim", "--dashboard", "off"], words].concat());

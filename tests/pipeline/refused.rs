@@ -33,9 +33,11 @@ fn a_source_or_a_place_that_is_none_is_named_with_what_to_do() {
 #[test]
 fn a_run_that_is_stopped_before_its_first_row_says_that_none_came() {
     let place = Place::new();
-    for (source, why) in
-        [("serial:/dev/null", "it is no serial line"), ("serial:/dev/none", "No such file"), ("iio:none", "no sensor")]
-    {
+    for (source, why) in [
+        ("serial:/dev/null", "it is not a serial line"),
+        ("serial:/dev/none", "No such file"),
+        ("iio:none", "no sensor"),
+    ] {
         let mut pipeline = place.start("absent", &["--source", source]);
         pipeline.until("the reason", |p| p.errors().contains(why));
         let ended = pipeline.interrupt();

@@ -1,8 +1,8 @@
 //! A model with effects added to it, or removed from it, refitted.
 
-use crate::{model_file::ModelFile, subject::Subject};
+use crate::{model_file::ModelFile, subject::Subject, words};
 use anyhow::{Result, bail};
-use gyro_model::{Axis, AxisModel, Model, Term, effects::Stage};
+use gyro_model::{Axis, AxisModel, Model, Term, effects::Stage, words::labels};
 
 /// In which direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,7 +64,7 @@ impl Subject {
         }
         let after = self.fit(&changed)?;
         if let Some((axis, id)) = after.unseen() {
-            bail!("{}: nothing in this log shows '{id}' on axis {axis}: there is no shape of it to add", self.name);
+            bail!("{}: {}", self.name, labels::no_shape(id, axis, words::voice()));
         }
         Ok(after)
     }

@@ -15,6 +15,7 @@
 //! | [`report`], [`plot`], [`web`] | results as text, JSON and one HTML page; figures as SVG; scripts and styles of the pages |
 //! | [`motion`], [`agreement`] | of a stream: reference and model in even steps of time; whether its diagnosis has settled |
 //! | [`vehicle`], [`story`] | simulated vehicles with a hidden effect; what was hidden beside what was found |
+//! | [`words`] | how a refusal names what to do next: command, function or program |
 //! | [`output`] | files that are written whole or not at all |
 //! | [`files`], [`clock`] | where files are read from, and what time it is: the system, or the page that holds a browser's copy |
 //!
@@ -45,3 +46,4 @@ pub mod subject;
 pub mod toml_error;
 pub mod vehicle;
 pub mod web;
+pub mod words;

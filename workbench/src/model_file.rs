@@ -11,6 +11,7 @@ mod write;
 use crate::{
     clock, files, log, output,
     toml_error::{TomlError, quoted},
+    words::{Task, call},
 };
 use anyhow::{Context, Result, bail};
 use gyro_model::{
@@ -41,8 +42,9 @@ impl ModelFile {
     /// There is none; the nearest is suggested.
     pub fn effect(&self, id: &str) -> Result<&'static dyn Effect> {
         let own = self.own_effects.iter().copied().find(|e| e.card().id == id);
-        own.or_else(|| gyro_model::effects::find(id))
-            .with_context(|| format!("no effect {}{}; `truerate effects` lists them all", quoted(id), meant(id)))
+        own.or_else(|| gyro_model::effects::find(id)).with_context(|| {
+            format!("no effect {}{}; {} lists them all", quoted(id), meant(id), call(Task::Effects, ""))
+        })
     }
 
     /// Checks that a log has what the effects on these axes go by: without it they would stand still, unsaid. What the reference
@@ -58,8 +60,9 @@ impl ModelFile {
                 if let Some(need) = card.needs.iter().find(missing) {
                     bail!(
                         "the model's '{id}' of axis {axis} needs {need}, which the log does not have: record it, or take the \
-                         effect out with `truerate remove LOG {id} --model M -o NEW`",
+                         effect out with {remove}",
                         id = card.id,
+                        remove = call(Task::Remove, &format!("LOG {} --model M -o NEW", card.id)),
                     );
                 }
             }
@@ -109,7 +112,7 @@ impl Provenance {
 /// It cannot be read, or it is not a valid model: [`TomlError`] in the chain.
 pub fn load(path: &Path, free_names: &[String]) -> Result<ModelFile> {
     let text = files::read_to_string(path).with_context(|| {
-        format!("model {}: cannot be read: check the path, or make one with `truerate fit`", path.display())
+        format!("model {}: cannot be read: check the path, or make one with {}", path.display(), call(Task::Fit, ""))
     })?;
     Ok(parse(path, &text, free_names)?)
 }

@@ -5,6 +5,7 @@ use crate::{
     model_file::ModelFile,
     subject::{Start, Subject},
     toml_error::TomlError,
+    words::{Task, call},
 };
 use anyhow::{Context, Result, bail};
 use gyro_model::{
@@ -82,8 +83,9 @@ impl Prior {
             _ => (path.to_owned(), None),
         };
         let name = file.display().to_string();
-        let text = fs::read_to_string(&file)
-            .with_context(|| format!("{name}: cannot be read: make it with `truerate fleet F --export {name}`"))?;
+        let text = fs::read_to_string(&file).with_context(|| {
+            format!("{name}: cannot be read: make it with {}", call(Task::Fleet, &format!("F --export {name}")))
+        })?;
         Self::parse(&file, &text, wanted.as_deref())
     }
 

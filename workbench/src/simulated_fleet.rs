@@ -22,7 +22,10 @@
 //!
 //! With `reference = "orientation"` and `reference_noise` (rad) all three axes turn and are referenced. `parts` of a parameter is the standard deviation between parts, `logs` that between the logs of a part.
 
-use crate::toml_error::TomlError;
+use crate::{
+    toml_error::TomlError,
+    words::{Task, call},
+};
 use anyhow::{Context, Result, bail};
 use gyro_model::{
     Axis, Record,
@@ -330,7 +333,7 @@ impl Plan {
         let mut all: Vec<Hidden> = Vec::new();
         let mut set = |id: &str, parameter: &str, value: f64| -> Result<()> {
             let Some(effect) = find(id) else {
-                bail!("no effect '{id}'{}; `truerate effects` lists them all", gyro_model::effects::meant(id))
+                bail!("no effect '{id}'{}; {} lists them all", gyro_model::effects::meant(id), call(Task::Effects, ""))
             };
             let cards = effect.parameters(self.axis);
             let Some(place) = cards.iter().position(|card| card.name == parameter) else {

@@ -3,7 +3,7 @@
 use crate::{
     log::{self, Options, dependent},
     model_file::{self, ModelFile, Provenance},
-    report,
+    report, words,
 };
 use anyhow::{Context, Result, anyhow, bail};
 use gyro_model::{
@@ -13,6 +13,7 @@ use gyro_model::{
     fault::FaultKind,
     finding::{Finding, Remark, Why},
     fit, units,
+    words::labels,
 };
 use jiff::Timestamp;
 use std::path::Path;
@@ -119,13 +120,7 @@ impl Subject {
         let (fitted, here) = file.provenance.as_ref().and_then(|p| p.temperature).zip(self.provenance.temperature)?;
         let beyond = (here.1 - fitted.1).max(fitted.0 - here.0);
         let word = if here.1 - fitted.1 >= fitted.0 - here.0 { "hotter" } else { "colder" };
-        (beyond > OTHER_TEMPERATURE).then(|| {
-            format!(
-                "This log is up to {beyond:.0} K {word} than the model's: it was recorded at {:.1} to {:.1} °C, and the model was fitted at \
-                 {:.1} to {:.1} °C.",
-                here.0, here.1, fitted.0, fitted.1
-            )
-        })
+        (beyond > OTHER_TEMPERATURE).then(|| labels::at_other_temperature(beyond, word, here, fitted, words::voice()))
     }
 
     /// The base model of the axes that are meant, not fitted yet.

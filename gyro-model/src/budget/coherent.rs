@@ -79,7 +79,7 @@ pub fn conditioned(
             for (b, normal) in blocks.iter().enumerate() {
                 // Increments reach into the next block.
                 if without.is_none_or(|out| b != out && b + 1 != out) {
-                    add(&mut total, normal);
+                    total.merge(normal, 1.0);
                 }
             }
         }
@@ -111,17 +111,6 @@ pub fn conditioned(
 const LEAST: f64 = 0.02;
 /// Relative size below which a direction of the columns is none.
 const RANK: f64 = 1e-6;
-
-fn add(total: &mut Normal, normal: &Normal) {
-    total.cost += normal.cost;
-    let n = total.gradient.len();
-    for i in 0..n {
-        total.gradient[i] += normal.gradient[i];
-        for j in 0..n {
-            total.matrix[(i, j)] += normal.matrix[(i, j)];
-        }
-    }
-}
 
 /// Sum of squares after a step.
 fn left(normal: &Normal, step: &[f64]) -> f64 {

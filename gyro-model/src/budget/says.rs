@@ -10,6 +10,7 @@ use super::{
 use crate::{
     diagnosis::{BudgetPoint, Limit, LimitedBy, PARTS, RandomCause},
     fit::judged::finite,
+    units::two,
 };
 
 /// The averaging times over which a log's limit is told: from four samples to a thirtieth of the log.
@@ -51,15 +52,15 @@ pub fn limit(
     let of = |part: Part| numbers(part).unwrap_or_default();
     let (what, remedy) = match by {
         LimitedBy::GyroNoise => (
-            format!("the gyro's own white noise, {} °/√s", digits(seen.walks.0.to_degrees())),
+            format!("the gyro's own white noise, {} °/√s", two(seen.walks.0.to_degrees())),
             "Use a quieter gyro, or average over longer times.",
         ),
         LimitedBy::BiasWander => {
             let [walk, size, time] = of(Part::BiasWander);
             let how = if size > 0.0 && size * size > walk * walk * time {
-                format!("{} °/s within some {}", digits(size.to_degrees()), seconds(time))
+                format!("{} °/s within some {}", two(size.to_degrees()), seconds(time))
             } else {
-                format!("{} °/s in a minute", digits((walk * 60_f64.sqrt()).to_degrees()))
+                format!("{} °/s in a minute", two((walk * 60_f64.sqrt()).to_degrees()))
             };
             let remedy = "No parameter removes that: estimate the bias live with a reference, or keep the sensor at one temperature.";
             (format!("the gyro's bias wanders by {how}"), remedy)
@@ -92,7 +93,7 @@ pub fn limit(
         ),
         LimitedBy::FoldedMotion => {
             let strong = || {
-                let density = digits(of(Part::FoldedMotion)[0].to_degrees());
+                let density = two(of(Part::FoldedMotion)[0].to_degrees());
                 format!(
                     "the motion is still strong at half the sampling rate ({density} °/s/√Hz), and faster motion is aliased"
                 )
@@ -119,14 +120,14 @@ pub fn limit(
 
 /// Noise of the reference, by its size (rad) in all or between two frequencies (Hz) or, of a rate, by the walks of gyro and reference.
 fn reference_noise([sigma, low, high]: [f64; 3], (gyro, reference): (f64, f64)) -> (String, &'static str) {
-    let size = digits(sigma.to_degrees());
+    let size = two(sigma.to_degrees());
     if low > 0.0 && reference == 0.0 {
         let what = format!(
             "noise of the reference, {size}° in all, between {low:.0} and {high:.0} Hz more than the gyro's whole signal"
         );
         (what, "The gyro is not the cause: record a steadier reference, or judge over longer times.")
     } else if reference > gyro {
-        let (reference, gyro) = (digits(reference.to_degrees()), digits(gyro.to_degrees()));
+        let (reference, gyro) = (two(reference.to_degrees()), two(gyro.to_degrees()));
         let what = format!("noise of the reference, {reference} °/√s, more than the gyro's own {gyro} °/√s");
         (what, "The gyro is not the cause: record a quieter reference.")
     } else {
@@ -207,16 +208,7 @@ const fn remedy(cause: Cause) -> &'static str {
     }
 }
 
-/// A number that is not negative, to two figures.
-fn digits(value: f64) -> String {
-    if value < 1e-9 {
-        return "0".to_owned();
-    }
-    let decimals = (1.0 - value.log10().floor()).clamp(0.0, 12.0) as usize;
-    format!("{value:.decimals$}")
-}
-
 /// A time, to two figures, in ms where it is short.
 fn seconds(value: f64) -> String {
-    if value < 0.0995 { format!("{} ms", digits(1e3 * value)) } else { format!("{} s", digits(value)) }
+    if value < 0.0995 { format!("{} ms", two(1e3 * value)) } else { format!("{} s", two(value)) }
 }

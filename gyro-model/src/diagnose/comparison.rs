@@ -10,8 +10,8 @@ use crate::{
     effects::{Stage, Trait, are_aliases},
     evidence::{
         draws::Draws,
+        gain::untrended,
         noise::{self, BLOCKS},
-        prior::untrended,
     },
     nls::{self, dot},
     scan::DRAWS,

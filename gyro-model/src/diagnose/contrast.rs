@@ -227,7 +227,7 @@ pub(super) static PLAINER: &[Test<Contrast>] = &[
     },
     Test {
         name: TestName::Channel,
-        asks: "the second goes with a measured channel where the first does",
+        asks: "the second depends on a measured channel where the first does",
         applies: &[],
         ways: &[&[Is(&MEASURED_AS_WELL)]],
     },

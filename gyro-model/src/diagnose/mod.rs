@@ -37,8 +37,8 @@ use crate::{
     diagnosis::{AxisDiagnosis, AxisLadder, DataFault, ErrorPoint, Explained, LadderStep, Suspect, Verdict},
     effects::{CATALOGUE, Effect, Stage, Trait, find, temperature_bias::TEMPERATURE_BIAS},
     evidence::{
-        problem::HeldRate,
         study::{Bench, Study},
+        track::HeldRate,
     },
     faults::{ratio, regress},
     finding::{Finding, Remark},
@@ -49,6 +49,7 @@ use crate::{
     },
     parallel,
     record::ReferenceKind,
+    words::{self, Voice},
 };
 use challenger::Incumbent;
 pub use compare::compare;
@@ -377,7 +378,7 @@ fn axis_result(
         error_curve: judged.points(),
         error_over_floor: finite(judged.over_floor()),
         within_floor: Some(judged.within()),
-        floor_source: study.bench.prior[series].source.clone(),
+        floor_source: words::floor_source(&study.bench.prior[series].source, Voice::Log),
         fails_where,
         searched,
         suspects,

@@ -20,7 +20,7 @@ static CARD: Card = Card {
     source: "IEEE Std 1431 and IEEE Std 952, rate ramp",
     needs: &[],
     excited_by: "a long log",
-    mended_by: "within this log; the slope may differ in the next one",
+    mended_by: "within one log; the slope may differ in the next one",
     at_source: "find what changes steadily (temperature, supply, stress on the board) and record it",
     traits: &[Trait::Slow],
     simpler: &[],

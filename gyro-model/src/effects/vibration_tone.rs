@@ -21,7 +21,7 @@ static CARD: Card = Card {
     source: "vibration environment of motors and fans",
     needs: &[],
     excited_by: "any log; a second log shows whether it stays",
-    mended_by: "only within this log: the phase differs in the next one",
+    mended_by: "only within one log: the phase differs in the next one",
     at_source: "find what turns at that frequency (fan, propeller, pump), balance it, or mount the sensor on soft material",
     traits: &[Trait::Line],
     simpler: &[],

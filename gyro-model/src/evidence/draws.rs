@@ -7,10 +7,11 @@
 use super::{
     integrate::integral,
     prior::Prior,
-    problem::Warm,
     rounding::Rounding,
     series::{Reading, Series, rests},
     study::{Bench, Study},
+    track::{shown_of_noise, undone},
+    warm::Warm,
 };
 use crate::{Term, effects::Stage, parallel};
 use itertools::Itertools;
@@ -173,12 +174,11 @@ impl<'a> Draws<'a> {
     /// White noise of the readings as an angle at the reference's rows, what the model makes of it in the angle that a smoothed reference
     /// shows included.
     fn walk_as_shown(&self, terms: &[Term], white: f64, rng: &mut ChaCha8Rng) -> Vec<f64> {
-        let (problem, series) = (&self.study.bench.problem, self.series);
-        let s = &problem.series[series];
+        let s = &self.study.bench.problem.series[self.series];
         let sigma = white / s.span().dt.sqrt();
         let rate: Vec<f64> = s.t.iter().map(|_| sigma * draw_normal(rng)).collect();
         let angle = integral(&s.t, &rate);
-        let off = problem.shown_of_noise(series, terms, &self.study.warm[series], &angle);
+        let off = shown_of_noise(s, terms, &self.study.warm[self.series], &angle);
         s.reference_rows.iter().zip(off).map(|(&row, off)| angle[row] + off).collect()
     }
 }
@@ -203,7 +203,7 @@ pub fn draw_through(bench: &Bench, series: usize, warm: &Warm, terms: [&[Term]; 
         })
         .collect();
     terms.map(|terms| {
-        let angle = bench.problem.undone(series, terms, &noise);
+        let angle = undone(s, terms, &noise);
         s.reference_rows.iter().zip(&reading).map(|(&row, e)| angle[row] - e).collect()
     })
 }

@@ -16,8 +16,9 @@
 //! spacing of the scan's grid to a sample, and the fit goes on from there.
 
 use super::{
-    problem::{Evaluation, Problem, Slot, Warm},
+    problem::{Evaluation, Problem, Slot},
     study::{Bench, Study, assign, columns, hold, is_tone, parameter_card, values},
+    warm::Warm,
 };
 use crate::{
     Model,
@@ -96,8 +97,29 @@ struct Round {
     evaluation: Evaluation,
 }
 
+impl<'a> Study<'a> {
+    /// Fits every parameter of `start` by minimising Σ_τ E²/F².
+    #[must_use]
+    pub fn fit(bench: &'a Bench, start: &Model, warm: Option<&[Warm]>) -> Self {
+        fit(bench, start, warm, None)
+    }
+
+    /// The same from the derivatives of a fitted model that is much like it.
+    #[must_use]
+    pub fn fit_from(&self, start: &Model, warm: &[Warm]) -> Self {
+        fit(self.bench, start, Some(warm), Some(self))
+    }
+
+    /// The model as it stands, its derivatives taken but nothing moved.
+    #[must_use]
+    pub fn held(bench: &'a Bench, model: &Model) -> Self {
+        let slots = bench.problem.slots(model);
+        Self::hold(bench, model, &slots, refreshed(bench, model), Vec::new())
+    }
+}
+
 /// Fits every parameter of `start`; `known` is a fitted model whose derivatives it may begin with.
-pub(super) fn fit<'a>(bench: &'a Bench, start: &Model, warm: Option<&[Warm]>, known: Option<&Study>) -> Study<'a> {
+fn fit<'a>(bench: &'a Bench, start: &Model, warm: Option<&[Warm]>, known: Option<&Study>) -> Study<'a> {
     let problem = &bench.problem;
     let model = start.clone();
     let slots = problem.slots(&model);
@@ -212,7 +234,7 @@ impl Descent<'_> {
                     let at = problem.evaluate(&trial, &self.warm);
                     // What is a guess is so about the instant that is tried.
                     let warm: Vec<Warm> =
-                        self.warm.iter().zip(&at.tracks).map(|(warm, track)| warm.unsure_as(track)).collect();
+                        self.warm.iter().zip(&at.tracks).map(|(warm, track)| warm.unsure_as(&track.unsure)).collect();
                     let z = self.bench.increments(&problem.evaluate(&trial, &warm).residual);
                     let cost = nls::dot(&z, &z);
                     if cost < least {
@@ -335,7 +357,7 @@ fn moved(from: &[Warm], to: &[Warm]) -> f64 {
 }
 
 /// Refreshes the regressors of a model whose parameters stand until they stand too.
-pub(super) fn refreshed(bench: &Bench, model: &Model) -> Vec<Warm> {
+fn refreshed(bench: &Bench, model: &Model) -> Vec<Warm> {
     let mut warm = bench.problem.cold();
     for round in 1..=MOST_ROUNDS {
         let next = bench.problem.warm(&bench.problem.evaluate(model, &warm), &warm);

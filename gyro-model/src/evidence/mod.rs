@@ -3,9 +3,10 @@
 //! | module | noun |
 //! | --- | --- |
 //! | `series` | one axis of a log, laid out for evaluation |
-//! | [`encoder`] | the steps of a shaft encoder, and what they make it err by |
+//! | [`encoder`], `encoder_noise` | the steps of a shaft encoder, and what they make it err by; the noise of the angle that it counts |
 //! | [`problem`] | the residual of a model and its derivatives |
 //! | `track` | one axis of it, step by step |
+//! | `warm` | what its regressors are evaluated at |
 //! | `shaft` | where the shaft was |
 //! | `increments` | increments over averaging times: the error curve's Gram matrices, held out block by block |
 //! | `attitude` | an orientation as reference |
@@ -14,9 +15,11 @@
 //! | `heating`, `coarse` | how fast the temperature rises; its course between the steps of a coarse reading |
 //! | [`study`] | a model fitted to a log |
 //! | `gauss_newton` | the steps of that fit |
+//! | `refine` | the same under the noise of its residual, and how well each parameter is known |
 //! | `spectrum` | the fast Fourier transform of a series |
 //! | `line` | one line of a signal's spectrum |
 //! | `incoherent` | what of a reference the gyro knows nothing of, whatever its errors |
+//! | `rough`, `gain` | a signal's noise and vibrations; how far a reference turns beside the readings |
 //! | `prior` | the noise that the sensors' own signals show |
 //! | `noise` | the noise of a model's residual, and generalised least squares under it |
 //! | `identify` | how it is found: from nothing, or from one that is near |
@@ -32,7 +35,9 @@ pub(crate) mod attitude;
 mod coarse;
 pub(crate) mod draws;
 pub mod encoder;
+mod encoder_noise;
 pub(crate) mod floor;
+pub(crate) mod gain;
 mod gauss_newton;
 mod growth;
 mod heating;
@@ -46,11 +51,14 @@ pub(crate) mod line;
 pub(crate) mod noise;
 pub(crate) mod prior;
 pub mod problem;
+mod refine;
+pub(crate) mod rough;
 pub(crate) mod rounding;
 pub(crate) mod series;
 mod shaft;
 pub(crate) mod spectrum;
 pub mod study;
-mod track;
+pub(crate) mod track;
+pub(crate) mod warm;
 pub mod whiten;
 pub(crate) mod whittle;

@@ -7,16 +7,15 @@
 
 use super::{
     attitude::Attitude,
-    integrate::integral,
     knots,
-    prior::Prior,
     series::{HOLE, Rest, Series, usual},
-    shaft::{LEVEL, best_angle, counted_angle, nearness, stand},
-    track::{Track, angle_of},
+    shaft::{LEVEL, best_angle, nearness, stand},
+    track::{self, HeldRate, Moved, Track, Tracker},
+    warm::Warm,
 };
 use crate::{
     Axis, AxisModel, Model, Record, Term,
-    effects::{Parabola, Role, Stage, Trait, derivative, quieter, steadied},
+    effects::{Role, Stage, Trait, derivative, steadied},
     order::median,
     record::ReferenceKind,
 };
@@ -32,96 +31,6 @@ pub struct Problem {
     broken: Vec<bool>,
     /// What is known of a rate that is held inside a play.
     pub held_rate: HeldRate,
-}
-
-/// Where in a play of the sensor a rate stands that is held.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum HeldRate {
-    /// Anywhere: a shaft that settles, or trembles, goes back as far as nobody sees. Such readings say nothing.
-    #[default]
-    Anywhere,
-    /// At the end that it came to: nothing moves it back.
-    AtTheEnd,
-}
-
-/// What the regressors of one axis are evaluated at; refreshed after each fit.
-#[derive(Clone, Debug)]
-pub struct Warm {
-    /// Compensated rate at the samples, rad/s.
-    pub rate: Vec<f64>,
-    pub(crate) rate_dot: Vec<f64>,
-    /// What the sensor felt of it, the ringing of its mount still in it, rad/s; empty where that is the same.
-    pub(super) felt: Vec<f64>,
-    /// The integral of the compensated rate, re-stamped, at the samples, rad.
-    whole: Arc<Vec<f64>>,
-    motion: OnceLock<Quiet>,
-    /// Best known angle at the samples: the gyro's shape on the reference's level, rad.
-    pub angle: Vec<f64>,
-    /// The same on the reference's level over so short a time that it is as near to the true angle as can be, with the
-    /// encoder's own errors: what its quantisation is drawn along. Empty where there is no step.
-    pub close: Vec<f64>,
-    /// Samples whose compensation is a guess under the model they were made with; empty where there are none.
-    pub unsure: Vec<bool>,
-    /// Samples to be left out whatever the model says, so that models can be compared on the same ones; empty: none.
-    pub left_out: Vec<bool>,
-}
-
-/// A motion without the gyro's noise, as far as it is slower than that.
-#[derive(Clone, Debug)]
-pub(super) struct Quiet {
-    /// At the samples, rad.
-    pub angle: Vec<f64>,
-    /// Its derivative, rad/s.
-    pub rate: Vec<f64>,
-    /// What took the noise out; `None` where the motion allows nothing.
-    pub by: Option<Parabola>,
-}
-
-impl Quiet {
-    fn of(t: &[f64], rate: &[f64], by: Option<Parabola>) -> Self {
-        let rate = by.as_ref().map_or_else(|| rate.to_vec(), |by| by.through_all(rate));
-        Self { angle: integral(t, &rate), rate, by }
-    }
-
-    /// What is left of another angle, noise alone say, where the same is done to it.
-    pub fn likewise(&self, t: &[f64], angle: &[f64]) -> Self {
-        Self::of(t, &derivative(t, angle), self.by.clone())
-    }
-}
-
-impl Warm {
-    /// What a reference shows a part of: with the noise in it, a mean over several samples would make the residual's noise less.
-    pub(super) fn motion(&self, t: &[f64]) -> &Quiet {
-        self.motion.get_or_init(|| {
-            let rate = derivative(t, &self.whole);
-            Quiet::of(t, &rate, quieter(t, &rate))
-        })
-    }
-
-    /// The same with what is a guess on this track.
-    pub(super) fn unsure_as(&self, track: &Track) -> Self {
-        let unsure = if self.left_out.is_empty() { track.unsure.clone() } else { Vec::new() };
-        Self { unsure, ..self.clone() }
-    }
-
-    /// What an encoder's quantisation is drawn along.
-    #[must_use]
-    pub fn drawn_along(&self) -> &[f64] {
-        if self.close.is_empty() { &self.angle } else { &self.close }
-    }
-
-    /// The same without what another model is unsure of.
-    #[must_use]
-    pub fn without(&self, other: &Self) -> Self {
-        Self { left_out: other.frozen().left_out, unsure: Vec::new(), ..self.clone() }
-    }
-
-    /// The same with what is unsure left out for good.
-    #[must_use]
-    pub fn frozen(&self) -> Self {
-        let left_out = if self.left_out.is_empty() { self.unsure.clone() } else { self.left_out.clone() };
-        Self { left_out, unsure: Vec::new(), ..self.clone() }
-    }
 }
 
 /// A model on a log.
@@ -199,30 +108,6 @@ impl Problem {
         self.attitude.as_ref().map_or(1, Attitude::channels)
     }
 
-    /// Whether the reference of an axis shows no more than its noise, and whether its gyro neither does.
-    pub(super) fn rests(&self, series: &Series, prior: &Prior) -> Rest {
-        let angle = match &self.attitude {
-            None => series.reference_angle.clone(),
-            Some(attitude) => attitude.turned_about(series.axis.index()),
-        };
-        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-        let spread = |angle: &[f64]| {
-            let level = mean(angle);
-            mean(&angle.iter().map(|a| (a - level).powi(2)).collect::<Vec<_>>()).sqrt()
-        };
-        if spread(&angle) > TURNS * prior.encoder {
-            return Rest::None;
-        }
-        let bias = mean(&series.gyro);
-        let turned = integral(&series.t, &series.gyro.iter().map(|g| g - bias).collect::<Vec<_>>());
-        let walk = prior.reading * series.span().duration.sqrt();
-        if spread(&turned) > TURNS * prior.encoder.hypot(walk) && moves(series, prior) {
-            Rest::OfReference
-        } else {
-            Rest::Whole
-        }
-    }
-
     /// Every parameter of the axes' terms that a fit moves: `Reading` limits are read off the data instead, as is what
     /// the scan chooses, and a sensor whose reference stood still keeps its scale.
     #[must_use]
@@ -253,7 +138,7 @@ impl Problem {
             .iter()
             .map(|s| {
                 let rate = steadied(&s.t, &s.gyro);
-                let whole = Arc::new(angle_of(s, 1.0, &s.gyro, &s.t));
+                let whole = Arc::new(s.angle_of(1.0, &s.gyro, &s.t));
                 Warm {
                     angle: best_angle(s, &s.reference_angle, &[], &whole, &s.missing, LEVEL),
                     whole,
@@ -284,7 +169,7 @@ impl Problem {
                     angle,
                     whole: track.whole.clone(),
                     motion: OnceLock::new(),
-                    close: nearness(s).map_or_else(Vec::new, |half| counted_angle(s, track, half)),
+                    close: nearness(s).map_or_else(Vec::new, |half| track.counted_angle(s, half)),
                     rate_dot: derivative(&s.t, &rate),
                     rate,
                     felt: track.felt.as_ref().map_or_else(Vec::new, |felt| steadied(&s.t, felt)),
@@ -298,13 +183,82 @@ impl Problem {
     /// The residual of `model` with its regressors at `warm`.
     #[must_use]
     pub fn evaluate(&self, model: &Model, warm: &[Warm]) -> Evaluation {
-        let track = |(i, s)| Arc::new(self.track(s, &self.axis(model, s).terms, i, warm));
+        let track = |(i, s)| Arc::new(self.tracker(i, warm).track(&self.axis(model, s).terms));
         let tracks = self.series.iter().enumerate().map(track).collect();
         self.together(tracks)
     }
 
+    /// What an axis is evaluated with.
+    fn tracker<'a>(&'a self, index: usize, warm: &'a [Warm]) -> Tracker<'a> {
+        Tracker { series: &self.series, index, warm, held_rate: self.held_rate }
+    }
+
+    /// What the residual changes by where one axis' term `place` becomes `term`, or where `term` joins behind its terms; `at`
+    /// is the evaluation of `model`.
+    #[must_use]
+    pub fn difference(
+        &self,
+        model: &Model,
+        warm: &[Warm],
+        at: &Evaluation,
+        (series, place): (usize, usize),
+        term: &Term,
+    ) -> Vec<Vec<f64>> {
+        let tracker = self.tracker(series, warm);
+        let terms = &self.axis(model, &self.series[series]).terms;
+        let mut other = terms.clone();
+        match other.get_mut(place) {
+            Some(own) => own.clone_from(term),
+            None => other.push(term.clone()),
+        }
+        let Some(moved) = tracker.moved(terms, &other, place, &at.tracks[series]) else {
+            let mut tracks = at.tracks.clone();
+            tracks[series] = Arc::new(tracker.track(&other));
+            return less(&self.together(tracks).residual, &at.residual);
+        };
+        let own = &at.tracks[series];
+        if self.attitude().is_none() {
+            let change: Vec<f64> = match &moved {
+                Moved::Angle(angle) => angle.iter().zip(&own.angle).map(|(new, own)| new - own).collect(),
+                Moved::Off(off) if own.off.is_empty() => off.clone(),
+                Moved::Off(off) => off.iter().zip(&own.off).map(|(new, own)| new - own).collect(),
+                Moved::Reference(reference) => {
+                    reference.iter().zip(&own.reference).map(|(new, own)| own - new).collect()
+                }
+            };
+            let mut sum = 0.0;
+            let mut before = change[0];
+            let steps = (0..change.len()).map(|i| {
+                let now = change[i];
+                sum += if at.lost[i] { 0.0 } else { now - before };
+                before = now;
+                sum
+            });
+            return vec![steps.collect()];
+        }
+        let mut track = Track::clone(own);
+        match moved {
+            Moved::Angle(angle) if at.tracks.iter().all(|track| track.off.is_empty()) => {
+                return self.turned_otherwise(at, series, &angle);
+            }
+            Moved::Angle(angle) => track.angle = angle,
+            Moved::Off(off) => track.off = off,
+            Moved::Reference(reference) => track.reference = reference,
+        }
+        let mut tracks = at.tracks.clone();
+        tracks[series] = Arc::new(track);
+        less(&self.together(tracks).residual, &at.residual)
+    }
+
+    /// The rate that a sensor felt, its readings' scale, bias and response undone, its errors still in it, rad/s.
+    #[must_use]
+    pub fn felt(&self, model: &Model, series: usize) -> Vec<f64> {
+        let s = &self.series[series];
+        track::felt(s, &self.axis(model, s).terms)
+    }
+
     /// The residual of the axes' tracks.
-    pub(super) fn together(&self, tracks: Vec<Arc<Track>>) -> Evaluation {
+    fn together(&self, tracks: Vec<Arc<Track>>) -> Evaluation {
         let n = self.times().len();
         let mut lost = self.broken.clone();
         for (track, s) in tracks.iter().zip(&self.series) {
@@ -343,7 +297,7 @@ impl Problem {
     }
 
     /// What the residual changes by where the angle of one axis is another one; of an orientation that shows what it is.
-    pub(super) fn turned_otherwise(&self, at: &Evaluation, series: usize, angle: &[f64]) -> Vec<Vec<f64>> {
+    fn turned_otherwise(&self, at: &Evaluation, series: usize, angle: &[f64]) -> Vec<Vec<f64>> {
         let axis = self.series[series].axis.index();
         let difference = |attitude: &Attitude| attitude.difference(self.angles(&at.tracks), axis, angle, &at.lost);
         self.attitude.as_ref().map(difference).unwrap_or_default()
@@ -371,23 +325,10 @@ impl Problem {
     }
 }
 
-/// Whether a gyro's reading keeps changing from one stretch to the next by more than its noise: a bias that drifts or steps does
-/// not, a sensor that turns does.
-fn moves(series: &Series, prior: &Prior) -> bool {
-    let rows = ((STRETCH / series.span().dt).round() as usize).max(1);
-    let means: Vec<f64> =
-        series.gyro.chunks_exact(rows).map(|part| part.iter().sum::<f64>() / part.len() as f64).collect();
-    let changes: Vec<f64> = means.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
-    // Of normal numbers the median size lies at 0.674 of the standard deviation.
-    let noise = 0.674 * prior.reading * (2.0 / (rows as f64 * series.span().dt)).sqrt();
-    median(changes).is_some_and(|usual| usual > TURNS * noise)
+/// a − b, channel by channel.
+fn less(a: &[Vec<f64>], b: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    a.iter().zip(b).map(|(a, b)| a.iter().zip(b).map(|(a, b)| a - b).collect()).collect()
 }
-
-/// A stretch of a rest, s.
-const STRETCH: f64 = 1.0;
-
-/// Standard deviations of the reference's noise that an axis has to turn by, in the root mean square.
-const TURNS: f64 = 3.0;
 
 /// Whether this is the base model's scale factor.
 pub(super) fn is_scale(term: &Term) -> bool {

@@ -1,8 +1,11 @@
 //! One axis of a log, laid out for evaluation: filled columns, reference rows, time.
 
 use super::{
+    coarse::between_steps,
     encoder::{Encoder, unwrap},
-    integrate::{hermite, three_point_slopes},
+    encoder_noise::encoder_noise,
+    heating::heating,
+    integrate::{hermite, integral, three_point_slopes},
     line,
 };
 use crate::{
@@ -281,8 +284,8 @@ impl Series {
         });
         let accel: [Vec<f64>; 3] = std::array::from_fn(|a| filled(&|k| rows[k].accel[a]));
         let temperature = fill(&t, &column(&|k| rows[k].temperature)).unwrap_or_else(|| vec![25.0; t.len()]);
-        let heating = super::heating::heating(&t, &temperature);
-        let between_steps = super::coarse::between_steps(&t, &temperature);
+        let heating = heating(&t, &temperature);
+        let between_steps = between_steps(&t, &temperature);
         let supply = filled(&|k| rows[k].supply);
         let free: Vec<Vec<f64>> =
             (0..record.free_names.len().min(FREE_CHANNELS)).map(|c| filled(&|k| rows[k].free[c])).collect();
@@ -319,18 +322,17 @@ impl Series {
             ReferenceKind::Angle => {
                 let mut angle: Vec<f64> = reference_rows.iter().map(|&k| rows[k].ref_angle[i]).collect();
                 unwrap(&mut angle);
-                let turned = super::integrate::integral(&t, &gyro);
+                let turned = integral(&t, &gyro);
                 let there: Vec<f64> = reference_rows.iter().map(|&k| turned[k]).collect();
                 unwrap_over_holes(&reference_t, &mut angle, &there);
                 let mut encoder = Encoder::of(record, axis, &angle);
-                encoder.noise =
-                    super::prior::encoder_noise(&encoder, (&reference_t, &angle), (&t, &gyro), &reference_rows);
+                encoder.noise = encoder_noise(&encoder, (&reference_t, &angle), (&t, &gyro), &reference_rows);
                 let readings = if encoder.shows_counts() { rests(&angle, &encoder) } else { each(angle.len()) };
                 (angle, encoder, readings)
             }
             ReferenceKind::Rate => {
                 let angle = if record.turned.is_empty() {
-                    super::integrate::integral(&reference_t, &reference_rate)
+                    integral(&reference_t, &reference_rate)
                 } else {
                     reference_rows.iter().map(|&k| record.turned[k].reference[i]).collect()
                 };
@@ -361,6 +363,22 @@ impl Series {
             knots: None,
             readings,
         })
+    }
+
+    /// ∫ rate dt over these times. Where the readings are means, α times what they have turned, and the integral of the rest.
+    pub(super) fn angle_of(&self, alpha: f64, rate: &[f64], times: &[f64]) -> Vec<f64> {
+        if self.turned.is_empty() {
+            return integral(times, rate);
+        }
+        let rest: Vec<f64> = rate.iter().zip(&self.gyro).map(|(rate, gyro)| rate - alpha * gyro).collect();
+        let mut angle = integral(times, &rest);
+        let mut turned = 0.0;
+        for k in 1..angle.len() {
+            let stretch = (times[k] - times[k - 1]) / (self.t[k] - self.t[k - 1]);
+            turned += alpha * stretch * (self.turned[k] - self.turned[k - 1]);
+            angle[k] += turned;
+        }
+        angle
     }
 
     /// What the grids of shapes are chosen by.

@@ -1,6 +1,6 @@
 //! Where the shaft was, as far as gyro and reference tell together: the gyro's shape on the reference's level.
 
-use super::{integrate::smooth, series::Series, track::Track};
+use super::{integrate::smooth, series::Series};
 use crate::{effects::white_noise, nls};
 use std::ops::Range;
 
@@ -11,15 +11,6 @@ pub(super) const LEVEL: f64 = 8.0;
 /// The half width at which the gyro's walk and the mean of the encoder's steps err alike, s.
 pub(super) fn nearness(s: &Series) -> Option<f64> {
     (s.encoder.step > 0.0 && s.margin > 0.0).then(|| (s.encoder.step / s.margin).clamp(0.1, LEVEL))
-}
-
-/// What the encoder counts: the best known angle, and at the reference rows what the model says that the encoder errs by.
-pub(super) fn counted_angle(s: &Series, track: &Track, half: f64) -> Vec<f64> {
-    let mut angle = best_angle(s, &track.reference, &track.silent, &track.whole, &track.lost, half);
-    for ((&k, read), right) in s.reference_rows.iter().zip(&s.reference_angle).zip(&track.reference) {
-        angle[k] += read - right;
-    }
-    angle
 }
 
 /// An integrated angle held to the level of the reference over ±`half` s, on each stretch between what is lost to its own; where the

@@ -1,20 +1,16 @@
 //! A model fitted to a log: its parameters, its residual, and the derivatives there.
 
 use super::{
-    gauss_newton, growth, identify,
     increments::{Grams, HeldOut, Windows},
-    noise::{self, Gls},
     prior::{self, Prior},
-    problem::{Evaluation, Problem, Slot, Warm, is_scale, value},
+    problem::{Evaluation, Problem, Slot, value},
     series::{Reading, Rest, Series},
-    whiten::NoiseModel,
+    warm::Warm,
 };
 use crate::{
     Axis, Model, Record,
     effects::{Role, Trait},
-    nls,
 };
-use faer::Mat;
 
 /// A log ready to be fitted: everything that does not depend on the model.
 #[derive(Clone, Debug)]
@@ -55,7 +51,8 @@ impl Bench {
 
     /// Takes what is known beforehand of each axis' noise.
     pub(crate) fn know(&mut self, prior: &[Prior]) {
-        let rests: Vec<Rest> = self.problem.series.iter().zip(prior).map(|(s, p)| self.problem.rests(s, p)).collect();
+        let rests: Vec<Rest> =
+            self.problem.series.iter().zip(prior).map(|(s, p)| prior::rests(&self.problem, s, p)).collect();
         for ((series, prior), rest) in self.problem.series.iter_mut().zip(prior).zip(rests) {
             series.rest = rest;
             series.margin = MARGIN * prior.reading / series.span().dt.sqrt();
@@ -102,26 +99,14 @@ pub struct Study<'a> {
 }
 
 impl<'a> Study<'a> {
-    /// Fits every parameter of `start` by minimising Σ_τ E²/F².
-    #[must_use]
-    pub fn fit(bench: &'a Bench, start: &Model, warm: Option<&[Warm]>) -> Self {
-        gauss_newton::fit(bench, start, warm, None)
-    }
-
-    /// The same from the derivatives of a fitted model that is much like it.
-    #[must_use]
-    pub fn fit_from(&self, start: &Model, warm: &[Warm]) -> Self {
-        gauss_newton::fit(self.bench, start, Some(warm), Some(self))
-    }
-
-    /// The model as it stands, its derivatives taken but nothing moved.
-    #[must_use]
-    pub fn held(bench: &'a Bench, model: &Model) -> Self {
-        let slots = bench.problem.slots(model);
-        Self::hold(bench, model, &slots, gauss_newton::refreshed(bench, model), Vec::new())
-    }
-
-    fn hold(bench: &'a Bench, model: &Model, slots: &[Slot], warm: Vec<Warm>, unobservable: Vec<usize>) -> Self {
+    /// A model with these parameters free, its derivatives taken where its regressors are evaluated.
+    pub(super) fn hold(
+        bench: &'a Bench,
+        model: &Model,
+        slots: &[Slot],
+        warm: Vec<Warm>,
+        unobservable: Vec<usize>,
+    ) -> Self {
         let evaluation = bench.problem.evaluate(model, &warm);
         let columns = columns(&bench.problem, model, slots, &warm, &evaluation);
         Self::assembled(bench, model.clone(), slots.to_vec(), warm, evaluation, columns, unobservable)
@@ -232,72 +217,6 @@ impl<'a> Study<'a> {
         own.map(|(f, tau)| f.hypot((2.0 * often / tau).sqrt() * prior.encoder)).collect()
     }
 
-    /// Identifies the noise of the residual, and with it generalised least squares about the present parameters.
-    #[must_use]
-    pub fn identify(&self) -> Gls {
-        identify::identify(self)
-    }
-
-    /// The same beside a noise that is known to be near.
-    #[must_use]
-    pub fn identify_near(&self, known: &NoiseModel) -> Gls {
-        identify::near(self, known)
-    }
-
-    /// Moves the parameters to the generalised least-squares optimum, the noise being identified anew each time, and
-    /// gives the noise and the covariance there.
-    #[must_use]
-    pub fn refine(self) -> (Self, Gls) {
-        let gls = self.identify();
-        self.refine_by(gls, |_, gls| gls.step.clone())
-    }
-
-    /// The same of the tones alone, the other parameters standing where they are, from a noise that is known.
-    #[must_use]
-    pub fn refine_tones(self, gls: Gls) -> (Self, Gls) {
-        let is_tone = |slot: &Slot| is_tone(&self.bench.problem, &self.model, *slot);
-        let tones: Vec<bool> = self.slots.iter().map(is_tone).collect();
-        // To first order the likelihood has moved them already: as far as that holds they need no more.
-        let stands = |k: usize| !tones[k] || gls.step[k].abs() < gls.std_error(k);
-        if (0..tones.len()).all(stands) {
-            return (self, gls);
-        }
-        let step = |study: &Self, gls: &Gls| {
-            let (mut normal, _) = noise::normal(study, &gls.noise);
-            for k in (0..tones.len()).filter(|&k| !tones[k]) {
-                normal.fix(k);
-            }
-            normal.step_from(&normal, 1e-9)
-        };
-        self.refine_by(gls, step)
-    }
-
-    fn refine_by(self, gls: Gls, step: impl Fn(&Self, &Gls) -> Vec<f64>) -> (Self, Gls) {
-        let bench = self.bench;
-        let (mut study, mut gls) = (self, gls);
-        for _ in 0..4 {
-            let mut model = study.model.clone();
-            let mut largest: f64 = 0.0;
-            for (k, (slot, step)) in study.slots.iter().zip(step(&study, &gls)).enumerate() {
-                let bounds = parameter_card(&bench.problem, &model, *slot).bounds;
-                if let Some(v) = value(&bench.problem, &mut model, *slot) {
-                    *v = (*v + step).clamp(bounds.0, bounds.1);
-                    let sigma = gls.std_error(k);
-                    if sigma.is_finite() && sigma > 0.0 {
-                        largest = largest.max(step.abs() / sigma);
-                    }
-                }
-            }
-            let warm = bench.problem.warm(&bench.problem.evaluate(&model, &study.warm), &study.warm);
-            study = Self::hold(bench, &model, &study.slots, warm, study.unobservable);
-            gls = noise::at_noise(&study, &gls.noise);
-            if largest < 0.02 {
-                break;
-            }
-        }
-        (study, gls)
-    }
-
     /// The largest error over the weights' floor, held out.
     #[must_use]
     pub fn over_floor(&self) -> f64 {
@@ -314,68 +233,6 @@ impl<'a> Study<'a> {
         let each: Vec<Vec<f64>> = (0..self.bench.problem.series.len()).map(|k| self.weights(k)).collect();
         let floor = |k: usize| (each.iter().map(|w| w[k] * w[k]).sum::<f64>() / each.len() as f64).sqrt();
         errors.curve().iter().enumerate().map(|(k, error)| error / floor(k)).fold(0.0, f64::max)
-    }
-
-    /// By how many standard errors an effect of a stamped model differs from nothing, √(vᵀ C⁻¹ v − (n − 1)): v its n coefficients or,
-    /// where it has none, its widths and times, C their covariance, the correlations those of `gls`. `None` where nothing lies
-    /// elsewhere, as with a frequency, or an error is not known.
-    #[must_use]
-    pub fn size_in_errors(&self, gls: &Gls, series: usize, id: &str) -> Option<f64> {
-        let axis = self.bench.problem.series[series].axis;
-        let terms = &self.model.axes[axis.index()].as_ref()?.terms;
-        let place = terms.iter().position(|term| term.effect.card().id == id)?;
-        let cards = terms[place].effect.parameters(axis);
-        let sizes = |role: Role| -> Vec<usize> {
-            let is_size = |slot: &Slot| {
-                let is_own = slot.series == series && slot.term == place;
-                is_own && cards[slot.parameter].role == role && cards[slot.parameter].neutral == 0.0
-            };
-            (0..self.slots.len()).filter(|&k| is_size(&self.slots[k])).collect()
-        };
-        let rows = [Role::Linear, Role::Shape].map(sizes).into_iter().find(|rows| !rows.is_empty())?;
-        let own = |k: usize| self.slots[rows[k]].parameter;
-        let (value, error) = (|k| terms[place].values[own(k)], |k| terms[place].std_errors[own(k)]);
-        let n = rows.len();
-        let correlation = Mat::from_fn(n, n, |i, j| {
-            gls.covariance[(rows[i], rows[j])] / (gls.std_error(rows[i]) * gls.std_error(rows[j]))
-        });
-        if !(0..n).all(|i| error(i).is_finite() && (0..n).all(|j| correlation[(i, j)].is_finite())) {
-            return None;
-        }
-        let (inverse, _) = nls::invert_observable(&correlation, 1e-9);
-        let form = |i: usize| (0..n).map(|j| value(i) / error(i) * inverse[(i, j)] * value(j) / error(j)).sum::<f64>();
-        Some(((0..n).map(form).sum::<f64>() - (n - 1) as f64).max(0.0).sqrt())
-    }
-
-    /// Writes standard errors and noise into the model. Where generalised least squares would end elsewhere than these
-    /// parameters stand, nobody knows which of the two is right: the way between them is part of the error. A bias may have
-    /// walked unseen, or not: the variance is the mean of the two. Where the residual is no noise that sensors have, the
-    /// parameters' scatter from block to block says how well they are known.
-    pub fn stamp(&mut self, gls: &Gls) {
-        let sober = noise::sober(self, &gls.noise);
-        let scatter = sober.map(|_| self.grams.scatter(&self.bench.windows.tau, &self.bench.weights, &self.hold));
-        let beyond = noise::beyond_white(self, gls);
-        let walking = identify::with_unseen_walk(self, gls);
-        for (k, slot) in self.slots.iter().enumerate() {
-            let axis = self.bench.problem.series[slot.series].axis.index();
-            if let Some(model) = &mut self.model.axes[axis] {
-                let sigmas = [beyond[k] * gls.std_error(k), walking.std_error(k)];
-                let sigma = sigmas[0].max(sigmas[0].hypot(sigmas[1]) / 2_f64.sqrt());
-                model.terms[slot.term].std_errors[slot.parameter] = match &scatter {
-                    Some(scatter) if sigma.is_finite() => scatter[k],
-                    _ => gls.step[k].hypot(sigma),
-                };
-            }
-        }
-        let rate_square = growth::rate_square(self);
-        for series in &self.bench.problem.series {
-            if let Some(model) = &mut self.model.axes[series.axis.index()] {
-                for term in model.terms.iter_mut().filter(|term| series.rest == Rest::Whole && is_scale(term)) {
-                    term.std_errors.fill(f64::INFINITY);
-                }
-                model.noise = sober.unwrap_or(gls.noise).summary(rate_square, &self.bench.prior[0]);
-            }
-        }
     }
 }
 

@@ -7,16 +7,16 @@
 //! ```
 //!
 //! Everything is linear in the rate but a play, and errors of different terms add up. So where one term changes, only
-//! its own step and those behind it are taken again ([`Problem::difference`]).
+//! its own step and those behind it are taken again ([`Tracker::moved`]).
 
 use super::{
     integrate::{cubic, hermite, integral},
-    problem::{Evaluation, HeldRate, Problem, Quiet, Warm},
     series::{HOLE, Series},
-    shaft::turning_point,
+    shaft::{best_angle, turning_point},
+    warm::{Quiet, Warm},
 };
 use crate::{
-    Model, Term,
+    Term,
     effects::{Memory, Signals, Stage, Trait, Window, derivative},
     order::median,
 };
@@ -52,52 +52,83 @@ impl Track {
     pub fn reference(&self) -> &[f64] {
         &self.reference
     }
+
+    /// What the encoder counts: the best known angle, and at the reference rows what the model says that the encoder errs by.
+    pub(super) fn counted_angle(&self, s: &Series, half: f64) -> Vec<f64> {
+        let mut angle = best_angle(s, &self.reference, &self.silent, &self.whole, &self.lost, half);
+        for ((&k, read), right) in s.reference_rows.iter().zip(&s.reference_angle).zip(&self.reference) {
+            angle[k] += read - right;
+        }
+        angle
+    }
 }
 
-impl Problem {
-    /// The angle of a rate with what these terms do to it and to its times undone, at the samples, rad.
-    #[must_use]
-    pub fn undone(&self, series: usize, terms: &[Term], rate: &[f64]) -> Vec<f64> {
-        let s = &self.series[series];
-        let of = |stage: Stage| terms.iter().filter(move |t| t.effect.stage() == stage);
-        let undo = |rate: Vec<f64>, t: &Term| t.effect.undo_response_whole(&t.values, &s.t, &rate);
-        let rate = of(Stage::Response).fold(rate.to_vec(), undo);
-        let timing: Vec<&Term> = of(Stage::Timing).collect();
-        if timing.is_empty() { integral(&s.t, &rate) } else { restamped(s, 0.0, &rate, &timing) }
-    }
+/// Where in a play of the sensor a rate stands that is held.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum HeldRate {
+    /// Anywhere: a shaft that settles, or trembles, goes back as far as nobody sees. Such readings say nothing.
+    #[default]
+    Anywhere,
+    /// At the end that it came to: nothing moves it back.
+    AtTheEnd,
+}
 
-    /// What this axis' noise, an angle at the samples, makes of the angle that the reference shows by these terms, at its rows, rad:
-    /// the model takes it for motion as far as it is as slow. Empty where the reference shows the angle itself.
-    pub(super) fn shown_of_noise(&self, series: usize, terms: &[Term], warm: &Warm, noise: &[f64]) -> Vec<f64> {
-        let s = &self.series[series];
-        let as_motion = warm.motion(&s.t).likewise(&s.t, noise);
-        off(s, terms, || &as_motion)
-    }
+/// What one axis is evaluated with.
+#[derive(Clone, Copy)]
+pub(super) struct Tracker<'a> {
+    /// All axes that share the reference.
+    pub series: &'a [Series],
+    /// This one among them.
+    pub index: usize,
+    /// What the regressors are evaluated at, axis by axis.
+    pub warm: &'a [Warm],
+    /// What is known of a rate that is held inside a play.
+    pub held_rate: HeldRate,
+}
 
-    /// The rate that a sensor felt, its readings' scale, bias and response undone, its errors still in it, rad/s.
-    #[must_use]
-    pub fn felt(&self, model: &Model, series: usize) -> Vec<f64> {
-        let s = &self.series[series];
-        let terms = &self.axis(model, s).terms;
-        felt(s, terms, &lost(s, terms))
+/// The angle of a rate with what these terms do to it and to its times undone, at the samples, rad.
+pub(super) fn undone(s: &Series, terms: &[Term], rate: &[f64]) -> Vec<f64> {
+    let of = |stage: Stage| terms.iter().filter(move |t| t.effect.stage() == stage);
+    let undo = |rate: Vec<f64>, t: &Term| t.effect.undo_response_whole(&t.values, &s.t, &rate);
+    let rate = of(Stage::Response).fold(rate.to_vec(), undo);
+    let timing: Vec<&Term> = of(Stage::Timing).collect();
+    if timing.is_empty() { integral(&s.t, &rate) } else { restamped(s, 0.0, &rate, &timing) }
+}
+
+/// What this axis' noise, an angle at the samples, makes of the angle that the reference shows by these terms, at its rows, rad:
+/// the model takes it for motion as far as it is as slow. Empty where the reference shows the angle itself.
+pub(super) fn shown_of_noise(s: &Series, terms: &[Term], warm: &Warm, noise: &[f64]) -> Vec<f64> {
+    let as_motion = warm.motion(&s.t).likewise(&s.t, noise);
+    off(s, terms, || &as_motion)
+}
+
+/// The rate that a sensor felt, its readings' scale, bias and response undone, its errors still in it, rad/s.
+pub(crate) fn felt(s: &Series, terms: &[Term]) -> Vec<f64> {
+    felt_but(s, terms, &lost(s, terms))
+}
+
+impl Tracker<'_> {
+    fn own(&self) -> &Series {
+        &self.series[self.index]
     }
 
     /// One axis: compensated rate, its angle at the reference rows, the reference less its own errors.
-    pub(super) fn track(&self, s: &Series, terms: &[Term], index: usize, warm: &[Warm]) -> Track {
+    pub(super) fn track(&self, terms: &[Term]) -> Track {
+        let (s, warm) = (self.own(), &self.warm[self.index]);
         let of = |stage: Stage| terms.iter().filter(move |t| t.effect.stage() == stage);
         let mut lost = lost(s, terms);
         let response: Vec<&Term> = of(Stage::Response).collect();
         let timing: Vec<&Term> = of(Stage::Timing).collect();
         let mut unsure = displaced(&s.t, &lost, &response, &timing);
-        let mut rate = felt(s, terms, &lost);
-        for without in [&warm[index].unsure, &warm[index].left_out] {
+        let mut rate = felt_but(s, terms, &lost);
+        for without in [&warm.unsure, &warm.left_out] {
             merge(&mut lost, without);
         }
         let terms_felt: Vec<&Term> = of(Stage::Felt).collect();
         let mut errors = Vec::new();
         if !terms_felt.is_empty() {
             let before = rate.clone();
-            merge(&mut unsure, &self.subtract_errors(s, &terms_felt, index, warm, &mut rate));
+            merge(&mut unsure, &self.subtract_errors(&terms_felt, &mut rate));
             errors = before.iter().zip(&rate).map(|(before, rate)| before - rate).collect();
         }
         let mut felt = None;
@@ -108,7 +139,7 @@ impl Problem {
         let felt = felt.map(Arc::new);
         let whole = stamped(s, calibration(terms).0, &rate, terms);
         let angle = at_rows(s, &whole);
-        let off = off(s, terms, || warm[index].motion(&s.t));
+        let off = off(s, terms, || warm.motion(&s.t));
         if let Some(reach) = of(Stage::Shown).map(|term| term.effect.reach(&term.values)).reduce(f64::max) {
             let (first, last) = (s.t[0] + reach, s.t[s.t.len() - 1] - reach);
             merge(&mut unsure, &s.t.iter().map(|t| *t < first || *t > last).collect::<Vec<_>>());
@@ -117,7 +148,7 @@ impl Problem {
         let mut silent = vec![false; reference.len()];
         for term in of(Stage::Reference) {
             let mut known = 0;
-            reference_errors(s, term, &warm[index], |i, error, memory| {
+            reference_errors(s, term, warm, |i, error, memory| {
                 silent[i] |= term.effect.silent(&term.values, error);
                 reference[i] -= error;
                 if term.effect.is_guess(&term.values, memory) {
@@ -147,18 +178,11 @@ impl Problem {
 
     /// ω̂ = u − Σ error(ω̂), the errors at the warm rate that the sensor felt: the fixed point is in the refreshing of it.
     /// Gives the samples at which an error is a guess.
-    fn subtract_errors(
-        &self,
-        s: &Series,
-        errors: &[&Term],
-        index: usize,
-        warm: &[Warm],
-        rate: &mut [f64],
-    ) -> Vec<bool> {
+    fn subtract_errors(&self, errors: &[&Term], rate: &mut [f64]) -> Vec<bool> {
         let (ahead, errors): (Vec<&Term>, Vec<&Term>) = errors.iter().partition(|t| t.effect.is_play());
         let mut memories = vec![Memory::default(); errors.len()];
         for (k, rate) in rate.iter_mut().enumerate() {
-            let signals = self.signals(s, index, warm, k);
+            let signals = self.signals(k);
             let mut sum = 0.0;
             for (term, memory) in errors.iter().zip(&mut memories) {
                 sum += term.effect.error_seen(&term.values, &signals, memory);
@@ -167,7 +191,7 @@ impl Problem {
         }
         let mut unsure = Vec::new();
         for term in ahead {
-            let mut whole = term.effect.error_whole(&term.values, &s.t, rate);
+            let mut whole = term.effect.error_whole(&term.values, &self.own().t, rate);
             if self.held_rate == HeldRate::Anywhere {
                 merge(&mut whole.unsure, &whole.held);
             }
@@ -178,86 +202,23 @@ impl Problem {
     }
 
     /// What the regressors of one axis see at sample `k`.
-    fn signals(&self, s: &Series, index: usize, warm: &[Warm], k: usize) -> Signals {
+    fn signals(&self, k: usize) -> Signals {
+        let (s, warm) = (self.own(), &self.warm[self.index]);
         let mut signals = s.signals[k];
-        for (other, w) in self.series.iter().zip(warm) {
+        for (other, w) in self.series.iter().zip(self.warm) {
             signals.rates[other.axis.index()] = w.rate[k];
         }
-        if let Some(felt) = warm[index].felt.get(k) {
+        if let Some(felt) = warm.felt.get(k) {
             signals.rates[s.axis.index()] = *felt;
         }
-        signals.rate_dot = warm[index].rate_dot[k];
-        signals.angle = warm[index].angle[k];
+        signals.rate_dot = warm.rate_dot[k];
+        signals.angle = warm.angle[k];
         signals
     }
 
-    /// What the residual changes by where one axis' term `place` becomes `term`, or where `term` joins behind its terms; `at`
-    /// is the evaluation of `model`.
-    #[must_use]
-    pub fn difference(
-        &self,
-        model: &Model,
-        warm: &[Warm],
-        at: &Evaluation,
-        (series, place): (usize, usize),
-        term: &Term,
-    ) -> Vec<Vec<f64>> {
-        let s = &self.series[series];
-        let terms = &self.axis(model, s).terms;
-        let mut other = terms.clone();
-        match other.get_mut(place) {
-            Some(own) => own.clone_from(term),
-            None => other.push(term.clone()),
-        }
-        let Some(moved) = self.moved(terms, &other, (series, place), warm, &at.tracks[series]) else {
-            let mut tracks = at.tracks.clone();
-            tracks[series] = Arc::new(self.track(s, &other, series, warm));
-            return less(&self.together(tracks).residual, &at.residual);
-        };
-        let own = &at.tracks[series];
-        if self.attitude().is_none() {
-            let change: Vec<f64> = match &moved {
-                Moved::Angle(angle) => angle.iter().zip(&own.angle).map(|(new, own)| new - own).collect(),
-                Moved::Off(off) if own.off.is_empty() => off.clone(),
-                Moved::Off(off) => off.iter().zip(&own.off).map(|(new, own)| new - own).collect(),
-                Moved::Reference(reference) => {
-                    reference.iter().zip(&own.reference).map(|(new, own)| own - new).collect()
-                }
-            };
-            let mut sum = 0.0;
-            let mut before = change[0];
-            let steps = (0..change.len()).map(|i| {
-                let now = change[i];
-                sum += if at.lost[i] { 0.0 } else { now - before };
-                before = now;
-                sum
-            });
-            return vec![steps.collect()];
-        }
-        let mut track = Track::clone(own);
-        match moved {
-            Moved::Angle(angle) if at.tracks.iter().all(|track| track.off.is_empty()) => {
-                return self.turned_otherwise(at, series, &angle);
-            }
-            Moved::Angle(angle) => track.angle = angle,
-            Moved::Off(off) => track.off = off,
-            Moved::Reference(reference) => track.reference = reference,
-        }
-        let mut tracks = at.tracks.clone();
-        tracks[series] = Arc::new(track);
-        less(&self.together(tracks).residual, &at.residual)
-    }
-
     /// What the change of term `place` of an axis moves; `None` where all has to be done again.
-    fn moved(
-        &self,
-        terms: &[Term],
-        other: &[Term],
-        (index, place): (usize, usize),
-        warm: &[Warm],
-        at: &Track,
-    ) -> Option<Moved> {
-        let s = &self.series[index];
+    pub(super) fn moved(&self, terms: &[Term], other: &[Term], place: usize, at: &Track) -> Option<Moved> {
+        let (s, warm) = (self.own(), &self.warm[self.index]);
         let (was, now) = (terms.get(place), &other[place]);
         let has_play = other.iter().any(|term| term.effect.is_play());
         let rate_of = |felt: Vec<f64>| {
@@ -268,7 +229,7 @@ impl Problem {
             Stage::Felt if !has_play => {
                 let (mut old, mut new) = (Memory::default(), Memory::default());
                 let change = (0..s.t.len()).map(|k| {
-                    let signals = self.signals(s, index, warm, k);
+                    let signals = self.signals(k);
                     let before = was.map_or(0.0, |was| was.effect.error_seen(&was.values, &signals, &mut old));
                     before - now.effect.error_seen(&now.values, &signals, &mut new)
                 });
@@ -276,7 +237,7 @@ impl Problem {
                 Some(Moved::Angle(at.angle.iter().zip(at_rows(s, &whole)).map(|(a, b)| a + b).collect()))
             }
             Stage::Timing => Some(Moved::Angle(at_rows(s, &stamped(s, calibration(other).0, &at.rate, other)))),
-            Stage::Shown => Some(Moved::Off(off(s, other, || warm[index].motion(&s.t)))),
+            Stage::Shown => Some(Moved::Off(off(s, other, || warm.motion(&s.t)))),
             Stage::Calibration | Stage::Response if !has_play => {
                 let bridges = |terms: &[Term]| terms.iter().any(|term| term.effect.stage() == Stage::Response);
                 let mut lost = Vec::new();
@@ -286,16 +247,16 @@ impl Problem {
                         return None;
                     }
                 }
-                let mut felt = felt(s, other, &lost);
+                let mut felt = felt_but(s, other, &lost);
                 felt.iter_mut().zip(at.errors.iter()).for_each(|(rate, error)| *rate -= error);
                 let rate = rate_of(felt);
                 Some(Moved::Angle(at_rows(s, &stamped(s, calibration(other).0, &rate, other))))
             }
             Stage::Reference => {
                 let mut reference = at.reference.clone();
-                reference_errors(s, now, &warm[index], |i, error, _| reference[i] -= error);
+                reference_errors(s, now, warm, |i, error, _| reference[i] -= error);
                 if let Some(was) = was {
-                    reference_errors(s, was, &warm[index], |i, error, _| reference[i] += error);
+                    reference_errors(s, was, warm, |i, error, _| reference[i] += error);
                 }
                 Some(Moved::Reference(reference))
             }
@@ -305,18 +266,13 @@ impl Problem {
 }
 
 /// What one term's change moves, at the reference's rows, rad.
-enum Moved {
+pub(super) enum Moved {
     /// The compensated angle.
     Angle(Vec<f64>),
     /// What the reference shows of it less the angle.
     Off(Vec<f64>),
     /// The reference less its own errors.
     Reference(Vec<f64>),
-}
-
-/// a − b, channel by channel.
-fn less(a: &[Vec<f64>], b: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    a.iter().zip(b).map(|(a, b)| a.iter().zip(b).map(|(a, b)| a - b).collect()).collect()
 }
 
 /// Hands each reference row, what this term makes the reference err by there and what it remembers to `take`.
@@ -341,7 +297,7 @@ fn reference_errors(s: &Series, term: &Term, warm: &Warm, mut take: impl FnMut(u
 /// The angle of a rate at the samples' times, re-stamped where these terms say that readings are valid at other times.
 fn stamped(s: &Series, alpha: f64, rate: &[f64], terms: &[Term]) -> Vec<f64> {
     let timing: Vec<&Term> = terms.iter().filter(|term| term.effect.stage() == Stage::Timing).collect();
-    if timing.is_empty() { angle_of(s, alpha, rate, &s.t) } else { restamped(s, alpha, rate, &timing) }
+    if timing.is_empty() { s.angle_of(alpha, rate, &s.t) } else { restamped(s, alpha, rate, &timing) }
 }
 
 /// Values of the samples at the reference's rows.
@@ -416,8 +372,8 @@ fn lost(s: &Series, terms: &[Term]) -> Vec<bool> {
     lost
 }
 
-/// What a sensor felt: its readings calibrated, and its own response undone.
-fn felt(s: &Series, terms: &[Term], lost: &[bool]) -> Vec<f64> {
+/// The same beside what is lost.
+fn felt_but(s: &Series, terms: &[Term], lost: &[bool]) -> Vec<f64> {
     let (alpha, delta) = calibration(terms);
     let mut rate: Vec<f64> = s.gyro.iter().map(|g| alpha * g + delta).collect();
     let mut response = terms.iter().filter(|term| term.effect.stage() == Stage::Response).peekable();
@@ -519,28 +475,12 @@ fn smooth_over(t: &[f64], lost: &[bool], rate: &mut [f64]) {
 /// Samples on either side that a centred derivative takes in.
 const NEIGHBOURS: usize = 2;
 
-/// ∫ rate dt over these times. Where the readings are means, α times what they have turned, and the integral of the rest.
-pub(super) fn angle_of(s: &Series, alpha: f64, rate: &[f64], times: &[f64]) -> Vec<f64> {
-    if s.turned.is_empty() {
-        return integral(times, rate);
-    }
-    let rest: Vec<f64> = rate.iter().zip(&s.gyro).map(|(rate, gyro)| rate - alpha * gyro).collect();
-    let mut angle = integral(times, &rest);
-    let mut turned = 0.0;
-    for k in 1..angle.len() {
-        let stretch = (times[k] - times[k - 1]) / (s.t[k] - s.t[k - 1]);
-        turned += alpha * stretch * (s.turned[k] - s.turned[k - 1]);
-        angle[k] += turned;
-    }
-    angle
-}
-
 /// The angle at the samples' times, where a reading stamped t is valid at another time: a rate is integrated over its
 /// times of validity, cubic between them.
 fn restamped(s: &Series, alpha: f64, rate: &[f64], timing: &[&Term]) -> Vec<f64> {
     let at = |&t: &f64| timing.iter().fold(t, |t, term| term.effect.valid_time(&term.values, t));
     let valid: Vec<f64> = s.t.iter().map(at).collect();
-    let (mut whole, mut hint) = (angle_of(s, alpha, rate, &valid), 0);
+    let (mut whole, mut hint) = (s.angle_of(alpha, rate, &valid), 0);
     if timing.iter().any(|term| term.effect.is(Trait::Onset)) {
         over_set_clocks(&s.t, &valid, rate, &mut whole);
     }

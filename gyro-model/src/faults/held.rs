@@ -108,7 +108,7 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
         let (axis, name) = name(channel.index);
         let (usual, repeats) = (channel.usual, channel.repeats);
         let says = format!(
-            "{name} is logged faster than it is read: each reading stands in up to {usual} rows; the first of them is taken and \
+            "{name} is logged faster than it is read: each reading is repeated in up to {usual} rows; the first of them is taken and \
              {repeats} repeats are left out. Log each reading once, with its own time"
         );
         let t = channel.first_t_ns.map(|t_ns| t_ns as f64 / 1e9);

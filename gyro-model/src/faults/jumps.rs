@@ -115,7 +115,7 @@ fn say<O>(
         (None, 0) => {
             ". Markers that change places do this, and a pose with two solutions: check the camera system's labels"
         }
-        (None, _) => ". A tracker that begins anew does this: check the camera system",
+        (None, _) => ". A tracker that starts again does this: check the camera system",
         (Some(_), _) => {
             ". An encoder that slips does this, or counts that are missed: check its coupling and its cable"
         }

@@ -38,7 +38,7 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
         }
         let (name, rows) = (channel.name(), marked.len());
         let says = format!(
-            "{name} reads exactly {} in {}, far from what is around: it stands for no reading (a failed read, an empty \
+            "{name} reads exactly {} in {}, far from what is around: it is not a reading (a failed read, an empty \
              buffer), and is left out. Write an empty field there",
             channel.says(value),
             super::counted(rows, "row")

@@ -14,7 +14,7 @@ const READINGS: [(Reading, &str); 3] = [
         |[w, x, y, z]| [w, -x, -y, -z],
         "as world to body, where body to world is wanted: negate ref_qx, ref_qy and ref_qz",
     ),
-    (|[x, y, z, w]| [w, x, y, z], "in the order x, y, z, w: the columns' names stand for w, x, y, z"),
+    (|[x, y, z, w]| [w, x, y, z], "in the order x, y, z, w: the columns are named w, x, y, z"),
     (
         |[x, y, z, w]| [w, -x, -y, -z],
         "in the order x, y, z, w, and as world to body: rename the columns and negate the vector part",
@@ -47,7 +47,7 @@ pub(super) fn meant_otherwise(record: &Record) -> Option<String> {
         (explained > RIGHT && (is_wrong || angle < TURNED)).then_some((angle, says))
     });
     match fitting.min_by(|a, b| a.0.total_cmp(&b.0)) {
-        Some((_, says)) => Some(format!("the reference orientation goes with the gyro where it is read {says}")),
+        Some((_, says)) => Some(format!("the reference orientation agrees with the gyro if it is read {says}")),
         None => (explained > RIGHT && is_turned).then(|| turned(&rotation))?,
     }
 }
@@ -57,8 +57,8 @@ fn turned(rotation: &Rotation3<f64>) -> Option<String> {
     let (axis, angle) = rotation.axis_angle()?;
     let q = UnitQuaternion::from_rotation_matrix(rotation);
     Some(format!(
-        "the gyro's axes are turned by {:.0}° about ({:.2}, {:.2}, {:.2}) against those of the reference orientation: mount \
-         them alike, or multiply the reference from the right by w, x, y, z = {:.4}, {:.4}, {:.4}, {:.4}",
+        "the gyro's axes are turned by {:.0}° about ({:.2}, {:.2}, {:.2}) against those of the reference orientation: align \
+         them, or multiply the reference from the right by w, x, y, z = {:.4}, {:.4}, {:.4}, {:.4}",
         angle.to_degrees(),
         axis.x,
         axis.y,

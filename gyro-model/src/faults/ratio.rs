@@ -47,7 +47,7 @@ pub(crate) fn fault(record: &Record, axis: Axis, models: &[AxisModel]) -> Option
     };
     let says = format!(
         "{column} shows {ratio:.3} times what gyro_{axis} reads{}. No gyro's scale factor is off by {:.0} %: check {suspects}, and \
-         the gyro's full-scale setting. α takes this ratio up, and says nothing of the gyro until it is mended",
+         the gyro's full-scale setting. α takes this ratio up, and says nothing of the gyro until it is fixed",
         nearest(ratio),
         100.0 * (ratio - 1.0).abs()
     );

@@ -269,7 +269,7 @@ fn other_units(record: &Record, report: &mut Report) {
         && let Some(step) = step
     {
         let says = format!(
-            "a row every {step:.0} s, by its times, is none of a gyro's logs: if t is in {unit}, name it t_{unit}"
+            "a row every {step:.0} s, by its times, is too slow for a gyro: if t is in {unit}, name it t_{unit}"
         );
         report.add(FaultKind::WrongUnit, rows, Some(0.0), says);
     }

@@ -13,8 +13,8 @@ use crate::{
     Axis, AxisModel, Model, Record, Term,
     effects::Need,
     evidence::{
-        problem::HeldRate,
         study::{Bench, Study},
+        track::HeldRate,
     },
     order::median,
     record::ReferenceKind,

@@ -114,7 +114,7 @@ impl State {
                 None => order.to_string(),
             },
             (Stage::Recording, None) => "wait: no row has come yet".to_owned(),
-            (Stage::Searching, _) => "hold it still: the recording is searched for what is missing".to_owned(),
+            (Stage::Searching, _) => "hold it still: the recording is searched for missing effects".to_owned(),
             (Stage::Over, _) => "put it down: the recording is complete".to_owned(),
         }
     }

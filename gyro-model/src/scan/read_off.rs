@@ -4,10 +4,7 @@
 
 use crate::{
     effects::{Effect, Trait, white_noise},
-    evidence::{
-        prior::{gain, read_angle},
-        series::Series,
-    },
+    evidence::{gain::gain, prior::read_angle, series::Series},
     limits::{hole, rail, stands_alone},
 };
 

@@ -8,7 +8,7 @@ use crate::{
     Term,
     evidence::{
         line::{Line, crest},
-        prior::Rough,
+        rough::Rough,
         series::Series,
         spectrum::{self, hann},
         study::Study,

@@ -20,7 +20,7 @@ pub struct Hidden {
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum HiddenError {
     /// No such effect.
-    #[error("no effect '{id}'{}; `truerate effects` lists them all", effects::meant(.id))]
+    #[error("no effect '{id}'{}: the catalogue lists them all", effects::meant(.id))]
     NoSuchEffect {
         /// As written.
         id: String,

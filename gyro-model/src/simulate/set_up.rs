@@ -45,7 +45,8 @@ impl Coloured {
     /// # Errors
     /// What is wrong with it.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let wanted = || format!("`{text}` is no noise: SIZE in rad, or SIZE:LOW-HIGH in Hz, 0.0004:10-70 say");
+        let wanted =
+            || format!("`{text}` is not a noise: expected SIZE in rad, or SIZE:LOW-HIGH in Hz, 0.0004:10-70 say");
         let number = |text: &str| text.parse::<f64>().ok().filter(|x| x.is_finite() && *x >= 0.0).ok_or_else(wanted);
         let (size, band) = text.split_once(':').map_or((text, None), |(size, band)| (size, Some(band)));
         let (low, high) = match band {

@@ -1,13 +1,6 @@
-//! Numbers to two figures.
+//! Angles and times to two figures.
 
-/// A number that is not negative.
-pub fn two(value: f64) -> String {
-    if value < 1e-9 {
-        return "0".to_owned();
-    }
-    let decimals = (1.0 - value.log10().floor()).clamp(0.0, 12.0) as usize;
-    format!("{value:.decimals$}")
-}
+use crate::units::two;
 
 /// A number of rad that is not negative, in degrees.
 pub fn degrees(radians: f64) -> String {

@@ -34,7 +34,7 @@ pub fn pieces(subject: &Subject, voice: Voice) -> Vec<Piece> {
         Finding::Stopped { over_floor } => vec![
             Piece::new(
                 Lead,
-                "the search was stopped before its end, and effects may be missing that it had not come to",
+                "the search was stopped before its end, and effects may be missing that it had not reached",
                 ". ",
             ),
             Piece::new(More, format!("By then the error is up to {over_floor:.1} times what noise leaves"), "."),
@@ -191,7 +191,7 @@ fn unexcited(why: &Why, subject: &Subject, voice: Voice) -> Vec<Piece> {
             ),
             ". ",
             format!(
-                "Either it turns at one rate only, where scale factor and bias look alike, or gyro and reference do not agree: {TURN}"
+                "Either it turns at one rate only, where scale factor and bias look the same, or gyro and reference do not agree: {TURN}"
             ),
             "",
         ),

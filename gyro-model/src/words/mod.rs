@@ -5,6 +5,10 @@
 
 mod figures;
 mod finding;
+mod floor;
+pub mod headline;
+pub mod labels;
+mod limits;
 mod remark;
 #[cfg(test)]
 mod tests;
@@ -15,6 +19,7 @@ use crate::{
     finding::{Finding, Remark},
 };
 pub use finding::pieces;
+pub(crate) use floor::floor_source;
 
 /// Who speaks, and of what.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -100,9 +100,9 @@ fn own_effect(id: &str, became: Became, voice: Voice) -> String {
             format!("Your `{id}` has no finite value in {:.0} % of {log}, and is taken for 0 there.", 100.0 * share)
         }
         Became::Noise => format!("Your `{id}` removes no more than noise does."),
-        Became::NothingChanges => format!("Your `{id}` goes by what does not change in {log}, or not enough."),
+        Became::NothingChanges => format!("Your `{id}` depends on what does not change in {log}, or not enough."),
         Became::Spanned => format!(
-            "Your `{id}` goes with what the model has already, and cannot be told from it: a constant is a bias, the rate a scale factor."
+            "Your `{id}` is the same as what the model has already: a constant is a bias, the rate a scale factor."
         ),
         Became::RemovesNothing => format!("Your `{id}` removes next to nothing of the error."),
     }

@@ -77,13 +77,89 @@ fn all() -> Vec<Finding> {
     all
 }
 
+/// Remarks of each kind.
+fn remarks() -> Vec<Remark> {
+    let became = [
+        Became::Undefined,
+        Became::PartlyUndefined { share: 0.25 },
+        Became::Noise,
+        Became::NothingChanges,
+        Became::Spanned,
+        Became::RemovesNothing,
+    ];
+    let mut all = vec![
+        Remark::Unexcited(Why::Disagrees),
+        Remark::AtRest,
+        Remark::OtherAxis { axis: Axis::Y, effect: "delay".into() },
+        Remark::NotSeen { effects: vec!["lag".into()] },
+        Remark::NotSeen { effects: vec!["lag".into(), "delay".into()] },
+        Remark::JudgedWithout { axes: vec![Axis::Z] },
+        Remark::JudgedWithout { axes: vec![Axis::X] },
+        Remark::ReadTheTurn { shares: vec![(Axis::Y, 0.021), (Axis::Z, -0.013)] },
+        Remark::CoarseTemperature { step: 1.0, error: 1.5e-4 },
+        Remark::OwnLog,
+        Remark::Moved { parameter: "delay.d".into(), errors: 7.4 },
+    ];
+    all.extend(became.map(|became| Remark::OwnEffect { effect: "hot".into(), became }));
+    all
+}
+
+const VOICES: [Voice; 4] = [Voice::Log, Voice::Stream, Voice::Library, Voice::Page];
+
+/// A text in every voice, each once.
+fn in_every_voice(text: impl Fn(Voice) -> String) -> String {
+    let mut all: Vec<(Vec<String>, String)> = Vec::new();
+    for voice in VOICES {
+        let (said, name) = (text(voice), format!("{voice:?}").to_lowercase());
+        match all.iter_mut().find(|(_, other)| *other == said) {
+            Some((voices, _)) => voices.push(name),
+            None => all.push((vec![name], said)),
+        }
+    }
+    let lines: Vec<String> = all.iter().map(|(voices, said)| format!("  {}: {said}\n", voices.join(", "))).collect();
+    lines.concat()
+}
+
+/// Holds a text against its file in `snapshots/`; with `TRUERATE_SNAPSHOTS=write` it is written there.
+fn hold(name: &str, text: &str) {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/words/snapshots").join(name);
+    if std::env::var_os("TRUERATE_SNAPSHOTS").is_some_and(|wish| wish == "write") {
+        std::fs::write(&path, text).unwrap();
+    }
+    let kept = std::fs::read_to_string(&path).unwrap();
+    assert!(kept == text, "{name} is\n{kept}and would be\n{text}with TRUERATE_SNAPSHOTS=write");
+}
+
+#[test]
+fn what_is_said_of_each_finding_is_what_its_file_shows() {
+    let mut files: std::collections::BTreeMap<String, Vec<String>> = std::collections::BTreeMap::new();
+    for finding in all() {
+        let name = serde_json::to_value(finding.verdict()).unwrap();
+        let data = serde_json::to_string(&finding).unwrap();
+        let said = in_every_voice(|voice| axis(finding.clone()).in_words(voice));
+        files.entry(name.as_str().unwrap().to_owned()).or_default().push(format!("{data}\n{said}\n"));
+    }
+    assert_eq!(files.len(), 6, "a file a verdict");
+    for (verdict, text) in files {
+        hold(&format!("{verdict}.txt"), &text.concat());
+    }
+    let own = axis(Finding::Adequate(Adequate::Limited));
+    let said: Vec<String> = remarks()
+        .into_iter()
+        .map(|beside| {
+            let sentence = |voice| remark::sentence(&beside, &Subject::from(&own), voice).unwrap_or_default();
+            format!("{}\n{}\n", serde_json::to_string(&beside).unwrap(), in_every_voice(sentence))
+        })
+        .collect();
+    hold("remarks.txt", &said.concat());
+}
+
 #[test]
 fn every_finding_has_a_sentence_and_only_a_command_line_names_commands() {
     for finding in all() {
         let axis = axis(finding.clone());
-        for voice in [Voice::Log, Voice::Stream, Voice::Library, Voice::Page] {
+        for voice in VOICES {
             let says = axis.in_words(voice);
-            println!("{says}");
             assert!(says.len() > 20 && !says.contains("NaN") && !says.contains(".."), "{finding:?}: {says}");
             assert!(voice == Voice::Log || !says.contains("truerate") && !says.contains("--"), "{finding:?}: {says}");
             assert!(voice != Voice::Stream || !says.contains("this log"), "{finding:?}: {says}");

@@ -59,7 +59,7 @@ fn converted(source: &mut dyn Read) -> Result<Converted, Unreadable> {
     }
     let parsed = serde_json::from_slice(&bytes).or_else(|_| serde_json::from_slice(&without_nan(&bytes)));
     let all: Map<String, Value> = parsed.map_err(|_| {
-        Unreadable::Unknown("it is JSON by columns, but damaged or incomplete: write it anew, or as CSV")
+        Unreadable::Unknown("it is JSON by columns, but damaged or incomplete: write it again, or as CSV")
     })?;
     drop(bytes);
     let mut table = Table::default();

@@ -37,7 +37,7 @@ impl Format for Db3 {
         }
         let ends_at = pages.len() as u64;
         let broken = cut_to_whole_pages(&mut pages);
-        let damaged = |_| Unreadable::Unknown("it is no whole SQLite database, or one of another kind");
+        let damaged = |_| Unreadable::Unknown("it is not a whole SQLite database, or is of another kind");
         let database = Reader::open(Pages(pages)).map_err(damaged)?;
         let mut connections = Connections::new(sink);
         let tables = Tables::of(&database).map_err(damaged)?;

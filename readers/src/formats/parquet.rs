@@ -40,7 +40,7 @@ fn converted(source: &mut dyn Read) -> Result<Converted, Unreadable> {
     let rows = Rows::of(bytes).map_err(|unusable| {
         Unreadable::Unknown(match unusable {
             Unusable::NoFooter => {
-                "its end, where the list of its columns stands, is missing or damaged: copy it anew, or write it as CSV"
+                "its end, which lists its columns, is cut off or damaged: copy it again, or write it as CSV"
             }
             Unusable::Encrypted => "it is encrypted: write it without encryption",
             Unusable::NoColumns => "it has no columns of numbers",

@@ -147,7 +147,7 @@ impl Log<'_> {
         let mut layout = Layout { numbers: Vec::new(), fields: Vec::new(), time_at: None, size: 0 };
         let shown = if instance == 0 { name.clone() } else { format!("{name}_{instance}") };
         if layout.add(&self.formats, &name, "", 0).is_none() {
-            self.sink.note(Note::NotRead { topic: shown, why: "its definition is missing or damaged" });
+            self.sink.note(Note::NotRead { topic: shown, why: "it has no definition, or a damaged one" });
             return;
         }
         let Some(time_at) = layout.time_at else {

@@ -20,7 +20,7 @@ const KNOWN: &[(&[u8], &str, &str)] = &[
     (
         b"SQLite format 3\0",
         "an SQLite database (a ROS 2 .db3?)",
-        "the program `truerate` reads a ROS 2 .db3; or make an MCAP of it: `ros2 bag convert`",
+        "the program, on a computer, reads a ROS 2 .db3; or make an MCAP of it: `ros2 bag convert`",
     ),
     (b"PAR1", "a Parquet file", "write it as CSV: pandas.read_parquet(F).to_csv(G, index=False)"),
     (b"PK\x03\x04", "a zip archive (an .xlsx, or a phone's export)", "unpack it, or save the sheet as CSV"),
@@ -32,9 +32,13 @@ const KNOWN: &[(&[u8], &str, &str)] = &[
     (b"\xfd7zXZ", "packed with xz", "unpack it: `unxz`"),
     (b"7z\xbc\xaf", "a 7z archive", "unpack it"),
     (b"\x93NUMPY", "a NumPy array", "write it as text: numpy.savetxt with a header"),
-    (b"\xa3\x95", "an ArduPilot log without its beginning", "copy it anew"),
+    (b"\xa3\x95", "an ArduPilot log without its beginning", "copy it again"),
     (b"<?xml", "XML", "export it as CSV"),
-    (b"VERSION \"", "a DBC file", "it says what a CAN log means: `truerate channels LOG --dbc FILE.dbc`"),
+    (
+        b"VERSION \"",
+        "a DBC file",
+        "it says what the frames of a CAN log mean: name it beside that log, as --dbc FILE.dbc",
+    ),
     (b"{", "JSON", JSON),
     (b"[", "JSON", JSON),
 ];

@@ -348,7 +348,7 @@ fn dependent(names: &[String]) -> Vec<Dependent> {
         return by("Quat_q", "the filter of the Xsens sensor");
     }
     if names.iter().any(|name| name.starts_with("b_w_RS")) {
-        return by("q_RS", "an estimator that used this gyro (its bias stands beside it)");
+        return by("q_RS", "an estimator that used this gyro (it also logs a bias)");
     }
     if has("seconds_elapsed") && has("qw") && has("roll") && has("yaw") {
         return by("q", "the phone's own filter");

@@ -85,7 +85,7 @@ fn filtered_rate(shown: &Shown) -> Numbered {
         5,
         over_time("Figure 5: encoder and Kalman-filtered gyro, velocity", panels),
         "Above, the sound filter: the noise is gone (at the bottom, what it took out), scale and bias remain, nothing \
-         is late. In the middle, the paper's observer (9) as it stands: it leaves out its input, so it turns and \
+         is late. In the middle, the paper's observer (9) as printed: it leaves out its input, so it turns and \
          amplifies the sine."
             .into(),
     )

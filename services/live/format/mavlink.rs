@@ -143,7 +143,7 @@ impl Mavlink {
                 Some(message) if message.fits.is_none() && self.synchronous => at += message.length,
                 _ => {
                     if std::mem::take(&mut self.synchronous) {
-                        let says = format!("{} bytes that are no message", rest.len());
+                        let says = format!("{} bytes that are not a message", rest.len());
                         found(Found::Fault(Fault::Garbled, says));
                     }
                     at += 1;

@@ -136,7 +136,8 @@ fn switch_on(folder: &Path) -> io::Result<Scan> {
         }
         let text = |what: &str| fs::read_to_string(elements.join(format!("in_{channel}_{what}")));
         let (scale, offset) = scale_and_offset(folder, channel);
-        let wrong = || io::Error::new(io::ErrorKind::InvalidData, format!("in_{channel}_type or _index is none"));
+        let wrong =
+            || io::Error::new(io::ErrorKind::InvalidData, format!("in_{channel}_type or _index cannot be read"));
         let index: u32 = text("index")?.trim().parse().map_err(|_| wrong())?;
         let element = Element::new(text("type")?.trim(), scale, offset).ok_or_else(wrong)?;
         found.push((index, place, channel == TIMESTAMP, element));

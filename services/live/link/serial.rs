@@ -35,7 +35,7 @@ impl Serial {
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
         let line = rustix::fs::open(path, flags, Mode::empty())?;
         let mut settings = tcgetattr(&line).map_err(|error| match error {
-            Errno::NOTTY => io::Error::new(io::ErrorKind::InvalidInput, "it is no serial line"),
+            Errno::NOTTY => io::Error::new(io::ErrorKind::InvalidInput, "it is not a serial line"),
             error => error.into(),
         })?;
         settings.make_raw();

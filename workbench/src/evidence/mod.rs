@@ -14,6 +14,7 @@ use crate::{
     log::dependent,
     several::{self, Looked},
     subject::{Start, Subject},
+    words::{Task, call},
 };
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use gyro_model::{
@@ -29,6 +30,11 @@ use std::{collections::BTreeMap, fs, path::Path};
 mod merge;
 
 pub use merge::{Merged, each, merge};
+
+/// What is said of another file.
+fn not_evidence(name: &str) -> String {
+    format!("{name}: not an evidence file: {} makes one", call(Task::Evidence, "LOG -o E"))
+}
 
 /// What stands at the head of a file.
 const SCHEMA: &str = "truerate.evidence/1";
@@ -249,7 +255,7 @@ impl Evidence {
     /// # Errors
     /// It is no such file, one of a newer version, cut off, changed, or holds numbers that no log makes.
     pub fn parse(name: &str, text: &str) -> Result<Self> {
-        let remedy = "make it again with `truerate evidence`";
+        let remedy = format!("make it again with {}", call(Task::Evidence, ""));
         ensure!(!text.trim().is_empty(), "{name}: is empty: {remedy}");
         let head = text.lines().next().unwrap_or_default();
         let head = serde_json::from_str::<Head>(text).ok().map(|head| head.schema).or_else(|| {
@@ -261,8 +267,8 @@ impl Evidence {
             Some(other) if other.starts_with(FAMILY) => bail!(
                 "{name}: has the schema {other}, and this program knows {SCHEMA}: a newer truerate made it; update this one"
             ),
-            Some(other) => bail!("{name}: has the schema {other}: evidence is made with `truerate evidence`"),
-            None => bail!("{name}: not an evidence file: `truerate evidence LOG -o E` makes one"),
+            Some(other) => bail!("{name}: has the schema {other}: evidence is made with {}", call(Task::Evidence, "")),
+            None => bail!("{}", not_evidence(name)),
         }
         let whole: Whole = serde_json::from_str(text).map_err(|error| {
             if error.is_eof() {
@@ -290,8 +296,7 @@ impl Evidence {
     pub fn read(path: &Path) -> Result<Self> {
         let name = path.display().to_string();
         let bytes = fs::read(path).with_context(|| format!("{name}: cannot be read: check the path"))?;
-        let text = String::from_utf8(bytes)
-            .map_err(|_| anyhow!("{name}: not an evidence file: `truerate evidence LOG -o E` makes one"))?;
+        let text = String::from_utf8(bytes).map_err(|_| anyhow!(not_evidence(&name)))?;
         Self::parse(&name, &text)
     }
 

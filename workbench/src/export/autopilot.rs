@@ -66,7 +66,7 @@ pub fn px4(file: &ModelFile, heading: &str, options: &Options) -> Exported {
     let n = options.sensor - 1;
     let id = format!(
         "CAL_GYRO{n}_ID (with a temperature polynomial TC_G{n}_ID too) has to be the id of this sensor, or PX4 passes over the rest: it \
-         stands in the vehicle's own parameters."
+         is among the vehicle's own parameters."
     );
     let mut text = head(
         "#",
@@ -122,7 +122,7 @@ pub fn inav(file: &ModelFile, heading: &str) -> Exported {
         &warnings,
         &[
             "Axes: those of the chip, before INAV's alignment. Fit the model on raw counts in these axes: --map gyro_x_dps=gx/16.4",
-            "Paste into the CLI, then `save`. init_gyro_cal = OFF keeps INAV from measuring the zero anew at every start.",
+            "Paste into the CLI, then `save`. init_gyro_cal = OFF keeps INAV from measuring the zero again at every start.",
         ],
     );
     text.push_str("set init_gyro_cal = OFF\n");

@@ -69,7 +69,7 @@ const EXACT: &str =
  * -ffp-contract=off for that (the default of -std=c99), and never with -ffast-math: NAN means that there is no value.";
 /// … and in single precision.
 const NEARLY: &str = " * Floats throughout, but for what turns times into times. A rate is within a few parts in ten million of the range of
- * what `truerate apply` makes of it. Never compile with -ffast-math: NAN means that there is no value.";
+ * what truerate makes of it. Never compile with -ffast-math: NAN means that there is no value.";
 
 /// The same header in single precision.
 pub fn in_floats(exported: &Exported) -> Exported {
@@ -92,14 +92,14 @@ fn limits(placed: &[Placed], notes: &mut Vec<String>, warnings: &mut Vec<String>
         let (id, axis) = (p.term.effect.card().id, p.axis);
         if p.body.contains("in->t ") || p.body.contains("in->t;") || p.body.contains("in->t)") {
             let says = format!(
-                "'{id}' of axis {axis} goes by the time since the first row of the log that it was fitted on (t_ns): right on that log, and \
+                "'{id}' of axis {axis} depends on the time since the first row of the log that it was fitted on (t_ns): right on that log, and \
                  elsewhere only if t_ns counts from the same event, power-on say"
             );
             notes.push(format!("{says}."));
             warnings.push(says);
         }
         if p.body.contains("in->angle") {
-            notes.push(format!("'{id}' of axis {axis} goes by the shaft angle, which you give."));
+            notes.push(format!("'{id}' of axis {axis} depends on the shaft angle, which you give."));
         }
     }
     let shifts = |axis: Axis| -> Vec<(&str, &[f64])> {

@@ -15,6 +15,7 @@ pub use registers::Chip;
 use crate::{
     files,
     model_file::{self, ModelFile},
+    words::{Task, call},
 };
 use anyhow::{Context, Result, bail};
 use gyro_model::effects::user;
@@ -102,7 +103,7 @@ pub struct Exported {
 pub fn export(file: &ModelFile, name: &str, target: Target, options: &Options) -> Result<Exported> {
     model_file::refuse_unseen(&file.model)?;
     if file.model.axes.iter().all(Option::is_none) {
-        bail!("model {name}: has no axis: fit one with `truerate fit LOG -o {name}`");
+        bail!("model {name}: has no axis: fit one with {}", call(Task::Fit, &format!("LOG -o {name}")));
     }
     let heading = heading(file, name);
     Ok(match target {

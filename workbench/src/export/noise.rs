@@ -9,7 +9,10 @@ use super::{
     Exported, Options, comments,
     linear::{Linear, triangular},
 };
-use crate::model_file::ModelFile;
+use crate::{
+    model_file::ModelFile,
+    words::{Task, call},
+};
 use gyro_model::{Axis, Noise};
 use nalgebra::Matrix3;
 use std::fmt::Write;
@@ -58,7 +61,7 @@ pub(super) fn densities(file: &ModelFile, options: &Options, indent: &str, warni
         "gyroscope_noise_density",
         white,
         "rad/s/sqrt(Hz)",
-        "the model has no gyro noise: fit it on a log with `truerate fit`",
+        &format!("the model has no gyro noise: fit it on a log with {}", call(Task::Fit, "")),
     );
     line(
         "gyroscope_random_walk",
@@ -109,9 +112,10 @@ fn rows(name: &str, matrix: &Matrix3<f64>) -> String {
 fn kalibrated(linear: &Linear) -> Option<String> {
     let letters: Vec<&str> = linear.axes.iter().map(|a| a.letter()).collect();
     let says = format!(
-        "a calibration with imu.yaml's noise estimates the bias anew, and its matrices hold scale and coupling alone: take the other effects of axis \
-         {} out of the messages first (`--to c`, or `truerate run --out`)",
-        letters.join(", ")
+        "a calibration with imu.yaml's noise estimates the bias again, and its matrices hold scale and coupling alone: take the other effects of axis \
+         {} out of the messages first (`--to c`, or {})",
+        letters.join(", "),
+        call(Task::Run, "--out")
     );
     (!linear.axes.is_empty()).then_some(says)
 }
@@ -122,14 +126,15 @@ pub fn ros(file: &ModelFile, heading: &str, options: &Options) -> Exported {
     let mut warnings = linear.warnings("a matrix and an offset");
     if linear.goes_by_temperature() {
         warnings.push(
-            "an offset cannot go by the temperature: it is that of the middle of the temperatures of the fit".into(),
+            "an offset cannot depend on the temperature: it is that of the middle of the temperatures of the fit"
+                .into(),
         );
     }
     let noises =
         Axis::ALL.map(|axis| file.model.axes[axis.index()].as_ref().map(|model| model.noise.angle_random_walk));
     if options.rate.is_none() {
         warnings.push(
-            "the covariance goes by the rate of the gyro's messages, which is not in a model: give it with --rate HZ"
+            "the covariance depends on the rate of the gyro's messages, which is not in a model: give it with --rate HZ"
                 .into(),
         );
     }

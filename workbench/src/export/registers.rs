@@ -89,7 +89,8 @@ pub fn registers(file: &ModelFile, heading: &str, chip: Chip) -> Result<Exported
     let mut warnings = cannot(&linear, &format!("the {}", chip.name()));
     if linear.goes_by_temperature() {
         warnings.push(
-            "a register cannot go by the temperature: it is that of the middle of the temperatures of the fit".into(),
+            "a register cannot depend on the temperature: it is that of the middle of the temperatures of the fit"
+                .into(),
         );
     }
     let range = file.provenance.as_ref().and_then(|p| p.temperature);

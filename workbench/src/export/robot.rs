@@ -22,12 +22,13 @@ pub fn autoware(file: &ModelFile, heading: &str, options: &Options) -> Exported 
     let mut warnings = cannot(&linear, "Autoware's imu_corrector");
     if linear.goes_by_temperature() {
         warnings.push(
-            "an offset cannot go by the temperature: it is that of the middle of the temperatures of the fit".into(),
+            "an offset cannot depend on the temperature: it is that of the middle of the temperatures of the fit"
+                .into(),
         );
     }
     if options.rate.is_none() {
         warnings.push(
-            "the standard deviation goes by the rate of the gyro's messages, which is not in a model: give it with --rate HZ".into(),
+            "the standard deviation depends on the rate of the gyro's messages, which is not in a model: give it with --rate HZ".into(),
         );
     }
     let note = "imu_corrector subtracts the offset from each axis, in the axes of the sensor, before it turns them to base_link; rad/s.";

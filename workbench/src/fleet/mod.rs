@@ -278,7 +278,7 @@ impl Whose {
             Self::Mount => "the mount",
             Self::Chip => "the chip",
             Self::Both => "both",
-            Self::Unknown => "not told",
+            Self::Unknown => "not distinguished",
         }
     }
 }

@@ -221,7 +221,7 @@ fn misaligned(fleet: &Fleet) -> String {
         return String::new();
     }
     let mut body = String::from(
-        "<h2>Mount and chip</h2>\n<table><tr><th>type</th><th>axes</th><th>turned about</th><th>by (the mount's)</th><th>alike (the \
+        "<h2>Mount and chip</h2>\n<table><tr><th>type</th><th>axes</th><th>turned about</th><th>by (the mount's)</th><th>equal (the \
          chip's)</th><th>of</th></tr>\n",
     );
     let share = |row: &ShareRow, unit: &str| escaped(&value(row.mean, row.std_error, unit));

@@ -5,7 +5,7 @@ use crate::report::{
     Ink, Terminal,
     units::{shown, thousands, uncertain, within},
 };
-use gyro_model::thresholds::SIGNIFICANCE;
+use gyro_model::{thresholds::SIGNIFICANCE, words::labels::NOTHING_TOGETHER};
 use std::{collections::BTreeSet, fmt::Write as _};
 
 /// Parts that are told; JSON and the page have them all.
@@ -155,9 +155,9 @@ pub(super) fn sentences(fleet: &Fleet) -> Vec<String> {
         ));
     }
     if fleet.logs == 0 && !fleet.left_out.is_empty() {
-        all.push("No log can be used: nothing is known of effects. Why stands below, log by log.".to_owned());
+        all.push("No log can be used: nothing is known of effects. The reasons are below, log by log.".to_owned());
     } else if all.is_empty() {
-        all.push("Nothing is missing that these logs show together, and no part is other than its type.".to_owned());
+        all.push(NOTHING_TOGETHER.to_owned());
     }
     all
 }
@@ -252,7 +252,7 @@ fn of_label(own: &LabelRow) -> String {
     };
     let spread = own.spread.map_or_else(String::new, |spread| format!("; spread {}", value(spread, None, &own.unit)));
     format!(
-        "Type {}: {} goes by {}: {told}{spread} (p = {}).{also}",
+        "Type {}: {} depends on {}: {told}{spread} (p = {}).{also}",
         own.kind,
         label(own.axis, &own.effect, &own.name, &[]),
         own.labels[0],

@@ -1,7 +1,10 @@
 //! Why a log is refused: what, where, what to do, in one line.
 
 use super::{flags, lacking::Advice, packing::Packing};
-use crate::toml_error::{TomlError, quoted};
+use crate::{
+    toml_error::{TomlError, quoted},
+    words::{Task, call},
+};
 use gyro_model::words::Voice;
 use log_readers::{
     format::{Format, Unreadable},
@@ -40,13 +43,13 @@ pub enum Problem {
     #[error("is a folder without a recording in it: name a file")]
     Folder,
     /// Reading failed half-way.
-    #[error("cannot be read ({0}): check the disk, or copy the file anew")]
+    #[error("cannot be read ({0}): check the disk, or copy the file again")]
     Read(io::Error),
     /// The packed file ends early or is damaged.
-    #[error("truncated or corrupt gzip ({0}): copy the file anew, or save what is whole with `gzip -dc`")]
+    #[error("truncated or corrupt gzip ({0}): copy the file again, or save what is whole with `gzip -dc`")]
     Gzip(io::Error),
     /// A file packed with zstd ends early or is damaged.
-    #[error("truncated or corrupt zstd ({0}): copy the file anew, or save what is whole with `zstd -dc`")]
+    #[error("truncated or corrupt zstd ({0}): copy the file again, or save what is whole with `zstd -dc`")]
     Zstd(io::Error),
     /// A database whose last messages lie beside it.
     #[error(
@@ -60,11 +63,11 @@ pub enum Problem {
     Incomplete(String),
     /// The list of a recording's files cannot be understood.
     #[error(
-        "has a metadata.yaml that cannot be read ({0}): make it anew with `ros2 bag reindex`, or name a file of the folder"
+        "has a metadata.yaml that cannot be read ({0}): make it again with `ros2 bag reindex`, or name a file of the folder"
     )]
     Metadata(String),
     /// Named .gz, but not packed.
-    #[error("is named .gz but is not gzip: copy the file anew, or name it .csv if it is plain text")]
+    #[error("is named .gz but is not gzip: copy the file again, or name it .csv if it is plain text")]
     NotGzip,
     /// No byte in it.
     #[error("is empty: a header row and data rows are needed, such as t,gyro_z,ref_angle_z")]
@@ -82,7 +85,7 @@ pub enum Problem {
     },
     /// Commas between the fields and in the numbers.
     #[error(
-        "{found} fields where the header has {wanted}: the numbers have decimal commas, and commas stand between them too; write the \
+        "{found} fields where the header has {wanted}: the numbers have decimal commas, and commas separate them too; write the \
          file with decimal points, or with semicolons between the fields"
     )]
     DecimalCommas {
@@ -186,14 +189,15 @@ pub enum Problem {
     },
     /// Frames, and nothing that says what they mean.
     #[error(
-        "is a {0}: what its frames mean stands in a DBC file, give it with `--dbc FILE.dbc` (`truerate channels FILE` lists the \
-         identifiers that came)"
+        "is a {0}: what its frames mean is defined in a DBC file, give it with `--dbc FILE.dbc` ({channels} lists the identifiers that came)",
+        channels = call(Task::Channels, "FILE")
     )]
     NoDbc(&'static str),
     /// A DBC file of other frames.
     #[error(
-        "--dbc names none of the frames in this log, which are those of {0}: give the DBC file of this bus (`truerate channels FILE` \
-         without --dbc lists the identifiers that came)"
+        "--dbc names none of the frames in the log, which are those of {0}: give the DBC file of this bus ({channels} without --dbc \
+         lists the identifiers that came)",
+        channels = call(Task::Channels, "FILE")
     )]
     OtherFrames(String),
     /// A DBC file that is none.
@@ -241,7 +245,7 @@ pub enum Problem {
         second: String,
     },
     /// A unit that does not fit.
-    #[error("the suffix _{suffix} is no unit of {quantity}: use {fitting}, or rename the column with `--columns F`")]
+    #[error("the suffix _{suffix} is not a unit of {quantity}: use {fitting}, or rename the column with `--columns F`")]
     Unit {
         /// The suffix.
         suffix: &'static str,
@@ -254,10 +258,10 @@ pub enum Problem {
     #[error("is missing: a reference orientation needs all of ref_qw, ref_qx, ref_qy, ref_qz")]
     PartOfQuaternion,
     /// Text where a number should be.
-    #[error("{} is not a number: mend it, or leave the field empty where there is no value", quoted(.0))]
+    #[error("{} is not a number: fix it, or leave the field empty where there is no value", quoted(.0))]
     Text(String),
     /// A row of another length.
-    #[error("{found} fields where the header has {wanted}: mend or delete the row{}", whole_rows(*wanted, *commas))]
+    #[error("{found} fields where the header has {wanted}: fix or delete the row{}", whole_rows(*wanted, *commas))]
     Length {
         /// In this row.
         found: usize,
@@ -271,7 +275,7 @@ pub enum Problem {
     LongLine(usize),
     /// A time that nanoseconds cannot hold.
     #[error(
-        "time {} lies more than 292 years from the first row: mend it, or name its unit (`t_ms`, `t_us` or `t_ns`)",
+        "time {} lies more than 292 years from the first row: fix it, or name its unit (`t_ms`, `t_us` or `t_ns`)",
         quoted(.0)
     )]
     TimeRange(String),
@@ -297,7 +301,7 @@ pub enum Problem {
         all: u64,
     },
     /// Too much is faulty.
-    #[error("{faulty} of {rows} rows are faulty, more than 10 % ({worst}): mend the recording")]
+    #[error("{faulty} of {rows} rows are faulty, more than 10 % ({worst}): fix the recording")]
     TooFaulty {
         /// Faulty rows.
         faulty: u64,
@@ -366,7 +370,7 @@ fn clause(begins: &str, text: &str) -> String {
 }
 
 /// The Python call that reads this file as a log.
-fn call(advice: &Advice) -> String {
+fn function(advice: &Advice) -> String {
     let pairs: Vec<String> = advice
         .flags
         .iter()
@@ -473,7 +477,7 @@ impl fmt::Display for LogError {
             Some(advice) => {
                 write!(f, ": {}\n{}", said(&self.problem.found()), said(&advice.why))?;
                 match self.voice {
-                    Voice::Library => write!(f, "\n{}", call(advice)),
+                    Voice::Library => write!(f, "\n{}", function(advice)),
                     Voice::Log | Voice::Stream => write!(f, "\n{}", again(&self.log, advice)),
                     // The page shows the flags of the advice as a button.
                     Voice::Page => Ok(()),

@@ -39,7 +39,7 @@ impl Frames {
     /// There is none, or none of its signals is what every source needs.
     pub fn new(maps: &Maps) -> anyhow::Result<Self> {
         let Some(database) = maps.database.clone() else {
-            bail!("what the frames of a CAN bus mean stands in a DBC file: …?dbc=FILE.dbc, or --dbc FILE.dbc");
+            bail!("what the frames of a CAN bus mean is defined in a DBC file: …?dbc=FILE.dbc, or --dbc FILE.dbc");
         };
         let named = channels(&database);
         let flat: Vec<_> = named.iter().flatten().cloned().collect();

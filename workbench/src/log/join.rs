@@ -78,7 +78,7 @@ pub fn with_reference(mut log: Reader, mut other: Reader, second: &Path, voice: 
         first_t: None,
         says: format!(
             "the reference's clock is {:.4} s behind the log's, found from the motion in both: set to it, so a delay between the two cannot \
-             be told",
+             be found",
             (shift + fine) as f64 / 1e9
         ),
     }];

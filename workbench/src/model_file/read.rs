@@ -1,7 +1,10 @@
 //! Understanding a model file, strictly.
 
 use super::{ModelFile, Provenance, SCHEMA};
-use crate::toml_error::{TomlError, quoted};
+use crate::{
+    toml_error::{TomlError, quoted},
+    words::{Task, call},
+};
 use gyro_model::{
     Axis, AxisModel, Model, Noise, Term,
     effects::{
@@ -178,7 +181,12 @@ impl Reader<'_> {
             let Some(effect) = own.or_else(|| effects::find(name)) else {
                 return Err(self.error(
                     id.span(),
-                    format!("unknown effect {}{}; `truerate effects` lists them all", quoted(name), meant(name)),
+                    format!(
+                        "unknown effect {}{}; {} lists them all",
+                        quoted(name),
+                        meant(name),
+                        call(Task::Effects, "")
+                    ),
                 ));
             };
             if terms.iter().any(|t| t.effect.card().id == name) {

@@ -53,7 +53,8 @@ pub(super) fn change(change: &Change, voice: Voice) -> String {
     let mut axes = spoken(&change.after.axes, voice);
     for axis in &mut axes {
         let before = change.before.axes.iter().find(|b| b.axis == axis.axis);
-        let Headline { answer, at_source } = headline::of_change(change.added, change.removed, before, axis);
+        let Headline { answer, at_source } =
+            headline::of_change(change.added, change.removed, before, axis, Voice::Log);
         (axis.headline, axis.at_source) = (answer, at_source);
     }
     line(&Json {

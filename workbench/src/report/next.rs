@@ -60,7 +60,7 @@ pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
             &[],
             context.model.as_deref(),
             &[],
-            "once the faults named above are mended, in the log or in how its columns are named (`--map`)",
+            "once the faults named above are fixed, in the log or in how its columns are named (`--map`)",
         )],
         (Command::Diagnose, Verdict::Adequate) if context.moved => vec![line.of(
             "fit",

@@ -6,7 +6,7 @@ use gyro_model::{
         AxisDiagnosis, AxisLadder, BudgetPoint, DataFault, ErrorPoint, FailsWhere, FaultKind, FloorFrom, LadderStep,
         Limit, LimitedBy, NoiseValue, ParameterValue, Suspect, Verdict,
     },
-    finding::{Finding, NamedEffect, Remark, Why},
+    finding::{Adequate, Excess, Finding, NamedEffect, Remark, Why},
 };
 
 fn curve(excess: f64) -> Vec<ErrorPoint> {
@@ -491,4 +491,56 @@ fn what_is_mailed_names_no_folder_and_brings_the_model() {
 fn colour_is_for_terminals_that_want_it() {
     let context = Context { terminal: Terminal { width: 90, colour: true }, ..context(Command::Diagnose) };
     assert!(render(&diagnosis(Verdict::Adequate), Format::Text, &context).contains("\x1b["));
+}
+
+/// A report of each verdict, as it is printed.
+fn reports() -> [Diagnosis; 6] {
+    let delay = |aliases: &[&str]| {
+        vec![NamedEffect { effect: "delay".into(), aliases: aliases.iter().map(|id| (*id).into()).collect() }]
+    };
+    let findings = [
+        Finding::Missing { effects: delay(&[]), over_floor: None },
+        Finding::Ambiguous { effects: delay(&["lag"]), over_floor: None, added: false },
+        Finding::Adequate(Adequate::WithinFloor { silent: 0.1 }),
+        Finding::CannotTell(Why::TooShort { seconds: 6.0 }),
+        Finding::Unexplained(Excess::NoEffect { over_floor: 31.0, unattributed: 0.1 }),
+        Finding::BadData { fault: FaultKind::WrongSign, axis: Some(Axis::Z), count: 9 },
+    ];
+    findings.map(|finding| {
+        let mut diagnosis = diagnosis(finding.verdict());
+        let axis = &mut diagnosis.axes[0];
+        match &finding {
+            Finding::Missing { .. } => axis.suspects[0].aliases.clear(),
+            Finding::Ambiguous { .. } => {}
+            Finding::BadData { fault, axis: of, count } => {
+                let says = "gyro_z turns against ref_angle_z: negate one of them. Then look again".into();
+                axis.data_faults = vec![DataFault { kind: *fault, axis: *of, count: *count, first_t: None, says }];
+                axis.fails_where.clear();
+            }
+            Finding::Adequate(_) | Finding::CannotTell(_) => {
+                (axis.error_curve, axis.error_over_floor, axis.within_floor) = (curve(0.0), Some(1.02), Some(true));
+                (axis.limited_by, axis.fails_where) = (Some(LimitedBy::GyroNoise), Vec::new());
+                axis.limited_says = "the gyro's own white noise, 0.0050 °/√s. Use a quieter gyro.".into();
+                axis.suspects.clear();
+            }
+            _ => axis.suspects.clear(),
+        }
+        axis.find(finding);
+        diagnosis
+    })
+}
+
+#[test]
+fn a_report_of_each_verdict_is_what_its_file_shows() {
+    for diagnosis in reports() {
+        let name = serde_json::to_value(diagnosis.axes[0].verdict).unwrap();
+        let name = format!("{}.txt", name.as_str().unwrap());
+        let text = render(&diagnosis, Format::Text, &context(Command::Diagnose));
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/report/snapshots").join(&name);
+        if std::env::var_os("TRUERATE_SNAPSHOTS").is_some_and(|wish| wish == "write") {
+            std::fs::write(&path, &text).unwrap();
+        }
+        let kept = std::fs::read_to_string(&path).unwrap();
+        assert!(kept == text, "{name} is\n{kept}and would be\n{text}with TRUERATE_SNAPSHOTS=write");
+    }
 }

@@ -45,7 +45,7 @@ fn of_pool(names: &[String], r: &Repeated, joint: &Joint) -> Repeats {
         Whose::SetUp => (
             "set-up",
             format!(
-                "{clause} in the mean of the logs, but not alike in all of them ({}): that is the set-up's, not the sensor's.",
+                "{clause} in the mean of the logs, but not equal in all of them ({}): that is the set-up's, not the sensor's.",
                 in_logs(&shown, names)
             ),
         ),

@@ -56,10 +56,10 @@ pub enum Problem {
     #[error("'{0}' has no meaning here")]
     Stray(char),
     /// The end, or an operator, where a value should stand.
-    #[error("a value is missing here: a number, a name, a function or a parenthesis")]
+    #[error("expected a value here: a number, a name, a function or a parenthesis")]
     MissingValue,
     /// A value where an operator should stand.
-    #[error("an operator is missing here: + - * / ^")]
+    #[error("expected an operator here: + - * / ^")]
     MissingOperator,
     /// A parenthesis that is not closed.
     #[error("this parenthesis is not closed")]
@@ -230,10 +230,10 @@ mod tests {
         for (text, span, says) in [
             ("", 0..0, "empty"),
             ("x + zeta * 2", 4..8, "there is no 'zeta': it has x, y"),
-            ("x + ", 4..4, "value is missing"),
-            ("x * / y", 4..5, "value is missing"),
-            ("x y", 2..3, "operator is missing"),
-            ("3 (x)", 2..3, "operator is missing"),
+            ("x + ", 4..4, "expected a value"),
+            ("x * / y", 4..5, "expected a value"),
+            ("x y", 2..3, "expected an operator"),
+            ("3 (x)", 2..3, "expected an operator"),
             ("(x + 1", 0..1, "not closed"),
             ("sin(x", 3..4, "not closed"),
             ("x)", 1..2, "')' has no meaning"),

@@ -100,7 +100,7 @@ impl<'a> Connections<'a> {
             return;
         }
         let Some(mut program) = definition::program(kind, definition, kind) else {
-            self.not_read(topic, "its definition is missing or of a kind that is not known");
+            self.not_read(topic, "it has no definition, or one of an unknown kind");
             return;
         };
         let transforms = matches!(program.steps.as_slice(), [Step::Repeat(None, _)]) && kind.ends_with("/TFMessage");

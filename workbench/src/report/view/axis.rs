@@ -9,37 +9,8 @@ use gyro_model::{
         Verdict,
     },
     effects, headline,
-    words::Voice,
+    words::{Voice, labels},
 };
-
-/// `missing effect: delay`, `adequate`, …
-pub(super) fn words(
-    verdict: Verdict,
-    suspect: Option<&str>,
-    aliases: &[String],
-    limit: Option<LimitedBy>,
-    voice: Voice,
-) -> String {
-    match (verdict, suspect) {
-        (Verdict::Adequate, _) if limit.is_some_and(LimitedBy::is_of_recording) => {
-            format!("adequate, no effect is missing that {} can show", voice.log())
-        }
-        (Verdict::Adequate, _) => "adequate, what is left is noise".into(),
-        (Verdict::MissingEffect, Some(effect)) => format!("missing effect: {effect}"),
-        (Verdict::MissingEffect, None) => "an effect is missing".into(),
-        (Verdict::Ambiguous, Some(effect)) => {
-            let group: Vec<&str> = std::iter::once(effect).chain(aliases.iter().map(String::as_str)).collect();
-            format!("ambiguous: {}", group.join(" or "))
-        }
-        (Verdict::Ambiguous, None) => "ambiguous: several effects fit alike".into(),
-        (Verdict::Unexplained, _) => "unexplained: more than noise is left, and no known effect removes it".into(),
-        (Verdict::CannotTell, _) => format!("cannot tell: {} does not decide it", voice.log()),
-        (Verdict::BadData, _) => "bad data".into(),
-    }
-}
-
-/// What is said of an excess where nobody looked for its cause.
-pub(super) const NOT_SEARCHED: &str = "the model leaves more than noise";
 
 /// With a full stop behind and a capital letter in front, but for a column's name.
 pub(super) fn sentence(text: &str) -> String {
@@ -50,23 +21,6 @@ pub(super) fn sentence(text: &str) -> String {
     }
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
-}
-
-/// The same in a cell of a table.
-pub(super) fn brief(verdict: Verdict, searched: bool, several: bool, group: &[&str]) -> String {
-    match verdict {
-        Verdict::Adequate => "adequate".into(),
-        Verdict::MissingEffect if several => "missing effects".into(),
-        Verdict::MissingEffect if group.is_empty() => "an effect is missing".into(),
-        Verdict::MissingEffect => "missing effect".into(),
-        // Which they are says more than that they are several.
-        Verdict::Ambiguous if group.is_empty() => "several effects fit alike".into(),
-        Verdict::Ambiguous => group.join(" or "),
-        Verdict::Unexplained if !searched => NOT_SEARCHED.into(),
-        Verdict::Unexplained => "unexplained".into(),
-        Verdict::CannotTell => "cannot tell".into(),
-        Verdict::BadData => "bad data".into(),
-    }
 }
 
 /// The colour of a verdict.
@@ -151,8 +105,8 @@ pub(super) fn falling(
 }
 
 /// Parameters with what is usual of their effect; with `rest`, a bias is said as what the gyro reads at rest.
-pub(super) fn parameters(axis: Axis, values: &[ParameterValue], rest: bool) -> Vec<ParameterView> {
-    let mut views: Vec<ParameterView> = values.iter().map(|p| parameter(axis, p, values)).collect();
+pub(super) fn parameters(axis: Axis, values: &[ParameterValue], rest: bool, voice: Voice) -> Vec<ParameterView> {
+    let mut views: Vec<ParameterView> = values.iter().map(|p| parameter(axis, p, values, voice)).collect();
     let find = |effect: &str| values.iter().find(|p| p.effect == effect).and_then(|p| p.value);
     if let (true, Some(delta), Some(view)) = (rest, find("bias"), views.iter_mut().find(|view| view.effect == "bias")) {
         let reads =
@@ -173,7 +127,7 @@ pub(super) fn parameters(axis: Axis, values: &[ParameterValue], rest: bool) -> V
 }
 
 /// One of `all`: those of one effect and one unit are shown alike.
-fn parameter(axis: Axis, p: &ParameterValue, all: &[ParameterValue]) -> ParameterView {
+fn parameter(axis: Axis, p: &ParameterValue, all: &[ParameterValue], voice: Voice) -> ParameterView {
     let card = effects::find(&p.effect).and_then(|e| e.parameters(axis).iter().find(|c| c.name == p.name));
     // Numbers that are no shares of anything.
     let is_plain = matches!(
@@ -194,8 +148,9 @@ fn parameter(axis: Axis, p: &ParameterValue, all: &[ParameterValue]) -> Paramete
         effect: p.effect.clone(),
         name: p.name.clone(),
         says: card.map_or("", |card| card.says).into(),
+        is_seen: !is_unseen(p),
         shown: if is_unseen(p) {
-            UNSEEN.into()
+            labels::unseen(voice)
         } else if card.is_some_and(|card| is_at_limit(p, card.bounds)) {
             // How far beyond it the fit would have gone no standard error says.
             format!("{}, {AT_LIMIT}", units::uncertain(p.value, None, &unit))
@@ -222,8 +177,6 @@ fn is_at_limit(p: &ParameterValue, bounds: (f64, f64)) -> bool {
 
 /// Times its typical size.
 const BEYOND_TYPICAL: f64 = 3.0;
-/// What is said of such a parameter instead of its value.
-pub(super) const UNSEEN: &str = "not seen on this log";
 /// What is said of one that a fit presses against its bound.
 const AT_LIMIT: &str = "at its limit";
 
@@ -239,10 +192,7 @@ pub(super) fn noise(noise: &NoiseValue, verdict: Verdict) -> String {
         part("encoder", noise.encoder, "°", NEGLIGIBLE_ANGLE),
     ];
     let parts: Vec<String> = parts.into_iter().flatten().collect();
-    let more = match verdict {
-        Verdict::MissingEffect | Verdict::Ambiguous | Verdict::Unexplained => " (too high while an effect is missing)",
-        _ => "",
-    };
+    let more = labels::of_noise(verdict);
     if parts.is_empty() { String::new() } else { format!("Noise{more}: {}", parts.join(", ")) }
 }
 
@@ -282,8 +232,8 @@ pub(super) fn card(id: &str) -> CardView {
 
 /// The suspects, the first with its odds against the next. Where `several` are missing together, none is odds against another, and
 /// what each gains alone says little.
-pub(super) fn suspects(axis: Axis, all: &[Suspect], several: bool) -> Vec<SuspectView> {
-    let mut views: Vec<SuspectView> = all.iter().map(|s| suspect(axis, s)).collect();
+pub(super) fn suspects(axis: Axis, all: &[Suspect], several: bool, voice: Voice) -> Vec<SuspectView> {
+    let mut views: Vec<SuspectView> = all.iter().map(|s| suspect(axis, s, voice)).collect();
     if several {
         for view in &mut views {
             view.significance.clear();
@@ -314,7 +264,7 @@ fn odds(first: &Suspect, second: &Suspect) -> Option<String> {
 }
 
 /// A suspect with its card and aliases.
-fn suspect(axis: Axis, s: &Suspect) -> SuspectView {
+fn suspect(axis: Axis, s: &Suspect, voice: Voice) -> SuspectView {
     let share = s.error_fall.filter(|f| f.is_finite());
     let pairs = effects::find(&s.effect).map_or(&[][..], |e| e.card().aliases);
     let aliases: Vec<AliasView> = s
@@ -345,6 +295,7 @@ fn suspect(axis: Axis, s: &Suspect) -> SuspectView {
             axis,
             &s.parameters.iter().filter(|p| p.effect == s.effect && p.value.is_some()).cloned().collect::<Vec<_>>(),
             false,
+            voice,
         ),
         aliases,
         separate_by: s.separate_by.clone(),

@@ -12,14 +12,14 @@ pub use parts::{
 pub use story::{Row, Story};
 
 use super::{Against, Change, Context, Product, next};
-use axis::{curve, falling, tone, words};
+use axis::{curve, falling, tone};
 use gyro_model::{
     Axis,
     detail::{AxisDetail, Trace},
     diagnosis::{AxisDiagnosis, AxisLadder, Diagnosis, ErrorPoint, Ladder, Verdict},
     drift,
     headline::{self, Beside, Fall, Headline, Named, Together},
-    words::{Voice, beyond},
+    words::{Voice, beyond, labels},
 };
 use serde::Serialize;
 
@@ -135,7 +135,7 @@ impl Page {
     #[must_use]
     pub fn axis_by_axis(diagnosis: &Diagnosis, context: &Context) -> Self {
         let title = match context.command {
-            next::Command::Diagnose => "Which physics is missing",
+            next::Command::Diagnose => labels::WHICH,
             next::Command::Fit => "The fitted model against measurements",
             _ => "Model against measurements",
         };
@@ -161,7 +161,7 @@ impl Page {
         }
         let falls: Vec<Option<Fall>> = ladder.axes.iter().map(Fall::of_ladder).collect();
         let story = Story::of(&together, &named, &mut axes, &falls, true);
-        Self { story, ..page("The ladder: adding what is missing", &ladder.log, axes, next) }
+        Self { story, ..page(labels::LADDER, &ladder.log, axes, next) }
     }
 
     /// Of `add` and `remove`.
@@ -180,7 +180,7 @@ impl Page {
             .map(|after| {
                 let before = change.before.axes.iter().find(|b| b.axis == after.axis);
                 let mut view = AxisView::of_pair(before, "before", after, "after");
-                view.answer(headline::of_change(change.added, change.removed, before, after));
+                view.answer(headline::of_change(change.added, change.removed, before, after, context.voice));
                 view
             })
             .collect();
@@ -247,7 +247,7 @@ impl AxisView {
         let mut curves = vec![curve("model", &axis.error_curve)];
         let several = axis.missing.len() > 1;
         if let Some(best) = axis.suspects.first().filter(|_| !axis.corrected_curve().is_empty()) {
-            let label = if several { "with all that is missing".to_owned() } else { format!("with {}", best.effect) };
+            let label = if several { labels::WITH_ALL.to_owned() } else { format!("with {}", best.effect) };
             curves.push(curve(&label, axis.corrected_curve()));
         }
         let suspect = axis.suspects.first().map(|s| s.effect.as_str());
@@ -260,22 +260,22 @@ impl AxisView {
             verdict: axis.verdict,
             at_source: spoken.at_source,
             label: match axis.verdict {
-                Verdict::Unexplained if !axis.searched => axis::NOT_SEARCHED.into(),
+                Verdict::Unexplained if !axis.searched => labels::NOT_SEARCHED.into(),
                 Verdict::MissingEffect if several => {
                     format!("missing effects: {}", axis.missing.join(", "))
                 }
                 verdict => {
                     let aliases = axis.suspects.first().map_or(&[][..], |s| &s.aliases);
-                    words(verdict, suspect, aliases, axis.limited_by, voice)
+                    labels::label(verdict, suspect, aliases, axis.limited_by, voice)
                 }
             },
-            brief: axis::brief(axis.verdict, axis.searched, several, &group),
+            brief: labels::brief(axis.verdict, axis.searched, several, &group),
             tone: tone(axis.verdict),
             says: axis::sentence(&beyond(axis, false, voice)),
             ends: false,
             headline: spoken.answer,
             effects: axis.effects.iter().map(|id| axis::card(id)).collect(),
-            parameters: axis::parameters(axis.axis, &axis.parameters, true),
+            parameters: axis::parameters(axis.axis, &axis.parameters, true, voice),
             noise: axis::noise(&axis.noise, axis.verdict),
             curves,
             judged: 0,
@@ -290,12 +290,8 @@ impl AxisView {
                 Verdict::Adequate => Vec::new(),
                 _ => axis.fails_where.iter().map(|f| f.says.clone()).collect(),
             },
-            suspects: axis::suspects(axis.axis, &axis.suspects, several),
-            suspects_head: if several {
-                "what is missing: sizes fitted together, and what each removes alone"
-            } else {
-                "suspects, likeliest first, and what each removes alone"
-            },
+            suspects: axis::suspects(axis.axis, &axis.suspects, several, voice),
+            suspects_head: labels::suspects(several),
             steps: Vec::new(),
             data_faults: axis.data_faults.iter().map(axis::fault).collect(),
             explained: axis.explained.iter().map(explained::view).collect(),
@@ -350,8 +346,8 @@ impl AxisView {
         let spoken = headline::of_ladder(axis, voice);
         Self {
             at_source: spoken.at_source,
-            label: words(axis.verdict, named, aliases, axis.limited_by, voice),
-            brief: axis::brief(
+            label: labels::label(axis.verdict, named, aliases, axis.limited_by, voice),
+            brief: labels::brief(
                 axis.verdict,
                 true,
                 false,

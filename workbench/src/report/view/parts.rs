@@ -91,6 +91,9 @@ pub struct ParameterView {
     pub says: String,
     /// `12.10 ± 0.12 ms`.
     pub shown: String,
+    /// Whether the log shows it.
+    #[serde(skip)]
+    pub is_seen: bool,
     /// What is usual of its effect on low-cost sensors, where that is not said yet.
     pub typical: String,
 }
@@ -99,7 +102,7 @@ impl ParameterView {
     /// `d = 12.10 ± 0.12 ms`.
     #[must_use]
     pub fn equation(&self) -> String {
-        let is = if self.shown == super::axis::UNSEEN { ":" } else { " =" };
+        let is = if self.is_seen { " =" } else { ":" };
         format!("{}{is} {}", self.name, self.shown)
     }
 }

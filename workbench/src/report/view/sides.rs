@@ -47,7 +47,7 @@ fn view(first: &AxisDiagnosis, second: &AxisDiagnosis, both: &BothSides, sides: 
             None if sides.errors.iter().any(|own| own.better.is_some()) => "each is better over its own times".to_owned(),
             None => "no difference is seen".to_owned(),
         },
-        says: "Each curve is what a log's own model leaves (scale factor and bias, where none is given). It goes by the motion too: the \
+        says: "Each curve is what a log's own model leaves (scale factor and bias, where none is given). It depends on the motion too: the \
                comparison is fairest where both sensors moved together."
             .to_owned(),
         tone,

@@ -6,6 +6,7 @@ use gyro_model::{
     diagnosis::{ErrorPoint, ParameterValue, Verdict},
     headline::{Beside, Fall, Named, Shared, Standing, Together},
     units,
+    words::{Voice, labels},
 };
 use serde::Serialize;
 
@@ -130,7 +131,7 @@ fn of_several(shared: &Shared, together: &Together) -> Row {
 fn without(view: &AxisView, shares: bool) -> String {
     match view.verdict {
         Verdict::Adequate | Verdict::MissingEffect if shares => "nothing else".to_owned(),
-        Verdict::Adequate => "nothing is missing".to_owned(),
+        Verdict::Adequate => labels::NOTHING.to_owned(),
         Verdict::CannotTell if shares => "cannot tell more".to_owned(),
         _ => view.brief.clone(),
     }
@@ -144,9 +145,9 @@ fn size(named: &Named, id: &str) -> String {
 
 /// Its first parameter that the log shows; with its name where there are more.
 fn size_of(axis: Axis, id: &str, own: &[ParameterValue]) -> String {
-    let views = axis::parameters(axis, own, false);
+    let views = axis::parameters(axis, own, false, Voice::Log);
     let own: Vec<_> = views.iter().filter(|view| view.effect == id).collect();
-    let seen = own.iter().find(|view| view.shown != axis::UNSEEN);
+    let seen = own.iter().find(|view| view.is_seen);
     match (own.as_slice(), seen) {
         ([one], _) => one.shown.clone(),
         (_, Some(first)) => format!("{} = {}, …", first.name, first.shown),

@@ -331,14 +331,14 @@ fn a_change_tells_what_it_did_to_the_error() {
     let mut after = diagnosed(Verdict::Adequate, Vec::new(), 1.02);
     after.effects.push("delay".into());
     after.parameters = made_up(Axis::Z, "delay", 1.0);
-    let headline = of_change(&["delay".into()], &[], Some(&before), &after);
+    let headline = of_change(&["delay".into()], &[], Some(&before), &after, Voice::Log);
     assert_eq!(
         headline.answer,
         "Delay added: the error over 1 s goes from 0.481 to 0.0351 °/s, which is noise. Your gyro is 10.05 ± 0.20 ms late."
     );
     after.parameters[0].std_error = Some(0.02);
-    let needless = of_change(&["delay".into()], &[], Some(&before), &after);
-    assert!(needless.answer.ends_with("on this log it cannot be told from zero.") && needless.at_source.is_empty());
+    let needless = of_change(&["delay".into()], &[], Some(&before), &after, Voice::Log);
+    assert!(needless.answer.ends_with("this log cannot distinguish it from zero.") && needless.at_source.is_empty());
 }
 
 #[test]

@@ -153,6 +153,7 @@ pub fn of_change(
     removed: &[String],
     before: Option<&AxisDiagnosis>,
     after: &AxisDiagnosis,
+    voice: Voice,
 ) -> Headline {
     let changes: Vec<String> = added
         .iter()
@@ -172,7 +173,11 @@ pub fn of_change(
     });
     let ids: Vec<&str> = added.iter().map(String::as_str).filter(|id| after.effects.iter().any(|e| e == id)).collect();
     if !ids.is_empty() && !ids.iter().any(|id| is_told(after.axis, id, &after.parameters)) {
-        let answer = sentence(&format!("{}{fall}", and(&changes))) + " But on this log it cannot be told from zero.";
+        let answer = format!(
+            "{} But {} cannot distinguish it from zero.",
+            sentence(&format!("{}{fall}", and(&changes))),
+            voice.log()
+        );
         return only(answer);
     }
     let clauses: Vec<String> = ids.iter().map(|id| clause(after.axis, id, &after.parameters)).collect();
