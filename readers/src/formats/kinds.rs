@@ -408,7 +408,8 @@ mod tests {
         for k in 0..20 {
             let _ = writeln!(
                 text,
-                "$PIMU,{k}.01,1,2,{k}*5A\n$GPGGA,09{k:02}00.00,48.1\n$GNHDT,{k}.5,T\nENC,{},{k}",
+                "$PIMU,0.{:02},1,2,{k}*5A\n$GPGGA,09{k:02}00.00,48.1\n$GNHDT,{k}.5,T\nENC,{},{k}",
+                k + 1,
                 k * 10 + 500
             );
         }

@@ -297,6 +297,14 @@ fn named(heading: &str, labels: &[String], units: &[Option<Unit>]) -> Vec<String
         // Numbers alone: a table.
         return vec![String::new(); labels.len()];
     }
+    // `gyro: 1 2 3 rad/s; encoder 4 rad`: each name is that of the numbers up to the next.
+    if !nameless && labels.iter().skip(1).any(String::is_empty) {
+        let begins: Vec<usize> = (0..labels.len()).filter(|&k| k == 0 || !labels[k].is_empty()).collect();
+        let ends = begins.iter().skip(1).copied().chain([labels.len()]);
+        let parts =
+            begins.iter().zip(ends).map(|(&begin, end)| named(heading, &labels[begin..end], &units[begin..end]));
+        return parts.flatten().collect();
+    }
     // What stands before the letter of the first axis stands for all.
     let stem = match bare.rsplit_once([' ', '.', '_']) {
         _ if nameless => bare,
@@ -370,12 +378,17 @@ mod tests {
                 "3.5,1,2,3,7",
             ),
             (
+                "[00:00:01.@] <inf> imu: gyro: 1 2 3 rad/s; encoder 4 deg\n".replace('@', "123").as_str(),
+                "time,gyro x [rad/s],gyro y [rad/s],gyro z [rad/s],encoder [deg]",
+                "00:00:01.123,1,2,3,4",
+            ),
+            (
                 "12:30:01.@ -> gz: 1\n12:30:01.@ -> angle: 2\n".replace('@', "123").as_str(),
                 "time,gz,angle",
                 "12:30:01.123,1,2",
             ),
         ] {
-            let lines = csv(&if block.contains("->") { block.repeat(20) } else { repeated(block) }).expect(block);
+            let lines = csv(&if block.contains("01.123") { block.repeat(20) } else { repeated(block) }).expect(block);
             assert_eq!(lines.iter().find(|line| line.contains(',')).unwrap(), header, "{block}");
             assert!(lines.iter().filter(|line| *line == row).count() >= 1, "{row}: {lines:?}");
             let rows = lines.iter().filter(|line| line.matches(',').count() == header.matches(',').count()).count();
