@@ -100,7 +100,7 @@ fn a_reading_that_stands_for_none_is_left_out_and_counted() {
     let ended = pipeline.end();
     assert_eq!(ended.code, Some(0), "{}{}", ended.out, ended.error);
     assert!(ended.out.contains(&format!("{marked} readings left out")), "{}", ended.out);
-    assert_eq!(ended.error.matches("no reading and left out").count(), 1, "{}", ended.error);
+    assert_eq!(ended.error.matches("is not a reading and is left out").count(), 1, "{}", ended.error);
 }
 
 #[test]
