@@ -2,11 +2,8 @@
 
 use std::fs;
 
-/// A process that is silent for that long is looked at, ns: four beats. One that somebody stopped is ended.
+/// A process that is silent for that long is looked at, ns: four beats.
 pub const SILENCE_NS: u64 = 400_000_000;
-/// A process that sleeps all that time without a beat is ended after that, ns. Where a hypervisor takes one core away, the
-/// timers of that core's sleepers come late, while the supervisor on another core sees nothing of it.
-const ASLEEP_NS: u64 = 1_200_000_000;
 /// A process that computes all that time without a beat is ended after that, ns.
 const BUSY_NS: u64 = 3_000_000_000;
 /// Whatever the kernel says of it, a process that is silent for that long is ended, ns.
@@ -60,7 +57,7 @@ impl Vitals {
         match self.state {
             _ if self.is_stopped() => SILENCE_NS,
             // It sleeps though it should have woken, and was not kept from it.
-            b'S' if ran + waited < silent_ns / 10 => ASLEEP_NS,
+            b'S' if ran + waited < silent_ns / 10 => SILENCE_NS,
             b'R' if ran > silent_ns / 10 * 7 => BUSY_NS,
             // The disk, a debugger, or a machine that has no time for it.
             _ => LONGEST_NS,
@@ -70,7 +67,7 @@ impl Vitals {
 
 #[cfg(test)]
 mod tests {
-    use super::{ASLEEP_NS, BUSY_NS, LONGEST_NS, SILENCE_NS, Vitals};
+    use super::{BUSY_NS, LONGEST_NS, SILENCE_NS, Vitals};
 
     const MS: u64 = 1_000_000;
     const BEFORE: Vitals = Vitals { state: b'S', ran_ns: 500 * MS, waited_ns: 70 * MS };
@@ -83,7 +80,7 @@ mod tests {
     #[test]
     fn a_stopped_or_sleeping_process_hangs_and_one_without_a_core_does_not() {
         assert_eq!(patience(b'T', 0, 0), SILENCE_NS);
-        assert_eq!(patience(b'S', 1, 1), ASLEEP_NS);
+        assert_eq!(patience(b'S', 1, 1), SILENCE_NS);
         assert_eq!(patience(b'S', 10, 200), LONGEST_NS, "the machine is slow");
         assert_eq!(patience(b'R', 5, 0), LONGEST_NS, "it waits for a core");
         assert_eq!(patience(b'R', 390, 0), BUSY_NS, "it computes");

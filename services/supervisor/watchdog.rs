@@ -13,6 +13,8 @@ const LATE_NS: u64 = 150_000_000;
 pub struct Watchdog {
     /// How each was at its last beat.
     before: BTreeMap<ServiceId, (u64, Vitals)>,
+    /// The process of each that hung last. It is reported once: one that has much memory takes a while to die.
+    hung: BTreeMap<ServiceId, u32>,
     /// When the supervisor looked last, and when it was late last.
     looked_ns: u64,
     late_ns: u64,
@@ -48,7 +50,7 @@ impl Watchdog {
         let now = now_ns();
         let silent = now.saturating_sub(beat.max(started_ns));
         // Where the supervisor itself stood still since it looked, what came meanwhile is not heard yet.
-        if silent <= SILENCE_NS || now > self.looked_ns + LATE_NS {
+        if silent <= SILENCE_NS || now > self.looked_ns + LATE_NS || self.hung.get(&service) == Some(&pid) {
             return None;
         }
         let at_work = health.is_some_and(|health| health.state != State::Starting as u32);
@@ -59,6 +61,9 @@ impl Watchdog {
             (Some((_, before)), Some(now)) if fair && (at_work || now.is_stopped()) => now.patience_ns(before, silent),
             _ => LONGEST_NS,
         };
-        (silent > patience).then(|| (silent, seen.map_or("gone", |seen| seen.doing())))
+        (silent > patience).then(|| {
+            self.hung.insert(service, pid);
+            (silent, seen.map_or("gone", |seen| seen.doing()))
+        })
     }
 }
