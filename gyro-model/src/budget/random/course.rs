@@ -148,11 +148,6 @@ impl Course {
         (0..n).step_by(stride).map(|from| Window { from, to: ends(from) }).filter(whole).collect()
     }
 
-    /// What the angle error changes by over a window, rad.
-    pub fn step(&self, window: &Window) -> f64 {
-        self.error[window.to] - self.error[window.from]
-    }
-
     /// ∬ ω(a) ω(b) e^(−|a − b|/T) da db over a window, rad².
     pub fn scale_walk(&self, window: Window, time: f64) -> f64 {
         let mut remembered = 0.0;

@@ -115,10 +115,11 @@ impl Trial {
         let causes: Vec<Cause> = Cause::ALL.into_iter().filter(|cause| cause.may_act(&course)).collect();
         let windows: Vec<(usize, Window)> =
             lengths.iter().enumerate().flat_map(|(k, own)| own.iter().map(move |window| (k, *window))).collect();
-        let square: Vec<f64> = windows.iter().map(|(_, window)| course.step(window).powi(2)).collect();
+        let step = |window: &Window| course.error[window.to] - course.error[window.from];
+        let square: Vec<f64> = windows.iter().map(|(_, window)| step(window).powi(2)).collect();
         let usual: Vec<f64> = lengths
             .iter()
-            .map(|own| own.iter().map(|window| course.step(window).powi(2)).sum::<f64>() / own.len() as f64)
+            .map(|own| own.iter().map(|window| step(window).powi(2)).sum::<f64>() / own.len() as f64)
             .collect();
         if usual.iter().any(|usual| !usual.is_finite() || *usual <= 0.0) {
             return None;
@@ -190,8 +191,6 @@ impl Trial {
         }
         let named = causes.iter().filter(|&&c| self.causes[c].may_show(&self.course));
         let mut found: Vec<Found> = named.map(|&c| self.found(c, &all, tau)).collect();
-        let whole: Vec<f64> = tau.iter().map(|tau| self.mean_square(*tau)).collect();
-        found.retain(|found| found.makes.iter().zip(&whole).any(|(own, whole)| *own > SHARE_SAID * whole));
         let last = |found: &Found| found.makes.last().copied().unwrap_or(0.0);
         found.sort_by(|a, b| last(b).total_cmp(&last(a)));
         Random { found, log_likelihood: finite(sum(&all.log_likelihood) / ALIKE) }
@@ -209,12 +208,6 @@ impl Trial {
         chance * (Cause::ALL.len() as f64) < limit::SIGNIFICANCE.value
             && held.in_errors() > limit::HELD_OUT.value
             && held.value > limit::HOLDS.value * gain.min(limit::GAIN_COUNTED.value)
-    }
-
-    /// Mean square of the angle error over windows of length `tau`, rad².
-    fn mean_square(&self, tau: f64) -> f64 {
-        let windows = self.course.windows(tau, WINDOWS);
-        windows.iter().map(|window| self.course.step(window).powi(2)).sum::<f64>() / windows.len().max(1) as f64
     }
 
     fn found(&self, cause: usize, all: &Components, tau: &[f64]) -> Found {
@@ -248,9 +241,6 @@ impl Trial {
 
 /// Largest gain in ln L of one block: odds of 150 to 1.
 const BLOCK_COUNTED: f64 = 5.0;
-/// Share of the error² that a cause that is named makes at one averaging time at least. Without a smaller one the error would fall
-/// by less than a fortieth.
-const SHARE_SAID: f64 = 0.05;
 /// Share of the mean square of its length that the variance of a window is at least.
 const LEAST: f64 = 1e-3;
 
