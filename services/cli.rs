@@ -39,7 +39,7 @@ LOG is CSV, plain or .gz, or `-` for standard input: a header row with `t` (s) a
   ref_qw ref_qx ref_qy ref_qz          reference orientation, body to world
   accel_x …, temp, supply              m/s², °C, V
 A suffix gives another unit: gyro_x_dps, ref_angle_x_deg, accel_x_g, temp_f, t_ns, supply_mv. An
-empty field or `nan` has no value. Logs of other programs are read too. Where their names are
+empty field or `nan` means no value. Logs of other programs are read too. Where their names are
 not clear, `--map NAME=CHANNEL` names a channel; `truerate channels LOG` lists the channels.
 
 Exit codes: 0 done; 1 failed, one line on standard error; 2 wrong usage; 3 `diagnose --fail-on`, or
