@@ -385,7 +385,7 @@ fn a_refusal_says_what_may_be_the_reference_and_ends_in_a_command_that_reads_the
     for (name, text, says, within) in [
         ("echoed.csv", echoed, vec!["orientation.w", "something else than this gyro"], 1e-6),
         ("counted.csv", counted, vec!["counts a turn", "096", "000", "data sheet"], 0.03),
-        ("kinds.txt", kinds, vec!["turns as gyro_z has it"], 1e-6),
+        ("kinds.txt", kinds, vec!["turns as gyro_z does"], 1e-6),
         ("degrees.csv", degrees, vec!["gyro_z_dps=gyro_z", "as its name means"], 1e-6),
         ("clockwise.csv", clockwise, vec!["counted the other way", "=-heading"], 1e-6),
         ("still.csv", still, vec!["as those of a sensor at rest", "--at-rest"], f64::INFINITY),

@@ -249,7 +249,7 @@ pub fn advise(sample: &Sample, maps: &Maps, wants_reference: bool) -> Advice {
         }
     }
     if nothing_turns && lacks.is_empty() {
-        let nothing = "nothing else in it turns as the gyro has it";
+        let nothing = "nothing else in it turns as the gyro does";
         let still = still(sample, &names, &used.gyros);
         let says = match still {
             Some(spread) => format!(
@@ -273,7 +273,7 @@ fn lacking(lacks: &[&str], angles: bool) -> String {
         [one] => format!("no {one} is in it"),
         _ => format!("neither a time nor the rate of a gyro{but} is in it"),
     };
-    let time = if lacks.contains(&"time") { " (no column only grows)" } else { "" };
+    let time = if lacks.contains(&"time") { " (no column keeps growing)" } else { "" };
     format!("{neither}{time}: print both in each row, such as t_ms,gyro_x,gyro_y,gyro_z and a reference")
 }
 
@@ -550,7 +550,7 @@ fn reference(
             unit = format!(", if that is not in rad/s, as its name means, but in the unit of `{}`", picks[1].name);
         }
         let says = format!(
-            "{} turns as gyro_{axis} has it{way} (r² {:.3}){unit}: a reference, if something else than this gyro measured it{counts}",
+            "{} turns as gyro_{axis} does{way} (r² {:.3}){unit}: a reference, if something else than this gyro measured it{counts}",
             sample.called(column),
             agreed.r2,
         );

@@ -141,7 +141,7 @@ fn turning(log: &mut Reader, other: &mut Reader) -> Result<Option<Advice>, LogEr
                 (pick, "")
             };
             let why = format!(
-                "{} turns as gyro_{axis} has it{way} (r² {r2:.3}): a reference, if something else than this gyro measured it",
+                "{} turns as gyro_{axis} does{way} (r² {r2:.3}): a reference, if something else than this gyro measured it",
                 quoted(name)
             );
             best = Some((r2, Advice { why, flags: vec![pick.to_string()], ..Advice::default() }));
