@@ -113,7 +113,6 @@ impl Desk {
                 map: reading.map,
                 reference: path(reading.reference),
                 dbc: path(reading.dbc),
-                voice: Voice::Page,
                 ..log::Options::default()
             },
             axis: reading.axis.as_deref().map(axis).transpose()?,

@@ -188,7 +188,7 @@ struct Reading {
 impl Reading {
     fn options(self) -> Options {
         let Self { map, columns, reference, dbc } = self;
-        Options { map, columns, reference, dbc, voice: Voice::Library, ..Options::default() }
+        Options { map, columns, reference, dbc, ..Options::default() }
     }
 }
 

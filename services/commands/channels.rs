@@ -5,13 +5,13 @@ use anyhow::Result;
 use clap::ValueEnum;
 use comfy_table::{CellAlignment, Table, presets};
 use log_readers::{
-    meaning::{Dependent, Pick},
+    meaning::Dependent,
     survey::{Survey, Surveyed},
 };
-use std::{fmt::Write, path::PathBuf, process::ExitCode};
+use std::{fmt::Write, path::PathBuf, process::ExitCode, slice};
 use workbench::{
     log::{self, Look, channels},
-    report,
+    words::typed,
 };
 
 /// What `truerate channels` takes.
@@ -75,7 +75,7 @@ fn text(name: &str, look: &Look) -> String {
             out,
             "\nWhat their bytes mean is defined in a DBC file of the vehicle or sensor: `truerate channels {} --dbc FILE.dbc` lists the \
              signals, with a map.",
-            report::shell_word(name)
+            gyro_model::words::shell_word(name)
         );
     }
     let empty: Vec<&str> =
@@ -91,7 +91,7 @@ fn text(name: &str, look: &Look) -> String {
     }
     for (title, picks) in [("map", &look.proposal.chosen), ("likely", &look.proposal.offered)] {
         if !picks.is_empty() {
-            let flags: Vec<String> = picks.iter().map(Pick::flag).collect();
+            let flags: Vec<String> = picks.iter().map(|pick| typed(slice::from_ref(pick))).collect();
             let _ = writeln!(out, "\n{title}:\n  {}", flags.join(" \\\n  "));
         }
     }
@@ -103,7 +103,7 @@ fn text(name: &str, look: &Look) -> String {
         let _ = writeln!(
             out,
             "\nno channel can be read: is the DBC file that of this bus? `truerate channels {}` lists the identifiers that came",
-            report::shell_word(name)
+            gyro_model::words::shell_word(name)
         );
     } else if frames.is_empty() {
         let lacks = match (is_named("gyro_"), is_named("ref_")) {

@@ -11,7 +11,6 @@ use gyro_model::{
     Axis, Model, diagnose,
     diagnosis::{DataFault, Diagnosis},
 };
-use log_readers::meaning::Pick;
 use std::{
     io::Write as _,
     path::{Path, PathBuf},
@@ -24,6 +23,7 @@ use workbench::{
     report::{self, Explained, Format},
     several::Several,
     subject::{Start, Subject, Taken},
+    words::typed,
 };
 
 /// Reads a log for fitting.
@@ -232,8 +232,7 @@ pub fn context_of_all(
 /// Says on standard error which channels were taken without being named.
 pub fn say_chosen(args: &LogArgs, provenance: &log::Provenance) {
     if !provenance.chosen.is_empty() {
-        let flags: Vec<String> = provenance.chosen.iter().map(Pick::flag).collect();
-        eprintln!("{}: read as {}", args.log.display(), flags.join(" "));
+        eprintln!("{}: read as {}", args.log.display(), typed(&provenance.chosen));
     }
 }
 

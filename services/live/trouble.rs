@@ -2,8 +2,7 @@
 
 use super::{Address, format::Format, kind::Kind, tally::Tally};
 use gyro_model::Row;
-use log_readers::meaning::shell_word;
-use workbench::log::as_flags;
+use gyro_model::words::{Argument, Voice, shell_word};
 
 /// Slower rows miss most of what a hand or a vehicle does between them, Hz.
 const SLOWEST_HZ: f64 = 20.0;
@@ -119,7 +118,7 @@ pub fn refusal(address: &Address, format: &dyn Format) -> Option<String> {
 /// The command with these maps.
 fn command(address: &Address, maps: &[String]) -> String {
     let source = if address.is_pipe() { "-".to_owned() } else { shell_word(&address.to_string()) };
-    format!("truerate run --source {source} {}", as_flags(maps))
+    format!("truerate run --source {source} {}", Argument::Map(maps).typed(Voice::Log))
 }
 
 /// How an autopilot is asked for more.

@@ -66,10 +66,7 @@ impl Subject {
     /// A refused log, or an axis without gyro or reference.
     pub fn read(path: &Path, taken: &Taken) -> Result<Self> {
         let options = Options { needs_reference: !taken.at_rest, ..taken.options.clone() };
-        let (mut record, mut faults, provenance) = log::read(path, &options)?;
-        for fault in &mut faults {
-            fault.says = log::spoken(&fault.says, options.voice).into_owned();
-        }
+        let (mut record, faults, provenance) = log::read(path, &options)?;
         if taken.at_rest {
             record.rest();
         }

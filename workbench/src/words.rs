@@ -1,8 +1,9 @@
-//! How a refusal names what to do next: a command, a function or, in a browser, the program.
+//! How a refusal names what to do next: a command or its flag, a function or its argument, in a browser what is pressed or dropped.
 //!
 //! A process speaks in one voice, which it is given once, before anything is refused.
 
-use gyro_model::words::Voice;
+use gyro_model::words::{Argument, Voice};
+use log_readers::meaning::Pick;
 use std::sync::OnceLock;
 
 static VOICE: OnceLock<Voice> = OnceLock::new();
@@ -82,6 +83,35 @@ impl Task {
 #[must_use]
 pub fn call(task: Task, arguments: &str) -> String {
     task.named(arguments, voice())
+}
+
+/// The name of an argument in the voice of this process.
+#[must_use]
+pub fn name(argument: Argument) -> String {
+    argument.name(voice())
+}
+
+/// "with" this argument, in the voice of this process.
+#[must_use]
+pub fn with(argument: Argument) -> String {
+    argument.with(voice())
+}
+
+/// Channels under the names of a log, as they are typed, in the voice of this process.
+#[must_use]
+pub fn typed(picks: &[Pick]) -> String {
+    let maps: Vec<String> = picks.iter().map(Pick::to_string).collect();
+    if maps.is_empty() { String::new() } else { Argument::Map(&maps).typed(voice()) }
+}
+
+/// One `NAME=CHANNEL` or DBC file as it was given, at the beginning of a refusal.
+#[must_use]
+pub fn given(flag: &str, text: &str) -> String {
+    match voice() {
+        Voice::Log | Voice::Stream => format!("--{flag} {text}"),
+        Voice::Library => format!("{flag} {text}"),
+        Voice::Page => text.to_owned(),
+    }
 }
 
 #[cfg(test)]

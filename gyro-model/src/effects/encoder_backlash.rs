@@ -1,8 +1,9 @@
 //! `encoder-backlash`: play between shaft and encoder, a play operator of width b on θ.
 
-use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Span, Stage, play, within};
+use super::{Card, Effect, Memory, Need, ParameterCard, Play, Role, Signals, Span, Stage, play, within};
 use crate::Axis;
 use crate::measured::Measured;
+use bytemuck::{Pod, Zeroable};
 
 /// The effect.
 pub static ENCODER_BACKLASH: EncoderBacklash = EncoderBacklash;
@@ -54,21 +55,20 @@ impl Effect for EncoderBacklash {
         format!("the encoder has {} of play against the shaft", p[0].size("rad"))
     }
 
-    /// Memory, besides that of the play: `[1]`, `[2]` where the encoder may stand, since nobody knows where in the clearance a log
-    /// begins.
     fn error(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
-        let half = 0.5 * p[0];
-        if memory[6] == 0.0 {
-            [memory[1], memory[2]] = [s.angle - half, s.angle + half];
+        let (half, gear) = (0.5 * p[0], memory.of::<Gear>());
+        if gear.play.started == 0.0 {
+            [gear.least, gear.most] = [s.angle - half, s.angle + half];
         }
-        for end in &mut memory[1..=2] {
+        for end in [&mut gear.least, &mut gear.most] {
             *end = within(*end, s.angle - half, s.angle + half);
         }
-        play(p[0], s.angle, memory) - s.angle
+        play(p[0], s.angle, &mut gear.play) - s.angle
     }
 
     fn is_guess(&self, p: &[f64], memory: &Memory) -> bool {
-        memory[2] - memory[1] > 1e-6 * p[0]
+        let gear = memory.seen::<Gear>();
+        gear.most - gear.least > 1e-6 * p[0]
     }
 
     /// Between the stops the shaft turns and the encoder stands.
@@ -79,6 +79,16 @@ impl Effect for EncoderBacklash {
     fn grid(&self, _: &Span) -> Vec<Vec<f64>> {
         [3e-5, 1e-4, 3e-4, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035].iter().map(|&b| vec![b]).collect()
     }
+}
+
+/// What it remembers.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Gear {
+    play: Play,
+    /// Between these the encoder may stand, rad: nobody knows where in the clearance a log begins.
+    least: f64,
+    most: f64,
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use super::{Alias, Card, Effect, Memory, ParameterCard, Role, STEADY, Span, Stag
 use crate::Axis;
 use crate::measured::Measured;
 use crate::units;
+use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 
 /// The effect.
@@ -92,26 +93,26 @@ impl Effect for Lag {
         Some(IN_C.into())
     }
 
-    /// Exact for a rate that is linear over the step. Memory: `[0]` felt rate, `[1]` the rate before, `[6]` started.
+    /// Exact for a rate that is linear over the step.
     fn respond(&self, p: &[f64], rate: f64, dt: f64, memory: &mut Memory) -> f64 {
-        let felt = if memory[6] == 0.0 { rate } else { low_pass(memory[0], memory[1], rate, dt, p[0]) };
-        [memory[0], memory[1], memory[6]] = [felt, rate, 1.0];
+        let last = memory.of::<Last>();
+        let felt = if last.started == 0.0 { rate } else { low_pass(last.felt, last.rate, rate, dt, p[0]) };
+        *last = Last { felt, rate, started: 1.0 };
         felt
     }
 
-    /// ω = ω_f + τ dω_f/dt with the parabola through the last three samples. Memory: `[0]`, `[1]` the last two felt rates,
-    /// `[2]` the last step, `[6]` how many.
+    /// ω = ω_f + τ dω_f/dt with the parabola through the last three samples.
     fn undo_response(&self, p: &[f64], felt: f64, dt: f64, memory: &mut Memory) -> f64 {
-        let (f1, f2, dt1) = (memory[0], memory[1], memory[2]);
-        let slope = match memory[6] {
+        let past = memory.of::<Past>();
+        let slope = match past.samples {
             0.0 => 0.0,
-            1.0 => (felt - f1) / dt,
+            1.0 => (felt - past.felt[0]) / dt,
             _ => {
-                let (d1, d2) = ((felt - f1) / dt, (f1 - f2) / dt1);
-                d1 + (d1 - d2) * dt / (dt + dt1)
+                let (d1, d2) = ((felt - past.felt[0]) / dt, (past.felt[0] - past.felt[1]) / past.dt);
+                d1 + (d1 - d2) * dt / (dt + past.dt)
             }
         };
-        [memory[0], memory[1], memory[2], memory[6]] = [felt, f1, dt, (memory[6] + 1.0).min(2.0)];
+        *past = Past { felt: [felt, past.felt[0]], dt, samples: (past.samples + 1.0).min(2.0) };
         felt + p[0] * slope
     }
 
@@ -130,4 +131,25 @@ impl Effect for Lag {
             .map(|tau| vec![tau])
             .to_vec()
     }
+}
+/// What the filter remembers.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Last {
+    felt: f64,
+    rate: f64,
+    /// 1 after the first sample.
+    started: f64,
+}
+
+/// What its inverse remembers.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Past {
+    /// The last two felt rates, the later one first.
+    felt: [f64; 2],
+    /// The last step, s.
+    dt: f64,
+    /// Samples so far, at most 2.
+    samples: f64,
 }

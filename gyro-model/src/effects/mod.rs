@@ -5,10 +5,11 @@
 //! (simulator, compensation, fit, diagnosis, reports, `truerate effects`) walks [`CATALOGUE`].
 
 pub(crate) use operators::{
-    Parabola, SIXTH, STEADY, derivative, low_pass, low_passed, play, quieted, quieter, second_derivative,
+    Parabola, Play, SIXTH, STEADY, derivative, low_pass, low_passed, play, quieted, quieter, second_derivative,
     sixth_differences, slowed, steadied, white_noise, within,
 };
 
+pub use memory::Memory;
 pub use split::split_by;
 pub use window::Window;
 
@@ -34,6 +35,7 @@ pub mod encoder_subdivision;
 pub mod g_sensitivity;
 pub mod g_squared_sensitivity;
 pub mod lag;
+mod memory;
 pub mod mount_resonance;
 mod operators;
 pub mod quadratic_nonlinearity;
@@ -360,10 +362,6 @@ impl Signals {
         self.rates[self.axis]
     }
 }
-
-/// What an effect remembers from sample to sample (a play operator's position, a filter's state). All zero at the
-/// start of a log; in effects with a play `[6]` says that it has started, and `[7]` is the caller's.
-pub type Memory = [f64; 8];
 
 /// What a scan needs to know of a log to choose its grid of shapes.
 #[derive(Clone, Copy, Debug)]

@@ -6,6 +6,7 @@ use super::{
 };
 use crate::Axis;
 use crate::measured::Measured;
+use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 
 /// The effect.
@@ -111,36 +112,38 @@ impl Effect for MountResonance {
     }
 
     /// Exact for a rate that is linear over the step: e = ω − ω_f swings freely, e'' + 2ζω_n e' + ω_n² e = 0, and e'
-    /// jumps where the slope of ω does. Memory: `[0]` e, `[1]` e', `[2]` the rate before, `[3]` its slope, `[6]` started.
+    /// jumps where the slope of ω does.
     fn respond(&self, p: &[f64], rate: f64, dt: f64, memory: &mut Memory) -> f64 {
-        if memory[6] == 0.0 || !p[0].is_finite() || dt <= 0.0 {
-            *memory = [0.0, 0.0, rate, 0.0, 0.0, 0.0, 1.0, memory[7]];
+        let swing = memory.of::<Swing>();
+        if swing.started == 0.0 || !p[0].is_finite() || dt <= 0.0 {
+            *swing = Swing { e: 0.0, e_dot: 0.0, rate, slope: 0.0, started: 1.0 };
             return rate;
         }
         let (omega, zeta) = (std::f64::consts::TAU * p[0], p[1]);
-        let slope = (rate - memory[2]) / dt;
-        let (e, e_dot) = (memory[0], memory[1] + slope - memory[3]);
+        let slope = (rate - swing.rate) / dt;
+        let (e, e_dot) = (swing.e, swing.e_dot + slope - swing.slope);
         let (decay, damped) = (zeta * omega, omega * (1.0 - zeta * zeta).sqrt());
         let (sin, cos) = (damped * dt).sin_cos();
         let fall = (-decay * dt).exp();
-        memory[0] = fall * (e * cos + (e_dot + decay * e) / damped * sin);
-        memory[1] = fall * (e_dot * cos - (decay * e_dot + omega * omega * e) / damped * sin);
-        [memory[2], memory[3]] = [rate, slope];
-        rate - memory[0]
+        swing.e = fall * (e * cos + (e_dot + decay * e) / damped * sin);
+        swing.e_dot = fall * (e_dot * cos - (decay * e_dot + omega * omega * e) / damped * sin);
+        (swing.rate, swing.slope) = (rate, slope);
+        rate - swing.e
     }
 
     /// D = ω − ω_f is ω_f''/ω_n² through a first-order low-pass of time constant 2ζ/ω_n, exact for an input that is
-    /// linear over the step; ω_f'' from the last three samples. Memory: `[0]`, `[1]` the last two felt rates, `[2]` the last
-    /// step, `[3]` D, `[4]` its input, `[6]` how many.
+    /// linear over the step; ω_f'' from the last three samples.
     fn undo_response(&self, p: &[f64], felt: f64, dt: f64, memory: &mut Memory) -> f64 {
-        let (f1, f2, dt1) = (memory[0], memory[1], memory[2]);
-        let curvature = if memory[6] < 2.0 { 0.0 } else { 2.0 * ((felt - f1) / dt - (f1 - f2) / dt1) / (dt + dt1) };
+        let past = memory.of::<Past>();
+        let ([f1, f2], dt1) = (past.felt, past.dt);
+        let curvature = if past.samples < 2.0 { 0.0 } else { 2.0 * ((felt - f1) / dt - (f1 - f2) / dt1) / (dt + dt1) };
         let omega = std::f64::consts::TAU * p[0];
         let input = curvature / (omega * omega);
         // The first curvature is the best guess of what came before it.
-        let settled = memory[6] > 2.0;
-        let difference = if settled { low_pass(memory[3], memory[4], input, dt, 2.0 * p[1] / omega) } else { input };
-        *memory = [felt, f1, dt, difference, input, memory[5], (memory[6] + 1.0).min(3.0), memory[7]];
+        let settled = past.samples > 2.0;
+        let difference =
+            if settled { low_pass(past.difference, past.input, input, dt, 2.0 * p[1] / omega) } else { input };
+        *past = Past { felt: [felt, f1], dt, difference, input, samples: (past.samples + 1.0).min(3.0) };
         felt + difference
     }
 
@@ -168,3 +171,31 @@ impl Effect for MountResonance {
 /// Of a swing's 1/(2πf), half the width of the window that what it passes on is told from noise by: what is twice as fast stays
 /// to 2e-3, what is seven times as fast goes.
 const SWIFT: f64 = 0.7;
+/// What the mount remembers.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Swing {
+    /// e = ω − ω_f and its derivative.
+    e: f64,
+    e_dot: f64,
+    /// The last rate and its slope.
+    rate: f64,
+    slope: f64,
+    /// 1 after the first sample.
+    started: f64,
+}
+
+/// What its inverse remembers.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Past {
+    /// The last two felt rates, the later one first.
+    felt: [f64; 2],
+    /// The last step, s.
+    dt: f64,
+    /// D and its input.
+    difference: f64,
+    input: f64,
+    /// Samples so far, at most 3.
+    samples: f64,
+}

@@ -1,17 +1,25 @@
 //! What several effects are made of: play, derivatives of samples, a first-order low-pass.
 
-use super::Memory;
 use crate::order::median;
+use bytemuck::{Pod, Zeroable};
+
+/// A play operator.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Play {
+    /// Where it stands.
+    pub(crate) output: f64,
+    /// 1 after the first input.
+    pub(crate) started: f64,
+}
 
 /// One step of the play operator of width `w`: the output stays until the input has left the clearance ±w/2 about it.
-/// Memory: [0] output, [6] started.
-pub(crate) fn play(w: f64, input: f64, memory: &mut Memory) -> f64 {
-    if memory[6] == 0.0 || memory[0].is_nan() {
-        memory[6] = 1.0;
-        memory[0] = input;
+pub(crate) fn play(w: f64, input: f64, play: &mut Play) -> f64 {
+    if play.started == 0.0 || play.output.is_nan() {
+        *play = Play { output: input, started: 1.0 };
     }
-    memory[0] = within(memory[0], input - 0.5 * w, input + 0.5 * w);
-    memory[0]
+    play.output = within(play.output, input - 0.5 * w, input + 0.5 * w);
+    play.output
 }
 
 /// A value limited to a range. An end that is not a number does not limit it: unlike [`f64::clamp`] this never panics.

@@ -111,14 +111,14 @@ impl Effect for RateHysteresis {
     }
 
     fn error(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
-        play(p[0], s.rate(), memory) - s.rate()
+        play(p[0], s.rate(), memory.of()) - s.rate()
     }
 
     /// Inside the play the reading stands still whatever the rate does, so P_h has no inverse. Where the rate has turned
     /// is seen from a narrower play that it has crossed: −h/2 going up, +h/2 going down.
     fn error_seen(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
         let turn = TURN * p[0];
-        if turn > 0.0 { (play(turn, s.rate(), memory) - s.rate()) / TURN } else { 0.0 }
+        if turn > 0.0 { (play(turn, s.rate(), memory.of()) - s.rate()) / TURN } else { 0.0 }
     }
 
     fn is_play(&self) -> bool {

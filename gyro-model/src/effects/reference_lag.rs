@@ -6,6 +6,7 @@ use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Span, Sta
 use crate::Axis;
 use crate::measured::Measured;
 use crate::units;
+use bytemuck::{Pod, Zeroable};
 
 /// The effect.
 pub static REFERENCE_LAG: ReferenceLag = ReferenceLag;
@@ -85,17 +86,17 @@ impl Effect for ReferenceLag {
         )
     }
 
-    /// The filter's own step from one reading to the next, with the motion between them. Memory: `[0]` what it lags by, `[1]` the rate,
-    /// `[2]` the time before, `[6]` started.
+    /// The filter's own step from one reading to the next, with the motion between them.
     fn error(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
-        let (tau, rate, apart) = (p[0], s.rate(), s.t - memory[2]);
-        let lags = if memory[6] == 0.0 || apart < 0.0 {
+        let last = memory.of::<Last>();
+        let (tau, rate, apart) = (p[0], s.rate(), s.t - last.t);
+        let lags = if last.started == 0.0 || apart < 0.0 {
             -tau * rate
         } else {
-            let turned = 0.5 * apart * (rate + memory[1]);
-            (memory[0] - turned) * tau / (tau + apart).max(1e-9)
+            let turned = 0.5 * apart * (rate + last.rate);
+            (last.lags - turned) * tau / (tau + apart).max(1e-9)
         };
-        [memory[0], memory[1], memory[2], memory[6]] = [lags, rate, s.t, 1.0];
+        *last = Last { lags, rate, t: s.t, started: 1.0 };
         lags
     }
 
@@ -111,6 +112,18 @@ impl Effect for ReferenceLag {
     fn grid(&self, _: &Span) -> Vec<Vec<f64>> {
         [0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06, 0.1, 0.17].iter().map(|&tau| vec![tau]).collect()
     }
+}
+
+/// What it remembers of the reading before.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Last {
+    /// What the reference lagged by, rad.
+    lags: f64,
+    rate: f64,
+    t: f64,
+    /// 1 after the first reading.
+    started: f64,
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage, Trait};
 use crate::Axis;
 use crate::measured::Measured;
+use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 
 /// The effect.
@@ -94,7 +95,7 @@ impl Effect for TemperatureRate {
         if s.temperature_dot.is_finite() {
             return p[0] * s.temperature_dot;
         }
-        p[0] * heating(s.delta_temperature, s.dt, memory)
+        p[0] * heating(s.delta_temperature, s.dt, memory.of())
     }
 }
 
@@ -106,24 +107,40 @@ const LINE: f64 = 1.0;
 /// Before this age the slope's noise exceeds any heating, s: the estimate is faded in.
 const YOUNG: f64 = 0.05;
 
+/// The parabola through the past temperatures.
+#[derive(Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+struct Past {
+    /// Temperature now, K, and its derivatives in seconds.
+    level: f64,
+    slope: f64,
+    curvature: f64,
+    /// Samples so far.
+    samples: f64,
+    /// Since the first, s.
+    age: f64,
+}
+
 /// dT/dt now, K/s: slope of the parabola that fits the past with weights exp(−age/0.7 s), without lag for a parabola;
-/// of all the past while that is younger. Memory: [0] level, [1] slope, [2] curvature, [3] samples, [4] age.
-fn heating(temperature: f64, dt: f64, memory: &mut Memory) -> f64 {
-    let [level, slope, curvature, n, age, ..] = *memory;
+/// of all the past while that is younger.
+fn heating(temperature: f64, dt: f64, past: &mut Past) -> f64 {
+    let Past { level, slope, curvature, samples: n, age } = *past;
     if n == 0.0 || dt <= 0.0 {
-        [memory[0], memory[3]] = [temperature, 1.0];
+        (past.level, past.samples) = (temperature, 1.0);
         return 0.0;
     }
     let [alpha, beta, gamma] = if age < LINE { expanding_line(n) } else { parabola(n, dt) };
     let predicted = level + slope * dt + 0.5 * curvature * dt * dt;
     let surprise = temperature - predicted;
-    memory[0] = predicted + alpha * surprise;
-    memory[1] = slope + curvature * dt + beta * surprise / dt;
-    memory[2] = curvature + gamma * surprise / (dt * dt);
-    memory[3] = n + 1.0;
-    memory[4] = age + dt;
-    let trust = memory[4] * memory[4] / (memory[4] * memory[4] + YOUNG * YOUNG);
-    trust * memory[1]
+    *past = Past {
+        level: predicted + alpha * surprise,
+        slope: slope + curvature * dt + beta * surprise / dt,
+        curvature: curvature + gamma * surprise / (dt * dt),
+        samples: n + 1.0,
+        age: age + dt,
+    };
+    let trust = past.age * past.age / (past.age * past.age + YOUNG * YOUNG);
+    trust * past.slope
 }
 
 /// Gains of the least-squares line through all samples, this one the n-th after the first.
@@ -149,11 +166,11 @@ mod tests {
 
     #[test]
     fn a_parabola_of_temperature_gives_its_slope_without_lag() {
-        let mut memory = Memory::default();
+        let mut past = Past::default();
         let (dt, truth) = (0.01, |t: f64| 0.2 - 0.002 * t);
         for k in 0..5000 {
             let t = f64::from(k) * dt;
-            let got = heating(0.2 * t - 0.001 * t * t, dt, &mut memory);
+            let got = heating(0.2 * t - 0.001 * t * t, dt, &mut past);
             if t > 4.0 {
                 assert!((got - truth(t)).abs() < 1e-4, "at {t} s: {got} for {}", truth(t));
             }
@@ -163,12 +180,12 @@ mod tests {
     #[test]
     fn the_integral_of_the_slope_is_the_temperature_though_it_is_noisy_and_quantised() {
         let truth = |t: f64| 9.0 * (1.0 - (-t / 70.0).exp()) + 1.3 * (t * 0.12).sin();
-        let (mut memory, mut integral, mut worst) = (Memory::default(), 0.0, 0.0_f64);
+        let (mut past, mut integral, mut worst) = (Past::default(), 0.0, 0.0_f64);
         for k in 0..12_000_u32 {
             let t = f64::from(k) * 0.01;
             let noise = f64::from(k.wrapping_mul(2_654_435_761) >> 16) / 65536.0 - 0.5;
             let measured = ((truth(t) + 0.07 * noise) * 100.0).round() / 100.0;
-            integral += 0.01 * heating(measured, 0.01, &mut memory);
+            integral += 0.01 * heating(measured, 0.01, &mut past);
             worst = worst.max((integral - truth(t)).abs());
         }
         assert!(worst < 0.08, "{worst} K off");

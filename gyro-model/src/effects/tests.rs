@@ -304,7 +304,7 @@ proptest! {
         w in 0.0..1.0_f64,
         inputs in prop::collection::vec(-3.0..3.0_f64, 1..60),
     ) {
-        let mut memory = Memory::default();
+        let mut memory = Play::default();
         let mut before = f64::NAN;
         for input in inputs {
             let output = play(w, input, &mut memory);
@@ -320,14 +320,14 @@ proptest! {
         w in 0.0..1.0_f64,
         turns in prop::collection::vec(-3.0..3.0_f64, 2..10),
     ) {
-        let (mut coarse, mut fine) = (Memory::default(), Memory::default());
+        let (mut coarse, mut fine) = (Play::default(), Play::default());
         play(w, turns[0], &mut coarse);
         play(w, turns[0], &mut fine);
         for pair in turns.windows(2) {
             for k in 1..=20 {
                 play(w, pair[0] + (pair[1] - pair[0]) * f64::from(k) / 20.0, &mut fine);
             }
-            prop_assert!((play(w, pair[1], &mut coarse) - fine[0]).abs() < 1e-9);
+            prop_assert!((play(w, pair[1], &mut coarse) - fine.output).abs() < 1e-9);
         }
     }
 

@@ -5,6 +5,7 @@
 
 use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Stage};
 use crate::Axis;
+use bytemuck::{Pod, Zeroable};
 
 /// The explanation.
 pub static ZERO_WHILE_MOVING: ZeroWhileMoving = ZeroWhileMoving;
@@ -56,11 +57,21 @@ impl Effect for ZeroWhileMoving {
         &PARAMETERS
     }
 
-    /// Memory: `[0]` when it moved last, s, `[6]` whether it did.
     fn error(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
+        let last = memory.of::<Moved>();
         if s.rate().abs() > MOVES {
-            (memory[0], memory[6]) = (s.t, 1.0);
+            *last = Moved { at: s.t, ever: 1.0 };
         }
-        if memory[6] == 1.0 && s.t - memory[0] < LASTS { p[0] } else { 0.0 }
+        if last.ever == 1.0 && s.t - last.at < LASTS { p[0] } else { 0.0 }
     }
+}
+
+/// When it moved last.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Moved {
+    /// s.
+    at: f64,
+    /// 1 once it has.
+    ever: f64,
 }

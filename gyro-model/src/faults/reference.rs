@@ -55,9 +55,7 @@ fn along_reference(record: &Record, report: &mut Report) {
         }
         if fit.1 > 0.8 {
             if fit.0 < 0.0 {
-                let says = format!(
-                    "gyro_{axis} turns against {column}: negate one of them, such as with `--map NAME=-1*NAME`"
-                );
+                let says = format!("gyro_{axis} turns against {column}: negate one of them");
                 report.add_on(axis, FaultKind::WrongSign, rows, Some(0.0), says);
             }
             if let Some(says) =

@@ -56,6 +56,8 @@ pub struct Simulator {
 struct Acting {
     hidden: Hidden,
     memory: Memory,
+    /// Of the reference: what it errs by now, rad.
+    error: f64,
 }
 
 /// What the gyro's bias does by itself.
@@ -105,7 +107,7 @@ impl Simulator {
             (Stage::Calibration, _) => self.sensor.delta = hidden.values[0],
             _ => match self.hidden.iter_mut().find(|acting| acting.hidden.effect.card().id == id) {
                 Some(acting) => acting.hidden = hidden,
-                None => self.hidden.push(Acting { hidden, memory: Memory::default() }),
+                None => self.hidden.push(Acting { hidden, memory: Memory::default(), error: 0.0 }),
             },
         }
     }
@@ -206,8 +208,7 @@ impl Simulator {
         signals.angle = now[axis].angle;
         signals.rates[axis] = now[axis].rate;
         for reference in of(&mut self.hidden, |stage, _| stage == Stage::Reference) {
-            reference.memory[7] =
-                reference.hidden.effect.error(&reference.hidden.values, &signals, &mut reference.memory);
+            reference.error = reference.hidden.effect.error(&reference.hidden.values, &signals, &mut reference.memory);
         }
         signals.rates = gyro.map(|g| g.rate);
         signals
@@ -257,7 +258,7 @@ impl Simulator {
         match self.sensor.reference {
             Reference::Encoder(_) => {
                 let errors = self.hidden.iter().filter(|a| a.hidden.effect.stage() == Stage::Reference);
-                let error: f64 = errors.map(|acting| acting.memory[7]).sum();
+                let error: f64 = errors.map(|acting| acting.error).sum();
                 let angle = now[axis].angle + error + normal(&mut self.reference, noise);
                 row.ref_angle[axis] = quantise(angle, self.sensor.count());
             }

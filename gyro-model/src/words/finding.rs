@@ -1,7 +1,7 @@
 //! What was found, in words.
 
 use super::{
-    Piece,
+    Argument, Piece,
     Role::{Lead, Limit, More, Name, Nothing, Split, Step},
     Subject, Voice,
     figures::{degrees, seconds},
@@ -303,14 +303,14 @@ fn dependent(subject: &Subject, voice: Voice) -> Vec<Piece> {
         |fault: &&DataFault| fault.kind == crate::fault::FaultKind::DependentReference && fault.concerns(subject.axis);
     let Some(fault) = subject.faults.iter().find(concerns) else { return Vec::new() };
     // Who made the reference of a whole log was told by its file, which says how to insist.
-    let insists = match voice {
-        Voice::Log if fault.axis.is_some() => "; `--reference-is-dependent` judges it all the same",
-        _ => "",
+    let insists = match (fault.axis, voice) {
+        (None, _) | (_, Voice::Stream) => String::new(),
+        _ => format!("; {} judges it all the same", Argument::Dependent.name(voice)),
     };
     let ends = [". ", ": "].into_iter().filter_map(|end| Some((fault.says.find(end)?, end)));
     let mut pieces = lead_and_more(&fault.says, ends.min().map_or(". ", |(_, end)| end));
     if let Some(last) = pieces.last_mut() {
-        last.text.push_str(insists);
+        last.text.push_str(&insists);
     }
     pieces
 }

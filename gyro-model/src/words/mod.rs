@@ -3,6 +3,7 @@
 //! A [`Finding`] and its [`Remark`]s become [`Piece`]s of text, each with its [`Role`], so that a report can leave out what it shows in
 //! another place and need not take sentences apart. A [`Voice`] says whether a log or a stream is spoken of, and what can be called next.
 
+mod argument;
 mod figures;
 mod finding;
 mod floor;
@@ -18,6 +19,7 @@ use crate::{
     diagnosis::{AxisResult, DataFault},
     finding::{Finding, Remark},
 };
+pub use argument::{Argument, shell_word};
 pub use finding::pieces;
 pub(crate) use floor::floor_source;
 

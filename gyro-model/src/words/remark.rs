@@ -1,6 +1,6 @@
 //! What is said beside a finding.
 
-use super::{Subject, Voice, finding::pieces};
+use super::{Argument, Subject, Voice, finding::pieces};
 use crate::{
     Axis,
     fault::FaultKind,
@@ -56,10 +56,10 @@ pub(super) fn sentence(remark: &Remark, subject: &Subject, voice: Voice) -> Opti
                 shares.iter().map(|(axis, share)| format!("gyro_{axis} reads {} %", percent(*share))).collect();
             let them = if own.len() == 1 { "it" } else { "them" };
             let how = match voice {
-                Voice::Log => format!("`--at-rest` gives {them} a reference of zero, and cross-axis is fitted"),
                 Voice::Stream => "record a log: its search fits cross-axis".to_owned(),
-                Voice::Page => format!("say under Channels that {} did not turn, and cross-axis is fitted", if own.len() == 1 { "that axis" } else { "those axes" }),
-                Voice::Library => format!("`at_rest=True` gives {them} a reference of zero, and cross-axis is fitted"),
+                Voice::Log | Voice::Library | Voice::Page => {
+                    format!("{} gives {them} a reference of zero, and cross-axis is fitted", Argument::AtRest.name(voice))
+                }
             };
             format!(
                 "{} of the turn about {}, and there is no reference for {them}. If only axis {} turns, as on a turntable, {how}.",

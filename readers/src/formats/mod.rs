@@ -55,7 +55,7 @@ mod tests {
         assert!(unread(b"PAR1....").is_some_and(|unread| unread.remedy.contains("read_parquet")));
         assert_eq!(recognise(b"PAR1....").as_text().is_some(), cfg!(feature = "parquet"));
         assert!(unread(&[0, 1, 2, 3, 4, 200, 201]).is_some());
-        assert!(unread(b"VERSION \"\"\n\nNS_ :").is_some_and(|unread| unread.remedy.contains("--dbc")));
+        assert!(unread(b"VERSION \"\"\n\nNS_ :").is_some_and(|unread| unread.remedy.contains("CAN log")));
         assert!(unread(b"{\"imu\": [{\"t\": 1").is_some() && unread(b"{\"t\": 0.01, \"gz\":").is_none());
         for text in
             [&b"t,gyro_x\r\n0,1\r\n"[..], b"", b"\xef\xbb\xbft,gyro", "Zeit;Drehrate (°/s)\n".as_bytes(), b"0,\xff\xfe"]

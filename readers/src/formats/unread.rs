@@ -34,11 +34,7 @@ const KNOWN: &[(&[u8], &str, &str)] = &[
     (b"\x93NUMPY", "a NumPy array", "write it as text: numpy.savetxt with a header"),
     (b"\xa3\x95", "an ArduPilot log without its beginning", "copy it again"),
     (b"<?xml", "XML", "export it as CSV"),
-    (
-        b"VERSION \"",
-        "a DBC file",
-        "it says what the frames of a CAN log mean: name it beside that log, as --dbc FILE.dbc",
-    ),
+    (b"VERSION \"", "a DBC file", "it says what the frames of a CAN log mean: give it together with that log"),
     (b"{", "JSON", JSON),
     (b"[", "JSON", JSON),
 ];

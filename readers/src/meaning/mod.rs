@@ -5,7 +5,7 @@ mod text;
 mod topics;
 mod words;
 
-pub use pick::{Dependent, Pick, Proposal, Second, shell_word};
+pub use pick::{Dependent, Pick, Proposal, Second};
 pub use text::{counts_rows, epoch_unit, of_names, of_text, stated_rate, time_unit};
 pub use topics::of_topics;
 pub use words::{Meaning, What, Who, understand, unit_said};

@@ -25,23 +25,6 @@ impl Pick {
         let (suffix, factor) = unit.map_or(("", 1.0), |unit| (unit.suffix, unit.factor));
         Self { name: format!("{name}{suffix}"), channel: channel.to_owned(), factor, offset: 0.0, is_unit_said: true }
     }
-
-    /// As `--map` takes it, quoted for a shell where that is needed.
-    #[must_use]
-    pub fn flag(&self) -> String {
-        format!("--map {}", shell_word(&self.to_string()))
-    }
-}
-
-/// A word as a shell takes it, quoted where that is needed.
-#[must_use]
-pub fn shell_word(text: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "_-./=:,+@%".contains(c);
-    if !text.is_empty() && text.chars().all(plain) {
-        text.to_owned()
-    } else {
-        format!("'{}'", text.replace('\'', "'\\''"))
-    }
 }
 
 impl fmt::Display for Pick {
@@ -92,12 +75,6 @@ impl Second {
     #[must_use]
     pub fn serves(&self) -> bool {
         self.rate_hz >= Self::SLOWEST_HZ
-    }
-
-    /// Its axes as `--map` takes them.
-    #[must_use]
-    pub fn flags(&self) -> String {
-        self.picks.iter().map(Pick::flag).collect::<Vec<_>>().join(" ")
     }
 }
 

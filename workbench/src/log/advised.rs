@@ -28,5 +28,5 @@ pub fn read_beside<T>(
 fn advised(path: &Path, options: &Options, error: LogError) -> LogError {
     let advice = advice::of_file(path, options, &error);
     // Of messages the names are those of their kinds, not of a text's columns.
-    error.advised(advice, advice::is_text(path), options.voice)
+    error.advised(advice, advice::is_text(path))
 }

@@ -1,15 +1,12 @@
 //! Why a log is refused: what, where, what to do, in one line.
 
-use super::{flags, lacking::Advice, packing::Packing};
+use super::{lacking::Advice, packing::Packing};
 use crate::{
     toml_error::{TomlError, quoted},
-    words::{Task, call},
+    words::{self, Task, call, given, with},
 };
-use gyro_model::words::Voice;
-use log_readers::{
-    format::{Format, Unreadable},
-    meaning::shell_word,
-};
+use gyro_model::words::{Argument, Voice, shell_word};
+use log_readers::format::{Format, Unreadable};
 use std::{fmt, io, ops::Deref};
 
 /// A refused log.
@@ -29,8 +26,6 @@ pub struct Refused {
     pub problem: Problem,
     /// What would make a log of it.
     pub advice: Option<Advice>,
-    /// Whom the remedy is for.
-    pub voice: Voice,
 }
 
 /// What is wrong with a log, and what to do.
@@ -75,7 +70,8 @@ pub enum Problem {
     /// The first row holds numbers.
     #[error(
         "no header: the first row holds numbers, {columns} of them ({row}); put the column names above it, such as t,gyro_z,ref_angle_z, \
-         or name the columns by their numbers with `--map NAME=NUMBER`"
+         or name the columns by their numbers {}",
+        with(Argument::Map(&["NAME=NUMBER".into()]))
     )]
     NoHeader {
         /// Columns in it.
@@ -96,9 +92,9 @@ pub enum Problem {
     },
     /// No column of this kind.
     #[error(
-        "no column `{wanted}`: the header has {}; name yours with `--map {}=CHANNEL` or `--columns F`{}{}{}",
+        "no column `{wanted}`: the header has {}; name yours {}{}{}{}",
         known.has,
-        wanted.split([',', ' ']).next().unwrap_or(wanted),
+        with(Argument::Map(&[format!("{}=CHANNEL", wanted.split([',', ' ']).next().unwrap_or(wanted))])),
         clause("so far: ", &known.chosen),
         clause("likely: ", &known.likely),
         clause("not understood: ", &known.near)
@@ -111,8 +107,10 @@ pub enum Problem {
     },
     /// No axis can be fitted.
     #[error(
-        "no axis has both a gyro and a reference: add ref_angle_{axis}, ref_rate_{axis} or ref_qw … ref_qz, name yours with \
-         `--map ref_angle_{axis}=CHANNEL`, or take it from a second file with `--reference FILE`{}{}{}{}",
+        "no axis has both a gyro and a reference: add ref_angle_{axis}, ref_rate_{axis} or ref_qw … ref_qz, name yours {}, or \
+         take it from a second file {}{}{}{}{}",
+        with(Argument::Map(&[format!("ref_angle_{axis}=CHANNEL")])),
+        with(Argument::Reference("FILE")),
         clause("", &known.has),
         clause("so far: ", &known.chosen),
         clause("likely, if something else than this gyro measured it: ", &known.likely),
@@ -126,8 +124,9 @@ pub enum Problem {
     },
     /// Raw words of a gyro of which nobody says how many are one °/s, and no reference either.
     #[error(
-        "{columns} are whole numbers: raw words of the sensor, and nothing says how many of them are one °/s. Say it with \
-         `--map gyro_z_dps=CHANNEL/STEPS`, STEPS from the data sheet (131 for ±250 °/s of an MPU)"
+        "{columns} are whole numbers: raw words of the sensor, and nothing says how many of them are one °/s. Say it {}, STEPS \
+         from the data sheet (131 for ±250 °/s of an MPU)",
+        with(Argument::Map(&["gyro_z_dps=CHANNEL/STEPS".into()]))
     )]
     Words {
         /// The gyro's columns.
@@ -135,9 +134,14 @@ pub enum Problem {
     },
     /// A counter of rows where a time should be.
     #[error(
-        "`{}` counts rows and is not a time: divide it by the rate, {}",
-        channel,
-        rate.map_or_else(|| format!("with `--map t={channel}/RATE` (rows a second)"), |rate| format!("`--map t={channel}/{rate}` ({rate} Hz, as the text above the header says)"))
+        "`{channel}` counts rows and is not a time: divide it by the rate, {}",
+        rate.map_or_else(
+            || format!("{} (rows a second)", with(Argument::Map(&[format!("t={channel}/RATE")]))),
+            |rate| format!(
+                "{} ({rate} Hz, as the text above the header says)",
+                with(Argument::Map(&[format!("t={channel}/{rate}")]))
+            )
+        )
     )]
     CountsRows {
         /// The counter.
@@ -146,10 +150,17 @@ pub enum Problem {
         rate: Option<f64>,
     },
     /// A `--map` of a second file, and there is none.
-    #[error("--map {}: `ref:` is for a second file: name it with `--reference FILE`, or leave `ref:` out", quoted(.0))]
+    #[error(
+        "{}: `ref:` is for a second file: name it {}, or leave `ref:` out",
+        given("map", &quoted(.0)),
+        with(Argument::Reference("FILE"))
+    )]
     NoSecondFile(String),
     /// A `--map` without its two sides.
-    #[error("--map {}: is not NAME=[a*]CHANNEL[/b][+c], such as gyro_z_dps=imu.gz or gyro_z_dps=gz/131", quoted(.0))]
+    #[error(
+        "{}: is not NAME=[a*]CHANNEL[/b][+c], such as gyro_z_dps=imu.gz or gyro_z_dps=gz/131",
+        given("map", &quoted(.0))
+    )]
     MapFlag(String),
     /// The reference's clock is another, and the motion does not tell which.
     #[error(
@@ -159,7 +170,8 @@ pub enum Problem {
     NotAligned(f64),
     /// A second file without a reference in it.
     #[error(
-        "holds no reference that is clear: it has {has}; name it with `--map ref_q=CHANNEL` or `--map ref_angle_z=CHANNEL`{}",
+        "holds no reference that is clear: it has {has}; name it {}{}",
+        with(Argument::Map(&["ref_q=CHANNEL".into()])),
         clause("likely: ", likely)
     )]
     NoReferenceIn {
@@ -169,7 +181,7 @@ pub enum Problem {
         likely: String,
     },
     /// A `--map` of the time of messages.
-    #[error("--map {}: messages have a time of their own: leave it out", quoted(.0))]
+    #[error("{}: messages have a time of their own: leave it out", given("map", &quoted(.0)))]
     TimeOfMessages(String),
     /// A format that is not read.
     #[error("is {what}: {remedy}")]
@@ -189,19 +201,20 @@ pub enum Problem {
     },
     /// Frames, and nothing that says what they mean.
     #[error(
-        "is a {0}: what its frames mean is defined in a DBC file, give it with `--dbc FILE.dbc` ({channels} lists the identifiers that came)",
+        "is a {0}: what its frames mean is defined in a DBC file, give it {dbc} ({channels} lists the identifiers that came)",
+        dbc = with(Argument::Dbc("FILE.dbc")),
         channels = call(Task::Channels, "FILE")
     )]
     NoDbc(&'static str),
     /// A DBC file of other frames.
     #[error(
-        "--dbc names none of the frames in the log, which are those of {0}: give the DBC file of this bus ({channels} without --dbc \
-         lists the identifiers that came)",
+        "the DBC file names none of the frames in the log, which are those of {0}: give the one of this bus ({channels} lists the \
+         identifiers that came)",
         channels = call(Task::Channels, "FILE")
     )]
     OtherFrames(String),
     /// A DBC file that is none.
-    #[error("--dbc {file}: {says}")]
+    #[error("{}: {says}", given("dbc", file))]
     Dbc {
         /// Which.
         file: String,
@@ -210,8 +223,8 @@ pub enum Problem {
     },
     /// A `--map` of a channel that the log has not got.
     #[error(
-        "--map {}: there is no such channel{}; it has {}",
-        quoted(flag),
+        "{}: there is no such channel{}; it has {}",
+        given("map", &quoted(flag)),
         clause("likely: ", &likely.join(", ")),
         listed(channels)
     )]
@@ -237,7 +250,7 @@ pub enum Problem {
         all: u64,
     },
     /// One quantity, two columns.
-    #[error("named twice ({first} and {second}): leave one out, or rename it with `--columns F`")]
+    #[error("named twice ({first} and {second}): leave one out, or rename it {}", with(Argument::Columns))]
     Twice {
         /// The earlier header.
         first: String,
@@ -245,7 +258,10 @@ pub enum Problem {
         second: String,
     },
     /// A unit that does not fit.
-    #[error("the suffix _{suffix} is not a unit of {quantity}: use {fitting}, or rename the column with `--columns F`")]
+    #[error(
+        "the suffix _{suffix} is not a unit of {quantity}: use {fitting}, or rename the column {}",
+        with(Argument::Columns)
+    )]
     Unit {
         /// The suffix.
         suffix: &'static str,
@@ -371,17 +387,14 @@ fn clause(begins: &str, text: &str) -> String {
 
 /// The Python call that reads this file as a log.
 fn function(advice: &Advice) -> String {
-    let pairs: Vec<String> = advice
-        .flags
-        .iter()
-        .filter_map(|flag| flag.split_once('='))
-        .map(|(name, channel)| format!("{name:?}: {channel:?}"))
-        .collect();
-    let map = if pairs.is_empty() { String::new() } else { format!(", map={{{}}}", pairs.join(", ")) };
-    let file = if advice.needs_file || pairs.is_empty() { ", reference=\"REFERENCE.csv\"" } else { "" };
-    let rest = if advice.at_rest { ", at_rest=True" } else { "" };
-    let file = if advice.at_rest { "" } else { file };
-    format!("truerate.read(source{map}{file}{rest})")
+    let maps = (!advice.flags.is_empty()).then_some(Argument::Map(&advice.flags));
+    let rest = if advice.at_rest {
+        Some(Argument::AtRest)
+    } else {
+        (advice.needs_file || maps.is_none()).then_some(Argument::Reference("REFERENCE.csv"))
+    };
+    let arguments = maps.into_iter().chain(rest).map(|argument| format!(", {}", argument.typed(Voice::Library)));
+    format!("truerate.read(source{})", arguments.collect::<String>())
 }
 
 /// The command that was given, with further flags; or a look at what the file holds.
@@ -392,14 +405,12 @@ fn again(log: &str, advice: &Advice) -> String {
     let words: Vec<String> = std::env::args().skip(1).map(|word| shell_word(&word)).collect();
     let file = if advice.needs_file { " --reference REFERENCE.csv" } else { "" };
     let rest = if advice.at_rest && words.iter().all(|word| word != "--at-rest") { " --at-rest" } else { "" };
-    let flags = if advice.flags.is_empty() { String::new() } else { format!(" {}", as_flags(&advice.flags)) };
+    let flags = if advice.flags.is_empty() {
+        String::new()
+    } else {
+        format!(" {}", Argument::Map(&advice.flags).typed(Voice::Log))
+    };
     format!("truerate {}{flags}{file}{rest}", words.join(" "))
-}
-
-/// Maps as flags for a shell.
-#[must_use]
-pub fn as_flags(maps: &[String]) -> String {
-    maps.iter().map(|map| format!("--map {}", shell_word(map))).collect::<Vec<_>>().join(" ")
 }
 
 impl Problem {
@@ -438,18 +449,18 @@ impl LogError {
     /// A problem of this log, at a line (from 1) and a column (number from 1, and name) where they are known.
     #[must_use]
     pub fn new(log: &str, line: Option<u64>, column: Option<(usize, String)>, problem: Problem) -> Self {
-        Self(Box::new(Refused { log: log.to_owned(), line, column, problem, advice: None, voice: Voice::Log }))
+        Self(Box::new(Refused { log: log.to_owned(), line, column, problem, advice: None }))
     }
 
     /// The same with what to do about it; hints that were not tried are left out.
     #[must_use]
-    pub(super) fn advised(mut self, advice: Option<Advice>, is_text: bool, voice: Voice) -> Self {
+    pub(super) fn advised(mut self, advice: Option<Advice>, is_text: bool) -> Self {
         if let (true, Problem::Missing { known, .. } | Problem::NoReference { known, .. }) =
             (is_text, &mut self.0.problem)
         {
             known.likely.clear();
         }
-        (self.0.advice, self.0.voice) = (advice.or(self.0.advice.take()), voice);
+        self.0.advice = advice.or(self.0.advice.take());
         self
     }
 }
@@ -471,12 +482,11 @@ impl fmt::Display for LogError {
         if let Some((number, name)) = &self.column {
             write!(f, " column {number} ({name})")?;
         }
-        let said = |text: &str| flags::spoken(text, self.voice).into_owned();
         match &self.advice {
-            None => write!(f, ": {}", said(&self.problem.to_string())),
+            None => write!(f, ": {}", self.problem),
             Some(advice) => {
-                write!(f, ": {}\n{}", said(&self.problem.found()), said(&advice.why))?;
-                match self.voice {
+                write!(f, ": {}\n{}", self.problem.found(), advice.why)?;
+                match words::voice() {
                     Voice::Library => write!(f, "\n{}", function(advice)),
                     Voice::Log | Voice::Stream => write!(f, "\n{}", again(&self.log, advice)),
                     // The page shows the flags of the advice as a button.

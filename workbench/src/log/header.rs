@@ -6,6 +6,7 @@ use super::{
     names::{Names, time_form},
     unit::{self, Channel, Conversion, Name},
 };
+use crate::words::typed;
 use gyro_model::{Axis, record::FREE_CHANNELS};
 use log_readers::{
     meaning::{Pick, Proposal, Second, stated_rate},
@@ -217,7 +218,7 @@ impl Layout {
     fn complete(self, headers: &[String], maps: &Maps) -> Result<Self, Refusal> {
         let missing = |wanted| {
             let near = if maps.reference { String::new() } else { near_names(headers) };
-            let (chosen, likely) = (flags(&self.chosen), flags(&self.offered));
+            let (chosen, likely) = (typed(&self.chosen), typed(&self.offered));
             let known = Box::new(Known { has: listed(headers), chosen, likely, near });
             (None, Problem::Missing { wanted, known })
         };
@@ -280,11 +281,6 @@ impl Layout {
 enum Key {
     Known(String),
     Free(String),
-}
-
-/// Picks as flags.
-pub(super) fn flags(picks: &[Pick]) -> String {
-    picks.iter().map(Pick::flag).collect::<Vec<_>>().join(" ")
 }
 
 /// Names that are looked at for slips.

@@ -10,7 +10,7 @@ use super::{
     unit::{self, Channel},
     unsaid::{self, timed},
 };
-use crate::toml_error::quoted;
+use crate::{toml_error::quoted, words::typed};
 use gyro_model::{
     Model, Record, Row,
     align::align,
@@ -18,7 +18,6 @@ use gyro_model::{
     fault::{DataFault, FaultKind},
     faults, fit,
     model::Term,
-    words::Voice,
 };
 use log_readers::{
     meaning::{Pick, unit_said},
@@ -32,13 +31,13 @@ const ALIKE: f64 = 0.5;
 const AS_LIKELY: f64 = 0.8;
 
 /// A log whose reference is another one's, from the file `second`.
-pub fn with_reference(mut log: Reader, mut other: Reader, second: &Path, voice: Voice) -> Result<Reader, LogError> {
+pub fn with_reference(mut log: Reader, mut other: Reader, second: &Path) -> Result<Reader, LogError> {
     let from_gyro = !has_reference(other.layout());
     let name = second.display().to_string();
     let refuse = |problem| LogError::new(&name, None, None, problem);
     if from_gyro && other.layout().gyros().is_empty() {
         let offered = &other.layout().offered;
-        let likely = offered.iter().map(Pick::flag).collect::<Vec<_>>().join(" ");
+        let likely = typed(offered);
         let named = offered.first().map(|pick| Advice {
             why: format!(
                 "{} may be the reference: its name does not say which axis turned, or what it is",
@@ -49,7 +48,7 @@ pub fn with_reference(mut log: Reader, mut other: Reader, second: &Path, voice: 
         });
         let error = refuse(Problem::NoReferenceIn { has: listed(&other.layout().free_names), likely });
         let advice = turning(&mut log, &mut other)?.or(named);
-        return Err(error.advised(advice, true, voice));
+        return Err(error.advised(advice, true));
     }
     let (mut own, mut rows) = (log.drain()?, other.drain()?);
     for row in &mut rows {

@@ -12,7 +12,6 @@ mod column_map;
 pub mod dbc;
 pub mod dependent;
 mod error;
-mod flags;
 mod folder;
 mod frames;
 mod header;
@@ -43,8 +42,7 @@ mod writer;
 
 pub use advice::{Sample, advise};
 pub use advised::{read, read_beside};
-pub use error::{Known, LogError, Problem, Refused, as_flags};
-pub use flags::spoken;
+pub use error::{Known, LogError, Problem, Refused};
 pub use frames::Frames;
 pub use header::{Layout, Refusal};
 pub use lacking::Advice;
@@ -57,7 +55,6 @@ pub use unsaid::find_units;
 pub use writer::{GrowingLog, RecordWriter, Time, create, write_record};
 
 use column_map::ColumnMap;
-use gyro_model::words::Voice;
 use log_readers::{can::Database, meaning::Pick};
 use map::MapFlag;
 use std::{collections::BTreeMap, path::PathBuf};
@@ -81,8 +78,6 @@ pub struct Options {
     pub as_streamed: bool,
     /// Whether a log that is refused is looked at for what would make it one.
     pub advises: bool,
-    /// Whom a refusal's remedy is for.
-    pub voice: Voice,
 }
 
 impl Default for Options {
@@ -95,7 +90,6 @@ impl Default for Options {
             needs_reference: false,
             as_streamed: false,
             advises: true,
-            voice: Voice::Log,
         }
     }
 }

@@ -27,7 +27,7 @@ impl Reader {
         }
         let mut reader = Self::of(log, layout, rows_from, tally);
         if let Some(second) = &options.reference {
-            return join::with_reference(reader, of_reference(second, options)?, second, options.voice);
+            return join::with_reference(reader, of_reference(second, options)?, second);
         }
         reader.find_units(path, &maps)?;
         Ok(reader)

@@ -3,7 +3,7 @@
 use super::{
     LogError,
     error::{Known, Problem, listed},
-    header::{Layout, flags, near_names},
+    header::{Layout, near_names},
     messages,
     pending::Pending,
     row::Parsed,
@@ -12,6 +12,7 @@ use super::{
     tally::{RowFault, Tally},
     unit::Channel,
 };
+use crate::words::typed;
 use gyro_model::{
     Axis, Row,
     fault::{DataFault, FaultKind},
@@ -365,7 +366,7 @@ fn is_apart(a: &Row, b: &Row) -> bool {
 pub(super) fn no_reference(layout: &Layout) -> Problem {
     let axis = layout.gyros().first().map_or("z", |a| a.letter());
     let near = near_names(&layout.free_names);
-    let (chosen, likely) = (flags(&layout.chosen), flags(&layout.offered));
+    let (chosen, likely) = (typed(&layout.chosen), typed(&layout.offered));
     let other = Axis::ALL.into_iter().find(|a| layout.has(Channel::RefAngle(*a)) || layout.has(Channel::RefRate(*a)));
     let has = match other {
         Some(other) => format!(

@@ -17,7 +17,7 @@ mod text;
 pub use gyro_model::units;
 pub mod view;
 
-pub use next::{Command, quoted as shell_word};
+pub use next::Command;
 pub use terminal::{Ink, Terminal};
 
 use gyro_model::{

@@ -1,7 +1,11 @@
 //! The command to run next, whatever came out.
 
 use super::Context;
-use gyro_model::{Axis, diagnosis::Verdict, words::Voice};
+use gyro_model::{
+    Axis,
+    diagnosis::Verdict,
+    words::{Voice, shell_word},
+};
 use serde::Serialize;
 
 /// Which command made a result.
@@ -60,7 +64,7 @@ pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
             &[],
             context.model.as_deref(),
             &[],
-            "once the faults named above are fixed, in the log or in how its columns are named (`--map`)",
+            "once the faults named above are fixed, in the log or in how its columns are named (`--map`; a channel with its sign turned is `--map NAME=-CHANNEL`)",
         )],
         (Command::Diagnose, Verdict::Adequate) if context.moved => vec![line.of(
             "fit",
@@ -174,15 +178,15 @@ impl Line<'_> {
     }
 
     fn of(&self, command: &str, effects: &[&str], model: Option<&str>, rest: &[&str], says: &str) -> Next {
-        let mut words = vec!["truerate".to_string(), command.to_string(), quoted(self.log)];
+        let mut words = vec!["truerate".to_string(), command.to_string(), shell_word(self.log)];
         if self.log == self.context.log && command != "apply" {
-            words.extend(self.context.more.iter().map(|log| quoted(log)));
+            words.extend(self.context.more.iter().map(|log| shell_word(log)));
         }
         words.extend(effects.iter().map(|e| (*e).to_string()));
         if let Some(model) = model {
-            words.extend(["--model".to_string(), quoted(model)]);
+            words.extend(["--model".to_string(), shell_word(model)]);
         }
-        words.extend(self.context.flags.iter().map(|f| quoted(f)));
+        words.extend(self.context.flags.iter().map(|f| shell_word(f)));
         words.extend(rest.iter().map(|r| (*r).to_string()));
         Next { command: words.join(" "), says: says.to_string() }
     }
@@ -194,16 +198,5 @@ impl Line<'_> {
 
     fn apply(&self, model: &str) -> Next {
         self.of("apply", &[], Some(model), &["-o", "compensated.csv"], "writes the compensated log")
-    }
-}
-
-/// As a shell takes it.
-#[must_use]
-pub fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "/._-+=:,@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.to_string()
-    } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
     }
 }

@@ -207,10 +207,11 @@ impl UserEffect {
             Variable::Temperature => s.delta_temperature + 25.0,
             Variable::Supply => s.supply,
             Variable::Free(channel, place) => {
+                let last = &mut memory.of::<[f64; Memory::NUMBERS]>()[place];
                 if s.free[channel].is_finite() {
-                    memory[place] = s.free[channel];
+                    *last = s.free[channel];
                 }
-                memory[place]
+                *last
             }
         })
     }

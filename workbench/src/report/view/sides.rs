@@ -1,10 +1,11 @@
 //! Two sensors side by side: one sentence, a table of sizes, and both curves.
 
 use super::{AxisView, Page, Row, Story, axis, page};
-use crate::report::{BothSides, Context, next::Next, shell_word, units};
+use crate::report::{BothSides, Context, next::Next, units};
 use gyro_model::{
     diagnosis::AxisDiagnosis,
     headline::sides::{AtTime, Quantity, Sides, Which},
+    words::shell_word,
 };
 
 /// Heads of the table.
