@@ -135,7 +135,7 @@ impl Standing {
                 }),
                 within: all.within && over(|point| point.floor_99) <= 1.0,
                 over_floor: all.over_floor.max(over(|point| point.floor)),
-                has_play: all.has_play || effects.iter().filter_map(|id| find(id)).any(Effect::is_play),
+                has_play: all.has_play || effects.iter().filter_map(|id| find(id)).any(<dyn Effect>::is_play),
             }
         })
     }

@@ -1,6 +1,6 @@
 //! `bias`: the reading at rest is −δ/α (the paper's equation (1)).
 
-use super::{Card, Effect, ParameterCard, Role, Stage};
+use super::{Acts, Card, Effect, ParameterCard, Role};
 use crate::Axis;
 use crate::measured::Measured;
 
@@ -41,8 +41,8 @@ impl Effect for Bias {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Calibration
+    fn acts(&self) -> Acts<'_> {
+        Acts::Calibration
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {

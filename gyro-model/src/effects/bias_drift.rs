@@ -1,6 +1,6 @@
 //! `bias-drift`: a ramp in rate, φ = t.
 
-use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Stage, Trait};
+use super::{Acts, Alias, Card, Effect, Felt, Memory, ParameterCard, Role, Signals, Trait};
 use crate::Axis;
 use crate::measured::Measured;
 use std::borrow::Cow;
@@ -58,8 +58,8 @@ impl Effect for BiasDrift {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Felt
+    fn acts(&self) -> Acts<'_> {
+        Acts::Felt(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -73,7 +73,9 @@ impl Effect for BiasDrift {
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
         Some("return r * in->t;".into())
     }
+}
 
+impl Felt for BiasDrift {
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
         p[0] * s.t
     }

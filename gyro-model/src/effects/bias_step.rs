@@ -1,6 +1,6 @@
 //! `bias-step`: the bias jumps once, φ = 1 for t > t₀.
 
-use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage, Trait};
+use super::{Acts, Card, Effect, Felt, Memory, ParameterCard, Role, Signals, Span, Trait};
 use crate::Axis;
 use crate::measured::Measured;
 use std::borrow::Cow;
@@ -54,8 +54,8 @@ impl Effect for BiasStep {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Felt
+    fn acts(&self) -> Acts<'_> {
+        Acts::Felt(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -71,12 +71,14 @@ impl Effect for BiasStep {
         Some("return in->t > t0 ? j : 0.0;".into())
     }
 
-    fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
-        if s.t > p[1] { p[0] } else { 0.0 }
-    }
-
     fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
         const INSTANTS: u32 = 60;
         (1..INSTANTS).map(|k| vec![span.start + span.duration * f64::from(k) / f64::from(INSTANTS)]).collect()
+    }
+}
+
+impl Felt for BiasStep {
+    fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
+        if s.t > p[1] { p[0] } else { 0.0 }
     }
 }

@@ -1,6 +1,6 @@
 //! `clock-skew`: the two clocks run apart, ω_f(t) = ω(t(1 + s)).
 
-use super::{Card, Effect, ParameterCard, Role, Span, Stage};
+use super::{Acts, Card, Effect, ParameterCard, Role, Span, Timing};
 use crate::Axis;
 use crate::measured::Measured;
 use std::borrow::Cow;
@@ -43,8 +43,8 @@ impl Effect for ClockSkew {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Timing
+    fn acts(&self) -> Acts<'_> {
+        Acts::Timing(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -57,10 +57,6 @@ impl Effect for ClockSkew {
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
         Some("return t * (1.0 + s);".into())
-    }
-
-    fn valid_time(&self, p: &[f64], t: f64) -> f64 {
-        t * (1.0 + p[0])
     }
 
     fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
@@ -78,5 +74,11 @@ impl Effect for ClockSkew {
             fine *= 0.4;
         }
         sizes.iter().flat_map(|&s| [vec![-s], vec![s]]).collect()
+    }
+}
+
+impl Timing for ClockSkew {
+    fn valid_time(&self, p: &[f64], t: f64) -> f64 {
+        t * (1.0 + p[0])
     }
 }

@@ -1,6 +1,6 @@
 //! `clock-step`: a clock was set, ω_f(t) = ω(t − j) for t > t₀.
 
-use super::{Card, Effect, ParameterCard, Role, Span, Stage, Trait};
+use super::{Acts, Card, Effect, ParameterCard, Role, Span, Timing, Trait};
 use crate::Axis;
 use crate::measured::Measured;
 use std::borrow::Cow;
@@ -54,8 +54,8 @@ impl Effect for ClockStep {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Timing
+    fn acts(&self) -> Acts<'_> {
+        Acts::Timing(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -71,12 +71,14 @@ impl Effect for ClockStep {
         Some("return t > t0 ? t - j : t;".into())
     }
 
-    fn valid_time(&self, p: &[f64], t: f64) -> f64 {
-        if t > p[1] { t - p[0] } else { t }
-    }
-
     fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
         const INSTANTS: u32 = 60;
         (1..INSTANTS).map(|k| vec![span.start + span.duration * f64::from(k) / f64::from(INSTANTS)]).collect()
+    }
+}
+
+impl Timing for ClockStep {
+    fn valid_time(&self, p: &[f64], t: f64) -> f64 {
+        if t > p[1] { t - p[0] } else { t }
     }
 }

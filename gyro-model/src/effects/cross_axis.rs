@@ -1,6 +1,6 @@
 //! `cross-axis`: misalignment and cross-axis sensitivity, φ = the other two rates.
 
-use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage, Trait};
+use super::{Acts, Alias, Card, Effect, Felt, Memory, Need, ParameterCard, Role, Signals, Trait};
 use crate::Axis;
 use crate::measured::{Measured, parts};
 use std::borrow::Cow;
@@ -55,8 +55,8 @@ impl Effect for CrossAxis {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Felt
+    fn acts(&self) -> Acts<'_> {
+        Acts::Felt(self)
     }
 
     fn parameters(&self, axis: Axis) -> &'static [ParameterCard] {
@@ -79,7 +79,9 @@ impl Effect for CrossAxis {
         let back = OTHERS[of.index()].iter().position(|&other| other == on.index());
         OTHERS[on.index()].map(|other| back.filter(|_| other == of.index()).map(|k| -p[k])).to_vec()
     }
+}
 
+impl Felt for CrossAxis {
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
         let [a, b] = OTHERS[s.axis];
         p[0] * s.rates[a] + p[1] * s.rates[b]

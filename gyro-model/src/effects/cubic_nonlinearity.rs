@@ -1,6 +1,6 @@
 //! `cubic-nonlinearity`: the scale factor grows with the square of the rate, φ = ω³.
 
-use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Stage};
+use super::{Acts, Alias, Card, Effect, Felt, Memory, ParameterCard, Role, Signals};
 use crate::Axis;
 use crate::measured::{HUNDRED, Measured};
 use std::borrow::Cow;
@@ -65,8 +65,8 @@ impl Effect for CubicNonlinearity {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Felt
+    fn acts(&self) -> Acts<'_> {
+        Acts::Felt(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -85,7 +85,9 @@ impl Effect for CubicNonlinearity {
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
         Some("return k3 * in->rate * in->rate * in->rate;".into())
     }
+}
 
+impl Felt for CubicNonlinearity {
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
         p[0] * s.rate() * s.rate() * s.rate()
     }

@@ -1,6 +1,6 @@
 //! `dead-zone`: small readings come out as zero.
 
-use super::{Alias, Card, Effect, ParameterCard, Role, Span, Stage, Trait};
+use super::{Acts, Alias, Card, Effect, ParameterCard, Reading, Role, Span, Trait};
 use crate::Axis;
 use crate::measured::Measured;
 use std::borrow::Cow;
@@ -54,8 +54,8 @@ impl Effect for DeadZone {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Reading
+    fn acts(&self) -> Acts<'_> {
+        Acts::Reading(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -70,16 +70,18 @@ impl Effect for DeadZone {
         Some("return fabs(reading) < w;".into())
     }
 
+    /// The zone ends where the readings begin: between zero and the smallest other reading there is nothing.
+    fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
+        if span.reading_min < 2.0 { vec![vec![span.reading_min]] } else { Vec::new() }
+    }
+}
+
+impl Reading for DeadZone {
     fn limit(&self, p: &[f64], reading: f64) -> f64 {
         if reading.abs() < p[0] { 0.0 } else { reading }
     }
 
     fn lost(&self, p: &[f64], reading: f64) -> bool {
         reading.abs() < p[0]
-    }
-
-    /// The zone ends where the readings begin: between zero and the smallest other reading there is nothing.
-    fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
-        if span.reading_min < 2.0 { vec![vec![span.reading_min]] } else { Vec::new() }
     }
 }

@@ -1,6 +1,6 @@
 //! `delay`: the gyro is later than the reference, ω_f(t) = ω(t − d).
 
-use super::{Alias, Card, Effect, ParameterCard, Role, Span, Stage};
+use super::{Acts, Alias, Card, Effect, ParameterCard, Role, Span, Timing};
 use crate::Axis;
 use crate::measured::Measured;
 use std::borrow::Cow;
@@ -60,8 +60,8 @@ impl Effect for Delay {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Timing
+    fn acts(&self) -> Acts<'_> {
+        Acts::Timing(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -83,19 +83,21 @@ impl Effect for Delay {
         Some("return d > 0.0 ? t - d : t; /* d < 0: the reference is late */".into())
     }
 
-    fn valid_time(&self, p: &[f64], t: f64) -> f64 {
-        t - p[0]
-    }
-
-    fn reference_late(&self, p: &[f64]) -> f64 {
-        (-p[0]).max(0.0)
-    }
-
     fn grid(&self, _: &Span) -> Vec<Vec<f64>> {
         // Some microseconds show on a minute of brisk motion. Small ones are parts of one another: a factor of three apart is
         // enough.
         let small = [3e-6, 1e-5, 3e-5, 1e-4, 3e-4].iter().flat_map(|&d| [d, -d]);
         let large = [-0.02, -0.01, -0.005, -0.002, -0.001, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06, 0.1];
         small.chain(large).map(|d| vec![d]).collect()
+    }
+}
+
+impl Timing for Delay {
+    fn valid_time(&self, p: &[f64], t: f64) -> f64 {
+        t - p[0]
+    }
+
+    fn reference_late(&self, p: &[f64]) -> f64 {
+        (-p[0]).max(0.0)
     }
 }

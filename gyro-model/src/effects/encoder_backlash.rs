@@ -1,6 +1,6 @@
 //! `encoder-backlash`: play between shaft and encoder, a play operator of width b on θ.
 
-use super::{Card, Effect, Memory, Need, ParameterCard, Play, Role, Signals, Span, Stage, play, within};
+use super::{Acts, Card, Effect, Memory, Need, ParameterCard, Play, ReferenceAngle, Role, Signals, Span, play, within};
 use crate::Axis;
 use crate::measured::Measured;
 use bytemuck::{Pod, Zeroable};
@@ -43,8 +43,8 @@ impl Effect for EncoderBacklash {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Reference
+    fn acts(&self) -> Acts<'_> {
+        Acts::Reference(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -55,6 +55,12 @@ impl Effect for EncoderBacklash {
         format!("the encoder has {} of play against the shaft", p[0].size("rad"))
     }
 
+    fn grid(&self, _: &Span) -> Vec<Vec<f64>> {
+        [3e-5, 1e-4, 3e-4, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035].iter().map(|&b| vec![b]).collect()
+    }
+}
+
+impl ReferenceAngle for EncoderBacklash {
     fn error(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
         let (half, gear) = (0.5 * p[0], memory.of::<Gear>());
         if gear.play.started == 0.0 {
@@ -74,10 +80,6 @@ impl Effect for EncoderBacklash {
     /// Between the stops the shaft turns and the encoder stands.
     fn silent(&self, p: &[f64], error: f64) -> bool {
         error.abs() < 0.5 * p[0] * (1.0 - 1e-6)
-    }
-
-    fn grid(&self, _: &Span) -> Vec<Vec<f64>> {
-        [3e-5, 1e-4, 3e-4, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035].iter().map(|&b| vec![b]).collect()
     }
 }
 

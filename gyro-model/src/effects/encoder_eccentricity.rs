@@ -1,6 +1,6 @@
 //! `encoder-eccentricity`: the reference's once-per-turn error, ψ = sin θ, cos θ.
 
-use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
+use super::{Acts, Alias, Card, Effect, Memory, Need, ParameterCard, ReferenceAngle, Role, Signals};
 use crate::Axis;
 use crate::measured::{Measured, amplitude};
 
@@ -66,8 +66,8 @@ impl Effect for EncoderEccentricity {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Reference
+    fn acts(&self) -> Acts<'_> {
+        Acts::Reference(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -77,7 +77,9 @@ impl Effect for EncoderEccentricity {
     fn says(&self, _: Axis, p: &[Measured]) -> String {
         format!("the encoder has an error of up to {} that repeats once per turn", amplitude(p).size("rad"))
     }
+}
 
+impl ReferenceAngle for EncoderEccentricity {
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
         let (sin, cos) = s.angle.sin_cos();
         p[0] * sin + p[1] * cos

@@ -1,6 +1,6 @@
 //! `encoder-subdivision`: the reference's error n times a turn, ψ = sin nθ, cos nθ.
 
-use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Span, Stage};
+use super::{Acts, Card, Effect, Memory, Need, ParameterCard, ReferenceAngle, Role, Signals, Span};
 use crate::Axis;
 use crate::measured::{Measured, amplitude};
 
@@ -62,8 +62,8 @@ impl Effect for EncoderSubdivision {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Reference
+    fn acts(&self) -> Acts<'_> {
+        Acts::Reference(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -76,12 +76,14 @@ impl Effect for EncoderSubdivision {
         format!("the encoder has an error of up to {} that repeats {times} per turn", amplitude(p).size("rad"))
     }
 
+    fn grid(&self, _: &Span) -> Vec<Vec<f64>> {
+        [2.0, 3.0, 4.0, 5.0, 6.0, 8.0].iter().map(|&n| vec![n]).collect()
+    }
+}
+
+impl ReferenceAngle for EncoderSubdivision {
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
         let (sin, cos) = (p[2].round() * s.angle).sin_cos();
         p[0] * sin + p[1] * cos
-    }
-
-    fn grid(&self, _: &Span) -> Vec<Vec<f64>> {
-        [2.0, 3.0, 4.0, 5.0, 6.0, 8.0].iter().map(|&n| vec![n]).collect()
     }
 }

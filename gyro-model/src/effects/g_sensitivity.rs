@@ -1,6 +1,6 @@
 //! `g-sensitivity`: acceleration mistaken for rotation, φ = a_x, a_y, a_z.
 
-use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
+use super::{Acts, Alias, Card, Effect, Felt, Memory, Need, ParameterCard, Role, Signals};
 use crate::Axis;
 use crate::measured::{Measured, parts};
 use std::borrow::Cow;
@@ -85,8 +85,8 @@ impl Effect for GSensitivity {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Felt
+    fn acts(&self) -> Acts<'_> {
+        Acts::Felt(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -101,7 +101,9 @@ impl Effect for GSensitivity {
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
         Some("return g_x * in->accel[0] + g_y * in->accel[1] + g_z * in->accel[2];".into())
     }
+}
 
+impl Felt for GSensitivity {
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
         p[0] * s.accel[0] + p[1] * s.accel[1] + p[2] * s.accel[2]
     }

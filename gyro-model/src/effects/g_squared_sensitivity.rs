@@ -1,6 +1,6 @@
 //! `g-squared-sensitivity`: vibration rectification, φ = a_x², a_y², a_z².
 
-use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
+use super::{Acts, Card, Effect, Felt, Memory, Need, ParameterCard, Role, Signals};
 use crate::Axis;
 use crate::measured::{Measured, parts};
 use std::borrow::Cow;
@@ -68,8 +68,8 @@ impl Effect for GSquaredSensitivity {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Felt
+    fn acts(&self) -> Acts<'_> {
+        Acts::Felt(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -84,7 +84,9 @@ impl Effect for GSquaredSensitivity {
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
         Some(IN_C.into())
     }
+}
 
+impl Felt for GSquaredSensitivity {
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
         let [x, y, z] = s.accel;
         p[0] * x * x + p[1] * y * y + p[2] * z * z

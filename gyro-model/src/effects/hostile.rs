@@ -64,27 +64,27 @@ fn signals(numbers: &[f64], axis: Axis) -> Signals {
 /// Calls each function of an effect.
 fn call(effect: &dyn Effect, axis: Axis, p: &[f64], numbers: &[f64], (t, y): &(Vec<f64>, Vec<f64>)) {
     let signals = signals(numbers, axis);
-    for step in [Effect::error, Effect::error_seen] {
+    for step in [<dyn Effect>::error, <dyn Effect>::error_seen] {
         let mut memory = Memory::default();
         for angle in numbers {
-            step(effect, p, &Signals { angle: *angle, rates: [*angle; 3], ..signals }, &mut memory);
-            effect.is_guess(p, &memory);
+            let _ = step(effect, p, &Signals { angle: *angle, rates: [*angle; 3], ..signals }, &mut memory);
+            let _ = effect.is_guess(p, &memory);
         }
     }
-    for step in [Effect::respond, Effect::undo_response] {
+    for step in [<dyn Effect>::respond, <dyn Effect>::undo_response] {
         let mut memory = Memory::default();
         for pair in numbers.windows(2) {
-            step(effect, p, pair[0], pair[1], &mut memory);
+            let _ = step(effect, p, pair[0], pair[1], &mut memory);
         }
     }
     for &number in numbers {
-        effect.valid_time(p, number);
-        effect.limit(p, number);
-        effect.lost(p, number);
-        effect.silent(p, number);
+        let _ = effect.valid_time(p, number);
+        let _ = effect.limit(p, number);
+        let _ = effect.lost(p, number);
+        let _ = effect.silent(p, number);
         assert!(!effect.window(p, number, number).weights.is_empty(), "{}", effect.card().id);
     }
-    effect.reach(p);
+    let _ = effect.reach(p);
     assert_eq!(effect.undo_response_whole(p, t, y).len(), y.len(), "{}", effect.card().id);
     let whole = effect.error_whole(p, t, y);
     assert!(whole.error.is_empty() || whole.error.len() == t.len(), "{}", effect.card().id);

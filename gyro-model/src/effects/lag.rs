@@ -1,6 +1,8 @@
 //! `lag`: first-order sensor bandwidth, τ dω_f/dt + ω_f = ω.
 
-use super::{Alias, Card, Effect, Memory, ParameterCard, Role, STEADY, Span, Stage, derivative, low_pass, steadied};
+use super::{
+    Acts, Alias, Card, Effect, Memory, ParameterCard, Response, Role, STEADY, Span, derivative, low_pass, steadied,
+};
 use crate::Axis;
 use crate::measured::Measured;
 use crate::units;
@@ -72,8 +74,8 @@ impl Effect for Lag {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Response
+    fn acts(&self) -> Acts<'_> {
+        Acts::Response(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -93,6 +95,14 @@ impl Effect for Lag {
         Some(IN_C.into())
     }
 
+    fn grid(&self, _: &Span) -> Vec<Vec<f64>> {
+        [3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06]
+            .map(|tau| vec![tau])
+            .to_vec()
+    }
+}
+
+impl Response for Lag {
     /// Exact for a rate that is linear over the step.
     fn respond(&self, p: &[f64], rate: f64, dt: f64, memory: &mut Memory) -> f64 {
         let last = memory.of::<Last>();
@@ -124,12 +134,6 @@ impl Effect for Lag {
 
     fn reach(&self, _: &[f64]) -> f64 {
         STEADY
-    }
-
-    fn grid(&self, _: &Span) -> Vec<Vec<f64>> {
-        [3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06]
-            .map(|tau| vec![tau])
-            .to_vec()
     }
 }
 /// What the filter remembers.

@@ -1,7 +1,7 @@
 //! The catalogue of physical effects: one effect a file, one static list.
 //!
 //! An effect is a set of facts (its [`Card`]) and a few pure functions. Where it acts on the way from the true rate to
-//! the reading is its [`Stage`]; the stage says which of the functions it implements. Everything else in truerate
+//! the reading is its [`Stage`]; each stage has a trait of its own with the functions that an effect there needs. Everything else in truerate
 //! (simulator, compensation, fit, diagnosis, reports, `truerate effects`) walks [`CATALOGUE`].
 
 pub(crate) use operators::{
@@ -11,6 +11,7 @@ pub(crate) use operators::{
 
 pub use memory::Memory;
 pub use split::split_by;
+pub use stage::{Acts, ErrorWhole, Felt, Reading, ReferenceAngle, Response, Shown, Stage, Timing};
 pub use window::Window;
 
 use crate::{
@@ -46,6 +47,7 @@ pub mod saturation;
 pub mod scale_asymmetry;
 pub mod scale_factor;
 mod split;
+mod stage;
 pub mod supply_voltage;
 pub mod temperature_bias;
 pub mod temperature_rate;
@@ -117,42 +119,6 @@ pub fn are_aliases(a: &str, b: &str) -> bool {
     names(a, b) || names(b, a)
 }
 
-/// Where an effect acts between the true motion and the two readings.
-///
-/// Forward order: true rate → `Timing` → `Response` of the mount → `Felt` → `Response` of the sensor →
-/// `Calibration` → `Reading` → noise and quantisation; and for the reference, true angle → `Shown` → `Reference` → noise.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
-    /// `scale-factor` and `bias`: ω̂ = α ω_g + δ − …
-    Calibration,
-    /// Adds [`Effect::error`] to the felt rate, rad/s.
-    Felt,
-    /// A reading taken at `t` belongs to [`Effect::valid_time`].
-    Timing,
-    /// A linear filter between true and felt rate, undone by [`Effect::undo_response`].
-    Response,
-    /// Limits the reading itself; where [`Effect::lost`] says so the information is gone.
-    Reading,
-    /// Adds [`Effect::error`] to the reference angle, rad.
-    Reference,
-    /// The reference shows a mean of the motion about each instant, [`Effect::window`].
-    Shown,
-}
-
-impl Stage {
-    /// Whether what acts here is the reference's, and the gyro is not to blame.
-    #[must_use]
-    pub fn is_of_reference(self) -> bool {
-        matches!(self, Self::Reference | Self::Shown)
-    }
-
-    /// Whether what acts here is of the whole sensor or reference, the same on all its axes.
-    #[must_use]
-    pub fn is_of_whole_sensor(self) -> bool {
-        matches!(self, Self::Timing | Self::Response | Self::Shown)
-    }
-}
-
 /// How a parameter enters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
@@ -162,18 +128,6 @@ pub enum Role {
     Shape,
     /// A whole number, which the scan chooses: left where it is.
     Chosen,
-}
-
-/// The error of every sample of a log.
-#[derive(Clone, Debug, Default)]
-pub struct ErrorWhole {
-    /// rad/s.
-    pub error: Vec<f64>,
-    /// Where the reading does not determine it, and `error` is a guess.
-    pub unsure: Vec<bool>,
-    /// Where a rate that is held stands in a play: at the end that it came to, where `error` has it, or as far back from there as
-    /// nobody sees.
-    pub held: Vec<bool>,
 }
 
 /// One parameter of an effect.
@@ -380,101 +334,21 @@ pub struct Span {
     pub travel: f64,
 }
 
-/// A physical effect: facts and pure functions. `p` is the parameters in the order of [`Effect::parameters`].
-///
-/// Which functions matter follows from [`Effect::stage`]; the others keep their defaults.
+/// A physical effect: facts, and pure functions of the place where it acts. `p` is the parameters in the order of [`Effect::parameters`].
 pub trait Effect: Send + Sync {
     /// The facts.
     fn card(&self) -> &'static Card;
 
-    /// Where it acts.
-    fn stage(&self) -> Stage;
+    /// Where it acts, and how.
+    fn acts(&self) -> Acts<'_>;
 
     /// Its parameters on this axis: coefficients first, then shapes.
     fn parameters(&self, axis: Axis) -> &'static [ParameterCard];
 
-    /// `Felt`: Σβφ, rad/s. `Reference`: Σκψ, rad. `Shown`: from what is known at that instant, rad. Called once a sample in time order; zero when `p` is neutral.
-    fn error(&self, _p: &[f64], _signals: &Signals, _memory: &mut Memory) -> f64 {
-        0.0
-    }
-
-    /// `Felt`: the same as compensation subtracts it, evaluated at the compensated rate. Another function only where
-    /// the reading does not determine the rate, and ω̂ = ω_f − error(ω̂) has many solutions.
-    fn error_seen(&self, p: &[f64], signals: &Signals, memory: &mut Memory) -> f64 {
-        self.error(p, signals, memory)
-    }
-
-    /// `Felt`: whether the reading is held while the rate moves, so that only looking ahead tells the rate
-    /// ([`Effect::error_whole`]).
-    fn is_play(&self) -> bool {
-        false
-    }
-
-    /// `Felt`, of a play: the same over a whole log: `felt` rates at times `t` (s), other errors already subtracted.
-    fn error_whole(&self, _p: &[f64], _t: &[f64], _felt: &[f64]) -> ErrorWhole {
-        ErrorWhole::default()
-    }
-
-    /// `Timing`: the time, on the reference's clock, whose true rate is read at `t`, s.
-    fn valid_time(&self, _p: &[f64], t: f64) -> f64 {
-        t
-    }
-
-    /// `Timing`: the part of [`Self::valid_time`] that only the reference can cause, s. The gyro's own time is earlier by it.
-    fn reference_late(&self, _p: &[f64]) -> f64 {
-        0.0
-    }
-
-    /// `Response`, forward: one step of the filter, `dt` after the previous one; true rate in, felt rate out.
-    fn respond(&self, _p: &[f64], rate: f64, _dt: f64, _memory: &mut Memory) -> f64 {
-        rate
-    }
-
-    /// `Response`, backward and causal: one step; felt rate in, true rate out.
-    fn undo_response(&self, _p: &[f64], felt: f64, _dt: f64, _memory: &mut Memory) -> f64 {
-        felt
-    }
-
-    /// `Response`, backward over a whole log with centred derivatives: felt rates at times `t` (s), true rates out.
-    fn undo_response_whole(&self, _p: &[f64], _t: &[f64], felt: &[f64]) -> Vec<f64> {
-        felt.to_vec()
-    }
-
-    /// `Shown`: the mean of the motion that the reference shows; `dt`, s, apart are the samples, `apart`, s, the readings of the reference.
-    fn window(&self, _p: &[f64], _dt: f64, _apart: f64) -> Window {
-        Window::of_nothing()
-    }
-
-    /// `Response`, backward: how far a reading reaches into the rates beside it, beyond two samples, s. `Shown`: how far what is shown
-    /// reaches into the motion before and after.
-    fn reach(&self, _p: &[f64]) -> f64 {
-        0.0
-    }
-
-    /// `Reading`, forward: what the sensor puts out where it would have read `reading`, rad/s.
-    fn limit(&self, _p: &[f64], reading: f64) -> f64 {
-        reading
-    }
-
-    /// `Reading`, backward: whether this reading says nothing about the rate.
-    fn lost(&self, _p: &[f64], _reading: f64) -> bool {
-        false
-    }
-
-    /// `Reference`: whether a reference that errs by this, rad, says nothing of the angle.
-    fn silent(&self, _p: &[f64], _error: f64) -> bool {
-        false
-    }
-
-    /// `Reference`: whether the error that left this in memory is a guess yet: where it starts from nobody knows.
-    fn is_guess(&self, _p: &[f64], _memory: &Memory) -> bool {
-        false
-    }
-
     /// The parameters `p` of axis `of` as axis `on` has them where the cause is one, each where `p` tells it: what a whole sensor has is
     /// alike on all its axes.
     fn carried_over(&self, p: &[f64], _of: Axis, _on: Axis) -> Vec<Option<f64>> {
-        p.iter().map(|value| self.stage().is_of_whole_sensor().then_some(*value)).collect()
+        p.iter().map(|value| self.acts().stage().is_of_whole_sensor().then_some(*value)).collect()
     }
 
     /// What it does, with its numbers, as a clause with its subject: "your gyro is 10.05 ± 0.05 ms late". `p` is the parameters in the
@@ -489,10 +363,10 @@ pub trait Effect: Send + Sync {
     ///
     /// | stage | given | returns |
     /// | --- | --- | --- |
-    /// | `Felt` | `in->rate`, `in->rates[3]`, `in->t`, …, as in [`Signals`] and in SI units; `memory[8]` | [`Effect::error_seen`] |
-    /// | `Response` | `felt`, `dt`, `memory[8]` | [`Effect::undo_response`] |
-    /// | `Timing` | `t` | [`Effect::valid_time`] |
-    /// | `Reading` | `reading` | [`Effect::lost`] |
+    /// | `Felt` | `in->rate`, `in->rates[3]`, `in->t`, …, as in [`Signals`] and in SI units; `memory[8]` | [`Felt::error_seen`] |
+    /// | `Response` | `felt`, `dt`, `memory[8]` | [`Response::undo_response`] |
+    /// | `Timing` | `t` | [`Timing::valid_time`] |
+    /// | `Reading` | `reading` | [`Reading::lost`] |
     ///
     /// `None` where the stage leaves the gyro's reading alone, or C cannot hold the effect.
     fn in_c(&self, _axis: Axis) -> Option<Cow<'static, str>> {
@@ -507,6 +381,12 @@ pub trait Effect: Send + Sync {
 }
 
 impl dyn Effect + '_ {
+    /// Where it acts.
+    #[must_use]
+    pub fn stage(&self) -> Stage {
+        self.acts().stage()
+    }
+
     /// Whether its card has this trait.
     #[must_use]
     pub fn is(&self, wanted: Trait) -> bool {

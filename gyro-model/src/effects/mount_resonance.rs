@@ -1,8 +1,8 @@
 //! `mount-resonance`: a springy plate between shaft and gyro, a second-order response.
 
 use super::{
-    Alias, Card, Effect, Memory, ParameterCard, Role, Span, Stage, Trait, low_pass, low_passed, second_derivative,
-    slowed,
+    Acts, Alias, Card, Effect, Memory, ParameterCard, Response, Role, Span, Trait, low_pass, low_passed,
+    second_derivative, slowed,
 };
 use crate::Axis;
 use crate::measured::Measured;
@@ -95,8 +95,8 @@ impl Effect for MountResonance {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Response
+    fn acts(&self) -> Acts<'_> {
+        Acts::Response(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -111,6 +111,14 @@ impl Effect for MountResonance {
         Some(IN_C.into())
     }
 
+    fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
+        let end = (1.0 / span.dt).min(300.0);
+        let frequencies = std::iter::successors(Some(3.0), |f| Some(f * 1.5)).take_while(|&f| f <= end);
+        frequencies.flat_map(|f| [0.03, 0.1, 0.3].map(|zeta| vec![f, zeta])).collect()
+    }
+}
+
+impl Response for MountResonance {
     /// Exact for a rate that is linear over the step: e = ω − ω_f swings freely, e'' + 2ζω_n e' + ω_n² e = 0, and e'
     /// jumps where the slope of ω does.
     fn respond(&self, p: &[f64], rate: f64, dt: f64, memory: &mut Memory) -> f64 {
@@ -159,12 +167,6 @@ impl Effect for MountResonance {
     fn reach(&self, p: &[f64]) -> f64 {
         // Three time constants of the low-pass.
         6.0 * p[1] / (std::f64::consts::TAU * p[0])
-    }
-
-    fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
-        let end = (1.0 / span.dt).min(300.0);
-        let frequencies = std::iter::successors(Some(3.0), |f| Some(f * 1.5)).take_while(|&f| f <= end);
-        frequencies.flat_map(|f| [0.03, 0.1, 0.3].map(|zeta| vec![f, zeta])).collect()
     }
 }
 

@@ -1,6 +1,6 @@
 //! `quadratic-nonlinearity`: the scale factor grows with rate, φ = ω².
 
-use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Stage};
+use super::{Acts, Alias, Card, Effect, Felt, Memory, ParameterCard, Role, Signals};
 use crate::Axis;
 use crate::measured::{HUNDRED, Measured};
 use std::borrow::Cow;
@@ -55,8 +55,8 @@ impl Effect for QuadraticNonlinearity {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Felt
+    fn acts(&self) -> Acts<'_> {
+        Acts::Felt(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -75,7 +75,9 @@ impl Effect for QuadraticNonlinearity {
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
         Some("return k2 * in->rate * in->rate;".into())
     }
+}
 
+impl Felt for QuadraticNonlinearity {
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
         p[0] * s.rate() * s.rate()
     }

@@ -3,7 +3,7 @@
 mod turn;
 
 use self::turn::{Reading, TURN, Turn, Way};
-use super::{Card, Effect, ErrorWhole, Memory, ParameterCard, Role, Signals, Span, Stage, play};
+use super::{Acts, Card, Effect, ErrorWhole, Felt, Memory, ParameterCard, Role, Signals, Span, play};
 use crate::Axis;
 use crate::measured::Measured;
 use std::borrow::Cow;
@@ -91,8 +91,8 @@ impl Effect for RateHysteresis {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Felt
+    fn acts(&self) -> Acts<'_> {
+        Acts::Felt(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -110,6 +110,13 @@ impl Effect for RateHysteresis {
         Some(IN_C.into())
     }
 
+    fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
+        let end = (0.3 * span.reading_max).min(0.5);
+        std::iter::successors(Some(3e-4), |h| Some(h * 1.6)).take_while(|&h| h <= end).map(|h| vec![h]).collect()
+    }
+}
+
+impl Felt for RateHysteresis {
     fn error(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
         play(p[0], s.rate(), memory.of()) - s.rate()
     }
@@ -127,11 +134,6 @@ impl Effect for RateHysteresis {
 
     fn error_whole(&self, p: &[f64], t: &[f64], felt: &[f64]) -> ErrorWhole {
         passages(p[0], t, felt)
-    }
-
-    fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
-        let end = (0.3 * span.reading_max).min(0.5);
-        std::iter::successors(Some(3e-4), |h| Some(h * 1.6)).take_while(|&h| h <= end).map(|h| vec![h]).collect()
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Software computes it once a reading, h apart: θ_e goes on by (θ − θ_e) h/(τ + h). Slow motion is shown late by τ, whatever h is.
 
-use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage, Window};
+use super::{Acts, Alias, Card, Effect, Memory, ParameterCard, Role, Shown, Signals, Span, Window};
 use crate::Axis;
 use crate::measured::Measured;
 use crate::units;
@@ -69,8 +69,8 @@ impl Effect for ReferenceLag {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Shown
+    fn acts(&self) -> Acts<'_> {
+        Acts::Shown(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -86,6 +86,12 @@ impl Effect for ReferenceLag {
         )
     }
 
+    fn grid(&self, _: &Span) -> Vec<Vec<f64>> {
+        [0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06, 0.1, 0.17].iter().map(|&tau| vec![tau]).collect()
+    }
+}
+
+impl Shown for ReferenceLag {
     /// The filter's own step from one reading to the next, with the motion between them.
     fn error(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
         let last = memory.of::<Last>();
@@ -107,10 +113,6 @@ impl Effect for ReferenceLag {
 
     fn reach(&self, p: &[f64]) -> f64 {
         FORGETS * p[0]
-    }
-
-    fn grid(&self, _: &Span) -> Vec<Vec<f64>> {
-        [0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06, 0.1, 0.17].iter().map(|&tau| vec![tau]).collect()
     }
 }
 

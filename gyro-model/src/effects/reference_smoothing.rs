@@ -1,6 +1,6 @@
 //! `reference-smoothing`: the reference is a symmetric low-pass of the motion, θ_e = θ ∗ N(0, w²).
 
-use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage, Window, within};
+use super::{Acts, Alias, Card, Effect, Memory, ParameterCard, Role, Shown, Signals, Span, Window, within};
 use crate::Axis;
 use crate::measured::Measured;
 
@@ -65,8 +65,8 @@ impl Effect for ReferenceSmoothing {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Shown
+    fn acts(&self) -> Acts<'_> {
+        Acts::Shown(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -77,6 +77,12 @@ impl Effect for ReferenceSmoothing {
         format!("the reference is smoothed by a window of {} (standard deviation)", p[0].size("s"))
     }
 
+    fn grid(&self, _: &Span) -> Vec<Vec<f64>> {
+        [0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06, 0.1, 0.17].iter().map(|&w| vec![w]).collect()
+    }
+}
+
+impl Shown for ReferenceSmoothing {
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
         0.5 * p[0] * p[0] * s.rate_dot
     }
@@ -91,10 +97,6 @@ impl Effect for ReferenceSmoothing {
 
     fn reach(&self, p: &[f64]) -> f64 {
         REACH * p[0]
-    }
-
-    fn grid(&self, _: &Span) -> Vec<Vec<f64>> {
-        [0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06, 0.1, 0.17].iter().map(|&w| vec![w]).collect()
     }
 }
 

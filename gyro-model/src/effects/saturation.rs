@@ -1,6 +1,6 @@
 //! `saturation`: the range ends, ω_g held within ±l.
 
-use super::{Alias, Card, Effect, ParameterCard, Role, Span, Stage, Trait, within};
+use super::{Acts, Alias, Card, Effect, ParameterCard, Reading, Role, Span, Trait, within};
 use crate::Axis;
 use crate::measured::Measured;
 use std::borrow::Cow;
@@ -56,8 +56,8 @@ impl Effect for Saturation {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Reading
+    fn acts(&self) -> Acts<'_> {
+        Acts::Reading(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -72,15 +72,17 @@ impl Effect for Saturation {
         Some("return fabs(reading) >= 0.999 * l;".into())
     }
 
+    fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
+        [1.0, 0.995, 0.98, 0.95].iter().map(|share| vec![(share * span.reading_max).max(0.01)]).collect()
+    }
+}
+
+impl Reading for Saturation {
     fn limit(&self, p: &[f64], reading: f64) -> f64 {
         within(reading, -p[0], p[0])
     }
 
     fn lost(&self, p: &[f64], reading: f64) -> bool {
         reading.abs() >= NEAR * p[0]
-    }
-
-    fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
-        [1.0, 0.995, 0.98, 0.95].iter().map(|share| vec![(share * span.reading_max).max(0.01)]).collect()
     }
 }

@@ -1,6 +1,6 @@
 //! `scale-asymmetry`: turns one way and the other have different scales, φ = |ω|.
 
-use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Stage};
+use super::{Acts, Alias, Card, Effect, Felt, Memory, ParameterCard, Role, Signals};
 use crate::Axis;
 use crate::measured::Measured;
 use std::borrow::Cow;
@@ -47,8 +47,8 @@ impl Effect for ScaleAsymmetry {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Felt
+    fn acts(&self) -> Acts<'_> {
+        Acts::Felt(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -66,7 +66,9 @@ impl Effect for ScaleAsymmetry {
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
         Some("return a * fabs(in->rate);".into())
     }
+}
 
+impl Felt for ScaleAsymmetry {
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
         p[0] * s.rate().abs()
     }

@@ -1,6 +1,6 @@
 //! `scale-factor`: the reading is the rate divided by α (the paper's equation (1)).
 
-use super::{Alias, Card, Effect, ParameterCard, Role, Stage, Trait};
+use super::{Acts, Alias, Card, Effect, ParameterCard, Role, Trait};
 use crate::Axis;
 use crate::measured::Measured;
 
@@ -54,8 +54,8 @@ impl Effect for ScaleFactor {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Calibration
+    fn acts(&self) -> Acts<'_> {
+        Acts::Calibration
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {

@@ -1,6 +1,6 @@
 //! `supply-voltage`: zero-rate output against supply, φ = ΔV.
 
-use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage, Trait};
+use super::{Acts, Alias, Card, Effect, Felt, Memory, Need, ParameterCard, Role, Signals, Trait};
 use crate::Axis;
 use crate::measured::Measured;
 use std::borrow::Cow;
@@ -59,8 +59,8 @@ impl Effect for SupplyVoltage {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Felt
+    fn acts(&self) -> Acts<'_> {
+        Acts::Felt(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -74,7 +74,9 @@ impl Effect for SupplyVoltage {
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
         Some("return c * in->delta_supply;".into())
     }
+}
 
+impl Felt for SupplyVoltage {
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
         p[0] * s.delta_supply
     }

@@ -1,6 +1,6 @@
 //! `temperature-bias`: zero-rate output against temperature, φ = ΔT, ΔT².
 
-use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage, Trait};
+use super::{Acts, Alias, Card, Effect, Felt, Memory, Need, ParameterCard, Role, Signals, Trait};
 use crate::Axis;
 use crate::measured::Measured;
 use std::borrow::Cow;
@@ -75,8 +75,8 @@ impl Effect for TemperatureBias {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Felt
+    fn acts(&self) -> Acts<'_> {
+        Acts::Felt(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -91,7 +91,9 @@ impl Effect for TemperatureBias {
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
         Some("return (c1 + c2 * in->delta_temperature) * in->delta_temperature;".into())
     }
+}
 
+impl Felt for TemperatureBias {
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
         (p[0] + p[1] * s.delta_temperature) * s.delta_temperature
     }

@@ -1,6 +1,6 @@
 //! `temperature-rate`: the bias follows heating, not heat, φ = dT/dt.
 
-use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage, Trait};
+use super::{Acts, Card, Effect, Felt, Memory, Need, ParameterCard, Role, Signals, Trait};
 use crate::Axis;
 use crate::measured::Measured;
 use bytemuck::{Pod, Zeroable};
@@ -75,8 +75,8 @@ impl Effect for TemperatureRate {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Felt
+    fn acts(&self) -> Acts<'_> {
+        Acts::Felt(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -90,7 +90,9 @@ impl Effect for TemperatureRate {
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
         Some(IN_C.into())
     }
+}
 
+impl Felt for TemperatureRate {
     fn error(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
         if s.temperature_dot.is_finite() {
             return p[0] * s.temperature_dot;

@@ -1,6 +1,6 @@
 //! `temperature-scale`: scale factor against temperature, φ = ΔT·ω.
 
-use super::{Alias, Card, Effect, Memory, Need, ParameterCard, Role, Signals, Stage};
+use super::{Acts, Alias, Card, Effect, Felt, Memory, Need, ParameterCard, Role, Signals};
 use crate::Axis;
 use crate::measured::Measured;
 use std::borrow::Cow;
@@ -46,8 +46,8 @@ impl Effect for TemperatureScale {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Felt
+    fn acts(&self) -> Acts<'_> {
+        Acts::Felt(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -62,7 +62,9 @@ impl Effect for TemperatureScale {
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
         Some("return c * in->delta_temperature * in->rate;".into())
     }
+}
 
+impl Felt for TemperatureScale {
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
         p[0] * s.delta_temperature * s.rate()
     }

@@ -1,6 +1,6 @@
 //! `vibration-tone`: a line in the spectrum that the shaft does not make, φ = sin, cos 2πft.
 
-use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage, Trait};
+use super::{Acts, Card, Effect, Felt, Memory, ParameterCard, Role, Signals, Span, Trait};
 use crate::Axis;
 use crate::measured::Measured;
 use std::borrow::Cow;
@@ -68,8 +68,8 @@ impl Effect for VibrationTone {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Felt
+    fn acts(&self) -> Acts<'_> {
+        Acts::Felt(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -87,16 +87,18 @@ impl Effect for VibrationTone {
         Some(IN_C.into())
     }
 
+    /// Empty: a line is as narrow as the log is long, so it is sought in the spectrum of the residual.
+    fn grid(&self, _: &Span) -> Vec<Vec<f64>> {
+        Vec::new()
+    }
+}
+
+impl Felt for VibrationTone {
     fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
         if !p[2].is_finite() {
             return 0.0;
         }
         let (sin, cos) = (std::f64::consts::TAU * p[2] * s.t).sin_cos();
         p[0] * sin + p[1] * cos
-    }
-
-    /// Empty: a line is as narrow as the log is long, so it is sought in the spectrum of the residual.
-    fn grid(&self, _: &Span) -> Vec<Vec<f64>> {
-        Vec::new()
     }
 }

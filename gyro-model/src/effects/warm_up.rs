@@ -1,6 +1,6 @@
 //! `warm-up`: the turn-on transient, φ = exp(−t/τ).
 
-use super::{Alias, Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage, Trait};
+use super::{Acts, Alias, Card, Effect, Felt, Memory, ParameterCard, Role, Signals, Span, Trait};
 use crate::Axis;
 use crate::measured::Measured;
 use std::borrow::Cow;
@@ -70,8 +70,8 @@ impl Effect for WarmUp {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Felt
+    fn acts(&self) -> Acts<'_> {
+        Acts::Felt(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -91,15 +91,17 @@ impl Effect for WarmUp {
         Some("return a * exp(-in->t / tau);".into())
     }
 
-    fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
-        p[0] * (-s.t / p[1]).exp()
-    }
-
     fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
         let end = span.duration.clamp(2.0, 600.0);
         std::iter::successors(Some(2.0), |tau| Some(tau * 1.3))
             .take_while(|&tau| tau <= end)
             .map(|tau| vec![tau])
             .collect()
+    }
+}
+
+impl Felt for WarmUp {
+    fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
+        p[0] * (-s.t / p[1]).exp()
     }
 }

@@ -4,7 +4,7 @@
 //! It is not in the catalogue, because it does not happen again at the same time. A diagnosis compares it with what is left where no effect
 //! of the catalogue explains the error.
 
-use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Span, Stage, Trait};
+use super::{Acts, Card, Effect, Felt, Memory, ParameterCard, Role, Signals, Span, Trait};
 use crate::Axis;
 
 /// The explanation.
@@ -52,21 +52,23 @@ impl Effect for ZeroForAWhile {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Felt
+    fn acts(&self) -> Acts<'_> {
+        Acts::Felt(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
     }
 
-    fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
-        if p[1] < s.t && s.t <= p[2] { p[0] } else { 0.0 }
-    }
-
     fn grid(&self, span: &Span) -> Vec<Vec<f64>> {
         const INSTANTS: u32 = 24;
         let at = |k: u32| span.start + span.duration * f64::from(k) / f64::from(INSTANTS);
         (1..INSTANTS).flat_map(|from| (from + 1..INSTANTS).map(move |to| vec![at(from), at(to)])).collect()
+    }
+}
+
+impl Felt for ZeroForAWhile {
+    fn error(&self, p: &[f64], s: &Signals, _: &mut Memory) -> f64 {
+        if p[1] < s.t && s.t <= p[2] { p[0] } else { 0.0 }
     }
 }

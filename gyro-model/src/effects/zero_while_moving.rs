@@ -3,7 +3,7 @@
 //! It is not in the catalogue, because it cannot be corrected on another vehicle. A diagnosis compares it with the effects that it would
 //! name, on the same rows, and names none of them if this one explains the error better.
 
-use super::{Card, Effect, Memory, ParameterCard, Role, Signals, Stage};
+use super::{Acts, Card, Effect, Felt, Memory, ParameterCard, Role, Signals};
 use crate::Axis;
 use bytemuck::{Pod, Zeroable};
 
@@ -49,14 +49,16 @@ impl Effect for ZeroWhileMoving {
         &CARD
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Felt
+    fn acts(&self) -> Acts<'_> {
+        Acts::Felt(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
         &PARAMETERS
     }
+}
 
+impl Felt for ZeroWhileMoving {
     fn error(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
         let last = memory.of::<Moved>();
         if s.rate().abs() > MOVES {

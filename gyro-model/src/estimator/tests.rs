@@ -2,7 +2,7 @@ use super::*;
 use crate::{
     Axis, AxisModel, Noise, Term,
     effects::{
-        Effect, Memory, Signals, delay::DELAY, encoder_backlash::ENCODER_BACKLASH, find,
+        Memory, ReferenceAngle, Signals, delay::DELAY, encoder_backlash::ENCODER_BACKLASH, find,
         temperature_bias::TEMPERATURE_BIAS,
     },
 };

@@ -285,7 +285,7 @@ fn reference_errors(s: &Series, term: &Term, warm: &Warm, mut take: impl FnMut(u
         for row in passed..k {
             let been = [Some(warm.angle[row]), turning_point(&warm.angle, row)];
             for angle in been.into_iter().flatten() {
-                term.effect.error(&term.values, &at(row, angle), &mut memory);
+                let _ = term.effect.error(&term.values, &at(row, angle), &mut memory);
             }
         }
         passed = k;

@@ -102,7 +102,7 @@ fn kind(term: &Term, axis: Axis) -> Kind {
         let mut memory = Memory::default();
         let rates = signals.rates.map(|rate| rate + shift);
         let before = Signals { rates, delta_temperature: signals.delta_temperature - 2.0, ..signals };
-        term.effect.error(&term.values, &before, &mut memory);
+        let _ = term.effect.error(&term.values, &before, &mut memory);
         term.effect.error(&term.values, &signals, &mut memory)
     };
     let at = |rates: [f64; 3], delta_temperature: f64| {

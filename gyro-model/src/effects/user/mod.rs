@@ -22,7 +22,7 @@ mod parser;
 
 pub use definition::{Definition, DefinitionError, MOST_PARAMETERS, ParameterDefinition};
 
-use super::{Card, Effect, Memory, Need, ParameterCard, Role, Signals, Span, Stage, Trait};
+use super::{Acts, Card, Effect, Felt, Memory, Need, ParameterCard, Role, Signals, Span, Trait};
 use crate::{Axis, measured::Measured, record::FREE_CHANNELS};
 use expression::Expression;
 use std::{
@@ -222,8 +222,8 @@ impl Effect for UserEffect {
         self.card
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Felt
+    fn acts(&self) -> Acts<'_> {
+        Acts::Felt(self)
     }
 
     fn parameters(&self, _: Axis) -> &'static [ParameterCard] {
@@ -234,12 +234,6 @@ impl Effect for UserEffect {
         let values =
             self.parameters.iter().zip(p).map(|(card, value)| format!("{} = {}", card.name, value.signed(card.unit)));
         format!("your own effect '{}' is there, with {}", self.card.id, values.collect::<Vec<_>>().join(", "))
-    }
-
-    /// Memory: the last value of each free channel.
-    fn error(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
-        let value = self.value(p, s, memory);
-        if value.is_finite() { value } else { 0.0 }
     }
 
     fn in_c(&self, _: Axis) -> Option<Cow<'static, str>> {
@@ -273,6 +267,14 @@ impl Effect for UserEffect {
             }
         }
         grid
+    }
+}
+
+impl Felt for UserEffect {
+    /// Memory: the last value of each free channel.
+    fn error(&self, p: &[f64], s: &Signals, memory: &mut Memory) -> f64 {
+        let value = self.value(p, s, memory);
+        if value.is_finite() { value } else { 0.0 }
     }
 }
 
