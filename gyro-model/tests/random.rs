@@ -4,7 +4,7 @@ use gyro_model::{
     Axis, Model, Record,
     diagnose::{Options, compare, ladder},
     diagnosis::{AxisLadder, LimitedBy, Verdict},
-    simulate::{Hidden, Motion, RandomCauses, Scenario, SetUp, Simulator},
+    simulate::{Hidden, Motion, RandomCauses, Reference, Scenario, SensorSpec, SetUp, Simulator},
 };
 
 const MULTISINE: Motion = Motion::Multisine { travel: 8.0 };
@@ -69,6 +69,24 @@ fn on_a_drive_a_random_cause_is_called_by_its_own_name_alone() {
             let found: Vec<LimitedBy> = ladder.random.iter().map(|found| found.cause).collect();
             assert_eq!(found, [is], "{cause}, seed {seed}");
         }
+    }
+}
+
+/// The steps move the fitted scale factor; what that makes of the error goes with the rate as a wandering scale would.
+#[test]
+fn what_a_few_large_steps_make_of_the_fitted_scale_is_no_scale_that_wanders() {
+    let mut random = RandomCauses::default();
+    random.take("reversal-steps:size=0.02").expect("a random cause").expect("its size");
+    for seed in [34, 35, 38] {
+        let sensor = SensorSpec { reference: Reference::Rate, reference_every: 1, ..SensorSpec::on(Axis::X) };
+        let motion = Motion::RateTable { rate: 2.0, hold: 4.0 };
+        let scenario = Scenario { motion, seed, seconds: 60.0, sensor, ..Scenario::default() };
+        let samples: Vec<_> = Simulator::new(&scenario).take(6000).collect();
+        let rows = SetUp { random, ..SetUp::default() }.applied(&samples, Axis::X, 100.0, seed);
+        let record = Record { rows, ..Record::default() };
+        let ladder = ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap().1.remove(0);
+        let found: Vec<LimitedBy> = ladder.random.iter().map(|found| found.cause).collect();
+        assert_eq!(found, [LimitedBy::ReversalSteps], "seed {seed}");
     }
 }
 

@@ -31,6 +31,7 @@ pub struct Domain {
 
 /// Why a place cannot serve.
 #[derive(Clone, Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum DomainError {
     /// Not a name.
     #[error("invalid instance name '{0}': use 1 to {LONGEST_NAME} letters, digits, '-' or '_'")]

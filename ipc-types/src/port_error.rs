@@ -5,6 +5,7 @@ use std::fmt::Debug;
 
 /// What iceoryx2 refused.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum PortError {
     /// The place is wrong.
     #[error(transparent)]

@@ -179,6 +179,7 @@ pub enum Note {
 
 /// Why nothing of a file can be read.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Unreadable {
     /// The source failed.
     #[error("{0}")]

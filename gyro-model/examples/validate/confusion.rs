@@ -8,7 +8,7 @@ use crate::{
 };
 use gyro_model::{
     Axis, Record,
-    diagnosis::Verdict,
+    diagnosis::{ErrorPoint, Verdict},
     effects::{CATALOGUE, Need, Stage, are_aliases},
     fit::FitError,
     simulate::{Hidden, Motion, RandomCauses, Reference, Scenario, SensorSpec, SetUp, Simulator},
@@ -59,6 +59,8 @@ enum Called {
     Right,
     /// Ambiguous with it, or by an alias of the catalogue.
     Alike,
+    /// Nothing was named, and what is hidden makes the error hardly larger: this log cannot show it.
+    Hidden,
     /// Nothing was named: adequate or cannot-tell.
     Nothing,
     /// Nothing was named, and the error has no known cause.
@@ -106,6 +108,7 @@ impl Log {
             (true, 0) if outcome.added.iter().all(|added| added.aliases.is_empty()) => Called::Right,
             (true, 0) => Called::Alike,
             (false, 0) if outcome.ladder.verdict == Verdict::Unexplained => Called::Unexplained,
+            (false, 0) if outcome.doubts().is_some_and(|id| id == self.id || are_aliases(id, self.id)) => Called::Alike,
             (false, 0) => Called::Nothing,
             (false, 1) if outcome.names(self.id) || ids.first().is_some_and(|id| are_aliases(id, self.id)) => {
                 Called::Alike
@@ -116,6 +119,23 @@ impl Log {
 }
 
 const NOTHING: &str = "nothing";
+/// A hidden cause that makes the error over no averaging time larger than this, over that of the same log without it, is hidden too well.
+const SEEN: f64 = 1.05;
+
+/// The same where nothing was named and the log cannot show what is hidden.
+fn seen(called: Called, log: &Log, outcome: &Outcome, seconds: f64) -> Result<Called, FitError> {
+    let clean = Log { id: NOTHING, ..log.clone() };
+    let Some((record, axis)) = clean.record(seconds).filter(|_| called == Called::Nothing && log.id != NOTHING) else {
+        return Ok(called);
+    };
+    let clean = Outcome::of(&record, axis, false)?;
+    let larger = |(with, without): (&ErrorPoint, &ErrorPoint)| match (with.error, without.error) {
+        (Some(with), Some(without)) => with > SEEN * without,
+        _ => false,
+    };
+    let shows = outcome.error_curve().iter().zip(clean.error_curve()).any(larger);
+    Ok(if shows { called } else { Called::Hidden })
+}
 
 /// Runs it and prints a row for each explanation.
 pub fn study(arguments: &Arguments, run: &Run) -> Result<(), FitError> {
@@ -157,19 +177,21 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), FitError> {
             }
             eprintln!("{} ({:?})", outcome.ladder.says, outcome.ladder.limited_by);
         }
-        Ok(Some((trial.what.called(&outcome), says.join("; "))))
+        let called = seen(trial.what.called(&outcome), &trial.what, &outcome, arguments.seconds)?;
+        Ok(Some((called, says.join("; "))))
     })?;
     let mut table = Table::new(&[
         "hidden",
         "logs",
         "its own name",
         "or alike",
+        "too small to show",
         "nothing named",
         "unexplained",
         "wrong name",
         "which",
     ]);
-    let mut totals = [0; 6];
+    let mut totals = [0; 7];
     for id in ids {
         let own: Vec<_> =
             results.iter().filter(|(trial, _)| trial.what.id == id).filter_map(|(_, result)| result.as_ref()).collect();
@@ -177,7 +199,9 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), FitError> {
             continue;
         }
         let count = |called: Called| own.iter().filter(|(own, _)| *own == called).count();
-        let counts = [Called::Right, Called::Alike, Called::Nothing, Called::Unexplained, Called::Wrong].map(count);
+        let counts =
+            [Called::Right, Called::Alike, Called::Hidden, Called::Nothing, Called::Unexplained, Called::Wrong]
+                .map(count);
         let mut wrong: BTreeMap<&str, usize> = BTreeMap::new();
         for (called, says) in &own {
             if *called == Called::Wrong {
@@ -186,16 +210,27 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), FitError> {
         }
         let wrong: Vec<String> = wrong.into_iter().map(|(says, n)| format!("{says} ({n})")).collect();
         totals.iter_mut().zip(std::iter::once(own.len()).chain(counts)).for_each(|(total, n)| *total += n);
-        let [right, alike, nothing, unexplained, bad] = counts.map(|n| n.to_string());
-        table.row([id.to_owned(), own.len().to_string(), right, alike, nothing, unexplained, bad, wrong.join("; ")]);
+        let [right, alike, hidden, nothing, unexplained, bad] = counts.map(|n| n.to_string());
+        table.row([
+            id.to_owned(),
+            own.len().to_string(),
+            right,
+            alike,
+            hidden,
+            nothing,
+            unexplained,
+            bad,
+            wrong.join("; "),
+        ]);
     }
-    let [all, right, alike, nothing, unexplained, wrong] = totals;
+    let [all, right, alike, hidden, nothing, unexplained, wrong] = totals;
     let share = |n: usize| share(n, all);
     table.row([
         "all".to_owned(),
         all.to_string(),
         share(right),
         share(alike),
+        share(hidden),
         share(nothing),
         share(unexplained),
         share(wrong),

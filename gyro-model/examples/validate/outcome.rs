@@ -3,7 +3,8 @@
 use gyro_model::{
     Axis, Model, Record,
     diagnose::{Options, ladder},
-    diagnosis::{AxisLadder, Verdict},
+    diagnosis::{AxisLadder, ErrorPoint, Verdict},
+    finding::{Finding, Why},
     fit::FitError,
     record::ReferenceKind,
     words::Voice,
@@ -46,6 +47,19 @@ impl Outcome {
     /// Climbs from the base model.
     pub fn of(record: &Record, axis: Axis, detail: bool) -> Result<Self, FitError> {
         Self::climb(record, &Model::base_for(record), axis, detail)
+    }
+
+    /// The effect that noise or a wandering bias explains as well, where that is what was found.
+    pub fn doubts(&self) -> Option<&str> {
+        match &self.ladder.finding {
+            Finding::CannotTell(Why::SlowOrWander { effect, .. } | Why::NoiseOrEffect { effect }) => Some(effect),
+            _ => None,
+        }
+    }
+
+    /// The error of the final model over each averaging time.
+    pub fn error_curve(&self) -> &[ErrorPoint] {
+        self.ladder.steps.last().map_or(&[], |step| &step.error_curve)
     }
 
     /// Whether something was found where there is nothing.

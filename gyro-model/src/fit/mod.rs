@@ -27,6 +27,7 @@ use thiserror::Error;
 
 /// Why a log cannot be fitted.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FitError {
     /// No axis has both a gyro and a reference.
     #[error("no axis has both a gyro column and a reference; add ref_angle_x, ref_rate_x or ref_qw…ref_qz")]

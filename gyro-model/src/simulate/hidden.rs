@@ -18,6 +18,7 @@ pub struct Hidden {
 
 /// What is wrong with `ID[:NAME=VALUE,…]`.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum HiddenError {
     /// No such effect.
     #[error("no effect '{id}'{}: the catalogue lists them all", effects::meant(.id))]

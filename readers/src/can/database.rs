@@ -61,6 +61,7 @@ pub struct Message {
 
 /// What is wrong in a DBC file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum DbcError {
     /// A line that is not what it begins as.
     #[error("line {line}: {what}")]

@@ -30,6 +30,7 @@ pub struct Refused {
 
 /// What is wrong with a log, and what to do.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Problem {
     /// It cannot be opened.
     #[error("cannot be opened ({0}): check the path and who may read it")]

@@ -166,7 +166,7 @@ impl Reader<'_> {
                         start + inside.span.start..start + inside.span.end
                     })
                 }
-                DefinitionError::TooManyParameters { .. } | DefinitionError::NoCoefficient => None,
+                _ => None,
             };
             self.error(span.unwrap_or(written), error.to_string())
         })

@@ -26,6 +26,8 @@ pub struct Components {
     pub values: Vec<f64>,
     /// Their covariance, if all windows were independent; nothing of those that are zero.
     pub covariance: Vec<Vec<f64>>,
+    /// The variance of each window, rad².
+    pub variances: Vec<f64>,
     /// ln L of each block.
     pub log_likelihood: Vec<f64>,
     /// The same under the coefficients of the other blocks.
@@ -81,7 +83,7 @@ impl Squares {
                 covariance[own[p]][own[q]] = inverse[(i, j)] / (scale[p] * scale[q]);
             }
         }
-        Components { values, covariance, log_likelihood, held_out }
+        Components { values, covariance, variances: v, log_likelihood, held_out }
     }
 
     /// The variance of a window.

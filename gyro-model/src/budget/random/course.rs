@@ -23,6 +23,8 @@ pub struct Course {
     pub error: Vec<f64>,
     /// Rate without its fastest noise, rad/s.
     pub rate: Vec<f64>,
+    /// ∫ω dt, rad.
+    pub turned: Vec<f64>,
     /// ∫|ω| dt, rad, and ∫ω² dt, rad²/s.
     pub travelled: Vec<f64>,
     pub squared: Vec<f64>,
@@ -105,6 +107,7 @@ impl Course {
         let (reversals, starts) = (reversals(&t, &rate, least(TURNS)), starts(&t, &rate, least(STANDS)));
         let mut course = Self {
             error,
+            turned: vec![0.0; n],
             travelled: vec![0.0; n],
             squared: vec![0.0; n],
             reversals: vec![0.0; n],
@@ -122,6 +125,7 @@ impl Course {
         spread(&starts, &mut course.starts);
         for k in 1..n {
             let (step, rate) = (course.t[k] - course.t[k - 1], 0.5 * (course.rate[k] + course.rate[k - 1]));
+            course.turned[k] = rate * step;
             course.travelled[k] = rate.abs() * step;
             course.squared[k] = rate * rate * step;
             if step > HOLE * dt {
@@ -130,8 +134,8 @@ impl Course {
                 course.lost_changes[k] = (step * (course.rate[k] - course.rate[k - 1])).powi(2);
             }
         }
-        let Self { travelled, squared, reversals, starts, holes, lost, lost_changes, silent, .. } = &mut course;
-        for counted in [travelled, squared, reversals, starts, holes, lost, lost_changes, silent] {
+        let Self { turned, travelled, squared, reversals, starts, holes, lost, lost_changes, silent, .. } = &mut course;
+        for counted in [turned, travelled, squared, reversals, starts, holes, lost, lost_changes, silent] {
             (1..n).for_each(|k| counted[k] += counted[k - 1]);
         }
         Some(course)

@@ -19,6 +19,7 @@ mod course;
 use crate::{
     evidence::{series::Rest, study::Study},
     fit::judged::finite,
+    nls::Normal,
     statistics::Estimate,
     thresholds as limit,
 };
@@ -152,7 +153,34 @@ impl Trial {
         // An encoder at rest may show one count more at any time.
         let count = course.count.powi(2) / 12.0;
         let least = windows.iter().map(|(length, _)| (LEAST * usual[*length]).max(count)).collect();
-        Some(Self { squares: Squares { square, columns, block, least }, course, causes, always, first })
+        let error = windows.iter().map(|(_, window)| step(window)).collect();
+        let over = |summed: &[f64]| windows.iter().map(|(_, w)| summed[w.to] - summed[w.from]).collect();
+        let fitted = [over(&course.turned), over(&course.t), over(&course.rate)];
+        let mut trial = Self { squares: Squares { square, columns, block, least }, course, causes, always, first };
+        trial.free_of_fit(error, &fitted);
+        Some(trial)
+    }
+
+    /// Frees the windows of what the fit of scale, bias and delay made of the random errors: it weights all rows alike, so that a few
+    /// large steps move it, and their share goes with the motion. With the variances V of all causes (generalised least squares)
+    ///
+    /// ```text
+    /// y − X (Xᵀ V⁻¹ X)⁻¹ Xᵀ V⁻¹ y,   X = [∫ω dt, Δt, Δω] of each window
+    /// ```
+    fn free_of_fit(&mut self, mut error: Vec<f64>, fitted: &[Vec<f64>]) {
+        let causes: Vec<usize> = (0..self.causes.len()).collect();
+        for _ in 0..ROUNDS {
+            let weight: Vec<f64> = self.with(&causes).variances.iter().map(|v| v.sqrt().recip()).collect();
+            let weighted = |column: &Vec<f64>| -> Vec<f64> { column.iter().zip(&weight).map(|(x, w)| x * w).collect() };
+            let columns: Vec<Vec<f64>> = fitted.iter().map(weighted).collect();
+            let mut normal = Normal::zeros(columns.len());
+            normal.add(&weighted(&error), &columns.iter().map(Vec::as_slice).collect::<Vec<_>>());
+            let (_, step) = normal.rise(1e-10);
+            for (column, step) in fitted.iter().zip(step) {
+                error.iter_mut().zip(column).for_each(|(y, x)| *y += step * x);
+            }
+            self.squares.square = error.iter().map(|y| y * y).collect();
+        }
     }
 
     /// The components with these causes alone.
@@ -163,37 +191,44 @@ impl Trial {
         self.squares.components(&used)
     }
 
-    /// Backward elimination: of the causes that may act, the least is left out until each of the rest is needed; then forward again.
+    /// Backward elimination: of the causes that may act, the least is left out until each of the rest is needed. What looked like another
+    /// one may have gone in its place: each that was left out is tried once more beside those that stayed, and so on.
     fn random(&self, tau: &[f64]) -> Random {
         let mut causes: Vec<usize> = (0..self.causes.len()).collect();
         let mut all = self.with(&causes);
-        while !causes.is_empty() {
-            let without = |c: &usize| {
-                let rest: Vec<usize> = causes.iter().copied().filter(|other| other != c).collect();
-                (*c, self.with(&rest))
-            };
-            let tried: Vec<(usize, Components)> = causes.iter().map(without).collect();
-            let gain = |rest: &Components| sum(&all.log_likelihood) - sum(&rest.log_likelihood);
-            let unneeded = tried.into_iter().filter(|(c, rest)| !self.is_needed(*c, &all, rest));
-            let Some((least, rest)) = unneeded.min_by(|a, b| gain(&a.1).total_cmp(&gain(&b.1))) else { break };
-            causes.retain(|c| *c != least);
-            all = rest;
-        }
-        // What looked like another one may have gone in its place: each is tried once more beside those that stayed.
-        loop {
-            let gain = |with: &Components| sum(&with.log_likelihood) - sum(&all.log_likelihood);
-            let open = (0..self.causes.len()).filter(|c| !causes.contains(c));
-            let tried = open.map(|c| (c, self.with(&[causes.as_slice(), &[c]].concat())));
-            let needed = tried.filter(|(c, with)| self.is_needed(*c, with, &all));
-            let Some((best, with)) = needed.max_by(|a, b| gain(&a.1).total_cmp(&gain(&b.1))) else { break };
+        for _ in 0..=self.causes.len() {
+            while let Some((least, rest)) = self.least(&causes, &all) {
+                causes.retain(|c| *c != least);
+                all = rest;
+            }
+            let Some((best, with)) = self.best(&causes, &all) else { break };
             causes.push(best);
             all = with;
         }
         let named = causes.iter().filter(|&&c| self.causes[c].may_show(&self.course));
-        let mut found: Vec<Found> = named.map(|&c| self.found(c, &all, tau)).collect();
+        let found = named.map(|&c| self.found(c, &all, tau));
+        let mut found: Vec<Found> = found.filter(|found| found.size.value > 0.0).collect();
         let last = |found: &Found| found.makes.last().copied().unwrap_or(0.0);
         found.sort_by(|a, b| last(b).total_cmp(&last(a)));
         Random { found, log_likelihood: finite(sum(&all.log_likelihood) / ALIKE) }
+    }
+
+    /// Of some causes the one that gains least, where it is not needed, and the components without it.
+    fn least(&self, causes: &[usize], all: &Components) -> Option<(usize, Components)> {
+        let without = |&c: &usize| {
+            let rest: Vec<usize> = causes.iter().copied().filter(|other| *other != c).collect();
+            (c, self.with(&rest))
+        };
+        let unneeded = causes.iter().map(without).filter(|(c, rest)| !self.is_needed(*c, all, rest));
+        unneeded.max_by(|a, b| sum(&a.1.log_likelihood).total_cmp(&sum(&b.1.log_likelihood)))
+    }
+
+    /// Of the others the one that gains most, where one is needed, and the components with it.
+    fn best(&self, causes: &[usize], all: &Components) -> Option<(usize, Components)> {
+        let open = (0..self.causes.len()).filter(|c| !causes.contains(c));
+        let needed =
+            open.map(|c| (c, self.with(&[causes, &[c]].concat()))).filter(|(c, with)| self.is_needed(*c, with, all));
+        needed.max_by(|a, b| sum(&a.1.log_likelihood).total_cmp(&sum(&b.1.log_likelihood)))
     }
 
     /// Whether noise alone would rarely gain as much, and the gain holds where it was not fitted.
@@ -241,6 +276,8 @@ impl Trial {
 
 /// Largest gain in ln L of one block: odds of 150 to 1.
 const BLOCK_COUNTED: f64 = 5.0;
+/// Rounds in which variances and what the fit made of the errors are found in turn.
+const ROUNDS: usize = 2;
 /// Share of the mean square of its length that the variance of a window is at least.
 const LEAST: f64 = 1e-3;
 

@@ -31,6 +31,7 @@ pub struct ParameterDefinition {
 
 /// What is wrong with a definition.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
 pub enum DefinitionError {
     /// The id has other characters, or none.
     #[error("'{id}' is not an effect's name: lower-case letters, digits and hyphens, a letter first")]
