@@ -172,7 +172,7 @@ impl History {
 
 /// Difference of two stamps, s.
 #[must_use]
-pub fn seconds(later_ns: i64, earlier_ns: i64) -> f64 {
+pub(crate) fn seconds(later_ns: i64, earlier_ns: i64) -> f64 {
     later_ns.saturating_sub(earlier_ns) as f64 * 1e-9
 }
 

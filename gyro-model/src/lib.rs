@@ -98,6 +98,8 @@
 //! | [`units`] | SI numbers in the units that engineers say |
 //! | [`measured`] | a value with its standard error, as effects say it |
 
+#![warn(unreachable_pub)]
+
 pub mod align;
 pub mod axis;
 mod budget;

@@ -7,7 +7,7 @@ use statrs::distribution::{Binomial, DiscreteCDF};
 
 /// Both limits of one axis' readings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Limits {
+pub(crate) struct Limits {
     rail: Option<f64>,
     hole: Option<f64>,
 }
@@ -15,14 +15,14 @@ pub struct Limits {
 impl Limits {
     /// Those that the finite ones of these readings show.
     #[must_use]
-    pub fn of(readings: impl Iterator<Item = f64>) -> Self {
+    pub(crate) fn of(readings: impl Iterator<Item = f64>) -> Self {
         let readings: Vec<f64> = readings.filter(|g| g.is_finite()).collect();
         Self { rail: rail(&readings), hole: hole(&readings) }
     }
 
     /// What a reading beyond a limit reads; `None` for one between them.
     #[must_use]
-    pub fn stands_at(&self, reading: f64) -> Option<f64> {
+    pub(crate) fn stands_at(&self, reading: f64) -> Option<f64> {
         let at_rail = self.rail.filter(|rail| reading.abs() > rail * (1.0 - 1e-6));
         at_rail.map(|rail| rail.copysign(reading)).or_else(|| self.hole.filter(|_| reading == 0.0).map(|_| 0.0))
     }

@@ -10,11 +10,11 @@
 use std::f64::consts::TAU;
 
 /// Q and S with which the paper computes its gain.
-pub const PAPER_Q: [f64; 2] = [5.0, 5.0];
+pub(crate) const PAPER_Q: [f64; 2] = [5.0, 5.0];
 /// See [`PAPER_Q`].
-pub const PAPER_S: f64 = 1.1;
+pub(crate) const PAPER_S: f64 = 1.1;
 /// The gain M as the paper prints it.
-pub const PRINTED_GAIN: [f64; 2] = [-2.132, 0.2373];
+pub(crate) const PRINTED_GAIN: [f64; 2] = [-2.132, 0.2373];
 
 /// Longest step of the integration, s: a hundredth of the observer's shortest time constant.
 const STEP: f64 = 5e-3;
@@ -24,13 +24,13 @@ const GAP: f64 = 10.0;
 
 /// The stationary solution of (8): M = P Hᵀ S⁻¹.
 #[must_use]
-pub fn riccati_gain(q: [f64; 2], s: f64) -> [f64; 2] {
+pub(crate) fn riccati_gain(q: [f64; 2], s: f64) -> [f64; 2] {
     [-(q[0] / s).sqrt(), ((q[1] + 2.0 * (q[0] * s).sqrt()) / s).sqrt()]
 }
 
 /// The observer.
 #[derive(Clone, Copy, Debug)]
-pub struct Observer {
+pub(crate) struct Observer {
     gain: [f64; 2],
     bias: f64,
     angle: f64,
@@ -41,12 +41,12 @@ pub struct Observer {
 impl Observer {
     /// An observer with this gain M, at rest.
     #[must_use]
-    pub fn new(gain: [f64; 2]) -> Self {
+    pub(crate) fn new(gain: [f64; 2]) -> Self {
         Self { gain, bias: 0.0, angle: 0.0, measured: 0.0, started: false }
     }
 
     /// Takes the integrated gyro angle θ_g, `dt` after the last: (9) by Runge–Kutta of fourth order, θ_g linear between.
-    pub fn step(&mut self, measured: f64, dt: f64) {
+    pub(crate) fn step(&mut self, measured: f64, dt: f64) {
         if !measured.is_finite() {
             return;
         }
@@ -77,20 +77,20 @@ impl Observer {
 
     /// θ̂_g, rad.
     #[must_use]
-    pub fn angle(&self) -> f64 {
+    pub(crate) fn angle(&self) -> f64 {
         self.angle
     }
 
     /// dθ̂_g/dt, rad/s.
     #[must_use]
-    pub fn rate(&self) -> f64 {
+    pub(crate) fn rate(&self) -> f64 {
         self.derivative(self.bias, self.angle, self.measured)[1]
     }
 
     /// What the observer does to a sine of this frequency, Hz: (gain, phase in rad) of
     /// θ̂_g/θ_g = (M₂ s − M₁)/(s² + M₂ s − M₁).
     #[must_use]
-    pub fn response(gain: [f64; 2], frequency: f64) -> (f64, f64) {
+    pub(crate) fn response(gain: [f64; 2], frequency: f64) -> (f64, f64) {
         let w = TAU * frequency;
         let (re, im) = (-gain[0], gain[1] * w);
         let (dre, dim) = (-gain[0] - w * w, gain[1] * w);

@@ -1,7 +1,7 @@
 //! Values by their order.
 
 /// The value below which a share `q` of them lies; `None` where there is none.
-pub fn quantile(mut values: Vec<f64>, q: f64) -> Option<f64> {
+pub(crate) fn quantile(mut values: Vec<f64>, q: f64) -> Option<f64> {
     if values.is_empty() {
         return None;
     }
@@ -10,6 +10,6 @@ pub fn quantile(mut values: Vec<f64>, q: f64) -> Option<f64> {
 }
 
 /// The value in the middle, of an even number the larger of two.
-pub fn median(values: Vec<f64>) -> Option<f64> {
+pub(crate) fn median(values: Vec<f64>) -> Option<f64> {
     quantile(values, 0.5)
 }

@@ -32,7 +32,7 @@ const CLIP: f64 = 25.0;
 
 /// The bank of one axis.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct ProcessNoise {
+pub(crate) struct ProcessNoise {
     members: [Tracker; MEMBERS],
     score: [f64; MEMBERS],
     started: bool,
@@ -66,7 +66,7 @@ impl Tracker {
 
 impl ProcessNoise {
     /// Takes the rate `z`, `dt` after the last one, with white noise of variance `r` at the nominal interval `nominal`.
-    pub fn step(&mut self, z: f64, r: f64, dt: f64, nominal: f64) {
+    pub(crate) fn step(&mut self, z: f64, r: f64, dt: f64, nominal: f64) {
         if !self.started || dt > 20.0 * nominal {
             let acceleration_variance = r / (nominal * nominal);
             let tracker = Tracker { rate: z, acceleration: 0.0, p: [r, 0.0, 1e4 * acceleration_variance] };
@@ -87,7 +87,7 @@ impl ProcessNoise {
     }
 
     /// The rate that the bank follows makes a step that is none of the motion's.
-    pub fn shift(&mut self, step: f64) {
+    pub(crate) fn shift(&mut self, step: f64) {
         for member in &mut self.members {
             member.rate += step;
         }
@@ -95,7 +95,7 @@ impl ProcessNoise {
 
     /// The most likely spectral density of the jerk, rad²/s⁵.
     #[must_use]
-    pub fn density(&self, r: f64, nominal: f64) -> f64 {
+    pub(crate) fn density(&self, r: f64, nominal: f64) -> f64 {
         let best = (0..MEMBERS).min_by(|&a, &b| self.score[a].total_cmp(&self.score[b])).unwrap_or(0);
         let mut index = best as f64;
         if best > 0 && best + 1 < MEMBERS {

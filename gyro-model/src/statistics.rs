@@ -4,7 +4,7 @@ use std::ops::Neg;
 
 /// A value and its standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
+pub(crate) struct Estimate {
     /// The value.
     pub value: f64,
     /// Its standard error; infinite where too few blocks tell it.
@@ -14,19 +14,19 @@ pub struct Estimate {
 impl Estimate {
     /// A value that is known for certain.
     #[must_use]
-    pub const fn exact(value: f64) -> Self {
+    pub(crate) const fn exact(value: f64) -> Self {
         Self { value, std_error: 0.0 }
     }
 
     /// The value in standard errors: 0 where nothing is known of it.
     #[must_use]
-    pub fn in_errors(self) -> f64 {
+    pub(crate) fn in_errors(self) -> f64 {
         if self.value == 0.0 { 0.0 } else { self.value / self.std_error }
     }
 
     /// Sum of independent block values.
     #[must_use]
-    pub fn sum(values: &[f64]) -> Self {
+    pub(crate) fn sum(values: &[f64]) -> Self {
         let n = values.len() as f64;
         if n < 2.0 {
             return Self { value: values.iter().sum(), std_error: f64::INFINITY };
@@ -39,7 +39,7 @@ impl Estimate {
     /// Mean of block values, of which those up to `reach` blocks apart may be correlated: their autocovariances count, with Bartlett
     /// weights (Newey and West 1987). The variance is taken for at least half of what independent blocks would give.
     #[must_use]
-    pub fn mean(values: &[f64], reach: usize) -> Self {
+    pub(crate) fn mean(values: &[f64], reach: usize) -> Self {
         let n = values.len();
         if n < 4 {
             return Self { value: values.iter().sum::<f64>() / n.max(1) as f64, std_error: f64::INFINITY };

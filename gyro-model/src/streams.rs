@@ -15,7 +15,7 @@ const TOGETHER: f64 = 0.05;
 const MOST: f64 = 0.8;
 
 /// Makes one row of each two that are one instant; the rows that each new row is made of, or `None` where the log is left as it is.
-pub fn paired(record: &mut Record) -> Option<Vec<usize>> {
+pub(crate) fn paired(record: &mut Record) -> Option<Vec<usize>> {
     let rows = &record.rows;
     let has_gyro = |row: &Row| row.gyro.iter().any(|g| g.is_finite());
     let gyro: Vec<usize> = (0..rows.len()).filter(|&k| has_gyro(&rows[k])).collect();

@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 const LASTS: f64 = 0.5;
 
 /// What it makes of the error that is `left`, band by band.
-pub fn claim(seen: &Seen, left: &[f64]) -> Option<Claim> {
+pub(super) fn claim(seen: &Seen, left: &[f64]) -> Option<Claim> {
     let most = NoiseModel::of_a_sensor(0.0, 0.0);
     let noise = seen.noise;
     let walk = noise.bias_random_walk.min(most.bias_random_walk);

@@ -14,7 +14,7 @@ use crate::{
 use std::f64::consts::TAU;
 
 /// An error divided.
-pub struct Conditioned {
+pub(super) struct Conditioned {
     /// What is left without the columns, rad.
     pub rest: Vec<f64>,
     /// Share of the error² of each averaging time that the columns foretell.
@@ -28,7 +28,7 @@ const INCREMENTS: usize = 3000;
 
 /// What becomes of the column that a slow response of either side makes.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Response {
+pub(super) enum Response {
     /// It is a column like the others.
     Column,
     /// It is left to the spectra, which tell one side from the other.
@@ -36,7 +36,7 @@ pub enum Response {
 }
 
 /// Divides the angle error at the reference's rows of one axis; `whole` is the angle there that the readings add up to.
-pub fn conditioned(
+pub(super) fn conditioned(
     s: &Series,
     whole: &[f64],
     error: &[f64],

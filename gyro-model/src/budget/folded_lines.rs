@@ -15,7 +15,7 @@ const ROWS: usize = 32;
 const APART: usize = 8;
 const PADDED: usize = 256;
 /// Half the width of a line, in shares of the sampling rate.
-pub const WIDTH: f64 = 1.0 / ROWS as f64;
+pub(super) const WIDTH: f64 = 1.0 / ROWS as f64;
 /// Share by which the rate of a stretch's halves may differ from its mean, and that of stretches which are one group.
 const EVEN: f64 = 0.15;
 const ONE_RATE: f64 = 0.07;
@@ -35,7 +35,7 @@ const RESTS: f64 = 0.05;
 
 /// A line of motion that is too fast.
 #[derive(Clone, Copy, Debug)]
-pub struct Line {
+pub(crate) struct Line {
     /// Where it shows, Hz.
     pub frequency: f64,
     /// The rate at which it shows, rad/s.
@@ -46,7 +46,7 @@ pub struct Line {
 
 /// The motion behind some lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motion {
+pub(super) struct Motion {
     /// Where it shows, Hz.
     pub shows: f64,
     /// Where it is, Hz.
@@ -61,7 +61,7 @@ impl Motion {
     /// The motion that most of the lines at the strongest one's rate are multiples of, folded; the slowest where several are. The
     /// proportion of gyro to reference does not say where a line came from, for the gyro shows less of what is fast.
     #[must_use]
-    pub fn behind(lines: &[Line], dt: f64) -> Option<Self> {
+    pub(super) fn behind(lines: &[Line], dt: f64) -> Option<Self> {
         let sampling = 1.0 / dt;
         let strongest = lines.iter().max_by(|a, b| a.power.total_cmp(&b.power))?;
         let own: Vec<&Line> = lines.iter().filter(|line| (line.rate / strongest.rate - 1.0).abs() < ONE_RATE).collect();
@@ -84,7 +84,7 @@ impl Motion {
 
     /// It in words, and where it shows.
     #[must_use]
-    pub fn says(&self) -> String {
+    pub(super) fn says(&self) -> String {
         let Self { shows, truly, rate, is_sure } = self;
         let about = if *is_sure { "about" } else { "at least" };
         let turns = format!("while the shaft turns with {:.0} °/s", rate.to_degrees());
@@ -113,7 +113,7 @@ const MULTIPLES: u32 = 4;
 const SAME: f64 = 0.8;
 
 /// Share of the power of an error's steps that stands within a line's width of these lines.
-pub fn share(lines: &[Line], error: &[f64], dt: f64) -> f64 {
+pub(super) fn share(lines: &[Line], error: &[f64], dt: f64) -> f64 {
     let mut own = error.to_vec();
     own.truncate(fast_length(own.len()));
     let width = WIDTH / dt;
@@ -133,7 +133,7 @@ struct Stretch {
 }
 
 /// The lines of the steps of an error, of a gyro and of a reference, so far apart, s.
-pub fn lines([error, gyro, reference]: [&[f64]; 3], dt: f64) -> Vec<Line> {
+pub(super) fn lines([error, gyro, reference]: [&[f64]; 3], dt: f64) -> Vec<Line> {
     let n = error.len();
     let mean = |first: usize, rows: usize| reference[first..first + rows].iter().sum::<f64>() / rows as f64;
     let fastest = gyro.iter().fold(0.0_f64, |most, step| most.max(step.abs()));

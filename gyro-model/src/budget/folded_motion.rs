@@ -10,7 +10,7 @@ const NEAR: f64 = 0.8;
 const STRONG: (f64, f64) = (10.0, 4.0);
 
 /// What it makes of the error that is `left`, band by band.
-pub fn claim(seen: &Seen, left: &[f64]) -> Option<Claim> {
+pub(super) fn claim(seen: &Seen, left: &[f64]) -> Option<Claim> {
     let lines = &seen.folded;
     let beyond = beyond(seen);
     if lines.is_empty() && beyond.is_none() {

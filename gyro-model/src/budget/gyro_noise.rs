@@ -12,7 +12,7 @@ const SLOW: f64 = 0.1;
 const BANDS: usize = 8;
 
 /// What it makes of the error that is `left`, band by band.
-pub fn claim(seen: &Seen, left: &[f64]) -> Option<Claim> {
+pub(super) fn claim(seen: &Seen, left: &[f64]) -> Option<Claim> {
     if seen.rests {
         return Some(Claim::exactly(left, |k| if seen.bands[k].frequency() > SLOW { left[k] } else { seen.white() }));
     }

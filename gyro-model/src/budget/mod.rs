@@ -20,7 +20,7 @@ mod reference_bandwidth;
 mod reference_noise;
 pub(crate) mod says;
 mod seen;
-pub mod spectra;
+pub(crate) mod spectra;
 mod timing;
 
 use crate::{
@@ -38,7 +38,7 @@ use spectra::Band;
 
 /// What an error may be made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
+pub(crate) enum Part {
     /// White noise of the gyro.
     GyroNoise,
     /// A bias that wanders.
@@ -66,7 +66,7 @@ impl Part {
 
 /// What one component takes of the error, band by band, (rad/s)²/Hz, and the numbers that say why.
 #[derive(Clone, Debug)]
-pub struct Claim {
+pub(crate) struct Claim {
     taken: Vec<f64>,
     numbers: [f64; 3],
 }
@@ -105,7 +105,7 @@ const COMPONENTS: [(Part, Component); 6] = [
 
 /// An error over a floor.
 #[derive(Clone, Copy, Debug)]
-pub struct Over {
+pub(crate) struct Over {
     /// Whether it is within the floor's band at every averaging time.
     pub within: bool,
     /// The largest E/F.
@@ -114,7 +114,7 @@ pub struct Over {
 
 /// An error over floors, each with more in it than the one before.
 #[derive(Clone, Copy, Debug)]
-pub struct Floors {
+pub(crate) struct Floors {
     /// White noise.
     pub white: Over,
     /// And what the set-up adds.
@@ -125,7 +125,7 @@ pub struct Floors {
 
 impl Floors {
     /// Before anybody has looked what the error is made of.
-    pub const UNKNOWN: Self = {
+    pub(crate) const UNKNOWN: Self = {
         let nothing = Over { within: false, over: f64::INFINITY };
         Self { white: nothing, set_up: nothing, wander: Over { within: true, over: 0.0 } }
     };
@@ -133,7 +133,7 @@ impl Floors {
 
 /// The budget of one axis.
 #[derive(Clone, Debug)]
-pub struct Budget {
+pub(crate) struct Budget {
     /// Averaging time by averaging time.
     pub points: Vec<BudgetPoint>,
     /// Whose error it is, frequency by frequency.
@@ -161,7 +161,13 @@ impl Budget {
     /// which is named, and `study` the model with it. It is `None` where no effect was looked for: what the catalogue's columns
     /// foretell is then no random cause's.
     #[must_use]
-    pub fn of(study: &Study, series: usize, judged: &Judged, noise: &NoiseModel, missing: Option<&[f64]>) -> Self {
+    pub(crate) fn of(
+        study: &Study,
+        series: usize,
+        judged: &Judged,
+        noise: &NoiseModel,
+        missing: Option<&[f64]>,
+    ) -> Self {
         let seen = Seen::new(study, series, noise);
         let mut left: Vec<f64> = seen.bands.iter().map(|band| band.error).collect();
         let mut claims: Vec<(Part, Claim)> = Vec::new();
@@ -287,7 +293,7 @@ fn digits(value: f64) -> f64 {
 
 impl Budget {
     /// The floor of the set-up as it is: what it adds to a floor of gyro and reference alone.
-    pub fn raise(&self, judged: &mut Judged) {
+    pub(crate) fn raise(&self, judged: &mut Judged) {
         let floor = &mut judged.floor;
         for (k, (floor, upper)) in floor.floor.iter_mut().zip(&mut floor.upper).enumerate() {
             if *floor > 0.0 {
@@ -304,7 +310,7 @@ impl Budget {
     }
 
     /// Raises the floor of a curve of the same averaging times.
-    pub fn raise_points(&self, points: &mut [ErrorPoint]) {
+    pub(crate) fn raise_points(&self, points: &mut [ErrorPoint]) {
         for (k, point) in points.iter_mut().enumerate() {
             if let Some(floor) = point.floor.filter(|floor| *floor > 0.0) {
                 let raised = (floor * floor + self.added(k)).sqrt();
@@ -316,7 +322,7 @@ impl Budget {
 
     /// The error over the floor of white noise, of the set-up as it is, and with a bias that wanders besides.
     #[must_use]
-    pub fn floors(&self, judged: &Judged) -> Floors {
+    pub(crate) fn floors(&self, judged: &Judged) -> Floors {
         let over = |judged: &Judged| Over { within: judged.within(), over: judged.over_floor() };
         let white = over(judged);
         let mut raised = judged.clone();
@@ -330,7 +336,7 @@ impl Budget {
 
     /// Raises the floor of `judged` by what the set-up adds; and by the bias that wanders, where the search left nothing but noise, which
     /// is more than white.
-    pub fn settle(&mut self, judged: &mut Judged, is_noise: bool) {
+    pub(crate) fn settle(&mut self, judged: &mut Judged, is_noise: bool) {
         if is_noise && !judged.within() {
             self.believe_wander();
         }
@@ -344,13 +350,13 @@ impl Budget {
 
     /// Whether an error is noise once a bias that wanders is believed.
     #[must_use]
-    pub fn is_wander(&self, judged: &Judged) -> bool {
+    pub(crate) fn is_wander(&self, judged: &Judged) -> bool {
         self.floors(judged).wander.within
     }
 
     /// Motion that is folded, as a fault of the data of an axis.
     #[must_use]
-    pub fn fault(&self, axis: Axis) -> Option<DataFault> {
+    pub(crate) fn fault(&self, axis: Axis) -> Option<DataFault> {
         let says = format!(
             "{}. Gyro and reference both show it, but not in the proportion of motion of that frequency, so no effect is named for it. Sample \
              faster, or filter both before sampling",

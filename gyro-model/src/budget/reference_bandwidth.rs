@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 
 /// How a reference fails to follow.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Slow {
+pub(super) enum Slow {
     /// Width of its smoothing, s.
     Smoothed(f64),
     /// From one of its knots to the next, s.
@@ -26,7 +26,7 @@ const PLAIN: f64 = 40.0;
 const OWN: f64 = 0.25;
 
 /// What it makes of the error that is `left`, band by band.
-pub fn claim(seen: &Seen, left: &[f64]) -> Option<Claim> {
+pub(super) fn claim(seen: &Seen, left: &[f64]) -> Option<Claim> {
     let slow = slow(seen)?;
     let part = |k: usize| {
         let band = &seen.bands[k];
@@ -54,7 +54,7 @@ pub fn claim(seen: &Seen, left: &[f64]) -> Option<Claim> {
 
 /// Whether the reference follows, and how not.
 #[must_use]
-pub fn slow(seen: &Seen) -> Option<Slow> {
+pub(super) fn slow(seen: &Seen) -> Option<Slow> {
     seen.knots.map(Slow::Knots).or_else(|| smoothed(seen).map(Slow::Smoothed))
 }
 
@@ -93,6 +93,6 @@ fn smoothed(seen: &Seen) -> Option<f64> {
 
 /// The frequency, Hz, at which a smoothing of this width leaves a share away.
 #[must_use]
-pub fn missing_at(share: f64, width: f64) -> f64 {
+pub(super) fn missing_at(share: f64, width: f64) -> f64 {
     (-2.0 * (1.0 - share).ln()).sqrt() / (TAU * width)
 }

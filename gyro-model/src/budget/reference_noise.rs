@@ -19,7 +19,7 @@ const OCTAVES: f64 = 4.0;
 const STEEPEST: f64 = 2.0;
 
 /// What it makes of the error that is `left`, band by band.
-pub fn claim(seen: &Seen, left: &[f64]) -> Option<Claim> {
+pub(super) fn claim(seen: &Seen, left: &[f64]) -> Option<Claim> {
     if seen.rests {
         return None;
     }

@@ -21,7 +21,7 @@ fn middle(points: &[BudgetPoint], dt: f64) -> impl Iterator<Item = &BudgetPoint>
 }
 
 /// The largest part over the middle of the curve, each averaging time counting alike, and the share that none takes.
-pub fn largest(points: &[BudgetPoint], dt: f64) -> (LimitedBy, f64) {
+pub(crate) fn largest(points: &[BudgetPoint], dt: f64) -> (LimitedBy, f64) {
     let mut shares = [0.0; PARTS];
     let mut count = 0.0;
     for point in middle(points, dt) {
@@ -36,7 +36,7 @@ pub fn largest(points: &[BudgetPoint], dt: f64) -> (LimitedBy, f64) {
 }
 
 /// What limits a log, with its number, and the remedy.
-pub fn limit(
+pub(crate) fn limit(
     by: LimitedBy,
     points: &[BudgetPoint],
     seen: &Seen,
@@ -137,7 +137,7 @@ fn reference_noise([sigma, low, high]: [f64; 3], (gyro, reference): (f64, f64)) 
 }
 
 /// The random causes that were found, as reported.
-pub fn reported(random: &Random) -> Vec<RandomCause> {
+pub(crate) fn reported(random: &Random) -> Vec<RandomCause> {
     let of = |found: &Found| RandomCause {
         cause: found.cause.limit(),
         size: finite(found.size.value),

@@ -18,7 +18,7 @@ use crate::{
 
 /// One axis of a study.
 #[derive(Clone, Debug)]
-pub struct Seen<'a> {
+pub(crate) struct Seen<'a> {
     /// From one to the next, s.
     pub dt: f64,
     /// Steps of the angle error from row to row, what goes with the catalogue's columns taken out, rad.
@@ -48,7 +48,7 @@ pub struct Seen<'a> {
 impl<'a> Seen<'a> {
     /// Series `series` of a study with the noise that was identified in its error.
     #[must_use]
-    pub fn new(study: &'a Study, series: usize, noise: &'a NoiseModel) -> Self {
+    pub(crate) fn new(study: &'a Study, series: usize, noise: &'a NoiseModel) -> Self {
         let problem = &study.bench.problem;
         let s = &problem.series[series];
         let t = problem.times();
@@ -104,19 +104,19 @@ impl<'a> Seen<'a> {
 
     /// One-sided density of the gyro's white noise, (rad/s)²/Hz.
     #[must_use]
-    pub fn white(&self) -> f64 {
+    pub(crate) fn white(&self) -> f64 {
         2.0 * self.walks.0.powi(2)
     }
 
     /// One-sided density in a band of the reference's white noise as it is known beforehand, (rad/s)²/Hz.
     #[must_use]
-    pub fn white_of_reference(&self, band: &Band) -> f64 {
+    pub(crate) fn white_of_reference(&self, band: &Band) -> f64 {
         2.0 * self.walks.1.powi(2) + self.of_white_angle(band, self.prior.encoder)
     }
 
     /// One-sided density, in a band, of the rate that an angle of white noise σ, rad, shows.
     #[must_use]
-    pub fn of_white_angle(&self, band: &Band, sigma: f64) -> f64 {
+    pub(crate) fn of_white_angle(&self, band: &Band, sigma: f64) -> f64 {
         2.0 * self.dt * (2.0 * sigma * (std::f64::consts::PI * band.frequency() * self.dt).sin() / self.dt).powi(2)
     }
 }

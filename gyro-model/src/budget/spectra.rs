@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 
 /// One band.
 #[derive(Clone, Copy, Debug)]
-pub struct Band {
+pub(crate) struct Band {
     /// Lower edge, Hz.
     pub low: f64,
     /// Upper edge, Hz.
@@ -37,32 +37,32 @@ pub struct Band {
 impl Band {
     /// Its middle, Hz.
     #[must_use]
-    pub fn frequency(&self) -> f64 {
+    pub(crate) fn frequency(&self) -> f64 {
         0.5 * (self.low + self.high)
     }
 
     /// Density of the error that only the gyro shows, and its standard error.
     #[must_use]
-    pub fn of_gyro(&self) -> (f64, f64) {
+    pub(crate) fn of_gyro(&self) -> (f64, f64) {
         (self.with_gyro.re, (0.5 * self.error * self.gyro / self.count).sqrt())
     }
 
     /// Density of the error that only the reference shows, and its standard error.
     #[must_use]
-    pub fn of_reference(&self) -> (f64, f64) {
+    pub(crate) fn of_reference(&self) -> (f64, f64) {
         (-self.with_reference.re, (0.5 * self.error * self.reference / self.count).sqrt())
     }
 
     /// Density of the error that is coherent with the gyro, less what chance makes of incoherent noise.
     #[must_use]
-    pub fn coherent(&self) -> f64 {
+    pub(crate) fn coherent(&self) -> f64 {
         let seen = self.with_gyro.norm_sqr() / self.gyro.max(1e-300);
         ((seen - self.error / self.count) / (1.0 - 1.0 / self.count)).clamp(0.0, self.error)
     }
 
     /// What share of it the error is of the gyro's rate, in phase, and its standard error: 1 where the reference does not follow.
     #[must_use]
-    pub fn share_of_gyro(&self) -> (f64, f64) {
+    pub(crate) fn share_of_gyro(&self) -> (f64, f64) {
         let rest = (self.error - self.with_gyro.norm_sqr() / self.gyro).max(0.0);
         (self.with_gyro.re / self.gyro, (0.5 * rest / self.gyro / self.count).sqrt())
     }
@@ -70,7 +70,7 @@ impl Band {
     /// Mean over the band of what a density makes of the mean square rate error over `tau`, times the band's width, Hz: for a
     /// sum of m rate steps Δt apart sin²(πfτ) / (m sin πfΔt)².
     #[must_use]
-    pub fn passes(&self, tau: f64, dt: f64) -> f64 {
+    pub(crate) fn passes(&self, tau: f64, dt: f64) -> f64 {
         let width = self.high - self.low;
         let swing = |f: f64| (2.0 * PI * f * tau).sin() / (2.0 * PI * tau);
         let mean_square = 0.5 - 0.5 * (swing(self.high) - swing(self.low)) / width;
@@ -89,7 +89,7 @@ const NARROWEST: f64 = 1.0 / 160.0;
 
 /// The bands of three series of steps, rad, a row apart each: of the error, of the gyro's angle, of the reference's.
 #[must_use]
-pub fn bands(steps: [&[f64]; 3], dt: f64) -> Vec<Band> {
+pub(crate) fn bands(steps: [&[f64]; 3], dt: f64) -> Vec<Band> {
     let n = fast_length(steps[0].len());
     let of = |series: &[f64], taper: usize| {
         let mean = series.iter().sum::<f64>() / series.len() as f64;

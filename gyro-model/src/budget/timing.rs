@@ -19,7 +19,7 @@ const WHITE: (f64, f64) = (0.54, 0.8);
 const SHARE: f64 = 0.2;
 
 /// What it makes of the error that is `left`, band by band.
-pub fn claim(seen: &Seen, left: &[f64]) -> Option<Claim> {
+pub(super) fn claim(seen: &Seen, left: &[f64]) -> Option<Claim> {
     let scatter = Scatter::of(seen)?;
     let sigma = scatter.stamps * scatter.rate;
     // What chance makes more or less of a band is shared alike.

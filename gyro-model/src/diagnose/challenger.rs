@@ -25,7 +25,7 @@ use std::sync::OnceLock;
 
 /// The incumbent model: what suspects are measured against.
 #[derive(Clone, Debug)]
-pub struct Incumbent<'a> {
+pub(crate) struct Incumbent<'a> {
     /// Fitted.
     pub study: Study<'a>,
     /// Whitened draws of noise alone.
@@ -66,7 +66,7 @@ impl Measure {
 
 /// One suspect at its exact optimum.
 #[derive(Clone, Debug)]
-pub struct Challenger<'a> {
+pub(crate) struct Challenger<'a> {
     /// Where it came from.
     pub candidate: Candidate,
     /// The model with it, fitted.
@@ -98,21 +98,21 @@ pub struct Challenger<'a> {
 impl<'a> Incumbent<'a> {
     /// Takes a fitted model's measure.
     #[must_use]
-    pub fn new(study: Study<'a>) -> Self {
+    pub(crate) fn new(study: Study<'a>) -> Self {
         let gls = study.identify();
         Self::with(study, gls)
     }
 
     /// The same beside a noise that is known to be near.
     #[must_use]
-    pub fn near(study: Study<'a>, noise: &NoiseModel) -> Self {
+    pub(crate) fn near(study: Study<'a>, noise: &NoiseModel) -> Self {
         let gls = study.identify_near(noise);
         Self::with(study, gls)
     }
 
     /// The same with the noise known.
     #[must_use]
-    pub fn with(study: Study<'a>, gls: Gls) -> Self {
+    pub(crate) fn with(study: Study<'a>, gls: Gls) -> Self {
         let draws = draws_of_noise(&study, &gls);
         let measures = (0..study.bench.problem.series.len()).map(|k| Measure::of(&study, &gls, k)).collect();
         Self { study, draws, gls, measures, seldom: OnceLock::new(), scanned: OnceLock::new() }
@@ -134,7 +134,7 @@ impl<'a> Incumbent<'a> {
 
     /// J, the mean over τ of (E/F)², held out, of one axis.
     #[must_use]
-    pub fn excess(&self, series: usize) -> f64 {
+    pub(crate) fn excess(&self, series: usize) -> f64 {
         self.measures[series].excess
     }
 
@@ -214,7 +214,7 @@ impl<'a> Incumbent<'a> {
 
     /// What the scan says an effect may begin at: by the likelihood and, where that is another, by the error.
     #[must_use]
-    pub fn starts(&self, effect: &'static dyn Effect, series: usize) -> Vec<Candidate> {
+    pub(crate) fn starts(&self, effect: &'static dyn Effect, series: usize) -> Vec<Candidate> {
         self.scanner().best(effect, series)
     }
 
@@ -231,7 +231,7 @@ impl<'a> Incumbent<'a> {
 
     /// Those suspects of one axis that `wanted` names, refitted beside the others as they stand in `joint`.
     #[must_use]
-    pub fn rivals(
+    pub(crate) fn rivals(
         &self,
         series: usize,
         joint: &Model,

@@ -117,7 +117,7 @@ pub(super) fn prefer_plainer(challengers: &mut [Challenger], incumbent: &Incumbe
 /// Suspects that this log cannot tell from `suspects[k]`, and that noise alone does not explain, `incumbent` would let in, or the
 /// catalogue has for aliases and which leave no more error: at most three, best first.
 #[must_use]
-pub fn aliases(suspects: &[Challenger], k: usize, incumbent: Option<&Incumbent>) -> Vec<String> {
+pub(super) fn aliases(suspects: &[Challenger], k: usize, incumbent: Option<&Incumbent>) -> Vec<String> {
     let own = &suspects[k];
     if own.candidate.term.effect.stage() == Stage::Reading {
         return Vec::new();
@@ -173,7 +173,7 @@ impl Challenger<'_> {
 
     /// Whether this log cannot tell it from `other`.
     #[must_use]
-    pub fn alike(&self, other: &Challenger) -> bool {
+    pub(crate) fn alike(&self, other: &Challenger) -> bool {
         let two = self.beside(other);
         if passes(ALIKE, &two) {
             return true;
@@ -235,7 +235,7 @@ impl Challenger<'_> {
     /// Whether it belongs in the place of the effect, of this many parameters, that `incumbent` has and it has not: by
     /// likelihood where both are nearly right, and never with more error.
     #[must_use]
-    pub fn replaces(&self, incumbent: &Incumbent, freedom: usize) -> bool {
+    pub(crate) fn replaces(&self, incumbent: &Incumbent, freedom: usize) -> bool {
         let before = self.before(incumbent);
         let model = incumbent.beside(self.candidate.term.effect, self.candidate.series);
         let two = Contrast {
@@ -250,20 +250,20 @@ impl Challenger<'_> {
     /// Whether `other`, which may stand in its place, says as much with fewer parameters, and needs no free shape for a
     /// measured channel.
     #[must_use]
-    pub fn is_said_plainer_by(&self, other: &Challenger) -> bool {
+    pub(crate) fn is_said_plainer_by(&self, other: &Challenger) -> bool {
         let two = self.beside(other);
         passes(PLAINER, &two) && other.significant() && (self.alike(other) || passes(HARDLY_BEATS, &two))
     }
 
     /// Rise of ln L less what its parameters are worth, to choose among some that are all good enough.
     #[must_use]
-    pub fn worth(&self) -> f64 {
+    pub(crate) fn worth(&self) -> f64 {
         self.rise - limit::PARAMETER.value * self.candidate.freedom as f64
     }
 
     /// ln(J_other/J_self) over the blocks.
     #[must_use]
-    pub fn against(&self, other: &Challenger) -> Estimate {
+    pub(crate) fn against(&self, other: &Challenger) -> Estimate {
         let logs: Vec<f64> =
             self.falls.iter().zip(&other.falls).filter_map(|(a, b)| Some(a.as_ref()? - b.as_ref()?)).collect();
         Estimate::mean(&logs, BLOCKS_APART)

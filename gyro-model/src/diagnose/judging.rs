@@ -26,7 +26,7 @@ use std::f64::consts::SQRT_2;
 impl Incumbent<'_> {
     /// Whether a model without `term`, of this series, needs it: `with` is this model and the term, fitted.
     #[must_use]
-    pub fn needs(&self, with: &Incumbent, series: usize, term: &Term) -> bool {
+    pub(crate) fn needs(&self, with: &Incumbent, series: usize, term: &Term) -> bool {
         let gls = |incumbent: &Incumbent| incumbent.beside(term.effect, series).gls.log_likelihood;
         let gain = gls(with) - gls(self);
         let candidate = Candidate { series, term: term.clone(), score: gain, removes: 0.0, freedom: term.values.len() };
@@ -71,13 +71,13 @@ fn is_mean(term: &Term, series: &Series) -> bool {
 impl Challenger<'_> {
     /// J of its axis without it.
     #[must_use]
-    pub fn before(&self, incumbent: &Incumbent) -> f64 {
+    pub(crate) fn before(&self, incumbent: &Incumbent) -> f64 {
         incumbent.excess(self.candidate.series)
     }
 
     /// Share of J − 1 that it removes; `None` where there is none.
     #[must_use]
-    pub fn share(&self, incumbent: &Incumbent) -> Option<f64> {
+    pub(crate) fn share(&self, incumbent: &Incumbent) -> Option<f64> {
         let before = self.before(incumbent);
         (before > 1.0).then(|| (before - self.excess) / (before - 1.0))
     }
@@ -125,7 +125,7 @@ impl Challenger<'_> {
 
     /// Whether it is let in.
     #[must_use]
-    pub fn passes(&self, incumbent: &Incumbent) -> bool {
+    pub(crate) fn passes(&self, incumbent: &Incumbent) -> bool {
         passes(ADMISSION, &self.case(incumbent))
     }
 
@@ -141,13 +141,13 @@ impl Challenger<'_> {
 
     /// Whether it is worth a mention: significant, holding on data that were not fitted, and within its bounds.
     #[must_use]
-    pub fn significant(&self) -> bool {
+    pub(crate) fn significant(&self) -> bool {
         passes(MENTION, &self.alone())
     }
 
     /// Whether noise alone would hardly do as well.
     #[must_use]
-    pub fn is_no_chance(&self) -> bool {
+    pub(crate) fn is_no_chance(&self) -> bool {
         self.p_value < limit::SIGNIFICANCE.value
     }
 }

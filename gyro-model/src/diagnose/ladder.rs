@@ -25,7 +25,7 @@ use crate::{
 
 /// The ladder of axes that share a reference.
 #[must_use]
-pub fn climb(record: &Record, bench: &Bench, start: &Model, options: &Options) -> (Model, Vec<AxisLadder>) {
+pub(super) fn climb(record: &Record, bench: &Bench, start: &Model, options: &Options) -> (Model, Vec<AxisLadder>) {
     let mut steps = vec![Vec::new(); bench.problem.series.len()];
     let top = search(bench, start, options, &mut |study, change| {
         let step = change.step(&Judged::new(study, change.series, false));

@@ -23,7 +23,7 @@ use crate::{
 impl Parts {
     /// The model fitted to each part, and the suspects there.
     #[must_use]
-    pub fn suspects(&self, model: &Model, options: &Options) -> [(Incumbent<'_>, Vec<Challenger<'_>>); 2] {
+    pub(crate) fn suspects(&self, model: &Model, options: &Options) -> [(Incumbent<'_>, Vec<Challenger<'_>>); 2] {
         self.each().map(|part| {
             let incumbent = Incumbent::new(Study::fit(part, model, None));
             let suspects = incumbent.suspects(options);
@@ -33,7 +33,13 @@ impl Parts {
 
     /// The ladder of axes that share a reference.
     #[must_use]
-    pub fn climb(&self, record: &Record, bench: &Bench, start: &Model, options: &Options) -> (Model, Vec<AxisLadder>) {
+    pub(crate) fn climb(
+        &self,
+        record: &Record,
+        bench: &Bench,
+        start: &Model,
+        options: &Options,
+    ) -> (Model, Vec<AxisLadder>) {
         let axes = axes(bench);
         let mut rungs: Vec<(Model, Change)> = Vec::new();
         let tell = |study: &Study, change: &Change| {

@@ -22,7 +22,7 @@ const LEADERS_OF_SEVERAL: usize = 3;
 impl<'a> Incumbent<'a> {
     /// The suspects of this model, refitted, axis by axis, best first.
     #[must_use]
-    pub fn suspects(&self, options: &Options) -> Vec<Challenger<'a>> {
+    pub(crate) fn suspects(&self, options: &Options) -> Vec<Challenger<'a>> {
         let all = self.scanned(options);
         let axes = self.study.bench.problem.series.len();
         let most = if axes > 1 { LEADERS_OF_SEVERAL } else { LEADERS };

@@ -8,10 +8,10 @@ use super::{Acts, Card, Effect, Felt, Memory, ParameterCard, Role, Signals, Span
 use crate::Axis;
 
 /// The explanation.
-pub static ZERO_FOR_A_WHILE: ZeroForAWhile = ZeroForAWhile;
+pub(crate) static ZERO_FOR_A_WHILE: ZeroForAWhile = ZeroForAWhile;
 
 /// See the file's head.
-pub struct ZeroForAWhile;
+pub(crate) struct ZeroForAWhile;
 
 static CARD: Card = Card {
     id: "zero-for-a-while",

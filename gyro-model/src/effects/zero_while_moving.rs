@@ -8,15 +8,15 @@ use crate::Axis;
 use bytemuck::{Pod, Zeroable};
 
 /// The explanation.
-pub static ZERO_WHILE_MOVING: ZeroWhileMoving = ZeroWhileMoving;
+pub(crate) static ZERO_WHILE_MOVING: ZeroWhileMoving = ZeroWhileMoving;
 
 /// See the file's head.
-pub struct ZeroWhileMoving;
+pub(crate) struct ZeroWhileMoving;
 
 /// Rate from which on a shaft moves, rad/s.
-pub const MOVES: f64 = 0.03;
+pub(crate) const MOVES: f64 = 0.03;
 /// How long a shaft counts as moving after that, s: at a reversal it is slow for a moment.
-pub const LASTS: f64 = 1.0;
+pub(crate) const LASTS: f64 = 1.0;
 
 static CARD: Card = Card {
     id: "zero-while-moving",

@@ -25,7 +25,7 @@ use std::borrow::Cow;
 const ZEROED: u64 = 0;
 
 /// Draws of noise alone on the motion of one axis of a study: residuals at its reference rows, each channel its own.
-pub struct Draws<'a> {
+pub(crate) struct Draws<'a> {
     study: &'a Study<'a>,
     series: usize,
     /// Where the shaft stood in the encoder's counts, draw by draw; anywhere without them.
@@ -33,7 +33,7 @@ pub struct Draws<'a> {
 }
 
 /// Counts that an encoder would have shown from elsewhere.
-pub struct Recounted {
+pub(crate) struct Recounted {
     /// The readings that they single out.
     pub readings: Vec<Reading>,
     /// What the encoder makes the residual be at each reference row, rad.
@@ -54,25 +54,25 @@ enum Seen {
 impl<'a> Draws<'a> {
     /// With an encoder that counts from anywhere.
     #[must_use]
-    pub fn anywhere(study: &'a Study<'a>, series: usize) -> Self {
+    pub(crate) fn anywhere(study: &'a Study<'a>, series: usize) -> Self {
         Self { study, series, places: None }
     }
 
     /// With one that counts from where the residual says, if the motion repeats itself exactly; `None` where it does not.
     #[must_use]
-    pub fn where_seen(study: &'a Study<'a>, series: usize) -> Option<Self> {
+    pub(crate) fn where_seen(study: &'a Study<'a>, series: usize) -> Option<Self> {
         Some(Self { places: Some(places(study, series)?), ..Self::anywhere(study, series) })
     }
 
     /// One draw as the error curve sees it.
     #[must_use]
-    pub fn plain(&self, seed: u64) -> Vec<Vec<f64>> {
+    pub(crate) fn plain(&self, seed: u64) -> Vec<Vec<f64>> {
         self.draw(Seen::Plain, seed)
     }
 
     /// One draw as the filter reads it: at the middle of a count the encoder errs as little as there, wherever its zero is.
     #[must_use]
-    pub fn read(&self, seed: u64) -> Vec<Vec<f64>> {
+    pub(crate) fn read(&self, seed: u64) -> Vec<Vec<f64>> {
         self.draw(Seen::ByFilter, seed)
     }
 
@@ -82,7 +82,7 @@ impl<'a> Draws<'a> {
     /// A count's rest where the shaft turns round is long or short by where the encoder counts from, and what it reads too much goes
     /// with that. Whoever holds the rows fixed sees nothing of it.
     #[must_use]
-    pub fn recounted(&self, seed: u64) -> Option<Recounted> {
+    pub(crate) fn recounted(&self, seed: u64) -> Option<Recounted> {
         let s = &self.study.bench.problem.series[self.series];
         if !s.encoder.shows_counts() {
             return None;
@@ -186,7 +186,7 @@ impl<'a> Draws<'a> {
 /// One draw of noise alone from the samples on, as residuals at the reference rows: what is left of it where each of two models
 /// undoes what its `terms` do to readings and to their times.
 #[must_use]
-pub fn draw_through(bench: &Bench, series: usize, warm: &Warm, terms: [&[Term]; 2], seed: u64) -> [Vec<f64>; 2] {
+pub(crate) fn draw_through(bench: &Bench, series: usize, warm: &Warm, terms: [&[Term]; 2], seed: u64) -> [Vec<f64>; 2] {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (s, prior) = (&bench.problem.series[series], &bench.prior[series]);
     let sigma = white_share(s, prior).sqrt() * prior.angle_random_walk / s.span().dt.sqrt();

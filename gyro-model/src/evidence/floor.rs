@@ -9,7 +9,7 @@ use crate::parallel;
 
 /// F(τ) and the upper end of its band.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Floor {
+pub(crate) struct Floor {
     /// F(τ), rad/s.
     pub floor: Vec<f64>,
     /// What 99 % of such logs lie below, over all τ together, rad/s.
@@ -26,7 +26,7 @@ const PRIOR_UNCERTAINTY: f64 = 0.04;
 
 /// The floor of one axis of a study; `component` picks its body axis where a quaternion serves three.
 #[must_use]
-pub fn floor(study: &Study, series: usize, component: Option<usize>) -> Floor {
+pub(crate) fn floor(study: &Study, series: usize, component: Option<usize>) -> Floor {
     let bench = study.bench;
     let windows = &bench.windows;
     let noise_alone = Draws::where_seen(study, series).unwrap_or_else(|| Draws::anywhere(study, series));

@@ -18,7 +18,7 @@ const CUBIC: usize = 4;
 
 /// dT/dt at each time, K/s; zero where there is nothing to tell it from.
 #[must_use]
-pub fn heating(t: &[f64], temperature: &[f64]) -> Vec<f64> {
+pub(super) fn heating(t: &[f64], temperature: &[f64]) -> Vec<f64> {
     let (at, means) = means(t, temperature);
     if at.len() < 2 {
         return vec![0.0; t.len()];

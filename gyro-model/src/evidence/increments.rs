@@ -9,7 +9,7 @@ use crate::nls::{self, dot};
 use std::ops::Range;
 
 /// Blocks that a log is cut into: short enough that what shows for a while (a warm-up, a step) is seen from both sides.
-pub const BLOCKS: usize = 30;
+pub(crate) const BLOCKS: usize = 30;
 /// Averaging times that are always among them, s: those of the headline.
 const HEADLINE: [f64; 3] = [0.1, 1.0, 10.0];
 const PAIRS: usize = 8_000;

@@ -2,7 +2,7 @@
 
 /// ∫ y dt at every sample from the first: cubic through four samples where they are about even, else the trapezoid.
 #[must_use]
-pub fn integral(t: &[f64], y: &[f64]) -> Vec<f64> {
+pub(crate) fn integral(t: &[f64], y: &[f64]) -> Vec<f64> {
     let n = y.len();
     let mut out = vec![0.0; n];
     for k in 1..n {
@@ -23,7 +23,7 @@ pub fn integral(t: &[f64], y: &[f64]) -> Vec<f64> {
 
 /// Value at `x` of the cubic Hermite curve with values `y` and slopes `slope` at `t`; linear beyond the ends. `hint` is
 /// where the last look-up ended.
-pub fn hermite(t: &[f64], y: &[f64], slope: &[f64], x: f64, hint: &mut usize) -> f64 {
+pub(crate) fn hermite(t: &[f64], y: &[f64], slope: &[f64], x: f64, hint: &mut usize) -> f64 {
     let n = t.len();
     let mut k = (*hint).min(n - 2);
     while k + 2 < n && t[k + 1] <= x {
@@ -46,7 +46,7 @@ pub fn hermite(t: &[f64], y: &[f64], slope: &[f64], x: f64, hint: &mut usize) ->
 
 /// The cubic with these values and slopes at 0 and 1.
 #[must_use]
-pub fn cubic([y0, y1]: [f64; 2], [slope0, slope1]: [f64; 2], s: f64) -> f64 {
+pub(crate) fn cubic([y0, y1]: [f64; 2], [slope0, slope1]: [f64; 2], s: f64) -> f64 {
     let (s2, s3) = (s * s, s * s * s);
     y0 * (2.0 * s3 - 3.0 * s2 + 1.0) + slope0 * (s3 - 2.0 * s2 + s) + y1 * (3.0 * s2 - 2.0 * s3) + slope1 * (s3 - s2)
 }
@@ -54,7 +54,7 @@ pub fn cubic([y0, y1]: [f64; 2], [slope0, slope1]: [f64; 2], s: f64) -> f64 {
 /// Moving average of `y` over ±`half` seconds, by times; near the ends the window shrinks evenly on both sides, so that
 /// a straight line stays itself.
 #[must_use]
-pub fn smooth(t: &[f64], y: &[f64], half: f64) -> Vec<f64> {
+pub(crate) fn smooth(t: &[f64], y: &[f64], half: f64) -> Vec<f64> {
     let n = y.len();
     let mut sum = vec![0.0; n + 1];
     for k in 0..n {

@@ -5,7 +5,7 @@ use crate::order::median;
 /// How far apart the knots are between which these angles, of one reference at times `t`, turn evenly, s; `None` where every row is a
 /// reading of its own. `dt` is the usual time from row to row.
 #[must_use]
-pub fn apart(t: &[f64], dt: f64, angles: &[Vec<f64>]) -> Option<f64> {
+pub(super) fn apart(t: &[f64], dt: f64, angles: &[Vec<f64>]) -> Option<f64> {
     let bends = bends(t, angles);
     let mut sorted = bends.clone();
     sorted.sort_by(f64::total_cmp);

@@ -43,7 +43,7 @@ const REACH: f64 = 9.0;
 
 /// What is sought within.
 #[derive(Clone, Copy, Debug)]
-pub struct Limits {
+pub(crate) struct Limits {
     /// The largest parameters, infinite where they don't matter.
     pub most: NoiseModel,
     /// The shortest correlation time, s.
@@ -54,7 +54,7 @@ pub struct Limits {
 
 /// The likeliest noise within `limits` that is reached from `start` in so many steps, and its −ln L.
 #[must_use]
-pub fn seek(
+pub(crate) fn seek(
     start: &NoiseModel,
     rows: &Rows,
     residual: &[Vec<f64>],
@@ -66,7 +66,7 @@ pub fn seek(
 
 /// The same where a fall of −2 ln L by less than `enough` is not sought.
 #[must_use]
-pub fn seek_to(
+pub(crate) fn seek_to(
     start: &NoiseModel,
     rows: &Rows,
     residual: &[Vec<f64>],

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 /// A line's frequency and size.
 #[derive(Clone, Copy, Debug)]
-pub struct Line {
+pub(crate) struct Line {
     /// Hz.
     pub frequency: f64,
     /// Of sin 2πft.
@@ -68,31 +68,31 @@ impl Line {
     /// What of the signal goes like sin 2πft and cos 2πft, by Hann weights; what comes unevenly lets a little of a large one leak in.
     /// Values that are not finite say nothing.
     #[must_use]
-    pub fn at(frequency: f64, t: &[f64], values: &[f64]) -> Self {
+    pub(crate) fn at(frequency: f64, t: &[f64], values: &[f64]) -> Self {
         Tapered::by_hann(t, values).line(frequency)
     }
 
     /// The largest line about a frequency that is known to `near`, Hz.
     #[must_use]
-    pub fn top(frequency: f64, near: f64, t: &[f64], values: &[f64]) -> Self {
+    pub(crate) fn top(frequency: f64, near: f64, t: &[f64], values: &[f64]) -> Self {
         Tapered::by_hann(t, values).largest(frequency, near)
     }
 
     /// The same by equal weights: beside white noise, and nothing else, the likeliest.
     #[must_use]
-    pub fn likeliest(frequency: f64, near: f64, t: &[f64], values: &[f64]) -> Self {
+    pub(crate) fn likeliest(frequency: f64, near: f64, t: &[f64], values: &[f64]) -> Self {
         Tapered::of(t, values, |_| 1.0).largest(frequency, near)
     }
 
     /// Its amplitude.
     #[must_use]
-    pub fn size(&self) -> f64 {
+    pub(crate) fn size(&self) -> f64 {
         self.sine.hypot(self.cosine)
     }
 
     /// Its value at a time.
     #[must_use]
-    pub fn value(&self, t: f64) -> f64 {
+    pub(crate) fn value(&self, t: f64) -> f64 {
         let (sin, cos) = (TAU * self.frequency * t).sin_cos();
         self.sine * sin + self.cosine * cos
     }
@@ -100,7 +100,7 @@ impl Line {
 
 /// The frequency of a signal that is one line about its mean, but for a hundredth of it, Hz.
 #[must_use]
-pub fn only(t: &[f64], values: &[f64]) -> Option<f64> {
+pub(crate) fn only(t: &[f64], values: &[f64]) -> Option<f64> {
     if values.len() < FEWEST {
         return None;
     }
@@ -144,7 +144,7 @@ const FAR: f64 = 20.0;
 
 /// Bins from the middle one of three to the top of the line that their power shows: near it, ln power is a parabola.
 #[must_use]
-pub fn crest(power: [f64; 3]) -> f64 {
+pub(crate) fn crest(power: [f64; 3]) -> f64 {
     let [before, top, after] = power.map(|power| power.max(1e-300).ln());
     let bend = 2.0 * top - before - after;
     if bend > 0.0 { (0.5 * (after - before) / bend).clamp(-0.5, 0.5) } else { 0.0 }

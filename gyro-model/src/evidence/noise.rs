@@ -15,7 +15,7 @@ use crate::{model::Noise, nls};
 use faer::Mat;
 
 /// Blocks in time over which the likelihood is held out.
-pub const BLOCKS: usize = 20;
+pub(crate) const BLOCKS: usize = 20;
 
 /// Generalised least squares about the parameters of a study.
 #[derive(Clone, Debug)]

@@ -80,7 +80,7 @@ pub enum ReferenceSource {
 
 /// The prior noise of each axis.
 #[must_use]
-pub fn priors(problem: &Problem) -> Vec<Prior> {
+pub(crate) fn priors(problem: &Problem) -> Vec<Prior> {
     let of = |s: &Series| match problem.attitude() {
         None => prior(s, &s.reference_angle),
         Some(attitude) => prior(s, &attitude.turned_about(s.axis.index())),
@@ -194,7 +194,7 @@ fn reference_walk(series: &Series) -> f64 {
 
 /// The same of what a problem's axes were found to have, to be carried beside means of its rows.
 #[must_use]
-pub fn walks(problem: &Problem) -> Vec<Walk> {
+pub(crate) fn walks(problem: &Problem) -> Vec<Walk> {
     let each = problem.series.iter().zip(priors(problem));
     each.map(|(series, prior)| Walk { gyro: prior.reading, assumed: prior.assumed, reference: reference_walk(series) })
         .collect()
@@ -258,7 +258,7 @@ const TURNS: f64 = 3.0;
 
 /// F(τ) of white gyro noise and reference noise alone, rad/s: F² = N²/τ + 2σ²/τ².
 #[must_use]
-pub fn weights(prior: &Prior, tau: &[f64]) -> Vec<f64> {
+pub(crate) fn weights(prior: &Prior, tau: &[f64]) -> Vec<f64> {
     tau.iter().map(|t| (prior.angle_random_walk.powi(2) / t + 2.0 * (prior.encoder / t).powi(2)).sqrt()).collect()
 }
 

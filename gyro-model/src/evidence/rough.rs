@@ -50,7 +50,7 @@ pub(super) struct Lines {
 
 impl Lines {
     /// `None` where there are too few differences to tell.
-    pub fn of(differences: &[f64]) -> Option<Self> {
+    pub(super) fn of(differences: &[f64]) -> Option<Self> {
         let n = differences.len();
         let beside = (n / PARTS).clamp(BESIDE.0, BESIDE.1);
         if n < 8 * BESIDE.0 {
@@ -78,7 +78,7 @@ impl Lines {
     }
 
     /// Share of the power that stands in them.
-    pub fn share(&self) -> f64 {
+    pub(super) fn share(&self) -> f64 {
         let all = self.power.iter().sum::<f64>();
         if all > 0.0 { self.over.iter().map(|(_, over)| over).sum::<f64>() / all } else { 0.0 }
     }
@@ -208,7 +208,7 @@ pub(super) struct Spread {
 }
 
 impl Spread {
-    pub fn of(mut variances: Vec<f64>) -> Self {
+    pub(super) fn of(mut variances: Vec<f64>) -> Self {
         if variances.is_empty() {
             return Self::default();
         }
@@ -224,12 +224,12 @@ impl Spread {
     }
 
     /// Without a share of it.
-    pub fn less(self, share: f64) -> Self {
+    pub(super) fn less(self, share: f64) -> Self {
         let less = |variance: f64| variance * (1.0 - share);
         Self { mean: less(self.mean), quiet: less(self.quiet), smooth: less(self.smooth) }
     }
 
-    pub fn uneven(self) -> bool {
+    pub(super) fn uneven(self) -> bool {
         self.mean > 4.0 * self.quiet
     }
 }

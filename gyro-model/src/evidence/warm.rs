@@ -44,7 +44,7 @@ impl Quiet {
     }
 
     /// What is left of another angle, noise alone say, where the same is done to it.
-    pub fn likewise(&self, t: &[f64], angle: &[f64]) -> Self {
+    pub(super) fn likewise(&self, t: &[f64], angle: &[f64]) -> Self {
         Self::of(t, &derivative(t, angle), self.by.clone())
     }
 }

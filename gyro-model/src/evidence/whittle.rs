@@ -18,7 +18,7 @@ use super::{
 };
 
 /// Mean power in bands of frequency.
-pub struct Periodogram {
+pub(crate) struct Periodogram {
     dt: f64,
     span: f64,
     bands: Vec<Band>,
@@ -44,7 +44,7 @@ const TIMES: [f64; 4] = [1e-4, 1e-3, 1e-2, 0.05];
 impl Periodogram {
     /// Of a residual's steps, its channels summed; `None` where the rows are too few.
     #[must_use]
-    pub fn new(residual: &[Vec<f64>], t: &[f64]) -> Option<Self> {
+    pub(crate) fn new(residual: &[Vec<f64>], t: &[f64]) -> Option<Self> {
         let n = fast_length(t.len().checked_sub(1).filter(|&n| n >= 64)?);
         let dt = (t[n] - t[0]) / n as f64;
         let taper = hann(n);
@@ -71,7 +71,7 @@ impl Periodogram {
 
     /// −ln L of a noise, constants left out; noise that grows with the rate is not counted.
     #[must_use]
-    pub fn cost(&self, noise: &NoiseModel) -> f64 {
+    pub(crate) fn cost(&self, noise: &NoiseModel) -> f64 {
         if noise.forgets_later_than(self.span) {
             return 1e300;
         }
@@ -96,7 +96,7 @@ impl Periodogram {
 
     /// The likeliest noise without and with a correlated rate, sought from `start`.
     #[must_use]
-    pub fn search(&self, start: &NoiseModel) -> (NoiseModel, NoiseModel) {
+    pub(crate) fn search(&self, start: &NoiseModel) -> (NoiseModel, NoiseModel) {
         let seek = |p: &[f64]| simplex(p, 0.7, EVALUATIONS, |p| self.cost(&NoiseModel::from_logs(p)));
         let plain = NoiseModel { correlated: 0.0, rate_random_walk: 0.0, ..*start };
         let mut few = seek(&plain.logs());

@@ -14,7 +14,7 @@ use crate::{
 
 /// An axis' held-out errors beside what noise alone would leave.
 #[derive(Clone, Debug)]
-pub struct Judged {
+pub(crate) struct Judged {
     /// Averaging times, s.
     pub tau: Vec<f64>,
     /// E(τ), rad/s.
@@ -26,7 +26,7 @@ pub struct Judged {
 impl Judged {
     /// Judges series `series` of a study; `held` judges the parameters as they stand, without blocked refits.
     #[must_use]
-    pub fn new(study: &Study, series: usize, held: bool) -> Self {
+    pub(crate) fn new(study: &Study, series: usize, held: bool) -> Self {
         let bench = study.bench;
         let component = bench.problem.attitude().map(|_| bench.problem.series[series].axis.index());
         let tau = &bench.windows.tau;
@@ -49,7 +49,7 @@ impl Judged {
 
     /// Share of the error² of each averaging time that is gone from another curve, at its nearest averaging time.
     #[must_use]
-    pub fn removed(&self, after: &[ErrorPoint]) -> Vec<f64> {
+    pub(crate) fn removed(&self, after: &[ErrorPoint]) -> Vec<f64> {
         let apart = |tau: f64, point: &ErrorPoint| (point.tau_s / tau).ln().abs();
         let gone = |(tau, error): (&f64, &f64)| {
             let near = after.iter().min_by(|a, b| apart(*tau, a).total_cmp(&apart(*tau, b)));
@@ -60,25 +60,25 @@ impl Judged {
 
     /// The largest E/F.
     #[must_use]
-    pub fn over_floor(&self) -> f64 {
+    pub(crate) fn over_floor(&self) -> f64 {
         self.error.iter().zip(&self.floor.floor).map(|(e, f)| e / f).fold(0.0, f64::max)
     }
 
     /// J, the mean of (E/F)².
     #[must_use]
-    pub fn excess(&self) -> f64 {
+    pub(crate) fn excess(&self) -> f64 {
         self.error.iter().zip(&self.floor.floor).map(|(e, f)| (e / f).powi(2)).sum::<f64>() / self.error.len() as f64
     }
 
     /// Whether every error lies below the band's upper end.
     #[must_use]
-    pub fn within(&self) -> bool {
+    pub(crate) fn within(&self) -> bool {
         self.error.iter().zip(&self.floor.upper).all(|(e, u)| e <= u)
     }
 
     /// As reported. An error of nothing at all is one of no steps: a model that leaves out every one of them is not judged.
     #[must_use]
-    pub fn points(&self) -> Vec<ErrorPoint> {
+    pub(crate) fn points(&self) -> Vec<ErrorPoint> {
         (0..self.tau.len())
             .map(|k| ErrorPoint {
                 tau_s: self.tau[k],
@@ -92,13 +92,13 @@ impl Judged {
 
 /// A number that JSON can hold.
 #[must_use]
-pub fn finite(value: f64) -> Option<f64> {
+pub(crate) fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
 /// The axis' part of a model; empty where it has none.
 #[must_use]
-pub fn axis_model(model: &Model, axis: Axis) -> AxisModel {
+pub(crate) fn axis_model(model: &Model, axis: Axis) -> AxisModel {
     model.axes[axis.index()].clone().unwrap_or_default()
 }
 
@@ -132,7 +132,7 @@ pub fn noise(model: &AxisModel) -> NoiseValue {
 
 /// The pictures of one axis, and where it fails in words.
 #[must_use]
-pub fn pictures(record: &Record, study: &Study, series: usize) -> (AxisDetail, Vec<FailsWhere>) {
+pub(crate) fn pictures(record: &Record, study: &Study, series: usize) -> (AxisDetail, Vec<FailsWhere>) {
     let problem = &study.bench.problem;
     let s = &problem.series[series];
     let error = problem.axis_error(&study.evaluation, series);

@@ -18,7 +18,7 @@ const THINNED: (f64, f64) = (30_000.0, 60_000.0);
 const RATE: f64 = 20.0;
 
 /// The parts of a long log.
-pub struct Parts {
+pub(crate) struct Parts {
     /// The whole at less detail.
     pub(crate) thin: Bench,
     /// The stretch that turns most, in full.
@@ -28,7 +28,7 @@ pub struct Parts {
 impl Parts {
     /// `None` where the log is not long, or too little of it is left in a part.
     #[must_use]
-    pub fn new(record: &Record, bench: &Bench, model: &Model) -> Option<Self> {
+    pub(crate) fn new(record: &Record, bench: &Bench, model: &Model) -> Option<Self> {
         if record.len() <= LONG {
             return None;
         }
@@ -42,13 +42,13 @@ impl Parts {
 
     /// Both.
     #[must_use]
-    pub fn each(&self) -> [&Bench; 2] {
+    pub(crate) fn each(&self) -> [&Bench; 2] {
         [&self.thin, &self.stretch]
     }
 
     /// A model fitted to every row of the log, begun from its thinned fit.
     #[must_use]
-    pub fn fit<'a>(&self, bench: &'a Bench, model: &Model) -> Study<'a> {
+    pub(crate) fn fit<'a>(&self, bench: &'a Bench, model: &Model) -> Study<'a> {
         Study::fit(bench, &Study::fit(&self.thin, model, None).model, None)
     }
 }

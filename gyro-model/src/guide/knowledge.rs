@@ -59,7 +59,7 @@ struct Group {
 
 /// The base model with the effects that these goals are of.
 #[must_use]
-pub fn model_of(record: &Record, goals: &[Goal]) -> Model {
+pub(super) fn model_of(record: &Record, goals: &[Goal]) -> Model {
     let mut model = Model { origin: Model::base_for(record).origin, ..Model::default() };
     for goal in goals {
         let own = model.axes[goal.axis.index()].get_or_insert_with(|| AxisModel::base(goal.axis));

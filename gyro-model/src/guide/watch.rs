@@ -58,12 +58,12 @@ pub(super) struct Seen {
 }
 
 impl Watch {
-    pub fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self { alpha: [1.0; 3], ..Self::default() }
     }
 
     /// Takes what is known of scale factor and bias.
-    pub fn calibrate(&mut self, model: &Model) {
+    pub(super) fn calibrate(&mut self, model: &Model) {
         for (i, own) in model.axes.iter().enumerate() {
             let Some(own) = own else { continue };
             if own.delta().is_finite() && own.alpha().is_finite() && own.alpha() > 0.2 && own.alpha() < 5.0 {
@@ -72,7 +72,7 @@ impl Watch {
         }
     }
 
-    pub fn take(&mut self, row: &Row) {
+    pub(super) fn take(&mut self, row: &Row) {
         let t = row.t_ns as f64 * 1e-9;
         self.follow(row);
         if self.readings.len() == READINGS {
@@ -135,7 +135,7 @@ impl Watch {
     }
 
     /// What an axis did in the last `seconds`, not before `since`.
-    pub fn seen(&self, axis: Axis, seconds: f64, since: f64) -> Seen {
+    pub(super) fn seen(&self, axis: Axis, seconds: f64, since: f64) -> Seen {
         let i = axis.index();
         let Some(now) = self.looks.back().map(|look| look.t) else { return Seen::default() };
         let from = self.looks.partition_point(|look| look.t < (now - seconds).max(since));
@@ -167,7 +167,7 @@ impl Watch {
     }
 
     /// Rows a second lately.
-    pub fn rows_a_second(&self) -> Option<f64> {
+    pub(super) fn rows_a_second(&self) -> Option<f64> {
         let (last, from) = (self.looks.back()?, self.looks.len().saturating_sub(300));
         let seconds = last.t - self.looks[from].t;
         let rows: u32 = self.looks.range(from + 1..).map(|look| look.rows).sum();
@@ -175,7 +175,7 @@ impl Watch {
     }
 
     /// The largest reading of an axis, where it stands at it as at the end of its range, rad/s.
-    pub fn rail(&self, axis: Axis) -> Option<f64> {
+    pub(super) fn rail(&self, axis: Axis) -> Option<f64> {
         let readings =
             || self.readings.iter().map(|reading| reading[axis.index()]).filter(|reading| reading.is_finite());
         let largest = readings().map(f64::abs).fold(0.0, f64::max);

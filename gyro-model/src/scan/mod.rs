@@ -3,8 +3,8 @@
 //! The scan is a score test in the whitened domain: with the noise identified for the present model, how much would
 //! ln L rise if this column joined, everything else re-fitted linearly. It only chooses who is refitted exactly.
 
-pub mod read_off;
-pub mod tone;
+pub(crate) mod read_off;
+pub(crate) mod tone;
 
 use crate::{
     AxisModel, Model, Term,
@@ -31,7 +31,7 @@ const MULTIPLES: f64 = 9.0;
 
 /// One effect at its best grid point.
 #[derive(Clone, Debug)]
-pub struct Candidate {
+pub(crate) struct Candidate {
     /// Index into the problem's series.
     pub series: usize,
     /// The effect, with the parameters to start an exact refit from.
@@ -46,7 +46,7 @@ pub struct Candidate {
 
 /// Whether the log holds what the effect needs: an axis that rests shows what its bias goes with, and nothing else.
 #[must_use]
-pub fn can_show(effect: &dyn Effect, series: &Series) -> bool {
+pub(crate) fn can_show(effect: &dyn Effect, series: &Series) -> bool {
     let shows = match series.rest {
         Rest::None => true,
         // What the other axes turn may leak into a gyro whose own shaft rests.
@@ -484,7 +484,7 @@ fn prior_floor(study: &Study) -> Vec<f64> {
 /// every other axis that has nothing of the kind: what one axis reads late the others read late too, as much of it, and a sensor that is
 /// turned is so for all; and their errors are carried into its own.
 #[must_use]
-pub fn with_term_throughout(study: &Study, series: usize, term: &Term) -> Model {
+pub(crate) fn with_term_throughout(study: &Study, series: usize, term: &Term) -> Model {
     let mut model = with_term(study, series, term.clone());
     let problem = &study.bench.problem;
     if problem.attitude().is_none() || !term.effect.joins_throughout() {
@@ -502,7 +502,7 @@ pub fn with_term_throughout(study: &Study, series: usize, term: &Term) -> Model 
 
 /// The study's model with one more term.
 #[must_use]
-pub fn with_term(study: &Study, series: usize, term: Term) -> Model {
+pub(crate) fn with_term(study: &Study, series: usize, term: Term) -> Model {
     let mut model = study.model.clone();
     let axis = study.bench.problem.series[series].axis;
     model.axes[axis.index()].get_or_insert_with(|| AxisModel::base(axis)).terms.push(term);

@@ -10,7 +10,7 @@ use crate::{
 
 /// The limit that the readings show, if they do.
 #[must_use]
-pub fn read_off(effect: &dyn Effect, series: &Series) -> Option<f64> {
+pub(crate) fn read_off(effect: &dyn Effect, series: &Series) -> Option<f64> {
     let readings: Vec<f64> = series.gyro.iter().zip(&series.read).filter(|(_, read)| **read).map(|(g, _)| *g).collect();
     if effect.is(Trait::Ceiling) {
         let most = |rail| if stands_alone(&readings, rail) { BEYOND_ALONE } else { BEYOND };

@@ -19,14 +19,14 @@ use std::{borrow::Cow, cell::LazyCell, ops::RangeInclusive};
 
 /// How many separate lines a log has room for.
 #[must_use]
-pub fn frequencies(t: &[f64]) -> f64 {
+pub(crate) fn frequencies(t: &[f64]) -> f64 {
     t.len() as f64
 }
 
 /// The strongest frequencies from 1 Hz up at which the reading has a line too, strongest first, Hz; none where the rows
 /// are too few for a spectrum. A reference that is read more seldom than the gyro shows a fast tone at one of its images.
 #[must_use]
-pub fn peaks(white: &[Vec<f64>], t: &[f64], series: &Series) -> Vec<f64> {
+pub(crate) fn peaks(white: &[Vec<f64>], t: &[f64], series: &Series) -> Vec<f64> {
     let (Some(spectrum), Some(reading)) = (Spectrum::new(white, t), Prominence::new(series)) else { return Vec::new() };
     // Bins of the residual's lines, and the frequencies at which the reading may have them.
     let mut chosen: Vec<(usize, f64)> = Vec::new();
@@ -70,7 +70,7 @@ const HIGHEST: f64 = 0.98;
 /// reading's own line would drown in the motion about it. An encoder's steps draw lines where a rate is held, which hide none
 /// elsewhere.
 #[must_use]
-pub fn beyond_noise(white: &[Vec<f64>], draws: &[Vec<Vec<f64>>], t: &[f64], series: &Series) -> Option<f64> {
+pub(crate) fn beyond_noise(white: &[Vec<f64>], draws: &[Vec<Vec<f64>>], t: &[f64], series: &Series) -> Option<f64> {
     let (spectrum, reading) = (Spectrum::new(white, t)?, Prominence::new(series)?);
     let noise = LazyCell::new(|| draws.iter().filter_map(|draw| Spectrum::new(draw, t)).collect::<Vec<_>>());
     let highest =
@@ -133,7 +133,7 @@ impl Prominence {
 }
 
 /// Lines that are looked at, and bins about one that belong to it.
-pub const LINES: usize = 10;
+pub(crate) const LINES: usize = 10;
 const LOBES: usize = 40;
 
 /// Power of a series (its channels summed), and the width of a bin in Hz.
@@ -211,7 +211,7 @@ impl Spectrum {
 
 /// Whether the gyro's own spectrum holds the line of a fitted tone.
 #[must_use]
-pub fn is_read(study: &Study, series: usize, term: &Term) -> bool {
+pub(crate) fn is_read(study: &Study, series: usize, term: &Term) -> bool {
     let [sine, cosine, frequency] = term.values[..] else { return false };
     is_felt(study, series, Line { frequency, sine, cosine })
 }
@@ -219,7 +219,7 @@ pub fn is_read(study: &Study, series: usize, term: &Term) -> bool {
 /// Whether the reference shows the line of a fitted tone too: of a tenth of its size as a rate, and well above what stands beside
 /// it. An error of the gyro alone is not seen there.
 #[must_use]
-pub fn is_in_reference(study: &Study, series: usize, term: &Term) -> bool {
+pub(crate) fn is_in_reference(study: &Study, series: usize, term: &Term) -> bool {
     let [sine, cosine, frequency] = term.values[..] else { return false };
     let problem = &study.bench.problem;
     let own = &problem.series[series];
@@ -245,7 +245,7 @@ const ASIDE: [f64; 8] = [-15.0, -11.0, -8.0, -5.0, 5.0, 8.0, 11.0, 15.0];
 
 /// Whether the sensor, as a model has it, felt this line to half its size, rad/s.
 #[must_use]
-pub fn is_felt(study: &Study, series: usize, line: Line) -> bool {
+pub(crate) fn is_felt(study: &Study, series: usize, line: Line) -> bool {
     let problem = &study.bench.problem;
     let felt = Line::at(line.frequency, &problem.series[series].t, &problem.felt(&study.model, series));
     (felt.sine - line.sine).hypot(felt.cosine - line.cosine) < 0.5 * line.size()

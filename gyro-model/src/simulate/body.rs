@@ -27,7 +27,7 @@ pub(super) struct Body {
 }
 
 impl Body {
-    pub fn new(sensor: &SensorSpec, random: ChaCha8Rng) -> Self {
+    pub(super) fn new(sensor: &SensorSpec, random: ChaCha8Rng) -> Self {
         Self {
             attitude: UnitQuaternion::identity(),
             force: [0.0; 3],
@@ -38,7 +38,7 @@ impl Body {
     }
 
     /// Moves on to the instant `now`, `dt` later; `free` where all three axes turn.
-    pub fn step(
+    pub(super) fn step(
         &mut self,
         sensor: &SensorSpec,
         free: bool,
@@ -73,7 +73,7 @@ impl Body {
     }
 
     /// The attitude as motion capture sees it: w, x, y, z, turned by `off` rad about the body's axes, and by `noise` rad about each.
-    pub fn seen(&self, off: [f64; 3], noise: f64, random: &mut ChaCha8Rng) -> [f64; 4] {
+    pub(super) fn seen(&self, off: [f64; 3], noise: f64, random: &mut ChaCha8Rng) -> [f64; 4] {
         let error = UnitQuaternion::from_scaled_axis(Vector3::from_fn(|_, _| normal(random, noise)));
         let shown = self.attitude * UnitQuaternion::from_scaled_axis(Vector3::from(off));
         let seen: Quaternion<f64> = (shown * error).into_inner();

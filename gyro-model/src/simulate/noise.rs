@@ -22,17 +22,17 @@ pub(super) struct Wander {
 
 impl Wander {
     /// Starting at zero.
-    pub fn new(std: f64, time_constant: f64) -> Self {
+    pub(super) fn new(std: f64, time_constant: f64) -> Self {
         Self { value: 0.0, std, time_constant }
     }
 
     /// Starting anywhere in its stationary distribution.
-    pub fn settled(std: f64, time_constant: f64, random: &mut ChaCha8Rng) -> Self {
+    pub(super) fn settled(std: f64, time_constant: f64, random: &mut ChaCha8Rng) -> Self {
         Self { value: normal(random, std), std, time_constant }
     }
 
     /// Exact for any step.
-    pub fn step(&mut self, dt: f64, random: &mut ChaCha8Rng) -> f64 {
+    pub(super) fn step(&mut self, dt: f64, random: &mut ChaCha8Rng) -> f64 {
         let keep = (-dt / self.time_constant).exp();
         self.value = keep * self.value + normal(random, self.std * (1.0 - keep * keep).sqrt());
         self.value
@@ -48,12 +48,12 @@ pub(super) struct Smooth {
 
 impl Smooth {
     /// Starting at zero.
-    pub fn new(std: f64, time_constant: f64) -> Self {
+    pub(super) fn new(std: f64, time_constant: f64) -> Self {
         Self { value: 0.0, drive: Wander::new(std * 2_f64.sqrt(), time_constant) }
     }
 
     /// For steps well below the time constant.
-    pub fn step(&mut self, dt: f64, random: &mut ChaCha8Rng) -> f64 {
+    pub(super) fn step(&mut self, dt: f64, random: &mut ChaCha8Rng) -> f64 {
         let before = self.drive.value;
         let after = self.drive.step(dt, random);
         self.value = low_pass(self.value, before, after, dt, self.drive.time_constant);
@@ -67,11 +67,11 @@ pub(super) struct Flicker(Vec<Wander>);
 
 impl Flicker {
     /// `std` is that of each decade-and-a-half or so of time constants between 0.1 s and 400 s.
-    pub fn new(std: f64, random: &mut ChaCha8Rng) -> Self {
+    pub(super) fn new(std: f64, random: &mut ChaCha8Rng) -> Self {
         Self((0..7).map(|k| Wander::settled(std, 0.1 * 4_f64.powi(k), random)).collect())
     }
 
-    pub fn step(&mut self, dt: f64, random: &mut ChaCha8Rng) -> f64 {
+    pub(super) fn step(&mut self, dt: f64, random: &mut ChaCha8Rng) -> f64 {
         self.0.iter_mut().map(|wander| wander.step(dt, random)).sum()
     }
 }

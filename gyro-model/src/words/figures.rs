@@ -3,12 +3,12 @@
 use crate::units::two;
 
 /// A number of rad that is not negative, in degrees.
-pub fn degrees(radians: f64) -> String {
+pub(super) fn degrees(radians: f64) -> String {
     two(radians.to_degrees())
 }
 
 /// A time, s.
-pub fn seconds(seconds: f64) -> String {
+pub(super) fn seconds(seconds: f64) -> String {
     let decimals = (1.0 - seconds.max(1e-3).log10().floor()).max(0.0) as usize;
     format!("{seconds:.decimals$} s")
 }

@@ -5,7 +5,7 @@ use crate::diagnosis::LimitedBy;
 
 /// What makes errors of random size and sign, of which only the variance follows the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cause {
+pub(crate) enum Cause {
     /// A scale that wanders within seconds.
     RandomScale,
     /// Noise that grows with the rate.
@@ -25,11 +25,11 @@ const SOME: u64 = 2;
 const EVENTS: u64 = 5;
 
 impl Cause {
-    pub const ALL: [Self; 5] =
+    pub(crate) const ALL: [Self; 5] =
         [Self::RandomScale, Self::RateNoise, Self::ReversalSteps, Self::StartStopSteps, Self::LostMotion];
 
     /// As it limits a log.
-    pub const fn limit(self) -> LimitedBy {
+    pub(crate) const fn limit(self) -> LimitedBy {
         match self {
             Self::RandomScale => LimitedBy::RandomScale,
             Self::RateNoise => LimitedBy::RateNoise,
@@ -40,7 +40,7 @@ impl Cause {
     }
 
     /// Unit of its size.
-    pub const fn unit(self) -> &'static str {
+    pub(crate) const fn unit(self) -> &'static str {
         match self {
             Self::RandomScale => "1",
             Self::RateNoise => "rad/√rad",
@@ -49,7 +49,7 @@ impl Cause {
     }
 
     /// How often it happens in the log, where it is made of events.
-    pub fn events(self, course: &Course) -> Option<u64> {
+    pub(crate) fn events(self, course: &Course) -> Option<u64> {
         let last = |counted: &[f64]| counted.last().copied().unwrap_or(0.0).round() as u64;
         match self {
             Self::RandomScale | Self::RateNoise => None,
@@ -60,12 +60,12 @@ impl Cause {
     }
 
     /// Whether it may have acted at all: it competes.
-    pub fn may_act(self, course: &Course) -> bool {
+    pub(crate) fn may_act(self, course: &Course) -> bool {
         self.events(course).is_none_or(|events| events >= SOME)
     }
 
     /// Whether the log holds enough of what it needs to be named.
-    pub fn may_show(self, course: &Course) -> bool {
+    pub(crate) fn may_show(self, course: &Course) -> bool {
         self.events(course).is_none_or(|events| events >= EVENTS)
     }
 
@@ -78,7 +78,7 @@ impl Cause {
     /// start-stop-steps  the same of starts and stops
     /// lost-motion       Σ over holes of (length · |ω|)², Σ over holes of (length · change of ω)²
     /// ```
-    pub fn forms(self, course: &Course, window: Window) -> Vec<f64> {
+    pub(crate) fn forms(self, course: &Course, window: Window) -> Vec<f64> {
         let over = |counted: &[f64]| counted[window.to] - counted[window.from];
         match self {
             Self::RandomScale => FORGETS.map(|time| course.scale_walk(window, time)).to_vec(),
@@ -90,7 +90,7 @@ impl Cause {
     }
 
     /// How many forms it has.
-    pub const fn count(self) -> usize {
+    pub(crate) const fn count(self) -> usize {
         match self {
             Self::RandomScale => FORGETS.len(),
             _ => 2,
@@ -98,7 +98,7 @@ impl Cause {
     }
 
     /// The square of its size, as a weight of each coefficient; `means` are the mean forms over the log's windows.
-    pub fn size_weights(self, means: &[f64], course: &Course) -> Vec<f64> {
+    pub(crate) fn size_weights(self, means: &[f64], course: &Course) -> Vec<f64> {
         let of_first = |k: usize| if means[0] > 0.0 { means[k] / means[0] } else { 0.0 };
         match self {
             // Each event makes one step: a coefficient is its mean square.

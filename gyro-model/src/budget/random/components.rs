@@ -8,7 +8,7 @@
 //! Searle, Casella and McCulloch 1992).
 
 /// Windows with what each column makes of their variance.
-pub struct Squares {
+pub(super) struct Squares {
     /// y², rad².
     pub square: Vec<f64>,
     /// The columns, window by window.
@@ -21,7 +21,7 @@ pub struct Squares {
 
 /// What was estimated.
 #[derive(Clone, Debug)]
-pub struct Components {
+pub(super) struct Components {
     /// The coefficients.
     pub values: Vec<f64>,
     /// Their covariance, if all windows were independent; nothing of those that are zero.
@@ -39,11 +39,11 @@ const ROUNDS: usize = 10;
 /// Sweeps of coordinate descent.
 const SWEEPS: usize = 200;
 /// Blocks over which the likelihood is held out.
-pub const BLOCKS: usize = 20;
+pub(super) const BLOCKS: usize = 20;
 
 impl Squares {
     /// The components of the columns that are `used`.
-    pub fn components(&self, used: &[bool]) -> Components {
+    pub(super) fn components(&self, used: &[bool]) -> Components {
         let own: Vec<usize> = (0..self.columns.len()).filter(|&j| used[j]).collect();
         let scale: Vec<f64> =
             own.iter().map(|&j| self.columns[j].iter().copied().fold(0.0, f64::max).max(1e-300)).collect();

@@ -8,7 +8,7 @@ use crate::{
 
 /// A stretch of the log, from one row to another.
 #[derive(Clone, Copy, Debug)]
-pub struct Window {
+pub(crate) struct Window {
     /// Its first row.
     pub from: usize,
     /// Its last row.
@@ -16,7 +16,7 @@ pub struct Window {
 }
 
 /// Angle error and motion, row by row; what is counted is summed up from the first row on.
-pub struct Course {
+pub(crate) struct Course {
     /// Times of the rows, s.
     pub t: Vec<f64>,
     /// Angle error, rad.
@@ -47,7 +47,7 @@ pub struct Course {
 
 /// Whose error is looked at.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum ErrorOf {
+pub(crate) enum ErrorOf {
     /// The model's: effects were looked for, and the model has what was found.
     Model,
     /// What the model leaves and the catalogue's columns do not foretell either: nobody has looked for effects.
@@ -69,7 +69,7 @@ const HOLE: f64 = 1.8;
 
 impl Course {
     /// Of one axis of a study; `None` where it does not turn.
-    pub fn of(study: &Study, series: usize, of: ErrorOf) -> Option<Self> {
+    pub(crate) fn of(study: &Study, series: usize, of: ErrorOf) -> Option<Self> {
         let (problem, evaluation) = (&study.bench.problem, &study.evaluation);
         let s = &problem.series[series];
         let t = problem.times().to_vec();
@@ -143,7 +143,7 @@ impl Course {
 
     /// Windows of one length, s, that overlap by half, `most` of them at most. One with silent rows has less noise than its length
     /// says: it is left out.
-    pub fn windows(&self, length: f64, most: usize) -> Vec<Window> {
+    pub(crate) fn windows(&self, length: f64, most: usize) -> Vec<Window> {
         let n = self.t.len();
         let rows = ((length / self.dt).round() as usize).max(1);
         let stride = (rows / 2).max(n / most.max(1)).max(1);
@@ -153,7 +153,7 @@ impl Course {
     }
 
     /// ∬ ω(a) ω(b) e^(−|a − b|/T) da db over a window, rad².
-    pub fn scale_walk(&self, window: Window, time: f64) -> f64 {
+    pub(crate) fn scale_walk(&self, window: Window, time: f64) -> f64 {
         let mut remembered = 0.0;
         let mut sum = 0.0;
         // A twentieth of T is fine enough.

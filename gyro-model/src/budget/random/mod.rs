@@ -23,9 +23,9 @@ use crate::{
     statistics::Estimate,
     thresholds as limit,
 };
-pub use cause::Cause;
+pub(crate) use cause::Cause;
 use components::{BLOCKS, Components, Squares};
-pub use course::ErrorOf;
+pub(crate) use course::ErrorOf;
 use course::{Course, Window};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -43,7 +43,7 @@ const ALIKE: f64 = 4.0;
 
 /// A random cause that was found.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub(crate) struct Found {
     /// Which.
     pub cause: Cause,
     /// Its size and standard error.
@@ -56,7 +56,7 @@ pub struct Found {
 
 /// The random causes of one axis' error.
 #[derive(Clone, Debug, Default)]
-pub struct Random {
+pub(crate) struct Random {
     /// Those that were found, the largest first.
     pub found: Vec<Found>,
     /// ln L of the windows with them, as far as these are independent; nothing where there are too few windows.
@@ -66,7 +66,7 @@ pub struct Random {
 impl Random {
     /// Of one axis of a study; `tau` are the averaging times of its error curve.
     #[must_use]
-    pub fn of(study: &Study, series: usize, error: ErrorOf, tau: &[f64]) -> Self {
+    pub(crate) fn of(study: &Study, series: usize, error: ErrorOf, tau: &[f64]) -> Self {
         // Beside a reference that rests there is no motion that a cause could go with.
         if study.bench.problem.series[series].rest != Rest::None {
             return Self::default();
@@ -78,14 +78,14 @@ impl Random {
     /// Whether a model without an effect of so many parameters, whose error this is, explains it as well as the model with it: what is
     /// left has a random cause, and its likelihood is no lower than those parameters are worth.
     #[must_use]
-    pub fn is_as_good_as(&self, with: &Self, parameters: usize) -> bool {
+    pub(crate) fn is_as_good_as(&self, with: &Self, parameters: usize) -> bool {
         let gain = with.log_likelihood.zip(self.log_likelihood).map(|(with, without)| with - without);
         !self.found.is_empty() && gain.is_some_and(|gain| gain < limit::PARAMETER.value * parameters as f64)
     }
 
     /// The cause's mean square error over averaging time `k`, rad².
     #[must_use]
-    pub fn makes(&self, cause: Cause, k: usize) -> f64 {
+    pub(crate) fn makes(&self, cause: Cause, k: usize) -> f64 {
         self.found.iter().filter(|found| found.cause == cause).map(|found| found.makes[k]).sum()
     }
 }

@@ -32,20 +32,20 @@ static TABLE: [Entry; 21] = [
 ];
 
 impl Function {
-    pub fn find(name: &str) -> Option<Self> {
+    pub(super) fn find(name: &str) -> Option<Self> {
         TABLE.iter().position(|entry| entry.0 == name).map(Self)
     }
 
-    pub fn names() -> String {
+    pub(super) fn names() -> String {
         TABLE.map(|entry| entry.0).join(", ")
     }
 
-    pub fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         TABLE[self.0].0
     }
 
     /// The C99 function that does the same.
-    pub fn in_c(self) -> &'static str {
+    pub(super) fn in_c(self) -> &'static str {
         match self.name() {
             "ln" => "log",
             "abs" => "fabs",
@@ -56,11 +56,11 @@ impl Function {
         }
     }
 
-    pub fn arity(self) -> usize {
+    pub(super) fn arity(self) -> usize {
         TABLE[self.0].1
     }
 
-    pub fn value(self, arguments: &[f64]) -> f64 {
+    pub(super) fn value(self, arguments: &[f64]) -> f64 {
         TABLE[self.0].2(arguments)
     }
 }
