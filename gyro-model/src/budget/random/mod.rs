@@ -161,8 +161,8 @@ impl Trial {
         Some(trial)
     }
 
-    /// Frees the windows of what the fit of scale, bias and delay made of the random errors: it weights all rows alike, so that a few
-    /// large steps move it, and their share goes with the motion. With the variances V of all causes (generalised least squares)
+    /// Frees the windows of what the fit of scale, bias and delay made of the random errors: it weights all rows equally, so that a few
+    /// large steps move it, and what that makes of the error is correlated with the motion. With the variances V of all causes (generalised least squares)
     ///
     /// ```text
     /// y − X (Xᵀ V⁻¹ X)⁻¹ Xᵀ V⁻¹ y,   X = [∫ω dt, Δt, Δω] of each window
