@@ -52,6 +52,7 @@ mod torn;
 mod witness;
 mod wrapped;
 
+pub use ratio::is_wrong as is_wrong_ratio;
 pub use reference::ratio_to_reference;
 pub(crate) use reference::regress;
 

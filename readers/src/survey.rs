@@ -61,6 +61,12 @@ impl Surveyed {
         (self.messages > 1 && span > 0.0).then(|| (self.messages - 1) as f64 / span)
     }
 
+    /// Values of a field a second, in the mean.
+    #[must_use]
+    pub fn rate_of(&self, field: &Range) -> Option<f64> {
+        Some(self.rate_hz()? * field.values as f64 / self.messages as f64)
+    }
+
     /// Gaps of more than three usual steps: how many, and the longest, ns.
     #[must_use]
     pub fn gaps(&self) -> (u64, i64) {

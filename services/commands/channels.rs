@@ -165,7 +165,7 @@ fn of_channels(survey: &Survey) -> Table {
                 of.topic.channel(field),
                 field.unit.map_or("", |unit| unit.symbol).to_owned(),
                 range.values.to_string(),
-                rate(of),
+                of.rate_of(range).map_or(String::new(), |rate| format!("{rate:.1} Hz")),
                 span(of),
                 gaps(of),
                 number(range.low),

@@ -20,6 +20,8 @@ Examples:
   truerate export model.toml --to ros --rate 200
   truerate export model.toml --to autoware --rate 100 -o imu_corrector.param.yaml
   truerate export model.toml --to openvins --rate 200 -o kalibr_imu_chain.yaml
+  truerate export model.toml --to vins --rate 200
+      noise of one reading, as VINS-Mono and VINS-Fusion want it
   truerate export model.toml --to inav
   truerate export model.toml --to c-float -o gyro_model.h
       the header in single precision
@@ -36,7 +38,7 @@ pub struct Args {
     /// Where it is used
     #[arg(long, value_enum, value_name = "TARGET")]
     to: Target,
-    /// Message rate of the gyro, Hz, for kalibr, ros, autoware and openvins
+    /// Message rate of the gyro, Hz, for kalibr, ros, autoware, openvins and vins
     #[arg(long, value_name = "HZ", value_parser = rate)]
     rate: Option<f64>,
     /// The topic of the gyro's messages, for kalibr and openvins

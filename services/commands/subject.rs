@@ -232,7 +232,8 @@ pub fn context_of_all(
 /// Says on standard error which channels were taken without being named.
 pub fn say_chosen(args: &LogArgs, provenance: &log::Provenance) {
     if !provenance.chosen.is_empty() {
-        eprintln!("{}: read as {}", args.log.display(), typed(&provenance.chosen));
+        let unsure = provenance.unsure.as_ref().map_or(String::new(), |says| format!("\n{says}"));
+        eprintln!("{}: read as {}{unsure}", args.log.display(), typed(&provenance.chosen));
     }
 }
 

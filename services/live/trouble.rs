@@ -88,6 +88,7 @@ impl Trouble {
             let ask = if address.format == Kind::Mavlink { MESSAGE_INTERVAL } else { "send 100 or more" };
             parts.push(format!("{rate:.1} rows a second are too few (at least {SLOWEST_HZ:.0} are needed): {ask}"));
         }
+        parts.extend(format.unsure().map(str::to_owned));
         let waited = self.began.map_or(0.0, |began| seconds(self.last, began)) > REFERENCE_S;
         if waited && !self.has_reference && !self.is_reference {
             let from = if address.format == Kind::Mavlink { " (ODOMETRY or VISION_POSITION_ESTIMATE)" } else { "" };
@@ -107,6 +108,9 @@ impl Trouble {
 /// Why what comes makes no rows, and what would: a command where there is one.
 pub fn refusal(address: &Address, format: &dyn Format) -> Option<String> {
     let found = format.refusal()?;
+    if format.needs_dbc() {
+        return Some(format!("{found}\n{}", with_dbc(address)));
+    }
     let Some(advice) = format.advice() else { return Some(found) };
     let command = match advice.flags.as_slice() {
         [] => String::new(),
@@ -115,9 +119,23 @@ pub fn refusal(address: &Address, format: &dyn Format) -> Option<String> {
     Some(format!("{found}\n{}{command}", advice.why))
 }
 
+/// The command with a DBC file.
+fn with_dbc(address: &Address) -> String {
+    if address.is_pipe() {
+        return "truerate run --source - --dbc FILE.dbc".to_owned();
+    }
+    let text = address.to_string();
+    let mark = if text.contains('?') { '&' } else { '?' };
+    format!("truerate run --source {}", shell_word(&format!("{text}{mark}format=candump&dbc=FILE.dbc")))
+}
+
 /// The command with these maps.
 fn command(address: &Address, maps: &[String]) -> String {
-    let source = if address.is_pipe() { "-".to_owned() } else { shell_word(&address.to_string()) };
+    let source = match &address.dbc {
+        Some(dbc) if address.is_pipe() => format!("- --dbc {}", shell_word(&dbc.display().to_string())),
+        None if address.is_pipe() => "-".to_owned(),
+        _ => shell_word(&address.to_string()),
+    };
     format!("truerate run --source {source} {}", Argument::Map(maps).typed(Voice::Log))
 }
 

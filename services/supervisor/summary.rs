@@ -5,7 +5,7 @@ use crate::{
     live::words,
     run_folder::{Run, RunFolder},
 };
-use gyro_model::{Axis, Model, units};
+use gyro_model::{Axis, Model, faults::is_wrong_ratio, units, words::labels};
 use ipc_types::ServiceId;
 use std::fmt::Write;
 use workbench::model_file;
@@ -64,6 +64,9 @@ fn parameters(out: &mut String, model: &Model) {
                 let shown = units::uncertain(Some(value), Some(std_error), &unit);
                 let _ = writeln!(out, "axis {axis}: {name:<28} {shown}");
             }
+        }
+        if is_wrong_ratio(of_axis) {
+            let _ = writeln!(out, "{}", labels::wrong_ratio(axis, of_axis.alpha()));
         }
     }
 }

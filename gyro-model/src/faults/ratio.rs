@@ -55,6 +55,12 @@ pub(crate) fn fault(record: &Record, axis: Axis, models: &[AxisModel]) -> Option
     Some(DataFault { kind: FaultKind::WrongRatio, axis: Some(axis), count, first_t: Some(0.0), says })
 }
 
+/// Whether α of a fitted model is one that no gyro has: gyro and reference are in different units, or a count or gear is wrong.
+#[must_use]
+pub fn is_wrong(model: &AxisModel) -> bool {
+    is_beyond(model.alpha()) && is_known(model)
+}
+
 /// Beyond this the fit ran to its end: gyro and reference do not go together, and no ratio is known.
 const KNOWN: f64 = 50.0;
 

@@ -1,7 +1,10 @@
 //! Labels, titles and short remarks of reports and pages.
 
 use super::Voice;
-use crate::diagnosis::{LimitedBy, Verdict};
+use crate::{
+    Axis,
+    diagnosis::{LimitedBy, Verdict},
+};
 
 /// A verdict in words: `missing effect: delay`, `adequate`, …
 #[must_use]
@@ -28,6 +31,16 @@ pub fn label(
         (Verdict::CannotTell, _) => format!("cannot tell: {} does not decide it", voice.log()),
         (Verdict::BadData, _) => "bad data".into(),
     }
+}
+
+/// What is said beside a scale factor that no gyro has.
+#[must_use]
+pub fn wrong_ratio(axis: Axis, alpha: f64) -> String {
+    format!(
+        "axis {axis}: no gyro's scale factor is off by {:.0} %: check the units of gyro and reference, the encoder's counts per turn, a \
+         gear ratio, and the gyro's full-scale setting",
+        100.0 * (alpha - 1.0).abs()
+    )
 }
 
 /// What is said of an excess where nobody looked for its cause.
@@ -96,7 +109,7 @@ pub const fn of_noise(verdict: Verdict) -> &'static str {
 
 /// Why a model with this effect cannot be made.
 #[must_use]
-pub fn no_shape(id: &str, axis: crate::Axis, voice: Voice) -> String {
+pub fn no_shape(id: &str, axis: Axis, voice: Voice) -> String {
     format!("nothing in {} shows '{id}' on axis {axis}: there is no shape of it to add", voice.log())
 }
 

@@ -35,7 +35,7 @@ impl Format for Text {
         let fields = fields.map(|(name, unit)| Field { name: name.clone(), unit: unit.or(unit::split(name).1) });
         let wanted = sink.topic(&Topic { name: String::new(), kind: String::new(), fields: fields.collect() });
         let time = time_column(&head);
-        let (mut values, mut row_number) = (Vec::new(), 0_i64);
+        let mut values = Vec::new();
         while let Some(row) = table.next_row().map_err(HeadError::Line)? {
             if !wanted {
                 continue;
@@ -46,8 +46,8 @@ impl Format for Text {
                 _ => f64::NAN,
             }));
             values.resize(head.names.len(), f64::NAN);
-            let time_ns = time.map_or(Some(row_number), |(column, form)| read_time(row, column, form, dialect.point));
-            row_number += 1;
+            // Without a time nothing has a rate.
+            let time_ns = time.map_or(Some(0), |(column, form)| read_time(row, column, form, dialect.point));
             if let Some(time_ns) = time_ns {
                 sink.message(0, time_ns, &values);
             }

@@ -263,10 +263,49 @@ pub fn stated_rate(head: &Head) -> Option<f64> {
         "gyrorate",
         "imurate",
     ];
-    let value = head.key(&KEYS)?;
-    let rate = number(value.trim())?;
-    let factor = if value.to_ascii_lowercase().contains("khz") { 1e3 } else { 1.0 };
-    Some(rate * factor).filter(|rate| (1.0..1e5).contains(rate))
+    let of_rate = head.key(&KEYS).and_then(|value| {
+        let factor = if value.to_ascii_lowercase().contains("khz") { 1e3 } else { 1.0 };
+        Some(factor * number(value.trim())?)
+    });
+    of_rate.or_else(|| Some(stated_step(head)?.recip())).filter(|rate| (1.0..1e5).contains(rate))
+}
+
+/// From row to row, s, where a key above the header says it: `Delta_X`, `SampleTime[ms]`.
+fn stated_step(head: &Head) -> Option<f64> {
+    const KEYS: [&str; 16] = [
+        "deltax",
+        "deltat",
+        "dt",
+        "increment",
+        "xincrement",
+        "xincr",
+        "sampleinterval",
+        "samplinginterval",
+        "sampletime",
+        "samplingtime",
+        "sampleperiod",
+        "samplingperiod",
+        "timestep",
+        "timeincrement",
+        "timeinterval",
+        "tinc",
+    ];
+    let plain = |text: &str| text.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_lowercase();
+    head.keys.iter().find_map(|(key, value)| {
+        let (name, unit) = unit::split(key);
+        let end = value.find(|c: char| !(c.is_ascii_digit() || "+-.eE".contains(c))).unwrap_or(value.len());
+        let unit = unit.or_else(|| unit::parse(&value[end..])).filter(|unit| unit.quantity == Quantity::Time);
+        let seconds = match unit {
+            Some(unit) if unit.suffix == "_ms" => 1e-3,
+            Some(unit) if unit.suffix == "_us" => 1e-6,
+            Some(unit) if unit.suffix == "_ns" => 1e-9,
+            _ => 1.0,
+        };
+        KEYS.contains(&plain(name).as_str())
+            .then(|| number(value).map(|step| step * seconds))
+            .flatten()
+            .filter(|step| *step > 0.0)
+    })
 }
 
 /// The column that counts rows, and how many of them come a second, as a key above the header says.

@@ -9,7 +9,7 @@
 //! Lines are told apart by what stands between their numbers; each of a block's has names of its own. A line that ends in a colon names
 //! what follows it. What is no line of a block is given as it is.
 
-use super::Shape;
+use super::{Shape, number_end};
 use crate::{
     json::write_text,
     text::{is_row, stamp},
@@ -108,15 +108,6 @@ impl Blocks {
 
 impl Shape for Blocks {
     fn line(&mut self, line: &[u8], out: &mut Vec<u8>) {
-        if !std::mem::replace(&mut self.headed, true) {
-            for (k, name) in self.names.iter().enumerate() {
-                if k > 0 {
-                    out.push(b',');
-                }
-                write_text(out, name);
-            }
-            out.push(b'\n');
-        }
         let text = String::from_utf8_lossy(line);
         let (time, rest) = match stamped(&text).filter(|_| self.is_stamped) {
             Some((time, _, rest)) => (Some(time), rest),
@@ -153,6 +144,15 @@ impl Shape for Blocks {
     fn end(&mut self, out: &mut Vec<u8>) {
         if self.filled.take().is_none() {
             return;
+        }
+        if !std::mem::replace(&mut self.headed, true) {
+            for (k, name) in self.names.iter().enumerate() {
+                if k > 0 {
+                    out.push(b',');
+                }
+                write_text(out, name);
+            }
+            out.push(b'\n');
         }
         for (k, field) in self.row.iter_mut().enumerate() {
             if k > 0 {
@@ -207,34 +207,6 @@ fn numbers(line: &str) -> Vec<(usize, usize)> {
         }
     }
     found
-}
-
-/// How long the number is that a text begins with.
-fn number_end(text: &str) -> Option<usize> {
-    for word in ["nan", "NaN", "NAN", "inf", "-inf"] {
-        if text.starts_with(word) {
-            return Some(word.len());
-        }
-    }
-    let bytes = text.as_bytes();
-    let digits = |from: usize| bytes[from..].iter().take_while(|b| b.is_ascii_digit()).count();
-    let sign = usize::from(matches!(bytes.first(), Some(b'+' | b'-')));
-    let whole = digits(sign);
-    let mut end = sign + whole;
-    let mut broken = 0;
-    if bytes.get(end) == Some(&b'.') {
-        broken = digits(end + 1);
-        end += 1 + broken;
-    }
-    if whole + broken == 0 {
-        return None;
-    }
-    if matches!(bytes.get(end), Some(b'e' | b'E')) {
-        let sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
-        let power = digits((end + 1 + sign).min(bytes.len()));
-        end += if power > 0 { 1 + sign + power } else { 0 };
-    }
-    Some(end)
 }
 
 /// Cuts a line at its numbers; `None` where it has none.

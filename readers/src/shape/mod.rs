@@ -2,7 +2,14 @@
 
 mod blocks;
 mod documents;
+mod hex;
+mod instances;
 mod long;
+mod sentence;
+mod stepped;
+
+pub use instances::column as instance_column;
+pub use sentence::tells_in_strings;
 
 use blocks::Blocks;
 use std::io::{self, Read};
@@ -24,20 +31,71 @@ const LOOKED_AT: usize = 400;
 #[must_use]
 pub fn of<'a>(lines: impl Iterator<Item = &'a [u8]>, is_file: bool) -> Option<Box<dyn Shape>> {
     let lines: Vec<&[u8]> = lines.take(LOOKED_AT).map(<[u8]>::trim_ascii_end).collect();
-    if let Some(long) = long::Long::of(&lines, is_file) {
-        return Some(Box::new(long));
-    }
-    if let Some(documents) = documents::Documents::of(&lines) {
-        return Some(Box::new(documents));
-    }
-    Blocks::of(lines.iter().copied()).map(|blocks| Box::new(blocks) as Box<dyn Shape>)
+    None.or_else(|| long::Long::of(&lines, is_file).map(boxed))
+        .or_else(|| documents::Documents::of(&lines).map(boxed))
+        .or_else(|| hex::Hex::of(&lines).map(boxed))
+        .or_else(|| instances::Instances::of(&lines).map(boxed))
+        .or_else(|| stepped::Stepped::of(&lines).map(boxed))
+        .or_else(|| Blocks::of(lines.iter().copied()).map(boxed))
+        .or_else(|| sentence::Sentence::of(&lines).map(boxed))
+}
+
+/// What records are whose strings hold the values; `None` where they have values of their own.
+#[must_use]
+pub fn of_records<'a>(lines: impl Iterator<Item = &'a [u8]>) -> Option<Box<dyn Shape>> {
+    let lines: Vec<&[u8]> = lines.take(LOOKED_AT).map(<[u8]>::trim_ascii_end).collect();
+    sentence::Sentence::in_records(&lines).map(boxed)
+}
+
+/// What a table is that names a sensor or a value in each row, in a file.
+#[must_use]
+pub fn of_table<'a>(lines: impl Iterator<Item = &'a [u8]>) -> Option<Box<dyn Shape>> {
+    let lines: Vec<&[u8]> = lines.take(LOOKED_AT).map(<[u8]>::trim_ascii_end).collect();
+    None.or_else(|| long::Long::of(&lines, true).map(boxed)).or_else(|| instances::Instances::of(&lines).map(boxed))
+}
+
+fn boxed(shape: impl Shape + 'static) -> Box<dyn Shape> {
+    Box::new(shape)
 }
 
 /// The same of a file's beginning.
 #[must_use]
 pub fn of_start(start: &[u8]) -> Option<Box<dyn Shape>> {
+    of(whole_lines(start), true)
+}
+
+/// The lines of a file's beginning that are whole.
+pub fn whole_lines(start: &[u8]) -> impl Iterator<Item = &[u8]> {
     let whole = start.iter().rposition(|&b| b == b'\n').map_or(&b""[..], |end| &start[..end]);
-    of(whole.split(|&b| b == b'\n'), true)
+    whole.split(|&b| b == b'\n')
+}
+
+/// How long the number is that a text begins with.
+fn number_end(text: &str) -> Option<usize> {
+    for word in ["nan", "NaN", "NAN", "inf", "-inf"] {
+        if text.starts_with(word) {
+            return Some(word.len());
+        }
+    }
+    let bytes = text.as_bytes();
+    let digits = |from: usize| bytes[from..].iter().take_while(|b| b.is_ascii_digit()).count();
+    let sign = usize::from(matches!(bytes.first(), Some(b'+' | b'-')));
+    let whole = digits(sign);
+    let mut end = sign + whole;
+    let mut broken = 0;
+    if bytes.get(end) == Some(&b'.') {
+        broken = digits(end + 1);
+        end += 1 + broken;
+    }
+    if whole + broken == 0 {
+        return None;
+    }
+    if matches!(bytes.get(end), Some(b'e' | b'E')) {
+        let sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
+        let power = digits((end + 1 + sign).min(bytes.len()));
+        end += if power > 0 { 1 + sign + power } else { 0 };
+    }
+    Some(end)
 }
 
 /// A text of this shape as the CSV that it means.

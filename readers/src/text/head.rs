@@ -523,7 +523,7 @@ enum Above {
 
 /// The header that stands over the first row.
 fn header_above(looked: &[Looked], first: usize, dialect: Dialect, found: usize) -> Above {
-    let mut nearest = true;
+    let (mut nearest, mut short, mut units) = (true, Above::Nothing, None);
     let above = looked[..first].iter().enumerate().rev();
     for (i, line) in above.filter(|(_, line)| !line.is_blank() && !is_ruler(&line.bytes)) {
         let fields = dialect.fields(line.bare().0);
@@ -538,13 +538,15 @@ fn header_above(looked: &[Looked], first: usize, dialect: Dialect, found: usize)
             if units_row(&fields).is_none() {
                 return Above::Header(i);
             }
+            units.get_or_insert(i);
         } else if nearest && is_names && dialect.separator == Separator::Byte(b',') {
             let twice = fields.len() < found && found <= 2 * fields.len();
-            return if twice { Above::DecimalCommas(fields.len()) } else { Above::Header(i) };
+            short = if twice { Above::DecimalCommas(fields.len()) } else { Above::Header(i) };
         }
         nearest = false;
     }
-    Above::Nothing
+    // `T,G,A` are names where nothing else is.
+    units.map_or(short, Above::Header)
 }
 
 /// The separator that cuts a header into the most fields.

@@ -136,6 +136,9 @@ fn zone(text: &[u8]) -> Option<(&[u8], i128)> {
     if let [rest @ .., b'Z' | b'z'] = text {
         return Some((rest.trim_ascii(), 0));
     }
+    if let [rest @ .., b' ', b'U' | b'G', b'T' | b'M', b'C' | b'T'] = text {
+        return Some((rest.trim_ascii(), 0));
+    }
     let Some(at) = text.iter().rposition(|&b| matches!(b, b'+' | b'-')) else { return Some((text, 0)) };
     let sign = if text[at] == b'-' { -1 } else { 1 };
     let digits: Vec<u8> = text[at + 1..].iter().copied().filter(|&b| b != b':').collect();

@@ -183,6 +183,7 @@ fn half_or_zone(word: &[u8]) -> Option<bool> {
     let is_digits = |text: &[u8]| text.len() >= 4 && text[..2].iter().chain(&text[3..4]).all(u8::is_ascii_digit);
     let length = match word {
         [b'A' | b'P' | b'a' | b'p', b'M' | b'm', ..] => 2,
+        [b'U', b'T', b'C', ..] | [b'G', b'M', b'T', ..] => 3,
         [b'+' | b'-', rest @ ..] if is_digits(rest) => {
             if rest.get(2) == Some(&b':') {
                 6

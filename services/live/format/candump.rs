@@ -7,10 +7,13 @@ use super::{
 };
 use crate::live::{Content, Fault};
 use log_readers::can::{Line, Lines, Writer, database};
-use workbench::log::{Frames, Maps};
+use std::cell::RefCell;
+use workbench::log::{Advice, Frames, Maps, advise_frames};
 
 /// A longer line is no frame, bytes.
 const LONGEST: usize = 4096;
+/// Bytes of lines that are looked at for a reference.
+const LOOKED_AT: usize = 1 << 20;
 /// Of a line, so much is shown.
 const SHOWN: usize = 80;
 /// So many identifiers are named that say nothing.
@@ -26,6 +29,10 @@ pub struct Candump {
     content: Content,
     /// What came before the first row.
     barren: Barren,
+    maps: Maps,
+    /// The first lines, to find out what may be the reference where none is named.
+    first: Vec<u8>,
+    advised: RefCell<Option<(u32, Option<Advice>)>>,
 }
 
 /// Frames that gave no row, while there is none.
@@ -44,11 +51,21 @@ impl Candump {
     ///
     /// # Errors
     /// No DBC file, or none of its signals is a gyro's.
-    pub fn new(maps: &Maps) -> anyhow::Result<Self> {
-        let frames = Frames::new(maps)?;
+    pub fn new(maps: Maps) -> anyhow::Result<Self> {
+        let frames = Frames::new(&maps)?;
         let content = Content::of(frames.layout());
         let lines = Lines::new(Writer::Candump);
-        Ok(Self { frames, lines, cutter: Cutter::default(), last: None, content, barren: Barren::default() })
+        Ok(Self {
+            frames,
+            lines,
+            cutter: Cutter::default(),
+            last: None,
+            content,
+            barren: Barren::default(),
+            maps,
+            first: Vec::new(),
+            advised: RefCell::default(),
+        })
     }
 
     fn take_cut(&mut self, cut: Cut<'_>, found: &mut dyn FnMut(Found)) {
@@ -61,6 +78,10 @@ impl Candump {
 
     fn understand(&mut self, line: &[u8], found: &mut dyn FnMut(Found)) {
         let shown = || String::from_utf8_lossy(&line[..line.len().min(SHOWN)]).trim().to_owned();
+        if self.first.len() < LOOKED_AT && !self.frames.layout().has_reference() {
+            self.first.extend_from_slice(line);
+            self.first.push(b'\n');
+        }
         let frame = match self.lines.next(line) {
             Line::Frame(frame) => frame,
             Line::Other => return,
@@ -117,6 +138,17 @@ impl Format for Candump {
         Some(&self.content)
     }
 
+    fn advice(&self) -> Option<Advice> {
+        // It takes longer than a row: again only where much more has come.
+        let much = self.first.len().checked_ilog2().unwrap_or_default();
+        let mut advised = self.advised.borrow_mut();
+        let (before, advice) = advised.get_or_insert_with(|| (0, None));
+        if *before != much {
+            (*before, *advice) = (much, advise_frames(&self.first, &self.maps));
+        }
+        advice.clone()
+    }
+
     fn refusal(&self) -> Option<String> {
         let Barren { frames, untimed, strangers, over } = &self.barren;
         if *over {
@@ -156,7 +188,7 @@ mod tests {
         let mut file = tempfile::NamedTempFile::new().unwrap();
         file.write_all(dbc.as_bytes()).unwrap();
         let options = Options { dbc: Some(file.path().to_owned()), ..Options::default() };
-        let mut format = Candump::new(&Maps::load(&options).unwrap()).unwrap();
+        let mut format = Candump::new(Maps::load(&options).unwrap()).unwrap();
         let mut came = Came::default();
         for piece in text.as_bytes().chunks(7) {
             format.take(piece, &mut |found| match found {

@@ -9,6 +9,7 @@ use crate::live::{Content, Fault};
 use anyhow::anyhow;
 use gyro_model::Row;
 use log_readers::{
+    can,
     formats::kinds::Kinds,
     json::{Records, is_record_line},
     shape::{self, Shape},
@@ -16,7 +17,7 @@ use log_readers::{
 };
 use std::{cell::RefCell, collections::VecDeque};
 use workbench::log::{
-    Advice, Layout, LogError, Maps, Options, Problem, RowFault, RowParser, Sample, advise, find_units,
+    Advice, Layout, LogError, Maps, Options, Problem, RowFault, RowParser, Sample, advise, find_units, is_apart,
 };
 
 /// A longer line is no row, bytes.
@@ -33,6 +34,8 @@ const SHAPE_EVERY: u64 = 16;
 const HELD_AT_LEAST: usize = 200;
 const HELD_AT_MOST: usize = 20_000;
 const HELD_FOR_NS: i128 = 10_000_000_000;
+/// Lines below a header of which none is a row: it is no header.
+const BARREN: usize = 32;
 /// Lines above a table.
 const MOST_ABOVE: usize = 500;
 
@@ -47,6 +50,11 @@ pub struct Lines {
     number: u64,
     /// What turns records of JSON into lines of fields, once they are known to be that.
     records: Option<Records>,
+    /// Whether the strings of records hold the values.
+    records_hold_text: bool,
+    /// Whether a table looked as if its rows were those of several sensors in turn, and whether they are known to be of one.
+    may_be_of_several: bool,
+    is_of_one: bool,
     /// The same of any other shape.
     shape: Option<Box<dyn Shape>>,
     /// Refused lines after which it is looked for a shape again.
@@ -76,6 +84,18 @@ struct Table {
     sieve: Sieve,
     layout: Layout,
     parser: RowParser,
+    /// The last row.
+    last: Option<(Row, Moment)>,
+    /// What stands above the first row, and lines that are none while there is none.
+    barren: Vec<Vec<u8>>,
+    barren_count: usize,
+}
+
+/// The time of a row, ns: as it is written, and as it was given.
+#[derive(Clone, Copy)]
+struct Moment {
+    as_written: i128,
+    given: i128,
 }
 
 /// Rows that are held back.
@@ -101,7 +121,14 @@ impl Held {
 
 impl Table {
     fn new(head: Head, layout: Layout) -> Self {
-        Self { parser: RowParser::new(&layout, head.dialect), sieve: Sieve::new(head, Skipped::default()), layout }
+        Self {
+            parser: RowParser::new(&layout, head.dialect),
+            sieve: Sieve::new(head, Skipped::default()),
+            layout,
+            last: None,
+            barren: Vec::new(),
+            barren_count: 0,
+        }
     }
 }
 
@@ -139,6 +166,9 @@ impl Lines {
             escapes: Unescaped::default(),
             number: 0,
             records: None,
+            records_hold_text: false,
+            may_be_of_several: false,
+            is_of_one: false,
             shape: None,
             look_again_at: SHAPE_EVERY,
             finder: Finder::default(),
@@ -176,7 +206,13 @@ impl Lines {
         if self.records.is_none() && self.table.is_none() && is_record_line(line) {
             // One alone may be a remark of the source on itself.
             let before = self.finder.lines().position(|(line, _)| is_record_line(line));
-            if let Some(before) = before {
+            let is_told_in_strings = || {
+                let lines = self.finder.lines().map(|(line, _)| line).chain([line]);
+                self.records_hold_text || lines.filter(|line| is_record_line(line)).all(shape::tells_in_strings)
+            };
+            if before.is_some() && is_told_in_strings() {
+                self.records_hold_text = true;
+            } else if let Some(before) = before {
                 self.tell(before, found);
                 let mut records = Records::default();
                 for (line, _) in self.finder.lines().skip(before) {
@@ -220,10 +256,21 @@ impl Lines {
         if !is_asked || self.unread < self.look_again_at {
             return;
         }
-        self.look_again_at = self.unread + SHAPE_EVERY;
+        self.look_again_at = self.unread + SHAPE_EVERY.max(self.unread / 4);
         let lines = || self.refused.iter().map(Vec::as_slice);
-        self.shape = Kinds::of_stream(lines()).or_else(|| shape::of(lines(), false));
+        self.shape = if self.records_hold_text {
+            shape::of_records(lines())
+        } else {
+            Kinds::of_stream(lines()).or_else(|| shape::of(lines(), false))
+        };
         if self.shape.is_none() {
+            // The table that it looked like, of one sensor.
+            if self.may_be_of_several && !std::mem::replace(&mut self.is_of_one, true) {
+                let lines: Vec<Vec<u8>> = self.refused.drain(..).collect();
+                self.begin_anew();
+                self.unread = 0;
+                lines.iter().for_each(|line| self.text(line, found));
+            }
             return;
         }
         let lines: Vec<Vec<u8>> = self.refused.drain(..).collect();
@@ -262,12 +309,24 @@ impl Lines {
                         let says = format!("line {}, column {}: {}", self.number, column + 1, shown(line));
                         found(Found::Fault(fault, says));
                     }
-                    if let Some(time) = parsed.time {
+                    if let Some(mut time) = parsed.time {
+                        table.barren.clear();
+                        // Two sensors, each with a row of its own for one instant: one came after the other.
+                        if let Some((row, last)) = table.last
+                            && last.as_written == time
+                            && is_apart(&row, &parsed.row)
+                        {
+                            time = last.given + 1;
+                        }
+                        let as_written = parsed.time.unwrap_or(time);
+                        table.last = Some((parsed.row, Moment { as_written, given: time }));
                         match &mut self.held {
                             Some(held) => held.rows.push((parsed.row, time)),
                             None => found(Found::Row(parsed.row, time)),
                         }
                         self.give_held(false, found);
+                    } else if self.is_none_of_a_table(line) {
+                        self.look_for_shape(found);
                     }
                 }
                 Err((_, Problem::Length { .. })) => self.other(Fault::Cut, line, found),
@@ -309,8 +368,28 @@ impl Lines {
             self.table = Some(Table::new(head, layout));
             return;
         }
+        if self.is_none_of_a_table(line) {
+            return self.look_for_shape(found);
+        }
         let fault = if looks_like_numbers(line) || self.records.is_some() { fault } else { Fault::Remark };
         found(Found::Fault(fault, format!("line {}: {}", self.number, shown(line))));
+    }
+
+    /// Whether what was taken for a header had none: no line below it is a row. They are looked at anew then.
+    fn is_none_of_a_table(&mut self, line: &[u8]) -> bool {
+        let Some(table) = self.table.as_mut().filter(|table| table.last.is_none() && self.shape.is_none()) else {
+            return false;
+        };
+        table.barren.push(line.to_vec());
+        table.barren_count += 1;
+        if table.barren_count < BARREN || self.given.is_some() {
+            return false;
+        }
+        let lines = std::mem::take(&mut table.barren);
+        (self.table, self.content, self.held) = (None, None, None);
+        self.refused.clear();
+        lines.iter().for_each(|line| self.not_understood(line));
+        true
     }
 
     /// A line before the first row.
@@ -343,11 +422,22 @@ impl Lines {
         let lines: Vec<(Vec<u8>, u64)> = self.finder.lines().map(|(line, number)| (line.to_vec(), number)).collect();
         let (head, problem) = match self.finder.finish(&mut Skipped::default()) {
             Ok((head, above)) => match Layout::new(&head, &self.maps) {
+                // Its rows may be those of several sensors in turn, which more of them tell.
+                Ok(_) if !self.is_of_one && shape::instance_column(&head).is_some() => {
+                    lines.iter().skip(self.told).for_each(|(line, _)| self.not_understood(line));
+                    self.may_be_of_several = true;
+                    return self.begin_anew();
+                }
                 Ok(layout) => {
                     let header = head.line.unwrap_or(u64::MAX);
                     let last = lines.iter().take(above).position(|(_, number)| *number >= header).unwrap_or(above);
                     self.tell(last, found);
+                    let header = lines[last..above].iter().map(|(line, _)| line.clone());
+                    let before = self.refused.iter().cloned().chain(header).collect();
                     self.adopt(head, layout);
+                    if let Some(table) = &mut self.table {
+                        table.barren = before;
+                    }
                     let number = self.number;
                     for (line, at) in &lines[above..] {
                         self.number = *at;
@@ -438,11 +528,25 @@ impl Format for Lines {
         self.give_held(true, found);
     }
 
+    fn needs_dbc(&self) -> bool {
+        let mut lines = can::Lines::new(can::Writer::Candump);
+        let last = || self.refused.iter().rev().take(MAY_BE_ROWS);
+        let is_frame = |line: &Vec<u8>| matches!(lines.next(line), can::Line::Frame(_));
+        self.table.is_none() && last().count() == MAY_BE_ROWS && last().all(is_frame)
+    }
+
+    fn unsure(&self) -> Option<&str> {
+        self.table.as_ref()?.layout.unsure.as_deref()
+    }
+
     fn content(&self) -> Option<&Content> {
         self.content.as_ref()
     }
 
     fn refusal(&self) -> Option<String> {
+        if self.needs_dbc() {
+            return Some("these are frames of a CAN bus: a DBC file defines their contents".to_owned());
+        }
         self.refusal.as_ref().filter(|_| self.table.is_none()).map(|refused| refused.problem.found())
     }
 
@@ -470,6 +574,9 @@ impl Format for Lines {
 
 impl Lines {
     fn find_advice(&self) -> Option<Advice> {
+        if self.needs_dbc() {
+            return None;
+        }
         let head = match &self.table {
             Some(table) if table.layout.has_reference() => return None,
             Some(table) => table.sieve.head(),

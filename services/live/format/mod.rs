@@ -50,6 +50,16 @@ pub trait Format: Send {
         None
     }
 
+    /// Whether what comes are frames of a CAN bus, whose meaning nobody says.
+    fn needs_dbc(&self) -> bool {
+        false
+    }
+
+    /// What is not sure of the units that were found.
+    fn unsure(&self) -> Option<&str> {
+        None
+    }
+
     /// What has come so far and is not understood, with an example.
     fn not_understood(&self) -> Option<String> {
         None
@@ -70,7 +80,7 @@ pub fn of(address: &Address, options: &Options) -> anyhow::Result<Box<dyn Format
         Kind::Csv => Box::new(lines::Lines::new(address.header.as_deref(), options, address.is_reference)?),
         Kind::Candump => {
             let options = Options { dbc: address.dbc.clone(), ..options.clone() };
-            Box::new(candump::Candump::new(&maps(&options, address.is_reference)?)?)
+            Box::new(candump::Candump::new(maps(&options, address.is_reference)?)?)
         }
         Kind::Frames => Box::new(frames::Frames::default()),
         Kind::Mavlink => Box::new(mavlink::Mavlink::default()),

@@ -41,6 +41,8 @@ pub enum Target {
     Autoware,
     /// OpenVINS' kalibr_imu_chain.yaml: noise, matrix and rotation
     Openvins,
+    /// VINS-Mono and VINS-Fusion: gyr_n and gyr_w, for one reading at --rate
+    Vins,
     /// INAV settings: gyro_zero_*, in counts
     Inav,
     /// Registers of the chip that hold the zero of its gyro: --chip
@@ -63,10 +65,11 @@ impl FromStr for Target {
             "px4" => Self::Px4,
             "autoware" => Self::Autoware,
             "openvins" => Self::Openvins,
+            "vins" => Self::Vins,
             "inav" => Self::Inav,
             "json" => Self::Json,
             _ => bail!(
-                "format '{name}': expected c, c-float, kalibr, ros, ardupilot, px4, autoware, openvins, inav, registers or json"
+                "format '{name}': expected c, c-float, kalibr, ros, ardupilot, px4, autoware, openvins, vins, inav, registers or json"
             ),
         })
     }
@@ -115,6 +118,7 @@ pub fn export(file: &ModelFile, name: &str, target: Target, options: &Options) -
         Target::Px4 => autopilot::px4(file, &heading, options),
         Target::Autoware => robot::autoware(file, &heading, options),
         Target::Openvins => robot::openvins(file, &heading, options),
+        Target::Vins => robot::vins(file, &heading, options),
         Target::Inav => autopilot::inav(file, &heading),
         Target::Registers => {
             let chip = options.chip.context(

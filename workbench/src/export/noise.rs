@@ -54,18 +54,15 @@ pub(super) fn densities(file: &ModelFile, options: &Options, indent: &str, warni
             let _ = writeln!(text, "{indent}#{key}: # {unit}; {missing}");
         }
     };
-    let white = largest(file, |n| n.angle_random_walk);
-    // A fit that sees no wandering leaves next to nothing of it, not zero.
-    let walk = largest(file, |n| n.bias_random_walk).filter(|walk| *walk > UNSEEN * white.unwrap_or(0.0));
     line(
         "gyroscope_noise_density",
-        white,
+        largest(file, |n| n.angle_random_walk),
         "rad/s/sqrt(Hz)",
         &format!("the model has no gyro noise: fit it on a log with {}", call(Task::Fit, "")),
     );
     line(
         "gyroscope_random_walk",
-        walk,
+        walk(file),
         "rad/s^2/sqrt(Hz)",
         "the model's log showed no wandering of the bias: take gyroscope_random_walk from an Allan plot of an hour at rest",
     );
@@ -77,6 +74,12 @@ pub(super) fn densities(file: &ModelFile, options: &Options, indent: &str, warni
     );
     let _ = writeln!(text, "{indent}rostopic: {}", quoted(&options.topic));
     text
+}
+
+/// The random walk of the bias, the largest of all axes; `None` where the fit saw none, of which it leaves next to nothing, not zero.
+pub(super) fn walk(file: &ModelFile) -> Option<f64> {
+    let white = largest(file, |noise| noise.angle_random_walk);
+    largest(file, |noise| noise.bias_random_walk).filter(|walk| *walk > UNSEEN * white.unwrap_or(0.0))
 }
 
 /// M and C of Kalibr's model `scale-misalignment`, as it writes them itself.
@@ -159,7 +162,7 @@ pub fn ros(file: &ModelFile, heading: &str, options: &Options) -> Exported {
     Exported { text, warnings }
 }
 
-fn largest(file: &ModelFile, of: impl Fn(&Noise) -> f64) -> Option<f64> {
+pub(super) fn largest(file: &ModelFile, of: impl Fn(&Noise) -> f64) -> Option<f64> {
     file.model.axes.iter().flatten().map(|model| of(&model.noise)).max_by(f64::total_cmp)
 }
 

@@ -4,13 +4,15 @@
 //!   into the covariance of its messages.
 //! - OpenVINS (`kalibr_imu_chain.yaml`, model `kalibr`): rate = `R_IMUtoGYRO`ᵀ `Tw`⁻¹ (reading − bias), `Tw` lower triangular; the bias is
 //!   estimated on the way.
+//! - VINS-Mono, VINS-Fusion: `gyr_n` and `gyr_w` are standard deviations of one reading (`integration_base.h` multiplies both by the step):
+//!   gyr_n = N √f, gyr_w = K √f, N the angle random walk, K the random walk of the bias, f the rate of the messages.
 
 use super::{
     Exported, Options,
     autopilot::{cannot, head},
     comments,
     linear::{Linear, triangular},
-    noise::{densities, number},
+    noise::{densities, largest, number, walk},
 };
 use crate::model_file::ModelFile;
 use nalgebra::Matrix3;
@@ -75,6 +77,34 @@ pub fn openvins(file: &ModelFile, heading: &str, options: &Options) -> Exported 
             let row: Vec<String> = (0..3).map(|column| number(matrix[(row, column)])).collect();
             let _ = writeln!(text, "    - [{}]", row.join(", "));
         }
+    }
+    Exported { text, warnings }
+}
+
+/// The lines of noise in the configuration of VINS-Mono and VINS-Fusion.
+pub fn vins(file: &ModelFile, heading: &str, options: &Options) -> Exported {
+    let linear = Linear::of(file);
+    let mut warnings = linear.warnings("VINS's configuration");
+    warnings.push("a gyro's model says nothing of the accelerometer: fill in acc_n and acc_w".to_owned());
+    if options.rate.is_none() {
+        warnings.push(
+            "gyr_n and gyr_w depend on the rate of the gyro's messages, which is not in a model: give it with --rate HZ".into(),
+        );
+    }
+    let note = "Discrete, as VINS wants them: standard deviations of one reading. It has no matrix, and estimates the bias itself.";
+    let mut text = head("#", heading, &warnings, &[note]);
+    text.push_str("#acc_n:   # m/s^2\n#acc_w:   # m/s^2\n");
+    let white = largest(file, |noise| noise.angle_random_walk);
+    for (key, density) in [("gyr_n", white), ("gyr_w", walk(file))] {
+        let _ = match options.rate.zip(density.filter(|density| *density > 0.0)) {
+            Some((rate, density)) => writeln!(text, "{key}: {} # rad/s, at {rate} Hz", number(density * rate.sqrt())),
+            None => writeln!(text, "#{key}:   # rad/s"),
+        };
+    }
+    if walk(file).is_none() {
+        let missing =
+            "the model's log showed no wandering of the bias: take gyr_w from an Allan plot of an hour at rest";
+        warnings.push(missing.to_owned());
     }
     Exported { text, warnings }
 }

@@ -20,7 +20,7 @@ use log_readers::{
     text::{self, Dialect, Form, Head, Table},
     unit::Quantity,
 };
-use std::path::Path;
+use std::{io::Cursor, path::Path};
 
 /// Rows that are looked at, and how many are enough.
 const LOOKED_AT: usize = 20_000;
@@ -430,16 +430,18 @@ impl Turning {
 fn agree(sample: &Sample, rate: &Turning, other: &Turning, times: Option<&[f64]>) -> Option<Agreed> {
     let record = record(sample, rate, other, times);
     let is_open = other.said.is_none();
-    let (gyro, reference) =
+    let told =
         unsaid::told(&record, Axis::Z, rate.said.is_none(), is_open && !other.is_rate, is_open && other.is_rate)?;
-    let (r2, is_other_way) = unsaid::follows(&record, reference).filter(|(r2, _)| *r2 > FOLLOWS)?;
-    Some(Agreed { gyro, reference, r2, is_other_way })
+    let (r2, is_other_way) = unsaid::follows(&record, told.reference).filter(|(r2, _)| *r2 > FOLLOWS)?;
+    Some(Agreed { gyro: told.gyro, reference: told.reference, unsure: told.unsure(), r2, is_other_way })
 }
 
 /// How a rate and what it is held against agree.
 struct Agreed {
     gyro: Unit,
     reference: Unit,
+    /// What is not sure of counts.
+    unsure: Option<String>,
     r2: f64,
     is_other_way: bool,
 }
@@ -453,6 +455,11 @@ impl Agreed {
         } else {
             (pick, "")
         }
+    }
+
+    /// What is not sure, after what was said.
+    fn unsure(&self) -> String {
+        self.unsure.as_ref().map_or(String::new(), |says| format!("; {says}"))
     }
 }
 
@@ -479,7 +486,7 @@ fn gyro(sample: &Sample, used: &Used, proposal: &Proposal, times: Option<&[f64]>
             let (reference, way) = agreed.signed(b.pick("ref_angle_z", sample, agreed.reference));
             let picks = vec![a.pick("gyro_z", sample, agreed.gyro), reference];
             let (rate, angle) = (sample.called(a.column), sample.called(b.column));
-            let counts = if b.said.is_none() { counts(agreed.reference) } else { String::new() };
+            let counts = agreed.unsure();
             return Some((picks, format!("{rate} is the rate at which {angle} turns{way}{counts}")));
         }
     }
@@ -497,20 +504,6 @@ fn gyro(sample: &Sample, used: &Used, proposal: &Proposal, times: Option<&[f64]>
     let [only] = moving.as_slice() else { return None };
     // Two sensors of a phone's attitude are no rate.
     Some((vec![sample.pick("gyro_z", *only, 1.0)], format!("{} may be the gyro", sample.called(*only))))
-}
-
-/// Which counts per turn were taken for an angle, and which fit as well.
-fn counts(reference: Unit) -> String {
-    let Some((own, others)) = reference.counts_per_turn() else { return String::new() };
-    let shown = |counts: &f64| units::thousands(*counts as u64);
-    match others.iter().map(shown).collect::<Vec<_>>().join(" and ") {
-        none if none.is_empty() => format!("; {} counts a turn fit", shown(&own)),
-        others => format!(
-            "; {} counts a turn are taken, {others} fit as well: take what the encoder's data sheet says, for the scale factor \
-             depends on it",
-            shown(&own)
-        ),
-    }
 }
 
 /// Whether three columns have the length of gravity most of the time, in whatever unit.
@@ -540,7 +533,7 @@ fn reference(
         let agreed = agree(sample, &own, &other, times)?;
         let base = if other.is_rate { "ref_rate" } else { "ref_angle" };
         let (pick, way) = agreed.signed(other.pick(&format!("{base}_{axis}"), sample, agreed.reference));
-        let counts = if other.said.is_none() { counts(agreed.reference) } else { String::new() };
+        let counts = agreed.unsure();
         let is_meant = sample.head.names[gyro] != format!("gyro_{axis}") || agreed.gyro.factor == 1.0;
         let mut picks = vec![pick];
         let mut unit = String::new();
@@ -606,6 +599,16 @@ pub fn of_file(path: &Path, options: &Options, error: &LogError) -> Option<Advic
         needs_file: true,
         ..advice
     })
+}
+
+/// What may be the reference among the frames of these lines, whose signals the maps' DBC file names.
+#[must_use]
+pub fn advise_frames(lines: &[u8], maps: &Maps) -> Option<Advice> {
+    let input = Input::of(Box::new(Cursor::new(lines.to_vec())), false).ok()?;
+    let mut advice = advise(&of_messages(input, maps)?, maps, true);
+    // The time of messages is known.
+    advice.flags.retain(|flag| !flag.starts_with("t="));
+    (!advice.why.is_empty()).then_some(advice)
 }
 
 /// The first rows of a table.

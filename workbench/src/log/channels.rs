@@ -60,7 +60,7 @@ pub fn json(name: &str, look: &Look) -> Value {
                 "unit": field.unit.map(|unit| unit.symbol),
                 "rows": of.messages,
                 "values": range.values,
-                "rate_hz": of.rate_hz(),
+                "rate_hz": of.rate_of(range),
                 "from_s": seconds(of.first_ns),
                 "span_s": seconds(of.last_ns.saturating_sub(of.first_ns)),
                 "gaps": gaps,

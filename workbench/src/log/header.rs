@@ -57,6 +57,8 @@ pub struct Layout {
     pub stated_rate: Option<f64>,
     /// The column that is the time, as the file names it.
     pub time_channel: String,
+    /// What is not sure of the counts that were found.
+    pub unsure: Option<String>,
     /// What the log says of the vehicle, the board or the sensor.
     pub said: BTreeMap<String, String>,
 }

@@ -118,7 +118,12 @@ impl Input {
                 shaped = shape::of_start(&start);
             }
         }
-        let unread = if own || records || !is_text(format) { None } else { unread(&start) };
+        if records && !own {
+            let _ = look_further(&mut bytes, &mut start);
+            shaped = shape::of_records(shape::whole_lines(&start));
+            records = shaped.is_none();
+        }
+        let unread = if own || records || shaped.is_some() || !is_text(format) { None } else { unread(&start) };
         let mut whole = Cursor::new(start).chain(bytes);
         if let Some(as_text) = format.as_text() {
             let table = as_text(&mut whole).map_err(|cause| Problem::unreadable(format, cause, packing))?;
@@ -126,7 +131,7 @@ impl Input {
         }
         let bytes: Box<dyn Read + Send> = match () {
             () if own => Box::new(AsCsv::new(whole)),
-            () if records => Box::new(json::AsCsv::new(whole)),
+            () if records => shaped_again(Box::new(json::AsCsv::new(whole)))?,
             () => match shaped {
                 Some(shape) => Box::new(shape::AsCsv::new(whole, shape)),
                 None => Box::new(whole),
@@ -182,6 +187,19 @@ impl Read for Input {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         self.bytes.read(buffer)
     }
+}
+
+/// The table that records mean, which may name a sensor or a value in each row.
+fn shaped_again(mut table: Box<dyn Read + Send>) -> Result<Box<dyn Read + Send>, Problem> {
+    const LOOK: u64 = 1 << 15;
+    let mut start = Vec::new();
+    (&mut table).take(LOOK).read_to_end(&mut start).map_err(Problem::Read)?;
+    let shape = shape::of_table(shape::whole_lines(&start));
+    let whole = Cursor::new(start).chain(table);
+    Ok(match shape {
+        Some(shape) => Box::new(shape::AsCsv::new(whole, shape)),
+        None => Box::new(whole),
+    })
 }
 
 /// How a text may begin.

@@ -115,9 +115,9 @@ fn turning(log: &mut Reader, other: &mut Reader) -> Result<Option<Advice>, LogEr
             }
             let mut record = Record { rows: timed(&merged(&own, &reference)), ..Record::default() };
             let is_open = said.is_none();
-            let Some((_, unit)) = unsaid::told(&record, axis, unsaid, is_open && !is_rate, is_open && is_rate) else {
-                continue;
-            };
+            let told = unsaid::told(&record, axis, unsaid, is_open && !is_rate, is_open && is_rate);
+            let Some(told) = told else { continue };
+            let (unit, unsure) = (told.reference, told.unsure().map_or(String::new(), |says| format!("; {says}")));
             for row in &mut record.rows {
                 row.ref_angle[axis.index()] *= unit.factor;
             }
@@ -140,7 +140,7 @@ fn turning(log: &mut Reader, other: &mut Reader) -> Result<Option<Advice>, LogEr
                 (pick, "")
             };
             let why = format!(
-                "{} turns as gyro_{axis} does{way} (r² {r2:.3}): a reference, if something else than this gyro measured it",
+                "{} turns as gyro_{axis} does{way} (r² {r2:.3}): a reference, if something else than this gyro measured it{unsure}",
                 quoted(name)
             );
             best = Some((r2, Advice { why, flags: vec![pick.to_string()], ..Advice::default() }));

@@ -244,8 +244,14 @@ pub(super) fn joined(row: &mut Row, other: &Row) -> bool {
     if values(row).iter().zip(values(other)).any(|(a, b)| a.is_finite() && b.is_finite()) {
         return false;
     }
+    fill(row, other);
+    true
+}
+
+/// Takes from another row what this one lacks.
+pub(super) fn fill(row: &mut Row, other: &Row) {
     let take = |to: &mut [f64], from: &[f64]| {
-        for (to, from) in to.iter_mut().zip(from).filter(|(_, from)| from.is_finite()) {
+        for (to, from) in to.iter_mut().zip(from).filter(|(to, from)| !to.is_finite() && from.is_finite()) {
             *to = *from;
         }
     };
@@ -261,7 +267,6 @@ pub(super) fn joined(row: &mut Row, other: &Row) -> bool {
     }
     take(std::slice::from_mut(&mut row.temperature), &[other.temperature]);
     take(std::slice::from_mut(&mut row.supply), &[other.supply]);
-    true
 }
 
 impl Sink for Taker<'_> {

@@ -40,14 +40,14 @@ mod whole;
 mod words;
 mod writer;
 
-pub use advice::{Sample, advise};
+pub use advice::{Sample, advise, advise_frames};
 pub use advised::{read, read_beside};
 pub use error::{Known, LogError, Problem, Refused};
 pub use frames::Frames;
 pub use header::{Layout, Refusal};
 pub use lacking::Advice;
 pub use look::{Look, look};
-pub use reader::Reader;
+pub use reader::{Reader, is_apart};
 pub use row::{Parsed, RowParser};
 pub use rows::head_problem;
 pub use tally::RowFault;
@@ -179,6 +179,8 @@ pub struct Provenance {
     pub start_ns: i128,
     /// Channels that were taken without being named, for their own names are clear.
     pub chosen: Vec<Pick>,
+    /// What is not sure of the counts that were found.
+    pub unsure: Option<String>,
     /// What the log says of the vehicle, the board or the sensor: `sys_uuid`, `ver_hw`, `ver_sw`, …
     pub said: BTreeMap<String, String>,
 }

@@ -216,7 +216,7 @@ impl Reader {
             if is_apart(&held.row, &next.row) && self.last.is_none_or(|last| next.time > last) {
                 if next.time == held.time {
                     let mut both = held;
-                    messages::joined(&mut both.row, &next.row);
+                    messages::fill(&mut both.row, &next.row);
                     self.pending = Some(both);
                     continue;
                 }
@@ -352,7 +352,8 @@ impl Iterator for Reader {
 }
 
 /// Whether one row holds a gyro and the other one a reference, and neither both.
-fn is_apart(a: &Row, b: &Row) -> bool {
+#[must_use]
+pub fn is_apart(a: &Row, b: &Row) -> bool {
     let gyro = |row: &Row| row.gyro.iter().any(|x| x.is_finite());
     let reference = |row: &Row| {
         let mut of = row.ref_angle.iter().chain(&row.ref_rate).chain(&row.ref_quaternion);

@@ -6,7 +6,7 @@ use super::{
     row::place,
     unit::Channel,
 };
-use gyro_model::{Axis, Record, Row, faults};
+use gyro_model::{Axis, Record, Row, faults, units};
 use log_readers::meaning::Pick;
 use std::f64::consts::{PI, TAU};
 
@@ -18,6 +18,10 @@ const FOLLOWS: f64 = 0.8;
 /// A low-cost gyro's scale factor is within this of 1; neighbouring sensitivities lie nearer than that, the nearest one is meant.
 const SCALE: f64 = 0.2;
 const NEAREST: f64 = 0.06;
+/// Pairs of counts that are told of beside the likeliest, and how much less likely they may be.
+const MOST_OTHERS: usize = 4;
+const ALIKE: f64 = 0.04;
+const ROUNDED: f64 = 2e-3;
 /// Faster than a low-cost gyro reads, rad/s, and what hands and vehicles seldom reach.
 const FASTEST: f64 = 70.0;
 const FAST: f64 = 12.0;
@@ -58,12 +62,53 @@ impl Unit {
         self.divisor > 1.0
     }
 
-    /// How many counts of an encoder are one turn, and the other numbers that fit as well, for α is known as well as that only; `None`
-    /// where it is no count.
-    pub fn counts_per_turn(self) -> Option<(f64, Vec<f64>)> {
-        let own = (self.suffix == "_deg" && self.is_counts()).then_some(360.0 * self.divisor)?;
-        let fits = |counts: &f64| *counts != own && (counts / own).ln().abs() < NEAREST;
-        Some((own, COUNTS_PER_TURN.into_iter().filter(fits).collect()))
+    /// How many counts of an encoder are one turn; `None` where it is no count.
+    fn counts_per_turn(self) -> Option<f64> {
+        (self.suffix == "_deg" && self.is_counts()).then_some((360.0 * self.divisor).round())
+    }
+
+    /// How many steps of a gyro's word are one °/s; `None` where it is no word.
+    fn steps(self) -> Option<f64> {
+        (self.suffix == "_dps" && SENSITIVITIES.contains(&self.divisor)).then_some(self.divisor)
+    }
+}
+
+/// The units in which a gyro and its reference agree.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Told {
+    /// That of the gyro.
+    pub gyro: Unit,
+    /// That of the reference.
+    pub reference: Unit,
+    /// Others that agree as well, the likeliest first.
+    pub others: Vec<(Unit, Unit)>,
+}
+
+impl Told {
+    /// What is not sure of counts, in words: nobody says them, and others fit as well.
+    pub fn unsure(&self) -> Option<String> {
+        let shown = |(gyro, reference): &(Unit, Unit)| {
+            let steps = gyro.steps().filter(|_| self.gyro.steps().is_some());
+            let steps = steps.map(|steps| format!("{steps} steps a °/s"));
+            let counts = reference.counts_per_turn().filter(|_| self.reference.counts_per_turn().is_some());
+            let counts = counts.map(|counts| format!("{} counts a turn", units::thousands(counts as u64)));
+            steps.into_iter().chain(counts).collect::<Vec<_>>().join(" with ")
+        };
+        let own = shown(&(self.gyro, self.reference));
+        let mut others: Vec<String> =
+            self.others.iter().map(shown).filter(|other| !other.is_empty() && *other != own).collect();
+        others.dedup();
+        if own.is_empty() {
+            return None;
+        }
+        if others.is_empty() {
+            return self.reference.counts_per_turn().is_some().then(|| format!("{own} fit"));
+        }
+        let fit = if others.len() == 1 { "fits" } else { "fit" };
+        Some(format!(
+            "{own} are taken, {} {fit} as well: take what the data sheets say, for rate and scale factor depend on it",
+            others.join(" or ")
+        ))
     }
 }
 
@@ -94,13 +139,16 @@ pub fn factors(layout: &mut Layout, rows: &[Row]) -> Vec<(usize, f64)> {
         };
         let (of_gyro, of_angle, of_rate) = (is_unsaid(layout, gyro), is_unsaid(layout, angle), is_unsaid(layout, rate));
         let Some(found) = told(&record, axis, of_gyro, of_angle, of_rate) else { continue };
-        for (place, is_meant, unit) in [(gyro, of_gyro, found.0), (angle, of_angle, found.1), (rate, of_rate, found.1)]
+        let of_reference = found.reference;
+        for (place, is_meant, unit) in
+            [(gyro, of_gyro, found.gyro), (angle, of_angle, of_reference), (rate, of_rate, of_reference)]
         {
             if let Some(place) = place.filter(|_| is_meant) {
                 factors.extend(adopt(layout, place, unit));
             }
         }
-        gyro_unit = gyro_unit.or(Some(found.0).filter(|_| of_gyro));
+        layout.unsure = layout.unsure.take().or_else(|| found.unsure());
+        gyro_unit = gyro_unit.or(Some(found.gyro).filter(|_| of_gyro));
     }
     // One sensor has one unit.
     if let Some(unit) = gyro_unit {
@@ -175,7 +223,7 @@ fn adopt(layout: &mut Layout, place: usize, unit: Unit) -> Option<(usize, f64)> 
 }
 
 /// The units in which the gyro of an axis and its reference agree.
-pub fn told(record: &Record, axis: Axis, of_gyro: bool, of_angle: bool, of_rate: bool) -> Option<(Unit, Unit)> {
+pub fn told(record: &Record, axis: Axis, of_gyro: bool, of_angle: bool, of_rate: bool) -> Option<Told> {
     let i = axis.index();
     let signed = signed(record, i);
     let record = signed.as_ref().unwrap_or(record);
@@ -202,7 +250,7 @@ pub fn told(record: &Record, axis: Axis, of_gyro: bool, of_angle: bool, of_rate:
     } else if of_rate {
         reference_units.push(Unit::degrees("_dps", 1.0));
     }
-    let mut best: Option<(f64, Unit, Unit)> = None;
+    let mut fitting: Vec<(f64, Unit, Unit)> = Vec::new();
     for reference in reference_units {
         let mut scaled = record.clone();
         for row in &mut scaled.rows {
@@ -215,8 +263,8 @@ pub fn told(record: &Record, axis: Axis, of_gyro: bool, of_angle: bool, of_rate:
         for unit in &gyro_units {
             let off = (ratio.abs() / unit.factor).ln().abs();
             let fast = quantile(&gyro) * unit.factor;
-            let near = if unit.is_counts() || reference.is_counts() { NEAREST } else { SCALE };
-            if off > near || fast > FASTEST {
+            let is_counted = unit.is_counts() || reference.is_counts();
+            if off > if is_counted { NEAREST } else { SCALE } || fast > FASTEST {
                 continue;
             }
             // Where two pairs agree alike: the one whose readings a hand or a vehicle makes; counts only where nothing else fits.
@@ -225,13 +273,31 @@ pub fn told(record: &Record, axis: Axis, of_gyro: bool, of_angle: bool, of_rate:
                 + f64::from(u8::from(unit.is_counts()))
                 + 2.0 * f64::from(u8::from(of_angle && !wraps))
                 + f64::from(u8::from(reference.is_counts() && !wraps));
-            let cost = unlikely + off + (1.0 - r2);
-            if best.is_none_or(|(least, ..)| cost < least - 1e-3) {
-                best = Some((cost, *unit, reference));
-            }
+            let near = if is_counted { unusual(*unit, reference, off) } else { off };
+            fitting.push((unlikely + near + (1.0 - r2), *unit, reference));
         }
     }
-    best.map(|(_, gyro, reference)| (gyro, reference))
+    fitting.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let &(least, gyro, reference) = fitting.first()?;
+    let is_alike = |(cost, unit, other): &&(f64, Unit, Unit)| {
+        let is_kind = unit.is_counts() == gyro.is_counts() && other.is_counts() == reference.is_counts();
+        // Sensitivities of one range, as makers round it, are one.
+        let is_same = (unit.divisor / gyro.divisor - 1.0).abs() < ROUNDED && other.divisor == reference.divisor;
+        *cost < least + ALIKE && is_kind && !is_same
+    };
+    let others =
+        fitting[1..].iter().filter(is_alike).take(MOST_OTHERS).map(|(_, unit, other)| (*unit, *other)).collect();
+    Some(Told { gyro, reference, others })
+}
+
+/// How unusual counts are, from 0 on: a scale factor that far from 1, and numbers that few sensors have.
+fn unusual(gyro: Unit, reference: Unit, off: f64) -> f64 {
+    const USUAL_SCALE: f64 = 0.015;
+    let place = |of: &[f64], number: Option<f64>| {
+        number.and_then(|number| of.iter().position(|known| *known == number)).unwrap_or_default() as f64
+    };
+    let (steps, counts) = (place(&SENSITIVITIES, gyro.steps()), place(&COUNTS_PER_TURN, reference.counts_per_turn()));
+    0.01 * (0.5 * (off / USUAL_SCALE).powi(2) + 0.05 * steps + 0.3 * counts)
 }
 
 /// The same where the words of a gyro were printed without their sign, 65 535 for −1; the readings themselves are mended as those of a
@@ -302,8 +368,25 @@ mod tests {
     #[test]
     fn words_without_their_sign_are_counts_of_the_same_sensitivity() {
         for word in [|x: f64| x, |x: f64| x.rem_euclid(65_536.0)] {
-            let (gyro, angle) = told(&counted(word), Axis::Z, true, true, false).unwrap();
-            assert_eq!((gyro.divisor, gyro.suffix, angle.suffix), (131.0, "_dps", "_deg"));
+            let told = told(&counted(word), Axis::Z, true, true, false).unwrap();
+            assert_eq!((told.gyro.divisor, told.gyro.suffix, told.reference.suffix), (131.0, "_dps", "_deg"));
+        }
+    }
+
+    #[test]
+    fn counts_of_both_are_the_usual_ones_and_the_others_that_fit_are_told() {
+        for (steps, turn) in [(65.5, 4096.0), (16.4, 4096.0), (131.0, 4096.0), (32.8, 4096.0)] {
+            let mut record = counted(|x| x);
+            for row in &mut record.rows {
+                row.gyro[2] = (row.gyro[2] * 1.012 * steps / 131.0).round();
+                row.ref_angle[2] = (row.ref_angle[2] * turn / 360.0).floor();
+            }
+            let told = told(&record, Axis::Z, true, true, false).unwrap();
+            assert_eq!((told.gyro.steps(), told.reference.counts_per_turn()), (Some(steps), Some(turn)));
+            let says = told.unsure().unwrap();
+            let turn = units::thousands(4096);
+            assert!(says.contains(&format!("{steps} steps a °/s with {turn} counts a turn are taken")), "{says}");
+            assert!(says.contains("fit as well"), "{says}");
         }
     }
 }

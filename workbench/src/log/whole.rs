@@ -145,6 +145,7 @@ fn provenance(path: &Path, reader: &Reader, record: &Record) -> Provenance {
         supply,
         start_ns: reader.start_ns().unwrap_or_default(),
         chosen: reader.layout().chosen.clone(),
+        unsure: reader.layout().unsure.clone(),
         said: reader.layout().said.clone(),
     }
 }
