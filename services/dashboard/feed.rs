@@ -239,7 +239,8 @@ fn status_of(status: &Status) -> Value {
             })
         })
         .collect();
-    json!({ "finished": status.finished == 1, "source": words::json(&status.source), "services": services })
+    let learning = status.learning.as_str();
+    json!({ "finished": status.finished == 1, "learning": learning, "source": words::json(&status.source), "services": services })
 }
 
 /// Quantiles, and counts by octave from the first to the last that has any: the lower edge in ns, the count.

@@ -218,7 +218,7 @@ mod tests {
             let lines = picture(&guide.state(), Some("no rows come"), Terminal { width, colour: false });
             let text = lines.join("\n");
             assert!(lines.iter().all(|line| line.chars().count() <= width), "{width}:\n{text}");
-            for part in ["NOW: hold it still", "still: it moves", "scale-factor", "no rows come"] {
+            for part in ["NOW: hold it still", "keep still: it moves", "scale-factor", "no rows come"] {
                 assert!(text.contains(part), "{part}:\n{text}");
             }
         }

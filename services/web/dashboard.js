@@ -58,7 +58,7 @@
     names.forEach(n => dirty.add(n));
     if (!asked) { asked = true; requestAnimationFrame(draw); }
   }
-  const painters = { steps: drawMotion, judged: drawFalling, mark: drawMotion, values: drawHistory, page: drawPage, looking: drawPage, trial: () => { drawTrial(); drawPage(); }, model: drawModel, status: drawStatus, stages: drawStages, source: drawSource, found: drawPage };
+  const painters = { steps: drawMotion, judged: drawFalling, mark: drawMotion, values: drawHistory, page: drawPage, looking: drawPage, trial: () => { drawTrial(); drawPage(); }, model: drawModel, status: () => { drawStatus(); drawModel(); }, stages: drawStages, source: drawSource, found: drawPage };
   function draw() {
     asked = false;
     chooseAxes();
@@ -191,7 +191,7 @@
       h('.choices', h('button', { type: 'button', 'data-do': 'undo', title: 'Back to the model before the last change (u)' }, 'Undo'),
         h('button', { type: 'button', 'data-do': model.paused ? 'resume' : 'pause', title: 'Learning on and off (p)' }, model.paused ? 'Resume learning' : 'Pause learning'),
         h('button', { type: 'button', 'data-do': 'forget', title: 'Forget what was seen so far' }, 'Forget')),
-      h('p.soft.small', model.paused ? 'Learning is paused: by command, or because there is too little motion.' : `Fitted on the motion so far, averaged to ${model.samples.toLocaleString('en')} rows.`),
+      h('p.soft.small', model.paused && scene.newest.status?.learning ? Parts.prose(`Learning ${scene.newest.status.learning}.`) : `Fitted on the motion so far, averaged to ${model.samples.toLocaleString('en')} rows.`),
       h('table.values', h('tbody', mine.parameters.map(p => h('tr', h('td', { title: p.says }, `${p.effect} `, h('code', p.name)), h('td.number', p.shown))))));
   }
   let minis = new Map();

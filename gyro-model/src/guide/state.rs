@@ -126,7 +126,7 @@ impl State {
         let order = self.order?;
         let (axis, reached, wanted) = (order.axis, reached.to_degrees(), order.rate.to_degrees());
         Some(match correction {
-            Correction::Still => "still: it moves".to_owned(),
+            Correction::Still => "keep still: it moves".to_owned(),
             Correction::Move => format!("it does not move: turn it about {axis}"),
             Correction::OtherAxis => {
                 format!("about {axis}, not about {}", other.map_or("another axis", Axis::letter))

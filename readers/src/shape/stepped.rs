@@ -159,7 +159,9 @@ mod tests {
         let lines: Vec<&[u8]> = text.lines().map(str::as_bytes).collect();
         let mut rows = Stepped::of(&lines)?;
         let mut out = Vec::new();
-        lines.iter().for_each(|line| rows.line(line, &mut out));
+        for line in &lines {
+            rows.line(line, &mut out);
+        }
         Some(String::from_utf8(out).unwrap())
     }
 

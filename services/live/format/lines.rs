@@ -269,7 +269,9 @@ impl Lines {
                 let lines: Vec<Vec<u8>> = self.refused.drain(..).collect();
                 self.begin_anew();
                 self.unread = 0;
-                lines.iter().for_each(|line| self.text(line, found));
+                for line in &lines {
+                    self.text(line, found);
+                }
             }
             return;
         }
@@ -388,7 +390,9 @@ impl Lines {
         let lines = std::mem::take(&mut table.barren);
         (self.table, self.content, self.held) = (None, None, None);
         self.refused.clear();
-        lines.iter().for_each(|line| self.not_understood(line));
+        for line in &lines {
+            self.not_understood(line);
+        }
         true
     }
 

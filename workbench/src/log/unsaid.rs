@@ -277,8 +277,10 @@ pub fn told(record: &Record, axis: Axis, of_gyro: bool, of_angle: bool, of_rate:
             fitting.push((unlikely + near + (1.0 - r2), *unit, reference));
         }
     }
+    // Of those that differ by nothing the first: SI units before others.
+    let least = fitting.iter().map(|(cost, ..)| *cost).fold(f64::INFINITY, f64::min);
+    let &(_, gyro, reference) = fitting.iter().find(|(cost, ..)| *cost < least + 1e-3)?;
     fitting.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let &(least, gyro, reference) = fitting.first()?;
     let is_alike = |(cost, unit, other): &&(f64, Unit, Unit)| {
         let is_kind = unit.is_counts() == gyro.is_counts() && other.is_counts() == reference.is_counts();
         // Sensitivities of one range, as makers round it, are one.
