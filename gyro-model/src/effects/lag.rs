@@ -1,7 +1,8 @@
 //! `lag`: first-order sensor bandwidth, τ dω_f/dt + ω_f = ω.
 
 use super::{
-    Acts, Alias, Card, Effect, Memory, ParameterCard, Response, Role, STEADY, Span, derivative, low_pass, steadied,
+    Acts, Alias, Card, Effect, Lately, Memory, ParameterCard, Response, Role, STEADY, Span, derivative, low_pass,
+    steadied,
 };
 use crate::Axis;
 use crate::measured::Measured;
@@ -113,16 +114,17 @@ impl Response for Lag {
 
     /// ω = ω_f + τ dω_f/dt with the parabola through the last three samples.
     fn undo_response(&self, p: &[f64], felt: f64, dt: f64, memory: &mut Memory) -> f64 {
-        let past = memory.of::<Past>();
-        let slope = match past.samples {
+        let lately = memory.of::<Lately>();
+        let ([f1, f2], dt1) = (lately.felt, lately.dt);
+        let slope = match lately.samples {
             0.0 => 0.0,
-            1.0 => (felt - past.felt[0]) / dt,
+            1.0 => (felt - f1) / dt,
             _ => {
-                let (d1, d2) = ((felt - past.felt[0]) / dt, (past.felt[0] - past.felt[1]) / past.dt);
-                d1 + (d1 - d2) * dt / (dt + past.dt)
+                let (d1, d2) = ((felt - f1) / dt, (f1 - f2) / dt1);
+                d1 + (d1 - d2) * dt / (dt + dt1)
             }
         };
-        *past = Past { felt: [felt, past.felt[0]], dt, samples: (past.samples + 1.0).min(2.0) };
+        lately.take(felt, dt);
         felt + p[0] * slope
     }
 
@@ -144,16 +146,4 @@ struct Last {
     rate: f64,
     /// 1 after the first sample.
     started: f64,
-}
-
-/// What its inverse remembers.
-#[derive(Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-struct Past {
-    /// The last two felt rates, the later one first.
-    felt: [f64; 2],
-    /// The last step, s.
-    dt: f64,
-    /// Samples so far, at most 2.
-    samples: f64,
 }

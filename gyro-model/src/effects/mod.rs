@@ -5,7 +5,7 @@
 //! (simulator, compensation, fit, diagnosis, reports, `truerate effects`) walks [`CATALOGUE`].
 
 pub(crate) use operators::{
-    Parabola, Play, SIXTH, STEADY, derivative, low_pass, low_passed, play, quieted, quieter, second_derivative,
+    Lately, Parabola, Play, SIXTH, STEADY, derivative, low_pass, low_passed, play, quieted, quieter, second_derivative,
     sixth_differences, slowed, steadied, white_noise, within,
 };
 

@@ -1,7 +1,7 @@
 //! `mount-resonance`: a springy plate between shaft and gyro, a second-order response.
 
 use super::{
-    Acts, Alias, Card, Effect, Memory, ParameterCard, Response, Role, Span, Trait, low_pass, low_passed,
+    Acts, Alias, Card, Effect, Lately, Memory, ParameterCard, Response, Role, Span, Trait, low_pass, low_passed,
     second_derivative, slowed,
 };
 use crate::Axis;
@@ -143,15 +143,16 @@ impl Response for MountResonance {
     /// linear over the step; ω_f'' from the last three samples.
     fn undo_response(&self, p: &[f64], felt: f64, dt: f64, memory: &mut Memory) -> f64 {
         let past = memory.of::<Past>();
-        let ([f1, f2], dt1) = (past.felt, past.dt);
-        let curvature = if past.samples < 2.0 { 0.0 } else { 2.0 * ((felt - f1) / dt - (f1 - f2) / dt1) / (dt + dt1) };
+        let ([f1, f2], dt1, samples) = (past.lately.felt, past.lately.dt, past.lately.samples);
+        let curvature = if samples < 2.0 { 0.0 } else { 2.0 * ((felt - f1) / dt - (f1 - f2) / dt1) / (dt + dt1) };
         let omega = std::f64::consts::TAU * p[0];
         let input = curvature / (omega * omega);
         // The first curvature is the best guess of what came before it.
-        let settled = past.samples > 2.0;
+        let settled = samples > 2.0;
         let difference =
             if settled { low_pass(past.difference, past.input, input, dt, 2.0 * p[1] / omega) } else { input };
-        *past = Past { felt: [felt, f1], dt, difference, input, samples: (past.samples + 1.0).min(3.0) };
+        (past.difference, past.input) = (difference, input);
+        past.lately.take(felt, dt);
         felt + difference
     }
 
@@ -191,13 +192,8 @@ struct Swing {
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct Past {
-    /// The last two felt rates, the later one first.
-    felt: [f64; 2],
-    /// The last step, s.
-    dt: f64,
+    lately: Lately,
     /// D and its input.
     difference: f64,
     input: f64,
-    /// Samples so far, at most 3.
-    samples: f64,
 }

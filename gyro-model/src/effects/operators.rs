@@ -3,6 +3,25 @@
 use crate::order::median;
 use bytemuck::{Pod, Zeroable};
 
+/// The last two samples of a felt rate.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Lately {
+    /// The rates, the later one first.
+    pub(crate) felt: [f64; 2],
+    /// Between them, s.
+    pub(crate) dt: f64,
+    /// Samples so far, at most 3.
+    pub(crate) samples: f64,
+}
+
+impl Lately {
+    /// One sample more, `dt` after the last.
+    pub(crate) fn take(&mut self, felt: f64, dt: f64) {
+        *self = Self { felt: [felt, self.felt[0]], dt, samples: (self.samples + 1.0).min(3.0) };
+    }
+}
+
 /// A play operator.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[repr(C)]
