@@ -27,7 +27,7 @@
 
   // The same request as the program's flags.
   const reading = () => ({
-    do: 'read', log: desk.log, reference: desk.reference, dbc: desk.dbc, map: desk.map, axis: desk.axis || null,
+    do: 'read', log: desk.log, more: desk.more || [], reference: desk.reference, dbc: desk.dbc, map: desk.map, axis: desk.axis || null,
     at_rest: desk.atRest || false, reference_is_dependent: desk.dependent || false,
   });
 
@@ -101,7 +101,7 @@
     }
     const databases = read.filter((_, k) => ending(files[k], ['dbc']));
     const logs = read.filter((_, k) => !ending(files[k], ['dbc']));
-    if (logs.length > 2) { notice('bad', h('p', `${logs.length} files: the page takes one log, and a second file with the reference. The program takes as many as there are: `, h('code', 'truerate diagnose LOG…'))); return; }
+    for (const [k, log] of logs.entries()) if (logs.slice(0, k).some(([name]) => name === log[0])) log[0] = `${k + 1}-${log[0]}`;
     const keeps = (second || !logs.length) && desk.log;
     if (keeps) {
       const names = [desk.log, logs.length ? null : desk.reference];
@@ -110,8 +110,7 @@
       desk = { ...fresh(), files: [...kept, ...read], log: desk.log, map: desk.map, reference: logs[0]?.[0] ?? desk.reference, dbc: databases[0]?.[0] ?? desk.dbc };
     } else {
       if (!logs.length) { notice('warn', h('p', 'A DBC file says what a CAN log means: drop the log with it.')); return; }
-      if (logs[1] && logs[1][0] === logs[0][0]) logs[1][0] = `second-${logs[1][0]}`;
-      desk = { ...fresh(), files: read, log: logs[0][0], reference: logs[1]?.[0], dbc: databases[0]?.[0], either: logs.length > 1 };
+      desk = { ...fresh(), files: read, log: logs[0][0], dbc: databases[0]?.[0], others: logs.slice(1).map(([name]) => name) };
     }
     await open();
   }
@@ -139,17 +138,26 @@
     });
   }
 
-  // Of two files that came together nobody said which is the reference.
+  // Of files that came together nobody said what each is. Files that are logs by themselves are logs of one sensor; of two others one has the
+  // reference.
   async function readEither() {
-    try { desk.about = await ask(reading(), desk.files); } catch (error) {
-      if (!desk.either || error instanceof Ended || !worker) throw error;
-      [desk.log, desk.reference] = [desk.reference, desk.log];
-      try { desk.about = await ask(reading(), desk.files); } catch (second) {
-        [desk.log, desk.reference] = [desk.reference, desk.log];
-        throw second instanceof Ended ? second : error;
+    const others = desk.others || [];
+    if (others.length) {
+      const names = [desk.log, ...others];
+      const ways = [{ log: names[0], more: others }];
+      if (others.length === 1) ways.push({ log: names[0], reference: names[1] }, { log: names[1], reference: names[0] });
+      let first;
+      for (const way of ways) {
+        Object.assign(desk, { more: [], reference: undefined }, way);
+        try { desk.about = await ask(reading(), desk.files); first = null; break; } catch (error) {
+          if (error instanceof Ended || !worker) throw error;
+          // Of two files what the second one lacks as a reference tells more.
+          if (!first || way.log === names[0]) first = error;
+        }
       }
-    }
-    desk.either = false;
+      if (first) { Object.assign(desk, { more: [] }, ways[1] || ways[0]); throw first; }
+      desk.others = [];
+    } else desk.about = await ask(reading(), desk.files);
     desk.isRead = true;
     header();
     small();
@@ -175,7 +183,7 @@
     const said = h('pre', error.message);
     const choices = h('.choices');
     if (advice?.map.length && !advice.needs_file) choices.append(h('button.primary.change', { type: 'button', onclick: () => { desk.map = advice.map; open(); } }, `Read it so: ${advice.map.join(', ')}`));
-    if (desk.log && !desk.view && !desk.reference) choices.append(h('button.change', { type: 'button', onclick: () => pick(true) }, 'Add the file with the reference…'));
+    if (desk.log && !desk.view && !desk.reference && !desk.more?.length) choices.append(h('button.change', { type: 'button', onclick: () => pick(true) }, 'Add the file with the reference…'));
     notice('bad', said, /--(map|reference|dbc|columns)/.test(error.message) ? h('p.soft.small', prose('In this page `--map` is the table below, `--reference` and `--dbc` are further files: drop them here.')) : null, choices);
     if (desk.log && !desk.view && worker) await channels(advice?.map);
   }
@@ -382,7 +390,7 @@
   const pick = second => { chooseSecond = second; chooser.click(); };
 
   function header() {
-    at('log').textContent = Drive.runs() ? `Vehicle ${Drive.runs().seed} drives in this page, with an effect hidden in its gyro` : desk.log ? [desk.log, desk.reference].filter(Boolean).join(' + ') : 'What is wrong with a gyro, and which physics its model lacks';
+    at('log').textContent = Drive.runs() ? `Vehicle ${Drive.runs().seed} drives in this page, with an effect hidden in its gyro` : desk.log ? [desk.log, ...(desk.more || []), desk.reference].filter(Boolean).join(' + ') : 'What is wrong with a gyro, and which physics its model lacks';
     at('about').textContent = desk.log && desk.about ? desk.about.about.slice(0, -1).join(' · ') : '';
     const name = (desk.log || 'log').replace(/(\.csv|\.txt)?(\.gz)?$/, '');
     const button = (label, action) => h('button', { type: 'button', onclick: action }, label);
@@ -417,7 +425,7 @@
 
   function large() {
     at('start').replaceChildren(h('.drop', h('h2', 'Drop a log of a gyro and its reference here'),
-      h('p', 'The page says how wrong the gyro is, which physical effect its model is missing, and how much of the error goes away with it. A log is a CSV file, ULog, ArduPilot .bin, MCAP, ROS bag or CAN log; the reference is a shaft encoder, a rate table, motion capture or an orientation, in the same file or in a second one.'),
+      h('p', 'The page says how wrong the gyro is, which physical effect its model is missing, and how much of the error goes away with it. A log is a CSV file, ULog, ArduPilot .bin, MCAP, ROS bag or CAN log; the reference is a shaft encoder, a rate table, motion capture or an orientation, in the same file or in a second one. Several logs of one sensor are judged together, with one model.'),
       h('.choices', openButton(true), exampleButton(true), driveButton(true)),
       h('p.soft.small', 'The example is a log that is simulated here, with a hidden effect for you to find. In the demo a vehicle drives while you watch.')),
     h('.three', step('1', 'Drop', 'The log is read and checked: units, axes, gaps, faulty rows. Where names are not clear, you choose the channels by click.'),
@@ -442,7 +450,7 @@
   function small() {
     at('start').replaceChildren(h('.drop.small', h('p.soft.small', 'Drop another log here; it stays on this machine.'),
       h('.choices', openButton(false), desk.hidden ? exampleButton(false) : null, desk.hidden && desk.files.length ? h('button', { type: 'button', onclick: () => save('example.csv', desk.files[0][1], 'text/csv') }, 'Save the example') : null,
-        desk.hidden ? null : h('button', { type: 'button', onclick: () => pick(true) }, desk.reference ? 'Another reference…' : 'Add a reference…'),
+        desk.hidden || desk.more?.length ? null : h('button', { type: 'button', onclick: () => pick(true) }, desk.reference ? 'Another reference…' : 'Add a reference…'),
         h('button.change', { type: 'button', id: 'show-channels', onclick: () => work(['Looking at the channels'], async () => { stage(0); await channels(); }) }, 'Channels…'))));
   }
 

@@ -1,4 +1,4 @@
-//! A log on the desk: read, fitted, diagnosed, changed, as the program's commands do it.
+//! Logs on the desk: read, fitted, diagnosed, changed, as the program's commands do it.
 
 use crate::told::{Told, tell};
 use anyhow::{Context, Result, anyhow, bail};
@@ -20,6 +20,7 @@ use workbench::{
     log::{self, channels},
     model_file::{self, ModelFile},
     report::{self, Command, Format, Terminal, units, view::Page},
+    several::Several,
     subject::{Start, Subject, Taken},
 };
 
@@ -28,6 +29,9 @@ use workbench::{
 #[serde(deny_unknown_fields)]
 pub struct Reading {
     log: String,
+    /// Further logs of the same sensor.
+    #[serde(default)]
+    more: Vec<String>,
     #[serde(default)]
     map: Vec<String>,
     reference: Option<String>,
@@ -54,10 +58,10 @@ enum Found {
     Ladder(Ladder),
 }
 
-/// A log, the base model fitted to it, and what was found last.
+/// Logs of one sensor, the base model, and what was found last.
 #[derive(Default)]
 pub struct Desk {
-    subject: Option<Subject>,
+    logs: Option<Several>,
     base: Option<Start>,
     found: Option<(Found, ModelFile)>,
 }
@@ -65,14 +69,24 @@ pub struct Desk {
 /// The name of a model in messages and files.
 const MODEL: &str = "model.toml";
 
-fn options(subject: &Subject) -> Options<'_> {
+fn options(logs: &Several) -> Options<'_> {
     Options {
         progress: &|what| tell(Told::Progress, what),
         took: &|axis, step| tell(Told::Step, &taken(axis, step)),
         failed: &|error| tell(Told::Failed, &error.to_string()),
-        faults: &subject.faults,
+        faults: &logs.subjects[0].faults,
         ..Options::default()
     }
+}
+
+/// The log, where there is one alone.
+fn only(logs: &Several) -> Option<&Subject> {
+    let [one] = logs.subjects.as_slice() else { return None };
+    Some(one)
+}
+
+fn about(logs: &Several) -> Vec<String> {
+    only(logs).map_or_else(|| logs.about(None), |one| one.about(None))
 }
 
 /// A step of a ladder, in a line.
@@ -103,7 +117,7 @@ impl Desk {
         Ok(told)
     }
 
-    /// Reads a log.
+    /// Reads a log, or several of one sensor.
     pub fn read(&mut self, reading: Reading) -> Result<Value> {
         *self = Self::default();
         tell(Told::Progress, "reading the log");
@@ -119,33 +133,45 @@ impl Desk {
             at_rest: reading.at_rest,
             reference_is_dependent: reading.reference_is_dependent,
         };
-        let subject = Subject::read(Path::new(&reading.log), &taken)?;
-        let chosen: Vec<String> = subject.provenance.chosen.iter().map(ToString::to_string).collect();
+        let paths: Vec<PathBuf> = std::iter::once(reading.log).chain(reading.more).map(PathBuf::from).collect();
+        let logs = match paths.as_slice() {
+            [one] => Several::of(vec![Subject::read(one, &taken)?])?,
+            all => Several::read(all, &taken, |path| tell(Told::Progress, &path.display().to_string()))?,
+        };
+        let chosen = logs.subjects.iter().flat_map(|own| &own.provenance.chosen).map(ToString::to_string);
+        let faults = logs.subjects.iter().flat_map(|own| &own.faults).map(|fault| &fault.says);
         let told = json!({
-            "about": subject.about(None),
-            "axes": subject.axes,
-            "chosen": chosen,
-            "faults": subject.faults.iter().map(|fault| &fault.says).collect::<Vec<_>>(),
+            "about": about(&logs),
+            "axes": logs.axes,
+            "chosen": chosen.collect::<Vec<_>>(),
+            "faults": faults.collect::<Vec<_>>(),
         });
-        self.subject = Some(subject);
+        self.logs = Some(logs);
         Ok(told)
     }
 
-    fn subject(&self) -> Result<&Subject> {
-        self.subject.as_ref().context("no log has been read")
+    fn logs(&self) -> Result<&Several> {
+        self.logs.as_ref().context("no log has been read")
     }
 
-    /// The model of this text, or the base model fitted to the log.
+    /// The model of this text, or the base model.
     fn start(&mut self, model: Option<&str>) -> Result<Start> {
-        let subject = self.subject.as_ref().context("no log has been read")?;
+        let logs = self.logs.as_ref().context("no log has been read")?;
+        let first = &logs.subjects[0];
         if let Some(text) = model {
-            let file = model_file::parse(Path::new(MODEL), text, &subject.record.free_names)?;
-            file.check_channels(&subject.record, &subject.axes)?;
-            return Ok(subject.given(file));
+            let file = model_file::parse(Path::new(MODEL), text, &first.record.free_names)?;
+            if let Some(one) = only(logs) {
+                file.check_channels(&one.record, &one.axes)?;
+                return Ok(one.given(file));
+            }
+            return logs.start_with(Some(file));
         }
         if self.base.is_none() {
             tell(Told::Progress, "fitting");
-            self.base = Some(subject.start(None)?);
+            self.base = Some(match only(logs) {
+                Some(one) => one.start(None)?,
+                None => logs.start_with(None)?,
+            });
         }
         self.base.clone().context("no base model")
     }
@@ -154,43 +180,57 @@ impl Desk {
     pub fn compare(&mut self, model: Option<&str>) -> Result<Value> {
         let start = self.start(model)?;
         tell(Told::Progress, "comparing");
-        let subject = self.subject()?;
-        let found = subject.judge(&start, &options(subject))?;
+        let logs = self.logs()?;
+        let found = match only(logs) {
+            Some(one) => one.judge(&start, &options(logs))?,
+            None => logs.compare(&start, &options(logs))?,
+        };
         self.give(Found::Diagnosis(Command::Compare, found), start.file)
     }
 
     /// Which effect a model is missing.
     pub fn diagnose(&mut self, model: Option<&str>) -> Result<Value> {
         let start = self.start(model)?;
-        let subject = self.subject()?;
-        let found = subject.diagnose(&start, &options(subject))?;
+        let logs = self.logs()?;
+        let found = match only(logs) {
+            Some(one) => one.diagnose(&start, &options(logs))?,
+            None => logs.diagnose(&start, &options(logs))?,
+        };
         self.give(Found::Diagnosis(Command::Diagnose, found), start.file)
     }
 
     /// Adds what is missing until nothing is.
     pub fn ladder(&mut self, model: Option<&str>) -> Result<Value> {
         let start = self.start(model)?;
-        let subject = self.subject()?;
-        let (file, ladder) = subject.ladder(&start, &options(subject))?;
+        let logs = self.logs()?;
+        let (file, ladder) = match only(logs) {
+            Some(one) => one.ladder(&start, &options(logs))?,
+            None => logs.ladder(&start, &options(logs))?,
+        };
         self.give(Found::Ladder(ladder), file)
     }
 
     /// Adds and removes effects, and says how large the error is then.
     pub fn change(&mut self, model: Option<&str>, edits: &[Edit]) -> Result<Value> {
         let start = self.start(model)?;
-        let subject = self.subject()?;
+        let logs = self.logs()?;
         tell(Told::Progress, "fitting");
         let mut after = start.file.model.clone();
         for edit in edits {
             let direction = if edit.add { Direction::Add } else { Direction::Remove };
-            let effects = std::slice::from_ref(&edit.effect);
-            after = subject.changed_on(&[axis(&edit.axis)?], &start.file, &after, effects, direction)?;
+            let (effects, axis) = (std::slice::from_ref(&edit.effect), axis(&edit.axis)?);
+            let own = logs.subjects.iter().find(|own| own.axes.contains(&axis)).unwrap_or(&logs.subjects[0]);
+            after = own.changed_on(&[axis], &start.file, &after, effects, direction)?;
         }
         after.epoch = start.file.model.epoch + 1;
         tell(Told::Progress, "comparing");
-        let options = Options { own_log: true, ..options(subject) };
-        let found = subject.compare(&after, &subject.axes, &options)?;
-        let file = subject.fitted(after, start.file.own_effects);
+        let options = Options { own_log: true, ..options(logs) };
+        let (found, file) = if let Some(one) = only(logs) {
+            (one.compare(&after, &one.axes, &options)?, one.fitted(after, start.file.own_effects))
+        } else {
+            let (joint, found) = logs.fit_and_compare(&after, &options)?;
+            (found, logs.fitted(joint.model, &start.file))
+        };
         self.give(Found::Diagnosis(Command::Compare, found), file)
     }
 
@@ -212,7 +252,7 @@ impl Desk {
 
     /// What was found last, and how it is told.
     fn last(&self) -> Result<(&Found, report::Context)> {
-        let (subject, (found, file)) = (self.subject()?, self.found.as_ref().context("nothing was found yet")?);
+        let (logs, (found, file)) = (self.logs()?, self.found.as_ref().context("nothing was found yet")?);
         let command = match found {
             Found::Diagnosis(command, _) => *command,
             Found::Ladder(_) => Command::Ladder,
@@ -220,9 +260,10 @@ impl Desk {
         let context = report::Context {
             terminal: Terminal::PLAIN,
             voice: Voice::Page,
-            about: subject.about(None),
+            about: about(logs),
             product: Subject::product(file, Some(Path::new(MODEL))),
-            ..report::Context::new(command, subject.name.clone())
+            more: logs.names().split_off(1),
+            ..report::Context::new(command, logs.subjects[0].name.clone())
         };
         Ok((found, context))
     }
@@ -244,9 +285,8 @@ impl Desk {
 
     /// A model in the form of a target, and what that cannot hold.
     pub fn export(&self, model: &str, name: &str, to: &str) -> Result<Value> {
-        let subject = self.subject()?;
-        let file = model_file::parse(Path::new(MODEL), model, &subject.record.free_names)?;
-        let channels = subject.record.free_names.clone();
+        let channels = self.logs()?.subjects[0].record.free_names.clone();
+        let file = model_file::parse(Path::new(MODEL), model, &channels)?;
         let options = export::Options { rate: None, topic: String::new(), sensor: 1, channels, chip: None };
         let exported = export::export(&file, name, to.parse()?, &options)?;
         Ok(json!({ "text": exported.text, "warnings": exported.warnings }))

@@ -160,15 +160,19 @@ fn the_page_in_a_browser_names_what_is_hidden_and_says_what_the_program_says() {
     let hidden = ["simulate", "--hide", "encoder-eccentricity", "--seconds", "60", "--seed", "5", "-o", "log.csv"];
     run(&hidden);
     let said = run(&["diagnose", "log.csv", "--format", "json"]);
+    run(&["simulate", "--hide", "encoder-eccentricity", "--seconds", "60", "--seed", "6", "-o", "second.csv"]);
+    let together = run(&["diagnose", "log.csv", "second.csv", "--format", "json"]);
     let log = fs::read_to_string(folder.path().join("log.csv")).unwrap();
     let mut lines: Vec<&str> = log.lines().collect();
     let torn = lines[5000].replacen(',', ",x", 1);
     lines[5000] = &torn;
     let place = |name: &str| folder.path().join(name);
     fs::write(place("said.json"), said).unwrap();
+    fs::write(place("together.json"), together).unwrap();
     fs::write(place("broken.csv"), lines.join("\n")).unwrap();
-    let paths = [page, place("log.csv"), place("said.json"), place("broken.csv")];
-    drive("page.mjs", &paths.each_ref().map(|path| path.to_str().unwrap()));
+    let names = ["log.csv", "said.json", "broken.csv", "second.csv", "together.json"];
+    let paths: Vec<_> = std::iter::once(page).chain(names.map(place)).collect();
+    drive("page.mjs", &paths.iter().map(|path| path.to_str().unwrap()).collect::<Vec<_>>());
 }
 
 #[test]

@@ -1,9 +1,9 @@
-// node page.mjs PAGE LOG JSON BROKEN: the page in a browser, from disk with the network off: its example names what is hidden, a
-// dropped log gets what the program says of it (JSON), a broken one its error in words.
+// node page.mjs PAGE LOG JSON BROKEN SECOND TOGETHER: the page in a browser, from disk with the network off: its example names what is hidden, a
+// dropped log gets what the program says of it (JSON) and of two logs (TOGETHER), a broken one its error in words.
 import { readFileSync } from 'node:fs';
 import { check, finish, launch, looks, open, until } from './browser.mjs';
 
-const [place, log, json, broken] = process.argv.slice(2);
+const [place, log, json, broken, second, together] = process.argv.slice(2);
 const file = `file://${place}`;
 const browser = await launch();
 const { context, page, notes } = await open(browser, file);
@@ -82,6 +82,24 @@ await page.locator('#channels').getByRole('button', { name: 'Read it so' }).clic
 await idle(240);
 const chosen = JSON.parse(await saved('Save JSON'));
 check(chosen.axes[0].verdict === theirs.axes[0].verdict, `with channels chosen by click: ${chosen.axes[0].verdict}`);
+
+// Two logs at once: of one sensor, with one model; a log and the file with its reference, in either order.
+const text = (name, of) => ({ name, mimeType: 'text/csv', buffer: Buffer.from(of) });
+const lines = readFileSync(log, 'utf8').trim().split('\n').map(line => line.split(','));
+const column = name => lines[0].indexOf(name);
+const only = names => lines.map(line => names.map(name => line[column(name)]).join(',')).join('\n');
+await page.locator('#files').setInputFiles([log, second]);
+await until('both logs are taken', 60, async () => /2 logs of one sensor/.test(await page.locator('#about').innerText()));
+await idle(240);
+const [pooled, both] = [JSON.parse(await saved('Save JSON')), JSON.parse(readFileSync(together, 'utf8'))];
+check(JSON.stringify(pooled.logs) === JSON.stringify(both.logs), `the page pools ${pooled.logs}, the program ${both.logs}`);
+check(pooled.axes[0].verdict === both.axes[0].verdict && pooled.axes[0].suspects[0]?.effect === both.axes[0].suspects[0]?.effect, `of two logs the page says ${pooled.axes[0].verdict}, the program ${both.axes[0].verdict}`);
+await looks(page, 'page-two-logs');
+const apart = [text('reference.csv', only(['t', 'ref_angle_x'])), text('imu.csv', only(['t', 'gyro_x']))];
+await page.locator('#files').setInputFiles(apart);
+await until('the reference is joined', 60, async () => (await page.locator('#log').innerText()) === 'imu.csv + reference.csv');
+await idle(240);
+check(await page.locator('.verdict .answer').count() === 1, 'a log and its reference give no answer');
 
 // What is shown as proof is one: the browser refuses to send.
 await page.goto(file);
