@@ -56,6 +56,26 @@ fn what_repeats_is_the_sensors_and_what_does_not_is_the_set_ups() {
     assert!(found["each"][1]["axes"][0]["budget"].as_array().is_some_and(|budget| !budget.is_empty()));
 }
 
+/// A delay that is another in each log belongs to what was changed between them: each has its own, and nothing is named in its stead.
+#[test]
+fn an_effect_of_another_size_in_each_log_has_its_own_size_in_each() {
+    let bench = Bench::new();
+    simulated(&bench, "a.csv", 5, &["--hide", "delay:d=0.010"]);
+    simulated(&bench, "c.csv", 6, &["--hide", "delay:d=0.020"]);
+    let found = json(&bench.ok(&["diagnose", "a.csv", "c.csv", "--format", "json"]));
+    let axis = &found["axes"][0];
+    assert_eq!(axis["verdict"], "missing-effect", "{}", axis["headline"]);
+    assert_eq!(axis["suspects"].as_array().map(Vec::len), Some(1), "{}", axis["headline"]);
+    assert_eq!(axis["suspects"][0]["effect"], "delay");
+    let says = found["repeats"][0]["says"].as_str().unwrap_or_default();
+    assert!(says.contains("in a.csv and") && says.contains("in c.csv"), "{says}");
+    for (k, truth) in [(0, 0.010), (1, 0.020)] {
+        let own = parameter(&found["each"][k]["axes"][0]["alone"], "delay").unwrap_or_else(|| panic!("{found}"));
+        let (value, error) = (own["value"].as_f64().unwrap(), own["std_error"].as_f64().unwrap());
+        assert!((value - truth).abs() < 5.0 * error && error < 1e-4, "{value} ± {error}");
+    }
+}
+
 #[test]
 fn one_model_is_fitted_to_all_and_its_error_is_smaller_than_that_of_one_log() {
     let bench = Bench::new();

@@ -37,11 +37,13 @@ pub struct Joint {
 const TURNS: usize = 6;
 const SMALL: f64 = 0.02;
 
-/// Fits a model to several logs. Each log is given with the model that it starts from, all with the same effects, and its axes.
+/// Fits a model to several logs. Each log is given with the model that it starts from, all with the same effects, and its axes. The
+/// effects `differing` have a size of their own in each log.
 ///
 /// # Errors
 /// A log of too few rows.
-pub fn fit(logs: &[(&Record, Model, Vec<Axis>)]) -> Result<Joint, FitError> {
+pub fn fit(logs: &[(&Record, Model, Vec<Axis>)], differing: &[(Axis, String)]) -> Result<Joint, FitError> {
+    let is_own = |key: &Key| differing.iter().any(|(axis, effect)| *axis == key.axis && *effect == key.effect);
     let mut models: Vec<Model> = logs.iter().map(|(_, model, _)| model.clone()).collect();
     let mut pieces: Vec<Vec<Piece>> = Vec::new();
     let mut common = Equations::empty();
@@ -52,6 +54,8 @@ pub fn fit(logs: &[(&Record, Model, Vec<Axis>)]) -> Result<Joint, FitError> {
             .zip(&models)
             .map(|((record, _, axes), model)| fitted(record, model, axes))
             .collect::<Result<_, _>>()?;
+        let columns = pieces.iter_mut().flatten().flat_map(|piece| &mut piece.columns);
+        columns.for_each(|column| column.own |= is_own(&column.key));
         let whole: Vec<Equations> =
             pieces.iter().map(|own| Equations::sum(&own.iter().map(Equations::of).collect::<Vec<_>>())).collect();
         let own: BTreeSet<Key> =
@@ -83,10 +87,16 @@ pub fn fit(logs: &[(&Record, Model, Vec<Axis>)]) -> Result<Joint, FitError> {
             break;
         }
     }
-    Ok(told(models, &pieces, &common, &shared))
+    Ok(told(models, &pieces, &common, &shared, differing))
 }
 
-fn told(models: Vec<Model>, pieces: &[Vec<Piece>], common: &Equations, shared: &BTreeMap<Key, (f64, f64)>) -> Joint {
+fn told(
+    models: Vec<Model>,
+    pieces: &[Vec<Piece>],
+    common: &Equations,
+    shared: &BTreeMap<Key, (f64, f64)>,
+    differing: &[(Axis, String)],
+) -> Joint {
     let inflation = |key: &Key| {
         let of = |piece: &Piece| piece.place(key).map(|place| (piece.inflation[place], piece.entry(place, place)));
         let (sum, all) = pieces.iter().flatten().filter_map(of).fold((0.0, 0.0), |(s, a), (f, w)| (s + f * w, a + w));
@@ -131,7 +141,7 @@ fn told(models: Vec<Model>, pieces: &[Vec<Piece>], common: &Equations, shared: &
         })
         .collect();
     let mut differs = BTreeMap::new();
-    let mut model = mean_of(&each);
+    let mut model = mean_of(&each, differing);
     for key in &common.keys {
         let readings: Vec<Option<(f64, f64)>> = each.iter().map(|own| own.alone.get(key).copied()).collect();
         differs.insert(key.clone(), p_differs(&readings));
@@ -151,7 +161,7 @@ fn told(models: Vec<Model>, pieces: &[Vec<Piece>], common: &Equations, shared: &
 }
 
 /// The model of all: own parameters and noise in the mean over the logs.
-fn mean_of(each: &[Fitted]) -> Model {
+fn mean_of(each: &[Fitted], differing: &[(Axis, String)]) -> Model {
     let mut model = each.first().map(|own| own.model.clone()).unwrap_or_default();
     for (index, slot) in model.axes.iter_mut().enumerate() {
         let models = each.iter().filter_map(|own| own.model.axes[index].as_ref());
@@ -168,7 +178,11 @@ fn mean_of(each: &[Fitted]) -> Model {
             bias_random_walk: square(|n| n.bias_random_walk),
             encoder: square(|n| n.encoder),
         };
-        for term in own.terms.iter_mut().filter(|term| is_own(term.effect)) {
+        let differs = |term: &&mut crate::Term| {
+            let id = term.effect.card().id;
+            is_own(term.effect) || differing.iter().any(|(axis, effect)| axis.index() == index && effect == id)
+        };
+        for term in own.terms.iter_mut().filter(differs) {
             for k in 0..term.values.len() {
                 let of = |m: &&crate::AxisModel| {
                     let term = m.term(term.effect.card().id)?;

@@ -176,6 +176,9 @@ fn answer(members: &[Member], keys: &[Key], chosen: &BTreeSet<Key>, price: f64) 
     let wanted: BTreeSet<Key> = rest.iter().chain(keys).cloned().collect();
     // The chosen ones have one value for all logs, too: they are taken out of the sum.
     let each: Vec<Equations> = members.iter().map(|member| member.with(&wanted)).collect();
+    // Where the logs differ in one of them, each has its own.
+    let differing: BTreeSet<Key> = rest.iter().filter(|key| differs(members, key, &rest)).cloned().collect();
+    let each: Vec<Equations> = each.iter().map(|e| e.without(|key| differing.contains(key))).collect();
     let all = Equations::sum(&each).without(|key| rest.contains(key));
     let own = all.with(|key| keys.contains(key));
     let knows = own.keys.iter().all(|key| {
@@ -267,6 +270,12 @@ fn rest_of(keys: &[Key], rest: &BTreeSet<Key>, but: &Key) -> BTreeSet<Key> {
     rest.iter().chain(keys.iter().filter(|key| *key != but)).cloned().collect()
 }
 
+/// Whether logs differ in a parameter of an effect, the others being free.
+fn differs(members: &[Member], key: &Key, beside: &BTreeSet<Key>) -> bool {
+    let of = |member: &Member| member.told(key, beside).map(|(value, variance)| (value, variance.sqrt()));
+    !is_base(key) && p_differs(&members.iter().map(of).collect::<Vec<_>>()) < DIFFERS
+}
+
 /// The parameter that is farthest from nothing.
 fn principal(parameters: &[(Key, f64, f64)]) -> Option<Key> {
     let size = |own: &&(Key, f64, f64)| (own.1 / own.2).abs();
@@ -295,6 +304,12 @@ fn is_the_sensors(each: &[Option<(f64, f64)>]) -> bool {
 }
 
 impl Repeated {
+    /// Whether it is the sensor's, in another size in each log.
+    #[must_use]
+    pub fn differs(&self) -> bool {
+        self.whose == Whose::Sensor && self.p_differs < DIFFERS
+    }
+
     /// The logs that show it, and those that could.
     #[must_use]
     pub fn shown_in(&self) -> (Vec<usize>, Vec<usize>) {

@@ -16,7 +16,7 @@ use anyhow::{Context, Result, bail};
 use gyro_model::{
     Axis, Model, Record, Term, diagnose,
     diagnosis::{AxisResult, Diagnosis, Ladder, LadderStep, Several as Shared, Verdict},
-    effects::find,
+    effects::{Role, find},
     pooled::{
         self, Piece,
         column::is_own,
@@ -227,11 +227,17 @@ impl Several {
     /// # Errors
     /// A log that cannot be fitted.
     pub fn fit(&self, model: &Model, progress: &(dyn Fn(&str) + Sync)) -> Result<Joint> {
-        self.fit_beside(model, &[], progress)
+        self.fit_beside(model, &[], &[], progress)
     }
 
-    /// The same where each log has more that is its own: what it alone named.
-    fn fit_beside(&self, model: &Model, looked: &[Looked], progress: &(dyn Fn(&str) + Sync)) -> Result<Joint> {
+    /// The same where each log has more that is its own: what it alone named, and the size of what differs.
+    fn fit_beside(
+        &self,
+        model: &Model,
+        looked: &[Looked],
+        repeated: &[Repeated],
+        progress: &(dyn Fn(&str) + Sync),
+    ) -> Result<Joint> {
         let mut logs: Vec<(&Record, Model, Vec<Axis>)> = Vec::new();
         for own in &self.subjects {
             let axes = Self::judged(own);
@@ -247,7 +253,9 @@ impl Several {
             bail!("none of the {} logs has a reference that is a measurement of its own", self.subjects.len());
         }
         progress("all logs");
-        let mut joint = joint::fit(&logs).with_context(|| self.name())?;
+        let differing: Vec<(Axis, String)> =
+            repeated.iter().filter(|r| r.differs()).map(|r| (r.axis, r.effect.clone())).collect();
+        let mut joint = joint::fit(&logs, &differing).with_context(|| self.name())?;
         joint.model.epoch = model.epoch + 1;
         joint.model.origin = model.origin;
         Ok(joint)
@@ -336,10 +344,20 @@ impl Several {
                 own.aliases = aliases;
             }
         }
-        let mut joint = self.fit_beside(&with(&start.file.model, &repeated), &looked, options.progress)?;
-        // Far from where the logs were linearised an effect may leave nothing of the others to be known: the last one goes.
-        while !is_known(&joint, &looked) && repeated.pop().is_some() {
-            joint = self.fit_beside(&with(&start.file.model, &repeated), &looked, options.progress)?;
+        let fit = |repeated: &[Repeated]| {
+            self.fit_beside(&with(&start.file.model, repeated), &looked, repeated, options.progress)
+        };
+        let mut joint = fit(&repeated)?;
+        // Far from where the logs were linearised an effect may leave nothing of the others to be known: the last one goes. One that the fit
+        // cannot tell from nothing goes, too.
+        loop {
+            let unseen = repeated.iter().position(|r| is_unseen(r, &joint.model));
+            match unseen {
+                _ if !is_known(&joint, &looked) && !repeated.is_empty() => drop(repeated.pop()),
+                Some(place) => drop(repeated.remove(place)),
+                None => break,
+            }
+            joint = fit(&repeated)?;
         }
         let held = self.held(&|k| joint.each[k].model.clone(), options)?;
         let names_any = repeated.iter().any(|r| r.whose == Whose::Sensor);
@@ -405,6 +423,19 @@ impl Several {
         let several = Some(Shared { logs: self.names(), each, repeats: Vec::new() });
         Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: self.name(), axes, several }
     }
+}
+
+/// Whether no coefficient of an effect that all logs have in one size is farther from nothing than [`search::SHOWN`] standard errors.
+fn is_unseen(found: &Repeated, model: &Model) -> bool {
+    let term = model.axes[found.axis.index()].as_ref().and_then(|own| own.term(&found.effect));
+    let sizes = |term: &Term| {
+        let cards = term.effect.parameters(found.axis).iter().zip(term.values.iter().zip(&term.std_errors));
+        let linear = cards.filter(|(card, _)| card.neutral.is_finite() && card.role == Role::Linear);
+        linear.map(|(card, (value, error))| ((value - card.neutral) / error).abs()).collect::<Vec<f64>>()
+    };
+    found.whose == Whose::Sensor
+        && !found.differs()
+        && term.map(sizes).is_some_and(|sizes| !sizes.is_empty() && sizes.iter().all(|size| *size < search::SHOWN))
 }
 
 /// Whether a joint fit knows what the logs alone know, in numbers that are some.

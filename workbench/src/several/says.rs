@@ -5,6 +5,7 @@ use gyro_model::{
     diagnosis::{Diagnosis, ParameterValue, Repeats},
     effects::find,
     headline,
+    measured::{Measured, and},
     pooled::{
         joint::Joint,
         search::{Repeated, Whose},
@@ -66,11 +67,7 @@ fn of_pool(names: &[String], r: &Repeated, joint: &Joint) -> Repeats {
             ("sensor", capital(&format!("{says}.")))
         }
     };
-    let says = if of_whom == "sensor" && !r.p_differs.is_nan() && r.p_differs < DIFFERENT {
-        format!("{says} Its size is not the same in each: what it depends on changed between them.")
-    } else {
-        says
-    };
+    let says = if r.differs() { format!("{says} {}", sizes(names, r)) } else { says };
     Repeats {
         axis: r.axis,
         effect: r.effect.clone(),
@@ -82,8 +79,27 @@ fn of_pool(names: &[String], r: &Repeated, joint: &Joint) -> Repeats {
     }
 }
 
-/// Chance below which sizes differ.
-const DIFFERENT: f64 = 1e-3;
+/// Logs of which each one's size is said.
+const EACH: usize = 4;
+
+/// The size that an effect has in each log, or from which to which it goes.
+fn sizes(names: &[String], r: &Repeated) -> String {
+    let principal = r.parameters.iter().max_by(|a, b| (a.1 / a.2).abs().total_cmp(&(b.1 / b.2).abs()));
+    let unit = principal.and_then(|(key, ..)| key.card()).map_or("1", |card| card.unit);
+    let size = |value: f64, error: f64| Measured { value, std_error: error }.signed(unit);
+    let told = (0..r.each.len()).filter_map(|k| r.each[k].map(|(value, error)| (&names[k], value, error)));
+    let mut told: Vec<(&String, f64, f64)> = told.collect();
+    let each = if told.len() <= EACH {
+        let each: Vec<String> =
+            told.iter().map(|(name, value, error)| format!("{} in {name}", size(*value, *error))).collect();
+        and(&each)
+    } else {
+        told.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let [first, .., last] = &told[..] else { return String::new() };
+        format!("from {} in {} to {} in {}", size(first.1, first.2), first.0, size(last.1, last.2), last.0)
+    };
+    format!("Its size is not the same in each: {each}. What it depends on changed between them.")
+}
 
 fn of_logs(names: &[String], alone: &[Diagnosis], axis: Axis, effect: String, logs: &[usize]) -> Repeats {
     let parameters: Vec<ParameterValue> = logs
