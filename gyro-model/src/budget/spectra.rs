@@ -57,7 +57,7 @@ impl Band {
     #[must_use]
     pub(crate) fn coherent(&self) -> f64 {
         let seen = self.with_gyro.norm_sqr() / self.gyro.max(1e-300);
-        ((seen - self.error / self.count) / (1.0 - 1.0 / self.count)).clamp(0.0, self.error)
+        ((seen - self.error / self.count) / (1.0 - 1.0 / self.count)).max(0.0).min(self.error)
     }
 
     /// What share of it the error is of the gyro's rate, in phase, and its standard error: 1 where the reference does not follow.

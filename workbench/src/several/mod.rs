@@ -348,12 +348,15 @@ impl Several {
             self.fit_beside(&with(&start.file.model, repeated), &looked, repeated, options.progress)
         };
         let mut joint = fit(&repeated)?;
-        // Far from where the logs were linearised an effect may leave nothing of the others to be known: the last one goes. One that the fit
-        // cannot tell from nothing goes, too.
+        // Far from where the logs were linearised an effect may leave nothing of the others to be known, or lead the fit astray: one of a size of
+        // its own in each log goes first, then the last one. One that the fit cannot tell from nothing goes, too.
         loop {
             let unseen = repeated.iter().position(|r| is_unseen(r, &joint.model));
             match unseen {
-                _ if !is_known(&joint, &looked) && !repeated.is_empty() => drop(repeated.pop()),
+                _ if !is_known(&joint, &looked) && !repeated.is_empty() => {
+                    let last = repeated.iter().rposition(Repeated::differs).unwrap_or(repeated.len() - 1);
+                    repeated.remove(last);
+                }
                 Some(place) => drop(repeated.remove(place)),
                 None => break,
             }
@@ -450,7 +453,11 @@ fn is_known(joint: &Joint, looked: &[Looked]) -> bool {
                 let id = term.effect.card().id;
                 let alone = |place: usize| looked.iter().any(|own| knows(&own.point, axis, id, place));
                 term.values.iter().all(|value| !value.is_nan())
-                    && term.std_errors.iter().enumerate().all(|(k, error)| error.is_finite() || !alone(k))
+                    && term
+                        .std_errors
+                        .iter()
+                        .enumerate()
+                        .all(|(k, error)| error.is_finite() && *error != 0.0 || !alone(k))
             })
         })
     };
