@@ -1,7 +1,7 @@
 'use strict';
 // The page: logs are dropped, judged in a worker, and the model changed by clicks. Nothing is sent to anybody.
 (() => {
-  const { h, panel, prose } = Parts;
+  const { h, panel } = Parts;
   const { number } = Charts;
   const at = id => document.getElementById(id);
 
@@ -184,7 +184,7 @@
     const choices = h('.choices');
     if (advice?.map.length && !advice.needs_file) choices.append(h('button.primary.change', { type: 'button', onclick: () => { desk.map = advice.map; open(); } }, `Read it so: ${advice.map.join(', ')}`));
     if (desk.log && !desk.view && !desk.reference && !desk.more?.length) choices.append(h('button.change', { type: 'button', onclick: () => pick(true) }, 'Add the file with the reference…'));
-    notice('bad', said, /--(map|reference|dbc|columns)/.test(error.message) ? h('p.soft.small', prose('In this page `--map` is the table below, `--reference` and `--dbc` are further files: drop them here.')) : null, choices);
+    notice('bad', said, choices);
     if (desk.log && !desk.view && worker) await channels(advice?.map);
   }
 

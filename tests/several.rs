@@ -76,6 +76,30 @@ fn an_effect_of_another_size_in_each_log_has_its_own_size_in_each() {
     }
 }
 
+/// The answer says nothing twice, and gives no log the value of another.
+#[test]
+fn an_effect_that_only_single_logs_have_is_said_with_the_logs_that_have_it() {
+    let bench = Bench::new();
+    simulated(&bench, "a.csv", 17, &["--hide", "scale-asymmetry:a=0.01"]);
+    simulated(&bench, "b.csv", 21, &["--hide", "scale-asymmetry:a=-0.01"]);
+    simulated(&bench, "c.csv", 13, &["--hide", "delay:d=0.015"]);
+    let headline = |logs: [&str; 2]| {
+        let found = json(&bench.ok(&["diagnose", logs[0], logs[1], "--format", "json"]));
+        found["axes"][0]["headline"].as_str().unwrap().to_owned()
+    };
+    let opposite = headline(["a.csv", "b.csv"]);
+    assert!(opposite.contains("By log: ") && opposite.contains("in a.csv and −"), "{opposite}");
+    assert!(opposite.contains("of those set-ups, not of the sensor"), "{opposite}");
+    let each = headline(["a.csv", "c.csv"]);
+    let [first, other] = if each.contains("It is so only in a.csv") { ["a.csv", "c.csv"] } else { ["c.csv", "a.csv"] };
+    assert!(
+        each.contains(&format!("It is so only in {first}")) && each.contains(&format!("Only in {other}: ")),
+        "{each}"
+    );
+    let once = |text: &str| each.matches(text).count() == 1;
+    assert!(once("in the positive direction") && once("ms late"), "{each}");
+}
+
 #[test]
 fn one_model_is_fitted_to_all_and_its_error_is_smaller_than_that_of_one_log() {
     let bench = Bench::new();

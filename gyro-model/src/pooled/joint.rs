@@ -43,7 +43,7 @@ const SMALL: f64 = 0.02;
 /// # Errors
 /// A log of too few rows.
 pub fn fit(logs: &[(&Record, Model, Vec<Axis>)], differing: &[(Axis, String)]) -> Result<Joint, FitError> {
-    let is_own = |key: &Key| differing.iter().any(|(axis, effect)| *axis == key.axis && *effect == key.effect);
+    let differs = |axis: Axis, id: &str| differing.iter().any(|(own, effect)| *own == axis && effect == id);
     let mut models: Vec<Model> = logs.iter().map(|(_, model, _)| model.clone()).collect();
     let mut pieces: Vec<Vec<Piece>> = Vec::new();
     let mut common = Equations::empty();
@@ -55,7 +55,7 @@ pub fn fit(logs: &[(&Record, Model, Vec<Axis>)], differing: &[(Axis, String)]) -
             .map(|((record, _, axes), model)| fitted(record, model, axes))
             .collect::<Result<_, _>>()?;
         let columns = pieces.iter_mut().flatten().flat_map(|piece| &mut piece.columns);
-        columns.for_each(|column| column.own |= is_own(&column.key));
+        columns.for_each(|column| column.own |= differs(column.key.axis, &column.key.effect));
         let whole: Vec<Equations> =
             pieces.iter().map(|own| Equations::sum(&own.iter().map(Equations::of).collect::<Vec<_>>())).collect();
         let own: BTreeSet<Key> =
@@ -87,7 +87,7 @@ pub fn fit(logs: &[(&Record, Model, Vec<Axis>)], differing: &[(Axis, String)]) -
             break;
         }
     }
-    Ok(told(models, &pieces, &common, &shared, differing))
+    Ok(told(models, &pieces, &common, &shared, &differs))
 }
 
 fn told(
@@ -95,7 +95,7 @@ fn told(
     pieces: &[Vec<Piece>],
     common: &Equations,
     shared: &BTreeMap<Key, (f64, f64)>,
-    differing: &[(Axis, String)],
+    differs_in_each: &dyn Fn(Axis, &str) -> bool,
 ) -> Joint {
     let inflation = |key: &Key| {
         let of = |piece: &Piece| piece.place(key).map(|place| (piece.inflation[place], piece.entry(place, place)));
@@ -141,7 +141,7 @@ fn told(
         })
         .collect();
     let mut differs = BTreeMap::new();
-    let mut model = mean_of(&each, differing);
+    let mut model = mean_of(&each, differs_in_each);
     for key in &common.keys {
         let readings: Vec<Option<(f64, f64)>> = each.iter().map(|own| own.alone.get(key).copied()).collect();
         differs.insert(key.clone(), p_differs(&readings));
@@ -161,7 +161,7 @@ fn told(
 }
 
 /// The model of all: own parameters and noise in the mean over the logs.
-fn mean_of(each: &[Fitted], differing: &[(Axis, String)]) -> Model {
+fn mean_of(each: &[Fitted], differs_in_each: &dyn Fn(Axis, &str) -> bool) -> Model {
     let mut model = each.first().map(|own| own.model.clone()).unwrap_or_default();
     for (index, slot) in model.axes.iter_mut().enumerate() {
         let models = each.iter().filter_map(|own| own.model.axes[index].as_ref());
@@ -178,11 +178,9 @@ fn mean_of(each: &[Fitted], differing: &[(Axis, String)]) -> Model {
             bias_random_walk: square(|n| n.bias_random_walk),
             encoder: square(|n| n.encoder),
         };
-        let differs = |term: &&mut crate::Term| {
-            let id = term.effect.card().id;
-            is_own(term.effect) || differing.iter().any(|(axis, effect)| axis.index() == index && effect == id)
-        };
-        for term in own.terms.iter_mut().filter(differs) {
+        let each_has_its_own =
+            |term: &&mut crate::Term| is_own(term.effect) || differs_in_each(Axis::ALL[index], term.effect.card().id);
+        for term in own.terms.iter_mut().filter(each_has_its_own) {
             for k in 0..term.values.len() {
                 let of = |m: &&crate::AxisModel| {
                     let term = m.term(term.effect.card().id)?;

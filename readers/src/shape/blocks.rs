@@ -9,9 +9,8 @@
 //! Lines are told apart by what stands between their numbers; each of a block's has names of its own. A line that ends in a colon names
 //! what follows it. What is no line of a block is given as it is.
 
-use super::{Shape, number_end};
+use super::{Shape, number_end, write_row};
 use crate::{
-    json::write_text,
     text::{is_row, stamp},
     unit::{self, Unit},
 };
@@ -146,13 +145,7 @@ impl Shape for Blocks {
             return;
         }
         if !std::mem::replace(&mut self.headed, true) {
-            for (k, name) in self.names.iter().enumerate() {
-                if k > 0 {
-                    out.push(b',');
-                }
-                write_text(out, name);
-            }
-            out.push(b'\n');
+            write_row(out, &self.names);
         }
         for (k, field) in self.row.iter_mut().enumerate() {
             if k > 0 {

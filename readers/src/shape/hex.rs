@@ -7,8 +7,7 @@
 //!
 //! Words of 4 and 8 digits are signed, as readings of sensors are; a counter that passes the middle of its range goes on from its other end.
 
-use super::Shape;
-use std::io::Write;
+use super::{Shape, write_row};
 
 /// Lines that are enough, and their share of all that are not blank.
 const FEWEST: usize = 8;
@@ -62,26 +61,15 @@ impl Hex {
 impl Shape for Hex {
     fn line(&mut self, line: &[u8], out: &mut Vec<u8>) {
         if !std::mem::replace(&mut self.is_headed, true) {
-            let names: Vec<String> = (1..=self.lengths.len()).map(|k| format!("column_{k}")).collect();
-            out.extend_from_slice(names.join(",").as_bytes());
-            out.push(b'\n');
+            write_row(out, (1..=self.lengths.len()).map(|k| format!("column_{k}")));
         }
         let line = line.trim_ascii();
-        match words(line).filter(|words| lengths(words) == self.lengths) {
-            Some(words) => {
-                for (k, word) in words.iter().enumerate() {
-                    if k > 0 {
-                        out.push(b',');
-                    }
-                    if let Some(value) = value(word) {
-                        // Into memory nothing fails.
-                        let _ = write!(out, "{value}");
-                    }
-                }
-            }
-            None => out.extend_from_slice(line),
+        if let Some(words) = words(line).filter(|words| lengths(words) == self.lengths) {
+            write_row(out, words.into_iter().map(|word| value(word).map_or_else(String::new, |v| v.to_string())));
+        } else {
+            out.extend_from_slice(line);
+            out.push(b'\n');
         }
-        out.push(b'\n');
     }
 
     fn end(&mut self, _: &mut Vec<u8>) {}

@@ -6,11 +6,10 @@
 //! 1000,1,0.6                        1000,,0.6
 //! ```
 
-use super::Shape;
+use super::{Shape, head_of, write_row};
 use crate::{
-    json::write_text,
     meaning::{What, understand},
-    text::{Dialect, Finder, Head, Skipped, is_number},
+    text::{Dialect, Head, is_number},
     unit,
 };
 use std::collections::HashMap;
@@ -69,13 +68,7 @@ pub fn column(head: &Head) -> Option<usize> {
 impl Instances {
     /// What lines like these are.
     pub fn of(lines: &[&[u8]]) -> Option<Self> {
-        let mut finder = Finder::default();
-        for (k, line) in lines.iter().enumerate() {
-            if !finder.take(line, k as u64 + 1, &|_| false) {
-                break;
-            }
-        }
-        let (head, above) = finder.finish(&mut Skipped::default()).ok()?;
+        let (head, above) = head_of(lines)?;
         let column = column(&head).filter(|_| !head.dialect.stamped && !head.dialect.labelled)?;
         let count = head.names.len();
         let rows: Vec<Vec<&[u8]>> =
@@ -124,23 +117,14 @@ impl Shape for Instances {
             }
             return;
         };
-        let write = |out: &mut Vec<u8>, fields: &mut dyn Iterator<Item = String>| {
-            for (k, field) in fields.enumerate() {
-                if k > 0 {
-                    out.push(b',');
-                }
-                write_text(out, &field);
-            }
-            out.push(b'\n');
-        };
         if !std::mem::replace(&mut self.is_headed, true) {
-            write(out, &mut self.names.iter().cloned());
+            write_row(out, &self.names);
         }
         let field = |i: &usize| String::from_utf8_lossy(row[*i]).replace(',', ".");
         let shared = self.shared.iter().map(field);
         let empty = |count: usize| std::iter::repeat_n(String::new(), count * self.own.len());
         let own = empty(place).chain(self.own.iter().map(field)).chain(empty(self.places.len() - 1 - place));
-        write(out, &mut shared.chain(own));
+        write_row(out, shared.chain(own));
     }
 
     fn end(&mut self, _: &mut Vec<u8>) {}

@@ -11,6 +11,10 @@ mod stepped;
 pub use instances::column as instance_column;
 pub use sentence::tells_in_strings;
 
+use crate::{
+    json::write_text,
+    text::{Finder, Head, Skipped},
+};
 use blocks::Blocks;
 use std::io::{self, Read};
 
@@ -68,6 +72,25 @@ pub fn of_start(start: &[u8]) -> Option<Box<dyn Shape>> {
 pub fn whole_lines(start: &[u8]) -> impl Iterator<Item = &[u8]> {
     let whole = start.iter().rposition(|&b| b == b'\n').map_or(&b""[..], |end| &start[..end]);
     whole.split(|&b| b == b'\n')
+}
+
+/// The head of the table that lines are, and how many of them stand above its rows.
+fn head_of(lines: &[&[u8]]) -> Option<(Head, usize)> {
+    let mut finder = Finder::default();
+    let mut numbered = lines.iter().zip(1..);
+    let _ = numbered.all(|(line, number)| finder.take(line, number, &|_| false));
+    finder.finish(&mut Skipped::default()).ok()
+}
+
+/// A line of a CSV.
+fn write_row(out: &mut Vec<u8>, fields: impl IntoIterator<Item = impl AsRef<str>>) {
+    for (k, field) in fields.into_iter().enumerate() {
+        if k > 0 {
+            out.push(b',');
+        }
+        write_text(out, field.as_ref());
+    }
+    out.push(b'\n');
 }
 
 /// How long the number is that a text begins with.

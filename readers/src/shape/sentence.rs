@@ -9,9 +9,8 @@
 //!
 //! Numbers may stand in words (`T12.5`, `1.5deg/s`), and times anywhere. The name of a value is the word before it.
 
-use super::{Shape, number_end};
+use super::{Shape, number_end, write_row};
 use crate::{
-    json::write_text,
     meaning::{What, understand},
     text::{form, is_row},
     unit::{self, Quantity, Unit},
@@ -112,21 +111,9 @@ impl Shape for Sentence {
             return;
         }
         if !std::mem::replace(&mut self.is_headed, true) {
-            for (k, name) in self.names.iter().enumerate() {
-                if k > 0 {
-                    out.push(b',');
-                }
-                write_text(out, name);
-            }
-            out.push(b'\n');
+            write_row(out, &self.names);
         }
-        for (k, &place) in self.kept.iter().enumerate() {
-            if k > 0 {
-                out.push(b',');
-            }
-            write_text(out, &text[places[place].clone()]);
-        }
-        out.push(b'\n');
+        write_row(out, self.kept.iter().map(|&place| &text[places[place].clone()]));
     }
 
     fn end(&mut self, _: &mut Vec<u8>) {}

@@ -10,11 +10,11 @@
 //! 0,1.65,0,                                    0.01,1.66,0.1
 //! ```
 
-use super::Shape;
+use super::{Shape, head_of};
 use crate::{
     json::write_text,
     meaning::{self, counts_rows, of_text},
-    text::{Finder, Head, Skipped, form, is_number},
+    text::{Head, form, is_number},
     unit,
 };
 use std::io::Write;
@@ -39,13 +39,7 @@ pub struct Stepped {
 impl Stepped {
     /// What lines like these are.
     pub fn of(lines: &[&[u8]]) -> Option<Self> {
-        let mut finder = Finder::default();
-        for (k, line) in lines.iter().enumerate() {
-            if !finder.take(line, k as u64 + 1, &|_| false) {
-                break;
-            }
-        }
-        let (mut head, above) = finder.finish(&mut Skipped::default()).ok()?;
+        let (mut head, above) = head_of(lines)?;
         if head.dialect.stamped || head.dialect.labelled || head.names.len() > WIDEST {
             return None;
         }

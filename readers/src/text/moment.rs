@@ -136,7 +136,7 @@ fn zone(text: &[u8]) -> Option<(&[u8], i128)> {
     if let [rest @ .., b'Z' | b'z'] = text {
         return Some((rest.trim_ascii(), 0));
     }
-    if let [rest @ .., b' ', b'U' | b'G', b'T' | b'M', b'C' | b'T'] = text {
+    if let Some(rest) = text.strip_suffix(b" UTC").or_else(|| text.strip_suffix(b" GMT")) {
         return Some((rest.trim_ascii(), 0));
     }
     let Some(at) = text.iter().rposition(|&b| matches!(b, b'+' | b'-')) else { return Some((text, 0)) };

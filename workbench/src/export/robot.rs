@@ -91,6 +91,11 @@ pub fn vins(file: &ModelFile, heading: &str, options: &Options) -> Exported {
             "gyr_n and gyr_w depend on the rate of the gyro's messages, which is not in a model: give it with --rate HZ".into(),
         );
     }
+    if walk(file).is_none() {
+        let missing =
+            "the model's log showed no wandering of the bias: take gyr_w from an Allan plot of an hour at rest";
+        warnings.push(missing.to_owned());
+    }
     let note = "Discrete, as VINS wants them: standard deviations of one reading. It has no matrix, and estimates the bias itself.";
     let mut text = head("#", heading, &warnings, &[note]);
     text.push_str("#acc_n:   # m/s^2\n#acc_w:   # m/s^2\n");
@@ -100,11 +105,6 @@ pub fn vins(file: &ModelFile, heading: &str, options: &Options) -> Exported {
             Some((rate, density)) => writeln!(text, "{key}: {} # rad/s, at {rate} Hz", number(density * rate.sqrt())),
             None => writeln!(text, "#{key}:   # rad/s"),
         };
-    }
-    if walk(file).is_none() {
-        let missing =
-            "the model's log showed no wandering of the bias: take gyr_w from an Allan plot of an hour at rest";
-        warnings.push(missing.to_owned());
     }
     Exported { text, warnings }
 }

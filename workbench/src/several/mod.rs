@@ -351,15 +351,13 @@ impl Several {
         // Far from where the logs were linearised an effect may leave nothing of the others to be known, or lead the fit astray: one of a size of
         // its own in each log goes first, then the last one. One that the fit cannot tell from nothing goes, too.
         loop {
-            let unseen = repeated.iter().position(|r| is_unseen(r, &joint.model));
-            match unseen {
-                _ if !is_known(&joint, &looked) && !repeated.is_empty() => {
-                    let last = repeated.iter().rposition(Repeated::differs).unwrap_or(repeated.len() - 1);
-                    repeated.remove(last);
-                }
-                Some(place) => drop(repeated.remove(place)),
-                None => break,
-            }
+            let gone = if is_known(&joint, &looked) {
+                repeated.iter().position(|r| is_unseen(r, &joint.model))
+            } else {
+                repeated.iter().rposition(Repeated::differs).or(repeated.len().checked_sub(1))
+            };
+            let Some(gone) = gone else { break };
+            repeated.remove(gone);
             joint = fit(&repeated)?;
         }
         let held = self.held(&|k| joint.each[k].model.clone(), options)?;
@@ -369,7 +367,7 @@ impl Several {
         let end = self.pooled(&held, Some(&joint), &held, &repeated);
         let names: Vec<String> = self.judging().map(|own| own.provenance.log.clone()).collect();
         pool::judge(&mut diagnosis.axes, &alone, &repeated, &end.axes);
-        let repeats = says::repeats(&names, &alone, &repeated, &joint);
+        let repeats = says::repeats(&names, &alone, &repeated, &joint, &diagnosis.axes);
         for axis in &mut diagnosis.axes {
             axis.of_logs = says::of_axis(axis.axis, names.len(), &repeats);
         }

@@ -2,7 +2,7 @@
 
 use gyro_model::{
     Axis,
-    diagnosis::{Diagnosis, ParameterValue, Repeats},
+    diagnosis::{AxisResult, Diagnosis, ParameterValue, Repeats},
     effects::find,
     headline,
     measured::{Measured, and},
@@ -13,8 +13,14 @@ use gyro_model::{
 };
 use std::{collections::BTreeMap, fmt::Write as _};
 
-/// Every effect that all logs show together, and every one that single logs name.
-pub(super) fn repeats(names: &[String], alone: &[Diagnosis], repeated: &[Repeated], joint: &Joint) -> Vec<Repeats> {
+/// Every effect that all logs show together, and every one that single logs name; `answers` have said what they name.
+pub(super) fn repeats(
+    names: &[String],
+    alone: &[Diagnosis],
+    repeated: &[Repeated],
+    joint: &Joint,
+    answers: &[AxisResult],
+) -> Vec<Repeats> {
     let mut all: Vec<Repeats> = repeated.iter().map(|r| of_pool(names, r, joint)).collect();
     // What single logs name besides.
     let mut single: BTreeMap<(Axis, String), Vec<usize>> = BTreeMap::new();
@@ -33,7 +39,15 @@ pub(super) fn repeats(names: &[String], alone: &[Diagnosis], repeated: &[Repeate
             }
         }
     }
-    all.extend(single.into_iter().map(|((axis, effect), logs)| of_logs(names, alone, axis, effect, &logs)));
+    let is_said = |axis: Axis, effect: &str| {
+        let own = answers.iter().find(|own| own.axis == axis && own.finding.names());
+        own.and_then(|own| own.suspects.first()).is_some_and(|first| first.effect == effect)
+    };
+    // What the answer has just named comes first.
+    let (first, rest): (Vec<_>, Vec<_>) = single.into_iter().partition(|((axis, effect), _)| is_said(*axis, effect));
+    for (list, said) in [(first, true), (rest, false)] {
+        all.extend(list.into_iter().map(|((axis, effect), logs)| of_logs(names, alone, axis, effect, &logs, said)));
+    }
     all
 }
 
@@ -86,41 +100,54 @@ const EACH: usize = 4;
 fn sizes(names: &[String], r: &Repeated) -> String {
     let principal = r.parameters.iter().max_by(|a, b| (a.1 / a.2).abs().total_cmp(&(b.1 / b.2).abs()));
     let unit = principal.and_then(|(key, ..)| key.card()).map_or("1", |card| card.unit);
-    let size = |value: f64, error: f64| Measured { value, std_error: error }.signed(unit);
     let told = (0..r.each.len()).filter_map(|k| r.each[k].map(|(value, error)| (&names[k], value, error)));
-    let mut told: Vec<(&String, f64, f64)> = told.collect();
-    let each = if told.len() <= EACH {
-        let each: Vec<String> =
-            told.iter().map(|(name, value, error)| format!("{} in {name}", size(*value, *error))).collect();
-        and(&each)
-    } else {
-        told.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let [first, .., last] = &told[..] else { return String::new() };
-        format!("from {} in {} to {} in {}", size(first.1, first.2), first.0, size(last.1, last.2), last.0)
-    };
+    let each = by_log(told.collect(), unit);
     format!("Its size is not the same in each: {each}. What it depends on changed between them.")
 }
 
-fn of_logs(names: &[String], alone: &[Diagnosis], axis: Axis, effect: String, logs: &[usize]) -> Repeats {
-    let parameters: Vec<ParameterValue> = logs
-        .first()
-        .and_then(|&k| alone[k].axes.iter().find(|own| own.axis == axis))
-        .and_then(|own| own.suspects.iter().find(|s| s.effect == effect))
-        .map(|suspect| suspect.parameters.clone())
-        .unwrap_or_default();
-    let clause = capital(&headline::clause(axis, &effect, &parameters));
+/// Values of logs, with their standard errors: `1.00 ± 0.01 ms in a.csv and 2.00 ± 0.01 ms in b.csv`.
+fn by_log(mut told: Vec<(&String, f64, f64)>, unit: &str) -> String {
+    let one = |(name, value, error): &(&String, f64, f64)| {
+        format!("{} in {name}", Measured { value: *value, std_error: *error }.signed(unit))
+    };
+    if told.len() <= EACH {
+        return and(&told.iter().map(one).collect::<Vec<_>>());
+    }
+    told.sort_by(|a, b| a.1.total_cmp(&b.1));
+    format!("from {} to {}", one(&told[0]), one(&told[told.len() - 1]))
+}
+
+fn of_logs(
+    names: &[String],
+    alone: &[Diagnosis],
+    axis: Axis,
+    effect: String,
+    logs: &[usize],
+    is_said: bool,
+) -> Repeats {
+    let of_log = |k: &usize| {
+        let own = alone[*k].axes.iter().find(|own| own.axis == axis)?;
+        own.suspects.iter().find(|s| s.effect == effect).map(|suspect| suspect.parameters.as_slice())
+    };
+    let parameters = logs.first().and_then(of_log).unwrap_or_default();
+    let clause = capital(&headline::clause(axis, &effect, parameters));
+    let values = logs.iter().filter_map(|k| {
+        let first = of_log(k)?.first()?;
+        Some((&names[*k], first.value?, first.std_error.unwrap_or(f64::NAN)))
+    });
+    let each = by_log(values.collect(), parameters.first().map_or("1", |first| &first.unit));
     let of = |list: &[usize]| list.iter().map(|&k| names[k].clone()).collect::<Vec<_>>();
     let having: Vec<usize> = (0..names.len()).filter(|&k| alone[k].axes.iter().any(|own| own.axis == axis)).collect();
-    let (of_whom, says) = if having.len() > 1 {
-        (
-            "set-up",
-            format!(
-                "Only {}: {clause}. It does not repeat: it is of that set-up, not of the sensor.",
-                in_logs(logs, names)
-            ),
-        )
-    } else {
-        ("unknown", format!("No log but {} has axis {axis}: whether it repeats is not known.", of(&having).join(", ")))
+    let (of_one, of_each) = ("it is of that set-up, not of the sensor", "it is of those set-ups, not of the sensor");
+    let (of_whom, says) = match (having.len(), logs.len(), is_said) {
+        (0 | 1, ..) => (
+            "unknown",
+            format!("No log but {} has axis {axis}: whether it repeats is not known.", of(&having).join(", ")),
+        ),
+        (_, 1, true) => ("set-up", format!("It is so only {}: {of_one}.", in_logs(logs, names))),
+        (_, 1, false) => ("set-up", format!("Only {}: {clause}. It does not repeat: {of_one}.", in_logs(logs, names))),
+        (_, _, true) => ("set-up", format!("By log: {each}. It does not repeat: {of_each}.")),
+        (_, _, false) => ("set-up", format!("{}, by log: {each}. It does not repeat: {of_each}.", capital(&effect))),
     };
     Repeats { axis, effect, of: of_whom.to_owned(), shown_in: of(logs), could_show: of(&having), p_differs: None, says }
 }
