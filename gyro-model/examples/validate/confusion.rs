@@ -1,5 +1,5 @@
 //! What each explanation of an error is called: effects of the catalogue and random causes, each hidden alone at its typical size and
-//! at a third of it, on three motions and three kinds of reference.
+//! at a third of it, on three motions and three kinds of reference; or the commonest in pairs.
 
 use crate::{
     outcome::Outcome,
@@ -13,6 +13,7 @@ use gyro_model::{
     fit::FitError,
     simulate::{Hidden, Motion, RandomCauses, Reference, Scenario, SensorSpec, SetUp, Simulator},
 };
+use itertools::Itertools;
 use std::collections::BTreeMap;
 
 /// Options.
@@ -33,7 +34,24 @@ pub struct Arguments {
     /// Sizes, over the typical one.
     #[arg(long, value_delimiter = ',', default_value = "1,0.3333")]
     sizes: Vec<f64>,
+    /// Hides each pair of the commonest explanations in place of each one alone.
+    #[arg(long)]
+    pairs: bool,
 }
+
+/// The commonest explanations, effects and random causes.
+const COMMONEST: [&str; 10] = [
+    "delay",
+    "cross-axis",
+    "scale-asymmetry",
+    "cubic-nonlinearity",
+    "temperature-bias",
+    "bias-step",
+    "vibration-tone",
+    "encoder-eccentricity",
+    "reversal-steps",
+    "random-scale",
+];
 
 const MOTIONS: [(&str, Motion); 3] = [
     ("multisine", Motion::Multisine { travel: 8.0 }),
@@ -44,8 +62,8 @@ const MOTIONS: [(&str, Motion); 3] = [
 /// One log: what is hidden, and in what.
 #[derive(Clone)]
 struct Log {
-    /// `nothing`, or an id.
-    id: &'static str,
+    /// Ids; none where nothing is hidden.
+    hidden: Vec<&'static str>,
     size: f64,
     motion: Motion,
     reference: &'static str,
@@ -55,10 +73,12 @@ struct Log {
 /// What a log's explanation was called.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Called {
-    /// By its own name and no other.
+    /// By its own name and no other; of a pair both.
     Right,
     /// Ambiguous with it, or by an alias of the catalogue.
     Alike,
+    /// One of a pair by its own name or an alias, and nothing else.
+    Half,
     /// Nothing was named, and what is hidden makes the error hardly larger: this log cannot show it.
     Hidden,
     /// Nothing was named: adequate or cannot-tell.
@@ -67,6 +87,19 @@ enum Called {
     Unexplained,
     /// Something that is not there.
     Wrong,
+}
+
+/// How a name that was given stands to one that is hidden.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Named {
+    Own,
+    Alike,
+    Not,
+}
+
+/// The size of a random cause that is typical; `None` for effects.
+fn typical_random(id: &str) -> Option<f64> {
+    RandomCauses::TYPICAL.iter().find(|(_, own, _)| *own == id).map(|(_, _, typical)| *typical)
 }
 
 impl Log {
@@ -81,11 +114,12 @@ impl Log {
         sensor.reference_every = 1;
         let mut set_up = SetUp::default();
         let mut hidden = Vec::new();
-        let is_random = RandomCauses::TYPICAL.iter().find(|(_, id, _)| *id == self.id);
-        if let Some((_, id, typical)) = is_random {
-            set_up.random.take(&format!("{id}:size={}", self.size * typical))?.ok()?;
-        } else if self.id != NOTHING {
-            let effect = gyro_model::effects::find(self.id)?;
+        for id in &self.hidden {
+            if let Some(typical) = typical_random(id) {
+                set_up.random.take(&format!("{id}:size={}", self.size * typical))?.ok()?;
+                continue;
+            }
+            let effect = gyro_model::effects::find(id)?;
             if effect.stage() == Stage::Reference && self.reference != "encoder" {
                 return None;
             }
@@ -97,23 +131,44 @@ impl Log {
     }
 
     fn called(&self, outcome: &Outcome) -> Called {
-        let random: Vec<String> =
-            outcome.ladder.random.iter().map(|found| found.cause.words().replace(' ', "-")).collect();
-        let is_random = RandomCauses::TYPICAL.iter().any(|(_, id, _)| *id == self.id);
-        let ids: Vec<&str> = outcome.added.iter().map(|added| added.id.as_str()).collect();
-        let is_named = if is_random { random.iter().any(|id| id == self.id) } else { ids.contains(&self.id) };
-        let others =
-            ids.iter().filter(|id| **id != self.id).count() + random.iter().filter(|id| *id != self.id).count();
-        match (is_named, others) {
-            (true, 0) if outcome.added.iter().all(|added| added.aliases.is_empty()) => Called::Right,
-            (true, 0) => Called::Alike,
-            (false, 0) if outcome.ladder.verdict == Verdict::Unexplained => Called::Unexplained,
-            (false, 0) if outcome.doubts().is_some_and(|id| id == self.id || are_aliases(id, self.id)) => Called::Alike,
-            (false, 0) => Called::Nothing,
-            (false, 1) if outcome.names(self.id) || ids.first().is_some_and(|id| are_aliases(id, self.id)) => {
-                Called::Alike
+        let random = outcome.ladder.random.iter().map(|found| found.cause.words().replace(' ', "-"));
+        let mut open = self.hidden.clone();
+        let mut take = |named: &dyn Fn(&str) -> Named| {
+            let best = open.iter().position(|id| named(id) == Named::Own);
+            let best = best.or_else(|| open.iter().position(|id| named(id) == Named::Alike))?;
+            Some(named(open.swap_remove(best)))
+        };
+        let mut each: Vec<Option<Named>> = outcome
+            .added
+            .iter()
+            .map(|added| {
+                take(&|id| match () {
+                    () if added.id == id && added.aliases.is_empty() => Named::Own,
+                    () if added.id == id || added.aliases.iter().any(|alias| alias == id) => Named::Alike,
+                    () if are_aliases(&added.id, id) => Named::Alike,
+                    () => Named::Not,
+                })
+            })
+            .collect();
+        each.extend(random.map(|name| take(&|id| if name == id { Named::Own } else { Named::Not })));
+        let nothing = each.is_empty();
+        let doubted = |id: &str| {
+            if nothing && outcome.doubts().is_some_and(|own| own == id || are_aliases(own, id)) {
+                Named::Alike
+            } else {
+                Named::Not
             }
-            _ => Called::Wrong,
+        };
+        each.extend(take(&doubted).map(Some));
+        if each.contains(&None) {
+            return Called::Wrong;
+        }
+        match (each.len(), open.len()) {
+            (0, _) if outcome.ladder.verdict == Verdict::Unexplained => Called::Unexplained,
+            (0, _) => Called::Nothing,
+            (_, 1..) => Called::Half,
+            _ if each.contains(&Some(Named::Alike)) => Called::Alike,
+            _ => Called::Right,
         }
     }
 }
@@ -122,12 +177,13 @@ const NOTHING: &str = "nothing";
 /// A hidden cause that makes the error over no averaging time larger than this, over that of the same log without it, is hidden too well.
 const SEEN: f64 = 1.05;
 
-/// The same where nothing was named and the log cannot show what is hidden.
+/// The same where something hidden was not named and the log cannot show it.
 fn seen(called: Called, log: &Log, outcome: &Outcome, seconds: f64) -> Result<Called, FitError> {
-    let clean = Log { id: NOTHING, ..log.clone() };
-    let Some((record, axis)) = clean.record(seconds).filter(|_| called == Called::Nothing && log.id != NOTHING) else {
+    if called != Called::Nothing || log.hidden.is_empty() {
         return Ok(called);
-    };
+    }
+    let clean = Log { hidden: Vec::new(), ..log.clone() };
+    let Some((record, axis)) = clean.record(seconds) else { return Ok(called) };
     let clean = Outcome::of(&record, axis, false)?;
     let larger = |(with, without): (&ErrorPoint, &ErrorPoint)| match (with.error, without.error) {
         (Some(with), Some(without)) => with > SEEN * without,
@@ -137,24 +193,34 @@ fn seen(called: Called, log: &Log, outcome: &Outcome, seconds: f64) -> Result<Ca
     Ok(if shows { called } else { Called::Hidden })
 }
 
+/// What is hidden, log by log: nothing and each explanation alone, or each pair of the commonest.
+fn hidden(pairs: bool) -> Vec<Vec<&'static str>> {
+    if pairs {
+        return COMMONEST.into_iter().tuple_combinations().map(|(a, b)| vec![a, b]).collect();
+    }
+    let is_seen = |needs: &[Need]| needs.iter().all(|need| !matches!(need, Need::Gyro(_)));
+    let effects = CATALOGUE.iter().map(|effect| (effect.stage(), effect.card()));
+    let effects = effects.filter(|(stage, card)| *stage != Stage::Calibration && is_seen(card.needs));
+    let random = RandomCauses::TYPICAL.iter().map(|(_, id, _)| *id);
+    std::iter::once(Vec::new()).chain(effects.map(|(_, card)| card.id).chain(random).map(|id| vec![id])).collect()
+}
+
 /// Runs it and prints a row for each explanation.
 pub fn study(arguments: &Arguments, run: &Run) -> Result<(), FitError> {
-    let limits = |needs: &[Need]| needs.iter().all(|need| !matches!(need, Need::Gyro(_)));
-    let effects = CATALOGUE.iter().filter(|effect| effect.stage() != Stage::Calibration && limits(effect.card().needs));
-    let random = RandomCauses::TYPICAL.iter().map(|(_, id, _)| *id);
-    let ids: Vec<&'static str> =
-        std::iter::once(NOTHING).chain(effects.map(|effect| effect.card().id)).chain(random).collect();
+    let all = hidden(arguments.pairs);
+    let name_of = |hidden: &[&str]| if hidden.is_empty() { NOTHING.to_owned() } else { hidden.join("+") };
     let wanted = |list: &[String], name: &str| list.iter().any(|own| own == name);
     let mut trials = Vec::new();
-    for &id in &ids {
-        for &size in if id == NOTHING { &[1.0][..] } else { &arguments.sizes[..] } {
+    for hidden in &all {
+        for &size in if hidden.is_empty() { &[1.0][..] } else { &arguments.sizes[..] } {
             for (motion_name, motion) in MOTIONS.into_iter().filter(|(name, _)| wanted(&arguments.motions, name)) {
                 for reference in
                     ["encoder", "rate", "orientation"].into_iter().filter(|r| wanted(&arguments.references, r))
                 {
                     for k in 0..arguments.seeds {
-                        let name = format!("{id}/{size:.2}/{motion_name}/{reference}/{k}");
-                        trials.push(Trial { name, what: Log { id, size, motion, reference, seed: run.seed_of(k) } });
+                        let name = format!("{}/{size:.2}/{motion_name}/{reference}/{k}", name_of(hidden));
+                        let (hidden, seed) = (hidden.clone(), run.seed_of(k));
+                        trials.push(Trial { name, what: Log { hidden, size, motion, reference, seed } });
                     }
                 }
             }
@@ -185,23 +251,31 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), FitError> {
         "logs",
         "its own name",
         "or alike",
+        "one of two",
         "too small to show",
         "nothing named",
         "unexplained",
         "wrong name",
         "which",
     ]);
-    let mut totals = [0; 7];
-    for id in ids {
-        let own: Vec<_> =
-            results.iter().filter(|(trial, _)| trial.what.id == id).filter_map(|(_, result)| result.as_ref()).collect();
+    let mut totals = [0; 8];
+    for hidden in all {
+        let own = results.iter().filter(|(trial, _)| trial.what.hidden == hidden);
+        let own: Vec<_> = own.filter_map(|(_, result)| result.as_ref()).collect();
         if own.is_empty() {
             continue;
         }
         let count = |called: Called| own.iter().filter(|(own, _)| *own == called).count();
-        let counts =
-            [Called::Right, Called::Alike, Called::Hidden, Called::Nothing, Called::Unexplained, Called::Wrong]
-                .map(count);
+        let counts = [
+            Called::Right,
+            Called::Alike,
+            Called::Half,
+            Called::Hidden,
+            Called::Nothing,
+            Called::Unexplained,
+            Called::Wrong,
+        ]
+        .map(count);
         let mut wrong: BTreeMap<&str, usize> = BTreeMap::new();
         for (called, says) in &own {
             if *called == Called::Wrong {
@@ -210,32 +284,12 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), FitError> {
         }
         let wrong: Vec<String> = wrong.into_iter().map(|(says, n)| format!("{says} ({n})")).collect();
         totals.iter_mut().zip(std::iter::once(own.len()).chain(counts)).for_each(|(total, n)| *total += n);
-        let [right, alike, hidden, nothing, unexplained, bad] = counts.map(|n| n.to_string());
-        table.row([
-            id.to_owned(),
-            own.len().to_string(),
-            right,
-            alike,
-            hidden,
-            nothing,
-            unexplained,
-            bad,
-            wrong.join("; "),
-        ]);
+        let counts = std::iter::once(own.len()).chain(counts).map(|n| n.to_string());
+        table.row(std::iter::once(name_of(&hidden)).chain(counts).chain([wrong.join("; ")]));
     }
-    let [all, right, alike, hidden, nothing, unexplained, wrong] = totals;
-    let share = |n: usize| share(n, all);
-    table.row([
-        "all".to_owned(),
-        all.to_string(),
-        share(right),
-        share(alike),
-        share(hidden),
-        share(nothing),
-        share(unexplained),
-        share(wrong),
-        String::new(),
-    ]);
+    let all = totals[0];
+    let shares = totals[1..].iter().map(|n| share(*n, all));
+    table.row(["all".to_owned(), all.to_string()].into_iter().chain(shares).chain([String::new()]));
     table.print();
     Ok(())
 }
