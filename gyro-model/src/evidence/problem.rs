@@ -318,9 +318,14 @@ impl Problem {
     /// summed.
     #[must_use]
     pub fn axis_error(&self, evaluation: &Evaluation, series: usize) -> Vec<f64> {
+        self.about_axis(&evaluation.residual, series)
+    }
+
+    /// Channels, or their derivatives, as one axis has them.
+    pub(crate) fn about_axis(&self, channels: &[Vec<f64>], series: usize) -> Vec<f64> {
         match &self.attitude {
-            None => evaluation.residual[0].clone(),
-            Some(attitude) => attitude.about_body_axis(&evaluation.residual, self.series[series].axis.index()),
+            None => channels[0].clone(),
+            Some(attitude) => attitude.about_body_axis(channels, self.series[series].axis.index()),
         }
     }
 }

@@ -39,6 +39,8 @@ pub(crate) struct Course {
     pub lost_changes: Vec<f64>,
     /// Rows of which the model says that their reading tells nothing.
     silent: Vec<f64>,
+    /// Along the log, rad: what a small change of each fitted parameter of the model makes of the error.
+    pub fitted: Vec<Vec<f64>>,
     /// One step of an encoder, rad; 0 of another reference.
     pub count: f64,
     /// From one row to the next, s.
@@ -83,13 +85,20 @@ impl Course {
             |attitude| attitude.turned_about(s.axis.index()),
         );
         let n = t.len();
-        let mut error = vec![0.0; n];
-        let mut turned = vec![0.0; n];
-        for k in 1..n {
-            let step = |angle: &[f64]| if evaluation.lost[k] { 0.0 } else { angle[k] - angle[k - 1] };
-            error[k] = error[k - 1] + step(&raw);
-            turned[k] = turned[k - 1] + step(&shown) + step(&raw);
-        }
+        // Over what is lost nothing changes.
+        let kept = |angle: &[f64]| -> Vec<f64> {
+            let step = |k: usize| if k == 0 || evaluation.lost[k] { 0.0 } else { angle[k] - angle[k - 1] };
+            (0..n)
+                .scan(0.0, |sum, k| {
+                    *sum += step(k);
+                    Some(*sum)
+                })
+                .collect()
+        };
+        let mut error = kept(&raw);
+        let turned: Vec<f64> = kept(&shown).iter().zip(&error).map(|(shown, error)| shown + error).collect();
+        let own = study.slots.iter().zip(&study.columns).filter(|(slot, _)| slot.series == series);
+        let fitted = own.map(|(_, column)| kept(&problem.about_axis(column, series))).collect();
         if of == ErrorOf::ModelAndColumns {
             let tau = &study.bench.windows.tau;
             error = coherent::conditioned(s, &read_angle(s), &error, (tau, dt), Response::Column).rest;
@@ -107,6 +116,7 @@ impl Course {
         let (reversals, starts) = (reversals(&t, &rate, least(TURNS)), starts(&t, &rate, least(STANDS)));
         let mut course = Self {
             error,
+            fitted,
             turned: vec![0.0; n],
             travelled: vec![0.0; n],
             squared: vec![0.0; n],
@@ -170,6 +180,32 @@ impl Course {
         }
         sum.max(0.0)
     }
+
+    /// Over a window: ∫ ω(a) e^(−(a − start)/T) da and ∫ ω(a) e^(−(end − a)/T) da, rad, and ∬ as [`Self::scale_walk`] has it, row by row.
+    pub(crate) fn remembered(&self, window: Window, time: f64) -> Remembered {
+        let (start, end) = (self.t[window.from], self.t[window.to]);
+        let mut of = Remembered::default();
+        let (mut before, mut last) = (0.0, start);
+        for k in window.from..window.to {
+            let (step, at) = (self.t[k + 1] - self.t[k], 0.5 * (self.t[k] + self.t[k + 1]));
+            let turned = 0.5 * (self.rate[k] + self.rate[k + 1]) * step;
+            of.from_start += turned * ((start - at) / time).exp();
+            of.to_end += turned * ((at - end) / time).exp();
+            before *= ((last - at) / time).exp();
+            of.inside += turned * (turned + 2.0 * before);
+            before += turned;
+            last = at;
+        }
+        of
+    }
+}
+
+/// What a scale that forgets makes of the turn in one window: as others share it after and before, and alone.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Remembered {
+    pub from_start: f64,
+    pub to_end: f64,
+    pub inside: f64,
 }
 
 /// An event happens after its first row and up to its last, at a time that nobody knows: each row in between has a share of it.

@@ -15,10 +15,10 @@
 mod cause;
 mod components;
 mod course;
+mod joint;
 
 use crate::{
     evidence::{series::Rest, study::Study},
-    fit::judged::finite,
     nls::Normal,
     statistics::Estimate,
     thresholds as limit,
@@ -55,12 +55,12 @@ pub(crate) struct Found {
 }
 
 /// The random causes of one axis' error.
-#[derive(Clone, Debug, Default)]
+#[derive(Default)]
 pub(crate) struct Random {
     /// Those that were found, the largest first.
     pub found: Vec<Found>,
-    /// ln L of the windows with them, as far as these are independent; nothing where there are too few windows.
-    pub log_likelihood: Option<f64>,
+    /// The error, where there is enough of it.
+    course: Option<Course>,
 }
 
 impl Random {
@@ -76,11 +76,17 @@ impl Random {
     }
 
     /// Whether a model without an effect of so many parameters, whose error this is, explains it as well as the model with it: what is
-    /// left has a random cause, and its likelihood is no lower than those parameters are worth.
+    /// left has a random cause, and chance alone gives those parameters such a gain in likelihood ([`joint`]) too often (χ²).
     #[must_use]
     pub(crate) fn is_as_good_as(&self, with: &Self, parameters: usize) -> bool {
-        let gain = with.log_likelihood.zip(self.log_likelihood).map(|(with, without)| with - without);
-        !self.found.is_empty() && gain.is_some_and(|gain| gain < limit::PARAMETER.value * parameters as f64)
+        let found = |cause: &Cause| self.found.iter().chain(&with.found).any(|found| found.cause == *cause);
+        let causes: Vec<Cause> = Cause::ALL.into_iter().filter(found).collect();
+        let log_likelihood = |of: &Self| joint::log_likelihood(of.course.as_ref()?, with.course.as_ref()?, &causes);
+        let chance = |gain: f64| ChiSquared::new(parameters as f64).map_or(1.0, |law| law.sf(2.0 * gain.max(0.0)));
+        !self.found.is_empty()
+            && log_likelihood(with)
+                .zip(log_likelihood(self))
+                .is_some_and(|(with, without)| chance(with - without) > limit::PLAIN.value)
     }
 
     /// The cause's mean square error over averaging time `k`, rad².
@@ -193,7 +199,7 @@ impl Trial {
 
     /// Backward elimination: of the causes that may act, the least is left out until each of the rest is needed. What looked like another
     /// one may have gone in its place: each that was left out is tried once more beside those that stayed, and so on.
-    fn random(&self, tau: &[f64]) -> Random {
+    fn random(self, tau: &[f64]) -> Random {
         let mut causes: Vec<usize> = (0..self.causes.len()).collect();
         let mut all = self.with(&causes);
         for _ in 0..=self.causes.len() {
@@ -210,7 +216,7 @@ impl Trial {
         let mut found: Vec<Found> = found.filter(|found| found.size.value > 0.0).collect();
         let last = |found: &Found| found.makes.last().copied().unwrap_or(0.0);
         found.sort_by(|a, b| last(b).total_cmp(&last(a)));
-        Random { found, log_likelihood: finite(sum(&all.log_likelihood) / ALIKE) }
+        Random { found, course: Some(self.course) }
     }
 
     /// Of some causes the one that gains least, where it is not needed, and the components without it.

@@ -21,7 +21,7 @@ impl Search<'_, '_> {
             for id in added {
                 let is_alone =
                     find(id).is_some_and(|effect| !<dyn Effect>::joins_throughout(effect)) || self.axes.len() == 1;
-                if now.found.is_empty() || !is_alone {
+                if !is_alone {
                     continue;
                 }
                 (self.options.progress)(id);
