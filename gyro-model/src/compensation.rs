@@ -52,8 +52,8 @@ pub struct Compensated {
 pub struct Identified {
     /// The model's noise.
     pub noise: Noise,
-    /// Standard deviations of the bias and scale error that the model leaves: the standard errors of δ and of α/α, or what a
-    /// sensor that was never fitted may have.
+    /// Standard deviations of the bias and scale error that the model leaves: the standard errors of δ and of α/α with what may have
+    /// changed since, or what a sensor that was never fitted may have.
     pub calibration: Calibration,
     /// Whether both are fitted.
     pub is_fitted: bool,
@@ -75,8 +75,10 @@ impl Identified {
         Self {
             noise: model.noise,
             calibration: Calibration {
-                bias_std: bias.unwrap_or(Calibration::UNFITTED.bias_std),
-                scale_std: scale.filter(|std| std.is_finite()).unwrap_or(Calibration::UNFITTED.scale_std),
+                bias_std: bias.map_or(Calibration::UNFITTED.bias_std, |std| std.hypot(Calibration::SINCE.bias_std)),
+                scale_std: scale
+                    .filter(|std| std.is_finite())
+                    .map_or(Calibration::UNFITTED.scale_std, |std| std.hypot(Calibration::SINCE.scale_std)),
                 delay_std: delay.filter(|std| std.is_finite()).unwrap_or(Calibration::UNFITTED.delay_std),
             },
             is_fitted: bias.is_some() && scale.is_some(),

@@ -256,6 +256,12 @@ fn under_the_right_model_the_standard_deviation_holds_on_every_reference() {
 }
 
 #[test]
+fn a_zero_that_has_moved_since_the_model_was_made_is_known_not_to_be_known() {
+    let (whole, late) = off_by(0.0, 0.5 * DEGREE, 1.0, |_| true);
+    assert!(whole < 0.006 && late < 0.006, "{whole} of all rows, {late} of the second halves beyond 3 σ");
+}
+
+#[test]
 fn a_reference_of_ten_hertz_corrects_a_bias_that_the_model_is_wrongly_certain_of() {
     for encoder in [1.0, 1e-3] {
         let (_, late) =

@@ -383,8 +383,10 @@ impl AxisEstimator {
         if !self.state.anchored {
             let unknown = if noise.encoder > 0.0 { noise.encoder } else { ANGLE_UNKNOWN };
             let state = &mut self.state;
+            // How late the reference is, is not known yet.
+            let late = self.identified.calibration.delay_std * state.filter.rate();
             state.anchored = true;
-            state.filter.anchor(angle + when.since, unknown.powi(2));
+            state.filter.anchor(angle + when.since, unknown.powi(2) + late.powi(2));
             state.angle = angle;
             state.integrated_to = when.t_ns;
         }

@@ -102,12 +102,16 @@ impl Reference {
         Some([late, white + unknown])
     }
 
-    /// Variance of the last angle: the model's, where the readings do not contradict it; else what they surely do not exceed. `None`
-    /// as long as nothing is known.
+    /// Variance of the last angle: what the readings surely do not exceed, as long as they are too few to contradict the model's, which
+    /// knows nothing of noise that is correlated; then the model's, if they do not. `None` as long as nothing is known.
     fn variance(&self, known: &Known) -> Option<f64> {
-        let white = match known.encoder {
-            Some(encoder) => encoder.powi(2).max(self.noise.at_least(known.walk, known.over)),
-            None => self.noise.at_most(known.walk, known.over)?,
+        let at_most = || self.noise.at_most(known.walk, known.over);
+        let white = match known.encoder.map(|encoder| encoder * encoder) {
+            Some(model) if self.noise.is_told(known.walk, known.over) => {
+                model.max(self.noise.at_least(known.walk, known.over))
+            }
+            Some(model) => at_most()?.max(model),
+            None => at_most()?,
         };
         Some(white * self.noise.repeated())
     }

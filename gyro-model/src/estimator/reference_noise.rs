@@ -40,6 +40,9 @@ const PER_INDEPENDENT: f64 = 2.0;
 /// Fewest independent differences that a bound is given from.
 const FEWEST: f64 = 3.0;
 
+/// The same from which a noise that is correlated is told from white noise.
+const TOLD: f64 = 12.0;
+
 /// Times by which an unknown correlation over longer times may raise R, as long as means over [`CORRELATED`] are not known.
 const UNKNOWN: f64 = 4.0;
 
@@ -207,6 +210,14 @@ impl ReferenceNoise {
         let step = if self.step > 0.0 { self.step / 12.0_f64.sqrt() } else { NEVER_CHANGED };
         let unknown = if longest < CORRELATED { UNKNOWN } else { 1.0 };
         variance.map(|v| (unknown * v).max(step * step))
+    }
+
+    /// Whether enough differences of means over [`CORRELATED`], or over the longest time there is, have been seen to tell a noise that is
+    /// correlated.
+    pub(super) fn is_told(&self, walk: f64, over: f64) -> bool {
+        let longest =
+            |(_, independent, length): (f64, f64, f64)| independent >= TOLD && 2.0 * length > CORRELATED.min(over);
+        self.known(walk, over).any(longest)
     }
 
     /// Variance of a reading that it has at least.
