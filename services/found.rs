@@ -2,6 +2,7 @@
 
 use crate::{
     agreement::looking,
+    clock::now_ns,
     dashboard::{judgement, model},
     story,
 };
@@ -166,6 +167,9 @@ pub struct Finder {
     diagnoses: Reader<ipc_types::Diagnosis>,
     reports: BytesReader,
     has_report: bool,
+    /// When all of them were open, ns.
+    opened_ns: u64,
+    has_caught_up: bool,
 }
 
 impl Finder {
@@ -179,7 +183,16 @@ impl Finder {
             diagnoses: hub.reader(&topic::DIAGNOSIS, None, Wait::Spin)?,
             reports: hub.bytes_reader(&topic::REPORT)?,
             has_report: false,
+            opened_ns: now_ns(),
+            has_caught_up: false,
         })
+    }
+
+    /// Whether all that was given before these ports were open has been taken: the compensator gives its parameters ten times a
+    /// second, and the last diagnosis to every new reader before them.
+    #[must_use]
+    pub fn has_caught_up(&self) -> bool {
+        self.has_caught_up
     }
 
     /// Takes what has come.
@@ -188,6 +201,7 @@ impl Finder {
     /// Broken plumbing.
     pub fn look(&mut self, found: &mut Found) -> anyhow::Result<()> {
         if let Some(parameters) = self.parameters.newest()? {
+            self.has_caught_up |= parameters.compensator_gave_ns >= self.opened_ns;
             found.model = Some(model::view(&parameters));
         }
         let message = self.diagnoses.newest()?;

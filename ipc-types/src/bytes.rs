@@ -5,7 +5,7 @@ use crate::{
     topic,
 };
 use iceoryx2::{
-    port::{publisher::Publisher, subscriber::Subscriber},
+    port::{publisher::Publisher, subscriber::Subscriber, update_connections::UpdateConnections},
     prelude::ipc,
 };
 
@@ -26,6 +26,14 @@ impl BytesWriter {
         let loan = self.0.loan_slice_uninit(bytes.len()).map_err(refused("a loan", topic::REPORT.name))?;
         loan.write_from_slice(bytes).send().map_err(refused("sending", topic::REPORT.name))?;
         Ok(())
+    }
+
+    /// Connects new readers without giving anything new: late joiners get the last text.
+    ///
+    /// # Errors
+    /// Where the plumbing is broken.
+    pub fn connect(&self) -> Result<(), PortError> {
+        self.0.update_connections().map_err(refused("connecting", topic::REPORT.name))
     }
 }
 

@@ -10,12 +10,17 @@ use crate::{
 };
 use clap::ValueEnum;
 use ipc_types::{
-    Status,
+    ServiceId, Status,
     health::Scheduling,
     status::{ServiceStatus, StageStatus},
 };
 use serde_json::{Value, json};
-use std::{fmt::Write, process::ExitCode, time::Duration};
+use std::{
+    fmt::Write,
+    process::ExitCode,
+    thread::sleep,
+    time::{Duration, Instant},
+};
 
 /// What `truerate status` takes.
 #[derive(clap::Args, Debug, Clone)]
@@ -46,6 +51,8 @@ pub enum Format {
 
 /// How long to wait for the supervisor's word, which comes five times a second.
 const PATIENCE: Duration = Duration::from_secs(2);
+/// How long to wait for what was found before: the compensator gives it within 0.1 s, and later on a machine that is busy.
+const CATCHING_UP: Duration = Duration::from_millis(1500);
 
 /// Prints what runs.
 ///
@@ -67,11 +74,27 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What runs, and what was found.
+/// What runs, and what was found: waits for all that a compensator at work has given before.
 fn looked(watch: &Watch) -> anyhow::Result<(Status, Found)> {
-    let mut found = Found::default();
-    Finder::open(&watch.hub)?.look(&mut found)?;
-    Ok((watch.status(PATIENCE)?, found))
+    let (mut found, mut finder) = (Found::default(), Finder::open(&watch.hub)?);
+    let mut status = watch.status(PATIENCE)?;
+    let until = Instant::now() + CATCHING_UP;
+    loop {
+        finder.look(&mut found)?;
+        if let Some(newer) = watch.newest_status()? {
+            status = newer;
+        }
+        if finder.has_caught_up() || !has_something_to_say(&status) || watch.is_outdated() || Instant::now() > until {
+            return Ok((status, found));
+        }
+        sleep(Duration::from_millis(5));
+    }
+}
+
+/// Whether a compensator gives parameters and diagnoses.
+fn has_something_to_say(status: &Status) -> bool {
+    let is_at_work = |s: &ServiceStatus| ["running", "stopped"].contains(&s.state.as_str());
+    status.listed_services().any(|s| s.name.as_str() == ServiceId::Compensator.name() && is_at_work(s))
 }
 
 /// As the interface has it: `truerate.status/1`.

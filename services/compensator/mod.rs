@@ -248,6 +248,9 @@ impl Compensator<'_> {
         message.compensator_took_ns = self.took_ns;
         self.given_ns = now_ns();
         message.compensator_gave_ns = self.given_ns;
+        // Diagnoses are rare. Who reads these parameters has got the last one before them.
+        self.diagnoses.connect()?;
+        self.reports.connect()?;
         self.parameters.give(message)?;
         self.pulse.health.sent += 1;
         self.pulse.health.epoch = message.epoch;

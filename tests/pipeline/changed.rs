@@ -132,3 +132,25 @@ fn demos_that_start_at_one_moment_take_names_and_ports_of_their_own_and_each_end
     assert_eq!(first.end(), format!("hidden: {hidden}, lag:tau=0.01"));
     assert!(place.left("demo").is_empty() && place.left("demo-2").is_empty());
 }
+
+#[test]
+fn status_says_at_once_what_a_running_pipeline_has_found_before() {
+    let place = Place::new();
+    let mut pipeline = place.start("found", &["--source", "sim", "--hide", "delay"]);
+    pipeline.until("the compensator", |p| p.pid("compensator").is_some());
+    let hub = Hub::join(&pipeline.domain, "onlooker").unwrap();
+    let diagnoses = hub.reader(&topic::DIAGNOSIS, None, Wait::Event).unwrap();
+    let mut last = Diagnosis::default();
+    pipeline.until("a diagnosis of a model that was learned", |_| {
+        last = diagnoses.newest().unwrap().unwrap_or(last);
+        last.epoch > 0 && last.axes.iter().any(|axis| axis.present == 1)
+    });
+    for _ in 0..10 {
+        let status = place.status("found").unwrap();
+        let axes = status["verdict"]["axes"].as_array().unwrap();
+        assert!(!axes.is_empty() && axes.iter().all(|axis| axis["headline"].is_string()), "{status}");
+        let text = String::from_utf8(place.output(&["status", "--instance", "found"]).stdout).unwrap();
+        assert!(text.contains("model of epoch") && !text.contains("no diagnosis yet"), "{text}");
+    }
+    assert_eq!(pipeline.interrupt().code, Some(0));
+}
