@@ -42,7 +42,7 @@ use workbench::{model_file, story};
 /// Between two looks at the processes and two sweeps for what dead ones left; a death is seen at once.
 const LOOK: Timespec = Timespec { tv_sec: 0, tv_nsec: 25_000_000 };
 const STATUS_NS: u64 = 200_000_000;
-/// Early deaths of a process in a row after which the domain itself is taken to be broken. It is made anew once: where that
+/// Early deaths of a process by itself, in a row, after which the domain itself is taken to be broken. It is made anew once: where that
 /// does not help, it is the process, and the others are left alone.
 const BROKEN: u32 = 6;
 
@@ -281,7 +281,7 @@ impl Pipeline {
                     if service == ServiceId::Acquisition && self.run.settings.source.comes_once() {
                         bail!("acquisition {words}, and what it read cannot be read again: run it on a file");
                     }
-                    if process.early_deaths() == BROKEN && service != ServiceId::Dashboard {
+                    if process.early_failures() == BROKEN && service != ServiceId::Dashboard {
                         tracing::warn!("{name} dies again and again; everything is ended and begun again");
                         self.begin_again()?;
                         return Ok(None);
@@ -313,7 +313,7 @@ impl Pipeline {
         let health = self.board.of(service);
         if let Some((silent, doing)) = self.watchdog.hangs(service, pid, health, process.started_ns(), replaceable) {
             tracing::warn!("{} is silent for {:.1} s and {doing}; it is ended", service.name(), silent as f64 * 1e-9);
-            process.kill();
+            self.processes[i].condemn();
         }
     }
 

@@ -5,7 +5,7 @@ use crate::{domain::Lock, run_folder::RunFolder, settings::Settings};
 use anyhow::Context;
 use ipc_types::ServiceId;
 use rustix::process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open, test_kill_process};
-use signal_hook::consts::SIGBUS;
+use signal_hook::consts::{SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGSEGV, SIGSYS, SIGTRAP};
 use std::{
     os::{
         fd::OwnedFd,
@@ -22,6 +22,8 @@ pub const HOPELESS: u8 = 65;
 const EARLY_NS: u64 = 1_000_000_000;
 /// Early deaths in a row that are forgiven at once.
 const FORGIVEN: u32 = 2;
+/// What kills it is no defect of its own: the pause only leaves the machine to others where the killing goes on.
+const DELAY_AFTER_KILLS: Duration = Duration::from_millis(100);
 const FIRST_DELAY: Duration = Duration::from_millis(250);
 const LONGEST_DELAY: Duration = Duration::from_secs(8);
 /// Bytes from which on a block of memory goes back to the system as soon as it is freed.
@@ -36,7 +38,11 @@ pub struct Process {
     pub restarts: u32,
     life: Life,
     started_ns: u64,
+    /// In a row, and of one cause.
     early_deaths: u32,
+    cause: Cause,
+    /// It was silent, and its supervisor has killed it.
+    is_condemned: bool,
     /// Readable once it is dead; `None` where the kernel has none to give.
     death: Option<OwnedFd>,
     folder: RunFolder,
@@ -54,6 +60,16 @@ enum Life {
     Adopted(u32),
     /// Dead; to be started again then, ns.
     Waiting(u64),
+}
+
+/// Who ended a process.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Cause {
+    /// It failed, crashed or hung: the next one may do so in the same way.
+    Itself,
+    /// It was killed, or asked to end, from outside; or nobody knows.
+    #[default]
+    Others,
 }
 
 /// What became of a process.
@@ -74,7 +90,17 @@ impl Process {
         let adopted = Lock::holder(&folder.lock(service));
         let life = adopted.map_or(Life::None, Life::Adopted);
         let death = adopted.and_then(death_of);
-        Self { service, restarts: 0, life, started_ns: now_ns(), early_deaths: 0, death, folder }
+        Self {
+            service,
+            restarts: 0,
+            life,
+            started_ns: now_ns(),
+            early_deaths: 0,
+            cause: Cause::default(),
+            is_condemned: false,
+            death,
+            folder,
+        }
     }
 
     /// Its next life in a domain that was made anew: its past is not forgotten.
@@ -83,6 +109,7 @@ impl Process {
         Self {
             restarts: self.restarts + 1,
             early_deaths: self.early_deaths,
+            cause: self.cause,
             ..Self::new(self.service, self.folder.clone())
         }
     }
@@ -113,6 +140,12 @@ impl Process {
     #[must_use]
     pub fn early_deaths(&self) -> u32 {
         self.early_deaths
+    }
+
+    /// The same, but none where others killed it.
+    #[must_use]
+    pub fn early_failures(&self) -> u32 {
+        if self.cause == Cause::Itself { self.early_deaths } else { 0 }
     }
 
     /// What becomes readable when it dies.
@@ -147,6 +180,7 @@ impl Process {
             .context("/proc/self/exe")?;
         tracing::info!(service = self.service.name(), pid = child.id(), "started");
         self.started_ns = now_ns();
+        self.is_condemned = false;
         self.death = death_of(child.id());
         self.life = Life::Child(child);
         Ok(())
@@ -161,15 +195,17 @@ impl Process {
                     self.death = None;
                     return Fate::Hopeless;
                 }
-                Ok(Some(status)) => Some(in_words(status)),
+                Ok(Some(status)) => Some((in_words(status), cause_of(status))),
                 _ => None,
             },
-            Life::Adopted(_) if Lock::holder(&self.folder.lock(self.service)).is_none() => Some("ended".to_owned()),
+            Life::Adopted(_) if Lock::holder(&self.folder.lock(self.service)).is_none() => {
+                Some(("ended".to_owned(), Cause::default()))
+            }
             _ => None,
         };
-        let Some(words) = death else { return Fate::Alive };
+        let Some((words, cause)) = death else { return Fate::Alive };
         let now = now_ns();
-        self.count_death(now);
+        self.count_death(now, if self.is_condemned { Cause::Itself } else { cause });
         self.death = None;
         self.life = Life::Waiting(now + self.delay().as_nanos() as u64);
         Fate::Died(words)
@@ -191,22 +227,32 @@ impl Process {
         }
     }
 
-    /// How long it waits for its next start: nothing, but after several early deaths in a row; then twice as long each time.
+    /// How long it waits for its next start: nothing, but after several early deaths in a row; then little where others killed it,
+    /// and twice as long each time where it failed by itself.
     #[must_use]
     pub fn delay(&self) -> Duration {
         match self.early_deaths {
             0..=FORGIVEN => Duration::ZERO,
+            _ if self.cause == Cause::Others => DELAY_AFTER_KILLS,
             n => LONGEST_DELAY.min(FIRST_DELAY * (1 << (n - FORGIVEN - 1).min(5))),
         }
     }
 
-    fn count_death(&mut self, now: u64) {
-        self.early_deaths = if now < self.started_ns + EARLY_NS { self.early_deaths + 1 } else { 0 };
+    fn count_death(&mut self, now: u64, cause: Cause) {
+        let before = if cause == self.cause { self.early_deaths } else { 0 };
+        self.early_deaths = if now < self.started_ns + EARLY_NS { before + 1 } else { 0 };
+        self.cause = cause;
     }
 
     /// Asks it to end.
     pub fn ask_to_end(&self) {
         self.signal(Signal::TERM);
+    }
+
+    /// Ends it at once, as it does nothing any more: that counts as its own failure.
+    pub fn condemn(&mut self) {
+        self.is_condemned = true;
+        self.kill();
     }
 
     /// Ends it at once.
@@ -238,6 +284,16 @@ fn death_of(pid: u32) -> Option<OwnedFd> {
     pidfd_open(i32::try_from(pid).ok().and_then(Pid::from_raw)?, PidfdFlags::empty()).ok()
 }
 
+fn cause_of(status: ExitStatus) -> Cause {
+    match (status.code(), status.signal()) {
+        // It ends without an error only where it is asked to.
+        (Some(0), _) => Cause::Others,
+        (Some(_), _) => Cause::Itself,
+        (None, Some(SIGABRT | SIGBUS | SIGFPE | SIGILL | SIGSEGV | SIGSYS | SIGTRAP)) => Cause::Itself,
+        _ => Cause::Others,
+    }
+}
+
 fn in_words(status: ExitStatus) -> String {
     match (status.code(), status.signal()) {
         (Some(code), _) => format!("ended with code {code}"),
@@ -249,7 +305,7 @@ fn in_words(status: ExitStatus) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Duration, EARLY_NS, Life, Process, RunFolder, ServiceId};
+    use super::{Cause, Duration, EARLY_NS, ExitStatus, ExitStatusExt, Life, Process, RunFolder, ServiceId, cause_of};
     use ipc_types::domain::Domain;
 
     fn process() -> Process {
@@ -263,7 +319,7 @@ mod tests {
         assert!(matches!(process.life, Life::None));
         let delays: Vec<Duration> = (0..12)
             .map(|_| {
-                process.count_death(process.started_ns + EARLY_NS / 2);
+                process.count_death(process.started_ns + EARLY_NS / 2, Cause::Itself);
                 process.delay()
             })
             .collect();
@@ -271,7 +327,7 @@ mod tests {
         assert!(delays[2] > Duration::ZERO && delays[2] < Duration::from_secs(1));
         assert!(delays.windows(2).all(|d| d[0] <= d[1]));
         assert!(*delays.last().unwrap() <= Duration::from_secs(8));
-        process.count_death(process.started_ns + 2 * EARLY_NS);
+        process.count_death(process.started_ns + 2 * EARLY_NS, Cause::Itself);
         assert_eq!((process.early_deaths(), process.delay()), (0, Duration::ZERO));
     }
 
@@ -279,16 +335,35 @@ mod tests {
     fn a_process_that_is_killed_again_and_again_but_works_in_between_never_waits() {
         let mut process = process();
         for _ in 0..100 {
-            process.count_death(process.started_ns + EARLY_NS);
+            process.count_death(process.started_ns + EARLY_NS, Cause::Others);
             assert_eq!(process.delay(), Duration::ZERO);
+        }
+    }
+
+    #[test]
+    fn one_that_others_kill_at_its_start_hardly_waits_and_its_own_failures_in_a_row_are_counted_anew_after_that() {
+        let mut process = process();
+        for k in 0..100 {
+            process.count_death(process.started_ns, Cause::Others);
+            assert!(process.delay() <= Duration::from_millis(100) && process.early_failures() == 0, "{k}");
+        }
+        process.count_death(process.started_ns, Cause::Itself);
+        assert_eq!((process.early_failures(), process.delay()), (1, Duration::ZERO));
+    }
+
+    #[test]
+    fn errors_and_crashes_are_its_own_and_what_it_is_sent_is_not() {
+        let cause = |wait_status| cause_of(ExitStatus::from_raw(wait_status));
+        for (own, others) in [(1 << 8, 0), (101 << 8, 9), (6, 15), (11, 1)] {
+            assert_eq!((cause(own), cause(others)), (Cause::Itself, Cause::Others), "{own} {others}");
         }
     }
 
     #[test]
     fn a_domain_made_anew_forgets_no_early_death() {
         let mut process = process();
-        process.count_death(process.started_ns);
+        process.count_death(process.started_ns, Cause::Itself);
         let anew = process.anew();
-        assert_eq!((anew.early_deaths(), anew.restarts), (1, 1));
+        assert_eq!((anew.early_failures(), anew.restarts), (1, 1));
     }
 }

@@ -124,6 +124,33 @@ fn whatever_is_killed_comes_back_while_the_others_go_on() {
     assert!(place.left("kills").is_empty(), "{:?}", place.left("kills"));
 }
 
+#[test]
+fn one_that_is_killed_again_and_again_at_its_start_is_back_at_once_each_time() {
+    let place = Place::new();
+    let mut random = ChaCha8Rng::seed_from_u64(6);
+    let mut pipeline = place.start("early", &["--source", "sim"]);
+    let mut onlooker = Onlooker::join(&mut pipeline);
+    onlooker.until_on(&mut pipeline, "the first estimate");
+    let others = |p: &Pipeline| [p.pid("acquisition"), p.pid("compensator")];
+    let before = others(&pipeline);
+    let mut dead = kill(&mut pipeline, "kalman");
+    for _ in 0..14 {
+        until_back(&mut pipeline, "kalman", dead);
+        std::thread::sleep(Duration::from_millis(random.random_range(0..60)));
+        dead = kill(&mut pipeline, "kalman");
+    }
+    until_back(&mut pipeline, "kalman", dead);
+    onlooker.until_on(&mut pipeline, "estimates after the last death");
+    assert_eq!(others(&pipeline), before, "the others went on");
+    drop(onlooker);
+    let ended = pipeline.interrupt();
+    assert_eq!(ended.code, Some(0), "{}", ended.error);
+    let delays: Vec<&str> =
+        ended.error.lines().filter_map(|line| Some(line.split_once("it is started again in ")?.1)).collect();
+    assert!(delays.len() > 5 && delays.iter().all(|delay| *delay == "100.00ms"), "{delays:?}\n{}", ended.error);
+    assert!(place.left("early").is_empty(), "{:?}", place.left("early"));
+}
+
 /// A process that is killed between making shared memory and giving it a size leaves a segment that iceoryx2 waits for
 /// without end, wherever its node is cleared.
 #[test]
@@ -391,7 +418,8 @@ fn status_is_not_blind_after_everything_was_begun_again() {
     pipeline.until("a new beginning", |p| {
         if let Some(pid) = p.pid("kalman").filter(|&pid| pid != dead) {
             std::thread::sleep(Duration::from_millis(30));
-            signal(pid, Signal::KILL);
+            // As a crash: what kills it from outside would say nothing of the domain.
+            signal(pid, Signal::ABORT);
             dead = pid;
         }
         p.errors().contains("everything is ended and begun again")
