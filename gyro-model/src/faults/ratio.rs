@@ -48,7 +48,7 @@ pub(crate) fn fault(record: &Record, axis: Axis, models: &[AxisModel]) -> Option
     let says = format!(
         "{column} shows {ratio:.3} times what gyro_{axis} reads{}. No gyro's scale factor is off by {:.0} %: check {suspects}, and \
          the gyro's full-scale setting. α takes this ratio up, and says nothing of the gyro until it is fixed",
-        nearest(ratio),
+        nearest(ratio, std_error_of(models.first()?)),
         100.0 * (ratio - 1.0).abs()
     );
     let count = record.len() as u64;
@@ -75,10 +75,14 @@ const SURE: f64 = 3.0;
 /// Whether the log shows that α is none that gyros have; a model that was not fitted has no standard error, and says what it says.
 fn is_known(model: &AxisModel) -> bool {
     let alpha = model.alpha();
-    let std_error =
-        model.term("scale-factor").map_or(f64::NAN, |term| term.std_errors.first().copied().unwrap_or(f64::NAN));
+    let std_error = std_error_of(model);
     let nearest = alpha.clamp(1.0 - SCALE, 1.0 / (1.0 - SCALE));
     std_error.is_nan() || (alpha - nearest).abs() > SURE * std_error
+}
+
+/// The standard error of α; none where it was not fitted.
+fn std_error_of(model: &AxisModel) -> f64 {
+    model.term("scale-factor").map_or(f64::NAN, |term| term.std_errors.first().copied().unwrap_or(f64::NAN))
 }
 
 /// Whether the range's end holds the fastest readings: the ratio is then that of what is cut off.
@@ -90,16 +94,20 @@ fn is_cut_off(record: &Record, axis: Axis) -> bool {
 }
 
 /// The ratio that is meant, where it is one of small numbers or one that sensors are known to be off by.
-fn nearest(ratio: f64) -> String {
+fn nearest(ratio: f64, std_error: f64) -> String {
     let near = |of: f64| (ratio / of).ln().abs();
     let known = [
         (0.875, "the nominal 8.75, 17.5 or 70 m°/s a step over the range in 2¹⁵ steps"),
         (8.0 / 7.0, "the range in 2¹⁵ steps over the nominal 8.75, 17.5 or 70 m°/s a step"),
         (0.9, "degrees over gradians"),
     ];
+    let of = |&(p, q): &(u32, u32)| near(f64::from(p) / f64::from(q));
     let gears = (1..=SMALL).flat_map(|p| (1..=SMALL).map(move |q| (p, q)));
-    let simple = |&(p, q): &(u32, u32)| near(f64::from(p) / f64::from(q)) < NEAR_A_RATIO;
-    let gear = gears.filter(simple).min_by_key(|&(p, q)| p + q).map(|(p, q)| format!("{p} : {q}"));
+    let gears: Vec<(u32, u32)> = gears.filter(|gear| of(gear) < NEAR_A_RATIO).collect();
+    // The simplest of those that the log does not tell apart; without one the nearest.
+    let simplest = gears.iter().filter(|gear| of(gear) < std_error / ratio).min_by_key(|(p, q)| p + q);
+    let nearest = || gears.iter().min_by(|a, b| of(a).total_cmp(&of(b)).then((a.0 + a.1).cmp(&(b.0 + b.1))));
+    let gear = simplest.or_else(nearest).map(|(p, q)| format!("{p} : {q}"));
     let sensor =
         known.iter().filter(|(of, _)| near(*of) < 0.5 * NEAR_A_RATIO).map(|(_, says)| (*says).to_owned()).next();
     let likely: Vec<String> = gear.into_iter().chain(sensor).collect();
@@ -135,6 +143,8 @@ mod tests {
         assert_eq!(said(&[0.01]), None);
         assert!(said(&[1.26]).unwrap().contains("5 : 4"), "{:?}", said(&[1.26]));
         assert!(said(&[0.667]).unwrap().contains("2 : 3"), "{:?}", said(&[0.667]));
+        assert!(said(&[1.167]).unwrap().contains("(near 7 : 6)"), "{:?}", said(&[1.167]));
+        assert!(nearest(1.167, 0.04).contains("(near 6 : 5") && nearest(1.45, 0.001).is_empty());
         assert!(said(&[1.19]).unwrap().contains("1.190 times"), "{:?}", said(&[1.19]));
     }
 
