@@ -77,6 +77,29 @@ fn phones() {
 }
 
 #[test]
+fn a_time_whose_name_has_no_unit_is_in_the_one_that_gives_10_hz_to_10_khz() {
+    for (first, step, unit) in [
+        // Since a phone's start, nine days ago: as large as seconds of 1995.
+        (801_439_402.0, 10.0, "t_ms"),
+        (801_439_402.0, 2.0, "t_ms"),
+        (1_741_275_913.0, 1.0, "t"),
+        (1_741_275_913.25, 0.25, "t"),
+        // 10 Hz and 10 kHz are both in the range.
+        (0.1, 0.1, "t"),
+        (100.0, 100.0, "t_ms"),
+        (0.0, 0.005, "t"),
+        (0.0, 5.0, "t_ms"),
+        (0.0, 125.0, "t_us"),
+        (0.0, 5000.0, "t_us"),
+        (0.0, 5e6, "t_ns"),
+    ] {
+        let row = |k: i32| format!("{},0.{}\n", first + step * f64::from(k), 1 + k);
+        let text = format!("Time,gyro_z\n{}{}{}", row(0), row(1), row(2));
+        assert_eq!(chosen(&text)[0], format!("{unit}=Time"), "{text}");
+    }
+}
+
+#[test]
 fn ros_and_px4_as_csv() {
     let ros = "%time,field.header.seq,field.header.stamp,field.angular_velocity.x,field.angular_velocity.y,field.angular_velocity.z\n\
         1400000000000000000,1,1400000000000000000,0.1,0.2,0.3\n1400000000005000000,2,1400000000005000000,0.1,0.2,0.3\n";

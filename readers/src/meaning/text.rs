@@ -344,13 +344,13 @@ fn step(head: &Head, column: usize) -> Option<f64> {
 }
 
 /// The unit of a time that the name does not say: an epoch's by its size, any other by the time from row to row, which lies
-/// between 0.1 ms and 0.1 s in every log of a gyro.
+/// between 0.1 ms and 0.1 s in every log of a gyro. Of 0.1 s in one unit, which are 0.1 ms in the next finer one, the coarser is meant.
 #[must_use]
 pub fn time_unit(head: &Head, column: usize) -> Option<Unit> {
     let first = *numbers(head, column).first()?;
     let step = step(head, column);
     // A counter that is as large as an epoch in a coarser unit takes steps that no log of a gyro has.
-    let likely = |unit: &Unit| step.is_none_or(|step| step < if *unit == unit::SECONDS { 100.0 } else { 1e5 });
+    let likely = |unit: &Unit| step.is_none_or(|step| step < if *unit == unit::SECONDS { COARSEST } else { 1e5 });
     if let Some(unit) = epoch_unit(first).filter(likely) {
         return Some(unit);
     }
@@ -360,12 +360,18 @@ pub fn time_unit(head: &Head, column: usize) -> Option<Unit> {
         return Some(unit::DAYS);
     }
     Some(match step {
-        ..0.1 => unit::SECONDS,
-        0.1..100.0 => unit::MILLISECONDS,
-        100.0..1e5 => unit::MICROSECONDS,
+        ..LONGEST => unit::SECONDS,
+        ..1e3 if step < 1e3 * LONGEST => unit::MILLISECONDS,
+        ..1e5 => unit::MICROSECONDS,
         _ => unit::NANOSECONDS,
     })
 }
+
+/// From row to row at 10 Hz, some scatter included, s: 8 kHz, of which a microsecond's counter makes 125, stays far from it.
+const LONGEST: f64 = 0.11;
+
+/// Steps of an epoch's time in whole seconds, s. A counter of milliseconds that has run for days is as large, and takes larger ones.
+const COARSEST: f64 = 2.0;
 
 /// The unit of a time since 1970, by its size, where it is later than 1973.
 #[must_use]
