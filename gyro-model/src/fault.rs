@@ -49,6 +49,8 @@ pub enum FaultKind {
     TimestampJitter,
     /// Readings of which one byte is of another reading.
     TornReadings,
+    /// A reference orientation whose axes are not the gyro's.
+    TurnedReference,
     /// Columns that are not understood.
     UnusedColumns,
     /// Readings beyond the range, with the other sign.
@@ -86,6 +88,7 @@ impl FaultKind {
             Self::TimerOverflow => "timer-overflow",
             Self::TimestampJitter => "timestamp-jitter",
             Self::TornReadings => "torn-readings",
+            Self::TurnedReference => "turned-reference",
             Self::UnusedColumns => "unused-columns",
             Self::Wrapped => "wrapped",
             Self::WrongRatio => "wrong-ratio",

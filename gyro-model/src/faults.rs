@@ -15,6 +15,7 @@
 //! | `own` | `dependent-reference`: a copy or filter of the gyro, the yaw of a filter | what the gyro's readings leave of it |
 //! | `stuck`, `frozen` | `stuck-channel` | the other sensor, and the jump as it goes on |
 //! | `hung` | `stuck-channel` of all channels at once | their own noise before |
+//! | `orientation` | `turned-reference`: axes turned against the gyro's | the gyro's rates about all three axes |
 //! | `reference`, `orientation` | `wrong-unit`, `wrong-sign`, `swapped-axes`, `not-excited` | the other sensor |
 //!
 //! Thresholds stand in `thresholds`, each with its unit and reason. How often clean logs are flagged:
@@ -87,6 +88,7 @@ static CHECKS: &[Check] = &[
     crossings::check,
     repeated::check,
     spikes::check,
+    orientation::check,
     frozen::check,
     hung::check,
     pair,

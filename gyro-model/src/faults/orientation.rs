@@ -4,9 +4,12 @@
 //! The rotation R that takes the gyro's mean rates to the reference's is that of Kabsch (1976): with Σ r gᵀ = U S Vᵀ,
 //! R = U diag(1, 1, det UVᵀ) Vᵀ. What it explains is measured with any scale, so that no unit is taken for a direction.
 
-use super::motion::{Motion, gyro_rates};
-use crate::{Axis, Record, record::ReferenceKind};
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use super::{
+    Report,
+    motion::{Motion, gyro_rates},
+};
+use crate::{Axis, Record, fault::FaultKind, record::ReferenceKind};
+use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 
 /// How four numbers may be meant, and what to do then.
 const READINGS: [(Reading, &str); 3] = [
@@ -30,6 +33,76 @@ const WRONG: f64 = 0.8;
 const TURNED: f64 = 0.35;
 /// Size of the second direction of motion over the first, from which on a rotation is known.
 const SECOND: f64 = 0.05;
+
+/// What a rotation that is undone explains at least, of all axes together and of each (r²).
+const SURE: f64 = 0.98;
+const SURE_OF_EACH: f64 = 0.95;
+
+/// Turns a reference orientation into the gyro's axes, where the rates of all three say by which rotation. Axes in another order or
+/// with another sign are left as they are: that may be the gyro's columns.
+pub(super) fn check(record: &mut Record, report: &mut Report) {
+    let Some(rotation) = mounted(record) else { return };
+    let Some((axis, angle)) = rotation.axis_angle() else { return };
+    let by = UnitQuaternion::from_rotation_matrix(&rotation);
+    for row in record.rows.iter_mut().filter(|row| row.ref_quaternion[0].is_finite()) {
+        let [w, i, j, k] = row.ref_quaternion;
+        let q = Quaternion::new(w, i, j, k) * by.into_inner();
+        row.ref_quaternion = [q.w, q.i, q.j, q.k];
+    }
+    let says = format!(
+        "the axes of the reference orientation are turned by {:.1}° about ({:.2}, {:.2}, {:.2}) against the gyro's, as of a body that is \
+         mounted so: they are turned back before anything is judged, which takes up how the sensor is aligned as a whole (the \
+         reference times w, x, y, z = {:.4}, {:.4}, {:.4}, {:.4} from the right)",
+        angle.to_degrees(),
+        axis.x,
+        axis.y,
+        axis.z,
+        by.w,
+        by.i,
+        by.j,
+        by.k
+    );
+    report.add(FaultKind::TurnedReference, record.len() as u64, Some(0.0), says);
+}
+
+/// The rotation by which the two sets of axes differ, where that is all that is wrong.
+fn mounted(record: &Record) -> Option<Rotation3<f64>> {
+    let (g, r) = (gyro(record)?, reference(record, |q| q)?);
+    let (explained, rotation) = fitted(&g, &r)?;
+    if explained < SURE || rotation.angle() < TURNED || orders().any(|order| rotation.angle_to(&order) < TURNED) {
+        return None;
+    }
+    // Another reading that turns less is likelier than a mounting.
+    if READINGS.iter().any(|(reading, _)| {
+        let other = reference(record, *reading).and_then(|r| fitted(&g, &r));
+        other.is_some_and(|(explained, other)| explained > RIGHT && other.angle() < TURNED)
+    }) {
+        return None;
+    }
+    let turned: Vec<Vector3<f64>> = r.iter().map(|r| rotation.inverse() * r).collect();
+    let along = |i: usize| correlation(&g, &turned, i) > SURE_OF_EACH.sqrt();
+    (0..3).all(along).then_some(rotation)
+}
+
+/// The correlation of two rates about one axis.
+fn correlation(g: &[Vector3<f64>], r: &[Vector3<f64>], i: usize) -> f64 {
+    let n = g.len().min(r.len()).max(1) as f64;
+    let mean = |of: &[Vector3<f64>]| of.iter().map(|v| v[i]).sum::<f64>() / n;
+    let (of_g, of_r) = (mean(g), mean(r));
+    let pairs = || g.iter().zip(r).map(|(g, r)| (g[i] - of_g, r[i] - of_r));
+    let sum = |of: fn((f64, f64)) -> f64| pairs().map(of).sum::<f64>();
+    sum(|(g, r)| g * r) / (sum(|(g, _)| g * g) * sum(|(_, r)| r * r)).sqrt()
+}
+
+/// The 23 rotations that give axes another order and other signs.
+fn orders() -> impl Iterator<Item = Rotation3<f64>> {
+    const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
+    let signs = (0..8_usize).map(|bits| [0, 1, 2].map(|i| if bits >> i & 1 == 1 { -1.0 } else { 1.0 }));
+    let all =
+        signs.flat_map(|signs| ORDERS.map(|order| Matrix3::from_fn(|i, j| if order[i] == j { signs[i] } else { 0.0 })));
+    let turns = all.filter(|matrix| matrix.determinant() > 0.0 && *matrix != Matrix3::identity());
+    turns.map(Rotation3::from_matrix_unchecked)
+}
 
 /// How the gyro asks for the orientation to be read, or its axes to be turned, where that is not as the columns' names say.
 pub(super) fn meant_otherwise(record: &Record) -> Option<String> {

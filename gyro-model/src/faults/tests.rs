@@ -7,7 +7,7 @@ use crate::{
     fault::FaultKind,
     simulate::{Hidden, Motion, Reference, Scenario, SensorSpec, simulate},
 };
-use nalgebra::{Quaternion, UnitQuaternion};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 fn motions() -> [Motion; 3] {
     ["sine", "multisine", "drive"].map(|name| name.parse().unwrap())
@@ -155,15 +155,53 @@ fn an_orientation_that_is_meant_otherwise_is_said_so_and_how() {
     let both = says(&|q| [-q.i, -q.j, -q.k, q.w]);
     assert!(both.len() == 1 && both[0].contains("in the order x, y, z, w, and as world to body"), "{both:?}");
 
-    // What is said of a mounting undoes it.
-    let mounted = UnitQuaternion::from_euler_angles(0.3, -0.2, 0.4);
-    let turned = says(&|q| as_is(q * mounted.inverse().into_inner()));
-    let degrees = mounted.angle().to_degrees();
-    assert!(turned.len() == 1 && turned[0].contains(&format!("turned by {degrees:.0}°")), "{turned:?}, {degrees}°");
-    let numbers = turned[0].rsplit(" = ").next().unwrap();
-    let said: Vec<f64> = numbers.split(", ").map(|number| number.parse().unwrap()).collect();
-    let said = UnitQuaternion::from_quaternion(Quaternion::new(said[0], said[1], said[2], said[3]));
-    assert!(said.angle_to(&mounted) < 0.02, "{said} for {mounted}");
+    // What is said of axes in another order undoes it.
+    let swapped = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 1.6);
+    let turned = says(&|q| as_is(q * swapped.inverse().into_inner()));
+    assert!(
+        turned.len() == 1 && turned[0].starts_with("swapped-axes: ") && turned[0].contains("turned by 92°"),
+        "{turned:?}"
+    );
+    assert!(said_rotation(&turned[0]).angle_to(&swapped) < 0.02, "{turned:?}");
+}
+
+/// The rotation that a fault's words end with.
+fn said_rotation(says: &str) -> UnitQuaternion<f64> {
+    let numbers = says.split(" z = ").nth(1).unwrap();
+    let said: Vec<f64> = numbers.split(", ").map(|word| word.split(' ').next().unwrap().parse().unwrap()).collect();
+    UnitQuaternion::from_quaternion(Quaternion::new(said[0], said[1], said[2], said[3]))
+}
+
+#[test]
+fn the_axes_of_a_reference_that_is_mounted_otherwise_are_turned_back() {
+    let mounted = UnitQuaternion::from_euler_angles(0.8, -0.5, 2.4);
+    let mut record = oriented(|q| {
+        let q = q * mounted.inverse().into_inner();
+        [q.w, q.i, q.j, q.k]
+    });
+    let straight = oriented(|q| [q.w, q.i, q.j, q.k]);
+    let faults = check(&mut record, &[]).faults;
+    assert!(faults.len() == 1 && faults[0].kind == FaultKind::TurnedReference, "{faults:?}");
+    assert!(!faults[0].is_fatal(record.len()) && faults[0].says.contains("are turned back"), "{faults:?}");
+    assert!(said_rotation(&faults[0].says).angle_to(&mounted) < 0.02, "{faults:?}");
+    let orientation = |row: &Row| {
+        let [w, i, j, k] = row.ref_quaternion;
+        UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k))
+    };
+    for (row, straight) in record.rows.iter().zip(&straight.rows) {
+        assert!(orientation(row).angle_to(&orientation(straight)) < 0.02, "at {} ns", row.t_ns);
+    }
+
+    // Where one gyro does not follow, the rotation is said and nothing is changed.
+    for row in &mut record.rows {
+        let q = orientation(row) * mounted.inverse();
+        row.ref_quaternion = [q.w, q.i, q.j, q.k];
+        row.gyro[2] += 0.9 * (row.t_ns as f64 * 2e-9).sin();
+    }
+    let before = record.rows[100].ref_quaternion;
+    let faults = check(&mut record, &[]).faults;
+    assert!(faults.iter().all(|fault| fault.kind != FaultKind::TurnedReference), "{faults:?}");
+    assert_eq!(record.rows[100].ref_quaternion.map(f64::to_bits), before.map(f64::to_bits));
 }
 
 #[test]
