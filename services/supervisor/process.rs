@@ -288,8 +288,7 @@ fn cause_of(status: ExitStatus) -> Cause {
     match (status.code(), status.signal()) {
         // It ends without an error only where it is asked to.
         (Some(0), _) => Cause::Others,
-        (Some(_), _) => Cause::Itself,
-        (None, Some(SIGABRT | SIGBUS | SIGFPE | SIGILL | SIGSEGV | SIGSYS | SIGTRAP)) => Cause::Itself,
+        (Some(_), _) | (None, Some(SIGABRT | SIGBUS | SIGFPE | SIGILL | SIGSEGV | SIGSYS | SIGTRAP)) => Cause::Itself,
         _ => Cause::Others,
     }
 }
