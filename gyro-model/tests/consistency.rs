@@ -25,12 +25,6 @@ fn swing(t: f64) -> (f64, f64) {
     (1.2 * (w * t).sin(), 1.2 * w * (w * t).cos())
 }
 
-/// Faster than a late reference's delay is short.
-fn fast(t: f64) -> (f64, f64) {
-    let w = TAU * 0.7;
-    (0.6 * (w * t).sin(), 0.6 * w * (w * t).cos())
-}
-
 /// Rests for five seconds, then turns by smooth steps now and then.
 fn errands(t: f64) -> (f64, f64) {
     let (mut angle, mut rate) = (0.0, 0.0);
@@ -48,8 +42,7 @@ fn circle(t: f64) -> (f64, f64) {
     (0.8 * t + 0.3 * (0.4 * t).sin(), 0.8 + 0.12 * (0.4 * t).cos())
 }
 
-const MOTIONS: [(&str, Motion); 5] =
-    [("rest", rest), ("swing", swing), ("fast", fast), ("errands", errands), ("circle", circle)];
+const MOTIONS: [(&str, Motion); 4] = [("rest", rest), ("swing", swing), ("errands", errands), ("circle", circle)];
 
 /// How a reference errs.
 #[derive(Clone, Copy, Debug)]

@@ -399,16 +399,8 @@ impl AxisEstimator {
             state.unrest = state.unrest.filter(|&left| left > 0);
         }
         let reference = &mut state.angle_reference;
-        let late = reference.late_by();
-        // What is turned over the time by which it is late.
-        let lacks = if reference.lateness_is_known() {
-            let turned = compensation.history(self.axis).integral(before(when.t_ns, late), when.t_ns);
-            (turned - known.bias * late) / (1.0 + known.scale)
-        } else {
-            late * known.motion[0]
-        };
         let heard = increment.and_then(|more| Some(reference.continued(when.t_ns, open, &known)? + more));
-        let taken = reference.take_angle(when.t_ns, open, lacks, heard.unwrap_or(angle), &known);
+        let taken = reference.take_angle(when.t_ns, open, heard.unwrap_or(angle), &known);
         let (Some([late, variance]), true) = (taken, self.fuse) else { return };
         let r = variance + walk * seconds(when.valid_t_ns, when.t_ns).abs();
         let innovation = self.state.filter.update(Measured::Angle, angle + late + when.since, r);
@@ -511,11 +503,6 @@ impl AxisEstimator {
         let variance = if state.spread.least > EXCEEDS * by_model { state.spread.least } else { by_model };
         variance.max(RATE_VARIANCE_MIN)
     }
-}
-
-/// The time that is so many seconds before this one, ns.
-fn before(t_ns: i64, late: f64) -> i64 {
-    t_ns.saturating_sub((late * 1e9).round() as i64)
 }
 
 /// Writes a reference's innovation into the estimate.

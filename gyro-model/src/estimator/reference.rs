@@ -10,9 +10,6 @@ use crate::history::seconds;
 /// What is not known of the delay makes one error for about this time, s.
 const DELAY_CORRELATED: f64 = 1.0;
 
-/// Standard deviation of a delay that is known, s.
-const DELAY_KNOWN: f64 = 0.015;
-
 /// What is known of the reference's noise beforehand.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Known {
@@ -63,26 +60,9 @@ impl Reference {
         self.continued(t_ns, signal, known).filter(|_| dt * rate_std < most)
     }
 
-    /// How late the reference is as far as is known, s.
-    pub(super) fn late_by(&self) -> f64 {
-        self.check.delay().0
-    }
-
-    /// Whether that is known so well that the gyro tells what is turned meanwhile, and not only the rate now.
-    pub(super) fn lateness_is_known(&self) -> bool {
-        self.check.delay().1 < DELAY_KNOWN
-    }
-
-    /// Takes an angle, ∫u dt being `signal`, and `lacks` less when a reference that is late by [`Self::late_by`] was true. Returns what
-    /// it lacks, and its variance without that, where it is worth taking.
-    pub(super) fn take_angle(
-        &mut self,
-        t_ns: i64,
-        signal: f64,
-        lacks: f64,
-        angle: f64,
-        known: &Known,
-    ) -> Option<[f64; 2]> {
+    /// Takes an angle, ∫u dt being `signal`. Returns what it lacks because it is late, and its variance
+    /// without that, where it is worth taking.
+    pub(super) fn take_angle(&mut self, t_ns: i64, signal: f64, angle: f64, known: &Known) -> Option<[f64; 2]> {
         let first = self.last.is_none();
         let (dt, turned) = self.turned(t_ns, signal, known);
         self.last = Some((t_ns, signal, angle));
@@ -94,10 +74,10 @@ impl Reference {
         let variance = self.variance(known);
         let [rate, _] = known.motion;
         if let Some(surely) = self.noise.at_most(known.walk, known.over) {
-            let curved = lacks - self.late_by() * rate;
-            self.check.take_angle(signal - curved - angle, rate, surely * self.noise.repeated());
+            self.check.take_angle(signal - angle, rate, surely * self.noise.repeated());
         }
-        (!first).then_some([lacks, variance? + self.lateness(rate)])
+        let (late, unknown) = self.lateness(rate);
+        (!first).then_some([late, variance? + unknown])
     }
 
     /// Takes a rate, u being `signal`; at least `least` is its variance. Returns the same.
@@ -117,9 +97,9 @@ impl Reference {
             return None;
         }
         let white = (self.noise.at_most(0.0, known.over)? * self.noise.repeated()).max(least);
-        let [_, acceleration] = known.motion;
         self.check.take_rate(signal - reading, known.motion, white);
-        Some([self.late_by() * acceleration, white + self.lateness(acceleration)])
+        let (late, unknown) = self.lateness(known.motion[1]);
+        Some([late, white + unknown])
     }
 
     /// Variance of the last angle: what the readings surely do not exceed, as long as they are too few to contradict the model's, which
@@ -136,11 +116,11 @@ impl Reference {
         Some(white * self.noise.repeated())
     }
 
-    /// Variance of what a reference that changes at `changing` lacks because it is late, as if it were white.
-    fn lateness(&self, changing: f64) -> f64 {
-        let (_, std) = self.check.delay();
+    /// What a reference that changes at `changing` lacks because it is late, and the variance of that, as if it were white.
+    fn lateness(&self, changing: f64) -> (f64, f64) {
+        let (delay, std) = self.check.delay();
         let correlated = (DELAY_CORRELATED / self.noise.interval().max(1e-6)).max(1.0);
-        (std * changing).powi(2) * correlated
+        (delay * changing, (std * changing).powi(2) * correlated)
     }
 
     /// What the gyro says has turned since the last reading is wrong: the next one begins anew.

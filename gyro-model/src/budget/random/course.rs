@@ -16,6 +16,7 @@ pub(crate) struct Window {
 }
 
 /// Angle error and motion, row by row; what is counted is summed up from the first row on.
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Course {
     /// Times of the rows, s.
     pub t: Vec<f64>,

@@ -178,3 +178,54 @@ fn symmetric(windows: &[Window], own: impl Fn(&Window) -> f64, shared: impl Fn(&
         if i == j { own(&windows[i]) } else { shared(&windows[i.min(j)], &windows[i.max(j)]) }
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn windows(n: usize) -> Vec<Window> {
+        (0..n).map(|k| Window { from: 10 * k, to: 10 * (k + 1) }).collect()
+    }
+
+    /// A shaft that swings, seen at 100 Hz.
+    fn course(n: usize) -> Course {
+        let t: Vec<f64> = (0..=10 * n).map(|k| 0.01 * k as f64).collect();
+        let rate: Vec<f64> = t.iter().map(|t| 2.0 * (1.3 * t).sin()).collect();
+        let along = |of: &dyn Fn(f64) -> f64| -> Vec<f64> {
+            rate.iter()
+                .scan(0.0, |sum, w| {
+                    *sum += 0.01 * of(*w);
+                    Some(*sum)
+                })
+                .collect()
+        };
+        let mut course = Course::default();
+        (course.travelled, course.squared) = (along(&f64::abs), along(&|w| w * w));
+        course.turned = along(&|w| w);
+        course.reversals = t.iter().map(|t| (1.3 * t / std::f64::consts::PI).floor()).collect();
+        (course.rate, course.t, course.dt, course.count) = (rate, t, 0.01, 1e-3);
+        course
+    }
+
+    #[test]
+    fn every_part_of_the_covariance_is_one() {
+        let course = course(40);
+        for z in parts(&course, &[Cause::RandomScale, Cause::RateNoise, Cause::ReversalSteps], &windows(40)) {
+            let mut ridged = z.clone();
+            (0..40).for_each(|k| ridged[(k, k)] += 1e-9);
+            assert!(ridged.llt(Side::Lower).is_ok());
+            assert!(((0..40).map(|k| z[(k, k)]).sum::<f64>() / 40.0 - 1.0).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_wandering_scale_goes_together_from_window_to_window() {
+        let course = course(40);
+        let z = scale(&course, &windows(40), 8.0);
+        // Two windows of one swing: nearly all of the error is common to both.
+        let correlation = z[(5, 6)] / (z[(5, 5)] * z[(6, 6)]).sqrt();
+        assert!((0.95..1.0).contains(&correlation), "{correlation}");
+        // The shaft turns back: what one was off by, the other is off by the other way.
+        assert!(z[(5, 30)] < 0.0);
+    }
+}

@@ -18,6 +18,11 @@ impl Search<'_, '_> {
                 continue;
             }
             let mut now = Random::of(&self.incumbent.study, k, ErrorOf::Model, &[]);
+            // A play leaves out the rows that it makes unsure: a model without another effect is judged on others than this one.
+            let has_play = added.iter().filter_map(|id| find(id)).any(<dyn Effect>::is_play);
+            if has_play && now.found.is_empty() {
+                continue;
+            }
             for id in added {
                 let is_alone =
                     find(id).is_some_and(|effect| !<dyn Effect>::joins_throughout(effect)) || self.axes.len() == 1;
