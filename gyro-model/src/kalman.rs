@@ -78,9 +78,9 @@ impl Calibration {
     /// Of a sensor that was never fitted: 11 °/s, 5 % and 80 ms.
     pub const UNFITTED: Self = Self { bias_std: 0.2, scale_std: 0.05, delay_std: 0.08 };
 
-    /// What a sensor may have changed since its model was fitted: 0.5 °/s and 1 %. A zero of such a sensor moves by some 0.05 °/s
+    /// What a sensor may have changed since its model was fitted: 1 °/s and 1 %. A zero of such a sensor moves by some 0.05 °/s
     /// for each kelvin, and a little from one start to the next.
-    pub const SINCE: Self = Self { bias_std: 0.009, scale_std: 0.01, delay_std: 0.0 };
+    pub const SINCE: Self = Self { bias_std: 0.0175, scale_std: 0.01, delay_std: 0.0 };
 
     fn variances(self) -> [f64; 2] {
         [self.bias_std.powi(2), self.scale_std.powi(2)]

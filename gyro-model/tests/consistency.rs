@@ -25,6 +25,12 @@ fn swing(t: f64) -> (f64, f64) {
     (1.2 * (w * t).sin(), 1.2 * w * (w * t).cos())
 }
 
+/// Faster than a late reference's delay is short.
+fn fast(t: f64) -> (f64, f64) {
+    let w = TAU * 0.7;
+    (0.6 * (w * t).sin(), 0.6 * w * (w * t).cos())
+}
+
 /// Rests for five seconds, then turns by smooth steps now and then.
 fn errands(t: f64) -> (f64, f64) {
     let (mut angle, mut rate) = (0.0, 0.0);
@@ -42,7 +48,8 @@ fn circle(t: f64) -> (f64, f64) {
     (0.8 * t + 0.3 * (0.4 * t).sin(), 0.8 + 0.12 * (0.4 * t).cos())
 }
 
-const MOTIONS: [(&str, Motion); 4] = [("rest", rest), ("swing", swing), ("errands", errands), ("circle", circle)];
+const MOTIONS: [(&str, Motion); 5] =
+    [("rest", rest), ("swing", swing), ("fast", fast), ("errands", errands), ("circle", circle)];
 
 /// How a reference errs.
 #[derive(Clone, Copy, Debug)]
@@ -100,6 +107,8 @@ fn references() -> Vec<(String, Reference)> {
     }
     list.push(("held heading at 5 Hz".into(), Reference { hz: 5.0, noise: 0.2 * DEGREE, held: true, ..PLAIN }));
     list.push(("held encoder at 10 Hz".into(), Reference { hz: 10.0, step: TAU / 4096.0, held: true, ..PLAIN }));
+    list.push(("late rate".into(), Reference { hz: 50.0, noise: 0.02, is_rate: true, late: 0.1, ..PLAIN }));
+    list.push(("late encoder".into(), Reference { hz: 10.0, step: TAU / 4096.0, late: 0.1, ..PLAIN }));
     list.push(("none".into(), Reference { hz: 1e-9, ..PLAIN }));
     list
 }

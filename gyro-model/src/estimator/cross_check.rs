@@ -19,9 +19,8 @@ use nalgebra::{Matrix2, Matrix4, RowVector4, Vector2, Vector4};
 /// Over what time it forgets, s.
 const MEMORY: f64 = 20.0;
 
-/// χ²₂ beyond which the two filters contradict each other: 1 in 100 by chance. What this filter says then is true as well, if less
-/// sure.
-const CONTRADICTED: f64 = 9.2;
+/// χ²₂ beyond which the two filters contradict each other: 1 in 10⁷ by chance.
+const CONTRADICTED: f64 = 32.0;
 
 /// Times in a row that they have to.
 const IN_A_ROW: u8 = 3;

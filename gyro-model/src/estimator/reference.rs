@@ -7,8 +7,8 @@ use super::{
 };
 use crate::history::seconds;
 
-/// What is not known of the delay makes one error for about this time, s.
-const DELAY_CORRELATED: f64 = 1.0;
+/// What is not known of the delay makes one error as long as the rate stays the same: for about this time, s.
+const DELAY_CORRELATED: f64 = 10.0;
 
 /// What is known of the reference's noise beforehand.
 #[derive(Clone, Copy, Debug)]
