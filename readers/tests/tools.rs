@@ -84,6 +84,8 @@ fn a_time_whose_name_has_no_unit_is_in_the_one_that_gives_10_hz_to_10_khz() {
         (801_439_402.0, 2.0, "t_ms"),
         (1_741_275_913.0, 1.0, "t"),
         (1_741_275_913.25, 0.25, "t"),
+        // Means over 15 s, of 2025.
+        (1_741_275_913.0, 15.0, "t"),
         // 10 Hz and 10 kHz are both in the range.
         (0.1, 0.1, "t"),
         (100.0, 100.0, "t_ms"),

@@ -142,11 +142,15 @@ impl Log {
             .added
             .iter()
             .map(|added| {
-                take(&|id| match () {
-                    () if added.id == id && added.aliases.is_empty() => Named::Own,
-                    () if added.id == id || added.aliases.iter().any(|alias| alias == id) => Named::Alike,
-                    () if are_aliases(&added.id, id) => Named::Alike,
-                    () => Named::Not,
+                take(&|id| {
+                    let may_be = added.aliases.iter().any(|alias| alias == id) || are_aliases(&added.id, id);
+                    if added.id == id && added.aliases.is_empty() {
+                        Named::Own
+                    } else if added.id == id || may_be {
+                        Named::Alike
+                    } else {
+                        Named::Not
+                    }
                 })
             })
             .collect();

@@ -350,7 +350,9 @@ pub fn time_unit(head: &Head, column: usize) -> Option<Unit> {
     let first = *numbers(head, column).first()?;
     let step = step(head, column);
     // A counter that is as large as an epoch in a coarser unit takes steps that no log of a gyro has.
-    let likely = |unit: &Unit| step.is_none_or(|step| step < if *unit == unit::SECONDS { COARSEST } else { 1e5 });
+    let of_seconds = if first < FIRST_GYROS { COARSEST } else { 100.0 };
+    let longest = |unit: &Unit| if *unit == unit::SECONDS { of_seconds } else { 1e5 };
+    let likely = |unit: &Unit| step.is_none_or(|step| step < longest(unit));
     if let Some(unit) = epoch_unit(first).filter(likely) {
         return Some(unit);
     }
@@ -370,8 +372,12 @@ pub fn time_unit(head: &Head, column: usize) -> Option<Unit> {
 /// From row to row at 10 Hz, some scatter included, s: 8 kHz, of which a microsecond's counter makes 125, stays far from it.
 const LONGEST: f64 = 0.11;
 
-/// Steps of an epoch's time in whole seconds, s. A counter of milliseconds that has run for days is as large, and takes larger ones.
+/// Steps of an epoch's time in whole seconds before [`FIRST_GYROS`], s. A counter of milliseconds that has run for days is as large, and
+/// takes larger ones.
 const COARSEST: f64 = 2.0;
+
+/// The end of 2004, s since 1970: no such gyro was recorded before.
+const FIRST_GYROS: f64 = 1.1e9;
 
 /// The unit of a time since 1970, by its size, where it is later than 1973.
 #[must_use]
