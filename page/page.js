@@ -424,11 +424,11 @@
   const driveButton = large => h('button' + (large ? '.large' : ''), { type: 'button', id: 'drive-demo', onclick: () => drive() }, large ? 'Drive the demo' : 'Another vehicle');
 
   function large() {
-    at('start').replaceChildren(h('.drop', h('h2', 'Drop a log of a gyro and its reference here'),
-      h('p', 'The page says how wrong the gyro is, which physical effect its model is missing, and how much of the error goes away with it. A log is a CSV file, ULog, ArduPilot .bin, MCAP, ROS bag or CAN log; the reference is a shaft encoder, a rate table, motion capture or an orientation, in the same file or in a second one. Several logs of one sensor are judged together, with one model.'),
+    at('start').replaceChildren(h('.drop', h('h2', 'Open a log of a gyro and its reference, or drop it here'),
+      h('p', 'The page says how wrong the gyro is, which physical effect its model is missing, and how much of the error goes away with it. A log is a CSV or Parquet file, ULog, ArduPilot .bin, MCAP, ROS bag or CAN log. The reference is what knows the true motion: a shaft encoder, a rate table, motion capture or an orientation, in the same file or in a second one. Several logs of one sensor are judged together, with one model.'),
       h('.choices', openButton(true), exampleButton(true), driveButton(true)),
       h('p.soft.small', 'The example is a log that is simulated here, with a hidden effect for you to find. In the demo a vehicle drives while you watch.')),
-    h('.three', step('1', 'Drop', 'The log is read and checked: units, axes, gaps, faulty rows. Where names are not clear, you choose the channels by click.'),
+    h('.three', step('1', 'Open a log', 'The log is read and checked: units, axes, gaps, faulty rows. Where names are not clear, you choose the channels by click.'),
       step('2', 'Read the verdict', 'The error is held against the floor that noise alone leaves. What is above it is missing physics, and the page says which.'),
       step('3', 'Add the effect', 'Watch the error fall. Save the model, a C header for your firmware, or the report.')), kept());
   }

@@ -33,21 +33,32 @@ fn shown(document: &str) -> Vec<Shown> {
     all
 }
 
-#[test]
-fn what_the_page_on_continuous_integration_shows_is_what_comes() {
+/// Runs what a document shows, in a folder and a domain of its own; at least so many commands show what they print.
+fn comes(document: &str, least: usize) {
     let bench = Bench::new();
     let program = Path::new(env!("CARGO_BIN_EXE_truerate")).parent().unwrap();
     let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap());
-    let all = shown(include_str!("../docs/ci.md"));
-    assert!(all.iter().filter(|shown| !shown.prints.is_empty()).count() >= 5, "the page shows little");
+    let all = shown(document);
+    assert!(all.iter().filter(|shown| !shown.prints.is_empty()).count() >= least, "the page shows little");
     for shown in all {
-        let ran =
-            Command::new("bash").args(["-c", &shown.command]).current_dir(bench.path(".")).env("PATH", &path).output();
-        let ran = ran.unwrap();
+        let mut command = Command::new("bash");
+        command.args(["-c", &shown.command]).current_dir(bench.path("."));
+        command.env("PATH", &path).env("TRUERATE_RUNTIME_DIR", bench.path("domain"));
+        let ran = command.output().unwrap();
         let (out, error) = (String::from_utf8_lossy(&ran.stdout), String::from_utf8_lossy(&ran.stderr));
         assert!(ran.status.success(), "{}: {error}", shown.command);
         if !shown.prints.is_empty() {
             assert_eq!(out.lines().collect::<Vec<_>>(), shown.prints, "{}: {error}", shown.command);
         }
     }
+}
+
+#[test]
+fn what_the_page_on_continuous_integration_shows_is_what_comes() {
+    comes(include_str!("../docs/ci.md"), 5);
+}
+
+#[test]
+fn what_the_page_on_a_robot_shows_is_what_comes() {
+    comes(include_str!("../docs/robot.md"), 5);
 }

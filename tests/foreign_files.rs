@@ -435,6 +435,8 @@ dated['when'] = dated.t.dt.date
 dated.to_csv('dated.csv', index=False)
 dated.to_parquet('dated.parquet', index=False, compression='gzip', row_group_size=700)
 dated.set_index('t').to_parquet('indexed.parquet', compression='zstd')
+table.to_parquet('second.parquet', compression='zstd', data_page_version='2.0')
+table.to_parquet('brotli.parquet', compression='brotli')
 print('{}')";
 
 #[test]
@@ -445,15 +447,18 @@ fn a_parquet_of_independent_writers_has_the_very_verdict_of_the_csv() {
     let written = Command::new(python).args(["-c", PARQUET, "log.csv"]).current_dir(bench.path(".")).output().unwrap();
     assert!(written.status.success(), "{}", String::from_utf8_lossy(&written.stderr));
     let axes = |log: &str| json(&bench.ok(&["diagnose", log, "--format", "json"]))["axes"].clone();
-    for (csv, parquets) in
-        [("log.csv", &["plain.parquet", "polars.parquet"][..]), ("dated.csv", &["dated.parquet", "indexed.parquet"])]
-    {
+    for (csv, parquets) in [
+        ("log.csv", &["plain.parquet", "polars.parquet", "second.parquet"][..]),
+        ("dated.csv", &["dated.parquet", "indexed.parquet"]),
+    ] {
         let wanted = axes(csv);
         assert_eq!(wanted[0]["suspects"][0]["effect"], "delay", "{wanted}");
         for parquet in parquets {
             assert_eq!(axes(parquet), wanted, "{parquet}");
         }
     }
+    let refused = bench.refused(&["diagnose", "brotli.parquet"]);
+    assert!(refused.contains("Brotli or LZO: write it with"), "{refused}");
     let cut = std::fs::read(bench.path("plain.parquet")).unwrap();
     bench.file("cut.parquet", &cut[..cut.len() / 2]);
     let refused = bench.refused(&["diagnose", "cut.parquet"]);

@@ -6,6 +6,7 @@ import pickle
 import re
 import signal
 import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
@@ -134,6 +135,12 @@ def test_the_rates_are_the_programs(late, tmp_path):
     assert list(program) == list(package)
     for name in program:
         np.testing.assert_allclose(package[name], program[name], rtol=1e-12, atol=1e-9, equal_nan=True)
+
+
+def test_the_program_comes_with_the_package():
+    own = Path(sys.executable).with_name("truerate")
+    said = subprocess.run([own, "--version"], capture_output=True, text=True, check=True).stdout
+    assert said.split() == ["truerate", truerate.__version__]
 
 
 @pytest.mark.skipif(not PROGRAM, reason="TRUERATE names no program")

@@ -18,7 +18,8 @@ pub fn guarded<T>(work: impl FnOnce() -> Result<T>) -> Result<T> {
     HOOK.call_once(|| {
         let before = panic::take_hook();
         panic::set_hook(Box::new(move |info| {
-            if !DECODING.get() {
+            // Where a panic ends everything, what it says is all there is.
+            if !DECODING.get() || cfg!(panic = "abort") {
                 before(info);
             }
         }));

@@ -9,6 +9,7 @@
 //! | --- | --- |
 //! | [`mod@columns`] | the columns of a schema: names, widths, kinds of values |
 //! | `cell` | one value as a field of a CSV |
+//! | `pages` | the pages of a column, unpacked |
 //! | `batch` | some rows of one column |
 //! | `guard` | what decoding panics of is an error |
 //! | [`mod@rows`] | a file as lines |
@@ -20,6 +21,7 @@ mod batch;
 mod cell;
 pub mod columns;
 mod guard;
+mod pages;
 pub mod rows;
 
 pub use rows::{Rows, Unusable};

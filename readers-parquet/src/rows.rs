@@ -5,14 +5,19 @@ use crate::{
     cell,
     columns::{self, Column, LONGEST_LIST},
     guard::guarded,
+    pages,
 };
 use bytes::Bytes;
 use parquet::{
+    basic::Compression,
     column::reader::ColumnReader,
     errors::{ParquetError, Result},
-    file::reader::{FileReader as _, SerializedFileReader},
+    file::metadata::{ColumnChunkMetaData, ParquetMetaData, ParquetMetaDataReader, RowGroupMetaData},
 };
-use std::io::{self, Read};
+use std::{
+    io::{self, Read},
+    sync::Arc,
+};
 
 /// Rows that are read at once.
 const ROWS: usize = 4096;
@@ -30,6 +35,9 @@ pub enum Unusable {
     /// The list of columns is encrypted.
     #[error("it is encrypted: write it without encryption")]
     Encrypted,
+    /// How its pages are packed is not known here.
+    #[error("it is packed with Brotli or LZO: write it with zstd, Snappy, gzip or LZ4")]
+    Packing,
     /// Nothing in it can be written as text.
     #[error("it has no columns of numbers")]
     NoColumns,
@@ -37,7 +45,8 @@ pub enum Unusable {
 
 /// A file as the lines of a CSV, its header first.
 pub struct Rows {
-    file: SerializedFileReader<Bytes>,
+    file: Arc<Bytes>,
+    metadata: ParquetMetaData,
     /// The columns, each with its fields in a row.
     columns: Vec<(Column, usize)>,
     left_out: Vec<String>,
@@ -62,11 +71,21 @@ impl Rows {
         if bytes.starts_with(&crate::ENCRYPTED) {
             return Err(Unusable::Encrypted);
         }
-        let file = guarded(|| SerializedFileReader::new(Bytes::from(bytes))).map_err(|_| Unusable::NoFooter)?;
-        let schema = file.metadata().file_metadata().schema_descr_ptr();
+        let file = Arc::new(Bytes::from(bytes));
+        let metadata =
+            guarded(|| ParquetMetaDataReader::new().parse_and_finish(&*file)).map_err(|_| Unusable::NoFooter)?;
+        let chunks = metadata.row_groups().iter().flat_map(RowGroupMetaData::columns);
+        if chunks
+            .map(ColumnChunkMetaData::compression)
+            .any(|packing| matches!(packing, Compression::BROTLI(_) | Compression::LZO))
+        {
+            return Err(Unusable::Packing);
+        }
+        let schema = metadata.file_metadata().schema_descr_ptr();
         let (columns, left_out) = columns::of(schema.root_schema(), schema.columns());
         let mut rows = Self {
             file,
+            metadata,
             columns: Vec::new(),
             left_out,
             group: 0,
@@ -110,8 +129,8 @@ impl Rows {
     /// The items of the longest list of a column.
     fn longest(&self, column: &Column) -> Result<usize> {
         let mut longest = 0;
-        for group in 0..self.file.num_row_groups() {
-            let mut reader = self.file.get_row_group(group)?.get_column_reader(column.leaf)?;
+        for group in 0..self.metadata.num_row_groups() {
+            let mut reader = pages::column(&self.file, &self.metadata, group, column.leaf)?;
             loop {
                 let (of_these, rows) = batch::longest(&mut reader, column, LISTS)?;
                 longest = longest.max(of_these);
@@ -126,12 +145,14 @@ impl Rows {
     /// Reads the next rows; `false` at the end.
     fn more(&mut self) -> Result<bool> {
         while self.left == 0 {
-            if self.group == self.file.num_row_groups() {
+            if self.group == self.metadata.num_row_groups() {
                 return Ok(false);
             }
-            let group = self.file.get_row_group(self.group)?;
-            self.left = usize::try_from(group.metadata().num_rows()).unwrap_or_default();
-            let readers = self.columns.iter().map(|(column, _)| group.get_column_reader(column.leaf));
+            self.left = usize::try_from(self.metadata.row_group(self.group).num_rows()).unwrap_or_default();
+            let readers = self
+                .columns
+                .iter()
+                .map(|(column, _)| pages::column(&self.file, &self.metadata, self.group, column.leaf));
             self.readers = readers.collect::<Result<_>>()?;
             self.group += 1;
         }

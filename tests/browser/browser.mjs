@@ -42,6 +42,16 @@ export async function looks(page, name) {
       check(beyond <= 0, `${name} at ${width} px, ${colorScheme}: sticks out by ${beyond} px`);
       const ground = await page.evaluate(() => getComputedStyle(document.body).backgroundColor.match(/\d+/g).slice(0, 3).reduce((a, b) => a + +b, 0));
       check(colorScheme === 'dark' ? ground < 150 : ground > 600, `${name}: ${colorScheme} theme has a ground of brightness ${ground}`);
+      // The samples of colour in a legend are those of the theme, whichever it was drawn in.
+      const stale = await page.evaluate(() => [...document.querySelectorAll('.u-legend .u-series')].filter(row => row.querySelector('.u-label').textContent === 'model').map(row => getComputedStyle(row.querySelector('.u-marker'))).filter(style => {
+        const wanted = document.createElement('i');
+        wanted.style.color = 'var(--model)';
+        document.body.append(wanted);
+        const colour = getComputedStyle(wanted).color;
+        wanted.remove();
+        return style.backgroundColor !== colour || style.borderTopWidth !== '0px';
+      }).length);
+      check(stale === 0, `${name}, ${colorScheme}: ${stale} samples of a legend have another theme's colour`);
       if (process.env.TRUERATE_SHOTS) await page.screenshot({ path: `${process.env.TRUERATE_SHOTS}/${name}-${width}-${colorScheme}.png`, fullPage: true });
     }
   }

@@ -171,7 +171,8 @@ fn the_page_in_a_browser_names_what_is_hidden_and_says_what_the_program_says() {
     fs::write(place("together.json"), together).unwrap();
     fs::write(place("broken.csv"), lines.join("\n")).unwrap();
     let names = ["log.csv", "said.json", "broken.csv", "second.csv", "together.json"];
-    let paths: Vec<_> = std::iter::once(page).chain(names.map(place)).collect();
+    let parquet = Path::new(env!("CARGO_MANIFEST_DIR")).join("readers/tests/seeds/small.parquet");
+    let paths: Vec<_> = std::iter::once(page).chain(names.map(place)).chain([parquet]).collect();
     drive("page.mjs", &paths.iter().map(|path| path.to_str().unwrap()).collect::<Vec<_>>());
 }
 

@@ -1,9 +1,9 @@
-// node page.mjs PAGE LOG JSON BROKEN SECOND TOGETHER: the page in a browser, from disk with the network off: its example names what is hidden, a
+// node page.mjs PAGE LOG JSON BROKEN SECOND TOGETHER PARQUET: the page in a browser, from disk with the network off: its example names what is hidden, a
 // dropped log gets what the program says of it (JSON) and of two logs (TOGETHER), a broken one its error in words.
 import { readFileSync } from 'node:fs';
 import { check, finish, launch, looks, open, until } from './browser.mjs';
 
-const [place, log, json, broken, second, together] = process.argv.slice(2);
+const [place, log, json, broken, second, together, parquet] = process.argv.slice(2);
 const file = `file://${place}`;
 const browser = await launch();
 const { context, page, notes } = await open(browser, file);
@@ -19,7 +19,8 @@ const saved = async label => {
 // The example, to its end: the effect is named, added by click, and the error falls.
 await page.goto(file);
 await looks(page, 'page-start');
-await page.goto(`${file}#example=delay:d=0.012,7`);
+const documented = /truerate\.html(#example=[^`]*)`/.exec(readFileSync(new URL('../../docs/page.md', import.meta.url), 'utf8'))[1];
+await page.goto(`${file}${documented}`);
 await page.reload();
 await until('the stages of the work', 20, async () => await page.locator('#work .stages li').count() === 4);
 await idle(120);
@@ -70,6 +71,11 @@ check(await page.locator('.chip button[data-remove=lag]').count() === 1, 'nothin
 // A broken file: its error, with line and column.
 await page.locator('#files').setInputFiles(broken);
 await until('the error', 30, async () => /broken\.csv line \d+ column \d+ \(gyro_x\)/.test(await page.locator('#notice').innerText()));
+
+// Parquet, packed with zstd.
+await page.locator('#files').setInputFiles(parquet);
+await idle(60);
+check(/2\.0 s at 100 Hz · 200 rows/.test(await page.locator('#about').innerText()), `of a Parquet the page says ${await page.locator('#about').innerText()}`);
 
 // Foreign names: the channels are chosen by click.
 await page.locator('#files').setInputFiles({ name: 'foreign.csv', mimeType: 'text/csv', buffer: Buffer.from(readFileSync(log, 'utf8').replace('gyro_x', 'w1').replace('ref_angle_x', 'q1')) });

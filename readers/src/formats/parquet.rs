@@ -43,6 +43,7 @@ fn converted(source: &mut dyn Read) -> Result<Converted, Unreadable> {
                 "its end, which lists its columns, is cut off or damaged: copy it again, or write it as CSV"
             }
             Unusable::Encrypted => "it is encrypted: write it without encryption",
+            Unusable::Packing => "it is packed with Brotli or LZO: write it with zstd, Snappy, gzip or LZ4",
             Unusable::NoColumns => "it has no columns of numbers",
         })
     })?;

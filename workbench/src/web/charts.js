@@ -64,7 +64,8 @@ const Charts = (() => {
       width: width(), height: spec.height || 260, padding: [10, 20, 0, 0],
       scales: { x: scale(spec.x), y: scale(spec.y) },
       axes: [axis(spec.x, 2), axis(spec.y, 3)],
-      legend: { live: true },
+      // A border would keep the colour of the theme in which it was made.
+      legend: { live: true, markers: { width: 0 } },
       cursor: { drag: { x: true, y: true, uni: 24 }, points: { size: 7 }, sync: spec.sync ? { key: spec.sync, scales: ['x', null] } : undefined },
       series: [{ label: spec.x.short || spec.x.label, value: (u, v) => (v == null ? '–' : number(v) + (spec.x.unit ? ' ' + spec.x.unit : '')) }, ...spec.series.map(line)],
       bands: (spec.bands || []).map(b => ({ series: b, fill: () => ink('band') })),
@@ -75,7 +76,7 @@ const Charts = (() => {
         setCursor: [u => place.classList.toggle('hovered', u.cursor.idx != null && u.cursor.left >= 0)],
       },
     };
-    const chart = { u: null, zoomed: false, place };
+    const chart = { u: null, zoomed: false, place, spec };
     const plot = new uPlot(options, spec.data, place);
     chart.u = plot;
     spec.series.forEach((s, i) => { if (!s.label) place.querySelectorAll('.u-legend .u-series')[i + 1].style.display = 'none'; });
@@ -157,7 +158,8 @@ const Charts = (() => {
     chart.place.querySelectorAll('.u-legend .u-series').forEach((row, i) => {
       const marker = row.querySelector('.u-marker');
       if (i === 0 || !marker) return;
-      const { dash } = chart.u.series[i], shade = chart.u.series[i].stroke(chart.u, i);
+      const isBand = chart.spec.series[i - 1].ink === 'band', dash = chart.u.series[i].dash && !isBand, shade = chart.u.series[i].stroke(chart.u, i);
+      marker.classList.toggle('band', isBand);
       marker.style.background = dash ? `repeating-linear-gradient(90deg, ${shade} 0 4px, transparent 4px 6px)` : shade;
     });
   }

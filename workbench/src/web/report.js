@@ -72,7 +72,7 @@ const Report = (() => {
   }
 
   function figures(axis, judged) {
-    const fits = (tau, error) => { const share = fit(axis, tau, error); return share == null ? null : h('.of', { title: 'of how much the mean rate over that time varies, the share that the model tells' }, `fit ${share} %`); };
+    const fits = (tau, error) => { const share = fit(axis, tau, error); return share == null ? null : h('.of', { title: 'of how much the mean rate over that time varies, the share that the model explains' }, `the model fits the rate to ${share} %`); };
     const at = tau => {
       if (!judged.tau.length || tau < 0.7 * judged.tau[0] || tau > 1.4 * judged.tau.at(-1)) return null;
       const i = judged.tau.reduce((best, t, k) => (Math.abs(Math.log(t / tau)) < Math.abs(Math.log(judged.tau[best] / tau)) ? k : best), 0);
