@@ -150,6 +150,7 @@ pub fn parameters_of(model: &Model) -> anyhow::Result<Parameters> {
         slot.angle_random_walk = model.noise.angle_random_walk;
         slot.bias_random_walk = model.noise.bias_random_walk;
         slot.encoder = model.noise.encoder;
+        slot.unexplained = model.noise.unexplained;
         for (entry, term) in slot.terms.iter_mut().zip(&model.terms) {
             let id = term.effect.card().id;
             if term.values.len() > VALUES {
@@ -201,6 +202,7 @@ pub fn model_of(message: &Parameters, free_names: &[String]) -> anyhow::Result<M
             angle_random_walk: slot.angle_random_walk,
             bias_random_walk: slot.bias_random_walk,
             encoder: slot.encoder,
+            unexplained: slot.unexplained,
         };
         model.axes[axis.index()] = Some(AxisModel { terms: terms?, noise });
     }
@@ -273,7 +275,7 @@ mod tests {
                 .collect();
             model.axes[axis.index()] = Some(AxisModel {
                 terms,
-                noise: Noise { angle_random_walk: 1e-4, bias_random_walk: 1e-6, encoder: 1e-3 },
+                noise: Noise { angle_random_walk: 1e-4, bias_random_walk: 1e-6, encoder: 1e-3, unexplained: 0.02 },
             });
         }
         let back = model_of(&parameters_of(&model).unwrap(), &[]).unwrap();

@@ -55,11 +55,11 @@ pub struct Identified {
     /// Standard deviations of the bias and scale error that the model leaves: the standard errors of δ and of α/α with what may have
     /// changed since, or what a sensor that was never fitted may have.
     pub calibration: Calibration,
-    /// Whether both are fitted.
+    /// Whether both are fitted, by a model that leaves no error that may be theirs.
     pub is_fitted: bool,
     /// α and δ.
     pub affine: [f64; 2],
-    /// A number that tells which effects the model has.
+    /// A number that tells which effects the model has beside those two.
     pub effects: u64,
 }
 
@@ -72,18 +72,26 @@ impl Identified {
         // Without a delay in it a model does not say that there is none.
         let delay = model.terms.iter().find(|term| term.effect.stage() == Stage::Timing).map(|term| term.std_errors[0]);
         let (bias, scale) = (fitted("bias"), fitted("scale-factor").map(|error| error / model.alpha().abs()));
+        let scale = scale.filter(|std| std.is_finite());
+        // What is missing from a model may have been taken for a scale error: a late reference for a smaller motion.
+        let explained = model.noise.unexplained < Calibration::SINCE.scale_std;
+        let is_other = |term: &&crate::Term| !matches!(term.effect.card().id, "bias" | "scale-factor");
         Self {
             noise: model.noise,
             calibration: Calibration {
                 bias_std: bias.map_or(Calibration::UNFITTED.bias_std, |std| std.hypot(Calibration::SINCE.bias_std)),
-                scale_std: scale
-                    .filter(|std| std.is_finite())
-                    .map_or(Calibration::UNFITTED.scale_std, |std| std.hypot(Calibration::SINCE.scale_std)),
+                scale_std: scale.filter(|_| explained).map_or(Calibration::UNFITTED.scale_std, |std| {
+                    std.hypot(Calibration::SINCE.scale_std).hypot(model.noise.unexplained)
+                }),
                 delay_std: delay.filter(|std| std.is_finite()).unwrap_or(Calibration::UNFITTED.delay_std),
             },
-            is_fitted: bias.is_some() && scale.is_some(),
+            is_fitted: bias.is_some() && scale.is_some() && explained,
             affine: [model.alpha(), model.delta()],
-            effects: model.terms.iter().fold(0, |sum, term| sum.wrapping_mul(31).wrapping_add(key(term.effect))),
+            effects: model
+                .terms
+                .iter()
+                .filter(is_other)
+                .fold(0, |sum, term| sum.wrapping_mul(31).wrapping_add(key(term.effect))),
         }
     }
 }

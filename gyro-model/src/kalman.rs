@@ -343,6 +343,18 @@ impl Filter {
         self.forget(SCALE, s);
     }
 
+    /// Another compensation that is not known better: u makes the step that the compensation makes and becomes `gain` u + `offset`, and
+    /// so do 1 + s and b, which stay as well known as they were.
+    pub fn rescale_compensation(&mut self, step: f64, gain: f64, offset: f64) {
+        self.x[SIGNAL] += step;
+        self.x[BIAS] = gain * self.x[BIAS] + offset;
+        self.x[SCALE] = (gain * (1.0 + self.x[SCALE]) - 1.0).clamp(-SCALE_MAX, SCALE_MAX);
+        for state in [BIAS, SCALE] {
+            self.p.row_mut(state).scale_mut(gain);
+            self.p.column_mut(state).scale_mut(gain);
+        }
+    }
+
     /// b and s with their covariance.
     #[must_use]
     pub fn residual_calibration(&self) -> (Vector2<f64>, Matrix2<f64>) {

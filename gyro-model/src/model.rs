@@ -52,6 +52,9 @@ pub struct Noise {
     pub bias_random_walk: f64,
     /// Standard deviation of one reference angle, rad.
     pub encoder: f64,
+    /// Error that the model leaves and no noise of a sensor makes, as a share of the motion: α is known no better than that. 0 where noise
+    /// is all that is left.
+    pub unexplained: f64,
 }
 
 impl Term {
@@ -95,8 +98,10 @@ impl Model {
 
 impl AxisModel {
     /// No effect at all.
-    pub const EMPTY: Self =
-        Self { terms: Vec::new(), noise: Noise { angle_random_walk: 0.0, bias_random_walk: 0.0, encoder: 0.0 } };
+    pub const EMPTY: Self = Self {
+        terms: Vec::new(),
+        noise: Noise { angle_random_walk: 0.0, bias_random_walk: 0.0, encoder: 0.0, unexplained: 0.0 },
+    };
 
     /// The base model at α = 1, δ = 0.
     #[must_use]

@@ -174,7 +174,7 @@ pub fn reproduce(seed: u64) -> Reproduction {
     let mut found = least_squares(&t, &encoder, &gyro_angle, 0.0);
     let n = found.alpha.abs() * noise_of_reading.sqrt();
     (found.alpha_std, found.delta_std) = standard_errors(&t, &gyro_angle, n, encoder_std);
-    let noise = Noise { angle_random_walk: n, bias_random_walk: 0.0, encoder: encoder_std };
+    let noise = Noise { angle_random_walk: n, bias_random_walk: 0.0, encoder: encoder_std, unexplained: 0.0 };
 
     let gains = [(Gain::PaperRiccati, riccati_gain(PAPER_Q, PAPER_S)), (Gain::PaperPrinted, PRINTED_GAIN)];
     let observed = gains.map(|(gain, _)| estimate(&record, START, Noise::default(), gain));

@@ -209,7 +209,12 @@ fn fitted(alpha: f64, delta: f64, gyro: Gyro, encoder: f64) -> Model {
     axis.terms[1].values[0] = delta;
     axis.terms[0].std_errors = vec![1e-4];
     axis.terms[1].std_errors = vec![2e-5];
-    axis.noise = Noise { angle_random_walk: alpha * gyro.noise / gyro.hz.sqrt(), bias_random_walk: 1e-6, encoder };
+    axis.noise = Noise {
+        angle_random_walk: alpha * gyro.noise / gyro.hz.sqrt(),
+        bias_random_walk: 1e-6,
+        encoder,
+        unexplained: 0.0,
+    };
     Model { epoch: 1, axes: [None, None, Some(axis)], ..Model::default() }
 }
 
@@ -268,6 +273,43 @@ fn under_the_right_model_the_standard_deviation_holds_on_every_reference() {
 fn a_zero_that_has_moved_since_the_model_was_made_is_known_not_to_be_known() {
     let (whole, late) = off_by(0.0, 0.5 * DEGREE, 1.0, |_| true);
     assert!(whole < 0.006 && late < 0.006, "{whole} of all rows, {late} of the second halves beyond 3 σ");
+}
+
+#[test]
+fn a_model_that_took_a_late_reference_for_a_scale_error_does_not_spoil_the_rate() {
+    let (mut all, mut beyond, mut worst) = (0.0, 0.0, 0.0_f64);
+    for (_, reference) in references().into_iter().filter(|(_, r)| r.late >= 0.1 && r.hz >= 10.0) {
+        for (_, motion) in MOTIONS {
+            for gyro in GYROS {
+                for starts_with in [None, Some(fitted(gyro.alpha, gyro.bias, gyro, 1e-3))] {
+                    let rows = rows(motion, gyro, reference, 40.0, 5);
+                    let mut estimator = Estimator::new(Options::default());
+                    if let Some(model) = &starts_with {
+                        estimator.set_model(model);
+                    }
+                    // As least squares find them: α smaller by 1 − cos ωτ.
+                    let mut late = fitted(0.9 * gyro.alpha, gyro.bias + 0.005, gyro, 1e-10);
+                    late.epoch = 2;
+                    late.axes[2].as_mut().unwrap().noise.unexplained = 0.4;
+                    let published = 2 * rows.len() / 5;
+                    for (k, row) in rows.iter().enumerate() {
+                        if k == published {
+                            estimator.set_model(&late);
+                        }
+                        let estimate = estimator.step(row);
+                        let axis = estimate.axes[2];
+                        if k > published {
+                            let off = (axis.rate_filtered - motion(estimate.valid_t_ns as f64 * 1e-9).1).abs();
+                            all += 1.0;
+                            beyond += f64::from(u8::from(off > 3.0 * axis.rate_std));
+                            worst = worst.max(off);
+                        }
+                    }
+                }
+            }
+        }
+    }
+    assert!(beyond < 0.01 * all, "{} of the rows beyond 3 σ, off by up to {} °/s", beyond / all, worst / DEGREE);
 }
 
 #[test]

@@ -42,6 +42,8 @@ pub struct AxisParameters {
     pub bias_random_walk: f64,
     /// rad.
     pub encoder: f64,
+    /// 1.
+    pub unexplained: f64,
 }
 
 /// A model with its epoch. Late joiners get the last one; it is published again at about 10 Hz, so that silence means
@@ -90,4 +92,4 @@ impl Default for Parameters {
 }
 
 const _: () = assert!(size_of::<Term>() == 176);
-const _: () = assert!(size_of::<Parameters>() == 14_872);
+const _: () = assert!(size_of::<Parameters>() == 14_896);

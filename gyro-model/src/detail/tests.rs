@@ -26,7 +26,7 @@ fn pictures(t: &[f64], rate: &[f64], error: &[f64]) -> AxisDetail {
         Channel { regressor: "rate".into(), unit: "rad/s", values: rate.to_vec() },
         Channel { regressor: "temperature".into(), unit: "°C", values: t.iter().map(|t| 20.0 + 0.1 * t).collect() },
     ];
-    let noise = Noise { angle_random_walk: 1e-4, bias_random_walk: 0.0, encoder: 2e-4 };
+    let noise = Noise { angle_random_walk: 1e-4, bias_random_walk: 0.0, encoder: 2e-4, ..Noise::default() };
     detail(&Input { t, rate, error_angle: error, channels: &channels, noise })
 }
 
@@ -55,7 +55,7 @@ fn a_free_column_is_a_regime_unless_it_only_counts() {
     let list = channels(&record, crate::Axis::X, [&rate, &[], &[]], &[]);
     let names: Vec<&str> = list.iter().map(|c| c.regressor.as_str()).collect();
     assert_eq!(names, ["time", "rate", "direction", "rate-change", "current"]);
-    let noise = Noise { angle_random_walk: 1e-4, bias_random_walk: 0.0, encoder: 2e-4 };
+    let noise = Noise { angle_random_walk: 1e-4, bias_random_walk: 0.0, encoder: 2e-4, ..Noise::default() };
     let found = fails_where(&detail(&Input { t: &t, rate: &rate, error_angle: &error, channels: &list, noise }));
     assert_eq!(found[0].regressor, "current", "{found:?}");
     assert!(found[0].says.starts_with("where current is above 5."), "{}", found[0].says);
@@ -148,7 +148,7 @@ fn what_happens_while_the_rate_falls_is_said_so() {
     let (t, rate, error) = log(|t, _| if (1.3 * t).cos() < 0.0 { 0.01 } else { 0.0 });
     let change: Vec<f64> = t.iter().map(|t| 1.3 * (1.3 * t).cos() + 0.222 * (0.37 * t).cos()).collect();
     let channels = [Channel { regressor: "rate-change".into(), unit: "rad/s²", values: change }];
-    let noise = Noise { angle_random_walk: 1e-4, bias_random_walk: 0.0, encoder: 2e-4 };
+    let noise = Noise { angle_random_walk: 1e-4, bias_random_walk: 0.0, encoder: 2e-4, ..Noise::default() };
     let found = fails_where(&detail(&Input { t: &t, rate: &rate, error_angle: &error, channels: &channels, noise }));
     assert!(found[0].says.starts_with("while the rate falls"), "{}", found[0].says);
     assert!(found[0].says.contains("high"), "{}", found[0].says);
@@ -167,7 +167,7 @@ fn all_rows_belong_to_a_regime_and_what_stands_still_has_no_standard_error() {
         Channel { regressor: "time".into(), unit: "s", values: t.clone() },
         Channel { regressor: "acceleration-x".into(), unit: "m/s²", values: level },
     ];
-    let noise = Noise { angle_random_walk: 1e-4, bias_random_walk: 0.0, encoder: 2e-4 };
+    let noise = Noise { angle_random_walk: 1e-4, bias_random_walk: 0.0, encoder: 2e-4, ..Noise::default() };
     let detail = detail(&Input { t: &t, rate: &rate, error_angle: &error, channels: &channels, noise });
     for regime in &detail.regimes {
         let inside: usize = regime.bins.iter().map(|bin| bin.samples).sum();

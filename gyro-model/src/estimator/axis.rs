@@ -1,7 +1,9 @@
 //! One axis of the estimator: compensated rate in, filter and open-loop angle out.
 
 use super::{
-    AxisEstimate, Jerk, Options, flags,
+    AxisEstimate, Jerk, Options,
+    cross_check::Shown,
+    flags,
     motion::Motion,
     reference::{Known, Reference},
     reference_noise::{LONGEST, LONGEST_TURNING},
@@ -40,6 +42,8 @@ const ANGLE_MAX: f64 = 1e9;
 
 /// Standard deviation of an angle by which the turn that it is in is known, rad.
 const KNOWN_TURN: f64 = 0.5 * PI;
+/// An acceleration in the past is the change of the rate from so long before to so long after, s.
+const AROUND: f64 = 0.02;
 /// Readings beyond one turn that an encoder is believed not to wrap after.
 const BELIEVED: u32 = 3;
 
@@ -173,17 +177,23 @@ impl AxisEstimator {
         let state = &mut self.state;
         let (now, before) = (self.identified, std::mem::replace(&mut state.calibrated, self.identified));
         let gain = now.affine[0] / before.affine[0];
+        let offset = now.affine[1] - gain * before.affine[1];
+        let is_rescaled = now.effects == before.effects && gain.is_finite();
         state.doubted = false;
         for reference in [&mut state.angle_reference, &mut state.rate_reference] {
-            if (now.effects, now.is_fitted) == (before.effects, before.is_fitted) && gain.is_finite() {
-                reference.rescale(gain, now.affine[1] - gain * before.affine[1]);
+            if is_rescaled {
+                reference.rescale(gain, offset);
             } else {
                 *reference = Reference::new(now.calibration.delay_std);
             }
         }
         state.noise_gain_interval = 0.0;
         if state.started {
-            state.filter.step_compensation(step, self.identified.calibration);
+            if is_rescaled && !now.is_fitted {
+                state.filter.rescale_compensation(step, gain, offset);
+            } else {
+                state.filter.step_compensation(step, now.calibration);
+            }
             state.integrated_to = state.integrated_to.saturating_add(own);
             let moved = [own, shift].map(|by| valid_t_ns.saturating_add(by));
             state.filter.turn(compensation.history(self.axis).integral(moved[0], moved[1]));
@@ -316,7 +326,7 @@ impl AxisEstimator {
         if !self.state.started {
             return;
         }
-        let known = self.known(compensation, when);
+        let known = self.known(compensation, when, &self.state.angle_reference);
         let state = &mut self.state;
         let expected = state.filter.angle() - when.since;
         if state.beyond_a_turn < BELIEVED {
@@ -381,17 +391,16 @@ impl AxisEstimator {
         let noise = self.identified.noise;
         let walk = noise.angle_random_walk.powi(2);
         if !self.state.anchored {
-            let unknown = if noise.encoder > 0.0 { noise.encoder } else { ANGLE_UNKNOWN };
+            // The model's reference may have been another one, and how late this one is, is not known yet.
             let state = &mut self.state;
-            // How late the reference is, is not known yet.
             let late = self.identified.calibration.delay_std * state.filter.rate();
             state.anchored = true;
-            state.filter.anchor(angle + when.since, unknown.powi(2) + late.powi(2));
+            state.filter.anchor(angle + when.since, ANGLE_UNKNOWN.powi(2) + late.powi(2));
             state.angle = angle;
             state.integrated_to = when.t_ns;
         }
         let open = Self::open_loop(&self.state, compensation, self.axis, when);
-        let known = self.known(compensation, when);
+        let known = self.known(compensation, when, &self.state.angle_reference);
         let known = Known { over: if increment.is_some() { LONGEST_TURNING } else { LONGEST }, ..known };
         let state = &mut self.state;
         if state.unrest.is_some() {
@@ -413,8 +422,8 @@ impl AxisEstimator {
         state.angle + compensation.history(axis).integral(state.integrated_to, when.valid_t_ns) - when.since
     }
 
-    /// What is known of a reference's noise, and of the motion at its time.
-    fn known(&self, compensation: &Compensation, when: &ReferenceTime) -> Known {
+    /// What is known of a reference's noise, and of the instant that it shows.
+    fn known(&self, compensation: &Compensation, when: &ReferenceTime, reference: &Reference) -> Known {
         let (noise, state) = (&self.identified.noise, &self.state);
         let believed = noise.encoder > 0.0 && self.identified.is_fitted && !state.doubted;
         let walk = match noise.angle_random_walk {
@@ -422,12 +431,27 @@ impl AxisEstimator {
             _ => state.spread.variance * state.spread.interval,
         };
         let (bias, scale) = (state.filter.bias(), state.filter.scale());
-        let rate = compensation
-            .history(self.axis)
-            .value(when.t_ns)
-            .map_or(state.filter.rate(), |u| (u - bias) / (1.0 + scale));
-        let motion = [rate, state.filter.acceleration()];
-        Known { encoder: believed.then_some(noise.encoder), walk, over: LONGEST, motion, bias, scale }
+        let shown = self.shown(compensation, when.t_ns, reference);
+        Known { encoder: believed.then_some(noise.encoder), walk, over: LONGEST, shown, bias, scale }
+    }
+
+    /// The instant that a reference shows at `t_ns`.
+    fn shown(&self, compensation: &Compensation, t_ns: i64, reference: &Reference) -> Shown {
+        let (history, filter) = (compensation.history(self.axis), &self.state.filter);
+        let (bias, gain) = (filter.bias(), 1.0 / (1.0 + filter.scale()));
+        let (late, _) = reference.check.delay();
+        let before = |t_ns: i64, seconds: f64| t_ns.saturating_sub((seconds * 1e9).round() as i64);
+        let value = |t_ns: i64| history.value(t_ns).unwrap_or(bias);
+        let then = before(t_ns, late);
+        let (since, signal) = (history.integral(then, t_ns), value(then));
+        Shown {
+            since,
+            turned: gain * (since - bias * late),
+            faster: gain * (value(t_ns) - signal),
+            signal,
+            rate: gain * (signal - bias),
+            acceleration: gain * (value(before(then, -AROUND)) - value(before(then, AROUND))) / (2.0 * AROUND),
+        }
     }
 
     /// A rate read at the reference's time; what the compensated rate has changed since is added to it.
@@ -451,7 +475,7 @@ impl AxisEstimator {
         let (Some(now), Some(then)) = (history.value(when.valid_t_ns), history.value(when.t_ns)) else { return };
         let state = &self.state;
         let least = state.spread.variance.max(RATE_VARIANCE_MIN);
-        let known = self.known(compensation, when);
+        let known = self.known(compensation, when, &self.state.rate_reference);
         let taken = self.state.rate_reference.take_rate(when.t_ns, then, reading, least, &known);
         let (Some([late, r]), true) = (taken, self.fuse) else { return };
         let innovation = self.state.filter.update(Measured::Rate, reading + late + now - then, r);

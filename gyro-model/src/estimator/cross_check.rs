@@ -6,9 +6,12 @@
 //! ```text
 //! x = [o  b  s  τ]ᵀ                     ∫u dt − θ, bias, scale error, the time by which the reference is later than the gyro
 //! o⁺ = o + b Δt + s Δθ + w              w of variance N² Δt
-//! angle   z = ∫u dt − θ_ref = o + τ ω + v    v of the reference's variance
-//! rate    z = u − ω_ref     = b + s ω + τ a + v
+//! angle   z = ∫u dt up to t − τ̂, − θ_ref(t) = o − b τ̂ − s (θ(t) − θ(t − τ̂)) + (τ − τ̂) ω(t − τ̂) + v
+//! rate    z = u(t − τ̂) − ω_ref(t)           = b + s ω(t − τ̂) + (τ − τ̂) a(t − τ̂) + v
 //! ```
+//!
+//! with v of the reference's variance: the model is made linear about the delay τ̂ that is known so far, so that a delay that is a large part
+//! of a swing's period is no scale error.
 //!
 //! Where its b and s differ from the main filter's by more than [`CONTRADICTED`] (χ² of two degrees of freedom, both covariances
 //! added), the main filter is wrong and takes them over.
@@ -34,6 +37,21 @@ const GATE: f64 = 5.0;
 /// Rejected in a row before it is the reference that has jumped.
 const PATIENCE: u8 = 2;
 
+/// The instant t − τ̂ that a reference shows at t, by the gyro.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shown {
+    /// ∫u dt from then to t, rad.
+    pub since: f64,
+    /// θ(t) − θ(t − τ̂), rad.
+    pub turned: f64,
+    /// ω(t) − ω(t − τ̂), rad/s.
+    pub faster: f64,
+    /// u, rate and acceleration then, rad/s and rad/s².
+    pub signal: f64,
+    pub rate: f64,
+    pub acceleration: f64,
+}
+
 /// See the module's head.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CrossCheck {
@@ -51,6 +69,11 @@ impl CrossCheck {
         let Calibration { bias_std, scale_std, .. } = Calibration::UNFITTED;
         let prior = Vector4::new(OFFSET_UNKNOWN, bias_std, scale_std, delay_std).map(|std| std * std);
         Self { x: Vector4::zeros(), p: Matrix4::from_diagonal(&prior), prior, rejected: 0, contradicted: 0 }
+    }
+
+    /// What is turned in `dt` while ∫u grows by `signalled`.
+    pub(super) fn turned(&self, dt: f64, signalled: f64) -> f64 {
+        (signalled - self.x[1] * dt) / (1.0 + self.x[2])
     }
 
     /// `dt` passes, in which `turned` is turned; `walk` is the gyro's N².
@@ -91,9 +114,11 @@ impl CrossCheck {
         (self.x[3], self.p[(3, 3)].max(0.0).sqrt())
     }
 
-    /// ∫u dt − θ_ref is `z` at a rate of `rate`, of variance `r`.
-    pub(super) fn take_angle(&mut self, z: f64, rate: f64, r: f64) {
-        if !self.take(RowVector4::new(1.0, 0.0, 0.0, rate), z, r) {
+    /// ∫u dt up to the instant that the reference shows, less its angle, is `z`, of variance `r`.
+    pub(super) fn take_angle(&mut self, z: f64, shown: &Shown, r: f64) {
+        let delay = self.x[3];
+        let h = RowVector4::new(1.0, -delay, -shown.turned, shown.rate);
+        if !self.take(h, z + shown.rate * delay, r) {
             self.rejected += 1;
             if self.rejected > PATIENCE {
                 self.break_off();
@@ -101,9 +126,10 @@ impl CrossCheck {
         }
     }
 
-    /// u − ω_ref is `z` at this rate and acceleration, of variance `r`.
-    pub(super) fn take_rate(&mut self, z: f64, [rate, acceleration]: [f64; 2], r: f64) {
-        self.take(RowVector4::new(0.0, 1.0, rate, acceleration), z, r);
+    /// u at the instant that the reference shows, less its rate, is `z`, of variance `r`.
+    pub(super) fn take_rate(&mut self, z: f64, shown: &Shown, r: f64) {
+        let h = RowVector4::new(0.0, 1.0, shown.rate, shown.acceleration);
+        self.take(h, z + shown.acceleration * self.x[3], r);
     }
 
     /// The next angle does not continue the last one.

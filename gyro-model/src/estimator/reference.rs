@@ -2,7 +2,7 @@
 //! they say of the gyro's bias and scale error.
 
 use super::{
-    cross_check::CrossCheck,
+    cross_check::{CrossCheck, Shown},
     reference_noise::{Reading, ReferenceNoise},
 };
 use crate::history::seconds;
@@ -19,8 +19,8 @@ pub(super) struct Known {
     pub walk: f64,
     /// Over what time noise may be averaged, s.
     pub over: f64,
-    /// Rate and acceleration at the reference's time.
-    pub motion: [f64; 2],
+    /// The instant that it shows.
+    pub shown: Shown,
     /// Bias, rad/s, and scale error of the gyro's signal by the main filter.
     pub bias: f64,
     pub scale: f64,
@@ -33,12 +33,14 @@ pub(super) struct Reference {
     pub check: CrossCheck,
     /// Time of the last reading, ns, the gyro's signal there (its integral beside an angle), and the reading.
     last: Option<(i64, f64, f64)>,
+    /// Time that the last reading has shown, s, and the gyro's signal then.
+    shown: Option<(f64, f64)>,
 }
 
 impl Reference {
     /// A reference that nothing is known of but its delay, to `delay_std`, s.
     pub(super) fn new(delay_std: f64) -> Self {
-        Self { noise: ReferenceNoise::default(), check: CrossCheck::new(delay_std), last: None }
+        Self { noise: ReferenceNoise::default(), check: CrossCheck::new(delay_std), last: None, shown: None }
     }
 
     /// Time since the last reading, s, and what the gyro says has turned since, its bias and scale error taken out. `signal` is ∫u dt.
@@ -63,21 +65,22 @@ impl Reference {
     /// Takes an angle, ∫u dt being `signal`. Returns what it lacks because it is late, and its variance
     /// without that, where it is worth taking.
     pub(super) fn take_angle(&mut self, t_ns: i64, signal: f64, angle: f64, known: &Known) -> Option<[f64; 2]> {
-        let first = self.last.is_none();
+        let (first, shown) = (self.last.is_none(), &known.shown);
         let (dt, turned) = self.turned(t_ns, signal, known);
+        let signalled = self.last.map_or(0.0, |(_, before, _)| signal - before);
         self.last = Some((t_ns, signal, angle));
-        let fresh = self.noise.take(t_ns as f64 * 1e-9, angle, turned, known.encoder);
-        self.check.predict(dt, turned, known.walk);
+        let as_shown = self.as_shown(t_ns, signal - shown.since);
+        let as_shown = self.check.turned(as_shown[0], as_shown[1]);
+        let fresh = self.noise.take(t_ns as f64 * 1e-9, angle, [turned, as_shown], known.encoder);
+        self.check.predict(dt, self.check.turned(dt, signalled), known.walk);
         if fresh == Reading::Old {
             return None;
         }
         let variance = self.variance(known);
-        let [rate, _] = known.motion;
         if let Some(surely) = self.noise.at_most(known.walk, known.over) {
-            self.check.take_angle(signal - angle, rate, surely * self.noise.repeated());
+            self.check.take_angle(signal - shown.since - angle, shown, surely * self.noise.repeated());
         }
-        let (late, unknown) = self.lateness(rate);
-        (!first).then_some([late, variance? + unknown])
+        (!first).then_some([shown.turned, variance? + self.lateness(shown.rate)])
     }
 
     /// Takes a rate, u being `signal`; at least `least` is its variance. Returns the same.
@@ -91,15 +94,24 @@ impl Reference {
     ) -> Option<[f64; 2]> {
         let (then, before) = self.last.map_or((t_ns, signal), |(then, before, _)| (then, before));
         self.last = Some((t_ns, signal, reading));
-        let fresh = self.noise.take(t_ns as f64 * 1e-9, reading, (signal - before) / (1.0 + known.scale), None);
+        let faster = (signal - before) / (1.0 + known.scale);
+        let [_, as_shown] = self.as_shown(t_ns, known.shown.signal);
+        let fresh = self.noise.take(t_ns as f64 * 1e-9, reading, [faster, self.check.turned(0.0, as_shown)], None);
         self.check.predict(seconds(t_ns, then), 0.0, 0.0);
         if fresh == Reading::Old {
             return None;
         }
         let white = (self.noise.at_most(0.0, known.over)? * self.noise.repeated()).max(least);
-        self.check.take_rate(signal - reading, known.motion, white);
-        let (late, unknown) = self.lateness(known.motion[1]);
-        Some([late, white + unknown])
+        let shown = &known.shown;
+        self.check.take_rate(shown.signal - reading, shown, white);
+        Some([shown.faster, white + self.lateness(shown.acceleration)])
+    }
+
+    /// Time between the instants that the last reading and this one show, s, and the change of the gyro's signal from one to the other.
+    fn as_shown(&mut self, t_ns: i64, signal: f64) -> [f64; 2] {
+        let t = t_ns as f64 * 1e-9 - self.check.delay().0;
+        let (then, before) = self.shown.replace((t, signal)).unwrap_or((t, signal));
+        [t - then, signal - before]
     }
 
     /// Variance of the last angle: what the readings surely do not exceed, as long as they are too few to contradict the model's, which
@@ -116,16 +128,16 @@ impl Reference {
         Some(white * self.noise.repeated())
     }
 
-    /// What a reference that changes at `changing` lacks because it is late, and the variance of that, as if it were white.
-    fn lateness(&self, changing: f64) -> (f64, f64) {
-        let (delay, std) = self.check.delay();
+    /// Variance of what a reference that changes at `changing` lacks because it is late, as if it were white.
+    fn lateness(&self, changing: f64) -> f64 {
+        let (_, std) = self.check.delay();
         let correlated = (DELAY_CORRELATED / self.noise.interval().max(1e-6)).max(1.0);
-        (delay * changing, (std * changing).powi(2) * correlated)
+        (std * changing).powi(2) * correlated
     }
 
     /// What the gyro says has turned since the last reading is wrong: the next one begins anew.
     pub(super) fn break_off(&mut self) {
-        self.last = None;
+        (self.last, self.shown) = (None, None);
         self.noise.break_off();
         self.check.break_off();
     }

@@ -14,7 +14,9 @@
 //! R = max over n of  n · E (M_{k+1} − 2 M_k + M_{k−1})²/6 − n² N² dt/6
 //! ```
 //!
-//! (the last term is the gyro's own angle random walk N). Of few differences a mean square says little: R is bounded from above and from below by
+//! (the last term is the gyro's own angle random walk N). A wrong b̂, ŝ or delay makes noise of a motion, never less of it. So d is taken twice,
+//! with what the main filter knows of b and s, and with what the second one knows of them and of the delay, and the smaller mean square counts: a
+//! filter that is certain of a wrong model shall not think its reference noisy. Of few differences a mean square says little: R is bounded from above and from below by
 //! the χ² law, at 1 % each.
 //!
 //! A reading that repeats the last one to the last digit is either old (a slow reference whose value is held from row to row), or says that less than
@@ -107,11 +109,11 @@ impl Octave {
 /// See the module's head.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ReferenceNoise {
-    octaves: [Octave; OCTAVES],
+    octaves: [[Octave; OCTAVES]; 2],
     /// d of the last reading that was not old, its value and time, s; the gyro's integral since.
-    d: f64,
+    d: [f64; 2],
     last: Option<(f64, f64)>,
-    ahead: f64,
+    ahead: [f64; 2],
     /// The gyro's integral since the reading changed.
     since_change: f64,
     /// Time between readings, s.
@@ -134,15 +136,17 @@ pub(super) enum Reading {
 }
 
 impl ReferenceNoise {
-    /// Takes a reading at `t` seconds; `turned` is the gyro's integral since the last one, `encoder` its
-    /// standard deviation by a fitted model.
-    pub(super) fn take(&mut self, t: f64, reading: f64, turned: f64, encoder: Option<f64>) -> Reading {
+    /// Takes a reading at `t` seconds; `turned` is the gyro's integral since the last one, by either filter, `encoder` its standard
+    /// deviation by a fitted model.
+    pub(super) fn take(&mut self, t: f64, reading: f64, turned: [f64; 2], encoder: Option<f64>) -> Reading {
         let Some((before, then)) = self.last else {
             (self.last, self.changed) = (Some((reading, t)), t);
             return Reading::Fresh;
         };
-        self.ahead += turned;
-        self.since_change += turned;
+        for (ahead, turned) in self.ahead.iter_mut().zip(turned) {
+            *ahead += turned;
+        }
+        self.since_change += turned[0];
         if (reading - before).abs() > SAME * reading.abs().max(1.0) {
             let stood = t - self.changed;
             self.stood = Some(self.stood.map_or(stood, |longest| stood.max(FADE * longest)));
@@ -164,13 +168,15 @@ impl ReferenceNoise {
         }
         self.interval =
             if self.interval > 0.0 { self.interval + 0.1 * (dt.min(3.0 * self.interval) - self.interval) } else { dt };
-        self.d += reading - before - turned;
-        let mut mean = Some(self.d);
-        for octave in &mut self.octaves {
-            mean = match mean {
-                Some(mean) => octave.take(mean),
-                None => break,
-            };
+        for ((d, octaves), turned) in self.d.iter_mut().zip(&mut self.octaves).zip(turned) {
+            *d += reading - before - turned;
+            let mut mean = Some(*d);
+            for octave in octaves {
+                mean = match mean {
+                    Some(mean) => octave.take(mean),
+                    None => break,
+                };
+            }
         }
         Reading::Fresh
     }
@@ -182,7 +188,7 @@ impl ReferenceNoise {
 
     /// What comes next does not continue what was: means that are not complete are dropped.
     pub(super) fn break_off(&mut self) {
-        for octave in &mut self.octaves {
+        for octave in self.octaves.as_flattened_mut() {
             (octave.held, octave.half) = (0, None);
         }
     }
@@ -191,10 +197,10 @@ impl ReferenceNoise {
     /// length, s.
     fn known(&self, walk: f64, longest: f64) -> impl Iterator<Item = (f64, f64, f64)> + '_ {
         let (mut n, interval) = (0.5, self.interval);
-        self.octaves.iter().map_while(move |octave| {
+        self.octaves[0].iter().zip(&self.octaves[1]).map_while(move |(octave, other)| {
             n *= 2.0;
             let (independent, length) = (octave.independent(), n * interval);
-            let r = n * octave.square / 6.0 - n * n * walk * interval / 6.0;
+            let r = n * octave.square.min(other.square) / 6.0 - n * n * walk * interval / 6.0;
             (independent >= FEWEST && (n == 1.0 || length <= longest)).then_some((r.max(0.0), independent, length))
         })
     }

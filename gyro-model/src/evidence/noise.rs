@@ -88,6 +88,7 @@ impl NoiseModel {
             angle_random_walk: white.hypot(self.rate_random_walk * rate_square.sqrt()),
             bias_random_walk: self.bias_random_walk,
             encoder: self.encoder,
+            unexplained: 0.0,
         }
     }
 

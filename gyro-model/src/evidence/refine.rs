@@ -130,12 +130,21 @@ impl Study<'_> {
             }
         }
         let rate_square = growth::rate_square(self);
-        for series in &self.bench.problem.series {
+        let left = self.grams.normal(&self.bench.windows.tau, &self.bench.weights);
+        for (place, series) in self.bench.problem.series.iter().enumerate() {
             if let Some(model) = &mut self.model.axes[series.axis.index()] {
+                // Σ (E/F)² of the averaging times is one each where there is but noise.
+                let scale =
+                    self.slots.iter().position(|slot| slot.series == place && is_scale(&model.terms[slot.term]));
+                let unexplained = scale.filter(|_| sober.is_some()).map_or(0.0, |k| {
+                    ((left.cost - self.bench.windows.tau.len() as f64).max(0.0) / left.matrix[(k, k)]).sqrt()
+                        / model.alpha().abs()
+                });
                 for term in model.terms.iter_mut().filter(|term| series.rest == Rest::Whole && is_scale(term)) {
                     term.std_errors.fill(f64::INFINITY);
                 }
                 model.noise = sober.unwrap_or(gls.noise).summary(rate_square, &self.bench.prior[0]);
+                model.noise.unexplained = if unexplained.is_finite() { unexplained } else { 0.0 };
             }
         }
     }

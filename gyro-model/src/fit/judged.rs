@@ -159,6 +159,7 @@ pub(crate) fn pictures(record: &Record, study: &Study, series: usize) -> (AxisDe
             angle_random_walk: prior.angle_random_walk,
             bias_random_walk: 0.0,
             encoder: prior.encoder,
+            ..crate::Noise::default()
         },
     });
     let fails = fails_where(&detail);

@@ -130,6 +130,7 @@ fn told(
                             angle_random_walk: piece.noise.angle_random_walk,
                             bias_random_walk: piece.noise.bias_random_walk,
                             encoder: piece.noise.encoder,
+                            unexplained: 0.0,
                         };
                     }
                 }
@@ -177,6 +178,7 @@ fn mean_of(each: &[Fitted], differs_in_each: &dyn Fn(Axis, &str) -> bool) -> Mod
             angle_random_walk: square(|n| n.angle_random_walk),
             bias_random_walk: square(|n| n.bias_random_walk),
             encoder: square(|n| n.encoder),
+            unexplained: square(|n| n.unexplained),
         };
         let each_has_its_own =
             |term: &&mut crate::Term| is_own(term.effect) || differs_in_each(Axis::ALL[index], term.effect.card().id);

@@ -146,6 +146,7 @@ impl Simulator {
                 angle_random_walk: sensor.alpha * sensor.noise_density / 2_f64.sqrt(),
                 bias_random_walk: sensor.alpha * sensor.bias_random_walk,
                 encoder: sensor.reference_std(),
+                unexplained: 0.0,
             };
             model.axes[axis.index()] = Some(truth);
         }

@@ -77,6 +77,7 @@ struct NoiseSection {
     angle_random_walk: Option<Spanned<f64>>,
     bias_random_walk: Option<Spanned<f64>>,
     encoder: Option<Spanned<f64>>,
+    unexplained: Option<Spanned<f64>>,
 }
 
 #[derive(Deserialize)]
@@ -284,6 +285,7 @@ impl Reader<'_> {
             angle_random_walk: value(&section.angle_random_walk)?,
             bias_random_walk: value(&section.bias_random_walk)?,
             encoder: value(&section.encoder)?,
+            unexplained: value(&section.unexplained)?,
         })
     }
 

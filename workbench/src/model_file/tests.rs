@@ -18,7 +18,7 @@ temperature = [24.1, 33.0]
 
 [axis.z]
 effects = ["scale-factor", "bias", "delay"]
-noise = { angle_random_walk = 7.1e-5, bias_random_walk = 0.0, encoder = 4.5e-4 }
+noise = { angle_random_walk = 7.1e-5, bias_random_walk = 0.0, encoder = 4.5e-4, unexplained = 0.02 }
 
 [axis.z.parameters]
 scale-factor.alpha = { value = 0.9939, std_error = 1.0e-5, unit = "1" }
@@ -47,7 +47,7 @@ fn the_documented_example_is_read_whole() {
     let z = file.model.axes[2].as_ref().unwrap();
     assert_eq!(z.effect_ids(), ["scale-factor", "bias", "delay"]);
     assert_eq!((z.alpha(), z.delta(), z.terms[2].values[0]), (0.9939, 8.6e-4, 0.0121));
-    assert_eq!(z.noise.encoder, 4.5e-4);
+    assert_eq!((z.noise.encoder, z.noise.unexplained), (4.5e-4, 0.02));
     assert_eq!(file.model.epoch, 3);
     let provenance = file.provenance.unwrap();
     assert_eq!(provenance.temperature, Some((24.1, 33.0)));

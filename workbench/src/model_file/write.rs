@@ -87,13 +87,17 @@ fn axis_model(text: &mut String, axis: Axis, model: &AxisModel) -> fmt::Result {
     let ids: Vec<String> = model.effect_ids().iter().map(|id| quoted(id).to_string()).collect();
     writeln!(text, "\n[axis.{axis}]\neffects = [{}]", ids.join(", "))?;
     let noise = &model.noise;
-    writeln!(
+    write!(
         text,
-        "noise = {{ angle_random_walk = {}, bias_random_walk = {}, encoder = {} }}",
+        "noise = {{ angle_random_walk = {}, bias_random_walk = {}, encoder = {}",
         Number(noise.angle_random_walk),
         Number(noise.bias_random_walk),
         Number(noise.encoder)
     )?;
+    if noise.unexplained > 0.0 {
+        write!(text, ", unexplained = {}", Number(noise.unexplained))?;
+    }
+    writeln!(text, " }}")?;
     writeln!(text, "\n[axis.{axis}.parameters]")?;
     for term in &model.terms {
         for (card, value, std_error) in term.parameters(axis) {

@@ -48,7 +48,7 @@ fn late(verdict: Verdict) -> AxisDiagnosis {
         },
         Channel { regressor: "temperature".into(), unit: "°C", values: t.iter().map(|t| 24.0 + 0.08 * t).collect() },
     ];
-    let noise = Noise { angle_random_walk: 7e-5, bias_random_walk: 0.0, encoder: 4.5e-4 };
+    let noise = Noise { angle_random_walk: 7e-5, bias_random_walk: 0.0, encoder: 4.5e-4, ..Noise::default() };
     let detail = detail(&Input { t: &t, rate: &rate, error_angle: &error, channels: &channels, noise });
     AxisDiagnosis {
         effects: vec!["scale-factor".into(), "bias".into()],
