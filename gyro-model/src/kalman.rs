@@ -355,6 +355,17 @@ impl Filter {
         }
     }
 
+    /// b and s may have changed: their standard deviations grow by `factor`, to those of [`Calibration::SINCE`] at least and of
+    /// [`Calibration::UNFITTED`] at most. So the angle may have gone astray by `astray`.
+    pub fn widen_calibration(&mut self, factor: f64, astray: f64) {
+        self.forget(ANGLE, self.p[(ANGLE, ANGLE)] + astray * astray);
+        let [least, most] = [Calibration::SINCE, Calibration::UNFITTED].map(Calibration::variances);
+        for (k, state) in [BIAS, SCALE].into_iter().enumerate() {
+            let known = self.p[(state, state)];
+            self.forget(state, (known * factor * factor).clamp(least[k], most[k]).max(known));
+        }
+    }
+
     /// b and s with their covariance.
     #[must_use]
     pub fn residual_calibration(&self) -> (Vector2<f64>, Matrix2<f64>) {

@@ -313,6 +313,41 @@ fn a_model_that_took_a_late_reference_for_a_scale_error_does_not_spoil_the_rate(
 }
 
 #[test]
+fn a_gyro_that_changes_while_it_runs_is_wrong_for_a_moment_and_not_for_long() {
+    // A scale shows only while something turns.
+    for (name, scale, bias, most) in [("zero", 1.0, 0.05, 0.04), ("scale", 0.93, 0.0, 0.16)] {
+        let (mut all, mut beyond, mut worst) = (0.0, 0.0, Vec::new());
+        for (reference_name, reference) in references().into_iter().filter(|(_, r)| r.hz >= 10.0 && r.correlated == 0.0)
+        {
+            for (motion_name, motion) in MOTIONS {
+                for gyro in GYROS {
+                    let mut rows = rows(motion, gyro, reference, 60.0, 5);
+                    let changes = rows.len() / 2;
+                    for row in &mut rows[changes..] {
+                        row.gyro[2] = row.gyro[2] * scale + bias;
+                    }
+                    let model = fitted(gyro.alpha, gyro.bias, gyro, reference.noise.max(1e-4));
+                    let estimates = run(Some(&model), &rows);
+                    // Three seconds later.
+                    let later = changes + (3.0 * gyro.hz) as usize;
+                    let score = score(motion, &estimates[later..]);
+                    all += 1.0;
+                    beyond += score.beyond;
+                    if score.beyond > 0.1 {
+                        let [off, std, t] = score.worst;
+                        worst.push(format!(
+                            "{reference_name}, {motion_name}: {:.0} %, {off:.2} ± {std:.2} at {t:.1} s",
+                            100.0 * score.beyond
+                        ));
+                    }
+                }
+            }
+        }
+        assert!(beyond < most * all, "{name}: {} of the rows beyond 3 σ\n{}", beyond / all, worst.join("\n"));
+    }
+}
+
+#[test]
 fn a_reference_of_ten_hertz_corrects_a_bias_that_the_model_is_wrongly_certain_of() {
     for encoder in [1.0, 1e-3] {
         let (_, late) =

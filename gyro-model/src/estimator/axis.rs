@@ -5,7 +5,7 @@ use super::{
     cross_check::Shown,
     flags,
     motion::Motion,
-    reference::{Known, Reference},
+    reference::{Known, Reference, TREND, TREND_OF_RATES},
     reference_noise::{LONGEST, LONGEST_TURNING},
     spread::Spread,
 };
@@ -414,7 +414,7 @@ impl AxisEstimator {
         let r = variance + walk * seconds(when.valid_t_ns, when.t_ns).abs();
         let innovation = self.state.filter.update(Measured::Angle, angle + late + when.since, r);
         reported(&innovation, out);
-        self.doubt(|state| &mut state.angle_reference);
+        self.doubt(Measured::Angle, when.t_ns, &innovation);
     }
 
     /// ∫ rate dt from the first reference up to this one, rad.
@@ -480,15 +480,27 @@ impl AxisEstimator {
         let (Some([late, r]), true) = (taken, self.fuse) else { return };
         let innovation = self.state.filter.update(Measured::Rate, reading + late + now - then, r);
         reported(&innovation, out);
-        self.doubt(|state| &mut state.rate_reference);
+        self.doubt(Measured::Rate, when.t_ns, &innovation);
     }
 
-    /// Takes bias and scale error from the references alone where they contradict the filter's.
-    fn doubt(&mut self, reference: fn(&mut AxisState) -> &mut Reference) {
-        let (main, covariance) = self.state.filter.residual_calibration();
-        if let Some((calibration, covariance)) = reference(&mut self.state).check.contradicts(main, covariance) {
-            self.state.filter.recalibrate(calibration, covariance);
-            self.state.doubted = true;
+    /// Takes bias and scale error from the references alone where they contradict the filter's; where its innovations say that they have
+    /// changed, it knows them no longer.
+    fn doubt(&mut self, measured: Measured, t_ns: i64, innovation: &Innovation) {
+        let state = &mut self.state;
+        let rate = state.filter.rate();
+        let (reference, over) = match measured {
+            Measured::Rate => (&mut state.rate_reference, TREND_OF_RATES),
+            Measured::Angle | Measured::Gyro => (&mut state.angle_reference, TREND),
+        };
+        if let Some(off) = reference.has_changed(t_ns, innovation.value / innovation.std, rate, over) {
+            let astray = if measured == Measured::Angle { innovation.value } else { 0.0 };
+            state.filter.widen_calibration(off, astray);
+            return;
+        }
+        let (main, covariance) = state.filter.residual_calibration();
+        if let Some((calibration, covariance)) = reference.check.contradicts(main, covariance) {
+            state.filter.recalibrate(calibration, covariance);
+            state.doubted = true;
         }
     }
 

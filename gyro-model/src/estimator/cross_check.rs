@@ -132,6 +132,12 @@ impl CrossCheck {
         self.take(h, z + shown.acceleration * self.x[3], r);
     }
 
+    /// Bias, scale error and delay may have changed: what is known of them is a guess.
+    pub(super) fn forget(&mut self) {
+        self.p = Matrix4::from_diagonal(&self.prior);
+        (self.rejected, self.contradicted) = (0, 0);
+    }
+
     /// The next angle does not continue the last one.
     pub(super) fn break_off(&mut self) {
         self.rejected = 0;

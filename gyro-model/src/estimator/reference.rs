@@ -5,10 +5,32 @@ use super::{
     cross_check::{CrossCheck, Shown},
     reference_noise::{Reading, ReferenceNoise},
 };
-use crate::history::seconds;
+use crate::{history::seconds, kalman::GATE};
 
 /// What is not known of the delay makes one error as long as the rate stays the same: for about this time, s.
 const DELAY_CORRELATED: f64 = 10.0;
+
+/// Over what time innovations are added up, s: an angle adds up what a rate shows by its mean alone.
+pub(super) const TREND: f64 = 3.0;
+pub(super) const TREND_OF_RATES: f64 = 10.0;
+
+/// Standard deviations of that sum beyond which bias and scale error have changed, and the root mean square of the innovations.
+const CHANGED: f64 = 4.5;
+const LARGE: f64 = 2.0;
+
+/// Fewest innovations that say so.
+const FEWEST: f64 = 4.0;
+
+/// Innovations in their standard deviations, fading.
+#[derive(Clone, Copy, Debug, Default)]
+struct Trend {
+    /// Σ ν/√S and Σ ω ν/√S, and the variances that they have where innovations are white: of a bias the one grows, of a scale error the other.
+    sums: [f64; 2],
+    variances: [f64; 2],
+    /// Σ ν²/S, and the sum of the weights.
+    squares: f64,
+    count: f64,
+}
 
 /// What is known of the reference's noise beforehand.
 #[derive(Clone, Copy, Debug)]
@@ -35,12 +57,22 @@ pub(super) struct Reference {
     last: Option<(i64, f64, f64)>,
     /// Time that the last reading has shown, s, and the gyro's signal then.
     shown: Option<(f64, f64)>,
+    /// Of the main filter's innovations; time of the last one, s.
+    trend: Trend,
+    trend_t: f64,
 }
 
 impl Reference {
     /// A reference that nothing is known of but its delay, to `delay_std`, s.
     pub(super) fn new(delay_std: f64) -> Self {
-        Self { noise: ReferenceNoise::default(), check: CrossCheck::new(delay_std), last: None, shown: None }
+        Self {
+            noise: ReferenceNoise::default(),
+            check: CrossCheck::new(delay_std),
+            last: None,
+            shown: None,
+            trend: Trend::default(),
+            trend_t: 0.0,
+        }
     }
 
     /// Time since the last reading, s, and what the gyro says has turned since, its bias and scale error taken out. `signal` is ∫u dt.
@@ -133,6 +165,32 @@ impl Reference {
         let (_, std) = self.check.delay();
         let correlated = (DELAY_CORRELATED / self.noise.interval().max(1e-6)).max(1.0);
         (std * changing).powi(2) * correlated
+    }
+
+    /// An innovation of the main filter at `t_ns`, in its standard deviations. Those of a filter that knows what it knows have any sign, and a
+    /// mean square of one; the variance of a reading is one that holds for means over seconds. A sum of one sign, or of the motion's, or too
+    /// large a mean square says that bias or scale error are no longer what they were: then by what factor they are known
+    /// worse, and the second filter forgets both.
+    pub(super) fn has_changed(&mut self, t_ns: i64, whitened: f64, rate: f64, over: f64) -> Option<f64> {
+        let t = t_ns as f64 * 1e-9;
+        let fade = (-(t - self.trend_t).max(0.0) / over).exp();
+        self.trend_t = t;
+        let nu = whitened.clamp(-GATE, GATE);
+        let trend = &mut self.trend;
+        for (k, h) in [1.0, rate].into_iter().enumerate() {
+            trend.sums[k] = fade * trend.sums[k] + h * nu;
+            trend.variances[k] = fade * fade * trend.variances[k] + h * h;
+        }
+        (trend.squares, trend.count) = (fade * trend.squares + nu * nu, fade * trend.count + 1.0);
+        let off =
+            (0..2).map(|k| trend.sums[k].abs() / trend.variances[k].max(f64::MIN_POSITIVE).sqrt()).fold(0.0, f64::max);
+        let size = (trend.squares / trend.count).sqrt();
+        if trend.count < FEWEST || (off < CHANGED && size < LARGE) {
+            return None;
+        }
+        self.trend = Trend::default();
+        self.check.forget();
+        Some(off.max(CHANGED / LARGE * size))
     }
 
     /// What the gyro says has turned since the last reading is wrong: the next one begins anew.
