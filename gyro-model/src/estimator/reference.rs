@@ -172,6 +172,9 @@ impl Reference {
     /// large a mean square says that bias or scale error are no longer what they were: then by what factor they are known
     /// worse, and the second filter forgets both.
     pub(super) fn has_changed(&mut self, t_ns: i64, whitened: f64, rate: f64, over: f64) -> Option<f64> {
+        if !(whitened.is_finite() && rate.is_finite()) {
+            return None;
+        }
         let t = t_ns as f64 * 1e-9;
         let fade = (-(t - self.trend_t).max(0.0) / over).exp();
         self.trend_t = t;
