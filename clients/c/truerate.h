@@ -28,7 +28,7 @@
 
 enum { TRUERATE_VERSION = 1, TRUERATE_HEAD = 128 };
 enum { TRUERATE_STALE = 1, TRUERATE_END = 2 };                                     /* row.flags */
-enum { TRUERATE_PRESENT = 1, TRUERATE_HELD = 2, TRUERATE_LOST = 4, TRUERATE_OUTLIER = 8, TRUERATE_RESTARTED = 16 };
+enum { TRUERATE_PRESENT = 1, TRUERATE_HELD = 2, TRUERATE_LOST = 4, TRUERATE_OUTLIER = 8, TRUERATE_RESTARTED = 16, TRUERATE_CHANGED = 32 };
 
 struct truerate_row {
     char magic[4];           /* "TRTR" */

@@ -21,7 +21,7 @@ from typing import NamedTuple, Optional, Tuple
 
 VERSION = 1
 STALE, END = 1, 2
-PRESENT, HELD, LOST, OUTLIER, RESTARTED = 1, 2, 4, 8, 16
+PRESENT, HELD, LOST, OUTLIER, RESTARTED, CHANGED = 1, 2, 4, 8, 16, 32
 ROW = struct.Struct("<4sHHQqQQQ9d3I4x")
 HEAD = 128
 ENDED = object()

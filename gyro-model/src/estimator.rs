@@ -44,6 +44,8 @@ pub mod flags {
     pub const RESTARTED: u32 = 1 << 5;
     /// The row was not newer than the one before and changed nothing.
     pub const ROW_REJECTED: u32 = 1 << 6;
+    /// A reference contradicts what was known of bias and scale error: both are found anew.
+    pub const CHANGED: u32 = 1 << 7;
 }
 
 /// Which gain the filter uses.

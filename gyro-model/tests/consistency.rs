@@ -270,6 +270,28 @@ fn under_the_right_model_the_standard_deviation_holds_on_every_reference() {
 }
 
 #[test]
+fn nothing_has_changed_where_nothing_did() {
+    let (mut runs, mut noticed) = (0.0, Vec::new());
+    for (name, reference) in references() {
+        for (motion_name, motion) in MOTIONS {
+            for gyro in GYROS {
+                let rows = rows(motion, gyro, reference, 60.0, 9);
+                let model = fitted(gyro.alpha, gyro.bias, gyro, reference.noise.max(reference.step / 12.0_f64.sqrt()));
+                for model in [None, Some(&model)] {
+                    runs += 1.0;
+                    let is_noticed = |e: &Estimate| e.axes[2].flags & flags::CHANGED != 0;
+                    if let Some(e) = run(model, &rows).iter().find(|e| is_noticed(e)) {
+                        let t = e.valid_t_ns as f64 * 1e-9;
+                        noticed.push(format!("{name}, {motion_name}, model {}: at {t:.1} s", model.is_some()));
+                    }
+                }
+            }
+        }
+    }
+    assert!((noticed.len() as f64) < 0.02 * runs, "{} of {runs} runs:\n{}", noticed.len(), noticed.join("\n"));
+}
+
+#[test]
 fn a_zero_that_has_moved_since_the_model_was_made_is_known_not_to_be_known() {
     let (whole, late) = off_by(0.0, 0.5 * DEGREE, 1.0, |_| true);
     assert!(whole < 0.006 && late < 0.006, "{whole} of all rows, {late} of the second halves beyond 3 σ");

@@ -14,7 +14,11 @@ use crate::{
     supervisor::board::Board,
     wire,
 };
-use gyro_model::{Axis, Row, diagnosis::Diagnosis};
+use gyro_model::{
+    Axis, Row,
+    diagnosis::Diagnosis,
+    estimator::{self, flags},
+};
 use ipc_types::{
     Estimate, Health, Histogram, MARK_DATA, Parameters, Sample, Status,
     port::{BytesReader, Hub, Reader},
@@ -29,6 +33,9 @@ use workbench::{motion::Motion, story};
 const STAGES_NS: u64 = 1_000_000_000;
 /// Between two points of a parameter's history, ns.
 const VALUES_NS: u64 = 500_000_000;
+
+/// Between two marks of what the filter noticed, ns.
+const APART_NS: i64 = 10_000_000_000;
 
 /// The ports, and what was seen last.
 pub(super) struct Feed {
@@ -50,6 +57,8 @@ pub(super) struct Feed {
     has_report: bool,
     named: bool,
     changed_ns: i64,
+    /// Time of the last estimate that a reference contradicted, ns.
+    contradicted_ns: i64,
     sequence: u64,
     stages_ns: u64,
     values_ns: u64,
@@ -79,6 +88,7 @@ impl Feed {
             has_report: false,
             named: false,
             changed_ns: 0,
+            contradicted_ns: i64::MIN,
             sequence: 0,
             stages_ns: 0,
             values_ns: 0,
@@ -126,10 +136,27 @@ impl Feed {
             pulse.health.acknowledged = estimate.sequence;
             pulse.health.stages[0].record(now_ns().saturating_sub(estimate.kalman_gave_ns));
             if estimate.mark == MARK_DATA {
-                self.motion.estimate(&wire::estimate_of(&estimate));
+                let estimate = wire::estimate_of(&estimate);
+                self.contradicted(&estimate);
+                self.motion.estimate(&estimate);
             }
         }
         Ok(())
+    }
+
+    /// Marks where a reference contradicts what the filter knew; not those that follow within [`APART_NS`].
+    fn contradicted(&mut self, estimate: &estimator::Estimate) {
+        let axes = Axis::ALL.into_iter().filter(|axis| estimate.axes[axis.index()].flags & flags::CHANGED != 0);
+        let letters: String = axes.map(Axis::letter).collect();
+        if letters.is_empty() {
+            return;
+        }
+        let (t_ns, last) =
+            (estimate.reference_t_ns, std::mem::replace(&mut self.contradicted_ns, estimate.reference_t_ns));
+        if t_ns.saturating_sub(last) > APART_NS {
+            let says = format!("the reference contradicts bias or scale ({letters}): both are found again");
+            self.scene.mark(Mark { t: t_ns as f64 * 1e-9, epoch: estimate.epoch, says });
+        }
     }
 
     fn parameters(&mut self, pulse: &mut Pulse) -> anyhow::Result<()> {

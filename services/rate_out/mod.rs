@@ -17,7 +17,7 @@ use gyro_model::estimator::flags;
 use ipc_types::{
     Estimate, MARK_DATA, RateRow,
     estimate::FLAG_STALE_PARAMETERS,
-    rate::{END, HELD, LOST, OUTLIER, PRESENT, RESTARTED, STALE},
+    rate::{CHANGED, END, HELD, LOST, OUTLIER, PRESENT, RESTARTED, STALE},
 };
 
 /// An estimate as others get it.
@@ -41,8 +41,13 @@ pub fn row_of(estimate: &Estimate) -> RateRow {
             continue;
         }
         [row.rate[i], row.rate_std[i], row.rate_compensated[i]] = values.map(|v| if v.is_finite() { v } else { 0.0 });
-        let known =
-            [(flags::HELD, HELD), (flags::LOST, LOST), (flags::OUTLIER, OUTLIER), (flags::RESTARTED, RESTARTED)];
+        let known = [
+            (flags::HELD, HELD),
+            (flags::LOST, LOST),
+            (flags::OUTLIER, OUTLIER),
+            (flags::RESTARTED, RESTARTED),
+            (flags::CHANGED, CHANGED),
+        ];
         row.axis_flags[i] =
             known.iter().filter(|(ours, _)| axis.flags & ours != 0).fold(PRESENT, |sum, (_, theirs)| sum | theirs);
     }

@@ -414,7 +414,7 @@ impl AxisEstimator {
         let r = variance + walk * seconds(when.valid_t_ns, when.t_ns).abs();
         let innovation = self.state.filter.update(Measured::Angle, angle + late + when.since, r);
         reported(&innovation, out);
-        self.doubt(Measured::Angle, when.t_ns, &innovation);
+        self.doubt(Measured::Angle, when.t_ns, &innovation, out);
     }
 
     /// ∫ rate dt from the first reference up to this one, rad.
@@ -480,12 +480,12 @@ impl AxisEstimator {
         let (Some([late, r]), true) = (taken, self.fuse) else { return };
         let innovation = self.state.filter.update(Measured::Rate, reading + late + now - then, r);
         reported(&innovation, out);
-        self.doubt(Measured::Rate, when.t_ns, &innovation);
+        self.doubt(Measured::Rate, when.t_ns, &innovation, out);
     }
 
     /// Takes bias and scale error from the references alone where they contradict the filter's; where its innovations say that they have
     /// changed, it knows them no longer.
-    fn doubt(&mut self, measured: Measured, t_ns: i64, innovation: &Innovation) {
+    fn doubt(&mut self, measured: Measured, t_ns: i64, innovation: &Innovation, out: &mut AxisEstimate) {
         let state = &mut self.state;
         let rate = state.filter.rate();
         let (reference, over) = match measured {
@@ -495,12 +495,14 @@ impl AxisEstimator {
         if let Some(off) = reference.has_changed(t_ns, innovation.value / innovation.std, rate, over) {
             let astray = if measured == Measured::Angle { innovation.value } else { 0.0 };
             state.filter.widen_calibration(off, astray);
+            out.flags |= flags::CHANGED;
             return;
         }
         let (main, covariance) = state.filter.residual_calibration();
         if let Some((calibration, covariance)) = reference.check.contradicts(main, covariance) {
             state.filter.recalibrate(calibration, covariance);
             state.doubted = true;
+            out.flags |= flags::CHANGED;
         }
     }
 
