@@ -42,6 +42,9 @@ const ANGLE_MAX: f64 = 1e9;
 
 /// Standard deviation of an angle by which the turn that it is in is known, rad.
 const KNOWN_TURN: f64 = 0.5 * PI;
+/// Two scale factors that differ by less are of one sensor.
+const SIMILAR: f64 = 0.25;
+
 /// An acceleration in the past is the change of the rate from so long before to so long after, s.
 const AROUND: f64 = 0.02;
 /// Readings beyond one turn that an encoder is believed not to wrap after.
@@ -85,6 +88,8 @@ pub(super) struct AxisState {
     rate_reference: Reference,
     /// The references have shown that the model's bias or scale is wrong: until another comes, it counts as not fitted.
     doubted: bool,
+    /// Whether a fitted model with the effects of the present one was set before it.
+    had_fitted: bool,
     /// Where a reading was left out, or began anew, since the last reference: readings until a cubic through them knows nothing of that.
     unrest: Option<u8>,
     motion: Motion,
@@ -130,6 +135,7 @@ impl AxisEstimator {
                 angle_reference: Reference::new(identified.calibration.delay_std),
                 rate_reference: Reference::new(identified.calibration.delay_std),
                 doubted: false,
+                had_fitted: false,
                 unrest: None,
                 motion: Motion::default(),
                 angle: 0.0,
@@ -178,7 +184,10 @@ impl AxisEstimator {
         let (now, before) = (self.identified, std::mem::replace(&mut state.calibrated, self.identified));
         let gain = now.affine[0] / before.affine[0];
         let offset = now.affine[1] - gain * before.affine[1];
-        let is_rescaled = now.effects == before.effects && gain.is_finite();
+        let is_same = now.effects == before.effects && (gain - 1.0).abs() < SIMILAR;
+        // What a filter found that never had a fitted model rests on too little.
+        state.had_fitted = before.is_fitted || (is_same && state.had_fitted);
+        let is_rescaled = is_same && state.had_fitted;
         state.doubted = false;
         for reference in [&mut state.angle_reference, &mut state.rate_reference] {
             if is_rescaled {
