@@ -74,6 +74,7 @@ pub(super) struct ReferenceTime {
 }
 
 /// What an axis remembers, as plain data.
+#[expect(clippy::struct_excessive_bools, reason = "four facts that do not exclude each other")]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AxisState {
     started: bool,
