@@ -21,6 +21,7 @@ mod motion;
 mod reference;
 mod reference_noise;
 mod spread;
+mod trend;
 
 use attitude::Attitude;
 use axis::{AxisEstimator, AxisState, Missing, Moment, ReferenceTime};
@@ -44,7 +45,7 @@ pub mod flags {
     pub const RESTARTED: u32 = 1 << 5;
     /// The row was not newer than the one before and changed nothing.
     pub const ROW_REJECTED: u32 = 1 << 6;
-    /// A reference contradicts what was known of bias and scale error: both are found anew.
+    /// A reference contradicts what was known of bias and scale error: both are found again.
     pub const CHANGED: u32 = 1 << 7;
 }
 

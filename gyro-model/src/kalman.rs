@@ -147,6 +147,8 @@ pub struct Filter {
     reach: [f64; 3],
     /// g.
     trend: f64,
+    /// Time since the last gyro reading that was taken, s.
+    untaken: f64,
 }
 
 impl Filter {
@@ -160,6 +162,7 @@ impl Filter {
             rejected: [0; 3],
             reach: [f64::NAN, 0.0, 0.0],
             trend: 0.0,
+            untaken: 0.0,
         }
     }
 
@@ -177,6 +180,7 @@ impl Filter {
         if self.reach[Measured::Gyro as usize].is_nan() {
             self.reach[Measured::Gyro as usize] = ACCELERATION_UNKNOWN * dt;
         }
+        self.untaken += dt;
         let (dt2, dt3) = (dt * dt, dt * dt * dt);
         let gain = self.gain();
         let turned = gain * (dt * (self.x[SIGNAL] - self.x[BIAS]) + 0.5 * dt2 * self.x[ACCELERATION]);
@@ -213,6 +217,7 @@ impl Filter {
         self.forget(ACCELERATION, ACCELERATION_UNKNOWN.powi(2));
         // What the gap leaves of the angle is independent of bias and scale.
         self.forget(ANGLE, self.p[(ANGLE, ANGLE)]);
+        self.untaken = 0.0;
         self.bound();
     }
 
@@ -253,6 +258,9 @@ impl Filter {
         let rejected = &mut self.rejected[measured as usize];
         if nu * nu <= GATE * GATE * s {
             *rejected = 0;
+            if measured == Measured::Gyro {
+                self.untaken = 0.0;
+            }
             let (ph, s) = if measured == Measured::Gyro && self.manoeuvre(nu, s) {
                 let ph = self.p * h.transpose();
                 (ph, (h * ph)[0] + r)
@@ -303,6 +311,10 @@ impl Filter {
                 self.forget(ANGLE, r);
             }
             Measured::Gyro => {
+                // The step was at any instant since the last reading that was taken: a uniform distribution of what has turned meanwhile.
+                let most = self.gain() * (z - self.x[SIGNAL]) * std::mem::take(&mut self.untaken);
+                self.x[ANGLE] += 0.5 * most;
+                self.p[(ANGLE, ANGLE)] += most * most / 12.0;
                 self.x[SIGNAL] = z;
                 self.x[ACCELERATION] = 0.0;
                 self.forget(SIGNAL, r);
@@ -353,6 +365,20 @@ impl Filter {
             self.p.row_mut(state).scale_mut(gain);
             self.p.column_mut(state).scale_mut(gain);
         }
+    }
+
+    /// Whether b and s are both known clearly better than `calibration` has them: to half the variance.
+    #[must_use]
+    pub fn knows(&self, calibration: Calibration) -> bool {
+        let [b, s] = calibration.variances();
+        self.p[(BIAS, BIAS)] <= 0.5 * b && self.p[(SCALE, SCALE)] <= 0.5 * s
+    }
+
+    /// Whether it knows that b and s are as small as `calibration` has them.
+    #[must_use]
+    pub fn agrees(&self, calibration: Calibration) -> bool {
+        let [b, s] = calibration.variances();
+        self.knows(calibration) && self.x[BIAS].powi(2) <= b && self.x[SCALE].powi(2) <= s
     }
 
     /// b and s may have changed: their standard deviations grow by `factor`, to those of [`Calibration::SINCE`] at least and of

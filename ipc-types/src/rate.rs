@@ -24,7 +24,7 @@ pub const LOST: u32 = 1 << 2;
 pub const OUTLIER: u32 = 1 << 3;
 /// [`RateRow::axis_flags`]: the filter started again from this reading.
 pub const RESTARTED: u32 = 1 << 4;
-/// [`RateRow::axis_flags`]: a reference contradicts what was known of bias and scale error; both are found anew.
+/// [`RateRow::axis_flags`]: a reference contradicts what was known of bias and scale error; both are found again.
 pub const CHANGED: u32 = 1 << 5;
 
 /// What a ring begins with.

@@ -5,9 +5,10 @@ use super::{
     cross_check::Shown,
     flags,
     motion::Motion,
-    reference::{Known, Reference, TREND, TREND_OF_RATES},
+    reference::{Known, Reference},
     reference_noise::{LONGEST, LONGEST_TURNING},
     spread::Spread,
+    trend::{self, Trend},
 };
 use crate::{
     compensation::{Compensation, Identified},
@@ -42,11 +43,10 @@ const ANGLE_MAX: f64 = 1e9;
 
 /// Standard deviation of an angle by which the turn that it is in is known, rad.
 const KNOWN_TURN: f64 = 0.5 * PI;
-/// Two scale factors that differ by less are of one sensor.
-const SIMILAR: f64 = 0.25;
 
 /// An acceleration in the past is the change of the rate from so long before to so long after, s.
 const AROUND: f64 = 0.02;
+
 /// Readings beyond one turn that an encoder is believed not to wrap after.
 const BELIEVED: u32 = 3;
 
@@ -74,7 +74,6 @@ pub(super) struct ReferenceTime {
 }
 
 /// What an axis remembers, as plain data.
-#[expect(clippy::struct_excessive_bools, reason = "four facts that do not exclude each other")]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AxisState {
     started: bool,
@@ -87,10 +86,11 @@ pub(super) struct AxisState {
     calibrated: Identified,
     angle_reference: Reference,
     rate_reference: Reference,
-    /// The references have shown that the model's bias or scale is wrong: until another comes, it counts as not fitted.
+    /// The references have shown that the model's bias or scale is wrong: until one comes that is right, they count as not fitted.
     doubted: bool,
-    /// Whether a fitted model with the effects of the present one was set before it.
-    had_fitted: bool,
+    /// Of the innovations beside either reference.
+    angle_trend: Trend,
+    rate_trend: Trend,
     /// Where a reading was left out, or began anew, since the last reference: readings until a cubic through them knows nothing of that.
     unrest: Option<u8>,
     motion: Motion,
@@ -136,7 +136,8 @@ impl AxisEstimator {
                 angle_reference: Reference::new(identified.calibration.delay_std),
                 rate_reference: Reference::new(identified.calibration.delay_std),
                 doubted: false,
-                had_fitted: false,
+                angle_trend: Trend::default(),
+                rate_trend: Trend::default(),
                 unrest: None,
                 motion: Motion::default(),
                 angle: 0.0,
@@ -185,24 +186,25 @@ impl AxisEstimator {
         let (now, before) = (self.identified, std::mem::replace(&mut state.calibrated, self.identified));
         let gain = now.affine[0] / before.affine[0];
         let offset = now.affine[1] - gain * before.affine[1];
-        let is_same = now.effects == before.effects && (gain - 1.0).abs() < SIMILAR;
-        // What a filter found that never had a fitted model rests on too little.
-        state.had_fitted = before.is_fitted || (is_same && state.had_fitted);
-        let is_rescaled = is_same && state.had_fitted;
-        state.doubted = false;
-        for reference in [&mut state.angle_reference, &mut state.rate_reference] {
-            if is_rescaled {
-                reference.rescale(gain, offset);
-            } else {
-                *reference = Reference::new(now.calibration.delay_std);
-            }
+        let is_rescaled = now.effects == before.effects && gain.is_finite();
+        // A fit over readings from before a change describes the sensor that was.
+        let is_own = !now.is_fitted || state.doubted || state.filter.knows(now.calibration);
+        (state.angle_trend, state.rate_trend) = (Trend::default(), Trend::default());
+        let (references, rate) = ([&mut state.angle_reference, &mut state.rate_reference], state.filter.rate());
+        if is_rescaled {
+            references.into_iter().for_each(|reference| reference.rescale(gain, offset, rate));
+            state.rate_reference.rescale_signal(gain, offset);
+        } else {
+            references.into_iter().for_each(|reference| *reference = Reference::new(now.calibration.delay_std));
         }
         state.noise_gain_interval = 0.0;
         if state.started {
-            if is_rescaled && !now.is_fitted {
+            if is_rescaled && is_own {
                 state.filter.rescale_compensation(step, gain, offset);
+                state.doubted &= !state.filter.agrees(now.calibration);
             } else {
                 state.filter.step_compensation(step, now.calibration);
+                state.doubted = false;
             }
             state.integrated_to = state.integrated_to.saturating_add(own);
             let moved = [own, shift].map(|by| valid_t_ns.saturating_add(by));
@@ -441,26 +443,35 @@ impl AxisEstimator {
             _ => state.spread.variance * state.spread.interval,
         };
         let (bias, scale) = (state.filter.bias(), state.filter.scale());
-        let shown = self.shown(compensation, when.t_ns, reference);
-        Known { encoder: believed.then_some(noise.encoder), walk, over: LONGEST, shown, bias, scale }
+        let (late, _) = reference.check.delay();
+        let (shown, gain) = (self.shown(compensation, when.t_ns, late), 1.0 / (1.0 + scale));
+        let now = compensation.history(self.axis).value(when.t_ns).unwrap_or(shown.signal);
+        Known {
+            encoder: believed.then_some(noise.encoder),
+            walk,
+            over: LONGEST,
+            bias,
+            scale,
+            rate: gain * (shown.signal - bias),
+            acceleration: gain * shown.slope,
+            turned: gain * (shown.since - bias * late),
+            faster: gain * (now - shown.signal),
+            shown,
+        }
     }
 
-    /// The instant that a reference shows at `t_ns`.
-    fn shown(&self, compensation: &Compensation, t_ns: i64, reference: &Reference) -> Shown {
-        let (history, filter) = (compensation.history(self.axis), &self.state.filter);
-        let (bias, gain) = (filter.bias(), 1.0 / (1.0 + filter.scale()));
-        let (late, _) = reference.check.delay();
-        let before = |t_ns: i64, seconds: f64| t_ns.saturating_sub((seconds * 1e9).round() as i64);
-        let value = |t_ns: i64| history.value(t_ns).unwrap_or(bias);
-        let then = before(t_ns, late);
-        let (since, signal) = (history.integral(then, t_ns), value(then));
+    /// The instant that a reference shows at `t_ns` which is `late` seconds late.
+    fn shown(&self, compensation: &Compensation, t_ns: i64, late: f64) -> Shown {
+        let (history, spread) = (compensation.history(self.axis), &self.state.spread);
+        let then = |later: f64| t_ns.saturating_add(((later - late) * 1e9).round() as i64);
+        let value = |later: f64| history.value(then(later)).unwrap_or(0.0);
+        let noise = if spread.count < SPREAD_KNOWN { READING_UNKNOWN } else { spread.variance };
         Shown {
-            since,
-            turned: gain * (since - bias * late),
-            faster: gain * (value(t_ns) - signal),
-            signal,
-            rate: gain * (signal - bias),
-            acceleration: gain * (value(before(then, -AROUND)) - value(before(then, AROUND))) / (2.0 * AROUND),
+            since: history.integral(then(0.0), t_ns),
+            signal: value(0.0),
+            slope: (value(AROUND) - value(-AROUND)) / (2.0 * AROUND),
+            signal_variance: noise,
+            slope_variance: 2.0 * noise / (2.0 * AROUND).powi(2),
         }
     }
 
@@ -498,13 +509,15 @@ impl AxisEstimator {
     fn doubt(&mut self, measured: Measured, t_ns: i64, innovation: &Innovation, out: &mut AxisEstimate) {
         let state = &mut self.state;
         let rate = state.filter.rate();
-        let (reference, over) = match measured {
-            Measured::Rate => (&mut state.rate_reference, TREND_OF_RATES),
-            Measured::Angle | Measured::Gyro => (&mut state.angle_reference, TREND),
+        let (reference, trend, over) = match measured {
+            Measured::Rate => (&mut state.rate_reference, &mut state.rate_trend, trend::OF_RATES),
+            Measured::Angle | Measured::Gyro => (&mut state.angle_reference, &mut state.angle_trend, trend::OF_ANGLES),
         };
-        if let Some(off) = reference.has_changed(t_ns, innovation.value / innovation.std, rate, over) {
+        if let Some(off) = trend.take(t_ns as f64 * 1e-9, innovation.value / innovation.std, rate, over) {
             let astray = if measured == Measured::Angle { innovation.value } else { 0.0 };
             state.filter.widen_calibration(off, astray);
+            state.doubted = true;
+            reference.check.forget(off);
             out.flags |= flags::CHANGED;
             return;
         }

@@ -10,8 +10,10 @@
 //! rate    z = u(t − τ̂) − ω_ref(t)           = b + s ω(t − τ̂) + (τ − τ̂) a(t − τ̂) + v
 //! ```
 //!
-//! with v of the reference's variance: the model is made linear about the delay τ̂ that is known so far, so that a delay that is a large part
-//! of a swing's period is no scale error.
+//! with v of the reference's variance and, since ω and a are known no better than b, s and the gyro's noise allow, of that of the product
+//! (τ − τ̂) (ω − ω̂), Var τ Var ω (the second-order term of an extended filter: Jazwinski, "Stochastic Processes and Filtering Theory", 1970,
+//! section 9.3). Without it a bias that is not known yet would pass for a motion that tells τ. The model is made linear about the delay τ̂
+//! that is known so far, so that a delay that is a large part of a swing's period is no scale error.
 //!
 //! Where its b and s differ from the main filter's by more than [`CONTRADICTED`] (χ² of two degrees of freedom, both covariances
 //! added), the main filter is wrong and takes them over.
@@ -42,14 +44,11 @@ const PATIENCE: u8 = 2;
 pub(super) struct Shown {
     /// ∫u dt from then to t, rad.
     pub since: f64,
-    /// θ(t) − θ(t − τ̂), rad.
-    pub turned: f64,
-    /// ω(t) − ω(t − τ̂), rad/s.
-    pub faster: f64,
-    /// u, rate and acceleration then, rad/s and rad/s².
+    /// u, rad/s, and du/dt, rad/s², then, and the variances that the gyro's noise makes of them.
     pub signal: f64,
-    pub rate: f64,
-    pub acceleration: f64,
+    pub slope: f64,
+    pub signal_variance: f64,
+    pub slope_variance: f64,
 }
 
 /// See the module's head.
@@ -98,8 +97,10 @@ impl CrossCheck {
         }
     }
 
-    /// u becomes `gain` u + `offset`: so do 1 + s and b.
-    pub(super) fn rescale(&mut self, gain: f64, offset: f64) {
+    /// u becomes `gain` u + `offset`, while something turns at `rate`: so do 1 + s and b. ∫u dt up to now stays as it was added up, but its part
+    /// over the last τ̂ is of the new u.
+    pub(super) fn rescale(&mut self, gain: f64, offset: f64, rate: f64) {
+        self.p[(0, 0)] += (((gain - 1.0) * rate + offset) * self.x[3]).powi(2);
         self.x[1] = gain * self.x[1] + offset;
         self.x[2] = gain * (1.0 + self.x[2]) - 1.0;
         for i in 1..3 {
@@ -114,11 +115,19 @@ impl CrossCheck {
         (self.x[3], self.p[(3, 3)].max(0.0).sqrt())
     }
 
+    /// The rate that u makes, and its variance.
+    fn rate(&self, signal: f64, variance: f64) -> (f64, f64) {
+        let gain = 1.0 / (1.0 + self.x[2]);
+        let rate = gain * (signal - self.x[1]);
+        (rate, gain * gain * (variance + self.p[(1, 1)] + rate * rate * self.p[(2, 2)]))
+    }
+
     /// ∫u dt up to the instant that the reference shows, less its angle, is `z`, of variance `r`.
     pub(super) fn take_angle(&mut self, z: f64, shown: &Shown, r: f64) {
         let delay = self.x[3];
-        let h = RowVector4::new(1.0, -delay, -shown.turned, shown.rate);
-        if !self.take(h, z + shown.rate * delay, r) {
+        let (rate, uncertain) = self.rate(shown.signal, shown.signal_variance);
+        let h = RowVector4::new(1.0, -delay, -self.turned(delay, shown.since), rate);
+        if !self.take(h, z + rate * delay, r + uncertain * self.p[(3, 3)]) {
             self.rejected += 1;
             if self.rejected > PATIENCE {
                 self.break_off();
@@ -128,13 +137,18 @@ impl CrossCheck {
 
     /// u at the instant that the reference shows, less its rate, is `z`, of variance `r`.
     pub(super) fn take_rate(&mut self, z: f64, shown: &Shown, r: f64) {
-        let h = RowVector4::new(0.0, 1.0, shown.rate, shown.acceleration);
-        self.take(h, z + shown.acceleration * self.x[3], r);
+        let gain = 1.0 / (1.0 + self.x[2]);
+        let (rate, _) = self.rate(shown.signal, shown.signal_variance);
+        let (acceleration, uncertain) = (gain * shown.slope, gain * gain * shown.slope_variance);
+        let h = RowVector4::new(0.0, 1.0, rate, acceleration);
+        self.take(h, z + acceleration * self.x[3], r + uncertain * self.p[(3, 3)]);
     }
 
-    /// Bias, scale error and delay may have changed: what is known of them is a guess.
-    pub(super) fn forget(&mut self) {
+    /// Bias and scale error may have changed: what is known of them is a guess. The delay is known worse by `factor`.
+    pub(super) fn forget(&mut self, factor: f64) {
+        let delay = (self.p[(3, 3)] * factor * factor).min(self.prior[3]);
         self.p = Matrix4::from_diagonal(&self.prior);
+        self.p[(3, 3)] = delay;
         (self.rejected, self.contradicted) = (0, 0);
     }
 

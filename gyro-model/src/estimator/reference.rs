@@ -5,32 +5,10 @@ use super::{
     cross_check::{CrossCheck, Shown},
     reference_noise::{Reading, ReferenceNoise},
 };
-use crate::{history::seconds, kalman::GATE};
+use crate::history::seconds;
 
 /// What is not known of the delay makes one error as long as the rate stays the same: for about this time, s.
 const DELAY_CORRELATED: f64 = 10.0;
-
-/// Over what time innovations are added up, s: an angle adds up what a rate shows by its mean alone.
-pub(super) const TREND: f64 = 3.0;
-pub(super) const TREND_OF_RATES: f64 = 10.0;
-
-/// Standard deviations of that sum beyond which bias and scale error have changed, and the root mean square of the innovations.
-const CHANGED: f64 = 4.5;
-const LARGE: f64 = 2.0;
-
-/// Fewest innovations that say so.
-const FEWEST: f64 = 4.0;
-
-/// Innovations in their standard deviations, fading.
-#[derive(Clone, Copy, Debug, Default)]
-struct Trend {
-    /// Σ ν/√S and Σ ω ν/√S, and the variances that they have where innovations are white: of a bias the one grows, of a scale error the other.
-    sums: [f64; 2],
-    variances: [f64; 2],
-    /// Σ ν²/S, and the sum of the weights.
-    squares: f64,
-    count: f64,
-}
 
 /// What is known of the reference's noise beforehand.
 #[derive(Clone, Copy, Debug)]
@@ -43,9 +21,14 @@ pub(super) struct Known {
     pub over: f64,
     /// The instant that it shows.
     pub shown: Shown,
-    /// Bias, rad/s, and scale error of the gyro's signal by the main filter.
+    /// Bias, rad/s, and scale error of the gyro's signal by the main filter; by these, the rate and acceleration at that instant, …
     pub bias: f64,
     pub scale: f64,
+    pub rate: f64,
+    pub acceleration: f64,
+    /// … and what was turned since, rad, and by how much the rate has grown, rad/s.
+    pub turned: f64,
+    pub faster: f64,
 }
 
 /// See the module's head.
@@ -57,22 +40,12 @@ pub(super) struct Reference {
     last: Option<(i64, f64, f64)>,
     /// Time that the last reading has shown, s, and the gyro's signal then.
     shown: Option<(f64, f64)>,
-    /// Of the main filter's innovations; time of the last one, s.
-    trend: Trend,
-    trend_t: f64,
 }
 
 impl Reference {
     /// A reference that nothing is known of but its delay, to `delay_std`, s.
     pub(super) fn new(delay_std: f64) -> Self {
-        Self {
-            noise: ReferenceNoise::default(),
-            check: CrossCheck::new(delay_std),
-            last: None,
-            shown: None,
-            trend: Trend::default(),
-            trend_t: 0.0,
-        }
+        Self { noise: ReferenceNoise::default(), check: CrossCheck::new(delay_std), last: None, shown: None }
     }
 
     /// Time since the last reading, s, and what the gyro says has turned since, its bias and scale error taken out. `signal` is ∫u dt.
@@ -101,8 +74,8 @@ impl Reference {
         let (dt, turned) = self.turned(t_ns, signal, known);
         let signalled = self.last.map_or(0.0, |(_, before, _)| signal - before);
         self.last = Some((t_ns, signal, angle));
-        let as_shown = self.as_shown(t_ns, signal - shown.since);
-        let as_shown = self.check.turned(as_shown[0], as_shown[1]);
+        let [over, more] = self.as_shown(t_ns, signal - shown.since);
+        let as_shown = self.check.turned(over, more);
         let fresh = self.noise.take(t_ns as f64 * 1e-9, angle, [turned, as_shown], known.encoder);
         self.check.predict(dt, self.check.turned(dt, signalled), known.walk);
         if fresh == Reading::Old {
@@ -112,7 +85,7 @@ impl Reference {
         if let Some(surely) = self.noise.at_most(known.walk, known.over) {
             self.check.take_angle(signal - shown.since - angle, shown, surely * self.noise.repeated());
         }
-        (!first).then_some([shown.turned, variance? + self.lateness(shown.rate)])
+        (!first).then_some([known.turned, variance? + self.lateness(known.rate)])
     }
 
     /// Takes a rate, u being `signal`; at least `least` is its variance. Returns the same.
@@ -136,7 +109,7 @@ impl Reference {
         let white = (self.noise.at_most(0.0, known.over)? * self.noise.repeated()).max(least);
         let shown = &known.shown;
         self.check.take_rate(shown.signal - reading, shown, white);
-        Some([shown.faster, white + self.lateness(shown.acceleration)])
+        Some([known.faster, white + self.lateness(known.acceleration)])
     }
 
     /// Time between the instants that the last reading and this one show, s, and the change of the gyro's signal from one to the other.
@@ -167,35 +140,6 @@ impl Reference {
         (std * changing).powi(2) * correlated
     }
 
-    /// An innovation of the main filter at `t_ns`, in its standard deviations. Those of a filter that knows what it knows have any sign, and a
-    /// mean square of one; the variance of a reading is one that holds for means over seconds. A sum of one sign, or of the motion's, or too
-    /// large a mean square says that bias or scale error are no longer what they were: then by what factor they are known
-    /// worse, and the second filter forgets both.
-    pub(super) fn has_changed(&mut self, t_ns: i64, whitened: f64, rate: f64, over: f64) -> Option<f64> {
-        if !(whitened.is_finite() && rate.is_finite()) {
-            return None;
-        }
-        let t = t_ns as f64 * 1e-9;
-        let fade = (-(t - self.trend_t).max(0.0) / over).exp();
-        self.trend_t = t;
-        let nu = whitened.clamp(-GATE, GATE);
-        let trend = &mut self.trend;
-        for (k, h) in [1.0, rate].into_iter().enumerate() {
-            trend.sums[k] = fade * trend.sums[k] + h * nu;
-            trend.variances[k] = fade * fade * trend.variances[k] + h * h;
-        }
-        (trend.squares, trend.count) = (fade * trend.squares + nu * nu, fade * trend.count + 1.0);
-        let off =
-            (0..2).map(|k| trend.sums[k].abs() / trend.variances[k].max(f64::MIN_POSITIVE).sqrt()).fold(0.0, f64::max);
-        let size = (trend.squares / trend.count).sqrt();
-        if trend.count < FEWEST || (off < CHANGED && size < LARGE) {
-            return None;
-        }
-        self.trend = Trend::default();
-        self.check.forget();
-        Some(off.max(CHANGED / LARGE * size))
-    }
-
     /// What the gyro says has turned since the last reading is wrong: the next one begins anew.
     pub(super) fn break_off(&mut self) {
         (self.last, self.shown) = (None, None);
@@ -203,8 +147,17 @@ impl Reference {
         self.check.break_off();
     }
 
-    /// Another model with the same effects: u becomes `gain` u + `offset`.
-    pub(super) fn rescale(&mut self, gain: f64, offset: f64) {
-        self.check.rescale(gain, offset);
+    /// Another model with the same effects: u becomes `gain` u + `offset`, while something turns at `rate`.
+    pub(super) fn rescale(&mut self, gain: f64, offset: f64, rate: f64) {
+        self.check.rescale(gain, offset, rate);
+    }
+
+    /// The same of a reference rate, whose signal is u itself.
+    pub(super) fn rescale_signal(&mut self, gain: f64, offset: f64) {
+        for signal in
+            self.last.iter_mut().map(|last| &mut last.1).chain(self.shown.iter_mut().map(|shown| &mut shown.1))
+        {
+            *signal = gain * *signal + offset;
+        }
     }
 }
