@@ -410,5 +410,17 @@ fn dependent(names: &[String]) -> Vec<Dependent> {
     if has("Quat W") || has("QuatW") || has("Quat.w") {
         return by("Quat", "the sensor's own filter");
     }
-    vec![]
+    names.iter().filter_map(|name| Some(Dependent { channel: name.clone(), by: filter(name)? })).collect()
+}
+
+/// The filter that a name says, as the usual libraries beside such a gyro call what they make of it.
+fn filter(name: &str) -> Option<&'static str> {
+    let name = name.to_ascii_lowercase();
+    let has = |words: &[&str]| words.iter().any(|word| name.contains(word));
+    match () {
+        () if has(&["kalman", "kalang", "kalroll", "kalpitch"]) => Some("a Kalman filter, by its name,"),
+        () if has(&["compang", "comp_ang", "complementary"]) => Some("a complementary filter, by its name,"),
+        () if has(&["madgwick", "mahony"]) => Some("a filter, by its name,"),
+        () => None,
+    }
 }
