@@ -152,6 +152,16 @@ impl Course {
         Some(course)
     }
 
+    /// dω/dt, rad/s².
+    pub(crate) fn acceleration(&self) -> Vec<f64> {
+        let (n, half) = (self.t.len(), ((STEADY / self.dt).round() as usize).max(1));
+        let slope = |k: usize| {
+            let (a, b) = (k.saturating_sub(half), (k + half).min(n - 1));
+            if self.t[b] > self.t[a] { (self.rate[b] - self.rate[a]) / (self.t[b] - self.t[a]) } else { 0.0 }
+        };
+        (0..n).map(slope).collect()
+    }
+
     /// Windows of one length, s, that overlap by half, `most` of them at most. One with silent rows has less noise than its length
     /// says: it is left out.
     pub(crate) fn windows(&self, length: f64, most: usize) -> Vec<Window> {

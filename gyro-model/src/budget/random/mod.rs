@@ -161,17 +161,19 @@ impl Trial {
         let least = windows.iter().map(|(length, _)| (LEAST * usual[*length]).max(count)).collect();
         let error = windows.iter().map(|(_, window)| step(window)).collect();
         let over = |summed: &[f64]| windows.iter().map(|(_, w)| summed[w.to] - summed[w.from]).collect();
-        let fitted = [over(&course.turned), over(&course.t), over(&course.rate)];
+        let fitted = [over(&course.turned), over(&course.t), over(&course.rate), over(&course.acceleration())];
         let mut trial = Self { squares: Squares { square, columns, block, least }, course, causes, always, first };
         trial.free_of_fit(error, &fitted);
         Some(trial)
     }
 
     /// Frees the windows of what the fit of scale, bias and delay made of the random errors: it weights all rows equally, so that a few
-    /// large steps move it, and what that makes of the error is correlated with the motion. With the variances V of all causes (generalised least squares)
+    /// large steps move it, and what that makes of the error is correlated with the motion. So is what a slow or late sensor makes of a change of
+    /// the acceleration, of second order in its time, which would pass for a step at each start and stop. With the variances V of all causes
+    /// (generalised least squares)
     ///
     /// ```text
-    /// y − X (Xᵀ V⁻¹ X)⁻¹ Xᵀ V⁻¹ y,   X = [∫ω dt, Δt, Δω] of each window
+    /// y − X (Xᵀ V⁻¹ X)⁻¹ Xᵀ V⁻¹ y,   X = [∫ω dt, Δt, Δω, Δω′] of each window
     /// ```
     fn free_of_fit(&mut self, mut error: Vec<f64>, fitted: &[Vec<f64>]) {
         let causes: Vec<usize> = (0..self.causes.len()).collect();
@@ -213,7 +215,7 @@ impl Trial {
         }
         let named = causes.iter().filter(|&&c| self.causes[c].may_show(&self.course));
         let found = named.map(|&c| self.found(c, &all, tau));
-        let mut found: Vec<Found> = found.filter(|found| found.size.value > 0.0).collect();
+        let mut found: Vec<Found> = found.filter(|found| found.size.value > 0.0 && self.is_much(found, tau)).collect();
         let last = |found: &Found| found.makes.last().copied().unwrap_or(0.0);
         found.sort_by(|a, b| last(b).total_cmp(&last(a)));
         Random { found, course: Some(self.course) }
@@ -249,6 +251,16 @@ impl Trial {
         chance * (Cause::ALL.len() as f64) < limit::SIGNIFICANCE.value
             && held.in_errors() > limit::HELD_OUT.value
             && held.value > limit::HOLDS.value * gain.min(limit::GAIN_COUNTED.value)
+    }
+
+    /// Whether it makes more than a small share of the error² of any averaging time.
+    fn is_much(&self, found: &Found, tau: &[f64]) -> bool {
+        let error = |tau: f64| {
+            let windows = self.course.windows(tau, WINDOWS);
+            let square = |w: &Window| (self.course.error[w.to] - self.course.error[w.from]).powi(2);
+            windows.iter().map(square).sum::<f64>() / windows.len().max(1) as f64
+        };
+        tau.is_empty() || tau.iter().zip(&found.makes).any(|(tau, makes)| *makes > limit::MUCH.value * error(*tau))
     }
 
     fn found(&self, cause: usize, all: &Components, tau: &[f64]) -> Found {
