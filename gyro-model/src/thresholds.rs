@@ -150,8 +150,6 @@ thresholds! {
     WANDER = 3.0, "1", ByHand;
     /// Share of the error² that may have no known cause where the rest is explained.
     EXPLAINED = 0.2, "1", ByHand;
-    /// Share of the error² at one averaging time that a random cause makes at least.
-    MUCH = 0.1, "1", ByHand;
     /// Share of the judged steps that an effect may mark as unknown.
     LEAVES_OUT = 0.966, "1", Derived("29 of the 30 blocks that a log is cut into: less than one is left to judge it by");
     /// Share of a log that may be left out before the rest is not enough for a verdict.

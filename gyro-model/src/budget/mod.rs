@@ -198,7 +198,7 @@ impl Budget {
             let of = |part: Part| incoherent * (own(part) / all + 0.0).clamp(0.0, 1.0);
             // What a random cause makes has evidence of its own, window by window. Where all together claim more than there is, the
             // others give way.
-            let made = Cause::ALL.map(|cause| random.makes(cause, k) / tau.powi(2));
+            let made = Cause::ALL.map(|cause| random.share(cause, k) * rest);
             let all_made = made.iter().sum::<f64>();
             let made = made.map(|part| if all_made > rest { part * rest / all_made } else { part });
             let of_random: f64 = made.iter().sum();

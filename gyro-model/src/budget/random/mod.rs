@@ -50,8 +50,9 @@ pub(crate) struct Found {
     pub size: Estimate,
     /// Events in the log, where it is made of events.
     pub count: Option<u64>,
-    /// Mean square of the angle error that it makes over each averaging time, rad².
-    pub makes: Vec<f64>,
+    /// Share of the angle error's mean square that it makes over each averaging time. In an attitude, errors of one axis turn into the others'
+    /// while the body turns; the share is of what the axis itself adds.
+    pub shares: Vec<f64>,
 }
 
 /// The random causes of one axis' error.
@@ -89,10 +90,10 @@ impl Random {
                 .is_some_and(|(with, without)| chance(with - without) > limit::PLAIN.value)
     }
 
-    /// The cause's mean square error over averaging time `k`, rad².
+    /// The cause's share of the mean square error over averaging time `k`.
     #[must_use]
-    pub(crate) fn makes(&self, cause: Cause, k: usize) -> f64 {
-        self.found.iter().filter(|found| found.cause == cause).map(|found| found.makes[k]).sum()
+    pub(crate) fn share(&self, cause: Cause, k: usize) -> f64 {
+        self.found.iter().filter(|found| found.cause == cause).map(|found| found.shares[k]).sum()
     }
 }
 
@@ -215,8 +216,11 @@ impl Trial {
         }
         let named = causes.iter().filter(|&&c| self.causes[c].may_show(&self.course));
         let found = named.map(|&c| self.found(c, &all, tau));
-        let mut found: Vec<Found> = found.filter(|found| found.size.value > 0.0 && self.is_much(found, tau)).collect();
-        let last = |found: &Found| found.makes.last().copied().unwrap_or(0.0);
+        // One that makes less than half of what may have no known cause, at every averaging time, limits nothing.
+        let is_much = |share: &f64| *share > 0.5 * limit::EXPLAINED.value;
+        let is_named = |found: &Found| found.shares.is_empty() || found.shares.iter().any(is_much);
+        let mut found: Vec<Found> = found.filter(|found| found.size.value > 0.0 && is_named(found)).collect();
+        let last = |found: &Found| found.shares.last().copied().unwrap_or(0.0);
         found.sort_by(|a, b| last(b).total_cmp(&last(a)));
         Random { found, course: Some(self.course) }
     }
@@ -253,16 +257,6 @@ impl Trial {
             && held.value > limit::HOLDS.value * gain.min(limit::GAIN_COUNTED.value)
     }
 
-    /// Whether it makes more than a small share of the error² of any averaging time.
-    fn is_much(&self, found: &Found, tau: &[f64]) -> bool {
-        let error = |tau: f64| {
-            let windows = self.course.windows(tau, WINDOWS);
-            let square = |w: &Window| (self.course.error[w.to] - self.course.error[w.from]).powi(2);
-            windows.iter().map(square).sum::<f64>() / windows.len().max(1) as f64
-        };
-        tau.is_empty() || tau.iter().zip(&found.makes).any(|(tau, makes)| *makes > limit::MUCH.value * error(*tau))
-    }
-
     fn found(&self, cause: usize, all: &Components, tau: &[f64]) -> Found {
         let (of, first) = (self.causes[cause], self.first[cause]);
         let columns: Vec<usize> = (first..first + of.count()).collect();
@@ -276,18 +270,19 @@ impl Trial {
             .sum();
         let size = square.max(0.0).sqrt();
         let std_error = (ALIKE * variance.max(0.0)).sqrt() / (2.0 * size);
-        let makes = |tau: &f64| {
+        let share = |tau: &f64| {
             let windows = self.course.windows(*tau, WINDOWS);
-            let of_window = |window: &Window| -> f64 {
+            let makes = |window: &Window| -> f64 {
                 of.forms(&self.course, *window).iter().zip(&columns).map(|(z, &j)| z * all.values[j]).sum()
             };
-            windows.iter().map(of_window).sum::<f64>() / windows.len().max(1) as f64
+            let square = |w: &Window| (self.course.error[w.to] - self.course.error[w.from]).powi(2);
+            windows.iter().map(makes).sum::<f64>() / windows.iter().map(square).sum::<f64>().max(f64::MIN_POSITIVE)
         };
         Found {
             cause: of,
             size: Estimate { value: size, std_error },
             count: of.events(&self.course),
-            makes: tau.iter().map(makes).collect(),
+            shares: tau.iter().map(share).collect(),
         }
     }
 }
