@@ -12,7 +12,13 @@ use ratatui::{
     text::{Line, Span},
     widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph, Row, Sparkline, Table, Widget, Wrap},
 };
-use workbench::report::{units, view::AxisView};
+use workbench::report::{
+    units,
+    view::{AxisView, SuspectView},
+};
+
+/// Columns of a suspect's name and of what is alike, at least and at most.
+const NAMES: (usize, usize) = (12, 36);
 
 /// Draws everything; what has no room is left out, the verdict last.
 pub(super) fn draw(frame: &mut Frame, scene: &Scene) {
@@ -170,15 +176,18 @@ fn curve(frame: &mut Frame, area: Rect, view: Option<&AxisView>) {
 }
 
 fn suspects(frame: &mut Frame, area: Rect, view: Option<&AxisView>) {
-    let rows = view.into_iter().flat_map(|v| &v.suspects).map(|s| {
-        let values: Vec<String> = s.parameters.iter().map(|p| format!("{} {}", p.name, p.shown)).collect();
+    let name = |s: &SuspectView| {
         let aliases: Vec<&str> = s.aliases.iter().map(|a| a.id.as_str()).collect();
-        let alias = if aliases.is_empty() { String::new() } else { format!(" or {}", aliases.join(", ")) };
-        Row::new([format!("{}{alias}", s.effect), s.removes.clone(), values.join(", ")])
+        if aliases.is_empty() { s.effect.clone() } else { format!("{} or {}", s.effect, aliases.join(", ")) }
+    };
+    let suspects = || view.into_iter().flat_map(|v| &v.suspects);
+    let rows = suspects().map(|s| {
+        let values: Vec<String> = s.parameters.iter().map(|p| format!("{} {}", p.name, p.shown)).collect();
+        Row::new([name(s), s.removes.clone(), values.join(", ")])
     });
-    let longest = view.into_iter().flat_map(|v| &v.suspects).map(|s| s.effect.chars().count()).max().unwrap_or(0);
-    let name = u16::try_from(longest.max(12)).unwrap_or(u16::MAX);
-    let widths = [Constraint::Min(name), Constraint::Length(7), Constraint::Fill(3)];
+    let longest = suspects().map(|s| name(s).chars().count()).max().unwrap_or(0);
+    let widths =
+        [Constraint::Length(longest.clamp(NAMES.0, NAMES.1) as u16), Constraint::Length(7), Constraint::Fill(1)];
     let header = Row::new(["suspect", "removes", ""]).style(Style::new().add_modifier(Modifier::DIM));
     frame.render_widget(
         Table::new(rows, widths).header(header).block(Block::bordered().title(" may be missing ")),

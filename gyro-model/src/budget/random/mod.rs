@@ -76,18 +76,23 @@ impl Random {
         course.and_then(Trial::new).map_or_else(Self::default, |trial| trial.random(tau))
     }
 
-    /// Whether a model without an effect of so many parameters, whose error this is, explains it as well as the model with it: what is
-    /// left has a random cause, and chance alone gives those parameters such a gain in likelihood ([`joint`]) too often (χ²).
+    /// Whether a model without an effect of so many parameters, whose error this is, explains it as well as the model with it: beside the
+    /// random causes of either, chance alone gives those parameters such a gain in likelihood ([`joint`]) too often (χ²).
     #[must_use]
     pub(crate) fn is_as_good_as(&self, with: &Self, parameters: usize) -> bool {
         let found = |cause: &Cause| self.found.iter().chain(&with.found).any(|found| found.cause == *cause);
         let causes: Vec<Cause> = Cause::ALL.into_iter().filter(found).collect();
         let log_likelihood = |of: &Self| joint::log_likelihood(of.course.as_ref()?, with.course.as_ref()?, &causes);
         let chance = |gain: f64| ChiSquared::new(parameters as f64).map_or(1.0, |law| law.sf(2.0 * gain.max(0.0)));
+        log_likelihood(with)
+            .zip(log_likelihood(self))
+            .is_some_and(|(with, without)| chance(with - without) > limit::PLAIN.value)
+    }
+
+    /// Whether there is one.
+    #[must_use]
+    pub(crate) fn has_found(&self) -> bool {
         !self.found.is_empty()
-            && log_likelihood(with)
-                .zip(log_likelihood(self))
-                .is_some_and(|(with, without)| chance(with - without) > limit::PLAIN.value)
     }
 
     /// The cause's share of the mean square error over averaging time `k`.

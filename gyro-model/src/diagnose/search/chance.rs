@@ -12,7 +12,12 @@ use crate::{
 impl Search<'_, '_> {
     /// Takes out each effect without which a random cause explains the error as well.
     pub(super) fn face_chance(&mut self) {
+        // The errors of one axis of an attitude turn into the others': what a random cause makes of one may look like an effect of another.
+        let is_attitude = self.incumbent.study.bench.problem.attitude().is_some();
+        let has_cause = |k: usize| Random::of(&self.incumbent.study, k, ErrorOf::Model, &[]).has_found();
+        let caused: Vec<bool> = (0..self.axes.len()).map(|k| is_attitude && has_cause(k)).collect();
         for (k, axis) in self.axes.clone().into_iter().enumerate() {
+            let turned_in = caused.iter().enumerate().any(|(other, caused)| *caused && other != k);
             let added = added(&self.incumbent, self.start, axis);
             if added.is_empty() {
                 continue;
@@ -32,7 +37,7 @@ impl Search<'_, '_> {
                 (self.options.progress)(id);
                 let Some((without, term)) = without(&self.incumbent, &[axis], id) else { continue };
                 let rest = Random::of(&without.study, k, ErrorOf::Model, &[]);
-                if rest.is_as_good_as(&now, term.values.len()) {
+                if (turned_in || rest.has_found()) && rest.is_as_good_as(&now, term.values.len()) {
                     self.incumbent = counting_again(without, &self.incumbent);
                     (self.took)(&self.incumbent.study, Change::of(k, None, Some(id)));
                     now = rest;
