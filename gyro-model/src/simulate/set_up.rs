@@ -151,16 +151,16 @@ impl SetUp {
         if self.random != RandomCauses::default() {
             let error = self.random.error(samples, axis.index(), rate_hz, seed);
             let step = step_of(&rows, axis.index());
+            add_to_turns(&mut rows, axis.index(), &error);
             for (k, row) in rows.iter_mut().enumerate() {
-                let mut off = Vector3::zeros();
-                off[axis.index()] = -error[k];
+                let mut off = -error[k];
                 if let Some(step) = step {
                     // An encoder counts what it sees, error and all.
                     let within = samples[k].true_angle[axis.index()] - row.ref_angle[axis.index()];
                     let seen = row.ref_angle[axis.index()] + within.clamp(-0.5 * step, 0.5 * step) - error[k];
-                    off[axis.index()] = (seen / step).round() * step - row.ref_angle[axis.index()];
+                    off = (seen / step).round() * step - row.ref_angle[axis.index()];
                 }
-                turn(row, off);
+                row.ref_angle[axis.index()] += off;
                 row.ref_rate[axis.index()] -= (error[k] - error[k.saturating_sub(1)]) * rate_hz;
             }
         }
@@ -194,6 +194,21 @@ fn step_of(rows: &[Row], axis: usize) -> Option<f64> {
     let steps = angles().zip(angles().skip(1)).map(|(a, b)| (b - a).abs()).filter(|step| *step > 1e-9);
     let step = steps.reduce(f64::min)?;
     angles().all(|angle| (angle / step - (angle / step).round()).abs() < 1e-3).then_some(step)
+}
+
+/// Takes an angle error off what an orientation turns about an axis, step by step: the body's axes stay where the gyro has them, as they do not
+/// where an orientation is turned by the whole error.
+fn add_to_turns(rows: &mut [Row], axis: usize, error: &[f64]) {
+    let Some(mut shown) = rows.first().and_then(attitude) else { return };
+    let mut before = shown;
+    for (row, pair) in rows.iter_mut().skip(1).zip(error.windows(2)) {
+        let Some(now) = attitude(row) else { continue };
+        let mut off = Vector3::zeros();
+        off[axis] = pair[0] - pair[1];
+        shown *= before.inverse() * now * UnitQuaternion::from_scaled_axis(off);
+        before = now;
+        write(row, shown);
+    }
 }
 
 /// Turns what a row's reference shows, angle or orientation, by small angles about the body's axes.

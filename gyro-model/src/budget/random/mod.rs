@@ -76,17 +76,13 @@ impl Random {
         course.and_then(Trial::new).map_or_else(Self::default, |trial| trial.random(tau))
     }
 
-    /// Whether a model without an effect of so many parameters, whose error this is, explains it as well as the model with it: beside the
-    /// random causes of either, chance alone gives those parameters such a gain in likelihood ([`joint`]) too often (χ²).
+    /// What ln L ([`joint`]) gains from this error to that of a model `with` one effect more, beside the random causes of either.
     #[must_use]
-    pub(crate) fn is_as_good_as(&self, with: &Self, parameters: usize) -> bool {
+    pub(crate) fn gain(&self, with: &Self) -> Option<f64> {
         let found = |cause: &Cause| self.found.iter().chain(&with.found).any(|found| found.cause == *cause);
         let causes: Vec<Cause> = Cause::ALL.into_iter().filter(found).collect();
         let log_likelihood = |of: &Self| joint::log_likelihood(of.course.as_ref()?, with.course.as_ref()?, &causes);
-        let chance = |gain: f64| ChiSquared::new(parameters as f64).map_or(1.0, |law| law.sf(2.0 * gain.max(0.0)));
-        log_likelihood(with)
-            .zip(log_likelihood(self))
-            .is_some_and(|(with, without)| chance(with - without) > limit::PLAIN.value)
+        Some(log_likelihood(with)? - log_likelihood(self)?)
     }
 
     /// Whether there is one.
@@ -100,6 +96,12 @@ impl Random {
     pub(crate) fn share(&self, cause: Cause, k: usize) -> f64 {
         self.found.iter().filter(|found| found.cause == cause).map(|found| found.shares[k]).sum()
     }
+}
+
+/// Whether chance alone gives so many parameters such a gain in ln L too often (χ²).
+#[must_use]
+pub(crate) fn is_by_chance(gain: f64, parameters: usize) -> bool {
+    ChiSquared::new(parameters as f64).map_or(1.0, |law| law.sf(2.0 * gain.max(0.0))) > limit::PLAIN.value
 }
 
 /// The windows of a log, and the causes that may act there.

@@ -91,7 +91,7 @@ pub(super) fn exchange<'a>(
 
 /// What was added to the model of these axes, each effect with the axes that have it: what joins on all axes of an orientation at once
 /// is one cause, and stands once.
-fn effects(incumbent: &Incumbent, start: &Model, axes: &[usize]) -> Vec<(&'static str, Vec<usize>)> {
+pub(super) fn effects(incumbent: &Incumbent, start: &Model, axes: &[usize]) -> Vec<(&'static str, Vec<usize>)> {
     let series = &incumbent.study.bench.problem.series;
     let of = |k: usize| added(incumbent, start, series[k].axis);
     let mut all: Vec<(&'static str, Vec<usize>)> = Vec::new();
