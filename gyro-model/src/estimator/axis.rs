@@ -190,12 +190,16 @@ impl AxisEstimator {
         // A fit over readings from before a change describes the sensor that was.
         let is_own = !now.is_fitted || state.doubted || state.filter.knows(now.calibration);
         (state.angle_trend, state.rate_trend) = (Trend::default(), Trend::default());
-        let (references, rate) = ([&mut state.angle_reference, &mut state.rate_reference], state.filter.rate());
+        let rate = state.filter.rate();
+        for reference in [&mut state.angle_reference, &mut state.rate_reference] {
+            if is_rescaled {
+                reference.rescale(gain, offset, rate);
+            } else {
+                *reference = Reference::new(now.calibration.delay_std);
+            }
+        }
         if is_rescaled {
-            references.into_iter().for_each(|reference| reference.rescale(gain, offset, rate));
             state.rate_reference.rescale_signal(gain, offset);
-        } else {
-            references.into_iter().for_each(|reference| *reference = Reference::new(now.calibration.delay_std));
         }
         state.noise_gain_interval = 0.0;
         if state.started {
