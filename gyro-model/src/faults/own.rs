@@ -62,7 +62,7 @@ fn computed(record: &Record, axis: Axis) -> Option<(String, usize, String)> {
             } else {
                 return None;
             };
-            return Some(("the reference orientation".to_owned(), turned.rows.len(), how));
+            return Some(("the reference orientation".to_owned(), gyro.rows.len(), how));
         }
     };
     let reference = Readings::of(record, channel);

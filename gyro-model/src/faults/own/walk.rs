@@ -90,7 +90,9 @@ pub(super) fn follows(gyro: &Readings, reference: &Readings, pulls: &[Vec<f64>])
 
 /// What an angle of this axis is pulled to, if it is the gyro's integral: the angle of the accelerations about it, or a free channel.
 pub(super) fn pulled_to(record: &Record, axis: Axis, gyro: &Readings, reference: &Readings) -> Option<String> {
-    let of_rows = |of: &dyn Fn(&Row) -> f64| gyro.rows.iter().map(|&row| of(&record.rows[row])).collect::<Vec<f64>>();
+    let n = gyro.rows.len().min(ENOUGH);
+    let (rows, t) = (&gyro.rows[..n], &gyro.t[..n]);
+    let of_rows = |of: &dyn Fn(&Row) -> f64| rows.iter().map(|&row| of(&record.rows[row])).collect::<Vec<f64>>();
     let [i, j, k] = [0, 1, 2].map(|other| (axis.index() + other) % 3);
     let mut about = of_rows(&|row| row.accel[j].atan2(row.accel[k]));
     unwrap(&mut about, TAU);
@@ -99,15 +101,15 @@ pub(super) fn pulled_to(record: &Record, axis: Axis, gyro: &Readings, reference:
     };
     let gravity = [about, tilt(j, [k, i]), tilt(k, [i, j])].map(|of| ("the angle of gravity".to_owned(), of));
     let free = record.free_names.iter().enumerate().map(|(c, name)| (name.clone(), of_rows(&|row| row.free[c])));
-    if reference.values.len() < gyro.values.len() {
+    if reference.values.len() < n {
         return None;
     }
     let by = |to: &[f64]| {
         // A filter counts its sums from the row before or from this one.
         let mut pulls = vec![to.to_vec()];
         for of in [to, &reference.values[..to.len()]] {
-            let once = integral(&gyro.t, of);
-            pulls.push(integral(&gyro.t, &once));
+            let once = integral(t, of);
+            pulls.push(integral(t, &once));
             pulls.push(once);
         }
         follows(gyro, reference, &pulls)
@@ -121,9 +123,10 @@ fn attitude(row: &Row) -> Option<UnitQuaternion<f64>> {
     UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-6)
 }
 
-/// What a reference orientation has turned about an axis of the body, added up.
+/// What a reference orientation has turned about an axis of the body, added up over as many readings as are enough.
 pub(super) fn turned(record: &Record, axis: Axis) -> Option<Readings> {
-    let rows: Vec<usize> = (0..record.len()).filter(|&k| attitude(&record.rows[k]).is_some()).collect();
+    let has = |k: &usize| attitude(&record.rows[*k]).is_some();
+    let rows: Vec<usize> = (0..record.len()).filter(has).take(ENOUGH).collect();
     let mut before = attitude(&record.rows[*rows.first()?])?;
     let mut sum = 0.0;
     let values = rows.iter().filter_map(|&k| {
@@ -140,11 +143,11 @@ pub(super) fn turned(record: &Record, axis: Axis) -> Option<Readings> {
 
 /// Whether an orientation is the gyro's integral, pulled to the direction of gravity.
 pub(super) fn is_levelled(record: &Record, axis: Axis, gyro: &Readings, turned: &Readings) -> bool {
-    if turned.rows.len() < gyro.rows.len() {
+    let n = gyro.rows.len().min(ENOUGH);
+    if turned.rows.len() < n {
         return false;
     }
-    let felt: Option<Vec<(UnitQuaternion<f64>, Vector3<f64>)>> = gyro
-        .rows
+    let felt: Option<Vec<(UnitQuaternion<f64>, Vector3<f64>)>> = gyro.rows[..n]
         .iter()
         .map(|&row| {
             let row = &record.rows[row];
