@@ -20,7 +20,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rustix::process::Signal;
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     fs,
     net::UdpSocket,
     time::{Duration, Instant},
@@ -195,8 +195,8 @@ impl Chaos<'_> {
     }
 }
 
-fn shared_memory(place: &Place) -> usize {
-    place.left(INSTANCE).iter().filter(|name| !name.starts_with('/')).count()
+fn shared_memory(place: &Place) -> BTreeSet<String> {
+    place.left(INSTANCE).into_iter().filter(|name| !name.starts_with('/')).collect()
 }
 
 fn drawn(key: &str, or: u64) -> u64 {
@@ -249,7 +249,16 @@ fn faults(count: u64, seed: u64) {
             eprintln!("{number} faults in {:.0} s", begun.elapsed().as_secs_f64());
         }
     }
-    chaos.pipeline.until("an end of what the dead left", |_| shared_memory(&place) <= segments);
+    let until = Instant::now() + DEADLINE;
+    while shared_memory(&place).len() > segments.len() {
+        assert!(
+            Instant::now() < until,
+            "what the dead left stays: of {:#?}\nat first {segments:#?}\n{}",
+            shared_memory(&place),
+            chaos.pipeline.errors(),
+        );
+        std::thread::sleep(Duration::from_millis(5));
+    }
     chaos.tell();
     eprintln!(
         "{count} faults of seed {seed} in {:.0} s: {} rates, {} written over unread; {} replaced that had only paused; memory {} MiB, {} at first",

@@ -50,14 +50,15 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
 fn computed(record: &Record, axis: Axis) -> Option<(String, usize, String)> {
     const WALK: &str = "it follows the random walk that the gyro's noise adds up to";
     let gyro = Readings::of(record, Channel::Gyro(axis));
+    let clocks = [walk::even(&gyro), gyro.clone()];
     let channel = match record.reference(axis)? {
         ReferenceKind::Angle => Channel::Angle(axis),
         ReferenceKind::Rate => Channel::Rate(axis),
         ReferenceKind::Quaternion => {
             let turned = walk::turned(record, axis)?;
-            let how = if walk::follows(&gyro, &turned, &[]) {
+            let how = if clocks.iter().any(|gyro| walk::follows(gyro, &turned)) {
                 WALK.to_owned()
-            } else if walk::is_levelled(record, axis, &gyro, &turned) {
+            } else if clocks.iter().any(|gyro| walk::is_levelled(record, axis, gyro, &turned)) {
                 "it is their integral, pulled to the direction of gravity, as the attitude of a filter is".to_owned()
             } else {
                 return None;
@@ -73,14 +74,16 @@ fn computed(record: &Record, axis: Axis) -> Option<(String, usize, String)> {
     let is_angle = matches!(channel, Channel::Angle(_));
     let how = if is_own(channel, &gyro, &reference) {
         format!("what they do not explain of it is less than {OWN} of their noise")
-    } else if is_angle && walk::follows(&gyro, &reference, &[]) {
+    } else if is_angle && clocks.iter().any(|gyro| walk::follows(gyro, &reference)) {
         WALK.to_owned()
     } else if let Some(time) = is_angle.then(|| heading::pulled(&gyro, &reference)).flatten() {
         format!(
             "it is their integral, pulled to another heading (time constant {}), as the yaw of a filter is",
             units::time(time)
         )
-    } else if let Some(to) = is_angle.then(|| walk::pulled_to(record, axis, &gyro, &reference)).flatten() {
+    } else if let Some(to) =
+        clocks.iter().find_map(|gyro| is_angle.then(|| walk::pulled_to(record, axis, gyro, &reference))?)
+    {
         format!("it is their integral, pulled to {to}, as roll and pitch of a filter are")
     } else {
         return None;

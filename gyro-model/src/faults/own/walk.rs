@@ -10,9 +10,10 @@
 //! y = κ∫(g − β) + k₁ ∫(φ − y) + k₂ ∫∫(φ − y)
 //! ```
 //!
-//! Of an attitude φ − y is e = a/|a| × Rᵀu with u the world's vertical, and a filter of fixed step (Madgwick 2011) has e over the length of its gradient in its place.
-//! With φ of the logged accelerations, or of a free channel, these integrals are columns of the same test: no column but the gyro's own has
-//! the gyro's noise in it.
+//! Of an attitude φ − y is e = a/|a| × Rᵀu with u the world's vertical; a filter of fixed step (Madgwick 2011) has e over the length of its
+//! gradient in its place. With φ of the logged accelerations, or of a free channel, these integrals are columns of the same test. A reference
+//! that is the sum of a column and of what the gyro shows (the column may be its own copy, its rate, its error) is no filter's: κ has to be what
+//! it is without the columns, and ∫y to pull back as much as ∫φ pulls.
 
 use super::{
     super::{
@@ -24,7 +25,7 @@ use super::{
 };
 use crate::{Axis, Record, Row, effects::white_noise, nls::Normal};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// The walk is looked for over times from so many rows on, up to this share of the log.
 const FIRST: usize = 4;
@@ -49,10 +50,30 @@ const SETTLED: usize = 4;
 const OF_GYRO: usize = 3;
 /// Columns fewer than windows that are enough to tell a quarter of a variance from all of it.
 const FREE: usize = 16;
+/// Factor within which the two pulls of a filter are alike, and its scale with them and without.
+const ALIKE: f64 = 2.0;
+/// Units that a free channel may have an angle in, rad.
+const UNITS: [f64; 2] = [1.0, PI / 180.0];
 
-/// Whether an angle goes along with the random walk of the gyro's integral, for any time up to a twelfth of the log, beside `pulls`: columns of
-/// what else the angle may be made of.
-pub(super) fn follows(gyro: &Readings, reference: &Readings, pulls: &[Vec<f64>]) -> bool {
+/// The same readings as a program has them that takes all of its steps for alike.
+pub(super) fn even(gyro: &Readings) -> Readings {
+    let (first, steps) = (gyro.t.first().copied().unwrap_or(0.0), gyro.t.len().saturating_sub(1).max(1) as f64);
+    let step = (gyro.t.last().copied().unwrap_or(first) - first) / steps;
+    Readings { t: (0..gyro.t.len()).map(|k| first + k as f64 * step).collect(), ..gyro.clone() }
+}
+
+/// Whether an angle goes along with the random walk of the gyro's integral, for any time up to a twelfth of the log.
+pub(super) fn follows(gyro: &Readings, reference: &Readings) -> bool {
+    follows_beside(gyro, reference, &[], |_| true)
+}
+
+/// The same beside `pulls`, columns of what else the angle may be made of, where a filter may have their coefficients.
+fn follows_beside(
+    gyro: &Readings,
+    reference: &Readings,
+    pulls: &[Vec<f64>],
+    is_filter: impl Fn(&[f64]) -> bool,
+) -> bool {
     let n = gyro.values.len().min(ENOUGH);
     if n < 1000 || reference.values.len() < n || gyro.rows[..n] != reference.rows[..n] {
         return false;
@@ -75,23 +96,45 @@ pub(super) fn follows(gyro: &Readings, reference: &Readings, pulls: &[Vec<f64>])
         let bent_columns: Vec<Vec<f64>> = columns.iter().map(|of| bent(of)).collect();
         let mut normal = Normal::zeros(columns.len());
         normal.add(&bent(shown), &bent_columns.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        // shown + X step is least: the coefficients of X are −step.
         let step = normal.step_from(&normal, 1e-12);
+        let coefficients: Vec<f64> = step.iter().map(|step| -step).collect();
         let alone = normal.part(0..OF_GYRO);
+        let alone = -alone.step_from(&alone, 1e-12)[0];
         let left = normal.cost_after(&step).max(0.0) / free as f64;
         let time = (t[n - 1] - t[0]) / (n - 1) as f64 * rows as f64;
-        // In the reference's unit, which may be another one than the gyro's. A column that is nearly the gyro's own makes no scale of it.
-        let scale = step[0].abs().min(alone.step_from(&alone, 1e-12)[0].abs());
-        let walk = scale * walk;
-        (free >= FREE).then_some(left / (2.0 * walk * walk * time).max(f64::MIN_POSITIVE))
+        // In the reference's unit, which may be another one than the gyro's.
+        let walk = coefficients[0].abs().min(alone.abs()) * walk;
+        let may_be = free >= FREE && is_alike(coefficients[0], alone) && is_filter(&coefficients[OF_GYRO..]);
+        may_be.then_some(left / (2.0 * walk * walk * time).max(f64::MIN_POSITIVE))
     });
     let least = least.fold(f64::INFINITY, f64::min);
     walk > 0.0 && least < OWN_WALK
 }
 
+/// Whether two coefficients have one sign, and a size alike.
+fn is_alike(a: f64, b: f64) -> bool {
+    (1.0 / ALIKE..=ALIKE).contains(&(a / b))
+}
+
+/// Σ x Δt up to each row, with the value of this row or of the one before.
+fn sum(t: &[f64], of: &[f64], earlier: usize) -> Vec<f64> {
+    let mut sum = 0.0;
+    (0..t.len())
+        .map(|k| {
+            sum += of[k.saturating_sub(earlier)] * (t[k] - t[k.saturating_sub(1)]);
+            sum
+        })
+        .collect()
+}
+
 /// What an angle of this axis is pulled to, if it is the gyro's integral: the angle of the accelerations about it, or a free channel.
 pub(super) fn pulled_to(record: &Record, axis: Axis, gyro: &Readings, reference: &Readings) -> Option<String> {
     let n = gyro.rows.len().min(ENOUGH);
-    let (rows, t) = (&gyro.rows[..n], &gyro.t[..n]);
+    if reference.values.len() < n {
+        return None;
+    }
+    let (rows, t, shown) = (&gyro.rows[..n], &gyro.t[..n], &reference.values[..n]);
     let of_rows = |of: &dyn Fn(&Row) -> f64| rows.iter().map(|&row| of(&record.rows[row])).collect::<Vec<f64>>();
     let [i, j, k] = [0, 1, 2].map(|other| (axis.index() + other) % 3);
     let mut about = of_rows(&|row| row.accel[j].atan2(row.accel[k]));
@@ -101,21 +144,16 @@ pub(super) fn pulled_to(record: &Record, axis: Axis, gyro: &Readings, reference:
     };
     let gravity = [about, tilt(j, [k, i]), tilt(k, [i, j])].map(|of| ("the angle of gravity".to_owned(), of));
     let free = record.free_names.iter().enumerate().map(|(c, name)| (name.clone(), of_rows(&|row| row.free[c])));
-    if reference.values.len() < n {
-        return None;
-    }
-    let by = |to: &[f64]| {
-        // A filter counts its sums from the row before or from this one.
-        let mut pulls = vec![to.to_vec()];
-        for of in [to, &reference.values[..to.len()]] {
-            let once = integral(t, of);
-            pulls.push(integral(t, &once));
-            pulls.push(once);
-        }
-        follows(gyro, reference, &pulls)
+    let back = integral(t, shown);
+    let is_pulled = |to: &[f64], earlier: usize| {
+        let forth = sum(t, to, earlier);
+        let pulls = [forth.clone(), back.clone(), integral(t, &forth), integral(t, &back)];
+        // An angle to the left or to the right, in its unit.
+        let is_filter = |of: &[f64]| of[1] < 0.0 && UNITS.iter().any(|unit| is_alike(of[0].abs(), -of[1] * unit));
+        follows_beside(gyro, reference, &pulls, is_filter)
     };
     let mut all = gravity.into_iter().chain(free).filter(|(_, of)| of.iter().all(|value| value.is_finite()));
-    all.find(|(_, of)| by(of)).map(|(name, _)| name)
+    all.find(|(_, of)| (0..2).any(|earlier| is_pulled(of, earlier))).map(|(name, _)| name)
 }
 
 fn attitude(row: &Row) -> Option<UnitQuaternion<f64>> {
@@ -168,17 +206,9 @@ pub(super) fn is_levelled(record: &Record, axis: Axis, gyro: &Readings, turned: 
         error(k) / force.cross(&down).norm().hypot((down - force).dot(&(down - up))).max(1e-9)
     };
     let fixed: Vec<f64> = (0..felt.len()).map(fixed).collect();
-    let sum = |of: &[f64]| -> Vec<f64> {
-        let steps = (0..of.len()).map(|k| of[k] * (gyro.t[k] - gyro.t[k.saturating_sub(1)]));
-        steps
-            .scan(0.0, |sum, step| {
-                *sum += step;
-                Some(*sum)
-            })
-            .collect()
-    };
-    let once = sum(&proportional);
-    follows(gyro, turned, &[sum(&once), once, proportional, sum(&fixed), fixed])
+    let once = sum(&gyro.t[..n], &proportional, 0);
+    let pulls = [integral(&gyro.t[..n], &once), once, proportional, sum(&gyro.t[..n], &fixed, 0), fixed];
+    follows_beside(gyro, turned, &pulls, |_| true)
 }
 
 #[cfg(test)]
@@ -210,13 +240,13 @@ mod tests {
                 made.collect::<Vec<f64>>()
             };
             let count = |values: Vec<f64>, step: f64| values.into_iter().map(|x| (x / step).round() * step).collect();
-            let of = |values: Vec<f64>| follows(&readings(gyro.clone()), &readings(values), &[]);
+            let of = |values: Vec<f64>| follows(&readings(gyro.clone()), &readings(values));
             assert!(of(count(angle(&|k| gyro[k], 0.0), 1e-4)), "{seed}");
             assert!(of(angle(&|k| gyro[k], 0.05)), "{seed}");
             assert!(!of(angle(&motion, 0.0)) && !of(count(angle(&motion, 0.0), 1.5e-3)), "{seed}");
             // A gyro in °/s beside an angle in rad: its noise only seems large.
             let degrees: Vec<f64> = gyro.iter().map(|rate| rate.to_degrees()).collect();
-            let of = |values: Vec<f64>| follows(&readings(degrees.clone()), &readings(values), &[]);
+            let of = |values: Vec<f64>| follows(&readings(degrees.clone()), &readings(values));
             assert!(!of(count(angle(&motion, 0.0), 1.5e-3)), "{seed}");
             assert!(of(count(angle(&|k| gyro[k], 0.0), 1e-4)), "{seed}");
         }
@@ -267,6 +297,20 @@ mod tests {
             let [gyro, reference] =
                 [Channel::Gyro(Axis::Y), Channel::Angle(Axis::Y)].map(|channel| Readings::of(&record, channel));
             assert_eq!(pulled_to(&record, Axis::Y, &gyro, &reference), None, "{seed}");
+            // A channel that has the encoder in it: its copy, its rate, what the gyro misses of it.
+            let integral = integral(&gyro.t, &gyro.values);
+            let rate = |k: usize| reference.values[(k + 1).min(11_999)] - reference.values[k.saturating_sub(1)];
+            let traps: [&dyn Fn(usize) -> f64; 4] =
+                [&|k| reference.values[k], &|k| reference.values[k] * 651.9, &rate, &|k| {
+                    reference.values[k] - integral[k]
+                }];
+            for (number, trap) in traps.iter().enumerate() {
+                let mut trapped = Record { free_names: vec!["aux".to_owned()], ..record.clone() };
+                for (k, row) in trapped.rows.iter_mut().enumerate() {
+                    row.free[0] = trap(k);
+                }
+                assert_eq!(pulled_to(&trapped, Axis::Y, &gyro, &reference), None, "{seed} trap {number}");
+            }
         }
     }
 
