@@ -4,7 +4,7 @@ use crate::{settings::Settings, stop::Stop};
 use anyhow::Context;
 use ipc_types::{ServiceId, domain::Domain};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
-use std::{fs, path::PathBuf, time::Duration};
+use std::{fs, os::unix::fs::MetadataExt, path::PathBuf, time::Duration};
 use workbench::{
     model_file::{ModelFile, render},
     output::{For, write_for},
@@ -17,8 +17,20 @@ pub struct Run {
     pub number: u64,
     /// When the run began, ns of `CLOCK_MONOTONIC`.
     pub began_ns: u64,
+    /// The build of the program that runs it: no other one understands the state that it leaves.
+    pub program: u64,
     /// What it was told.
     pub settings: Settings,
+}
+
+/// Tells one build of the program from another.
+///
+/// # Errors
+/// Without `/proc`.
+pub fn this_program() -> anyhow::Result<u64> {
+    let facts = fs::metadata("/proc/self/exe").context("/proc/self/exe")?;
+    let words = [facts.dev(), facts.ino(), facts.size(), facts.mtime() as u64, facts.mtime_nsec() as u64];
+    Ok(words.iter().fold(17, |hash: u64, word| hash.rotate_left(13).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ word))
 }
 
 /// What the source said of itself, written before its first sample.

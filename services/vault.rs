@@ -9,7 +9,6 @@ use rustix::{
 use std::{
     fs::{File, OpenOptions},
     marker::PhantomData,
-    os::unix::fs::MetadataExt,
     path::Path,
     ptr,
     sync::atomic::{Ordering, fence},
@@ -28,7 +27,6 @@ struct Slot<T> {
 #[derive(Clone, Copy, PartialEq, Eq)]
 struct Owner {
     run: u64,
-    program: u64,
     size: u64,
 }
 
@@ -42,7 +40,7 @@ pub struct Vault<T: Copy> {
 }
 
 impl<T: Copy> Vault<T> {
-    /// Opens the file, or makes it. What another run, or another build of this program, left in it does not count.
+    /// Opens the file, or makes it. What another run left in it does not count; a run belongs to one build of the program.
     ///
     /// # Errors
     /// Where it cannot be made or mapped.
@@ -66,7 +64,7 @@ impl<T: Copy> Vault<T> {
                 .with_context(what)?
                 .cast::<u8>();
         let mut vault = Self { base, length, number: 0, kind: PhantomData };
-        let owner = Owner { run, program: program()?, size: size_of::<T>() as u64 };
+        let owner = Owner { run, size: size_of::<T>() as u64 };
         // SAFETY: the mapping begins page-aligned and holds an `Owner`, for which every bit pattern is valid.
         unsafe {
             let place = base.cast::<Owner>();
@@ -100,7 +98,7 @@ impl<T: Copy> Vault<T> {
     #[allow(unsafe_code, reason = "see `open`")]
     pub fn load(&self) -> Option<T> {
         let slot = self.slot(self.number);
-        // SAFETY: the slot is whole, so this very program wrote a `T` there.
+        // SAFETY: the slot is whole, so the program of this run, which is this very one, wrote a `T` there.
         (self.whole(self.number % 2) == Some(self.number) && self.number > 0)
             .then(|| unsafe { ptr::read(&raw const (*slot).value) })
     }
@@ -130,13 +128,6 @@ impl<T: Copy> Drop for Vault<T> {
     }
 }
 
-/// Tells one build of the program from another.
-fn program() -> anyhow::Result<u64> {
-    let facts = std::fs::metadata("/proc/self/exe").context("/proc/self/exe")?;
-    let words = [facts.dev(), facts.ino(), facts.size(), facts.mtime() as u64, facts.mtime_nsec() as u64];
-    Ok(words.iter().fold(17, |hash: u64, word| hash.rotate_left(13).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ word))
-}
-
 #[cfg(test)]
 mod tests {
     use super::Vault;
@@ -164,8 +155,8 @@ mod tests {
         (1..=3).for_each(|i| vault.save(&i));
         drop(vault);
         let mut bytes = std::fs::read(&path).unwrap();
-        // Number 3 lies in slot 1: owner (24 bytes), slot 0 (24 bytes), then its first number.
-        bytes[48..56].fill(0);
+        // Number 3 lies in slot 1: owner (16 bytes), slot 0 (24 bytes), then its first number.
+        bytes[40..48].fill(0);
         std::fs::write(&path, bytes).unwrap();
         assert_eq!(Vault::<u64>::open(&path, 7).unwrap().load(), Some(2));
     }

@@ -19,7 +19,7 @@ use crate::{
     domain::Claim,
     profile::Profiler,
     rate_out::ring::Ring,
-    run_folder::{Run, RunFolder},
+    run_folder::{Run, RunFolder, this_program},
     settings::Settings,
     stop::Stop,
 };
@@ -139,8 +139,9 @@ impl Pipeline {
         let all = || wanted.iter().map(|&id| Process::new(id, folder.clone())).collect::<Vec<_>>();
         let mut processes = all();
         let before = processes.iter().any(Process::is_adopted).then(|| folder.run().ok()).flatten();
+        let program = this_program()?;
         let run = match before {
-            Some(run) if run.settings == settings => {
+            Some(run) if run.settings == settings && run.program == program => {
                 tracing::warn!(instance = claim.domain().name(), "adopting the processes of a supervisor that died");
                 run
             }
@@ -148,7 +149,7 @@ impl Pipeline {
                 if processes.iter().any(Process::is_adopted) {
                     tracing::warn!(
                         instance = claim.domain().name(),
-                        "ending the processes of another run whose supervisor died"
+                        "ending the processes of another run or build whose supervisor died"
                     );
                     end(&mut processes, || ());
                     processes = all();
@@ -158,7 +159,8 @@ impl Pipeline {
                 room::check(claim.domain())?;
                 claim.domain().begin_generation()?;
                 let began_ns = now_ns();
-                let run = Run { number: began_ns ^ (u64::from(std::process::id()) << 44), began_ns, settings };
+                let number = began_ns ^ (u64::from(std::process::id()) << 44);
+                let run = Run { number, began_ns, program, settings };
                 folder.set_run(&run)?;
                 run
             }

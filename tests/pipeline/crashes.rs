@@ -293,6 +293,34 @@ fn a_new_supervisor_adopts_what_still_runs() {
 }
 
 #[test]
+fn a_new_supervisor_of_another_build_begins_again() {
+    let mut place = Place::new();
+    let other = place.file("other-build");
+    std::fs::copy(env!("CARGO_BIN_EXE_truerate"), &other).unwrap();
+    let words = ["sh", "-c", &format!("shift; exec {} \"$@\"", other.display()), "sh"];
+    place.wrapper = words.map(str::to_owned).to_vec();
+    let args = ["--source", "sim"];
+    let mut pipeline = place.start("updated", &args);
+    let mut onlooker = Onlooker::join(&mut pipeline);
+    onlooker.until_on(&mut pipeline, "the first estimate");
+    drop(onlooker);
+    let before = SERVICES.map(|service| pipeline.pid(service).unwrap());
+    place.wrapper.clear();
+    place.supervise_again(&mut pipeline, &args);
+    pipeline.until("the new processes", |pipeline| {
+        let after = SERVICES.map(|service| pipeline.pid(service));
+        after.iter().zip(before).all(|(after, before)| after.is_some_and(|after| after != before))
+    });
+    let mut onlooker = Onlooker::join(&mut pipeline);
+    onlooker.until_on(&mut pipeline, "estimates of the new processes");
+    drop(onlooker);
+    let ended = pipeline.interrupt();
+    assert_eq!(ended.code, Some(0), "{}", ended.error);
+    assert!(ended.error.contains("another run or build"), "{}", ended.error);
+    assert!(place.left("updated").is_empty(), "{:?}", place.left("updated"));
+}
+
+#[test]
 fn a_recorder_that_is_killed_goes_on_in_another_file_while_the_vehicle_drives() {
     let place = Place::new();
     let (first, second) = (place.file("run.csv"), place.file("run-2.csv"));
