@@ -1,6 +1,7 @@
 //! A log in memory: columns over time, in SI units.
 
 use crate::Axis;
+use nalgebra::{Quaternion, UnitQuaternion};
 use std::{
     ops::Range,
     sync::atomic::{AtomicU32, AtomicUsize, Ordering::Relaxed},
@@ -45,6 +46,12 @@ impl Row {
         supply: f64::NAN,
         free: [f64::NAN; FREE_CHANNELS],
     };
+
+    /// The reference orientation, where there is one.
+    pub(crate) fn attitude(&self) -> Option<UnitQuaternion<f64>> {
+        let [w, x, y, z] = self.ref_quaternion;
+        UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-6)
+    }
 }
 
 /// The reference that an axis is fitted against.

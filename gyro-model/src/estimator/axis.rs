@@ -121,7 +121,6 @@ impl AxisEstimator {
     pub(super) fn new(axis: usize, options: &Options, identified: Identified) -> Self {
         Self {
             axis,
-
             jerk: options.jerk,
             fuse: options.fuse_reference,
             identified,

@@ -109,6 +109,13 @@ impl Readings {
         }
         Self { rows, t, values }
     }
+
+    /// Made ones.
+    #[cfg(test)]
+    pub(super) fn at_100_hz(values: Vec<f64>) -> Self {
+        let n = values.len();
+        Self { rows: (0..n).collect(), t: (0..n).map(|k| k as f64 * 0.01).collect(), values }
+    }
 }
 
 /// Makes an angle continuous that wraps after a `whole` turn.

@@ -30,14 +30,13 @@ const ENOUGH: usize = 20_000;
 
 /// Reports references that are the gyro's own.
 pub(super) fn check(record: &mut Record, report: &mut Report) {
-    let mut all = Axis::ALL.map(|axis| record.has_gyro(axis).then(|| computed(record, axis)).flatten());
+    let axes: Vec<Axis> = Axis::ALL.into_iter().filter(|&axis| record.has_gyro(axis)).collect();
     // An orientation is made of all three.
-    let is_oriented = |axis: Axis| record.has_gyro(axis) && record.reference(axis) == Some(ReferenceKind::Quaternion);
-    if let Some(axis) = Axis::ALL.into_iter().find(|&axis| is_oriented(axis) && all[axis.index()].is_some()) {
-        let how = all[axis.index()].clone();
-        Axis::ALL.into_iter().filter(|&axis| is_oriented(axis)).for_each(|axis| all[axis.index()].clone_from(&how));
-    }
-    for (axis, (name, rows, how)) in Axis::ALL.into_iter().zip(all).filter_map(|(axis, of)| Some((axis, of?))) {
+    let is_oriented = |axis: Axis| record.reference(axis) == Some(ReferenceKind::Quaternion);
+    let orientation = axes.iter().find_map(|&axis| is_oriented(axis).then(|| computed(record, axis))?);
+    let of = |axis| if is_oriented(axis) { orientation.clone() } else { computed(record, axis) };
+    let all: Vec<_> = axes.iter().filter_map(|&axis| Some((axis, of(axis)?))).collect();
+    for (axis, (name, rows, how)) in all {
         let says = format!(
             "{name} is computed from this gyro's own readings (gyro_{axis}): {how}. It has the gyro's errors in it and shows none of them: use an encoder, \
              motion capture, cameras or a second IMU"
@@ -135,11 +134,6 @@ mod tests {
         f64::from((k as u32).wrapping_mul(2_654_435_761) >> 8) / 1.68e7 - 0.5
     }
 
-    fn readings(values: Vec<f64>) -> Readings {
-        let n = values.len();
-        Readings { rows: (0..n).collect(), t: (0..n).map(|k| k as f64 * 0.01).collect(), values }
-    }
-
     #[test]
     fn a_copy_an_integral_and_a_filter_are_the_gyros_own_and_a_quiet_encoder_is_not() {
         let motion = |k: usize| (0.013 * k as f64).sin() + 0.4 * (0.0471 * k as f64).sin();
@@ -153,7 +147,9 @@ mod tests {
                 })
                 .collect::<Vec<f64>>()
         };
-        let of = |channel, values: Vec<f64>| is_own(channel, &readings(gyro.clone()), &readings(values));
+        let of = |channel, values: Vec<f64>| {
+            is_own(channel, &Readings::at_100_hz(gyro.clone()), &Readings::at_100_hz(values))
+        };
         let (rate, angle) = (Channel::Rate(Axis::Z), Channel::Angle(Axis::Z));
         assert!(of(rate, gyro.iter().map(|x| 1.01 * x - 0.02).collect()));
         let mean = |k: usize| gyro[k.saturating_sub(4)..=k].iter().sum::<f64>() / 5.0;

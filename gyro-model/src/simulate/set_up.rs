@@ -7,7 +7,7 @@ use super::{Sample, motion::normal, noise::stream, random::RandomCauses};
 use super::{Scenario, Simulator};
 use crate::{Axis, Row, effects::low_pass};
 use crate::{Model, Record};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
@@ -199,10 +199,10 @@ fn step_of(rows: &[Row], axis: usize) -> Option<f64> {
 /// Takes an angle error off what an orientation turns about an axis, step by step: the body's axes stay where the gyro has them, as they do not
 /// where an orientation is turned by the whole error.
 fn add_to_turns(rows: &mut [Row], axis: usize, error: &[f64]) {
-    let Some(mut shown) = rows.first().and_then(attitude) else { return };
+    let Some(mut shown) = rows.first().and_then(Row::attitude) else { return };
     let mut before = shown;
     for (row, pair) in rows.iter_mut().skip(1).zip(error.windows(2)) {
-        let Some(now) = attitude(row) else { continue };
+        let Some(now) = row.attitude() else { continue };
         let mut off = Vector3::zeros();
         off[axis] = pair[0] - pair[1];
         shown *= before.inverse() * now * UnitQuaternion::from_scaled_axis(off);
@@ -214,14 +214,9 @@ fn add_to_turns(rows: &mut [Row], axis: usize, error: &[f64]) {
 /// Turns what a row's reference shows, angle or orientation, by small angles about the body's axes.
 fn turn(row: &mut Row, by: Vector3<f64>) {
     row.ref_angle.iter_mut().zip(by.iter()).for_each(|(angle, by)| *angle += by);
-    if let Some(attitude) = attitude(row) {
+    if let Some(attitude) = row.attitude() {
         write(row, attitude * UnitQuaternion::from_scaled_axis(by));
     }
-}
-
-fn attitude(row: &Row) -> Option<UnitQuaternion<f64>> {
-    let [w, x, y, z] = row.ref_quaternion;
-    w.is_finite().then(|| UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)))
 }
 
 fn write(row: &mut Row, attitude: UnitQuaternion<f64>) {
@@ -241,9 +236,9 @@ fn smooth(rows: &mut [Row], width: f64) {
             rows[k].ref_angle[axis] = mean(&|row| row.ref_angle[axis]);
             rows[k].ref_rate[axis] = mean(&|row| row.ref_rate[axis]);
         }
-        if let Some(own) = attitude(&before[k]) {
+        if let Some(own) = before[k].attitude() {
             let off =
-                |j: usize| attitude(&before[j]).map_or_else(Vector3::zeros, |a| (own.inverse() * a).scaled_axis());
+                |j: usize| before[j].attitude().map_or_else(Vector3::zeros, |a| (own.inverse() * a).scaled_axis());
             let mean = near.clone().map(|j| off(j) * weight(j)).sum::<Vector3<f64>>() / sum;
             write(&mut rows[k], own * UnitQuaternion::from_scaled_axis(mean));
         }
@@ -268,7 +263,7 @@ fn seldom(rows: &mut [Row], rate: f64) {
                 row.ref_angle[axis] = from.ref_angle[axis] + share * (to.ref_angle[axis] - from.ref_angle[axis]);
                 row.ref_rate[axis] = from.ref_rate[axis] + share * (to.ref_rate[axis] - from.ref_rate[axis]);
             }
-            if let (Some(a), Some(b)) = (attitude(&from), attitude(&to)) {
+            if let (Some(a), Some(b)) = (from.attitude(), to.attitude()) {
                 write(row, a.slerp(&b, share));
             }
         }

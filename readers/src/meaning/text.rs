@@ -413,14 +413,39 @@ fn dependent(names: &[String]) -> Vec<Dependent> {
     names.iter().filter_map(|name| Some(Dependent { channel: name.clone(), by: filter(name)? })).collect()
 }
 
-/// The filter that a name says, as the usual libraries beside such a gyro call what they make of it.
+/// The filter that a name says, as the usual libraries beside such a gyro call what they make of it. A pose of cameras may have gone through
+/// a Kalman filter too: that word counts beside an angle of the sensor's own.
 fn filter(name: &str) -> Option<&'static str> {
-    let name = name.to_ascii_lowercase();
-    let has = |words: &[&str]| words.iter().any(|word| name.contains(word));
+    let name: String = name.to_ascii_lowercase().chars().filter(char::is_ascii_alphanumeric).collect();
+    let angle = |of: &str| ["angle", "roll", "pitch"].iter().any(|angle| name.contains(&format!("{of}{angle}")));
     match () {
-        () if has(&["kalman", "kalang", "kalroll", "kalpitch"]) => Some("a Kalman filter, by its name,"),
-        () if has(&["compang", "comp_ang", "complementary"]) => Some("a complementary filter, by its name,"),
-        () if has(&["madgwick", "mahony"]) => Some("a filter, by its name,"),
+        () if angle("kal") || angle("kalman") => Some("a Kalman filter, by its name,"),
+        () if angle("comp") || angle("complementary") || name.contains("complementaryfilter") => {
+            Some("a complementary filter, by its name,")
+        }
+        () if name.contains("madgwick") || name.contains("mahony") => Some("a filter, by its name,"),
         () => None,
+    }
+}
+#[cfg(test)]
+mod tests {
+    use super::filter;
+
+    #[test]
+    fn an_angle_named_after_a_filter_of_inertial_sensors_is_known_and_a_pose_of_cameras_is_not() {
+        for own in [
+            "kalAngleX",
+            "kalman_pitch",
+            "KalmanAngleY",
+            "compAngleX",
+            "complementary filter",
+            "madgwick.roll",
+            "q_mahony",
+        ] {
+            assert!(filter(own).is_some(), "{own}");
+        }
+        for other in ["pose_kalman.q", "kalman_position", "compass_angle", "components", "angle", "total_angle"] {
+            assert!(filter(other).is_none(), "{other}");
+        }
     }
 }

@@ -70,6 +70,20 @@ const RESTS: f64 = 0.3;
 /// Length of a hole, in steps from row to row.
 const HOLE: f64 = 1.8;
 
+/// Half of the time over which the rate is averaged, in rows.
+fn half_of_steady(dt: f64) -> usize {
+    ((STEADY / dt).round() as usize).max(1)
+}
+
+/// Change per second of a signal at each row, between the rows `half` before and after it.
+fn slope(t: &[f64], signal: &[f64], half: usize) -> Vec<f64> {
+    let at = |k: usize| {
+        let (a, b) = (k.saturating_sub(half), (k + half).min(t.len() - 1));
+        if t[b] > t[a] { (signal[b] - signal[a]) / (t[b] - t[a]) } else { 0.0 }
+    };
+    (0..t.len()).map(at).collect()
+}
+
 impl Course {
     /// Of one axis of a study; `None` where it does not turn.
     pub(crate) fn of(study: &Study, series: usize, of: ErrorOf) -> Option<Self> {
@@ -104,13 +118,8 @@ impl Course {
             let tau = &study.bench.windows.tau;
             error = coherent::conditioned(s, &read_angle(s), &error, (tau, dt), Response::Column).rest;
         }
-        let half = ((STEADY / dt).round() as usize).max(1);
-        let rate: Vec<f64> = (0..n)
-            .map(|k| {
-                let (a, b) = (k.saturating_sub(half), (k + half).min(n - 1));
-                if t[b] > t[a] { (turned[b] - turned[a]) / (t[b] - t[a]) } else { 0.0 }
-            })
-            .collect();
+        let half = half_of_steady(dt);
+        let rate = slope(&t, &turned, half);
         let mean_square = rate.iter().map(|w| w * w).sum::<f64>() / n.max(1) as f64;
         let noise = study.bench.prior[series].angle_random_walk / (2.0 * half as f64 * dt).sqrt();
         let least = |share: f64| (share * mean_square.sqrt()).max(NOISE * noise);
@@ -154,12 +163,7 @@ impl Course {
 
     /// dω/dt, rad/s².
     pub(crate) fn acceleration(&self) -> Vec<f64> {
-        let (n, half) = (self.t.len(), ((STEADY / self.dt).round() as usize).max(1));
-        let slope = |k: usize| {
-            let (a, b) = (k.saturating_sub(half), (k + half).min(n - 1));
-            if self.t[b] > self.t[a] { (self.rate[b] - self.rate[a]) / (self.t[b] - self.t[a]) } else { 0.0 }
-        };
-        (0..n).map(slope).collect()
+        slope(&self.t, &self.rate, half_of_steady(self.dt))
     }
 
     /// Windows of one length, s, that overlap by half, `most` of them at most. One with silent rows has less noise than its length

@@ -4,7 +4,7 @@
 //! of another. So an effect is held against what its own axes add to the error; one that joins on all axes at once, against all of them together.
 
 use super::{
-    Change, Search,
+    Change, Search, added,
     backward::{counting_again, without},
     exchange::effects,
 };
@@ -30,7 +30,7 @@ impl Search<'_, '_> {
             let is_caused = |k: usize| now[k].has_found();
             let turned_in = is_attitude && all.iter().any(|&k| is_caused(k));
             // A play leaves out the rows that it makes unsure: a model without another effect is judged on others than this one.
-            let has_play = own.iter().flat_map(|&k| super::added(&self.incumbent, self.start, self.axes[k]));
+            let has_play = own.iter().flat_map(|&k| added(&self.incumbent, self.start, self.axes[k]));
             let has_play = has_play.filter_map(find).any(<dyn Effect>::is_play);
             if has_play && !own.iter().any(|&k| is_caused(k)) {
                 continue;

@@ -68,11 +68,6 @@ mod tests {
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
 
-    fn readings(values: Vec<f64>) -> Readings {
-        let n = values.len();
-        Readings { rows: (0..n).collect(), t: (0..n).map(|k| k as f64 * 0.01).collect(), values }
-    }
-
     #[test]
     fn the_yaw_of_a_filter_is_pulled_and_an_encoder_behind_a_gear_is_not() {
         let motion = |k: usize| (0.013 * k as f64).sin() + 0.4 * (0.0471 * k as f64).sin();
@@ -91,7 +86,7 @@ mod tests {
                 });
                 made.collect::<Vec<f64>>()
             };
-            let of = |values: Vec<f64>| pulled(&readings(gyro.clone()), &readings(values));
+            let of = |values: Vec<f64>| pulled(&Readings::at_100_hz(gyro.clone()), &Readings::at_100_hz(values));
             for time in [2.0, 4.0, 15.0] {
                 for values in [yaw(time, &|_| 0.0), yaw(time, &|heading| 0.45 * heading.sin())] {
                     let found = of(values);

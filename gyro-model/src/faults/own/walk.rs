@@ -24,7 +24,7 @@ use super::{
     ENOUGH,
 };
 use crate::{Axis, Record, Row, effects::white_noise, nls::Normal};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::{PI, TAU};
 
 /// The walk is looked for over times from so many rows on, up to this share of the log.
@@ -156,19 +156,14 @@ pub(super) fn pulled_to(record: &Record, axis: Axis, gyro: &Readings, reference:
     all.find(|(_, of)| (0..2).any(|earlier| is_pulled(of, earlier))).map(|(name, _)| name)
 }
 
-fn attitude(row: &Row) -> Option<UnitQuaternion<f64>> {
-    let [w, x, y, z] = row.ref_quaternion;
-    UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-6)
-}
-
 /// What a reference orientation has turned about an axis of the body, added up over as many readings as are enough.
 pub(super) fn turned(record: &Record, axis: Axis) -> Option<Readings> {
-    let has = |k: &usize| attitude(&record.rows[*k]).is_some();
+    let has = |k: &usize| record.rows[*k].attitude().is_some();
     let rows: Vec<usize> = (0..record.len()).filter(has).take(ENOUGH).collect();
-    let mut before = attitude(&record.rows[*rows.first()?])?;
+    let mut before = record.rows[*rows.first()?].attitude()?;
     let mut sum = 0.0;
     let values = rows.iter().filter_map(|&k| {
-        let now = attitude(&record.rows[k])?;
+        let now = record.rows[k].attitude()?;
         sum += (std::mem::replace(&mut before, now).inverse() * now).scaled_axis()[axis.index()];
         Some(sum)
     });
@@ -190,7 +185,7 @@ pub(super) fn is_levelled(record: &Record, axis: Axis, gyro: &Readings, turned: 
         .map(|&row| {
             let row = &record.rows[row];
             let force = Vector3::from(row.accel).try_normalize(1e-3).filter(|of| of.iter().all(|x| x.is_finite()))?;
-            Some((attitude(row)?, force))
+            Some((row.attitude()?, force))
         })
         .collect();
     let Some(felt) = felt else { return false };
@@ -218,11 +213,6 @@ mod tests {
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
 
-    fn readings(values: Vec<f64>) -> Readings {
-        let n = values.len();
-        Readings { rows: (0..n).collect(), t: (0..n).map(|k| k as f64 * 0.01).collect(), values }
-    }
-
     #[test]
     fn an_integral_that_is_printed_or_pulled_follows_the_walk_and_an_encoder_does_not() {
         let motion = |k: usize| (0.013 * k as f64).sin() + 0.4 * (0.0471 * k as f64).sin();
@@ -240,13 +230,13 @@ mod tests {
                 made.collect::<Vec<f64>>()
             };
             let count = |values: Vec<f64>, step: f64| values.into_iter().map(|x| (x / step).round() * step).collect();
-            let of = |values: Vec<f64>| follows(&readings(gyro.clone()), &readings(values));
+            let of = |values: Vec<f64>| follows(&Readings::at_100_hz(gyro.clone()), &Readings::at_100_hz(values));
             assert!(of(count(angle(&|k| gyro[k], 0.0), 1e-4)), "{seed}");
             assert!(of(angle(&|k| gyro[k], 0.05)), "{seed}");
             assert!(!of(angle(&motion, 0.0)) && !of(count(angle(&motion, 0.0), 1.5e-3)), "{seed}");
             // A gyro in °/s beside an angle in rad: its noise only seems large.
             let degrees: Vec<f64> = gyro.iter().map(|rate| rate.to_degrees()).collect();
-            let of = |values: Vec<f64>| follows(&readings(degrees.clone()), &readings(values));
+            let of = |values: Vec<f64>| follows(&Readings::at_100_hz(degrees.clone()), &Readings::at_100_hz(values));
             assert!(!of(count(angle(&motion, 0.0), 1.5e-3)), "{seed}");
             assert!(of(count(angle(&|k| gyro[k], 0.0), 1e-4)), "{seed}");
         }
