@@ -239,6 +239,17 @@ impl Filter {
         RowVector5::new(0.0, gain, 0.0, -gain, -gain * self.rate())
     }
 
+    /// Time since the last gyro reading that was taken, s.
+    #[must_use]
+    pub fn untaken(&self) -> f64 {
+        self.untaken
+    }
+
+    /// Believes the next gyro reading, however far it is from what was expected.
+    pub fn believe(&mut self) {
+        self.rejected[Measured::Gyro as usize] = PATIENCE;
+    }
+
     /// Takes a measurement `z` of variance `r`.
     pub fn update(&mut self, measured: Measured, z: f64, r: f64) -> Innovation {
         let h = match measured {

@@ -27,6 +27,9 @@ const MEMORY: f64 = 0.5;
 /// See [`MEMORY`].
 const SAMPLES: f64 = 50.0;
 
+/// Longer than so many intervals without a reading is a hole: what the motion did before it says nothing of what it does after.
+pub(crate) const HOLE: f64 = 20.0;
+
 /// ν²/S counts up to this, so that one outlier does not choose for all.
 const CLIP: f64 = 25.0;
 
@@ -67,7 +70,7 @@ impl Tracker {
 impl ProcessNoise {
     /// Takes the rate `z`, `dt` after the last one, with white noise of variance `r` at the nominal interval `nominal`.
     pub(crate) fn step(&mut self, z: f64, r: f64, dt: f64, nominal: f64) {
-        if !self.started || dt > 20.0 * nominal {
+        if !self.started || dt > HOLE * nominal {
             let acceleration_variance = r / (nominal * nominal);
             let tracker = Tracker { rate: z, acceleration: 0.0, p: [r, 0.0, 1e4 * acceleration_variance] };
             let score = if self.started { self.score } else { [0.0; MEMBERS] };

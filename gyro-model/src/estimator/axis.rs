@@ -15,7 +15,7 @@ use crate::{
     history::seconds,
     kalman::{Drive, Fate, Filter, Innovation, Measured, RATE_UNKNOWN},
     observer::Observer,
-    process_noise::ProcessNoise,
+    process_noise::{HOLE, ProcessNoise},
 };
 use std::f64::consts::{PI, SQRT_2, TAU};
 
@@ -258,6 +258,10 @@ impl AxisEstimator {
             state.filter.forget_angle_variance();
         }
         if read && !lost {
+            // Over a hole the acceleration goes on as it was last seen: a reading is better than that, be it far from it.
+            if state.filter.untaken() > HOLE * state.spread.interval {
+                state.filter.believe();
+            }
             let innovation = state.filter.update(Measured::Gyro, rate, r);
             out.innovation = innovation.value;
             out.innovation_std = innovation.std;

@@ -6,6 +6,7 @@ use crate::{
         temperature_bias::TEMPERATURE_BIAS,
     },
 };
+use itertools::Itertools;
 use proptest::prelude::*;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -728,4 +729,21 @@ fn a_snapshot_of_another_model_goes_on_without_a_bump() {
     };
     assert!(worst(1, -0.03) < 2e-3, "{}", worst(1, -0.03));
     assert!(worst(2, 0.05) < 2e-3, "{}", worst(2, 0.05));
+}
+
+#[test]
+fn the_first_reading_after_a_hole_counts() {
+    let slow: Motion = |t| (4.0 * (1.0 - (0.125 * t).cos()), 0.5 * (0.125 * t).sin());
+    for (ms, seed) in [25, 100, 370, 490].into_iter().cartesian_product(0..8) {
+        let mut rows = rows(slow, 1000, 4, (1.0, 0.0, 0.0), seed);
+        // The vehicle turned meanwhile, more sharply than such a motion does.
+        rows.iter_mut().skip(3000).for_each(|row| row.gyro[2] += 0.4);
+        let slow = |t: f64| (slow(t).0, slow(t).1 + if t < 3.0 { 0.0 } else { 0.4 });
+        rows.drain(3000..3000 + ms);
+        let estimates = run(Options { fuse_reference: false, ..Options::default() }, &model(1.0, 0.0), &rows);
+        for estimate in &estimates[3000..3010] {
+            let off = (estimate.axes[2].rate_filtered - slow(estimate.valid_t_ns as f64 * 1e-9).1).abs();
+            assert!(off < 0.02, "{ms} ms, seed {seed}: {off} {:?}", estimate.axes[2]);
+        }
+    }
 }
