@@ -6,6 +6,7 @@ use crate::{
     diagnose::{self, compare},
     diagnosis::{AxisDiagnosis, ErrorPoint, Verdict},
     effects::{ParameterCard, Role},
+    faults::is_wrong_ratio,
     fit::{FitError, fit},
     units,
 };
@@ -121,6 +122,14 @@ pub fn refitted(record: &Record, start: &Model) -> Result<Model, FitError> {
 #[must_use]
 pub fn contradicts(a: &Model, b: &Model) -> bool {
     parameters(a).zip(parameters(b)).any(|((x, sx), (y, sy))| (x - y).abs() > DISAGREE * sx.hypot(sy))
+}
+
+/// Whether a solution contradicts a model, or has a scale factor that no gyro has where the model has none such. Readings of less than a second
+/// may do so: what noise of the gyro makes of α there is in no standard error.
+#[must_use]
+pub fn is_surprising(solution: &Model, beside: &Model) -> bool {
+    let is_wrong = |model: &Model| model.axes.iter().flatten().any(is_wrong_ratio);
+    contradicts(solution, beside) || (is_wrong(solution) && !is_wrong(beside))
 }
 
 /// Whether a solution agrees with a model within their standard errors and knows none of its parameters better.
@@ -309,6 +318,23 @@ mod tests {
         axis.terms[0].std_errors.fill(1.5);
         let why = not_excited(&Model { axes: [None, None, Some(axis)], ..Model::default() });
         assert_eq!(why.as_deref(), Some("scale-factor.alpha of axis z is known to ± 150 %, and 2 % is typical"));
+    }
+
+    #[test]
+    fn a_scale_that_no_gyro_has_is_a_surprise_and_so_is_what_contradicts() {
+        let model = |alpha: f64, std_error: f64| {
+            let mut axis = AxisModel::base(Axis::Z);
+            axis.terms[0].values[0] = alpha;
+            axis.terms.iter_mut().for_each(|term| term.std_errors = vec![std_error]);
+            Model { axes: [None, None, Some(axis)], ..Model::default() }
+        };
+        let unfitted = model(1.0, f64::NAN);
+        assert!(
+            !is_surprising(&model(0.98, 1e-3), &unfitted) && !is_surprising(&model(0.98, 1e-3), &model(0.979, 1e-4))
+        );
+        assert!(is_surprising(&model(0.023, 7e-3), &unfitted) && is_surprising(&model(0.95, 1e-3), &model(0.98, 1e-4)));
+        // A gear that was there before.
+        assert!(!is_surprising(&model(2.001, 1e-3), &model(2.0, 1e-3)));
     }
 
     #[test]

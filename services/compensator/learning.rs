@@ -15,7 +15,7 @@ use crate::clock::now_ns;
 use crate::run_folder::{Learned, LearnedAxis};
 use gyro_model::{
     Axis, Model,
-    learning::{adds_nothing, not_excited},
+    learning::{adds_nothing, is_surprising, not_excited},
     units,
 };
 use ipc_types::diagnosis::TrialState;
@@ -91,6 +91,16 @@ impl Compensator<'_> {
                     && adds_nothing(&model, self.current.start()) =>
                 {
                     (None, Some("the model is still known better from before this process began".to_owned()))
+                }
+                // The first solution of a process may rest on a tenth of a second.
+                None if !last
+                    && !std::mem::replace(&mut self.has_solved, true)
+                    && is_surprising(&model, self.current.start()) =>
+                {
+                    (
+                        None,
+                        Some("the first readings contradict the model: the next solution has to confirm it".to_owned()),
+                    )
                 }
                 _ => (Some(model), None),
             },

@@ -94,6 +94,8 @@ struct Compensator<'a> {
     paused: bool,
     /// Why no solution is worth taking yet.
     waits_for: Option<String>,
+    /// A solution was taken, or one that was a surprise was left to the next one.
+    has_solved: bool,
     /// It was said that the disk is full.
     keeps_nothing: bool,
 }
@@ -146,6 +148,7 @@ pub fn run(hub: &Hub, run: &Run, folder: &RunFolder, stop: &Stop) -> anyhow::Res
         given_ns: 0,
         paused: settings.freeze,
         waits_for: None,
+        has_solved: false,
         keeps_nothing: false,
     };
     compensator.give()?;
