@@ -360,13 +360,15 @@ fn calibration(terms: &[Term]) -> (f64, f64) {
     (alpha, delta)
 }
 
-/// Readings that say nothing: those that are missing, and those that a limit cut off.
+/// Readings that say nothing: those that are missing, those that a limit cut off, and their neighbours, from which the integral takes the curve
+/// over the step beside them.
 fn lost(s: &Series, terms: &[Term]) -> Vec<bool> {
     let mut lost = s.missing.clone();
     for term in terms.iter().filter(|term| term.effect.stage() == Stage::Reading) {
         // A reading that stays short of the limit by less than its noise is one that the noise kept there.
-        for (l, &g) in lost.iter_mut().zip(&s.gyro) {
-            *l |= [-s.margin, 0.0, s.margin].iter().any(|m| term.effect.lost(&term.values, g + m));
+        let is_cut = |g: f64| [-s.margin, 0.0, s.margin].iter().any(|m| term.effect.lost(&term.values, g + m));
+        for k in (0..lost.len()).filter(|&k| is_cut(s.gyro[k])) {
+            lost[k.saturating_sub(1)..(k + 2).min(s.gyro.len())].fill(true);
         }
     }
     lost
