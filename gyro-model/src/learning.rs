@@ -5,7 +5,7 @@ use crate::{
     Axis, AxisModel, Model, Record, Term,
     diagnose::{self, compare},
     diagnosis::{AxisDiagnosis, ErrorPoint, Verdict},
-    effects::{ParameterCard, Role},
+    effects::{ParameterCard, Role, Trait},
     faults::is_wrong_ratio,
     fit::{FitError, fit},
     units,
@@ -124,8 +124,8 @@ pub fn contradicts(a: &Model, b: &Model) -> bool {
     parameters(a).zip(parameters(b)).any(|((x, sx), (y, sy))| (x - y).abs() > DISAGREE * sx.hypot(sy))
 }
 
-/// Whether a solution contradicts a model, or has a scale factor that no gyro has where the model has none such. Readings of less than a second
-/// may do so: what noise of the gyro makes of α there is in no standard error.
+/// Whether a solution contradicts a model, or has a scale factor that no gyro has where the model's is one that gyros have. Readings of less than
+/// a second may do so: their standard errors do not contain what the noise of the gyro does to α (errors in variables).
 #[must_use]
 pub fn is_surprising(solution: &Model, beside: &Model) -> bool {
     let is_wrong = |model: &Model| model.axes.iter().flatten().any(is_wrong_ratio);
@@ -169,7 +169,11 @@ pub fn not_excited(model: &Model) -> Option<String> {
                 return Some(format!("{id}.{} of axis {axis} is at its physical bound", card.name));
             }
             let sized = || {
-                let sizes = coefficients().map(|(card, _, error)| (card, error, (card.typical - card.neutral).abs()));
+                let sizes = coefficients().map(|(card, value, error)| {
+                    // A scale is known to a part of itself: the noise of a gyro that hardly turns makes α nearly zero, and its error with it.
+                    let of = if term.effect.is(Trait::Gain) { value.abs() } else { 1.0 };
+                    (card, error / of, (card.typical - card.neutral).abs())
+                });
                 sizes.filter(|(.., typical)| *typical > 0.0)
             };
             let known = sized().any(|(_, std_error, typical)| std_error <= typical);
@@ -316,8 +320,12 @@ mod tests {
         axis.terms[2].std_errors.fill(1.0);
         assert!(!excited(&axis));
         axis.terms[0].std_errors.fill(1.5);
-        let why = not_excited(&Model { axes: [None, None, Some(axis)], ..Model::default() });
-        assert_eq!(why.as_deref(), Some("scale-factor.alpha of axis z is known to ± 150 %, and 2 % is typical"));
+        let waits = |axis: &AxisModel| {
+            not_excited(&Model { axes: [None, None, Some(axis.clone())], ..Model::default() }).unwrap_or_default()
+        };
+        assert_eq!(waits(&axis), "scale-factor.alpha of axis z is known to ± 150 %, and 2 % is typical");
+        (axis.terms[0].values[0], axis.terms[0].std_errors[0]) = (0.025, 0.0075);
+        assert_eq!(waits(&axis), "scale-factor.alpha of axis z is known to ± 30 %, and 2 % is typical");
     }
 
     #[test]
