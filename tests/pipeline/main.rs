@@ -138,8 +138,9 @@ fn status_tells_what_runs_in_the_form_of_the_interface() {
     assert!(status["verdict"]["axes"].is_array(), "{status}");
     let text = String::from_utf8(place.output(&["status", "--instance", "look"]).stdout).unwrap();
     let place_of = |word: &str| text.find(word).unwrap_or_else(|| panic!("{word}: {text}"));
-    assert!(text.contains("axis x  ") || text.contains("no diagnosis yet"), "{text}");
-    assert!(place_of("diagnosis") < place_of("learning ") && place_of("learning ") < place_of("process "), "{text}");
+    // On a busy machine the first diagnosis may be there.
+    let found = text.find("axis x  ").unwrap_or_else(|| place_of("no diagnosis yet"));
+    assert!(found < place_of("learning ") && place_of("learning ") < place_of("process "), "{text}");
     let stages: Vec<&str> = status["stages"].as_array().unwrap().iter().map(|s| s["stage"].as_str().unwrap()).collect();
     for stage in ["acquisition-to-kalman", "kalman", "sample-to-estimate", "acquisition-to-compensator"] {
         assert!(stages.contains(&stage), "{stages:?}");
