@@ -17,20 +17,19 @@ pub struct Run {
     pub number: u64,
     /// When the run began, ns of `CLOCK_MONOTONIC`.
     pub began_ns: u64,
-    /// The build of the program that runs it: no other one understands the state that it leaves.
-    pub program: u64,
+    /// The build of the program that runs it, see [`this_program`]: no other one can read the state that it leaves.
+    pub program: [u64; 5],
     /// What it was told.
     pub settings: Settings,
 }
 
-/// Tells one build of the program from another.
+/// What tells one build of the program from another: where its file lies, how large it is and when it was written.
 ///
 /// # Errors
 /// Without `/proc`.
-pub fn this_program() -> anyhow::Result<u64> {
-    let facts = fs::metadata("/proc/self/exe").context("/proc/self/exe")?;
-    let words = [facts.dev(), facts.ino(), facts.size(), facts.mtime() as u64, facts.mtime_nsec() as u64];
-    Ok(words.iter().fold(17, |hash: u64, word| hash.rotate_left(13).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ word))
+pub fn this_program() -> anyhow::Result<[u64; 5]> {
+    let file = fs::metadata("/proc/self/exe").context("/proc/self/exe")?;
+    Ok([file.dev(), file.ino(), file.size(), file.mtime() as u64, file.mtime_nsec() as u64])
 }
 
 /// What the source said of itself, written before its first sample.

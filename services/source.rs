@@ -395,7 +395,7 @@ mod tests {
         let place = tempfile::tempdir().unwrap();
         let domain = Domain::new(place.path(), "again").unwrap();
         std::fs::create_dir(domain.folder()).unwrap();
-        let run = Run { number: 1, began_ns: 0, program: 0, settings: Settings::default() };
+        let run = Run { number: 1, began_ns: 0, program: [0; 5], settings: Settings::default() };
         let stop = Stop::default();
         let mut feed = Feed::open(&run, &RunFolder::of(&domain), &stop, |_| Ok(())).unwrap().unwrap();
         let mut beats = 0;

@@ -98,7 +98,7 @@ impl<T: Copy> Vault<T> {
     #[allow(unsafe_code, reason = "see `open`")]
     pub fn load(&self) -> Option<T> {
         let slot = self.slot(self.number);
-        // SAFETY: the slot is whole, so the program of this run, which is this very one, wrote a `T` there.
+        // SAFETY: the slot is whole and of this run, which only this build of the program goes on with: it wrote a `T` there.
         (self.whole(self.number % 2) == Some(self.number) && self.number > 0)
             .then(|| unsafe { ptr::read(&raw const (*slot).value) })
     }

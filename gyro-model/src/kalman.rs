@@ -23,7 +23,8 @@
 //!
 //! Each innovation ν is gated at [`GATE`] of its own standard deviation. Beyond it, a signal that has made such steps
 //! lately (at first: any that `ACCELERATION_UNKNOWN` makes) makes another, and the filter starts again from it; else up to [`PATIENCE`] in a row are taken for outliers,
-//! and the next one for a step. So neither a spike gets in nor a sudden motion locks the filter out.
+//! and the next one for a step; the first gyro reading after a hole is never taken for an outlier ([`Filter::believe`]). So neither a spike gets in
+//! nor a sudden motion locks the filter out.
 
 use nalgebra::{Matrix2, Matrix5, RowVector5, Vector2, Vector5};
 

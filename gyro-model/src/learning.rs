@@ -170,7 +170,7 @@ pub fn not_excited(model: &Model) -> Option<String> {
             }
             let sized = || {
                 let sizes = coefficients().map(|(card, value, error)| {
-                    // A scale is known to a part of itself: the noise of a gyro that hardly turns makes α nearly zero, and its error with it.
+                    // Relative to the scale: where a gyro hardly turns, its noise makes α nearly zero, and the standard error as small.
                     let of = if term.effect.is(Trait::Gain) { value.abs() } else { 1.0 };
                     (card, error / of, (card.typical - card.neutral).abs())
                 });

@@ -92,7 +92,7 @@ impl Compensator<'_> {
                 {
                     (None, Some("the model is still known better from before this process began".to_owned()))
                 }
-                // The first solution of a process may rest on a tenth of a second.
+                // The first solution of a process may be fitted to a tenth of a second.
                 None if !last
                     && !std::mem::replace(&mut self.has_solved, true)
                     && is_surprising(&model, self.current.start()) =>

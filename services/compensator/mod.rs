@@ -94,7 +94,7 @@ struct Compensator<'a> {
     paused: bool,
     /// Why no solution is worth taking yet.
     waits_for: Option<String>,
-    /// A solution was taken, or one that was a surprise was left to the next one.
+    /// This process has had a solution: taken, or left for the next one to confirm.
     has_solved: bool,
     /// It was said that the disk is full.
     keeps_nothing: bool,

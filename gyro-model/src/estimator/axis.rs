@@ -258,7 +258,7 @@ impl AxisEstimator {
             state.filter.forget_angle_variance();
         }
         if read && !lost {
-            // Over a hole the acceleration goes on as it was last seen: a reading is better than that, be it far from it.
+            // Over a hole the prediction goes on with the last acceleration. The reading after it knows better, however far off it is.
             if state.filter.untaken() > HOLE * state.spread.interval {
                 state.filter.believe();
             }

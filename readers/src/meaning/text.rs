@@ -414,19 +414,24 @@ fn dependent(names: &[String]) -> Vec<Dependent> {
 }
 
 /// The filter that a name says, as the usual libraries beside such a gyro call what they make of it. A pose of cameras may have gone through
-/// a Kalman filter too: that word counts beside an angle of the sensor's own.
+/// a Kalman filter too: that word counts alone, or before an angle.
 fn filter(name: &str) -> Option<&'static str> {
-    let name: String = name.to_ascii_lowercase().chars().filter(char::is_ascii_alphanumeric).collect();
-    let angle = |of: &str| ["angle", "roll", "pitch"].iter().any(|angle| name.contains(&format!("{of}{angle}")));
-    match () {
-        () if angle("kal") || angle("kalman") => Some("a Kalman filter, by its name,"),
-        () if angle("comp") || angle("complementary") || name.contains("complementaryfilter") => {
+    let name: String = unit::split(name).0.to_ascii_lowercase().chars().filter(char::is_ascii_alphanumeric).collect();
+    let is_angle_of = |filter: &str| ["ang", "roll", "pitch"].iter().any(|of| name.contains(&format!("{filter}{of}")));
+    match name.as_str() {
+        _ if name == "kalman" || is_angle_of("kal") || is_angle_of("kalman") => Some("a Kalman filter, by its name,"),
+        _ if name == "complementary"
+            || name.contains("complementaryfilter")
+            || is_angle_of("comp")
+            || is_angle_of("complementary") =>
+        {
             Some("a complementary filter, by its name,")
         }
-        () if name.contains("madgwick") || name.contains("mahony") => Some("a filter, by its name,"),
-        () => None,
+        _ if name.contains("madgwick") || name.contains("mahony") => Some("a filter, by its name,"),
+        _ => None,
     }
 }
+
 #[cfg(test)]
 mod tests {
     use super::filter;
@@ -435,6 +440,8 @@ mod tests {
     fn an_angle_named_after_a_filter_of_inertial_sensors_is_known_and_a_pose_of_cameras_is_not() {
         for own in [
             "kalAngleX",
+            "kalAngY",
+            "Kalman (deg)",
             "kalman_pitch",
             "KalmanAngleY",
             "compAngleX",
@@ -444,7 +451,9 @@ mod tests {
         ] {
             assert!(filter(own).is_some(), "{own}");
         }
-        for other in ["pose_kalman.q", "kalman_position", "compass_angle", "components", "angle", "total_angle"] {
+        for other in
+            ["pose_kalman.q", "kalman_position", "compass_angle", "company_x", "components", "angle", "total_angle"]
+        {
             assert!(filter(other).is_none(), "{other}");
         }
     }
