@@ -124,7 +124,7 @@ enum End {
 
 impl Pipeline {
     fn prepare(claim: Claim, settings: Settings) -> anyhow::Result<Self> {
-        let janitor = Janitor::start(claim.domain().prefix())?;
+        let janitor = Janitor::start(claim.domain())?;
         let folder = RunFolder::of(claim.domain());
         let mut wanted = vec![ServiceId::Acquisition, ServiceId::Kalman, ServiceId::Compensator];
         if settings.record.is_some() {
