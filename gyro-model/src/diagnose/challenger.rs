@@ -1,6 +1,6 @@
 //! A suspect refitted exactly, and what that is worth.
 
-use super::{Options, chance::chance};
+use super::{Options, chance::chance, judging::is_mean};
 use crate::{
     Model, Term,
     effects::{Effect, Stage},
@@ -89,6 +89,8 @@ pub(crate) struct Challenger<'a> {
     pub p_value: f64,
     /// Fall of the held-out error, ln(J₀/J₁), mean over the blocks.
     pub fall: Estimate,
+    /// Whether it makes the noise less too.
+    pub(super) is_mean: bool,
     /// Rise of the held-out ln L, block by block.
     pub(super) gains: Vec<f64>,
     /// ln(J₀/J₁), block by block.
@@ -327,8 +329,10 @@ impl<'a> Incumbent<'a> {
         let kept = own.excess;
         let pairs = own.curve.iter().zip(&base.curve);
         let grows = pairs.map(|(own, base)| own / base.max(limit::ABOVE.value)).fold(0.0, f64::max);
+        let is_mean = is_mean(&candidate.term, study, series);
         Challenger {
             candidate,
+            is_mean,
             study: study.clone(),
             gls: gls.clone(),
             excess,

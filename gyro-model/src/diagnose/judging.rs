@@ -13,15 +13,14 @@ use crate::{
     diagnosis::TestOutcome,
     effects::{Stage, Trait},
     evidence::{
+        draws::draw_through,
         noise::{self, Gls},
-        series::Series,
         study::Study,
     },
     scan::{Candidate, tone},
     statistics::Estimate,
     thresholds as limit,
 };
-use std::f64::consts::SQRT_2;
 
 impl Incumbent<'_> {
     /// Whether a model without `term`, of this series, needs it: `with` is this model and the term, fitted.
@@ -34,7 +33,7 @@ impl Incumbent<'_> {
         let case = Case {
             is_read_off: false,
             is_line: term.effect.is(Trait::Line),
-            is_mean: is_mean(term, &self.study.bench.problem.series[series]),
+            is_mean: is_mean(term, &with.study, series),
             is_slow: term.effect.is(Trait::Slow),
             swings: f64::NAN,
             before: self.excess(series),
@@ -58,15 +57,32 @@ impl Incumbent<'_> {
     }
 }
 
-/// Whether undoing a term makes the gyro's noise less at all frequencies: comparing with a smoothed reference does, and so does the inverse
-/// of a resonance, 1 − (f/f₀)² but for the damping, up to √2 f₀. Whole counts hide such noise.
-fn is_mean(term: &Term, series: &Series) -> bool {
-    let nyquist = 0.5 / series.span().dt;
-    let cards = term.effect.parameters(series.axis);
-    let frequency = cards.iter().zip(&term.values).find(|(card, _)| card.unit == "Hz").map_or(0.0, |(_, f)| *f);
-    let is_notch = term.effect.is(Trait::Resonance) && SQRT_2 * frequency > nyquist && series.encoder.step <= 0.0;
-    term.effect.stage() == Stage::Shown || is_notch
+/// Whether undoing a term makes the gyro's noise less: comparing with a smoothed reference does, and so does the inverse of a resonance,
+/// 1 − (f/f₀)² but for the damping, where the error curve sees little of what lies above √2 f₀.
+pub(super) fn is_mean(term: &Term, study: &Study, series: usize) -> bool {
+    term.effect.stage() == Stage::Shown || term.effect.is(Trait::Resonance) && quietens(term, study, series)
 }
+
+/// Whether noise alone has less of an error where the model of `study` undoes `term` too.
+fn quietens(term: &Term, study: &Study, series: usize) -> bool {
+    let bench = study.bench;
+    let axis = bench.problem.series[series].axis.index();
+    let terms = study.model.axes[axis].as_ref().map_or(&[][..], |model| &model.terms);
+    let without: Vec<Term> =
+        terms.iter().filter(|other| other.effect.card().id != term.effect.card().id).cloned().collect();
+    let square = |draw: Vec<f64>| -> f64 { bench.increments(&[draw]).iter().map(|z| z * z).sum() };
+    let [mut all, mut less] = [0.0; 2];
+    for seed in 0..DRAWN {
+        let [plain, undone] = draw_through(bench, series, &study.warm[series], [&without, terms], seed);
+        (all, less) = (all + square(plain), less + square(undone));
+    }
+    less < QUIETER * all
+}
+
+/// Draws of noise from which that is seen.
+const DRAWN: u64 = 2;
+/// Share of the error² that noise alone has left, 1, below which it is less.
+const QUIETER: f64 = 0.99;
 
 impl Challenger<'_> {
     /// J of its axis without it.
@@ -101,7 +117,7 @@ impl Challenger<'_> {
         Case {
             is_read_off: term.effect.stage() == Stage::Reading,
             is_line,
-            is_mean: is_mean(term, &self.study.bench.problem.series[series]),
+            is_mean: self.is_mean,
             is_slow: term.effect.is(Trait::Slow),
             swings: swings_of_slow(term, &self.study.bench.problem.series[series].signals),
             before: f64::NAN,

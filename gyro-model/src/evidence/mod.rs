@@ -33,6 +33,7 @@
 
 pub(crate) mod attitude;
 mod coarse;
+mod dilution;
 pub(crate) mod draws;
 pub mod encoder;
 mod encoder_noise;

@@ -4,14 +4,16 @@
 //! the parameters of the others: by that models are compared.
 
 use super::{
+    dilution,
     draws::Draws,
     growth,
     prior::Prior,
+    problem::Slot,
     series::Reading,
     study::Study,
     whiten::{NoiseModel, Rows, Whitener},
 };
-use crate::{model::Noise, nls};
+use crate::{effects::Trait, model::Noise, nls};
 use faer::Mat;
 
 /// Blocks in time over which the likelihood is held out.
@@ -284,6 +286,16 @@ pub(super) fn moved(study: &Study, step: &[f64]) -> Vec<Vec<f64>> {
     residual
 }
 
+/// The scale factors among a study's parameters: which, and their values.
+pub(super) fn scale_slots<'s>(study: &'s Study) -> impl Iterator<Item = (usize, f64)> + use<'s> {
+    let problem = &study.bench.problem;
+    let scale = |(k, slot): (usize, &Slot)| {
+        let term = problem.axis(&study.model, &problem.series[slot.series]).terms.get(slot.term)?;
+        term.effect.is(Trait::Gain).then(|| (k, term.values[slot.parameter]))
+    };
+    study.slots.iter().enumerate().filter_map(scale)
+}
+
 /// Share of what the whole log tells of a direction that has to stand outside a block, for the rest to be asked about it:
 /// what happened once, in this block, nothing else can know.
 const ELSEWHERE: f64 = 0.1;
@@ -306,7 +318,12 @@ pub(crate) fn at_noise(study: &Study, noise: &NoiseModel) -> Gls {
     for block in &blocks {
         total.merge(block, 1.0);
     }
-    let (step, covariance, rss) = solve(&total);
+    let (mut step, covariance, rss) = solve(&total);
+    if let Some(mean) = dilution::mean_gradient(study, noise, &whitener, &covariance) {
+        let mut corrected = total.clone();
+        corrected.gradient.iter_mut().zip(mean).for_each(|(gradient, mean)| *gradient -= mean);
+        step = solve(&corrected).0;
+    }
     let held_out = (0..BLOCKS)
         .map(|b| {
             let mut rest = total.clone();

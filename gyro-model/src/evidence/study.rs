@@ -1,6 +1,7 @@
 //! A model fitted to a log: its parameters, its residual, and the derivatives there.
 
 use super::{
+    dilution::Shaken,
     increments::{Grams, HeldOut, Windows},
     prior::{self, Prior},
     problem::{Evaluation, Problem, Slot, value},
@@ -11,6 +12,7 @@ use crate::{
     Axis, Model, Record,
     effects::{Role, Trait},
 };
+use std::sync::OnceLock;
 
 /// A log ready to be fitted: everything that does not depend on the model.
 #[derive(Clone, Debug)]
@@ -45,7 +47,7 @@ impl Bench {
     }
 
     /// Increments of one series, all channels, weighted so that the sum of their squares is Σ_τ E²/F².
-    pub(super) fn increments(&self, series: &[Vec<f64>]) -> Vec<f64> {
+    pub(crate) fn increments(&self, series: &[Vec<f64>]) -> Vec<f64> {
         self.windows.weigh(series, &self.weights)
     }
 
@@ -96,6 +98,7 @@ pub struct Study<'a> {
     pub hold: Vec<f64>,
     /// One in so many readings is what its likelihood is made of.
     pub every: usize,
+    shaken: OnceLock<Box<Shaken>>,
 }
 
 impl<'a> Study<'a> {
@@ -124,13 +127,18 @@ impl<'a> Study<'a> {
         let grams = grams(bench, &evaluation, &columns, None);
         let cost = grams.normal(&bench.windows.tau, &bench.weights).cost;
         let hold = hold(&bench.problem, &model, &slots, cost);
-        Self { bench, model, slots, warm, evaluation, columns, grams, unobservable, hold, every: 1 }
+        Self { bench, model, slots, warm, evaluation, columns, grams, unobservable, hold, every: 1, shaken: OnceLock::new() }
     }
 
     /// The same where the likelihood is made of one in so many readings.
     #[must_use]
     pub fn reading(self, every: usize) -> Self {
         Self { every, ..self }
+    }
+
+    /// What noise of the gyro adds to residual and columns: of the N that is asked for first, axis by axis.
+    pub(super) fn shaken(&self, white: &[f64]) -> &Shaken {
+        self.shaken.get_or_init(|| Box::new(Shaken::of(self, white)))
     }
 
     /// Where its regressors are evaluated, for another model that is to be compared with this one on the same samples.

@@ -178,6 +178,12 @@ impl Whitener {
         Self { steps, index: rows.index.clone(), rows: rows.rows, log_determinant: logs.total() }
     }
 
+    /// How many of the rows say something of white noise of this N², the noise since the row before over all that a row is unsure by,
+    /// summed.
+    pub(super) fn fresh(&self, n2: f64) -> f64 {
+        self.steps.iter().map(|step| (n2 * step.dt * step.weight.powi(2)).min(1.0)).sum()
+    }
+
     /// The whitened series at the reference rows: innovations over their standard deviations; 0 where a row says nothing.
     #[must_use]
     pub fn apply(&self, y: &[f64]) -> Vec<f64> {

@@ -1,7 +1,7 @@
 //! A command that poses as a measurement: what a turntable was told, not what it did.
 //!
-//! No measured shaft turns evenly, or with one acceleration, from row to row to a part in ten thousand of its fastest rate: it has
-//! noise, or counts. A command of holds and ramps has neither. Nor does a shaft go from one rate to the next at once, while its gyro
+//! No measured shaft turns evenly, or with one acceleration, to a part in ten thousand of its fastest rate while its rate usually
+//! changes by hundreds of such parts: it has noise, or counts. A command of holds and ramps has neither. Nor does a shaft go from one rate to the next at once, while its gyro
 //! gets there later and stays: such a reference is what the drive was told.
 
 use super::{
@@ -18,6 +18,10 @@ use std::ops::Range;
 const COARSE: f64 = 0.02;
 /// Share of the fastest rate, 1, from which on a shaft turns.
 const TURNS: f64 = 0.1;
+
+/// Share of the rate, 1, root mean square, by which it changes from one of the three instants to the next at which it is looked at:
+/// nearer ones show one acceleration whatever the motion is.
+const APART: f64 = 0.03;
 
 /// Reports references that were told.
 pub(super) fn check(record: &mut Record, report: &mut Report) {
@@ -71,14 +75,26 @@ fn is_told(channel: Channel, readings: &Readings) -> bool {
         return false;
     }
     // In holds and in ramps alike the second difference is nothing.
-    let turning: Vec<f64> = rate
-        .windows(3)
-        .filter(|three| three[1].abs() > TURNS * fastest)
-        .map(|three| (three[2] - 2.0 * three[1] + three[0]).abs())
+    let apart = apart(&rate);
+    let turning: Vec<f64> = (apart..rate.len().saturating_sub(apart))
+        .filter(|&k| rate[k].abs() > TURNS * fastest)
+        .map(|k| (rate[k + apart] - 2.0 * rate[k] + rate[k - apart]).abs())
         .filter(|change| change.is_finite())
         .collect();
     let same = turning.iter().filter(|change| **change < TOLD * fastest).count();
     turning.len() >= 100 && same as f64 > TOLD_SHARE * turning.len() as f64
+}
+
+/// Rows, to a power of two, over which a rate usually changes by [`APART`] of its size.
+fn apart(rate: &[f64]) -> usize {
+    let square = |values: &mut dyn Iterator<Item = f64>| {
+        let (sum, count) = values.filter(|x| x.is_finite()).fold((0.0, 0), |(sum, count), x| (sum + x * x, count + 1));
+        sum / f64::from(count)
+    };
+    let size = square(&mut rate.iter().copied());
+    let change = |rows: usize| square(&mut rate[rows..].iter().zip(rate).map(|(later, now)| later - now));
+    let spans = std::iter::successors(Some(1), |rows| Some(2 * rows)).take_while(|rows| 4 * rows < rate.len());
+    spans.into_iter().find(|&rows| change(rows) > APART * APART * size).unwrap_or(1)
 }
 
 /// Whether a rate is held, goes to the next at once, and the gyro settles there later.
@@ -162,6 +178,22 @@ mod tests {
         assert!(is_told(angle, &readings(1e-8, 0.0)));
         assert!(!is_told(angle, &readings(std::f64::consts::TAU / 4096.0, 0.0)));
         assert!(!is_told(angle, &readings(1e-8, 1e-4)));
+    }
+
+    #[test]
+    fn a_smooth_motion_is_not_told_however_near_its_rows_are() {
+        for (dt, step) in [(1e-2, 1e-12), (1e-3, 1e-12), (1e-3, 1e-9), (2e-4, 1e-12)] {
+            let angle = |k: u32| {
+                let t = f64::from(k) * dt;
+                ((0.9 * t).sin() - 0.4 * (2.3 * t).cos()) * 0.5
+            };
+            let smooth = Readings {
+                rows: (0..60_000).collect(),
+                t: (0..60_000).map(|k| f64::from(k) * dt).collect(),
+                values: (0..60_000).map(|k| (angle(k) / step).round() * step).collect(),
+            };
+            assert!(!is_told(Channel::Angle(Axis::Z), &smooth), "{dt} {step}");
+        }
     }
 
     #[test]
