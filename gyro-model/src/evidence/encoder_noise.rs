@@ -99,7 +99,7 @@ const MOVES: f64 = 0.5;
 /// Times what the quietest stretches say that noise which is everywhere the same may be in the mean.
 const EVEN: f64 = 1.5;
 /// Stretches of the log that the noise of an encoder is told from, and the standard errors of their mean that it has to show by.
-const ENOUGH: usize = 40;
+const ENOUGH: usize = 10;
 const TELLING: f64 = 4.0;
 /// Noises that are tried, counts; of more, steps only add their own.
 const TRIED: [f64; 5] = [0.1, 0.2, 0.3, 0.5, 1.0];

@@ -65,8 +65,13 @@ impl Motion {
 
     /// The length of the pieces over which increments are compared: [`PIECE`], and at least twenty samples.
     fn piece(&self) -> f64 {
+        PIECE.max(20.0 * self.apart())
+    }
+
+    /// How far apart in time its samples are in the mean, s.
+    pub(super) fn apart(&self) -> f64 {
         let span = self.t.last().zip(self.t.first()).map_or(0.0, |(to, from)| to - from);
-        PIECE.max(20.0 * span / self.t.len().max(1) as f64)
+        span / self.t.len().max(1) as f64
     }
 
     /// Angle at `t`, linear between samples, held at the ends.

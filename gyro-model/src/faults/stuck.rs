@@ -4,13 +4,15 @@ use super::{Report, motion::Motion, seconds};
 use crate::{
     Axis, Record, Row,
     fault::{FaultKind, STUCK_UP_TO},
+    order::quantile,
 };
 
 /// Shorter than this, s, nothing is called stuck.
 const SHORTEST: f64 = 0.5;
 
-/// Pieces of a run over which rates are compared, s.
+/// Pieces of a run over which rates are compared, s, and how many readings of the reference they hold at least.
 const PIECE: f64 = 0.1;
+const READINGS: f64 = 4.0;
 
 /// Reports gyros and references that are stuck, and takes out what they read meanwhile.
 pub(super) fn check(record: &mut Record, report: &mut Report) {
@@ -75,12 +77,14 @@ fn runs(record: &Record, value: impl Fn(usize) -> f64) -> Vec<(usize, usize)> {
 fn gyro(record: &Record, axis: Axis, motion: &Motion) -> Vec<(usize, usize)> {
     let value = |k: usize| record.rows[k].gyro[axis.index()];
     let ends = (0..record.len()).map(value).filter(|x| x.is_finite()).fold(0.0_f64, |most, x| most.max(x.abs()));
+    let piece = PIECE.max(READINGS * motion.apart());
+    let noise = noise_of_range(&motion.rates(seconds(record, 0), seconds(record, record.len() - 1), piece));
     let mut found = runs(record, value);
     found.retain(|&(from, to)| {
-        let rates = motion.rates(seconds(record, from), seconds(record, to - 1), PIECE);
+        let rates = motion.rates(seconds(record, from), seconds(record, to - 1), piece);
         let (low, high) = rates.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
         let held = value(from);
-        let least = (0.5 * motion.rate_rms).max(0.05);
+        let least = (0.5 * motion.rate_rms).max(0.05 + noise);
         let clipped = held.abs() >= 0.97 * ends && held.abs() > 0.0 && {
             let beyond = rates.iter().filter(|&&x| x * held.signum() > 0.7 * held.abs()).count();
             10 * beyond >= 9 * rates.len()
@@ -88,6 +92,15 @@ fn gyro(record: &Record, axis: Axis, motion: &Motion) -> Vec<(usize, usize)> {
         high - low > least && !clipped && (held.abs() > 1e-9 || high.max(-low) > least)
     });
     found
+}
+
+/// How far noise of the reference's angle alone carries its mean rates apart: what they differ from a straight line by, from one piece
+/// to the next, is mostly noise where the motion is quietest.
+fn noise_of_range(rates: &[f64]) -> f64 {
+    let bends = rates.windows(3).map(|r| (r[2] - 2.0 * r[1] + r[0]).abs());
+    // Of normal numbers a quarter lies within 0.32 of the standard deviation. That of the bends is √(20/2) of the rates', and the rates
+    // of a run differ by some six of those.
+    quantile(bends.collect(), 0.25).map_or(0.0, |size| 6.0 * size / 0.32 / 10_f64.sqrt())
 }
 
 /// Stuck runs of an encoder: the gyro's angle inside them, less a straight line, goes further than any play.
