@@ -10,7 +10,7 @@ use gyro_model::{
     simulate::{Hidden, Motion, Reference, Scenario, SensorSpec, simulate},
     words::Voice,
 };
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::f64::consts::TAU;
@@ -18,9 +18,14 @@ use std::f64::consts::TAU;
 const RATE_HZ: f64 = 100.0;
 
 /// A log of one gyro, row by row: rate read and angle of the reference.
-fn log(rows: usize, mut row: impl FnMut(f64) -> (f64, f64)) -> Record {
+fn log(rows: usize, row: impl FnMut(f64) -> (f64, f64)) -> Record {
+    log_at(RATE_HZ, rows, row)
+}
+
+/// The same with so many rows a second.
+fn log_at(rate_hz: f64, rows: usize, mut row: impl FnMut(f64) -> (f64, f64)) -> Record {
     let rows = (0..rows).map(|k| {
-        let t = k as f64 / RATE_HZ;
+        let t = k as f64 / rate_hz;
         let (rate, angle) = row(t);
         let mut row = Row { t_ns: (t * 1e9).round() as i64, ..Row::EMPTY };
         (row.gyro[2], row.ref_angle[2]) = (rate, angle);
@@ -481,4 +486,52 @@ fn steps_that_repeat_between_peaks_that_are_cut_off_are_no_effect() {
             ladders[0].in_words(Voice::Log)
         );
     }
+}
+
+/// Beside an exact angle the gyro's noise is in the derivatives as much as in the residual. The scale factor does not come out too small for
+/// that, and what a filter takes out of the noise is no effect.
+#[test]
+fn noise_beside_an_exact_reference_moves_no_scale_and_is_no_effect() {
+    let mut errors = Vec::new();
+    for seed in 0..4 {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let lines: [(f64, f64, f64); 6] = std::array::from_fn(|_| {
+            (random.random_range(0.1..0.6), random.random_range(0.3..9.0), random.random_range(0.0..TAU))
+        });
+        let record = log_at(200.0, 24_000, |t| {
+            let noise: f64 = StandardNormal.sample(&mut random);
+            let rate: f64 = lines.iter().map(|(size, omega, phase)| size * (omega * t + phase).sin()).sum();
+            let angle: f64 = lines.iter().map(|(size, omega, phase)| -size / omega * (omega * t + phase).cos()).sum();
+            ((rate - 0.01) / 0.98 + 5e-3 * noise, (angle / 1.7e-6).round() * 1.7e-6)
+        });
+        let start = Model::base_for(&record);
+        let model = fit(&record, &start, &[Axis::Z]).unwrap();
+        let scale = &model.axes[2].as_ref().unwrap().terms[0];
+        errors.push((scale.values[0] - 0.98) / scale.std_errors[0]);
+        let found = diagnose::diagnose(&record, &start, &[Axis::Z], &Options::default()).unwrap().remove(0);
+        assert_eq!(found.verdict, Verdict::Adequate, "{seed}: {}", found.in_words(Voice::Log));
+    }
+    assert!(errors.iter().sum::<f64>().abs() < 6.0, "standard errors: {errors:?}");
+}
+
+/// A minute of a heading, printed to a hundredth of a degree, shows its noise beside the gyro.
+#[test]
+fn a_short_heading_is_not_believed_to_its_last_digit() {
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    let mut row = 0;
+    let record = log(6_000, |t| {
+        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+        let rate = 0.3 * (0.4 * t).sin() + 0.2 * (0.9 * t + 1.0).sin();
+        let angle = 0.75 * (1.0 - (0.4 * t).cos()) - 0.2 / 0.9 * (0.9 * t + 1.0).cos();
+        let digit = 0.01_f64.to_radians();
+        row += 1;
+        let heading =
+            if row % 10 == 1 { ((angle + 10.0 * digit * normal()) / digit).round() * digit } else { f64::NAN };
+        ((rate - 0.01) / 0.98 + 1e-3 * normal(), heading)
+    });
+    let start = Model::base_for(&record);
+    let found = diagnose::diagnose(&record, &start, &[Axis::Z], &Options::default()).unwrap().remove(0);
+    assert_eq!(found.verdict, Verdict::Adequate, "{}", found.in_words(Voice::Log));
+    let noise = found.noise.encoder.unwrap();
+    assert!((1e-3..3e-3).contains(&noise), "{noise} rad");
 }

@@ -127,7 +127,19 @@ impl<'a> Study<'a> {
         let grams = grams(bench, &evaluation, &columns, None);
         let cost = grams.normal(&bench.windows.tau, &bench.weights).cost;
         let hold = hold(&bench.problem, &model, &slots, cost);
-        Self { bench, model, slots, warm, evaluation, columns, grams, unobservable, hold, every: 1, shaken: OnceLock::new() }
+        Self {
+            bench,
+            model,
+            slots,
+            warm,
+            evaluation,
+            columns,
+            grams,
+            unobservable,
+            hold,
+            every: 1,
+            shaken: OnceLock::new(),
+        }
     }
 
     /// The same where the likelihood is made of one in so many readings.

@@ -149,12 +149,12 @@ pub(super) fn search_on<'a>(
         // What leaves rows out hides what they show: once it is gone, more may be missing.
         let shows = |(now, before): (&f64, &f64)| *now > limit::NOISE.value && *now > limit::CLOSE.value * before;
         if !search.errors().iter().zip(&before).any(shows) {
-            return Top { incumbent: search.incumbent, last, alike };
+            return search.ended(last, alike);
         }
     }
     let last = search.forward_to_the_end(&mut left);
     let alike = search.look_back();
-    Top { incumbent: search.incumbent, last, alike }
+    search.ended(last, alike)
 }
 
 /// Times that a search goes forward and back where the way back uncovers an error.
@@ -259,8 +259,13 @@ impl<'a> Search<'a, '_> {
         self.tell_of(swapped);
         let settled = self.prune();
         self.simplify(settled);
-        self.face_chance();
         alike
+    }
+
+    /// The top. What a random cause explains as well goes last: the search forward, which knows of none, would add it again.
+    fn ended(mut self, last: Vec<Challenger<'a>>, alike: Vec<Alike>) -> Top<'a> {
+        self.face_chance();
+        Top { incumbent: self.incumbent, last, alike }
     }
 
     fn take_over(&mut self, model: &Model, noise: &NoiseModel) {
