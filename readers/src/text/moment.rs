@@ -30,7 +30,7 @@ pub fn form(field: &[u8]) -> Option<Form> {
     (date_time(field).is_some()).then_some(if day_first { Form::DayFirst } else { Form::DateTime })
 }
 
-/// `h:m:s`, `m:s` with a broken part, as nanoseconds.
+/// `h:m:s`, `m:s` with a broken part, as nanoseconds; a colon may stand before the milliseconds, `12:03:04:123`.
 #[must_use]
 pub fn clock(field: &[u8]) -> Option<i128> {
     let text = field.trim_ascii();
@@ -42,6 +42,7 @@ pub fn clock(field: &[u8]) -> Option<i128> {
     let (days, text) = days_before(text).unwrap_or((0, text));
     let mut parts = text.split(|&b| b == b':');
     let (first, second, third) = (parts.next()?, parts.next()?, parts.next());
+    let fourth = parts.next();
     if parts.next().is_some() {
         return None;
     }
@@ -49,7 +50,10 @@ pub fn clock(field: &[u8]) -> Option<i128> {
         Some(third) => (whole(first, 6)?, whole(second, 2)?, third),
         None => (0, whole(first, 4)?, second),
     };
-    let seconds = broken(seconds)?;
+    let seconds = match fourth {
+        Some(fine) => whole(seconds, 2)? * SECOND + colon_part(fine)?,
+        None => broken(seconds)?,
+    };
     if seconds >= 61 * SECOND || third.is_some() && minutes > 59 {
         return None;
     }
@@ -60,10 +64,25 @@ pub fn clock(field: &[u8]) -> Option<i128> {
     Some(days * DAY + (hours * 3600 + minutes * 60) * SECOND + seconds)
 }
 
+/// Milliseconds, microseconds or nanoseconds that follow a colon. Two digits would be the frames of a film.
+fn colon_part(digits: &[u8]) -> Option<i128> {
+    let ns = match digits.len() {
+        3 => 1_000_000,
+        6 => 1000,
+        9 => 1,
+        _ => return None,
+    };
+    Some(whole(digits, 9)? * ns)
+}
+
 /// The power of ten of a second of the last digit that a time of day is written with.
 #[must_use]
 pub fn last_digit_of_clock(field: &[u8]) -> i32 {
-    let seconds = field.rsplit(|&b| b == b':').next().unwrap_or_default();
+    let mut parts = field.rsplit(|&b| b == b':');
+    let seconds = parts.next().unwrap_or_default();
+    if parts.count() == 3 {
+        return -i32::try_from(seconds.iter().take_while(|b| b.is_ascii_digit()).count()).unwrap_or(0);
+    }
     let broken = seconds.iter().position(|b| matches!(b, b'.' | b',')).map_or(&b""[..], |at| &seconds[at + 1..]);
     broken.iter().take_while(|b| b.is_ascii_digit()).fold(0, |power, _| power - 1)
 }
@@ -191,6 +210,8 @@ mod tests {
             "23-May-2016 21:46:21.250",
             "2016-05-23T23:46:21.250+02:00",
             "2016-05-23T14:46:21.250-0700",
+            "2016-05-23 21:46:21:250",
+            "05/23/2016 09:46:21:250000 PM",
         ] {
             assert_eq!(date_time(text.as_bytes()), Some(wanted), "{text}");
         }
@@ -203,12 +224,23 @@ mod tests {
         assert_eq!(clock(b"01:02:03.000000001"), Some(3_723_000_000_001));
         assert_eq!(clock(b"1:02.5"), Some(62_500_000_000));
         assert_eq!(clock(b"1 days 00:00:02.5"), Some(DAY + 2_500_000_000));
+        assert_eq!((clock(b"0:00:02:005"), last_digit_of_clock(b"0:00:02:005")), (Some(2_005_000_000), -3));
         assert_eq!(form(b"21:46:21"), Some(Form::Clock));
         assert_eq!((last_digit_of_clock(b"1:02"), last_digit_of_clock(b"2016-05-23 1:02:03,125 PM")), (0, -3));
         assert_eq!(form(b"2016-05-23 21:46:21"), Some(Form::DateTime));
-        for text in
-            ["", ":", "1:2:3:4", "12:61:00", "2016-05-23", "-1:2", "12:30:99", "a:b:c", "1.5", "2016-13-01 00:00:00"]
-        {
+        for text in [
+            "",
+            ":",
+            "1:2:3:4",
+            "1:2:3.5:004",
+            "12:61:00",
+            "2016-05-23",
+            "-1:2",
+            "12:30:99",
+            "a:b:c",
+            "1.5",
+            "2016-13-01 00:00:00",
+        ] {
             assert_eq!(form(text.as_bytes()), None, "{text}");
         }
     }
