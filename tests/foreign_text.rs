@@ -70,6 +70,10 @@ fn one_log_in_many_shapes_has_one_answer() {
             }),
         ),
         ("clock", written("t,gyro_z,ref_angle_z\n", |[t, g, a]| format!("{},{g},{a}", clock(*t)))),
+        (
+            "colons",
+            written("time,gyro_z,ref_angle_z\n", |[t, g, a]| format!("{}0,{g},{a}", clock(*t).replace('.', ":"))),
+        ),
         ("records", written("", |[t, g, a]| format!("{{\"t\": {t}, \"gyro_z\": {g}, \"ref_angle_z\": {a}}}"))),
         (
             "nested",
@@ -239,6 +243,13 @@ fn of_loggers() -> Vec<(&'static str, String)> {
             }),
         ),
         (
+            "stamps-alone",
+            written("", |[t, g, a]| {
+                let stamp = format!("12:30:{t:06.3} ->");
+                format!("{stamp} gyro_z: {g}, ref_angle_z: {a}\n{stamp}")
+            }),
+        ),
+        (
             "esp-idf",
             written("rst:0x1 (POWERON)\n", |[t, g, a]| {
                 format!(
@@ -273,6 +284,31 @@ fn of_scripts_and_databases() -> Vec<(&'static str, String)> {
                 let ms = micros(*t) / 1000;
                 format!(">gyro_z:{ms}:{}§deg/s\n>ref_angle_z:{ms}:{}§deg", g.to_degrees(), a.to_degrees())
             }),
+        ),
+        (
+            "pairs",
+            written("", |[t, g, a]| {
+                let ms = micros(*t) / 1000;
+                format!(
+                    "{0}Z,FE,attitude_t,time_boot_ms,{ms},ref_angle_z,{a},gyro_z,{g},Len,36\n{0}Z,FE,scaled_imu_t,time_boot_ms,{ms},xmag,1,ymag,2",
+                    day(*t)
+                )
+            }),
+        ),
+        (
+            "sensors",
+            format!(
+                "[{}{}{{\"sensor\": \"End\"}}]",
+                written("", |[t, g, _]| {
+                    format!(
+                        "{{\"sensor\": \"Gyroscope\", \"time\": \"{}000\", \"x\": 0, \"y\": 0, \"z\": {g}}},",
+                        micros(*t)
+                    )
+                }),
+                written("", |[t, _, a]| {
+                    format!("{{\"sensor\": \"Shaft\", \"time\": \"{}000\", \"ref_angle_z\": {a}}},", micros(*t))
+                })
+            ),
         ),
         (
             "line-protocol",
@@ -405,6 +441,44 @@ fn a_refusal_says_what_may_be_the_reference_and_ends_in_a_command_that_reads_the
     let command = advised(&bench.refused(&["fit", "gyro.csv", "--reference", "angle.csv"])).unwrap();
     let found = fitted(&bench, &command[1..].iter().map(String::as_str).collect::<Vec<_>>());
     assert!((found.0 - wanted.0).abs() < 1e-6, "{found:?}, not {wanted:?}");
+}
+
+#[test]
+fn rows_that_cannot_be_read_come_first_and_hide_no_reference() {
+    let bench = Bench::new();
+    bench.file("own.csv", log(2000));
+    let wanted = fitted(&bench, &["own.csv"]);
+    let header = "ms,gz,enc\n";
+    let whole = written(header, |[t, g, a]| format!("{:.0},{g},{}", t * 1e3, a.to_degrees()));
+    let torn = whole.replacen("\n500,", "\n50", 1).replacen("\n900,", "\n900,1,", 1).replacen("\n1500,", "\n1500,x", 1);
+    let bare = torn.strip_prefix(header).unwrap();
+    let semicolons = torn.replace(',', ";");
+    for (name, text, line) in [("names.csv", &*torn, 52), ("bare.csv", bare, 51), ("semicolons.csv", &semicolons, 52)] {
+        bench.file(name, text);
+        let refusal = bench.refused(&["fit", name]);
+        assert!(refusal.starts_with(&format!("truerate: {name} line {line}: 2 fields")), "{refusal}");
+        assert!(refusal.contains(&format!("3 rows cannot be read, the first at line {line}")), "{refusal}");
+        let command = refusal.lines().last().unwrap().replace("truerate", env!("CARGO_BIN_EXE_truerate"));
+        let shell = std::process::Command::new("sh")
+            .args(["-c", &format!("{command} --format json")])
+            .current_dir(bench.path(""))
+            .output();
+        let json: Value = serde_json::from_slice(&shell.unwrap().stdout).expect(&refusal);
+        let scale = json["axes"][0]["parameters"][0]["value"].as_f64().unwrap();
+        assert!((scale - wanted.0).abs() < 1e-4, "{name}: {scale}, not {wanted:?}");
+    }
+    // What was recorded before the counter began again is left out.
+    let before: String = (0..100).map(|k| format!("{},0.5,0\n", 90_000 + 10 * k)).collect();
+    bench.file("again.csv", whole.replacen(header, &format!("{header}{before}"), 1));
+    let refusal = bench.refused(&["fit", "again.csv"]);
+    assert!(
+        refusal.contains("the time starts again at line 102") && refusal.contains("sed '2,101d' again.csv"),
+        "{refusal}"
+    );
+    // One wrong digit of a time is no other unit.
+    bench.file("digit.csv", whole.replacen("\n1200,", "\n18800,", 1));
+    let refusal = bench.refused(&["fit", "digit.csv"]);
+    assert!(refusal.ends_with("--map ref_angle_z_deg=enc"), "{refusal}");
 }
 
 #[test]

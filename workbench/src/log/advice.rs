@@ -2,11 +2,13 @@
 //! tried on the file before anybody is told of it.
 
 use super::{
-    Maps, Options,
+    Maps, Options, Reader,
     error::{LogError, Problem},
     input::Input,
     lacking::Advice,
     names::{Names, time_form},
+    reader::Torn,
+    timer::Timer,
     unit::{self, Channel, Name},
     unsaid::{self, Unit},
     whole, words,
@@ -20,7 +22,7 @@ use log_readers::{
     text::{self, Dialect, Form, Head, Table},
     unit::Quantity,
 };
-use std::{io::Cursor, path::Path};
+use std::{io::Cursor, ops::RangeInclusive, path::Path};
 
 /// Rows that are looked at, and how many are enough.
 const LOOKED_AT: usize = 20_000;
@@ -133,7 +135,15 @@ impl Sample {
     fn since_first(&self, column: usize, scale: f64) -> Vec<f64> {
         let values = &self.columns[column];
         let first = values.iter().copied().find(|x| x.is_finite()).unwrap_or_default();
-        values.iter().map(|x| (x - first) * scale).collect()
+        let (mut counter, mut overflows) = (Timer::default(), 0.0);
+        let past_overflows = |x: &f64| {
+            if x.is_finite() {
+                let written = (x * 1e6).round() as i128;
+                overflows = (counter.follow(written, 6, false).0 - written) as f64 * 1e-6;
+            }
+            (x - first + overflows) * scale
+        };
+        values.iter().map(past_overflows).collect()
     }
 
     fn varies(&self, column: usize) -> bool {
@@ -261,7 +271,7 @@ pub fn advise(sample: &Sample, maps: &Maps, wants_reference: bool) -> Advice {
         };
         let why = if why.is_empty() { says } else { format!("{why}; {says}") };
         let flags = flags.iter().map(ToString::to_string).collect();
-        return Advice { why, flags, needs_file: still.is_none(), at_rest: still.is_some() };
+        return Advice { why, flags, needs_file: still.is_none(), at_rest: still.is_some(), ..Advice::default() };
     }
     Advice { why, flags: flags.iter().map(ToString::to_string).collect(), ..Advice::default() }
 }
@@ -383,8 +393,27 @@ fn record(sample: &Sample, rate: &Turning, angle: &Turning, times: Option<&[f64]
         row
     });
     let mut rows: Vec<Row> = rows.filter(at_all).collect();
+    drop_jumps(&mut rows);
     rows.sort_by_key(|row| row.t_ns);
     Record { rows, ..Record::default() }
+}
+
+/// Leaves out single rows whose time lies far from those of their neighbours: a digit of it is wrong.
+fn drop_jumps(rows: &mut Vec<Row>) {
+    const FAR: i64 = 10;
+    let times: Vec<i64> = rows.iter().map(|row| row.t_ns).collect();
+    let jumps = |k: usize| {
+        let Some(&[before, own, after]) = times.get(k.wrapping_sub(1)..k + 2).and_then(|three| three.first_chunk())
+        else {
+            return false;
+        };
+        after > before && own.saturating_sub(before).saturating_abs() > FAR.saturating_mul(after - before)
+    };
+    let mut place = 0;
+    rows.retain(|_| {
+        place += 1;
+        !jumps(place - 1)
+    });
 }
 
 /// Whether a row has a gyro's reading or a reference.
@@ -551,8 +580,73 @@ fn reference(
     })
 }
 
-/// What to do about a file that was refused; `None` where there is nothing to say.
-pub fn of_file(path: &Path, options: &Options, error: &LogError) -> Option<Advice> {
+/// Why a file is refused, and what to do about it. Rows that cannot be read come first, and what makes a log of the others with them.
+pub fn of_file(path: &Path, options: &Options, error: LogError) -> (LogError, Option<Advice>) {
+    let Some(advice) = proposed(path, options, &error) else { return (error, None) };
+    let claims_nothing = advice.flags.is_empty() && !advice.at_rest;
+    if claims_nothing {
+        return (error, Some(advice));
+    }
+    if let Some(advice) = tried(path, options, advice.clone()) {
+        return (error, Some(advice));
+    }
+    let Some(left_out) = in_the_way(path, options, &advice.flags) else { return (error, None) };
+    let LeftOut { why, says, lines } = left_out;
+    let others = Options { left_out: lines.clone(), ..options.clone() };
+    let Some(advice) = tried(path, &others, advice).filter(|_| Input::open(path).is_ok_and(|of| of.is_as_stored()))
+    else {
+        return (why, None);
+    };
+    (why, Some(Advice { why: format!("{}; {says}", advice.why), left_out: lines, ..advice }))
+}
+
+/// Lines without which a file would be a log.
+struct LeftOut {
+    /// Why they are in the way, as a refusal.
+    why: LogError,
+    /// How many they are, and where.
+    says: String,
+    lines: Vec<RangeInclusive<u64>>,
+}
+
+/// What is in the way of these flags: rows that cannot be read, or the shorter one of two recordings.
+fn in_the_way(path: &Path, options: &Options, flags: &[String]) -> Option<LeftOut> {
+    let mut tried = Options { advises: false, needs_reference: false, reference: None, ..options.clone() };
+    tried.map.extend(flags.iter().cloned());
+    let mut reader = Reader::open(path, &tried).ok()?;
+    reader.torn = Some(Torn::default());
+    while reader.next_row().ok()?.is_some() {}
+    let Torn { first, mut lines } = reader.torn.take()?;
+    let count = lines.iter().map(|of| of.end() - of.start() + 1).sum::<u64>();
+    // Of a file that is mostly torn nothing is sure.
+    if 10 * count > reader.rows_read() {
+        return None;
+    }
+    let mut says = match lines.first() {
+        Some(first) if count == 1 => format!("one row cannot be read, at line {}: leave it out", first.start()),
+        Some(first) => format!("{count} rows cannot be read, the first at line {}: leave them out", first.start()),
+        None => String::new(),
+    };
+    let Some(line) = reader.starts_again() else {
+        return first.map(|why| LeftOut { why, says, lines });
+    };
+    let header = reader.header_line().unwrap_or_default();
+    let is_second_longer = 2 * line.saturating_sub(header) < reader.rows_read();
+    let (shorter, which) =
+        if is_second_longer { (header + 1..=line - 1, "first") } else { (line..=u64::MAX, "second") };
+    lines.retain(|of| !shorter.contains(of.start()));
+    lines.push(shorter);
+    says = [says, format!("the {which} recording is shorter: leave it out")]
+        .into_iter()
+        .filter(|part| !part.is_empty())
+        .collect::<Vec<_>>()
+        .join("; ");
+    let why = LogError::new(reader.log(), None, None, Problem::StartsAgain { line });
+    Some(LeftOut { why: first.unwrap_or(why), says, lines })
+}
+
+/// What may make a log of a file that was refused; `None` where there is nothing to say.
+fn proposed(path: &Path, options: &Options, error: &LogError) -> Option<Advice> {
     let is_known = matches!(
         error.problem,
         Problem::NoHeader { .. } | Problem::Missing { .. } | Problem::NoReference { .. } | Problem::Words { .. }
@@ -564,15 +658,15 @@ pub fn of_file(path: &Path, options: &Options, error: &LogError) -> Option<Advic
     let maps = Maps::load(options).ok()?;
     let is_text = input.is_text();
     let sample = if is_text { of_table(input)? } else { of_messages(input, &maps)? };
-    let wants = options.needs_reference && options.reference.is_none();
-    let mut advice = advise(&sample, &maps, wants);
+    let mut advice = advise(&sample, &maps, options.needs_reference && options.reference.is_none());
     // The time of messages is known.
     advice.flags.retain(|flag| is_text || !flag.starts_with("t="));
-    if advice.why.is_empty() {
-        return None;
-    }
-    let claims_nothing = advice.flags.is_empty() && !advice.at_rest;
-    if claims_nothing || is_log(path, options, &advice.flags) {
+    (!advice.why.is_empty()).then_some(advice)
+}
+
+/// The advice as it was tried on the file; `None` where it makes no log of it.
+fn tried(path: &Path, options: &Options, advice: Advice) -> Option<Advice> {
+    if is_log(path, options, &advice.flags) {
         return Some(advice);
     }
     // A second file may need a name, too.
@@ -594,7 +688,7 @@ pub fn of_file(path: &Path, options: &Options, error: &LogError) -> Option<Advic
     }
     // With them only the reference is missing still.
     let alone = Options { needs_reference: false, ..options.clone() };
-    (wants && is_log(path, &alone, &advice.flags)).then(|| Advice {
+    (options.needs_reference && is_log(path, &alone, &advice.flags)).then(|| Advice {
         why: format!("{}; no reference is in it: give the file that has one", advice.why),
         needs_file: true,
         ..advice
@@ -693,7 +787,7 @@ pub fn is_log(path: &Path, options: &Options, flags: &[String]) -> bool {
     tried.map.extend(flags.iter().cloned());
     let is_large = files::size(path).map_or(true, |size| size > LARGE);
     let rows: Vec<Row> = if is_large {
-        let Ok(reader) = super::Reader::open(path, &tried) else { return false };
+        let Ok(reader) = Reader::open(path, &tried) else { return false };
         reader.map_while(Result::ok).take(LOOKED_AT).collect()
     } else {
         let Ok((record, _, provenance)) = whole::read(path, &tried) else { return false };

@@ -26,7 +26,7 @@ pub fn read_beside<T>(
 }
 
 fn advised(path: &Path, options: &Options, error: LogError) -> LogError {
-    let advice = advice::of_file(path, options, &error);
+    let (error, advice) = advice::of_file(path, options, error);
     // Of messages the names are those of their kinds, not of a text's columns.
     error.advised(advice, advice::is_text(path))
 }

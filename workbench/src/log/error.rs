@@ -7,7 +7,10 @@ use crate::{
 };
 use gyro_model::words::{Argument, Voice, shell_word};
 use log_readers::format::{Format, Unreadable};
-use std::{fmt, io, ops::Deref};
+use std::{
+    fmt, io,
+    ops::{Deref, RangeInclusive},
+};
 
 /// A refused log.
 #[derive(Debug)]
@@ -36,8 +39,8 @@ pub enum Problem {
     #[error("cannot be opened ({0}): check the path and who may read it")]
     Open(io::Error),
     /// It is a folder.
-    #[error("is a folder without a recording in it: name a file")]
-    Folder,
+    #[error("is a folder without a recording in it: name a file{}", .0.as_ref().map_or(String::new(), |file| format!(", such as `{}`", shell_word(file))))]
+    Folder(Option<String>),
     /// Reading failed half-way.
     #[error("cannot be read ({0}): check the disk, or copy the file again")]
     Read(io::Error),
@@ -403,7 +406,11 @@ fn again(log: &str, advice: &Advice) -> String {
     if advice.flags.is_empty() && !advice.needs_file && !advice.at_rest {
         return format!("truerate channels {}", shell_word(log));
     }
-    let words: Vec<String> = std::env::args().skip(1).map(|word| shell_word(&word)).collect();
+    let whole = "whole.csv";
+    let given = std::env::args()
+        .skip(1)
+        .map(|word| if word == log && !advice.left_out.is_empty() { whole.to_owned() } else { word });
+    let words: Vec<String> = given.map(|word| shell_word(&word)).collect();
     let file = if advice.needs_file { " --reference REFERENCE.csv" } else { "" };
     let rest = if advice.at_rest && words.iter().all(|word| word != "--at-rest") { " --at-rest" } else { "" };
     let flags = if advice.flags.is_empty() {
@@ -411,7 +418,17 @@ fn again(log: &str, advice: &Advice) -> String {
     } else {
         format!(" {}", Argument::Map(&advice.flags).typed(Voice::Log))
     };
-    format!("truerate {}{flags}{file}{rest}", words.join(" "))
+    let command = format!("truerate {}{flags}{file}{rest}", words.join(" "));
+    if advice.left_out.is_empty() {
+        return command;
+    }
+    let deleted = |lines: &RangeInclusive<u64>| match (lines.start(), lines.end()) {
+        (from, to) if from == to => format!("{from}d"),
+        (from, &u64::MAX) => format!("{from},$d"),
+        (from, to) => format!("{from},{to}d"),
+    };
+    let lines: Vec<String> = advice.left_out.iter().map(deleted).collect();
+    format!("sed '{}' {} > {whole} && {command}", lines.join(";"), shell_word(log))
 }
 
 impl Problem {
@@ -423,6 +440,9 @@ impl Problem {
             Self::Missing { wanted, known } => format!("no column `{wanted}`: the header has {}", known.has),
             Self::NoReference { .. } => "no axis has both a gyro and a reference".to_owned(),
             Self::NoReferenceIn { has, .. } => format!("holds no reference that is clear: it has {has}"),
+            Self::Length { found, wanted, .. } => format!("{found} fields where the header has {wanted}"),
+            Self::Text(field) => format!("{} is not a number", quoted(field)),
+            Self::StartsAgain { line } => format!("the time starts again at line {line}: these are two recordings"),
             Self::Words { columns } => format!("{columns} are raw words of the sensor without a unit"),
             other => other.to_string(),
         }

@@ -34,7 +34,17 @@ pub fn files(path: &Path) -> Result<Vec<PathBuf>, Problem> {
         stem.rsplit('_').next().and_then(|end| end.parse::<u64>().ok())
     };
     files.sort_by_cached_key(|path| (number(path), path.clone()));
-    if files.is_empty() { Err(Problem::Folder) } else { Ok(files) }
+    if files.is_empty() { Err(Problem::Folder(of_gyro(path))) } else { Ok(files) }
+}
+
+/// The file of a folder whose name says that it is a gyro's.
+fn of_gyro(folder: &Path) -> Option<String> {
+    let files = fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path()).filter(|path| path.is_file());
+    let named = files.filter(|path| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+        ["gyro", "imu", "angular"].iter().any(|word| name.contains(word))
+    });
+    named.min().map(|path| path.display().to_string())
 }
 
 fn is_recording(path: &Path) -> bool {
@@ -151,6 +161,9 @@ mod tests {
         let empty = folder(&["bag_0.mcap"], Some(""));
         assert!(matches!(files(empty.path()), Err(Problem::Metadata(_))));
         let none = folder(&[], None);
-        assert!(matches!(files(none.path()), Err(Problem::Folder)));
+        assert!(matches!(files(none.path()), Err(Problem::Folder(None))));
+        let gyro = none.path().join("Gyroscope.csv");
+        fs::write(&gyro, "").unwrap();
+        assert!(matches!(files(none.path()), Err(Problem::Folder(Some(name))) if name == gyro.display().to_string()));
     }
 }

@@ -33,6 +33,8 @@ pub struct Input {
     /// What was noted when text was made of it; `None` where its bytes are its own.
     converted: Option<Vec<Note>>,
     unread: Option<Unread>,
+    /// Whether its lines are those of the file as it is stored.
+    is_as_stored: bool,
 }
 
 /// The bytes as stored, hashed while they pass.
@@ -59,7 +61,7 @@ impl Input {
         } else {
             let file = files::open(path).map_err(Problem::Open)?;
             if path.is_dir() {
-                return Err(Problem::Folder);
+                return Err(Problem::Folder(None));
             }
             unwritten(path)?;
             file
@@ -87,7 +89,8 @@ impl Input {
             Packing::Zstd => Box::new(packed::zstd(whole).map_err(|error| Problem::reading(error, packing))?),
         };
         let mut start = self::start(&mut bytes, START).map_err(|error| Problem::reading(error, packing))?;
-        if is_utf16(&start) {
+        let is_wide = is_utf16(&start);
+        if is_wide {
             bytes = Box::new(Utf16::new(Cursor::new(start).chain(bytes)));
             start = self::start(&mut bytes, START).map_err(|error| Problem::reading(error, packing))?;
         }
@@ -127,8 +130,17 @@ impl Input {
         let mut whole = Cursor::new(start).chain(bytes);
         if let Some(as_text) = format.as_text() {
             let table = as_text(&mut whole).map_err(|cause| Problem::unreadable(format, cause, packing))?;
-            return Ok(Self { bytes: table.text, hash, packing, format, converted: Some(table.notes), unread: None });
+            return Ok(Self {
+                bytes: table.text,
+                hash,
+                packing,
+                format,
+                converted: Some(table.notes),
+                unread: None,
+                is_as_stored: false,
+            });
         }
+        let is_as_stored = packing == Packing::Plain && !(is_wide || own || records || shaped.is_some());
         let bytes: Box<dyn Read + Send> = match () {
             () if own => Box::new(AsCsv::new(whole)),
             () if records => shaped_again(Box::new(json::AsCsv::new(whole)))?,
@@ -137,12 +149,17 @@ impl Input {
                 None => Box::new(whole),
             },
         };
-        Ok(Self { bytes, hash, packing, format, converted: None, unread })
+        Ok(Self { bytes, hash, packing, format, converted: None, unread, is_as_stored })
     }
 
     /// Whether it is read row by row, as text is.
     pub fn is_text(&self) -> bool {
         self.converted.is_some() || is_text(self.format)
+    }
+
+    /// Whether the numbers of its lines are those of the file, as a tool that edits lines counts them.
+    pub fn is_as_stored(&self) -> bool {
+        self.is_as_stored && is_text(self.format)
     }
 
     /// What it is where it is of no format that is read.

@@ -1,5 +1,7 @@
 //! What a text lacks to be a log.
 
+use std::ops::RangeInclusive;
+
 /// What a text lacks, and what makes a log of it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Advice {
@@ -11,4 +13,6 @@ pub struct Advice {
     pub needs_file: bool,
     /// Whether the sensor was at rest, which has to be said.
     pub at_rest: bool,
+    /// The lines that have to be left out.
+    pub left_out: Vec<RangeInclusive<u64>>,
 }

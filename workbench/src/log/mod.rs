@@ -57,7 +57,7 @@ pub use writer::{GrowingLog, RecordWriter, Time, create, write_record};
 use column_map::ColumnMap;
 use log_readers::{can::Database, meaning::Pick};
 use map::MapFlag;
-use std::{collections::BTreeMap, path::PathBuf};
+use std::{collections::BTreeMap, ops::RangeInclusive, path::PathBuf};
 use unit::Channel;
 
 /// How a log is to be read.
@@ -78,6 +78,8 @@ pub struct Options {
     pub as_streamed: bool,
     /// Whether a log that is refused is looked at for what would make it one.
     pub advises: bool,
+    /// Lines that are left out, to try whether the others are a log.
+    pub left_out: Vec<RangeInclusive<u64>>,
 }
 
 impl Default for Options {
@@ -90,6 +92,7 @@ impl Default for Options {
             needs_reference: false,
             as_streamed: false,
             advises: true,
+            left_out: Vec::new(),
         }
     }
 }

@@ -26,6 +26,7 @@ impl Reader {
             return Err(refuse(line, None, no_reference(&layout)));
         }
         let mut reader = Self::of(log, layout, rows_from, tally);
+        reader.left_out.clone_from(&options.left_out);
         if let Some(second) = &options.reference {
             return join::with_reference(reader, of_reference(second, options)?, second);
         }
@@ -52,6 +53,7 @@ impl Reader {
             Rows::Text { .. } => {
                 let (layout, rows_from, tally, _) = begin(&self.log, path, maps)?;
                 let mut first = Self::of(self.log.clone(), layout, rows_from, tally);
+                first.left_out.clone_from(&self.left_out);
                 // What is damaged further on is refused where it is.
                 let rows: Vec<Row> =
                     std::iter::from_fn(|| first.next_row().ok().flatten()).take(unsaid::LOOKED_AT).collect();

@@ -17,6 +17,7 @@ use gyro_model::{
     Axis, Row,
     fault::{DataFault, FaultKind},
 };
+use std::ops::RangeInclusive;
 
 /// Reads rows in order. Times repeated or going back are left out, infinite values are taken as no value, both counted.
 ///
@@ -44,6 +45,29 @@ pub struct Reader {
     skip_times: Times,
     /// Rows to come that keep apart what is no neighbour.
     apart: u64,
+    /// The rows that cannot be read, where they are passed by.
+    pub(super) torn: Option<Torn>,
+    /// Lines that are passed by.
+    pub(super) left_out: Vec<RangeInclusive<u64>>,
+}
+
+/// Rows that cannot be read.
+#[derive(Default)]
+pub struct Torn {
+    /// Why the first of them cannot.
+    pub first: Option<LogError>,
+    /// Their lines.
+    pub lines: Vec<RangeInclusive<u64>>,
+}
+
+impl Torn {
+    fn add(&mut self, line: u64, why: LogError) {
+        self.first.get_or_insert(why);
+        match self.lines.last_mut() {
+            Some(last) if *last.end() + 1 == line => *last = *last.start()..=line,
+            _ => self.lines.push(line..=line),
+        }
+    }
 }
 
 /// A parsed row, or the column where it could not be.
@@ -78,6 +102,8 @@ impl Reader {
             repeats: 0,
             skip_times: Times::default(),
             apart: 0,
+            torn: None,
+            left_out: Vec::new(),
         }
     }
 
@@ -103,6 +129,14 @@ impl Reader {
     #[must_use]
     pub fn starts_again(&self) -> Option<u64> {
         (self.behind >= SET_BACK).then_some(self.behind_since)
+    }
+
+    /// The line of the header, where the text has one.
+    pub(super) fn header_line(&self) -> Option<u64> {
+        match &self.rows_from {
+            Rows::Text { table, .. } => table.head().line,
+            Rows::Ready { .. } => None,
+        }
     }
 
     /// Where most times repeat the one before for want of digits: that, as a refusal.
@@ -211,6 +245,13 @@ impl Reader {
                     self.apart = APART;
                 }
                 return row;
+            }
+            // Two messages of one instant, of which one says nothing that a log needs.
+            if next.time == held.time && (is_bare(&held.row) || is_bare(&next.row)) {
+                let mut both = held;
+                messages::fill(&mut both.row, &next.row);
+                self.pending = Some(both);
+                continue;
             }
             // Two sensors of one row, each with its own time, or two rows of one instant.
             if is_apart(&held.row, &next.row) && self.last.is_none_or(|last| next.time > last) {
@@ -329,7 +370,16 @@ impl Reader {
 
     /// A row with its time, its faults counted; `None` where it has no time.
     fn timed(&mut self, (line, parsed): (u64, Parsing)) -> Result<Option<Pending>, LogError> {
-        let parsed = parsed.map_err(|(column, problem)| self.error(line, column, problem))?;
+        let parsed = match parsed {
+            _ if self.left_out.iter().any(|lines| lines.contains(&line)) => return Ok(None),
+            Ok(parsed) => parsed,
+            Err((column, problem)) => {
+                let error = self.error(line, column, problem);
+                let Some(torn) = &mut self.torn else { return Err(error) };
+                torn.add(line, error);
+                return Ok(None);
+            }
+        };
         let t = parsed.time.map_or_else(
             || self.last.and_then(|last| self.seconds(last)),
             |time| Some(self.seconds(time).unwrap_or(0.0)),
@@ -349,6 +399,13 @@ impl Iterator for Reader {
     fn next(&mut self) -> Option<Self::Item> {
         self.next_row().transpose()
     }
+}
+
+/// Whether a row has values, but neither a gyro's nor a reference's.
+fn is_bare(row: &Row) -> bool {
+    let mut of_log = row.gyro.iter().chain(&row.ref_angle).chain(&row.ref_rate).chain(&row.ref_quaternion);
+    let mut others = row.accel.iter().chain([&row.temperature, &row.supply]).chain(&row.free);
+    of_log.all(|x| x.is_nan()) && others.any(|x| x.is_finite())
 }
 
 /// Whether one row holds a gyro and the other one a reference, and neither both.

@@ -92,6 +92,7 @@ pub(super) fn advise(columns: &[Column]) -> Option<Advice> {
         flags: columns.iter().map(flag).collect(),
         needs_file: !at_rest,
         at_rest,
+        ..Advice::default()
     })
 }
 
