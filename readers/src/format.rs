@@ -166,7 +166,7 @@ pub enum Note {
         absent: u64,
     },
     /// Lines of a text that are no rows.
-    #[error("{count} lines are not rows ({kind:?}), the first at line {line}")]
+    #[error("{} no rows but {kind}, the first at line {line}", if *count == 1 { "1 line is".to_owned() } else { format!("{count} lines are") })]
     Skipped {
         /// What they are.
         kind: crate::text::Skip,

@@ -110,7 +110,7 @@ const SPELLINGS: &[(&[&str], Unit)] = &[
     (&["m/s2", "m/s/s", "ms-2", "mps2", "m/sec2", "m/s²"], METRES_PER_SECOND_SQUARED),
     (&["g", "g's", "gs", "gee"], Unit::new(Quantity::Acceleration, "g", "_g")),
     (&["mg"], Unit::new(Quantity::Acceleration, "mg", "_mg")),
-    (&["°c", "degc", "c", "celsius", "℃", "ºc", "degreescelsius"], DEGREES_CELSIUS),
+    (&["°c", "degc", "c", "celsius", "℃", "ºc", "degreescelsius", "degreesc"], DEGREES_CELSIUS),
     (&["k", "kelvin"], Unit::new(Quantity::Temperature, "K", "_k")),
     (&["°f", "degf", "fahrenheit"], Unit::new(Quantity::Temperature, "degF", "_f")),
     (&["v", "volt", "volts"], Unit::new(Quantity::Voltage, "V", "")),
@@ -141,7 +141,7 @@ pub fn parse(text: &str) -> Option<Unit> {
     let plain: String = text
         .trim()
         .chars()
-        .filter(|c| !matches!(c, ' ' | '^' | '*' | '·' | '⋅' | '.' | '{' | '}'))
+        .filter(|c| !matches!(c, ' ' | '^' | '*' | '·' | '⋅' | '.' | '{' | '}' | '(' | ')'))
         .flat_map(char::to_lowercase)
         .map(|c| match c {
             '⁻' | '−' => '-',
@@ -181,7 +181,7 @@ mod tests {
         for text in ["deg/s", "°/s", " Deg / s ", "dps", "deg s^-1", "deg·s⁻¹"] {
             assert_eq!(parse(text).map(|u| (u.quantity, u.suffix)), Some((Quantity::Rate, "_dps")), "{text}");
         }
-        for text in ["m/s^2", "m s^-2", "m/s²", "m/s/s"] {
+        for text in ["m/s^2", "m s^-2", "m/s²", "m/s/s", "m/(s^2)"] {
             assert_eq!(parse(text).map(|u| u.quantity), Some(Quantity::Acceleration), "{text}");
         }
         assert_eq!(parse("parsec"), None);

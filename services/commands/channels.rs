@@ -78,10 +78,10 @@ fn text(name: &str, look: &Look) -> String {
             gyro_model::words::shell_word(name)
         );
     }
-    let empty: Vec<&str> =
-        look.survey.topics.iter().filter(|of| of.messages == 0).map(|of| of.topic.name.as_str()).collect();
+    let empty = look.survey.topics.iter().filter(|of| of.messages == 0).map(|of| of.topic.name.as_str());
+    let empty: Vec<&str> = empty.filter(|name| !name.is_empty()).collect();
     if !empty.is_empty() {
-        let _ = writeln!(out, "without a message: {}", empty.join(", "));
+        let _ = writeln!(out, "topics that have no message: {}", empty.join(", "));
     }
     for note in &look.survey.notes {
         let _ = writeln!(out, "{note}");

@@ -13,6 +13,7 @@ use super::delimited;
 use crate::{
     format::{AsText, Converted, Format, Note, Sink, Unreadable},
     json::write_text,
+    meaning::epoch_unit,
 };
 use serde_json::{Map, Value};
 use std::io::{Cursor, Read};
@@ -32,12 +33,18 @@ impl Format for Columns {
         let Some(inside) = start.trim_ascii_start().strip_prefix(b"{").map(<[u8]>::trim_ascii_start) else {
             return false;
         };
-        let name = inside.strip_prefix(b"\"").and_then(|rest| Some(&rest[rest.iter().position(|&b| b == b'"')? + 1..]));
-        let Some(value) = name.and_then(|after| after.trim_ascii_start().strip_prefix(b":")) else { return false };
+        let name =
+            inside.strip_prefix(b"\"").and_then(|rest| rest.split_at_checked(rest.iter().position(|&b| b == b'"')?));
+        let Some((name, after)) = name else { return false };
+        let Some(value) = after[1..].trim_ascii_start().strip_prefix(b":") else { return false };
         match value.trim_ascii_start() {
+            [b'{', ..] if is_number(name) => true,
             // A list of records is none.
             [b'[', items @ ..] => items.trim_ascii_start().first().is_some_and(|&b| b != b'{'),
-            [b'{', items @ ..] => items.trim_ascii_start().starts_with(b"\"0\""),
+            [b'{', items @ ..] => items
+                .trim_ascii_start()
+                .strip_prefix(b"\"")
+                .is_some_and(|key| is_number(key.split(|&b| b == b'"').next().unwrap_or_default())),
             _ => false,
         }
     }
@@ -63,7 +70,17 @@ fn converted(source: &mut dyn Read) -> Result<Converted, Unreadable> {
     })?;
     drop(bytes);
     let mut table = Table::default();
-    table.take("", all);
+    // Rows by their numbers.
+    if is_numbered(&all) && all.values().all(Value::is_object) {
+        let stamps = stamps(&all);
+        let mut rows = column(Value::Object(all)).unwrap_or_default();
+        for (row, stamp) in rows.iter_mut().zip(stamps.into_iter().flatten()) {
+            row[STAMP] = stamp.into();
+        }
+        table.take("", Map::from_iter([("row".to_owned(), Value::Array(rows))]));
+    } else {
+        table.take("", all);
+    }
     table.keep_one();
     let Table { names, columns, left_out, .. } = table;
     let rows = columns.iter().map(Vec::len).max().unwrap_or(0);
@@ -97,6 +114,11 @@ impl Table {
     /// The columns inside an object at a path.
     fn take(&mut self, path: &str, object: Map<String, Value>) {
         for (name, value) in object {
+            if let Some(stamps) = value.as_object().and_then(stamps).filter(|_| self.names.iter().all(|of| of != STAMP))
+            {
+                self.names.push(STAMP.to_owned());
+                self.columns.push(stamps);
+            }
             let path = if path.is_empty() { name } else { format!("{path}.{name}") };
             match value {
                 Value::Object(inner) if !is_numbered(&inner) => self.take(&path, inner),
@@ -169,7 +191,22 @@ fn leaves(path: &str, value: Value) -> Vec<(String, String)> {
 
 /// Whether an object is a column whose rows are numbered.
 fn is_numbered(object: &Map<String, Value>) -> bool {
-    !object.is_empty() && object.keys().all(|key| key.bytes().all(|b| b.is_ascii_digit()))
+    !object.is_empty() && object.keys().all(|key| is_number(key.as_bytes()))
+}
+
+fn is_number(key: &[u8]) -> bool {
+    !key.is_empty() && key.iter().all(u8::is_ascii_digit)
+}
+
+/// What the times are called that rows have in place of numbers.
+const STAMP: &str = "timestamp";
+
+/// The keys of rows that are times since 1970, in order.
+fn stamps(rows: &Map<String, Value>) -> Option<Vec<String>> {
+    let mut keys = rows.keys().map(|key| key.parse().ok()).collect::<Option<Vec<u64>>>()?;
+    keys.sort_unstable();
+    let is_time = keys.first().is_some_and(|first| epoch_unit(*first as f64).is_some());
+    is_time.then(|| keys.into_iter().map(|key| key.to_string()).collect())
 }
 
 impl Columns {
@@ -282,6 +319,16 @@ mod tests {
         rows.sort_unstable();
         assert_eq!(rows, [",,,,0.02", "1,2,,\"a, b\",0", "4,5,6,,0.01", "gyro.x,gyro.y,gyro.z,note,t"]);
         assert_eq!(table.notes, [Note::LeftOut { names: vec!["fs".into()] }]);
+        let by_row = br#"{"0": {"t": 0, "gz": 1}, "10": {"t": 10, "gz": 3}, "2": {"t": 2, "gz": 2}}"#;
+        assert!(Columns.recognises(&by_row[..30]) && !crate::json::is_records(by_row));
+        let mut text = String::new();
+        converted(&mut &by_row[..]).unwrap().text.read_to_string(&mut text).unwrap();
+        let stamped = br#"{"gz": {"1709377384010": 2, "1709377384000": 1}}"#;
+        let mut of_stamps = String::new();
+        converted(&mut &stamped[..]).unwrap().text.read_to_string(&mut of_stamps).unwrap();
+        assert_eq!(of_stamps, "timestamp,gz\n1709377384000,1\n1709377384010,2\n");
+        assert!(Columns.recognises(&stamped[..40]));
+        assert!(["t,gz\n0,1\n2,2\n10,3\n", "gz,t\n1,0\n2,2\n3,10\n"].contains(&&*text), "{text}");
         assert!(converted(&mut &json[..40]).is_err());
         assert!(!Columns.recognises(b"{\"imu\": [{\"t\": 1") && !Columns.recognises(b"{\"t\": 0.01, \"gz\":"));
     }

@@ -13,6 +13,7 @@ mod mcap;
 mod parquet;
 mod primitive;
 pub mod ros;
+mod sensors;
 mod ulog;
 mod unread;
 
@@ -36,6 +37,7 @@ pub static FORMATS: &[&dyn Format] = &[
     &can::Can::of(Writer::Candump),
     &can::Can::of(Writer::Asc),
     &columns::Columns,
+    &sensors::Sensors,
     &delimited::Text,
 ];
 

@@ -16,6 +16,8 @@ pub struct Unread {
 
 const JSON: &str = "write it as CSV: pandas.read_json(F).to_csv(G, index=False); records, one a line or in a list, are read as they are";
 
+const PICKLE: &str = "write it as CSV: pandas.read_pickle(F).to_csv(G, index=False)";
+
 const KNOWN: &[(&[u8], &str, &str)] = &[
     (
         b"SQLite format 3\0",
@@ -31,6 +33,10 @@ const KNOWN: &[(&[u8], &str, &str)] = &[
     (b"BZh", "packed with bzip2", "unpack it: `bunzip2`"),
     (b"\xfd7zXZ", "packed with xz", "unpack it: `unxz`"),
     (b"7z\xbc\xaf", "a 7z archive", "unpack it"),
+    (b"\x80\x02", "a pickle of Python", PICKLE),
+    (b"\x80\x03", "a pickle of Python", PICKLE),
+    (b"\x80\x04\x95", "a pickle of Python", PICKLE),
+    (b"\x80\x05\x95", "a pickle of Python", PICKLE),
     (b"\x93NUMPY", "a NumPy array", "write it as text: numpy.savetxt with a header"),
     (b"\xa3\x95", "an ArduPilot log without its beginning", "copy it again"),
     (b"<?xml", "XML", "export it as CSV"),

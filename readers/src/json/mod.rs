@@ -10,8 +10,10 @@
 //! A list of three numbers is x, y, z; of another length, its items are numbered from 0. The columns are those of the first records.
 
 mod record;
+mod sensors;
 
 pub(crate) use record::write_text;
+pub use sensors::{is_of_sensors, table_of_sensors};
 
 use crate::{
     meaning::{What, understand},
@@ -39,6 +41,9 @@ const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 pub fn is_records(start: &[u8]) -> bool {
     let whole = start.strip_prefix(BYTE_ORDER_MARK).unwrap_or(start).trim_ascii_start();
     let line = whole.split(|&b| b == b'\n').next().unwrap_or_default();
+    if is_of_sensors(whole) {
+        return false;
+    }
     // A topic before each record.
     let start = prefixed(line).filter(|at| *at > 0).map_or(whole, |at| &whole[at..]);
     let first = match start.strip_prefix(b"[") {
@@ -52,7 +57,9 @@ pub fn is_records(start: &[u8]) -> bool {
         return name[end + 1..].trim_ascii().is_empty();
     };
     // Columns by name: `{"t": {"0": …` and `{"t": [0, …`, as data frames are written; or a list of records within one.
-    let is_columns = value.strip_prefix(b"{").is_some_and(|inner| inner.trim_ascii_start().starts_with(b"\"0\""));
+    let is_number = |key: &[u8]| !key.is_empty() && key.iter().all(u8::is_ascii_digit);
+    let key = |inner: &[u8]| inner.trim_ascii_start().strip_prefix(b"\"")?.split(|&b| b == b'"').next().map(is_number);
+    let is_columns = value.strip_prefix(b"{").is_some_and(|inner| is_number(&name[..end]) || key(inner) == Some(true));
     // Records a line, of which the first begins with a list.
     let is_line = || {
         let next = whole.splitn(2, |&b| b == b'\n').nth(1).unwrap_or_default().trim_ascii_start();

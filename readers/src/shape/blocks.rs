@@ -242,14 +242,48 @@ fn unit_and_label(between: &str, is_first: bool) -> (Option<Unit>, String) {
         return (None, text);
     }
     let bare = text.trim_start_matches(['[', '(']);
-    let end = bare.find([' ', ',', ';', '|', '\t', ']', ')']).unwrap_or(bare.len());
-    // A letter before a colon is a name: `V: 3` is no volt.
-    let is_name = bare[end..].trim().is_empty() && between.trim_end().ends_with([':', '=']);
-    match unit::parse(&bare[..end]).filter(|_| !is_name) {
-        Some(unit) => (Some(unit), trim(bare[end..].trim_start_matches([']', ')']))),
+    let end_from =
+        |from: usize| from + bare[from..].find([' ', ',', ';', '|', '\t', ']', ')']).unwrap_or(bare.len() - from);
+    let first = end_from(0);
+    // `deg C`
+    let second = bare[first..].starts_with(' ').then(|| end_from(first + 1));
+    let unit = second.into_iter().chain([first]).find_map(|end| {
+        // A letter before a colon is a name: `V: 3` is no volt.
+        let is_name = bare[end..].trim().is_empty() && between.trim_end().ends_with([':', '=']);
+        unit::parse(&bare[..end]).filter(|_| !is_name).map(|unit| (unit, end))
+    });
+    match unit {
+        Some((unit, end)) => (Some(unit), trim(bare[end..].trim_start_matches([']', ')']))),
         None => (None, text),
     }
 }
+
+/// The letters of axes, as a label has them.
+fn is_axis(label: &str) -> bool {
+    matches!(label, "x" | "y" | "z" | "w" | "X" | "Y" | "Z" | "W")
+}
+
+/// Where the names of one sensor after the other begin, `Accel X, Y, Z, Gyro X, Y, Z, t`: bare letters belong to the name before them.
+fn sensors(labels: &[String]) -> Vec<usize> {
+    let is_first_axis = |k: usize| labels[k].rsplit_once(BEFORE_LETTER).is_some_and(|(_, letter)| is_axis(letter));
+    let is_bare = |k: usize| labels.get(k).is_some_and(|label| is_axis(label));
+    let mut begins = vec![0];
+    let mut is_within = is_first_axis(0);
+    for k in 1..labels.len() {
+        if is_within && is_bare(k) {
+            continue;
+        }
+        let ends = is_within && is_bare(k - 1);
+        is_within = is_first_axis(k);
+        if ends || is_within && is_bare(k + 1) {
+            begins.push(k);
+        }
+    }
+    begins
+}
+
+/// What stands between a sensor's name and the letter of its first axis.
+const BEFORE_LETTER: [char; 4] = [' ', '.', '_', '\t'];
 
 /// The names of a line's numbers: `Gyro X`, `Y`, `Z` are those of one sensor, and so are three without a name of their own.
 fn named(heading: &str, labels: &[String], units: &[Option<Unit>]) -> Vec<String> {
@@ -263,26 +297,33 @@ fn named(heading: &str, labels: &[String], units: &[Option<Unit>]) -> Vec<String
         return vec![String::new(); labels.len()];
     }
     // `gyro: 1 2 3 rad/s; encoder 4 rad`: each name is that of the numbers up to the next.
-    if !nameless && labels.iter().skip(1).any(String::is_empty) {
-        let begins: Vec<usize> = (0..labels.len()).filter(|&k| k == 0 || !labels[k].is_empty()).collect();
+    let begins = if !nameless && labels.iter().skip(1).any(String::is_empty) {
+        (0..labels.len()).filter(|&k| k == 0 || !labels[k].is_empty()).collect()
+    } else {
+        sensors(labels)
+    };
+    if begins.len() > 1 {
         let ends = begins.iter().skip(1).copied().chain([labels.len()]);
         let parts =
             begins.iter().zip(ends).map(|(&begin, end)| named(heading, &labels[begin..end], &units[begin..end]));
         return parts.flatten().collect();
     }
     // What stands before the letter of the first axis stands for all.
-    let stem = match bare.rsplit_once([' ', '.', '_']) {
+    let stem = match bare.rsplit_once(BEFORE_LETTER) {
         _ if nameless => bare,
         Some((stem, letter)) if is_letter(letter) => stem,
         _ => "",
     };
+    // `Orient:\tx`
+    let is_tabbed = stem.len() < bare.len() && bare[stem.len()..].starts_with('\t');
+    let stem = if is_tabbed { stem.trim_end_matches([':', ' ']) } else { stem };
     // One unit at the end is that of all.
     let last = units.last().copied().flatten().filter(|_| units[..units.len() - 1].iter().all(Option::is_none));
     let name = |k: usize, label: &str| {
         let own = match (nameless, labels.len()) {
             (true, 3) => format!("{stem} {}", AXES[k]),
             (true, _) => format!("{stem} {k}"),
-            _ if k == 0 => bare.to_owned(),
+            _ if k == 0 => bare.replace(":\t", " "),
             _ if is_letter(label) && !stem.is_empty() => format!("{stem} {label}"),
             _ => label.to_owned(),
         };
@@ -335,6 +376,18 @@ mod tests {
             (
                 "Gyroscope:\nX: 1\nY: 2\nZ: @\nAccelerometer:\nX: 4\nY: 5\nZ: 6\n====\n",
                 "Gyroscope X,Gyroscope Y,Gyroscope Z,Accelerometer X,Accelerometer Y,Accelerometer Z",
+                "1,2,3.5,4,5,6",
+            ),
+            (
+                "Temperature @ deg C\tAccel X: 1 \tY: 2 \tZ: 3 m/s^2 \tGyro X: 4 \tY: 5 \tZ: @ radians/s \tEnc: 7\n",
+                "Temperature [degC],Accel X [m/s^2],Accel Y [m/s^2],Accel Z [m/s^2],Gyro X [rad/s],Gyro Y [rad/s],\
+                 Gyro Z [rad/s],Enc",
+                "3.5,1,2,3,4,5,3.5,7",
+            ),
+            ("Gyro X = 1, Y = 2, Z = @ | Angle = 3 | t = @\n", "Gyro X,Gyro Y,Gyro Z,Angle,t", "1,2,3.5,3,3.5"),
+            (
+                "Orient:\tx= 1 |\ty= 2 |\tz= @\nGyro:\tx= 4 |\ty= 5 |\tz= 6\n--\n",
+                "Orient x,Orient y,Orient z,Gyro x,Gyro y,Gyro z",
                 "1,2,3.5,4,5,6",
             ),
             (

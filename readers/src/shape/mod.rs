@@ -5,8 +5,10 @@ mod documents;
 mod hex;
 mod instances;
 mod long;
+mod pairs;
 mod sentence;
 mod stepped;
+mod wrapped;
 
 pub use instances::column as instance_column;
 pub use sentence::tells_in_strings;
@@ -40,8 +42,10 @@ pub fn of<'a>(lines: impl Iterator<Item = &'a [u8]>, is_file: bool) -> Option<Bo
         .or_else(|| hex::Hex::of(&lines).map(boxed))
         .or_else(|| instances::Instances::of(&lines).map(boxed))
         .or_else(|| stepped::Stepped::of(&lines).map(boxed))
+        .or_else(|| pairs::Pairs::of(&lines).map(boxed))
         .or_else(|| Blocks::of(lines.iter().copied()).map(boxed))
         .or_else(|| sentence::Sentence::of(&lines).map(boxed))
+        .or_else(|| wrapped::Wrapped::of(&lines).map(boxed))
 }
 
 /// What records are whose strings hold the values; `None` where they have values of their own.
@@ -83,7 +87,7 @@ fn head_of(lines: &[&[u8]]) -> Option<(Head, usize)> {
 }
 
 /// A line of a CSV.
-fn write_row(out: &mut Vec<u8>, fields: impl IntoIterator<Item = impl AsRef<str>>) {
+pub(crate) fn write_row(out: &mut Vec<u8>, fields: impl IntoIterator<Item = impl AsRef<str>>) {
     for (k, field) in fields.into_iter().enumerate() {
         if k > 0 {
             out.push(b',');

@@ -204,10 +204,16 @@ fn ends(rest: &str) -> bool {
 /// The unit that a text begins with, and where it ends.
 fn unit_in(text: &str) -> Option<(Unit, usize)> {
     let is_end = |c: char| c.is_whitespace() || matches!(c, ']' | ')' | '(') || BORDERS.contains(&c);
-    let end = text.find(is_end).unwrap_or(text.len());
-    let unit = unit::parse(&text[..end]).filter(|unit| unit.quantity != Quantity::Other || text.starts_with('%'))?;
-    // A letter before a colon is a name: `V: 3` is no volt.
-    (!text[end..].trim_start().starts_with(SIGNS)).then_some((unit, end))
+    let end_from = |from: usize| from + text[from..].find(is_end).unwrap_or(text.len() - from);
+    let first = end_from(0);
+    // `deg C`
+    let second = text[first..].starts_with(' ').then(|| end_from(first + 1));
+    second.into_iter().chain([first]).find_map(|end| {
+        let unit =
+            unit::parse(&text[..end]).filter(|unit| unit.quantity != Quantity::Other || text.starts_with('%'))?;
+        // A letter before a colon is a name: `V: 3` is no volt.
+        (!text[end..].trim_start().starts_with(SIGNS)).then_some((unit, end))
+    })
 }
 
 /// What stands before a value: its name, the unit in the name, and the last word that is no name.

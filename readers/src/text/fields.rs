@@ -64,8 +64,12 @@ impl Dialect {
         let times = || labelled.fields(line).first().is_some_and(|first| is_time(first));
         let bare = stamped.stamped || names.first().is_some_and(Option::is_none) && times();
         let all = names.len() > 1 && names.iter().skip(usize::from(bare)).all(Option::is_some);
-        // `gyro: x=1 y=2` is a sentence.
-        let all = all && !labelled.fields(line).iter().any(|field| label(field).is_some());
+        // `gyro: x=1 y=2` is a sentence, and so is `x=1, y=2 | t=3`.
+        let names_more = |field: &&[u8]| {
+            let mut parts = field.split(|b| matches!(b, b',' | b';' | b'|' | b'\t'));
+            parts.next().is_some_and(|first| label(first).is_some()) || parts.any(|part| label(part).is_some())
+        };
+        let all = all && !labelled.fields(line).iter().any(names_more) && !has_carried(&names);
         if all { labelled } else { Self { united: stamped.has_units(line), ..stamped } }
     }
 
@@ -131,6 +135,9 @@ impl Dialect {
         if self.labelled {
             // A record of JSON.
             line = line.trim_ascii_end();
+            if let Some((begin, end)) = constructed(line, from) {
+                (from, line) = (begin, &line[..end]);
+            }
             line = line.strip_suffix(b"}").unwrap_or(line);
             from += usize::from(line.get(from) == Some(&b'{'));
         }
@@ -166,6 +173,25 @@ fn bracketed(line: &[u8], from: usize) -> Option<(usize, usize)> {
     let inside = inside.strip_suffix(b",").unwrap_or(inside).strip_suffix(&[close])?;
     let is_one = inside.len() > from && !inside[from + 1..].iter().any(|b| matches!(b, b'[' | b'(' | b']' | b')'));
     is_one.then_some((from + 1, inside.len()))
+}
+
+/// What stands between the brackets behind the name of a type, as languages print a value of it: `Sample(t=0.5, gz=1)`,
+/// `Sample { t: 0.5, gz: 1 }`.
+fn constructed(line: &[u8], from: usize) -> Option<(usize, usize)> {
+    let text = line.get(from..)?;
+    let open = text.iter().position(|b| matches!(b, b'(' | b'[' | b'{'))?;
+    let name = text[..open].trim_ascii();
+    let is_name = name.first().is_some_and(u8::is_ascii_alphabetic)
+        && name.iter().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'.' | b':'))
+        && !name.ends_with(b":");
+    let close = match text[open] {
+        b'(' => b')',
+        b'[' => b']',
+        _ => b'}',
+    };
+    let inside = text.strip_suffix(&[close])?;
+    let is_one = inside.len() > open && !inside[open + 1..].iter().any(|b| b"()[]{}".contains(b));
+    (is_name && is_one).then_some((from + open + 1, from + inside.len()))
 }
 
 /// The checksum at the end of a sentence as NMEA 0183 has it, `$IMU,1,2*5A`; empty where there is none.
@@ -210,6 +236,15 @@ fn label(field: &[u8]) -> Option<(&[u8], usize)> {
     let name = name.strip_prefix(b"\"").and_then(|rest| rest.strip_suffix(b"\"")).unwrap_or(name);
     let begins = name.first().is_some_and(|&b| b.is_ascii_alphabetic() || b == b'_' || b >= 0x80);
     (begins && !name.contains(&b'"')).then_some((name, at + 1))
+}
+
+/// Whether the letter of an axis follows one of the same sensor, whose name is that of both: `Gyro X: 1, Y: 2`.
+fn has_carried(names: &[Option<&[u8]>]) -> bool {
+    let is_axis = |b: u8| matches!(b, b'x' | b'y' | b'z' | b'X' | b'Y' | b'Z');
+    names.windows(2).any(|pair| match pair {
+        [Some([.., b' ' | b'.' | b'_', first]), Some([letter])] => is_axis(*first) && is_axis(*letter),
+        _ => false,
+    })
 }
 
 fn split_at(line: &[u8], from: usize, separator: u8, fields: &mut Vec<Range<usize>>) {
@@ -355,6 +390,8 @@ mod tests {
             (Separator::Blanks, "t: 0.5  gz: -1"),
             (Separator::Blanks, "t=0.5 gz=-1"),
             (comma, "{\"t\": 0.5, \"gz\": -1}"),
+            (comma, "imu.Sample(t=0.5, gz=-1)"),
+            (comma, "Sample { t: 0.5, gz: -1 }"),
         ] {
             assert_eq!(
                 dressed(separator, line),

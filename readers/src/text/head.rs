@@ -6,6 +6,7 @@ use super::{
     moment,
     number::{Field, Point},
     skipped::{Skip, Skipped},
+    stamp::stamp,
 };
 use crate::unit::{self, Unit};
 use std::{collections::HashSet, io::Read};
@@ -122,8 +123,10 @@ struct Looked {
 }
 
 impl Looked {
+    /// Whether nothing stands in it, or nothing but a stamp.
     fn is_blank(&self) -> bool {
-        self.bytes.trim_ascii().is_empty()
+        let text = self.bytes.trim_ascii();
+        text.is_empty() || text.ends_with(b"->") && stamp(text).is_some_and(|stamp| stamp.end == text.len())
     }
 
     /// Without the sign of a remark, and whether it had one.
@@ -142,8 +145,9 @@ pub(super) fn remark(text: &[u8]) -> Option<&[u8]> {
     text.strip_prefix(b"#").or_else(|| text.strip_prefix(b"%")).or_else(|| text.strip_prefix(b"//"))
 }
 
-/// A spreadsheet's `sep=,`.
+/// A spreadsheet's `sep=,`, between quotation marks or not.
 fn is_separator_line(text: &[u8]) -> bool {
+    let text = text.strip_prefix(b"\"").map_or(text, |rest| rest.strip_suffix(b"\"").unwrap_or(rest));
     text.len() <= 6 && text.get(..4).is_some_and(|first| first.eq_ignore_ascii_case(b"sep="))
 }
 
@@ -357,9 +361,16 @@ fn begin(looked: &[Looked], header: usize, dialect: Dialect, skipped: &mut Skipp
     (Head { names, units, line, dialect, samples, keys, raw: looked[header].bytes.clone() }, after)
 }
 
+/// What Vicon captures, as it stands above the rate.
+const CAPTURED: [&[u8]; 5] = [b"Segments", b"Trajectories", b"Joints", b"Model Outputs", b"Devices"];
+
 /// What stands above a header as a key and a value: `gscale,0.001`, `# Config: data_rate = 500.0 Hz, gyro_range = 250 dps`.
 fn keys(above: &[Looked]) -> Vec<(String, String)> {
     let mut keys = Vec::new();
+    // Vicon's rate stands alone below what was captured.
+    for pair in above.windows(2).filter(|pair| CAPTURED.contains(&pair[0].bytes.trim_ascii())) {
+        keys.push(("rate".to_owned(), fields::name(&pair[1].bytes)));
+    }
     for line in above.iter().filter(|line| !line.is_blank()) {
         let text = fields::name(line.bare().0);
         let text = text.trim_matches('"');
@@ -515,6 +526,22 @@ pub(super) fn is_ruler(line: &[u8]) -> bool {
     text.len() > 2 && text.iter().all(|b| b"-=+|: \t,;".contains(b)) && text.iter().any(|b| b"-=".contains(b))
 }
 
+/// Whether the first rows have the same words in the same places: names of the values behind them.
+fn has_words(looked: &[Looked], first: usize, dialect: Dialect) -> bool {
+    let rows: Vec<Vec<&[u8]>> =
+        looked[first..].iter().filter(|line| !line.is_blank()).map(|line| dialect.fields(&line.bytes)).collect();
+    let is_word = |k: usize| {
+        let word = rows[0][k];
+        !is_number(dialect, word) && rows.iter().all(|row| row.get(k) == Some(&word))
+    };
+    (0..rows.first().map_or(0, Vec::len)).any(is_word)
+}
+
+/// Whether a field is drawn and not written: `***`, `====`.
+fn is_ornament(field: &[u8]) -> bool {
+    field.len() > 1 && field.iter().all(u8::is_ascii_punctuation)
+}
+
 enum Above {
     Header(usize),
     DecimalCommas(usize),
@@ -527,8 +554,18 @@ fn header_above(looked: &[Looked], first: usize, dialect: Dialect, found: usize)
     let above = looked[..first].iter().enumerate().rev();
     for (i, line) in above.filter(|(_, line)| !line.is_blank() && !is_ruler(&line.bytes)) {
         let fields = dialect.fields(line.bare().0);
-        let names = fields.iter().filter(|field| !field.is_empty() && !is_number(dialect, field)).count();
-        let is_names = 2 * names > fields.len() && names >= 2;
+        let mut names = fields.iter().filter(|field| !field.is_empty() && !is_number(dialect, field)).count();
+        // Beside a number, a word for no value is none of a name.
+        if fields.iter().any(|field| matches!(dialect.value(field), Field::Number(_))) {
+            names = fields.iter().filter(|field| dialect.value(field) == Field::Text).count();
+        }
+        // A banner that has as many words as a row has fields is no header of it.
+        let is_banner = fields.iter().any(|field| is_ornament(field))
+            || dialect.separator == Separator::Blanks
+                && dialect.stamped
+                && !dialect.dressed(&line.bytes).stamped
+                && has_words(looked, first, dialect);
+        let is_names = 2 * names > fields.len() && names >= 2 && !is_banner;
         // A last column that is empty, or of remarks that few rows have.
         let remarks = nearest && dialect.separator == Separator::Byte(b'\t');
         let trailing = fields.len() == found + 1 && fields.last().is_some_and(|field| field.is_empty() || remarks);

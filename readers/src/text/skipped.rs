@@ -1,6 +1,6 @@
 //! Lines of a text that are no rows of its table: counted and located.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, fmt};
 
 /// What a line is that is no row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -17,6 +17,19 @@ pub enum Skip {
     Text,
     /// The last row, which breaks off.
     Torn,
+}
+
+impl fmt::Display for Skip {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Above => "text above the header",
+            Self::Units => "the units of the columns",
+            Self::HeaderAgain => "the header once more",
+            Self::Remark => "remarks",
+            Self::Text => "text",
+            Self::Torn => "a last row that breaks off",
+        })
+    }
 }
 
 /// How many lines of each kind there are, and where the first stands.

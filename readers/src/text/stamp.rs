@@ -43,11 +43,17 @@ pub(crate) fn stamp(line: &[u8]) -> Option<Stamp> {
     arrow(line).or_else(|| counted(line)).or_else(|| logged(line))
 }
 
-/// `12:30:00.123 -> …`
+/// `12:30:00.123 -> …`, of which nothing may be left behind the arrow.
 fn arrow(line: &[u8]) -> Option<Stamp> {
-    const ARROW: &[u8] = b" -> ";
+    const ARROW: &[u8] = b" ->";
     let at = memchr::memmem::find(&line[..line.len().min(LONGEST)], ARROW)?;
-    moment::form(&line[..at]).map(|_| Stamp { time: 0..at, end: at + ARROW.len(), in_ms: false })
+    let end = at + ARROW.len();
+    let is_apart = line.get(end).is_none_or(|&b| b == b' ');
+    moment::form(&line[..at]).filter(|_| is_apart).map(|_| Stamp {
+        time: 0..at,
+        end: (end + 1).min(line.len()),
+        in_ms: false,
+    })
 }
 
 /// `I (1234) imu: …`, milliseconds since the start.

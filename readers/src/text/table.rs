@@ -141,6 +141,10 @@ impl Sieve {
         }
         let kind = match line.first() {
             None => return Sifted::Blank,
+            // A stamp before nothing.
+            Some(_) if self.head.dialect.stamped && self.fields.iter().skip(1).all(Range::is_empty) => {
+                return Sifted::Blank;
+            }
             Some(_) if self.head.dialect.labelled && self.is_mislabelled(line) => Some(Skip::Text),
             // Almost every row of almost every text.
             Some(b'0'..=b'9' | b'-' | b'.') if ended && line.get(1) != Some(&b'-') => None,

@@ -63,6 +63,19 @@ fn what_stands_above_a_header_is_passed_by_and_counted() {
 }
 
 #[test]
+fn a_banner_with_as_many_words_as_a_row_is_no_header_and_a_row_without_values_neither() {
+    let row = |k: u32| format!("[00:00:00.{k}00,000] <inf> imu: gyro 0.{k} 1 2 enc {k}\n");
+    for banner in ["*** Booting Zephyr OS build v3.5.0 ***", "Booting the firmware of my new board"] {
+        let read = read(&format!("{banner}\n{}{}{}", row(1), row(2), row(3)));
+        assert_eq!((read.head.line, read.head.names.len(), read.rows.len()), (None, 7, 3), "{banner}");
+    }
+    let read = read("t,gyro,angle\n0.00,None,#N/A\n0.01,1.5,0\n0.02,1.6,1\n0.03,1.7,2\n");
+    assert_eq!((read.head.names, read.rows.len()), (vec!["t".to_owned(), "gyro".into(), "angle".into()], 4));
+    let units = super::Table::open(&b"\"sep=\t\"\na\tb\nms\tm/(s^2)\n1\t2\n3\t4\n"[..], &|_| false).unwrap();
+    assert_eq!((units.head().names.clone(), units.head().units[1].is_some()), (vec!["a".to_owned(), "b".into()], true));
+}
+
+#[test]
 fn a_header_may_be_a_remark_or_have_a_row_of_units_below() {
     let read_names = |text: &str| read(text).head.names;
     assert_eq!(read_names("#timestamp [ns],w_x [rad s^-1]\n1,2\n3,4\n"), ["timestamp [ns]", "w_x [rad s^-1]"]);

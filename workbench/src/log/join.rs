@@ -89,13 +89,18 @@ pub fn with_reference(mut log: Reader, mut other: Reader, second: &Path) -> Resu
 /// The column of the second file that turns as a gyro of the log has it.
 fn turning(log: &mut Reader, other: &mut Reader) -> Result<Option<Advice>, LogError> {
     /// Columns that are looked at.
-    const MOST: usize = 6;
+    const MOST: usize = 12;
     const FOLLOWS: f64 = 0.9;
     let (own, rows) = (log.drain()?, other.drain()?);
     let unsaid = log.layout().chosen.iter().any(|pick| pick.name.starts_with("gyro_") && !pick.is_unit_said);
     let axes = log.layout().gyros();
     let mut best: Option<(f64, Advice)> = None;
-    for (place, name) in other.layout().free_names.iter().enumerate().take(MOST) {
+    let varies = |place: &usize| {
+        let values = || rows.iter().map(|row| row.row.free[*place]).filter(|x| x.is_finite());
+        values().next().is_some_and(|first| values().any(|x| x != first))
+    };
+    let names = other.layout().free_names.iter().enumerate();
+    for (place, name) in names.filter(|(place, _)| varies(place)).take(MOST) {
         let said = unit_said(name, None).filter(|unit| matches!(unit.quantity, Quantity::Rate | Quantity::Angle));
         let is_rate = said.is_some_and(|unit| unit.quantity == Quantity::Rate);
         for &axis in &axes {

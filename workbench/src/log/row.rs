@@ -157,10 +157,10 @@ impl RowParser {
     fn uninterrupted(&mut self, ns: i128, column: &Column) -> (Option<i128>, bool) {
         let Form::Number(exponent) = column.form else { return (Some(ns), false) };
         if !column.is_scaled_time() {
-            let (ns, overflows) = self.timer.follow(ns, exponent);
+            let (ns, overflows) = self.timer.follow(ns, exponent, exponent == 9);
             return (Some(ns), overflows);
         }
-        let (fine, overflows) = self.timer.follow(ns, exponent + FINE);
+        let (fine, overflows) = self.timer.follow(ns, exponent + FINE, false);
         let Conversion { scale, offset, .. } = column.conversion;
         let scaled = if scale.fract() == 0.0 && scale.abs() < 1e9 {
             fine * scale as i128 / 10_i128.pow(FINE.unsigned_abs())

@@ -15,25 +15,28 @@ pub struct Timer {
 }
 
 impl Timer {
-    /// A time in units of 10^`exponent` ns without its overflows, and whether this is the first after one.
-    pub fn follow(&mut self, ns: i128, exponent: i32) -> (i128, bool) {
+    /// A time in units of 10^`exponent` of its numbers without its overflows, and whether this is the first after one. Seconds may have
+    /// been counted in a finer unit.
+    pub fn follow(&mut self, ns: i128, exponent: i32, are_seconds: bool) -> (i128, bool) {
         let before = self.last.replace(ns);
         let step = before.map_or(0, |before| ns - before);
         if step > 0 {
             self.step = step;
         }
-        let range = if step < 0 { before.and_then(|before| self.overflow(before, ns, exponent)) } else { None };
+        let range =
+            if step < 0 { before.and_then(|before| self.overflow(before, ns, exponent, are_seconds)) } else { None };
         self.added += range.unwrap_or(0);
         (ns + self.added, range.is_some())
     }
 
     /// The range of the counter that overflowed between two times, from 0 on or about 0.
-    fn overflow(&self, before: i128, now: i128, exponent: i32) -> Option<i128> {
+    fn overflow(&self, before: i128, now: i128, exponent: i32, are_seconds: bool) -> Option<i128> {
         let range = |bits: u32, exponent: i32| (1_i128 << bits) * 10_i128.pow(exponent.unsigned_abs());
-        // Seconds were counted in microseconds or milliseconds.
-        let ranges: &[i128] = match exponent {
-            9 => &[range(16, 6), range(32, 3), range(32, 6)],
-            _ => &BITS.map(|bits| range(bits, exponent)),
+        // Microseconds or milliseconds.
+        let ranges: &[i128] = if are_seconds {
+            &[range(16, 6), range(32, 3), range(32, 6)]
+        } else {
+            &BITS.map(|bits| range(bits, exponent))
         };
         // It goes on from one end to the other, and the next step may be somewhat longer than the last.
         let near = 3 * self.step / 2;
@@ -51,7 +54,7 @@ mod tests {
 
     fn followed(times: &[i128], exponent: i32) -> (Vec<i128>, usize) {
         let mut timer = Timer::default();
-        let all: Vec<_> = times.iter().map(|time| timer.follow(*time, exponent)).collect();
+        let all: Vec<_> = times.iter().map(|time| timer.follow(*time, exponent, exponent == 9)).collect();
         (all.iter().map(|of| of.0).collect(), all.iter().filter(|of| of.1).count())
     }
 
@@ -63,6 +66,12 @@ mod tests {
             followed(&[end - 2 * step, end - step + 700, 1000, step], 3),
             (vec![end - 2 * step, end - step + 700, end + 1000, end + step], 1)
         );
+        // A count of 0.1 ms, read finer than in nanoseconds, is no time in seconds.
+        let mut scaled = Timer::default();
+        let wide = (1_i128 << 32) * 1_000_000_000;
+        scaled.follow(wide - 192_000_000_000, 9, false);
+        scaled.follow(wide - 96_000_000_000, 9, false);
+        assert_eq!(scaled.follow(0, 9, false), (wide, true));
         // Signed, and in seconds.
         assert_eq!(followed(&[end / 2 - 2 * step, end / 2 - step, -end / 2], 3).0[2], end / 2);
         assert_eq!(followed(&[end - 2 * step, end - step, 0], 9).0[2], end);

@@ -1,8 +1,8 @@
 //! A whole log in memory, with what is checked over all of it.
 
 use super::{
-    FAULTY_SHARE, FEWEST_ROWS, LogError, Options, Provenance, Reader, dependent, error::Problem, jump,
-    reader::no_reference, words,
+    FAULTY_SHARE, FEWEST_ROWS, LogError, Options, Provenance, Reader, dependent, error::Problem, header::Column, jump,
+    reader::no_reference, unit::Channel, words,
 };
 use gyro_model::{
     Record, Row,
@@ -130,6 +130,22 @@ fn counts_rows(reader: &Reader, record: &Record) -> Option<Problem> {
         .then(|| Problem::CountsRows { channel: layout.time_channel.clone(), rate: layout.stated_rate })
 }
 
+/// When the log begins, ns since 1970. A sheet counts its days from 1899-12-30, MATLAB from the year 0.
+fn since_1970(reader: &Reader) -> i128 {
+    const DAY: f64 = 86_400.0;
+    const NS: i128 = 86_400_000_000_000;
+    let start = reader.start_ns().unwrap_or_default();
+    let is_of_days = |column: &Column| column.channel == Channel::Time && column.conversion.scale == DAY;
+    if !reader.layout().columns.iter().any(is_of_days) {
+        return start;
+    }
+    match start / NS {
+        30_000..80_000 => start - 25_569 * NS,
+        690_000..800_000 => start - 719_529 * NS,
+        _ => start,
+    }
+}
+
 fn provenance(path: &Path, reader: &Reader, record: &Record) -> Provenance {
     let finite = |value: fn(&Row) -> f64| record.rows.iter().map(value).filter(|x| x.is_finite());
     let temperature = finite(|r| r.temperature)
@@ -143,7 +159,7 @@ fn provenance(path: &Path, reader: &Reader, record: &Record) -> Provenance {
         samples: record.len() as u64,
         temperature,
         supply,
-        start_ns: reader.start_ns().unwrap_or_default(),
+        start_ns: since_1970(reader),
         chosen: reader.layout().chosen.clone(),
         unsure: reader.layout().unsure.clone(),
         said: reader.layout().said.clone(),
