@@ -77,7 +77,9 @@ impl Sensors {
         write_row(&mut out, self.columns.iter().map(full));
         for row in self.rows.values() {
             let mut cells = vec![None; self.columns.len()];
-            row.iter().for_each(|(place, cell)| cells[*place] = Some(cell));
+            for (place, cell) in row {
+                cells[*place] = Some(cell);
+            }
             for (k, cell) in cells.into_iter().enumerate() {
                 if k > 0 {
                     out.push(b',');

@@ -39,7 +39,8 @@ impl Shape for Pairs {
         let line = line.trim_ascii_end();
         match record(line) {
             Some((kind, record)) => {
-                self.records.feed(format!("{kind} {}\n", Value::Object(record)).trim_start().as_bytes())
+                let line = format!("{kind} {}\n", Value::Object(record));
+                self.records.feed(line.trim_start().as_bytes());
             }
             None => self.records.feed(&[line, b"\n"].concat()),
         }
