@@ -83,6 +83,12 @@ impl Sample {
         }
     }
 
+    /// Whether a column holds text: more than a few garbled numbers.
+    fn is_text(&self, column: usize) -> bool {
+        let numbers = self.columns[column].iter().filter(|x| x.is_finite()).count();
+        self.texts[column].is_some() && 10 * numbers < 9 * self.rows()
+    }
+
     fn rows(&self) -> usize {
         self.columns.first().map_or(0, Vec::len)
     }
@@ -500,7 +506,7 @@ fn gyro(sample: &Sample, used: &Used, proposal: &Proposal, times: Option<&[f64]>
         return Some((offered, format!("{says} may be the gyro's axes")));
     }
     let free: Vec<usize> = (0..sample.columns.len())
-        .filter(|i| !used.columns.contains(i) && sample.texts[*i].is_none() && sample.step(*i).is_none())
+        .filter(|i| !used.columns.contains(i) && !sample.is_text(*i) && sample.step(*i).is_none())
         .collect();
     let moving: Vec<usize> = free.iter().copied().filter(|&i| sample.varies(i)).collect();
     if moving.len() <= MOST && times.is_some() {
