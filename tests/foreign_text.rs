@@ -51,6 +51,8 @@ fn one_log_in_many_shapes_has_one_answer() {
                 format!("{t},{},{}", g.to_degrees(), a.to_degrees())
             }),
         ),
+        ("minutes", written("Time (min),gyro_z,ref_angle_z\n", |[t, g, a]| format!("{:.9},{g},{a}", t / 60.0))),
+        ("hours", written("time_h,gyro_z,ref_angle_z\n", |[t, g, a]| format!("{:.11},{g},{a}", t / 3600.0))),
         ("capitals", written("T,gyro_Z,ref_angle_Z\n", |[t, g, a]| format!("{t},{g},{a}"))),
         ("milliseconds", written("time,gyro_z,ref_angle_z\n", |[t, g, a]| format!("{},{g},{a}", t * 1e3))),
         (
@@ -398,6 +400,141 @@ fn what_loggers_scripts_and_databases_write_is_understood() {
 /// One number of each row, as JSON has a list.
 fn listed(of: &dyn Fn(&[f64; 3]) -> f64) -> String {
     rows().iter().map(|row| of(row).to_string()).collect::<Vec<_>>().join(", ")
+}
+
+/// Runs the command that a refusal ends in, and holds its result against that of the same log in our own names.
+fn mended(texts: Vec<(&str, String, Vec<&str>, f64)>) {
+    let bench = Bench::new();
+    bench.file("own.csv", log(2000));
+    let wanted = fitted(&bench, &["own.csv"]);
+    for (name, text, says, within) in texts {
+        bench.file(name, text);
+        let refusal = bench.refused(&["fit", name]);
+        for says in says {
+            assert!(refusal.contains(says), "{name}: '{says}' is missing in: {refusal}");
+        }
+        let command = advised(&refusal).expect(&refusal);
+        let found = fitted(&bench, &command[1..].iter().map(String::as_str).collect::<Vec<_>>());
+        assert!((found.0 - wanted.0).abs() < within, "{name}: {found:?}, not {wanted:?}");
+    }
+}
+
+#[test]
+fn a_time_is_found_or_made_of_what_is_there() {
+    let count = |t: f64| (t * 100.0).round();
+    mended(vec![
+        (
+            "t-ms.csv",
+            written("t,gz,angle\n", |[t, g, a]| format!("{:.0},{g},{a}", 2311.0 + t * 1e3)),
+            vec!["'t' only grows", "--map t_ms=t"],
+            1e-6,
+        ),
+        (
+            "t-us.csv",
+            written("t,gyro_z,yaw\n", |[t, g, a]| format!("{:.0},{g},{a}", t * 1e6)),
+            vec!["--map t_us=t"],
+            1e-6,
+        ),
+        (
+            "counter.csv",
+            written("sample,gyro_z,angle\n", |[t, g, a]| format!("{},{g},{a}", count(*t))),
+            vec!["'sample' counts rows", "is an example", "t=0.01*sample"],
+            1e-6,
+        ),
+        ("timeless.csv", written("gyro_z,enc\n", |[_, g, a]| format!("{g},{a}")), vec!["t=0.01*row"], 1e-6),
+        (
+            "steps.csv",
+            written("dt_us,gyro_z,angle\n", |[_, g, a]| format!("10000,{g},{a}")),
+            vec!["'dt_us' is the time from row to row", "t_us=sum(dt_us)"],
+            1e-6,
+        ),
+        ("seconds.csv", written("dt,gyro_z,angle\n", |[_, g, a]| format!("0.010,{g},{a}")), vec!["t=sum(dt)"], 1e-6),
+    ]);
+    // Rows that are twice as far apart are as well known.
+    let bench = Bench::new();
+    bench.file("slow.csv", written("gyro_z,enc\n", |[_, g, a]| format!("{},{a}", 0.5 * g)));
+    assert!(bench.refused(&["fit", "slow.csv"]).contains("t=0.02*row"));
+    bench.file("coarse.csv", written("time,gyro_z,angle\n", |[t, g, a]| format!("{:.0},{g},{a}", t)));
+    assert!(bench.refused(&["fit", "coarse.csv"]).contains("too few digits"));
+}
+
+#[test]
+fn a_reference_is_found_in_units_and_shapes_that_no_name_says() {
+    let half = |a: f64| (0.5 * a).sin_cos();
+    mended(vec![
+        (
+            "turns.csv",
+            written("t,gyro_z,pos_estimate\n", |[t, g, a]| format!("{t},{g},{}", a / std::f64::consts::TAU)),
+            vec!["360*pos_estimate"],
+            1e-4,
+        ),
+        (
+            "mavlink.csv",
+            written("time_boot_ms,zgyro,hdg\n", |[t, g, a]| {
+                format!("{:.0},{:.0},{:.0}", t * 1e3, g * 1e3, (a.to_degrees() * 100.0).rem_euclid(36_000.0))
+            }),
+            vec!["0.001*zgyro", "0.01*hdg"],
+            1e-3,
+        ),
+        (
+            "quaternion.csv",
+            written("t,wz,q1,q2,q3,q4\n", |[t, g, a]| format!("{t},{g},0,0,{},{}", half(*a).0, half(*a).1)),
+            vec!["(x, y, z, w)", "ref_qw=q4"],
+            1e-4,
+        ),
+        (
+            "inverse.csv",
+            written("t,wz,q1,q2,q3,q4\n", |[t, g, a]| format!("{t},{g},{},0,0,{}", half(*a).1, -half(*a).0)),
+            vec!["world to body", "ref_qz=-q4"],
+            1e-4,
+        ),
+        (
+            "several.csv",
+            written("t,gyro_z,yaw_deg,nothing,gnss_heading_deg\n", |[t, g, a]| {
+                format!("{t},{g},{0},0,{0}", a.to_degrees())
+            }),
+            vec!["'gnss_heading_deg' turns", "so do 'yaw_deg'"],
+            1e-6,
+        ),
+        (
+            "words.csv",
+            written("ms,AcX,AcY,AcZ,GyX,GyY,GyZ,count\n", |[t, g, a]| {
+                let (word, count) = ((g.to_degrees() * 65.5).round(), (a.to_degrees() / 360.0 * 1600.0).floor());
+                format!("{:.0},198,-24,8108,3,-4,{word},{count}", t * 1e3)
+            }),
+            vec!["65.5 steps a °/s", "GyZ/65.5", "0.225*count"],
+            5e-3,
+        ),
+    ]);
+}
+
+#[test]
+fn a_second_file_without_a_header_is_named_column_by_column() {
+    let bench = Bench::new();
+    bench.file("own.csv", log(2000));
+    let wanted = fitted(&bench, &["own.csv"]);
+    let epoch = 1_700_000_000.0;
+    bench.file(
+        "gyro.csv",
+        written("elapsed (s),epoch (ms),gyro_z\n", |[t, g, _]| format!("{t},{:.0},{g}", (epoch + t) * 1e3)),
+    );
+    let pose =
+        |[t, _, a]: &[f64; 3]| format!("{:.3} 0.1 0.2 0.3 0 0 {} {}", epoch + t, (0.5 * a).sin(), (0.5 * a).cos());
+    bench.file("tum.txt", written("", pose));
+    let refusal = bench.refused(&["fit", "gyro.csv", "--reference", "tum.txt"]);
+    let command = advised(&refusal).expect(&refusal);
+    assert!(refusal.contains("--map ref:t=1 --map ref_qw=8"), "{refusal}");
+    let found = fitted(&bench, &command[1..].iter().map(String::as_str).collect::<Vec<_>>());
+    assert!((found.0 - wanted.0).abs() < 1e-4, "{found:?}, not {wanted:?}");
+    // Both have a clock that counts from 1970: nothing is shifted.
+    let said = bench.run(&[&["compare"], &command[2..].iter().map(String::as_str).collect::<Vec<_>>()[..]].concat());
+    assert!(!said.out.contains("the reference's clock is"), "{said:?}");
+    let rates =
+        |[t, _, a]: &[f64; 3]| format!("{:.3},{},0,0,{},nan,nan,nan", epoch + t, (0.5 * a).cos(), (0.5 * a).sin());
+    let header = "timestamp,q[0],q[1],q[2],q[3],angular_velocity[0],angular_velocity[1],angular_velocity[2]\n";
+    bench.file("odometry.csv", written(header, rates));
+    let found = fitted(&bench, &["gyro.csv", "--reference", "odometry.csv"]);
+    assert!((found.0 - wanted.0).abs() < 1e-4, "{found:?}, not {wanted:?}");
 }
 
 #[test]

@@ -54,6 +54,8 @@ pub const STANDARD_GRAVITY: f64 = 9.806_65;
 pub const RADIANS_PER_SECOND: Unit = Unit::new(Quantity::Rate, "rad/s", "");
 /// °/s
 pub const DEGREES_PER_SECOND: Unit = Unit::new(Quantity::Rate, "deg/s", "_dps");
+/// °
+pub const DEGREES: Unit = Unit::new(Quantity::Angle, "deg", "_deg");
 /// s
 pub const SECONDS: Unit = Unit::new(Quantity::Time, "s", "");
 /// ms
@@ -62,6 +64,10 @@ pub const MILLISECONDS: Unit = Unit::new(Quantity::Time, "ms", "_ms");
 pub const MICROSECONDS: Unit = Unit::new(Quantity::Time, "us", "_us");
 /// ns
 pub const NANOSECONDS: Unit = Unit::new(Quantity::Time, "ns", "_ns");
+/// min
+pub const MINUTES: Unit = Unit::scaled(Quantity::Time, "min", "", 60.0);
+/// h
+pub const HOURS: Unit = Unit::scaled(Quantity::Time, "h", "", 3600.0);
 /// days
 pub const DAYS: Unit = Unit::scaled(Quantity::Time, "days", "", 86_400.0);
 /// m/s²
@@ -100,7 +106,7 @@ const SPELLINGS: &[(&[&str], Unit)] = &[
     (&["deg/h", "°/h", "deg/hr", "dph"], Unit::scaled(Quantity::Rate, "deg/h", "_dps", 1.0 / 3600.0)),
     (&["rpm", "rev/min", "1/min"], Unit::scaled(Quantity::Rate, "rpm", "_dps", 6.0)),
     (&["rad", "radian", "radians"], Unit::new(Quantity::Angle, "rad", "")),
-    (&["deg", "°", "degree", "degrees", "º"], Unit::new(Quantity::Angle, "deg", "_deg")),
+    (&["deg", "°", "degree", "degrees", "º"], DEGREES),
     (&["mrad"], Unit::scaled(Quantity::Angle, "mrad", "", 1e-3)),
     (&["mdeg", "m°"], Unit::scaled(Quantity::Angle, "mdeg", "_deg", 1e-3)),
     (&["cdeg", "centidegrees"], Unit::scaled(Quantity::Angle, "cdeg", "_deg", 1e-2)),
@@ -119,6 +125,8 @@ const SPELLINGS: &[(&[&str], Unit)] = &[
     (&["ms", "msec", "millis", "milliseconds", "millisecond"], MILLISECONDS),
     (&["us", "µs", "μs", "usec", "micros", "microseconds", "microsecond"], MICROSECONDS),
     (&["ns", "nsec", "nanos", "nanoseconds", "nanosecond"], NANOSECONDS),
+    (&["min", "mins", "minute", "minutes"], MINUTES),
+    (&["h", "hr", "hrs", "hour", "hours"], HOURS),
     (&["m"], Unit::new(Quantity::Other, "m", "")),
     (&["mm"], Unit::new(Quantity::Other, "mm", "")),
     (&["cm"], Unit::new(Quantity::Other, "cm", "")),

@@ -6,7 +6,7 @@ mod topics;
 mod words;
 
 pub use pick::{Dependent, Pick, Proposal, Second};
-pub use text::{counts_rows, epoch_unit, of_names, of_text, stated_rate, time_unit};
+pub use text::{counts_rows, defined, epoch_unit, of_names, of_text, stated_rate, time_unit};
 pub use topics::of_topics;
 pub use words::{Meaning, What, Who, understand, unit_said};
 

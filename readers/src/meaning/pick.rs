@@ -27,6 +27,11 @@ impl Pick {
     }
 }
 
+/// A factor without what the last bit of a quotient adds: 0.225, not 0.22499999999999998.
+fn as_written(factor: f64) -> f64 {
+    format!("{factor:.13e}").parse().unwrap_or(factor)
+}
+
 impl fmt::Display for Pick {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}=", self.name)?;
@@ -34,7 +39,7 @@ impl fmt::Display for Pick {
         let divisor = (self.factor.abs().recip() * 1e6).round() * 1e-6;
         let divides = self.factor.to_string().len() > 8
             && (divisor.recip() - self.factor.abs()).abs() < 1e-12 * self.factor.abs();
-        match self.factor {
+        match as_written(self.factor) {
             1.0 => f.write_str(&self.channel)?,
             -1.0 => write!(f, "-{}", self.channel)?,
             factor if divides => write!(f, "{}{}/{divisor}", if factor < 0.0 { "-" } else { "" }, self.channel)?,

@@ -96,7 +96,7 @@ impl Of<'_> {
             .collect();
         let mut sensors: Vec<&str> = Vec::new();
         for (column, axis, meaning) in &rates {
-            let unit = meaning.unit.or(unsaid);
+            let unit = meaning.unit.or_else(|| defined(self.head, *column)).or(unsaid);
             if meaning.who == Who::Reference {
                 let name = format!("ref_rate_{}", AXES[*axis]);
                 if !self.has(&name) {
@@ -152,7 +152,8 @@ impl Of<'_> {
                 |letter: &str| self.head.names.iter().position(|name| unit::split(name).0.eq_ignore_ascii_case(letter));
             if let [Some(x), Some(y), Some(z)] = letters.map(place) {
                 for (axis, column) in AXES.iter().zip([x, y, z]) {
-                    let pick = self.pick(&format!("gyro_{axis}"), column, self.head.units[column]);
+                    let unit = self.head.units[column].or_else(|| unit::split(&self.head.names[column]).1);
+                    let pick = self.pick(&format!("gyro_{axis}"), column, unit);
                     self.found.offered.push(pick);
                 }
                 return;
@@ -230,6 +231,26 @@ impl Of<'_> {
             if clear { &mut self.found.chosen } else { &mut self.found.offered }.push(pick);
         }
     }
+}
+
+/// The unit of a field that MAVLink defines, where its numbers are whole: `zgyro` is in mrad/s, `hdg` in hundredths of a degree.
+#[must_use]
+pub fn defined(head: &Head, column: usize) -> Option<Unit> {
+    let bare = |name: &str| unit::split(name).0.rsplit(['.', '/']).next().unwrap_or_default().to_ascii_lowercase();
+    let is_message = || {
+        let fields = ["time_boot_ms", "time_usec", "xgyro", "ygyro", "zgyro"];
+        head.names.iter().any(|name| fields.contains(&bare(name).as_str()))
+    };
+    let unit = match bare(head.names.get(column)?).as_str() {
+        "xgyro" | "ygyro" | "zgyro" => unit::RADIANS_PER_SECOND.times(1e-3),
+        "hdg" if is_message() => unit::DEGREES.times(1e-2),
+        _ => return None,
+    };
+    let is_written_whole =
+        |row: &Vec<Vec<u8>>| row.get(column).is_some_and(|field| !field.iter().any(|b| b".,".contains(b)));
+    let values = numbers(head, column);
+    (!values.is_empty() && values.iter().all(|x| x.fract() == 0.0) && head.samples.iter().all(is_written_whole))
+        .then_some(unit)
 }
 
 /// What a key above the header says one step of a sensor's numbers is: gyroflow's `gscale` in rad/s, `ascale` in g.

@@ -155,10 +155,10 @@ fn axis(word: &str) -> Option<usize> {
 
 fn part(word: &str) -> Option<usize> {
     match word {
-        "w" | "0" | "q0" | "qw" => Some(0),
-        "x" | "1" | "q1" | "qx" => Some(1),
-        "y" | "2" | "q2" | "qy" => Some(2),
-        "z" | "3" | "q3" | "qz" => Some(3),
+        "w" | "0" | "q0" | "qw" | "r" | "real" => Some(0),
+        "x" | "1" | "q1" | "qx" | "i" | "qi" => Some(1),
+        "y" | "2" | "q2" | "qy" | "j" | "qj" => Some(2),
+        "z" | "3" | "q3" | "qz" | "k" | "qk" => Some(3),
         _ => None,
     }
 }
@@ -251,8 +251,10 @@ impl Name {
         if unit.is_none()
             && words.len() > 1
             && let Some(last) = words.last()
-            && (last.len() > 1 || last == "s")
+            && (last.len() > 1 || ["s", "h"].contains(&last.as_str()))
             && let Some(found) = unit::parse(last).filter(|unit| unit.quantity != Quantity::Other)
+            // `gyro_x_min` is the least of it, `time_min` a time in minutes.
+            && (![unit::MINUTES, unit::HOURS].contains(&found) || time_rank(&words[..words.len() - 1]).is_some())
         {
             unit = Some(found);
             words.pop();
@@ -426,13 +428,15 @@ fn time_rank(words: &[String]) -> Option<u8> {
         | "time_startup"
         | "sample_time_fine"
         | "relative_time"
+        // Of PX4's estimates, beside the time of their publication.
+        | "timestamp_sample"
         | "cts" => 1,
         "time" | "x_value" | "zeit" | "uhrzeit" | "zeitstempel" | "temps" | "tiempo" | "tempo" | "timestamp"
-        | "timestamps" | "ts" | "time_stamp" | "sample_time" | "sensor_time" | "timestamp_sample" | "stamp"
+        | "timestamps" | "ts" | "time_stamp" | "sample_time" | "sensor_time" | "stamp"
         | "stamp_secs" | "stamp_sec" => 2,
-        "datetime" | "date_time" | "sec" | "secs" | "seconds" | "second" | "millis" | "micros" | "ms" | "us" | "ns"
+        "datetime" | "date_time" | "sec" | "secs" | "seconds" | "second" | "minutes" | "hours" | "millis" | "micros" | "ms" | "us" | "ns"
         | "s" => 3,
-        "time_boot" | "logging_time" | "unix" | "unix_time" | "epoch" | "epoch_time" | "utc_time" | "system_time"
+        "time_boot" | "logging_time" | "unix" | "unix_time" | "epoch" | "epoc" | "epoch_time" | "utc_time" | "system_time"
         | "host_time" | "device_time" => 4,
         _ if joined.ends_with("_timestamp") || joined.ends_with("_time") && words.len() == 2 => 5,
         _ if words.iter().any(|word| word == "timestamp") => 6,
@@ -472,7 +476,11 @@ mod tests {
             ("q_RS_w []", What::Quaternion(0)),
             ("qz", What::Quaternion(3)),
             ("Quaternion W", What::Quaternion(0)),
+            ("quatReal", What::Quaternion(0)),
+            ("quatK", What::Quaternion(3)),
             ("time (us)", What::Time),
+            ("Time (min)", What::Time),
+            ("time_h", What::Time),
             ("timestamp [ns]", What::Time),
             ("Time (s)", What::Time),
             ("SampleTimeFine", What::Time),
@@ -504,6 +512,7 @@ mod tests {
             "gyroUnfilt[0]",
             "setpoint[0]",
             "gyro_x_std",
+            "gyro_x_min",
             "x",
             "y",
             "angle",

@@ -2,15 +2,16 @@
 //! tried on the file before anybody is told of it.
 
 use super::{
-    Maps, Options, Reader,
-    error::{LogError, Problem},
+    Maps, Options, Reader, attitude,
+    error::{LogError, Problem, listed},
     input::Input,
     lacking::Advice,
-    names::{Names, time_form},
+    made_time::{self, FASTEST, USUAL},
+    names::Names,
     reader::Torn,
-    timer::Timer,
+    sample::{FEWEST, Sample},
     unit::{self, Channel, Name},
-    unsaid::{self, Unit},
+    unsaid::{self, Open, Unit},
     whole, words,
 };
 use crate::{files, toml_error::quoted};
@@ -18,19 +19,16 @@ use gyro_model::{Axis, Record, Row, units};
 use log_readers::{
     can,
     format::{Note, ROW, Sink, Topic},
-    meaning::{AXES, Pick, Proposal, stated_rate, unit_said},
-    text::{self, Dialect, Form, Head, Table},
+    meaning::{AXES, Pick, Proposal, defined, unit_said},
+    text::{self, Head, Table},
     unit::Quantity,
 };
-use std::{io::Cursor, ops::RangeInclusive, path::Path};
+use std::{cell::OnceCell, io::Cursor, ops::RangeInclusive, path::Path};
 
-/// Rows that are looked at, and how many are enough.
+/// Rows that are looked at.
 const LOOKED_AT: usize = 20_000;
-const FEWEST: usize = 20;
-/// The step of a gyro's log, s: at most, at least, and the usual one.
-const SLOWEST: f64 = 0.13;
-const FASTEST: f64 = 1e-4;
-const USUAL: f64 = 0.01;
+/// Steps of logs, s, the usual one first, where no time is in a file: the first at which gyro and reference agree is the example.
+const STEPS: [f64; 8] = [USUAL, 0.02, 0.005, 0.05, 0.002, 0.001, 0.1, 0.04];
 /// Columns that are held against each other, at most.
 const MOST: usize = 12;
 /// A table with more columns is looked at by nobody.
@@ -39,125 +37,6 @@ const WIDEST: usize = 1000;
 const LARGE: u64 = 64 << 20;
 /// How much of the angle's motion a rate has to show, as r².
 const FOLLOWS: f64 = 0.9;
-
-/// Columns of a text as numbers.
-pub struct Sample {
-    head: Head,
-    columns: Vec<Vec<f64>>,
-    texts: Vec<Option<String>>,
-    /// Whether a column is dates or times of day: it holds their seconds.
-    moments: Vec<bool>,
-}
-
-impl Sample {
-    /// Of these rows below a head.
-    pub fn of<'a>(head: &Head, rows: impl Iterator<Item = &'a [u8]>) -> Self {
-        let count = head.names.len();
-        let (columns, texts, moments) = (vec![Vec::new(); count], vec![None; count], vec![false; count]);
-        let mut sample = Self { head: head.clone(), columns, texts, moments };
-        for row in rows {
-            sample.take(head.dialect, &head.dialect.fields(row));
-        }
-        sample
-    }
-
-    fn take(&mut self, dialect: Dialect, fields: &[&[u8]]) {
-        if fields.len() != self.columns.len() {
-            return;
-        }
-        for (i, field) in fields.iter().enumerate() {
-            let value = match dialect.value(field) {
-                text::Field::Number(x) => x,
-                text::Field::Text => {
-                    if let Some(ns) = text::clock(field).or_else(|| text::date_time(field)) {
-                        self.moments[i] = true;
-                        ns as f64 * 1e-9
-                    } else {
-                        self.texts[i].get_or_insert_with(|| String::from_utf8_lossy(field).into_owned());
-                        f64::NAN
-                    }
-                }
-                _ => f64::NAN,
-            };
-            self.columns[i].push(value);
-        }
-    }
-
-    /// Whether a column holds text: more than a few garbled numbers.
-    fn is_text(&self, column: usize) -> bool {
-        let numbers = self.columns[column].iter().filter(|x| x.is_finite()).count();
-        self.texts[column].is_some() && 10 * numbers < 9 * self.rows()
-    }
-
-    fn rows(&self) -> usize {
-        self.columns.first().map_or(0, Vec::len)
-    }
-
-    /// These columns, as those of a gyro.
-    fn gyro_columns(&self, columns: &[(Axis, usize)]) -> Vec<words::Column> {
-        let of = |&(axis, column): &(Axis, usize)| words::Column {
-            axis,
-            numbers: self.columns[column].iter().copied().filter(|x| x.is_finite()).collect(),
-            channel: self.channel(column),
-            called: self.called(column),
-        };
-        columns.iter().map(of).collect()
-    }
-
-    /// The channel of a column as `--map` takes it.
-    fn channel(&self, column: usize) -> String {
-        if self.head.line.is_none() { (column + 1).to_string() } else { self.head.names[column].clone() }
-    }
-
-    fn called(&self, column: usize) -> String {
-        if self.head.line.is_none() { format!("column {}", column + 1) } else { quoted(&self.head.names[column]) }
-    }
-
-    fn pick(&self, name: &str, column: usize, divisor: f64) -> Pick {
-        Pick { factor: divisor.recip(), ..Pick::new(name, &self.channel(column), None) }
-    }
-
-    /// The middle step of a column that only grows.
-    fn step(&self, column: usize) -> Option<f64> {
-        let values: Vec<f64> = self.columns[column].iter().copied().filter(|x| x.is_finite()).collect();
-        let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let back = steps.iter().filter(|step| **step < 0.0).count();
-        steps.retain(|step| *step > 0.0);
-        if steps.is_empty()
-            || values.len() < FEWEST.min(self.rows())
-            || 50 * back > values.len()
-            || 3 * steps.len() < values.len()
-        {
-            return None;
-        }
-        let middle = steps.len() / 2;
-        let usual = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-        // A clock ticks evenly for the most part; an angle that grows does not.
-        let even = steps.iter().filter(|step| (0.5..1.5).contains(&(**step / usual))).count();
-        (10 * even >= 7 * steps.len()).then_some(usual)
-    }
-
-    /// A column from its first value on, times a scale: differences of a large count are exact, its product with a unit is not.
-    fn since_first(&self, column: usize, scale: f64) -> Vec<f64> {
-        let values = &self.columns[column];
-        let first = values.iter().copied().find(|x| x.is_finite()).unwrap_or_default();
-        let (mut counter, mut overflows) = (Timer::default(), 0.0);
-        let past_overflows = |x: &f64| {
-            if x.is_finite() {
-                let written = (x * 1e6).round() as i128;
-                overflows = (counter.follow(written, 6, false).0 - written) as f64 * 1e-6;
-            }
-            (x - first + overflows) * scale
-        };
-        values.iter().map(past_overflows).collect()
-    }
-
-    fn varies(&self, column: usize) -> bool {
-        let finite = || self.columns[column].iter().copied().filter(|x| x.is_finite());
-        let (low, high) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
-        high > low
-    }
-}
 
 /// What is known of the columns already.
 #[derive(Default)]
@@ -186,25 +65,42 @@ impl Used {
 
 /// What would make a log of these columns; `wants_reference` where none comes from elsewhere.
 pub fn advise(sample: &Sample, maps: &Maps, wants_reference: bool) -> Advice {
-    let Ok(mut names) = Names::of(&sample.head.names, maps) else { return Advice::default() };
+    let (first, is_open) = advise_at(sample, maps, wants_reference, USUAL);
+    if !is_open || !wants_reference {
+        return first;
+    }
+    let others = STEPS[1..].iter().map(|&step| advise_at(sample, maps, true, step));
+    others.into_iter().find(|(_, is_open)| !is_open).map_or(first, |(advice, _)| advice)
+}
+
+/// The same; where no time is in it, with rows that are `step`, s, apart as an example, and whether nothing agrees with that.
+fn advise_at(sample: &Sample, maps: &Maps, wants_reference: bool, step: f64) -> (Advice, bool) {
+    let Ok(mut names) = Names::of(&sample.head.names, maps) else { return (Advice::default(), false) };
     let proposal = names.propose(&sample.head);
     let mut used = Used::of(&names.renamed, &names.displaced);
+    used.time |= names.row_step.is_some();
+    if let Some(column) = made_time::absurd(sample, &names) {
+        used.time = false;
+        used.columns.retain(|used| *used != column);
+    }
     let mut nothing_turns = false;
     let (mut flags, mut holds, mut lacks): (Vec<Pick>, Vec<String>, Vec<&str>) = (Vec::new(), Vec::new(), Vec::new());
-    if !used.time {
-        match time(sample, &used) {
-            Some((pick, column, says)) => {
-                used.columns.push(column);
-                flags.push(pick);
-                holds.push(says);
-            }
-            None => lacks.push("time"),
+    let made = (!used.time).then(|| {
+        let of = &used.columns;
+        made_time::time(sample, of)
+            .or_else(|| made_time::steps(sample, of))
+            .unwrap_or_else(|| made_time::counted(sample, of, step))
+    });
+    let is_example = made.as_ref().is_some_and(|made| made.is_example);
+    let mut is_open = is_example;
+    let times = match made {
+        Some(made) => {
+            used.columns.extend(made.column);
+            flags.push(made.pick);
+            holds.push(made.says);
+            Some(made.seconds)
         }
-    }
-    let column_of = |pick: &Pick| (0..sample.columns.len()).find(|&i| sample.channel(i) == pick.channel);
-    let times = match flags.first() {
-        Some(pick) => column_of(pick).map(|column| sample.since_first(column, pick.factor * scale_of(&pick.name))),
-        None => known_time(sample, &names),
+        None => made_time::known(sample, &names),
     };
     let times = times.as_deref();
     let tags: Vec<&str> = sample.texts.iter().flatten().map(String::as_str).collect();
@@ -215,24 +111,34 @@ pub fn advise(sample: &Sample, maps: &Maps, wants_reference: bool) -> Advice {
             Some((picks, says)) => {
                 let gyros = gyros_of(&picks, sample);
                 let has_reference = picks.iter().any(|pick| pick.name.starts_with("ref_"));
+                is_open &= !has_reference;
                 flags.extend(picks);
                 holds.push(says);
                 used.columns.extend(gyros.iter().map(|(_, column)| *column));
-                let found =
-                    if wants_reference && !has_reference { reference(sample, &used, &gyros, times) } else { None };
+                let reference = || {
+                    reference(sample, &used, &gyros, times)
+                        .or_else(|| attitude::of(sample, &used.columns, &gyros, times))
+                };
+                let found = if wants_reference && !has_reference { reference() } else { None };
                 if let Some((picks, says)) = found {
+                    is_open = false;
                     flags.extend(picks);
                     holds.push(says);
                 }
             }
-            None => lacks.push("rate of a gyro"),
+            None => {
+                lacks.extend(is_example.then_some("time"));
+                lacks.push("rate of a gyro");
+            }
         }
     } else if wants_reference && !used.references {
-        let found = reference(sample, &used, &used.gyros, times);
+        let found = reference(sample, &used, &used.gyros, times)
+            .or_else(|| attitude::of(sample, &used.columns, &used.gyros, times));
         let offered: Vec<Pick> =
             proposal.offered.iter().filter(|pick| pick.name.starts_with("ref_")).cloned().collect();
         match (found, offered.first()) {
             (Some((picks, says)), _) => {
+                is_open = false;
                 flags.extend(picks);
                 holds.push(says);
             }
@@ -248,7 +154,7 @@ pub fn advise(sample: &Sample, maps: &Maps, wants_reference: bool) -> Advice {
             (None, None) => nothing_turns = true,
         }
     }
-    let mut why = holds.join("; ");
+    let mut why = if is_example && lacks.contains(&"time") { &holds[1..] } else { &holds }.join("; ");
     if !lacks.is_empty() {
         let end = if why.is_empty() { "" } else { "; " };
         why = format!("{why}{end}{}", lacking(&lacks, angles));
@@ -261,11 +167,16 @@ pub fn advise(sample: &Sample, maps: &Maps, wants_reference: bool) -> Advice {
         if let Some(words) = words::advise(&sample.gyro_columns(&columns)) {
             let others = flags.iter().filter(|pick| !pick.name.starts_with("gyro_")).map(ToString::to_string);
             let why = [why, words.why].into_iter().filter(|why| !why.is_empty()).collect::<Vec<_>>().join("; ");
-            return Advice { why, flags: others.chain(words.flags).collect(), ..words };
+            return (Advice { why, flags: others.chain(words.flags).collect(), ..words }, is_open);
         }
     }
     if nothing_turns && lacks.is_empty() {
-        let nothing = "nothing else in it turns as the gyro does";
+        let tried = looked_at(sample, &used);
+        let nothing = if tried.is_empty() {
+            "no other column holds numbers that change".to_owned()
+        } else {
+            format!("found no column that turns as the gyro does; tried: {}", listed(&tried))
+        };
         let still = still(sample, &names, &used.gyros);
         let says = match still {
             Some(spread) => format!(
@@ -273,13 +184,14 @@ pub fn advise(sample: &Sample, maps: &Maps, wants_reference: bool) -> Advice {
                  is needed",
                 units::round(spread.to_degrees())
             ),
-            None => format!("{nothing}: give the file that has a reference"),
+            None => format!("{nothing}. Give the file that has a reference in place of REFERENCE.csv"),
         };
         let why = if why.is_empty() { says } else { format!("{why}; {says}") };
         let flags = flags.iter().map(ToString::to_string).collect();
-        return Advice { why, flags, needs_file: still.is_none(), at_rest: still.is_some(), ..Advice::default() };
+        let advice = Advice { why, flags, needs_file: still.is_none(), at_rest: still.is_some(), ..Advice::default() };
+        return (advice, is_open);
     }
-    Advice { why, flags: flags.iter().map(ToString::to_string).collect(), ..Advice::default() }
+    (Advice { why, flags: flags.iter().map(ToString::to_string).collect(), ..Advice::default() }, is_open)
 }
 
 /// What is not in a text that a log needs; `angles` where only those of an attitude are in it.
@@ -289,29 +201,14 @@ fn lacking(lacks: &[&str], angles: bool) -> String {
         [one] => format!("no {one} is in it"),
         _ => format!("neither a time nor the rate of a gyro{but} is in it"),
     };
-    let time = if lacks.contains(&"time") { " (no column keeps growing)" } else { "" };
-    format!("{neither}{time}: print both in each row, such as t_ms,gyro_x,gyro_y,gyro_z and a reference")
+    let it = if lacks.len() > 1 { "both" } else { "it" };
+    format!("{neither}: print {it} in each row, such as t_ms,gyro_x,gyro_y,gyro_z and a reference")
 }
 
-/// The times of the rows by the column that is the time already, s from the first.
-fn known_time(sample: &Sample, names: &Names) -> Option<Vec<f64>> {
-    (0..sample.columns.len()).find_map(|column| {
-        let Name::Known(Channel::Time, own) = unit::name(&names.renamed[column]) else { return None };
-        let conversion = names.conversion(column, Channel::Time, own, &sample.head);
-        let seconds = match time_form(&sample.head, column, conversion) {
-            Form::Number(exponent) => sample.since_first(column, conversion.scale * 10_f64.powi(exponent - 9)),
-            Form::Parts(fine) => {
-                let whole = sample.since_first(column, 1.0);
-                whole.iter().zip(&sample.columns[fine]).map(|(whole, ns)| whole + ns * 1e-9).collect()
-            }
-            Form::DateAndClock(other) => {
-                let clock = if sample.moments[column] { column } else { other };
-                sample.since_first(clock, 1.0)
-            }
-            _ => sample.since_first(column, 1.0),
-        };
-        Some(seconds)
-    })
+/// The names of the columns that were held against the gyro.
+fn looked_at(sample: &Sample, used: &Used) -> Vec<String> {
+    let free = (0..sample.columns.len()).filter(|i| !used.columns.contains(i) && sample.varies(*i));
+    free.map(|i| sample.channel(i)).collect()
 }
 
 /// What the readings of these gyros stay within, rad/s, where it is so little that the sensor may have been at rest.
@@ -340,52 +237,6 @@ fn gyros_of(picks: &[Pick], sample: &Sample) -> Vec<(Axis, usize)> {
         Some((axis, (0..sample.columns.len()).find(|&i| sample.channel(i) == pick.channel)?))
     };
     picks.iter().filter_map(of).collect()
-}
-
-/// Seconds for one of a time's suffix.
-fn scale_of(name: &str) -> f64 {
-    match name {
-        "t_ms" => 1e-3,
-        "t_us" => 1e-6,
-        "t_ns" => 1e-9,
-        _ => 1.0,
-    }
-}
-
-/// The column that is a time, in the unit that makes a gyro's log of it.
-fn time(sample: &Sample, used: &Used) -> Option<(Pick, usize, String)> {
-    let free = (0..sample.columns.len()).filter(|i| !used.columns.contains(i));
-    let growing: Vec<(usize, f64)> = free.filter_map(|i| sample.step(i).map(|step| (i, step))).collect();
-    let counts = |&(i, step): &(usize, f64)| {
-        step == 1.0
-            && sample.columns[i].windows(2).filter(|pair| pair[1] - pair[0] == 1.0).count() * 10 > sample.rows() * 9
-    };
-    let mut best: Option<(f64, usize, &str, f64)> = None;
-    for &(column, step) in growing.iter().filter(|of| !counts(of)) {
-        for name in ["t", "t_ms", "t_us", "t_ns"] {
-            let seconds = step * scale_of(name);
-            let now = sample.columns[column].first().copied().unwrap_or_default() * scale_of(name);
-            let is_epoch = (9e8..4.2e9).contains(&now);
-            let cost = (seconds / USUAL).ln().abs() - if is_epoch { 10.0 } else { 0.0 };
-            if (FASTEST..SLOWEST).contains(&seconds) && best.is_none_or(|(least, ..)| cost < least) {
-                best = Some((cost, column, name, seconds));
-            }
-        }
-    }
-    if let Some((_, column, name, seconds)) = best {
-        let says = format!("{} only grows: a time, a row every {}", sample.called(column), duration(seconds));
-        return Some((sample.pick(name, column, 1.0), column, says));
-    }
-    let rate = stated_rate(&sample.head)?;
-    let &(column, _) = growing.iter().find(|of| counts(of))?;
-    let says = format!("{} counts rows, {rate} of them a second as the text above says", sample.called(column));
-    Some((sample.pick("t", column, rate), column, says))
-}
-
-fn duration(seconds: f64) -> String {
-    if seconds < 1e-3 { format!("{:.3} ms", seconds * 1e3) } else { format!("{:.4} ms", seconds * 1e3) }
-        .replace(".0000 ", " ")
-        .replace(".000 ", " ")
 }
 
 /// Rows of which one column is a gyro's rate about z and another one its angle.
@@ -439,7 +290,7 @@ struct Turning {
 impl Turning {
     fn of(sample: &Sample, column: usize) -> Self {
         let head = &sample.head;
-        let said = unit_said(&head.names[column], head.units[column]);
+        let said = unit_said(&head.names[column], head.units[column]).or_else(|| defined(head, column));
         let said = said.filter(|unit| matches!(unit.quantity, Quantity::Rate | Quantity::Angle));
         let is_rate = said.is_some_and(|unit| unit.quantity == Quantity::Rate);
         let channel = if is_rate { Channel::RefRate(Axis::Z) } else { Channel::RefAngle(Axis::Z) };
@@ -465,8 +316,14 @@ impl Turning {
 fn agree(sample: &Sample, rate: &Turning, other: &Turning, times: Option<&[f64]>) -> Option<Agreed> {
     let record = record(sample, rate, other, times);
     let is_open = other.said.is_none();
-    let told =
-        unsaid::told(&record, Axis::Z, rate.said.is_none(), is_open && !other.is_rate, is_open && other.is_rate)?;
+    let open = Open {
+        gyro: rate.said.is_none(),
+        angle: is_open && !other.is_rate,
+        rate: is_open && other.is_rate,
+        counts: unsaid::is_called_counts(&sample.head.names[other.column]),
+        mpu: unsaid::is_called_mpu(&sample.head.names[rate.column]) || sample.is_of_mpu(),
+    };
+    let told = unsaid::told(&record, Axis::Z, &open)?;
     let (r2, is_other_way) = unsaid::follows(&record, told.reference).filter(|(r2, _)| *r2 > FOLLOWS)?;
     Some(Agreed { gyro: told.gyro, reference: told.reference, unsure: told.unsure(), r2, is_other_way })
 }
@@ -517,12 +374,19 @@ fn gyro(sample: &Sample, used: &Used, proposal: &Proposal, times: Option<&[f64]>
             let fits = (a.said.is_none() || a.is_rate) && !b.is_rate;
             fits.then(|| agree(sample, &a, &b, times)).flatten().map(|agreed| (agreed, a, b))
         });
-        if let Some((agreed, a, b)) = followed.max_by(|x, y| x.0.r2.total_cmp(&y.0.r2)) {
+        let from = |b: &Turning| std::cmp::Reverse(origin(&sample.head.names[b.column]));
+        let likelier = |x: &(Agreed, Turning, Turning), y: &(Agreed, Turning, Turning)| {
+            from(&x.2).cmp(&from(&y.2)).then(x.0.r2.total_cmp(&y.0.r2))
+        };
+        if let Some((agreed, a, b)) = followed.max_by(likelier) {
             let (reference, way) = agreed.signed(b.pick("ref_angle_z", sample, agreed.reference));
             let picks = vec![a.pick("gyro_z", sample, agreed.gyro), reference];
             let (rate, angle) = (sample.called(a.column), sample.called(b.column));
             let counts = agreed.unsure();
-            return Some((picks, format!("{rate} is the rate at which {angle} turns{way}{counts}")));
+            let says = format!(
+                "{rate} is the rate at which {angle} turns{way}: a reference, if something else than this gyro measured it{counts}"
+            );
+            return Some((picks, says));
         }
     }
     // Three beside each other are one sensor's axes; gravity tells an accelerometer's.
@@ -532,7 +396,8 @@ fn gyro(sample: &Sample, used: &Used, proposal: &Proposal, times: Option<&[f64]>
         .collect();
     triples.retain(|&first| !is_gravity(sample, first));
     if let Some(&first) = triples.first() {
-        let picks = (0..3).map(|k| sample.pick(&format!("gyro_{}", AXES[k]), first + k, 1.0)).collect();
+        let pick = |k: usize| Turning::of(sample, first + k).pick(&format!("gyro_{}", AXES[k]), sample, Unit::SI);
+        let picks = (0..3).map(pick).collect();
         let says = format!("{} to {} may be the gyro's axes", sample.called(first), sample.called(first + 2));
         return Some((picks, says));
     }
@@ -561,29 +426,83 @@ fn reference(
     times: Option<&[f64]>,
 ) -> Option<(Vec<Pick>, String)> {
     let free = (0..sample.columns.len()).filter(|i| !used.columns.contains(i) && sample.varies(*i));
-    let free: Vec<usize> = free.take(MOST).collect();
-    let pairs = gyros.iter().flat_map(|gyro| free.iter().map(move |column| (gyro, *column)));
-    pairs.into_iter().find_map(|(&(axis, gyro), column)| {
-        let (own, other) = (Turning::of(sample, gyro), Turning::of(sample, column));
-        let agreed = agree(sample, &own, &other, times)?;
-        let base = if other.is_rate { "ref_rate" } else { "ref_angle" };
-        let (pick, way) = agreed.signed(other.pick(&format!("{base}_{axis}"), sample, agreed.reference));
-        let counts = agreed.unsure();
-        let is_meant = sample.head.names[gyro] != format!("gyro_{axis}") || agreed.gyro.factor == 1.0;
-        let mut picks = vec![pick];
-        let mut unit = String::new();
-        if !is_meant {
-            let of_sensor = gyros.iter().filter(|(axis, column)| sample.head.names[*column] == format!("gyro_{axis}"));
-            picks.extend(of_sensor.map(|(axis, column)| own.pick_as(&format!("gyro_{axis}"), *column, sample, agreed.gyro)));
-            unit = format!(", if that is not in rad/s, as its name means, but in the unit of `{}`", picks[1].name);
-        }
-        let says = format!(
-            "{} turns as gyro_{axis} does{way} (r² {:.3}){unit}: a reference, if something else than this gyro measured it{counts}",
-            sample.called(column),
-            agreed.r2,
-        );
-        Some((picks, says))
-    })
+    let mut free: Vec<usize> = free.take(MOST).collect();
+    free.sort_by_key(|&column| origin(&sample.head.names[column]));
+    let held =
+        |gyro: usize, column: usize| agree(sample, &Turning::of(sample, gyro), &Turning::of(sample, column), times);
+    let found = free.iter().enumerate().find_map(|(place, &column)| {
+        let (axis, gyro, agreed) = gyros.iter().find_map(|&(axis, gyro)| Some((axis, gyro, held(gyro, column)?)))?;
+        Some((place, column, axis, gyro, agreed))
+    });
+    let (place, column, axis, gyro, agreed) = found?;
+    let (own, other) = (Turning::of(sample, gyro), Turning::of(sample, column));
+    let base = if other.is_rate { "ref_rate" } else { "ref_angle" };
+    let (pick, way) = agreed.signed(other.pick(&format!("{base}_{axis}"), sample, agreed.reference));
+    let counts = agreed.unsure();
+    let is_renamed = |axis: &Axis, column: usize| sample.head.names[column] != format!("gyro_{axis}");
+    let is_meant = is_renamed(&axis, gyro) || agreed.gyro.factor == 1.0;
+    let mut picks = vec![pick];
+    // Of counts both factors are shown: whoever knows one of them better corrects both.
+    if !is_meant || agreed.gyro.is_counts() {
+        let of_sensor = gyros.iter().filter(|(axis, column)| is_meant || !is_renamed(axis, *column));
+        picks
+            .extend(of_sensor.map(|(axis, column)| own.pick_as(&format!("gyro_{axis}"), *column, sample, agreed.gyro)));
+    }
+    let unit = match agreed.gyro.suffix {
+        _ if is_meant => String::new(),
+        _ if agreed.gyro.is_counts() => ", if that is not in rad/s, as its name means, but in counts".to_owned(),
+        "_dps" => ", if that is not in rad/s, as its name means, but in °/s".to_owned(),
+        _ => ", if that is not in rad/s, as its name means".to_owned(),
+    };
+    let also: Vec<String> = free[place + 1..]
+        .iter()
+        .filter(|&&other| held(gyro, other).is_some())
+        .map(|&other| sample.channel(other))
+        .collect();
+    let also = if also.is_empty() { String::new() } else { format!("; so do {}", listed(&also)) };
+    let says = format!(
+        "{} turns as gyro_{axis} does{way} (r² {:.3}){unit}: a reference, if something else than this gyro measured it{counts}{also}",
+        sample.called(column),
+        agreed.r2,
+    );
+    Some((picks, says))
+}
+
+/// How near to this gyro what is measured may come from, by its name: something else, what the name does not say, a filter of the gyro or
+/// a course that a slow vehicle has none of.
+fn origin(name: &str) -> u8 {
+    const OTHERS: [&str; 17] = [
+        "enc",
+        "gnss",
+        "gps",
+        "hdt",
+        "lighthouse",
+        "mocap",
+        "vicon",
+        "optitrack",
+        "qualisys",
+        "truth",
+        "ref",
+        "turntable",
+        "odrive",
+        "vive",
+        "tracker",
+        "compass",
+        "motor",
+    ];
+    const OWN: [&str; 14] = [
+        "yaw", "pitch", "roll", "estimate", "kalman", "madgwick", "mahony", "fused", "filter", "ahrs", "imu", "euler",
+        "course", "cog",
+    ];
+    let name = name.to_lowercase();
+    let is = |words: &[&str]| words.iter().any(|word| name.contains(word));
+    if is(&OTHERS) {
+        0
+    } else if is(&OWN) {
+        2
+    } else {
+        1
+    }
 }
 
 /// Why a file is refused, and what to do about it. Rows that cannot be read come first, and what makes a log of the others with them.
@@ -666,7 +585,7 @@ fn proposed(path: &Path, options: &Options, error: &LogError) -> Option<Advice> 
     let sample = if is_text { of_table(input)? } else { of_messages(input, &maps)? };
     let mut advice = advise(&sample, &maps, options.needs_reference && options.reference.is_none());
     // The time of messages is known.
-    advice.flags.retain(|flag| is_text || !flag.starts_with("t="));
+    advice.flags.retain(|flag| is_text || !is_of_time(flag));
     (!advice.why.is_empty()).then_some(advice)
 }
 
@@ -695,10 +614,42 @@ fn tried(path: &Path, options: &Options, advice: Advice) -> Option<Advice> {
     // With them only the reference is missing still.
     let alone = Options { needs_reference: false, ..options.clone() };
     (options.needs_reference && is_log(path, &alone, &advice.flags)).then(|| Advice {
-        why: format!("{}; no reference is in it: give the file that has one", advice.why),
+        why: format!("{}; no reference is in it: give the file that has one in place of REFERENCE.csv", advice.why),
         needs_file: true,
         ..advice
     })
+}
+
+/// What makes a reference of a second file that was refused: its time, and an orientation or an angle in it.
+pub fn of_second(path: &Path, options: &Options, error: &LogError) -> Option<Advice> {
+    let second = options.reference.as_ref().filter(|second| error.log == second.display().to_string())?;
+    let is_known =
+        matches!(error.problem, Problem::NoHeader { .. } | Problem::Missing { .. } | Problem::NoReferenceIn { .. });
+    if !is_known || !options.advises || path == Path::new("-") {
+        return None;
+    }
+    let sample = of_table(Input::open(second).ok().filter(Input::is_text)?)?;
+    let is_timed = matches!(error.problem, Problem::NoReferenceIn { .. });
+    let time = made_time::time(&sample, &[]).filter(|_| !is_timed);
+    let used: Vec<usize> = time.iter().filter_map(|time| time.column).collect();
+    let flags: Vec<String> = time.iter().map(|time| format!("ref:{}", time.pick)).collect();
+    let with = |more: &[String]| {
+        let map = options.map.iter().chain(&flags).chain(more).cloned().collect();
+        Options { map, advises: false, ..options.clone() }
+    };
+    let says = |more: &str| time.iter().map(|time| time.says.as_str()).chain([more]).collect::<Vec<_>>().join("; ");
+    let readings = attitude::readings(&sample, &used).into_iter().filter_map(|reading| {
+        let picks: Vec<String> = reading.picks.iter().map(ToString::to_string).collect();
+        let (record, ..) = whole::read(path, &with(&picks)).ok()?;
+        attitude::held(&record, &record.fitted_axes()).map(|held| (held, picks, reading.says))
+    });
+    if let Some((held, picks, of)) = readings.max_by(|a, b| a.0.sum.total_cmp(&b.0.sum)) {
+        let why = says(&format!("{of} turns as gyro_{} does (r² {:.3})", held.axis, held.r2));
+        return Some(Advice { why, flags: flags.iter().cloned().chain(picks).collect(), ..Advice::default() });
+    }
+    // With its time known the file may tell more.
+    let more = time.as_ref().and_then(|_| whole::read(path, &with(&[])).err()?.advice.clone())?;
+    Some(Advice { why: says(&more.why), flags: flags.iter().cloned().chain(more.flags).collect(), ..Advice::default() })
 }
 
 /// What may be the reference among the frames of these lines, whose signals the maps' DBC file names.
@@ -707,8 +658,13 @@ pub fn advise_frames(lines: &[u8], maps: &Maps) -> Option<Advice> {
     let input = Input::of(Box::new(Cursor::new(lines.to_vec())), false).ok()?;
     let mut advice = advise(&of_messages(input, maps)?, maps, true);
     // The time of messages is known.
-    advice.flags.retain(|flag| !flag.starts_with("t="));
+    advice.flags.retain(|flag| !is_of_time(flag));
     (!advice.why.is_empty()).then_some(advice)
+}
+
+/// Whether a flag names the time.
+fn is_of_time(flag: &str) -> bool {
+    flag.starts_with("t=") || flag.starts_with("t_")
 }
 
 /// The first rows of a table.
@@ -779,7 +735,7 @@ fn of_messages(mut input: Input, maps: &Maps) -> Option<Sample> {
     let names = std::iter::once("t".to_owned()).chain(names).collect();
     let units = std::iter::once(None).chain(units).collect();
     let head = Head::of_columns(names, units, text::CSV, Vec::new());
-    Some(Sample { head, columns, texts: vec![None; count], moments: vec![false; count] })
+    Some(Sample { head, columns, texts: vec![None; count], moments: vec![false; count], mpu: OnceCell::new() })
 }
 
 /// Whether a file is text with a table.

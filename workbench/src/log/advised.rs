@@ -1,6 +1,6 @@
 //! A log, or what it lacks and what to do about it.
 
-use super::{LogError, Options, Provenance, advice, whole};
+use super::{LogError, Options, Provenance, advice, error::Problem, whole};
 use gyro_model::{Record, diagnosis::DataFault};
 use std::path::Path;
 
@@ -26,7 +26,31 @@ pub fn read_beside<T>(
 }
 
 fn advised(path: &Path, options: &Options, error: LogError) -> LogError {
-    let (error, advice) = advice::of_file(path, options, error);
+    if let Some(error) = faulty_times(path, options, &error) {
+        return error;
+    }
+    let (error, advice) = match advice::of_second(path, options, &error) {
+        None => advice::of_file(path, options, error),
+        advice => (error, advice),
+    };
     // Of messages the names are those of their kinds, not of a text's columns.
     error.advised(advice, advice::is_text(path))
+}
+
+/// What is wrong with the times of a log without a reference: with such times none could be found.
+fn faulty_times(path: &Path, options: &Options, error: &LogError) -> Option<LogError> {
+    let is_of_reference = matches!(error.problem, Problem::NoReference { .. });
+    if !is_of_reference || path == Path::new("-") || !options.advises {
+        return None;
+    }
+    let alone = Options { needs_reference: false, ..options.clone() };
+    whole::read(path, &alone).err().filter(|error| {
+        matches!(
+            error.problem,
+            Problem::FewDigits { .. }
+                | Problem::RepeatedTimes { .. }
+                | Problem::StartsAgain { .. }
+                | Problem::CountsRows { .. }
+        )
+    })
 }

@@ -99,9 +99,9 @@ pub enum Problem {
         "no column `{wanted}`: the header has {}; name yours {}{}{}{}",
         known.has,
         with(Argument::Map(&[format!("{}=CHANNEL", wanted.split([',', ' ']).next().unwrap_or(wanted))])),
-        clause("so far: ", &known.chosen),
+        clause("taken without a flag: ", &known.chosen),
         clause("likely: ", &known.likely),
-        clause("not understood: ", &known.near)
+        clause("perhaps meant: ", &known.near)
     )]
     Missing {
         /// What is wanted.
@@ -116,9 +116,9 @@ pub enum Problem {
         with(Argument::Map(&[format!("ref_angle_{axis}=CHANNEL")])),
         with(Argument::Reference("FILE")),
         clause("", &known.has),
-        clause("so far: ", &known.chosen),
+        clause("taken without a flag: ", &known.chosen),
         clause("likely, if something else than this gyro measured it: ", &known.likely),
-        clause("not understood: ", &known.near)
+        clause("perhaps meant: ", &known.near)
     )]
     NoReference {
         /// An axis that has a gyro.
@@ -166,6 +166,9 @@ pub enum Problem {
         given("map", &quoted(.0))
     )]
     MapFlag(String),
+    /// A `--map` of an orientation by angles that are not three.
+    #[error("{}: needs three angles, such as ref_rpy_deg=roll,pitch,yaw", given("map", &quoted(.0)))]
+    MapOfAngles(String),
     /// The reference's clock is another, and the motion does not tell which.
     #[error(
         "log and reference have different clocks, and their motion does not show the offset (correlation {0:.2}, at least 0.5 is needed): \

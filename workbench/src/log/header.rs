@@ -27,6 +27,8 @@ pub struct Column {
     pub form: Form,
     /// Whether it holds words of 16 bits without their sign.
     pub is_word: bool,
+    /// Whether it holds the steps of a time, which is their sum.
+    pub is_step: bool,
 }
 
 impl Column {
@@ -55,10 +57,14 @@ pub struct Layout {
     pub seconds: Vec<Second>,
     /// Rows a second, where a text says it above its header.
     pub stated_rate: Option<f64>,
+    /// The time from row to row, s, where a map makes the time of the rows' numbers.
+    pub row_step: Option<f64>,
     /// The column that is the time, as the file names it.
     pub time_channel: String,
     /// What is not sure of the counts that were found.
     pub unsure: Option<String>,
+    /// Accelerometers that are not read, for nothing tells their unit.
+    pub left_out: Vec<String>,
     /// What the log says of the vehicle, the board or the sensor.
     pub said: BTreeMap<String, String>,
 }
@@ -82,6 +88,7 @@ impl Layout {
             offered: proposal.offered.clone(),
             chosen: names.chosen.clone(),
             stated_rate: stated_rate(head),
+            row_step: names.row_step,
             ..Self::default()
         };
         let mut seen: HashMap<Key, usize> = HashMap::new();
@@ -123,7 +130,8 @@ impl Layout {
                 layout.time_channel.clone_from(&headers[i]);
             }
             let form = if channel == Channel::Time { time_form(head, i, conversion) } else { Form::Number(0) };
-            layout.columns.push(Column { name, channel, conversion, form, is_word: false });
+            let is_step = channel == Channel::Time && names.summed == Some(i);
+            layout.columns.push(Column { name, channel, conversion, form, is_word: false, is_step });
         }
         layout.hide_parts_of_time();
         layout.complete(headers, maps)
@@ -155,6 +163,7 @@ impl Layout {
             conversion: Conversion::NONE,
             form: Form::Number(0),
             is_word: false,
+            is_step: false,
         };
         layout.columns.push(time);
         for pick in picks {
@@ -181,6 +190,7 @@ impl Layout {
                 conversion,
                 form: Form::Number(0),
                 is_word: false,
+                is_step: false,
             });
         }
         layout.complete(channels, maps)
@@ -224,7 +234,7 @@ impl Layout {
             let known = Box::new(Known { has: listed(headers), chosen, likely, near });
             (None, Problem::Missing { wanted, known })
         };
-        if !self.has(Channel::Time) {
+        if !self.has(Channel::Time) && self.row_step.is_none() {
             return Err(missing("t"));
         }
         if self.gyros().is_empty() && !maps.reference {
@@ -256,11 +266,23 @@ impl Layout {
         self.gyros().into_iter().filter(has).collect()
     }
 
-    /// Whether a gyro beside its reference is in a unit that nobody said.
+    /// Takes nothing of a column any more that was taken without being named; what it held.
+    pub(super) fn leave_out(&mut self, place: usize) -> Channel {
+        let column = &mut self.columns[place];
+        if let Some(pick) = self.chosen.iter().position(|pick| pick.name == column.name) {
+            self.left_out.push(self.chosen.remove(pick).channel);
+        }
+        std::mem::replace(&mut column.channel, Channel::Unused)
+    }
+
+    /// Whether an accelerometer, or a gyro beside its reference, is in a unit that nobody said.
     #[must_use]
     pub fn has_unsaid_units(&self) -> bool {
         let is_unsaid = |pick: &Pick| {
             let turns = ["gyro_", "ref_angle_", "ref_rate_"].iter().any(|base| pick.name.starts_with(base));
+            if pick.name.starts_with("accel_") {
+                return !pick.is_unit_said;
+            }
             let axis = pick.name.chars().last().and_then(|letter| letter.to_string().parse::<Axis>().ok());
             turns && !pick.is_unit_said && axis.is_some_and(|axis| self.judged(axis))
         };
@@ -269,13 +291,23 @@ impl Layout {
 
     /// Whether an axis has a gyro and something that it is held against.
     fn judged(&self, axis: Axis) -> bool {
-        self.has(Channel::Gyro(axis)) && (self.has(Channel::Quaternion(0)) || self.referenced().contains(&axis))
+        self.has(Channel::Gyro(axis)) && (self.has_orientation() || self.referenced().contains(&axis))
+    }
+
+    /// Whether an orientation is the reference.
+    fn has_orientation(&self) -> bool {
+        self.has(Channel::Quaternion(0)) || self.is_by_angles()
+    }
+
+    /// Whether its orientation is given by roll, pitch and yaw.
+    pub(super) fn is_by_angles(&self) -> bool {
+        (0..3).all(|i| self.has(Channel::Euler(i)))
     }
 
     /// Whether some axis has both a gyro and a reference column.
     #[must_use]
     pub fn has_reference(&self) -> bool {
-        self.has(Channel::Quaternion(0)) || !self.referenced().is_empty()
+        self.has_orientation() || !self.referenced().is_empty()
     }
 }
 

@@ -7,8 +7,8 @@ use super::{
     lacking::Advice,
     pending::Pending,
     reader::Reader,
-    unit::{self, Channel},
-    unsaid::{self, timed},
+    unit::{self, Channel, Name},
+    unsaid::{self, Open, timed},
 };
 use crate::{toml_error::quoted, words::typed};
 use gyro_model::{
@@ -20,7 +20,7 @@ use gyro_model::{
     model::Term,
 };
 use log_readers::{
-    meaning::{Pick, unit_said},
+    meaning::{Pick, epoch_unit, unit_said},
     unit::Quantity,
 };
 use std::{ops::IndexMut, path::Path};
@@ -58,13 +58,18 @@ pub fn with_reference(mut log: Reader, mut other: Reader, second: &Path) -> Resu
         row.row = Row { ref_angle: NONE, ref_rate: NONE, ref_quaternion: [f64::NAN; 4], ..row.row };
     }
     let mut layout = together(log.layout(), other.layout(), from_gyro);
+    match [&own, &rows].map(|of| is_since_1970(of)) {
+        [false, true] => take_epoch(&mut own, &mut layout),
+        [true, false] => take_epoch(&mut rows, &mut other.layout().clone()),
+        _ => {}
+    }
     let shift = shift(&own, &rows).map_err(|likeness| refuse(Problem::NotAligned(likeness)))?;
     for row in &mut rows {
         row.time += shift;
     }
     let factors = unsaid::factors(&mut layout, &timed(&merged(&own, &rows)));
     for row in own.iter_mut().chain(&mut rows) {
-        unsaid::convert(&mut row.row, &layout, &factors);
+        unsaid::convert(&mut row.row, &factors);
     }
     let fine = if shift == 0 { 0 } else { residual(&merged(&own, &rows)) };
     for row in &mut rows {
@@ -84,6 +89,30 @@ pub fn with_reference(mut log: Reader, mut other: Reader, second: &Path) -> Resu
     let faults = if shift == 0 { Vec::new() } else { faults };
     log.go_on(merged(&own, &rows), layout, faults);
     Ok(log)
+}
+
+/// Whether times count from 1970.
+fn is_since_1970(rows: &[Pending]) -> bool {
+    const SECOND: i128 = 1_000_000_000;
+    rows.first().is_some_and(|row| (1_000_000_000 * SECOND..5_000_000_000 * SECOND).contains(&row.time))
+}
+
+/// Takes the time since 1970 that a file holds beside the one that was taken: the other file has no other.
+fn take_epoch(rows: &mut [Pending], layout: &mut Layout) {
+    let values = |place: usize| rows.iter().map(move |row| row.row.free[place]);
+    let found = (0..layout.free_names.len()).find_map(|place| {
+        let unit = epoch_unit(values(place).next()?).filter(|unit| *unit != log_readers::unit::SECONDS)?;
+        let grown = rows.windows(2).filter(|pair| pair[1].row.free[place] > pair[0].row.free[place]).count();
+        (values(place).all(f64::is_finite) && 10 * grown >= 9 * (rows.len() - 1)).then_some((place, unit))
+    });
+    let Some((place, unit)) = found else { return };
+    let to_ns = unit::converted(Channel::Time, unit).map_or(1, |of| 10_i128.pow(of.exponent.unsigned_abs()));
+    for row in rows.iter_mut() {
+        row.time = (row.row.free[place] * 1e3) as i128 * to_ns / 1000;
+    }
+    rows.sort_by_key(|row| row.time);
+    layout.chosen.retain(|pick| !matches!(unit::name(&pick.name), Name::Known(Channel::Time, _)));
+    layout.chosen.insert(0, Pick::new("t", &layout.free_names[place], Some(unit)));
 }
 
 /// The column of the second file that turns as a gyro of the log has it.
@@ -120,7 +149,14 @@ fn turning(log: &mut Reader, other: &mut Reader) -> Result<Option<Advice>, LogEr
             }
             let mut record = Record { rows: timed(&merged(&own, &reference)), ..Record::default() };
             let is_open = said.is_none();
-            let told = unsaid::told(&record, axis, unsaid, is_open && !is_rate, is_open && is_rate);
+            let open = Open {
+                gyro: unsaid,
+                angle: is_open && !is_rate,
+                rate: is_open && is_rate,
+                counts: unsaid::is_called_counts(name),
+                mpu: false,
+            };
+            let told = unsaid::told(&record, axis, &open);
             let Some(told) = told else { continue };
             let (unit, unsure) = (told.reference, told.unsure().map_or(String::new(), |says| format!("; {says}")));
             for row in &mut record.rows {

@@ -1,10 +1,18 @@
 //! `--map NAME=CHANNEL`: channels under the names of the log format, chosen on the command line.
 
 use super::error::Problem;
-use log_readers::meaning::{PARTS, Pick};
+use log_readers::meaning::{AXES, PARTS, Pick};
 
 /// What stands before a name that is meant for the second file.
 const SECOND: &str = "ref:";
+
+/// The row's number as a time's channel, from 0: `t=0.01*row`.
+pub const ROW_NUMBER: &str = "row";
+
+/// The channel of which a time is the sum, row by row: `t_us=sum(dt_us)`.
+pub fn summed(channel: &str) -> Option<&str> {
+    channel.strip_prefix("sum(")?.strip_suffix(')').map(str::trim)
+}
 
 /// What one `--map` says: a name, and what is written for the channel.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,10 +57,11 @@ impl MapFlag {
 
     /// Whether the channel is meant by its name, not by its number.
     pub fn is_named(&self) -> bool {
-        readings(&self.channel).iter().all(|(_, channel, _)| channel.parse::<usize>().is_err())
+        self.channel.split(',').flat_map(readings).all(|(_, channel, _)| channel.parse::<usize>().is_err())
     }
 
-    /// The channels meant, of those that there are. `ref_q` stands for the four parts of an orientation.
+    /// The channels meant, of those that there are. `ref_q` stands for the four parts of an orientation, `ref_rpy` for its roll, pitch
+    /// and yaw.
     ///
     /// # Errors
     /// There is no such channel.
@@ -64,12 +73,31 @@ impl MapFlag {
             let name = |part: &str| format!("ref_q{part}");
             return Ok(PARTS.iter().zip(parts).map(|(part, channel)| Pick::new(&name(part), &channel, None)).collect());
         }
+        if let Some(suffix) = self.name.strip_prefix("ref_rpy").filter(|suffix| ["", "_deg"].contains(suffix)) {
+            let parts: Vec<&str> = self.channel.split(',').collect();
+            let picks = parts.iter().zip(AXES).map(|(part, axis)| {
+                let one =
+                    Self { name: format!("ref_rpy_{axis}{suffix}"), channel: part.trim().to_owned(), ..self.clone() };
+                one.picks(channels)
+            });
+            let picks = picks.collect::<Result<Vec<_>, _>>()?.concat();
+            return if parts.len() == 3 { Ok(picks) } else { Err(Problem::MapOfAngles(self.text.clone())) };
+        }
         for (factor, channel, offset) in readings(&self.channel) {
-            if let Some(found) = resolve(&channel, channels) {
+            if let Some(found) = resolve(&channel, channels).or_else(|| self.made_time(&channel, channels)) {
                 return Ok(vec![Pick { name: self.name.clone(), channel: found, factor, offset, is_unit_said: true }]);
             }
         }
         Err(unknown(likely(&self.channel, channels)))
+    }
+
+    /// A time that no channel holds as such.
+    fn made_time(&self, channel: &str, channels: &[String]) -> Option<String> {
+        if !self.is_of_time() {
+            return None;
+        }
+        let sum = || Some(format!("sum({})", resolve(summed(channel)?, channels)?));
+        if channel == ROW_NUMBER { Some(ROW_NUMBER.to_owned()) } else { sum() }
     }
 }
 
@@ -237,6 +265,26 @@ mod tests {
             assert_eq!((picks.len(), picks[0].name.as_str(), picks[3].channel.as_str()), (4, "ref_qw", last));
         }
         assert!(MapFlag::parse("ref_q=r").unwrap().picks(&channels).is_err());
+    }
+
+    #[test]
+    fn an_orientation_is_three_angles_too() {
+        let channels = ["roll", "pitch", "yaw"].map(str::to_owned);
+        let picks = MapFlag::parse("ref_rpy_deg=roll, -pitch, yaw").unwrap().picks(&channels).unwrap();
+        let shown: Vec<String> = picks.iter().map(ToString::to_string).collect();
+        assert_eq!(shown, ["ref_rpy_x_deg=roll", "ref_rpy_y_deg=-pitch", "ref_rpy_z_deg=yaw"]);
+        let refused = |text: &str| MapFlag::parse(text).unwrap().picks(&channels).is_err();
+        assert!(refused("ref_rpy=roll,pitch") && refused("ref_rpy=roll,pitch,heading"));
+    }
+
+    #[test]
+    fn a_time_is_made_of_the_rows_or_of_steps() {
+        let headers = ["dt_us", "gz"];
+        assert_eq!(one("t=0.01*row", &headers).channel, "row");
+        assert_eq!(one("t_us=sum(dt_us)", &headers).channel, "sum(dt_us)");
+        let channels = headers.map(str::to_owned);
+        let refused = |text: &str| MapFlag::parse(text).unwrap().picks(&channels).is_err();
+        assert!(refused("gyro_z=row") && refused("t=sum(dt)"));
     }
 
     #[test]

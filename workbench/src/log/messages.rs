@@ -7,7 +7,7 @@ use super::{
     header::{Column, Layout, Refusal},
     input::Input,
     pending::Pending,
-    row::{IMPOSSIBLE, check_quaternion, place},
+    row::{IMPOSSIBLE, check_quaternion, of_angles, place},
     tally::{RowFault, Tally},
     unit::{self, Name},
 };
@@ -166,12 +166,17 @@ impl Twice {
 }
 
 /// Puts values into rows, each as its pick says.
-pub(super) struct Taken(Vec<Column>);
+pub(super) struct Taken {
+    columns: Vec<Column>,
+    /// Whether the orientation is given by roll, pitch and yaw.
+    by_angles: bool,
+}
 
 impl Taken {
     /// Of the layout that came of the picks.
     pub(super) fn new(layout: &Layout) -> Self {
-        Self(layout.columns.get(1..).unwrap_or_default().to_vec())
+        let columns = layout.columns.get(1..).unwrap_or_default().to_vec();
+        Self { columns, by_angles: layout.is_by_angles() }
     }
 
     /// `wanted` are places of values, each with the number of its pick; `fault` is told what is no value, and its column.
@@ -183,7 +188,7 @@ impl Taken {
         fault: &mut dyn FnMut(RowFault, usize),
     ) {
         for &(field, pick) in wanted {
-            let (Some(&value), Some(column)) = (values.get(field), self.0.get(pick)) else { continue };
+            let (Some(&value), Some(column)) = (values.get(field), self.columns.get(pick)) else { continue };
             if value.is_infinite() {
                 fault(RowFault::Infinite, pick + 1);
             } else if value.abs() > IMPOSSIBLE && !matches!(column.channel, unit::Channel::Free(_)) {
@@ -191,6 +196,9 @@ impl Taken {
             } else if let Some(place) = place(row, column.channel).filter(|_| !value.is_nan()) {
                 *place = value * column.conversion.scale + column.conversion.offset;
             }
+        }
+        if self.by_angles {
+            row.ref_quaternion = of_angles(row.ref_quaternion);
         }
     }
 }

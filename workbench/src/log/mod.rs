@@ -7,6 +7,7 @@
 
 mod advice;
 mod advised;
+mod attitude;
 pub mod channels;
 mod column_map;
 pub mod dbc;
@@ -14,12 +15,14 @@ pub mod dependent;
 mod error;
 mod folder;
 mod frames;
+mod gravity;
 mod header;
 mod input;
 mod join;
 mod jump;
 mod lacking;
 mod look;
+mod made_time;
 mod map;
 mod messages;
 mod names;
@@ -29,6 +32,7 @@ mod pending;
 mod reader;
 mod row;
 mod rows;
+mod sample;
 mod skipped;
 mod tally;
 #[cfg(test)]
@@ -40,7 +44,7 @@ mod whole;
 mod words;
 mod writer;
 
-pub use advice::{Sample, advise, advise_frames};
+pub use advice::{advise, advise_frames};
 pub use advised::{read, read_beside};
 pub use error::{Known, LogError, Problem, Refused};
 pub use frames::Frames;
@@ -50,6 +54,7 @@ pub use look::{Look, look};
 pub use reader::{Reader, is_apart};
 pub use row::{Parsed, RowParser};
 pub use rows::head_problem;
+pub use sample::Sample;
 pub use tally::RowFault;
 pub use unsaid::find_units;
 pub use writer::{GrowingLog, RecordWriter, Time, create, write_record};
@@ -106,6 +111,8 @@ pub struct Maps {
     database: Option<Database>,
     /// Whether it is a file of a reference alone, which needs no gyro.
     reference: bool,
+    /// Columns that hold no number, whatever their names say.
+    without_numbers: Vec<String>,
 }
 
 impl Maps {
@@ -122,7 +129,13 @@ impl Maps {
             return Err(Problem::NoSecondFile(flag.text.clone()));
         }
         let flags = flags.into_iter().filter(own);
-        Ok(Self { columns, flags: flags.collect(), database: database(options)?, reference: false })
+        Ok(Self {
+            columns,
+            flags: flags.collect(),
+            database: database(options)?,
+            reference: false,
+            without_numbers: Vec::new(),
+        })
     }
 
     /// Those of the second file, which the reference is taken from.
@@ -132,7 +145,13 @@ impl Maps {
     pub fn of_reference(options: &Options) -> Result<Self, Problem> {
         let flags = options.map.iter().map(|text| MapFlag::parse(text)).collect::<Result<Vec<_>, _>>()?;
         let flags = flags.into_iter().filter(MapFlag::is_of_reference);
-        Ok(Self { columns: None, flags: flags.collect(), database: database(options)?, reference: true })
+        Ok(Self {
+            columns: None,
+            flags: flags.collect(),
+            database: database(options)?,
+            reference: true,
+            without_numbers: Vec::new(),
+        })
     }
 
     /// The same with the names of a column map.

@@ -3,6 +3,7 @@
 use super::{
     Maps,
     error::Problem,
+    map::{self, ROW_NUMBER},
     unit::{self, Channel, Conversion, Name},
 };
 use log_readers::{
@@ -24,11 +25,17 @@ pub struct Names<'a> {
     scaled: Vec<(f64, f64)>,
     /// What was taken without being named.
     pub chosen: Vec<Pick>,
+    /// The column of which the time is the sum.
+    pub summed: Option<usize>,
+    /// The time from row to row, s, where the rows' numbers are the time.
+    pub row_step: Option<f64>,
+    /// Columns that hold no number.
+    without_numbers: &'a [String],
 }
 
 impl<'a> Names<'a> {
     /// With what the maps say.
-    pub fn of(headers: &'a [String], maps: &Maps) -> Result<Self, Problem> {
+    pub fn of(headers: &'a [String], maps: &'a Maps) -> Result<Self, Problem> {
         let count = headers.len();
         let renamed = match &maps.columns {
             Some(map) => map.rename(headers)?,
@@ -41,15 +48,33 @@ impl<'a> Names<'a> {
             displaced: vec![false; count],
             scaled: vec![(1.0, 0.0); count],
             chosen: Vec::new(),
+            summed: None,
+            row_step: None,
+            without_numbers: &maps.without_numbers,
         };
         for flag in &maps.flags {
             for pick in flag.picks(headers)? {
-                if let Some(place) = names.take(&pick) {
-                    names.mapped[place] = true;
-                }
+                names.take_mapped(pick);
             }
         }
         Ok(names)
+    }
+
+    /// What a map names: a column, or a time that is made of the rows' numbers or of steps.
+    fn take_mapped(&mut self, pick: Pick) {
+        let is_made = !self.headers.contains(&pick.channel);
+        let summed = map::summed(&pick.channel).filter(|_| is_made).map(str::to_owned);
+        if is_made && pick.channel == ROW_NUMBER {
+            self.row_step = seconds(&pick.name).map(|seconds| seconds * pick.factor);
+            self.displace(&pick.name, None);
+            return;
+        }
+        let is_sum = summed.is_some();
+        let place = self.take(&Pick { channel: summed.unwrap_or(pick.channel), ..pick });
+        if let Some(place) = place {
+            self.mapped[place] = true;
+            self.summed = if is_sum { Some(place) } else { self.summed };
+        }
     }
 
     /// Gives a column the name that a pick has for it. What had that name before is not read.
@@ -57,26 +82,31 @@ impl<'a> Names<'a> {
         let untouched = |i: &usize| self.renamed[*i] == self.headers[*i];
         let mut places = (0..self.headers.len()).filter(|&i| self.headers[i] == pick.channel);
         let place = places.clone().find(untouched).or_else(|| places.next())?;
-        let channel = |name: &str| if let Name::Known(channel, _) = unit::name(name) { Some(channel) } else { None };
-        for i in (0..self.renamed.len()).filter(|&i| i != place) {
-            let same =
-                channel(&pick.name).map_or(self.renamed[i] == pick.name, |c| channel(&self.renamed[i]) == Some(c));
-            self.displaced[i] |= same;
-        }
+        self.displace(&pick.name, Some(place));
         self.renamed[place].clone_from(&pick.name);
         self.scaled[place] = (pick.factor, pick.offset);
         self.displaced[place] = false;
         Some(place)
     }
 
+    /// Takes a name of the format from the columns that had it, but for one.
+    fn displace(&mut self, name: &str, but: Option<usize>) {
+        let channel = |name: &str| if let Name::Known(channel, _) = unit::name(name) { Some(channel) } else { None };
+        for i in (0..self.renamed.len()).filter(|&i| Some(i) != but) {
+            let same = channel(name).map_or(self.renamed[i] == name, |c| channel(&self.renamed[i]) == Some(c));
+            self.displaced[i] |= same;
+        }
+    }
+
     /// Takes what is clear where the names of the format and the maps leave something open.
     pub fn propose(&mut self, head: &Head) -> Proposal {
-        let known: Vec<Channel> = (self.renamed.iter().zip(&self.displaced))
+        let mut known: Vec<Channel> = (self.renamed.iter().zip(&self.displaced))
             .filter_map(|(name, displaced)| match unit::name(name) {
                 Name::Known(channel, _) if !displaced => Some(channel),
                 _ => None,
             })
             .collect();
+        known.extend(self.row_step.map(|_| Channel::Time));
         let has = |is: fn(&Channel) -> bool| known.iter().any(is);
         let complete = has(|c| *c == Channel::Time) && has(|c| matches!(c, Channel::Gyro(_)));
         let referenced = has(Channel::is_reference);
@@ -90,11 +120,14 @@ impl<'a> Names<'a> {
         };
         // Columns that have a meaning already are no candidates for another.
         let free: Vec<String> = (self.renamed.iter().zip(self.headers).zip(&self.mapped))
-            .map(
-                |((name, header), mapped)| {
-                    if *mapped || base(name).is_some() && name != header { String::new() } else { header.clone() }
-                },
-            )
+            .map(|((name, header), mapped)| {
+                let is_empty = self.without_numbers.contains(header);
+                if *mapped || is_empty || base(name).is_some() && name != header {
+                    String::new()
+                } else {
+                    header.clone()
+                }
+            })
             .collect();
         let mut unnamed = head.clone();
         unnamed.names = free;
@@ -119,6 +152,14 @@ impl<'a> Names<'a> {
         let (factor, offset) = self.scaled[place];
         // An offset is in the unit that the name says.
         Conversion { scale: own.scale * factor, offset: own.offset + own.scale * offset, ..own }
+    }
+}
+
+/// Seconds for one of a time of this name.
+pub fn seconds(name: &str) -> Option<f64> {
+    match unit::name(name) {
+        Name::Known(Channel::Time, own) => Some(own.scale * 10_f64.powi(own.exponent - 9)),
+        _ => None,
     }
 }
 

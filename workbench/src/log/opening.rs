@@ -36,7 +36,7 @@ impl Reader {
 
     /// Takes the units that nobody said, where gyro and reference agree in them.
     fn find_units(&mut self, path: &Path, maps: &Maps) -> Result<(), LogError> {
-        if !self.layout.has_reference() || self.layout.chosen.iter().all(|pick| pick.is_unit_said) {
+        if !self.layout.has_unsaid_units() {
             return Ok(());
         }
         match &mut self.rows_from {
@@ -44,7 +44,7 @@ impl Reader {
                 let mut all: Vec<Pending> = std::mem::take(rows).collect();
                 let factors = unsaid::factors(&mut self.layout, &timed(&all));
                 for row in &mut all {
-                    unsaid::convert(&mut row.row, &self.layout, &factors);
+                    unsaid::convert(&mut row.row, &factors);
                 }
                 *rows = all.into_iter();
             }
@@ -68,7 +68,25 @@ impl Reader {
 fn of_reference(path: &Path, options: &Options) -> Result<Reader, LogError> {
     let log = path.display().to_string();
     let refuse = |line, column, problem| LogError::new(&log, line, column, problem);
-    let maps = Maps::of_reference(options).map_err(|p| refuse(None, None, p))?;
-    let (layout, rows_from, tally, _) = begin(&log, path, &maps)?;
-    Ok(Reader::of(log, layout, rows_from, tally))
+    let mut maps = Maps::of_reference(options).map_err(|p| refuse(None, None, p))?;
+    let open = |maps: &Maps| {
+        let (layout, rows_from, tally, _) = begin(&log, path, maps)?;
+        Ok(Reader::of(log.clone(), layout, rows_from, tally))
+    };
+    let mut reader = open(&maps)?;
+    let layout = reader.layout();
+    if layout.gyros().is_empty()
+        || layout.columns.iter().any(|column| column.channel.is_reference())
+        || path == Path::new("-")
+    {
+        return Ok(reader);
+    }
+    // Rates of which the file names the columns only are no second gyro.
+    let rates = layout.chosen.iter().filter(|pick| pick.name.starts_with("gyro_"));
+    let rates = rates.map(|pick| pick.channel.clone()).collect();
+    let mut first = std::iter::from_fn(|| reader.next_row().ok().flatten()).take(unsaid::LOOKED_AT);
+    if first.all(|row| row.gyro.iter().all(|x| x.is_nan())) {
+        maps.without_numbers = rates;
+    }
+    open(&maps)
 }

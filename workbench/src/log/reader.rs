@@ -205,6 +205,12 @@ impl Reader {
             Rows::Text { table, .. } => faults.extend(skipped::faults(table.skipped(), &self.skip_times)),
             Rows::Ready { notes, .. } => faults.extend(notes.iter().cloned()),
         }
+        if !self.layout.left_out.is_empty() {
+            let left_out = &self.layout.left_out;
+            let says = format!("{}: accelerations in a unit that nobody says, not read", listed(left_out));
+            let count = left_out.len() as u64;
+            faults.push(DataFault { kind: FaultKind::UnusedColumns, axis: None, count, first_t: None, says });
+        }
         if let Some(first) = self.layout.unused_names.first() {
             faults.push(DataFault {
                 kind: FaultKind::UnusedColumns,

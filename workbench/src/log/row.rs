@@ -31,6 +31,9 @@ pub struct RowParser {
     midnights: i128,
     /// Of a time that is counted.
     timer: Timer,
+    /// The sum of a time's steps, ns, and the rows so far.
+    sum: i128,
+    count: u64,
     /// The finest power of ten of a second that a time was written to.
     finest: i32,
     /// Whether a row was read.
@@ -59,7 +62,17 @@ impl RowParser {
     #[must_use]
     pub fn new(layout: &Layout, dialect: Dialect) -> Self {
         let free = vec![FreeKind::Unknown; layout.columns.len()];
-        Self { free, dialect, clock: None, midnights: 0, timer: Timer::default(), finest: i32::MAX, begun: false }
+        Self {
+            free,
+            dialect,
+            clock: None,
+            midnights: 0,
+            timer: Timer::default(),
+            sum: 0,
+            count: 0,
+            finest: i32::MAX,
+            begun: false,
+        }
     }
 
     /// What the last digit of a time is worth, the finest of all so far, s.
@@ -85,7 +98,9 @@ impl RowParser {
             };
             return Err((None, problem));
         }
-        let (mut row, mut time, mut faults) = (Row::EMPTY, None, Vec::new());
+        let (mut row, mut faults) = (Row::EMPTY, Vec::new());
+        let mut time = layout.row_step.map(|step| (self.count as f64 * step * 1e9).round() as i128);
+        self.count += 1;
         for (i, (field, column)) in fields.fields().zip(&layout.columns).enumerate() {
             match column.channel {
                 Channel::Unused => {}
@@ -108,6 +123,9 @@ impl RowParser {
                     }
                 }
             }
+        }
+        if layout.is_by_angles() {
+            row.ref_quaternion = of_angles(row.ref_quaternion);
         }
         if let Some(fault) = check_quaternion(&mut row.ref_quaternion) {
             faults.push((fault, 0));
@@ -156,18 +174,15 @@ impl RowParser {
     /// A time past the overflows of its counter, in the unit that a map gives it; whether one lies right before it.
     fn uninterrupted(&mut self, ns: i128, column: &Column) -> (Option<i128>, bool) {
         let Form::Number(exponent) = column.form else { return (Some(ns), false) };
-        if !column.is_scaled_time() {
-            let (ns, overflows) = self.timer.follow(ns, exponent, exponent == 9);
+        let (finer, is_seconds) = if column.is_scaled_time() { (FINE, false) } else { (0, exponent == 9) };
+        let (ns, overflows) =
+            if column.is_step { (ns, false) } else { self.timer.follow(ns, exponent + finer, is_seconds) };
+        let ns = if column.is_scaled_time() { scaled(ns, column.conversion) } else { ns };
+        if !column.is_step {
             return (Some(ns), overflows);
         }
-        let (fine, overflows) = self.timer.follow(ns, exponent + FINE, false);
-        let Conversion { scale, offset, .. } = column.conversion;
-        let scaled = if scale.fract() == 0.0 && scale.abs() < 1e9 {
-            fine * scale as i128 / 10_i128.pow(FINE.unsigned_abs())
-        } else {
-            (fine as f64 * scale / 10_f64.powi(FINE)) as i128
-        };
-        (Some(scaled + (offset * 1e9) as i128), overflows)
+        self.sum += ns;
+        (Some(self.sum), false)
     }
 
     /// A time of day goes on past midnight.
@@ -208,6 +223,16 @@ impl RowParser {
     }
 }
 
+/// A time that was read [`FINE`] powers of ten too large, as a map scales it, ns.
+fn scaled(fine: i128, Conversion { scale, offset, .. }: Conversion) -> i128 {
+    let scaled = if scale.fract() == 0.0 && scale.abs() < 1e9 {
+        fine * scale as i128 / 10_i128.pow(FINE.unsigned_abs())
+    } else {
+        (fine as f64 * scale / 10_f64.powi(FINE)) as i128
+    };
+    scaled + (offset * 1e9) as i128
+}
+
 /// A field for a message.
 fn shown(field: &[u8]) -> String {
     String::from_utf8_lossy(&field[..field.len().min(SHOWN)]).into_owned()
@@ -220,12 +245,21 @@ pub(super) fn place(row: &mut Row, channel: Channel) -> Option<&mut f64> {
         Channel::RefAngle(axis) => &mut row.ref_angle[axis.index()],
         Channel::RefRate(axis) => &mut row.ref_rate[axis.index()],
         Channel::Quaternion(i) => &mut row.ref_quaternion[i],
+        // Until the row is whole: `of_angles` makes the quaternion.
+        Channel::Euler(i) => &mut row.ref_quaternion[i + 1],
         Channel::Accel(axis) => &mut row.accel[axis.index()],
         Channel::Temperature => &mut row.temperature,
         Channel::Supply => &mut row.supply,
         Channel::Free(i) => &mut row.free[i],
         Channel::Time | Channel::Unused => return None,
     })
+}
+
+/// The orientation of roll, pitch and yaw, which stand in the last three places: turned about z, then the new y, then the new x (ISO 8855,
+/// aviation's order).
+pub(super) fn of_angles([_, roll, pitch, yaw]: [f64; 4]) -> [f64; 4] {
+    let ((sr, cr), (sp, cp), (sy, cy)) = ((roll / 2.0).sin_cos(), (pitch / 2.0).sin_cos(), (yaw / 2.0).sin_cos());
+    [cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy]
 }
 
 /// Scales a quaternion to length 1; one that is far from it, or has only a part, is no value.

@@ -248,3 +248,33 @@ fn a_clock_that_is_set_while_recording_costs_the_shorter_side() {
     write(500);
     assert!(read(&path, &Options::default()).unwrap_err().to_string().contains("more than 10 %"));
 }
+
+/// The first row of a text that is read with these maps.
+fn first_row(text: &str, maps: &[&str]) -> Row {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.csv");
+    fs::write(&path, text).unwrap();
+    let map = maps.iter().map(|map| (*map).to_owned()).collect();
+    Reader::open(&path, &Options { map, ..Options::default() }).unwrap().next_row().unwrap().unwrap()
+}
+
+#[test]
+fn an_accelerometer_whose_unit_nobody_says_is_read_by_gravity_or_not_at_all() {
+    let text = |z: f64| "t,gz,ax,ay,az\n".to_owned() + &(0..50).map(|k| format!("{k},0,0,0,{z}\n")).collect::<String>();
+    for (z, wanted) in [(1.0, 9.806_65), (1000.0, 9.806_65), (4096.0, 9.806_65), (9.8, 9.8)] {
+        let read = first_row(&text(z), &[]).accel[2];
+        assert!((read - wanted).abs() < 1e-9, "{z}: {read}");
+    }
+    assert!(first_row(&text(70.0), &[]).accel[2].is_nan());
+}
+
+#[test]
+fn roll_pitch_and_yaw_are_an_orientation() {
+    let rows = (0..50).map(|k| format!("{k},0,90,0,0\n{k}.5,0,0,30,90\n")).collect::<String>();
+    let text = format!("t,gz,roll,pitch,yaw\n{rows}");
+    let q = first_row(&text, &["ref_rpy_deg=roll,pitch,yaw"]).ref_quaternion;
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    assert!(q.iter().zip([half, half, 0.0, 0.0]).all(|(a, b)| (a - b).abs() < 1e-12), "{q:?}");
+    let q = first_row(&text, &["ref_rpy_deg=pitch,roll,yaw"]).ref_quaternion;
+    assert!((q[2] - half).abs() < 1e-12, "{q:?}");
+}

@@ -19,6 +19,8 @@ pub enum Channel {
     RefRate(Axis),
     /// `ref_qw`, `ref_qx`, `ref_qy`, `ref_qz`
     Quaternion(usize),
+    /// Roll, pitch and yaw of an orientation, which a map of `ref_rpy` names.
+    Euler(usize),
     /// `accel_x` …
     Accel(Axis),
     /// `temp`
@@ -35,7 +37,7 @@ impl Channel {
     /// Whether it is what a gyro is held against.
     #[must_use]
     pub fn is_reference(&self) -> bool {
-        matches!(self, Self::RefAngle(_) | Self::RefRate(_) | Self::Quaternion(_))
+        matches!(self, Self::RefAngle(_) | Self::RefRate(_) | Self::Quaternion(_) | Self::Euler(_))
     }
 
     /// The axis whose gyro or reference it is.
@@ -86,6 +88,7 @@ fn plain(name: &str) -> Option<Channel> {
             .or_else(|| name.strip_prefix("gyro_").and_then(axis).map(Channel::Gyro))
             .or_else(|| name.strip_prefix("ref_angle_").and_then(axis).map(Channel::RefAngle))
             .or_else(|| name.strip_prefix("ref_rate_").and_then(axis).map(Channel::RefRate))
+            .or_else(|| name.strip_prefix("ref_rpy_").and_then(axis).map(|axis| Channel::Euler(axis.index())))
             .or_else(|| name.strip_prefix("accel_").and_then(axis).map(Channel::Accel)),
     }
 }
@@ -110,7 +113,7 @@ fn units(channel: Channel) -> &'static [(&'static str, Conversion)] {
     match channel {
         Channel::Time => TIME,
         Channel::Gyro(_) | Channel::RefRate(_) => RATE,
-        Channel::RefAngle(_) => ANGLE,
+        Channel::RefAngle(_) | Channel::Euler(_) => ANGLE,
         Channel::Accel(_) => ACCEL,
         Channel::Temperature => TEMPERATURE,
         Channel::Supply => SUPPLY,
@@ -123,7 +126,7 @@ fn quantity(channel: Channel) -> &'static str {
     match channel {
         Channel::Time => "a time",
         Channel::Gyro(_) | Channel::RefRate(_) => "a rate",
-        Channel::RefAngle(_) => "an angle",
+        Channel::RefAngle(_) | Channel::Euler(_) => "an angle",
         Channel::Quaternion(_) => "a quaternion",
         Channel::Accel(_) => "an acceleration",
         Channel::Temperature => "a temperature",
@@ -175,6 +178,11 @@ pub fn near(written: &str) -> Option<String> {
     let (_, suffix) = SUFFIXES.iter().find_map(|s| lower.rsplit_once('_').filter(|(_, end)| end == s)).unzip();
     let ending = suffix.map_or(String::new(), |suffix| format!("_{suffix}"));
     let bare = lower.strip_suffix(&ending).unwrap_or(&lower);
+    if let Some(axis) =
+        [("ref_roll", "x"), ("ref_pitch", "y"), ("ref_yaw", "z")].iter().find(|(angle, _)| *angle == bare)
+    {
+        return Some(format!("ref_angle_{}{ending}", axis.1));
+    }
     // Short names that others give a gyro.
     let rest = |base: &&str| bare.strip_prefix(*base).map(|rest| rest.trim_start_matches(['_', '.']));
     if let Some(axis) = ["g", "gyr", "w", "omega"].iter().filter_map(rest).find(|rest| matches!(*rest, "x" | "y" | "z"))
@@ -255,6 +263,7 @@ mod tests {
         assert_eq!(near("ref_agnle_z").as_deref(), Some("ref_angle_z"));
         assert_eq!(near("gyr_x_dps").as_deref(), Some("gyro_x_dps"));
         assert_eq!(near("gz").as_deref(), Some("gyro_z"));
+        assert_eq!(near("ref_yaw_deg").as_deref(), Some("ref_angle_z_deg"));
         assert_eq!(near("omega_y_dps").as_deref(), Some("gyro_y_dps"));
         for text in ["gyro_x", "motor_x", "angle", "ref_qw", "load", "gyro_q"] {
             assert_eq!(near(text), None, "{text}");

@@ -1,13 +1,14 @@
 //! Units that neither a name nor the file says: a unit is taken where gyro and reference agree in it.
 
 use super::{
+    gravity::Gravity,
     header::{Column, Layout},
     pending::Pending,
     row::place,
     unit::Channel,
 };
 use gyro_model::{Axis, Record, Row, faults, units};
-use log_readers::meaning::Pick;
+use log_readers::{meaning::Pick, unit::STANDARD_GRAVITY};
 use std::f64::consts::{PI, TAU};
 
 /// Rows that are looked at, and at least.
@@ -35,10 +36,12 @@ const SENSITIVITIES: [f64; 16] = [
     100.0,
 ];
 /// Counts of an encoder for one turn.
-const COUNTS_PER_TURN: [f64; 16] = [
+const COUNTS_PER_TURN: [f64; 20] = [
     4096.0, 1024.0, 2048.0, 8192.0, 16_384.0, 32_768.0, 65_536.0, 512.0, 4000.0, 1000.0, 2000.0, 8000.0, 10_000.0,
-    20_000.0, 1440.0, 2400.0,
+    20_000.0, 1440.0, 2400.0, 1200.0, 1600.0, 3600.0, 800.0,
 ];
+/// How many of the first sensitivities are those of an MPU.
+const OF_MPU: usize = 4;
 
 /// What a number of one channel is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,13 +55,24 @@ pub struct Unit {
 }
 
 impl Unit {
-    const SI: Self = Self { factor: 1.0, suffix: "", divisor: 1.0 };
+    /// Nothing to convert.
+    pub const SI: Self = Self { factor: 1.0, suffix: "", divisor: 1.0 };
+
+    /// Of an accelerometer that shows so many for one g.
+    fn gravity(steps: f64) -> Self {
+        let (suffix, divisor) = if steps == 1000.0 { ("_mg", 1.0) } else { ("_g", steps) };
+        Self { factor: STANDARD_GRAVITY / steps, suffix, divisor }
+    }
 
     fn degrees(suffix: &'static str, divisor: f64) -> Self {
         Self { factor: PI / 180.0 / divisor, suffix, divisor }
     }
 
-    fn is_counts(self) -> bool {
+    /// A reference in turns.
+    const TURNS: Self = Self { factor: TAU, suffix: "_deg", divisor: 1.0 / 360.0 };
+
+    /// Whether it is so many numbers for one °/s or one degree.
+    pub fn is_counts(self) -> bool {
         self.divisor > 1.0
     }
 
@@ -82,6 +96,35 @@ pub struct Told {
     pub reference: Unit,
     /// Others that agree as well, the likeliest first.
     pub others: Vec<(Unit, Unit)>,
+    /// Whether an encoder's whole numbers are taken as degrees.
+    pub whole_degrees: bool,
+}
+
+/// What is to be told of a gyro and its reference, and what is known of them beside their numbers.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Open {
+    /// Whether nobody says the gyro's unit.
+    pub gyro: bool,
+    /// Whether nobody says that of an angle that is the reference.
+    pub angle: bool,
+    /// The same of a rate.
+    pub rate: bool,
+    /// Whether the angle is called a count of an encoder.
+    pub counts: bool,
+    /// Whether the gyro is an MPU, by its names or by what its accelerometer shows.
+    pub mpu: bool,
+}
+
+/// Whether a column is called a count of an encoder.
+pub fn is_called_counts(name: &str) -> bool {
+    let plain = name.to_lowercase();
+    ["enc", "count", "cnt", "tick", "pulse", "steps"].iter().any(|word| plain.contains(word))
+}
+
+/// Whether a gyro's column is called as libraries of the MPU call its raw words.
+pub fn is_called_mpu(name: &str) -> bool {
+    let plain: String = name.to_lowercase().chars().filter(char::is_ascii_alphanumeric).collect();
+    ["gyx", "gyy", "gyz"].contains(&plain.as_str()) || plain.contains("mpu") || plain.contains("raw")
 }
 
 impl Told {
@@ -94,6 +137,13 @@ impl Told {
             let counts = counts.map(|counts| format!("{} counts a turn", units::thousands(counts as u64)));
             steps.into_iter().chain(counts).collect::<Vec<_>>().join(" with ")
         };
+        if self.whole_degrees {
+            let steps = self.gyro.steps().map_or(String::new(), |steps| format!(" with {steps} steps a °/s"));
+            return Some(format!(
+                "its whole numbers are taken as degrees{steps}; how many counts of an encoder are one turn is not in the file: if they are \
+                 counts, say it by a factor of 360/COUNTS"
+            ));
+        }
         let own = shown(&(self.gyro, self.reference));
         let mut others: Vec<String> =
             self.others.iter().map(shown).filter(|other| !other.is_empty() && *other != own).collect();
@@ -112,9 +162,35 @@ impl Told {
     }
 }
 
-/// The factors that make the columns of a layout SI units whose unit nobody said, by the place of the column; empty where all is said,
-/// or the rows do not tell.
-pub fn factors(layout: &mut Layout, rows: &[Row]) -> Vec<(usize, f64)> {
+/// The factors that make the columns of a layout SI units whose unit nobody said; empty where all is said, or the rows do not tell.
+pub fn factors(layout: &mut Layout, rows: &[Row]) -> Vec<(Channel, f64)> {
+    let mut factors = of_accelerometer(layout, rows);
+    factors.extend(of_turning(layout, rows));
+    factors
+}
+
+/// Those of an accelerometer. One whose unit cannot be known is left out: it is no reason to refuse the gyro.
+fn of_accelerometer(layout: &mut Layout, rows: &[Row]) -> Vec<(Channel, f64)> {
+    let unsaid = |i: &usize| {
+        let column = &layout.columns[*i];
+        let is_unsaid = layout.chosen.iter().any(|pick| pick.name == column.name && !pick.is_unit_said);
+        matches!(column.channel, Channel::Accel(_)) && is_unsaid
+    };
+    let places: Vec<usize> = (0..layout.columns.len()).filter(unsaid).collect();
+    if places.is_empty() {
+        return Vec::new();
+    }
+    match Gravity::of(rows) {
+        Gravity::Metres => places.into_iter().filter_map(|place| adopt(layout, place, Unit::SI)).collect(),
+        Gravity::Steps(steps) => {
+            places.into_iter().filter_map(|place| adopt(layout, place, Unit::gravity(steps))).collect()
+        }
+        Gravity::Unknown => places.into_iter().map(|place| (layout.leave_out(place), f64::NAN)).collect(),
+    }
+}
+
+/// Those of gyros and references.
+fn of_turning(layout: &mut Layout, rows: &[Row]) -> Vec<(Channel, f64)> {
     let unsaid = |column: &Column| {
         let axis = column.channel.axis()?;
         (layout.chosen.iter().any(|pick| pick.name == column.name && !pick.is_unit_said)).then_some(axis)
@@ -126,6 +202,8 @@ pub fn factors(layout: &mut Layout, rows: &[Row]) -> Vec<(usize, f64)> {
     let start = rows[0].t_ns;
     let rows = rows.iter().take(LOOKED_AT).map(|row| Row { t_ns: row.t_ns - start, ..*row }).collect();
     let record = Record { rows, ..Record::default() };
+    let is_of_mpu = |pick: &Pick| pick.name.starts_with("gyro_") && is_called_mpu(&pick.channel);
+    let mpu = Gravity::of(&record.rows).is_of_mpu() || layout.chosen.iter().any(is_of_mpu);
     let mut factors = Vec::new();
     let column = |layout: &Layout, channel: Channel| layout.columns.iter().position(|column| column.channel == channel);
     let mut gyro_unit = None;
@@ -138,7 +216,12 @@ pub fn factors(layout: &mut Layout, rows: &[Row]) -> Vec<(usize, f64)> {
             })
         };
         let (of_gyro, of_angle, of_rate) = (is_unsaid(layout, gyro), is_unsaid(layout, angle), is_unsaid(layout, rate));
-        let Some(found) = told(&record, axis, of_gyro, of_angle, of_rate) else { continue };
+        let counts = angle.is_some_and(|place| {
+            let name = &layout.columns[place].name;
+            layout.chosen.iter().any(|pick| pick.name == *name && is_called_counts(&pick.channel))
+        });
+        let open = Open { gyro: of_gyro, angle: of_angle, rate: of_rate, counts, mpu };
+        let Some(found) = told(&record, axis, &open) else { continue };
         let of_reference = found.reference;
         for (place, is_meant, unit) in
             [(gyro, of_gyro, found.gyro), (angle, of_angle, of_reference), (rate, of_rate, of_reference)]
@@ -154,7 +237,8 @@ pub fn factors(layout: &mut Layout, rows: &[Row]) -> Vec<(usize, f64)> {
     if let Some(unit) = gyro_unit {
         for axis in Axis::ALL {
             let gyro = column(layout, Channel::Gyro(axis));
-            if let Some(place) = gyro.filter(|place| factors.iter().all(|(done, _)| done != place))
+            if let Some(place) =
+                gyro.filter(|place| factors.iter().all(|(done, _)| *done != layout.columns[*place].channel))
                 && layout.chosen.iter().any(|pick| pick.name == layout.columns[place].name && !pick.is_unit_said)
             {
                 factors.extend(adopt(layout, place, unit));
@@ -169,7 +253,7 @@ pub fn find_units(layout: &mut Layout, rows: &mut [Row]) {
     find_words(layout, rows);
     let factors = factors(layout, rows);
     for row in rows {
-        convert(row, layout, &factors);
+        convert(row, &factors);
     }
 }
 
@@ -198,16 +282,16 @@ fn find_words(layout: &mut Layout, rows: &mut [Row]) {
 }
 
 /// Puts the factors of columns into a row that was read without them.
-pub fn convert(row: &mut Row, layout: &Layout, factors: &[(usize, f64)]) {
-    for &(column, factor) in factors {
-        if let Some(value) = layout.columns.get(column).and_then(|column| place(row, column.channel)) {
+pub fn convert(row: &mut Row, factors: &[(Channel, f64)]) {
+    for &(channel, factor) in factors {
+        if let Some(value) = place(row, channel) {
             *value *= factor;
         }
     }
 }
 
 /// Takes a unit for a column.
-fn adopt(layout: &mut Layout, place: usize, unit: Unit) -> Option<(usize, f64)> {
+fn adopt(layout: &mut Layout, place: usize, unit: Unit) -> Option<(Channel, f64)> {
     let column = &mut layout.columns[place];
     let pick: &mut Pick = layout.chosen.iter_mut().find(|pick| pick.name == column.name)?;
     pick.is_unit_said = true;
@@ -219,11 +303,11 @@ fn adopt(layout: &mut Layout, place: usize, unit: Unit) -> Option<(usize, f64)> 
     column.name.clone_from(&pick.name);
     column.conversion.scale *= unit.factor;
     column.conversion.offset *= unit.factor;
-    Some((place, unit.factor))
+    Some((column.channel, unit.factor))
 }
 
 /// The units in which the gyro of an axis and its reference agree.
-pub fn told(record: &Record, axis: Axis, of_gyro: bool, of_angle: bool, of_rate: bool) -> Option<Told> {
+pub fn told(record: &Record, axis: Axis, open: &Open) -> Option<Told> {
     let i = axis.index();
     let signed = signed(record, i);
     let record = signed.as_ref().unwrap_or(record);
@@ -234,7 +318,7 @@ pub fn told(record: &Record, axis: Axis, of_gyro: bool, of_angle: bool, of_rate:
     let whole = |values: &[f64]| values.iter().all(|x| x.fract() == 0.0);
     let largest = |values: &[f64]| values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     let mut gyro_units = vec![Unit::SI];
-    if of_gyro {
+    if open.gyro {
         gyro_units.extend([Unit::degrees("_dps", 1.0), Unit::degrees("_dps", 1000.0)]);
         if whole(&gyro) && largest(&gyro) > COUNTS {
             gyro_units.extend(SENSITIVITIES.map(|steps| Unit::degrees("_dps", steps)));
@@ -242,20 +326,23 @@ pub fn told(record: &Record, axis: Axis, of_gyro: bool, of_angle: bool, of_rate:
     }
     let angle = readings(|row| row.ref_angle);
     let mut reference_units = vec![Unit::SI];
-    if of_angle {
-        reference_units.push(Unit::degrees("_deg", 1.0));
+    if open.angle {
+        reference_units.extend([Unit::degrees("_deg", 1.0), Unit::TURNS]);
         if whole(&angle) {
             reference_units.extend(COUNTS_PER_TURN.map(|counts| Unit::degrees("_deg", counts / 360.0)));
         }
-    } else if of_rate {
+    } else if open.rate {
         reference_units.push(Unit::degrees("_dps", 1.0));
     }
+    // Whole numbers that are called an encoder's count are one, beside a gyro of which nobody says the unit either.
+    let is_whole = open.counts && whole(&angle);
+    let are_counts = is_whole && gyro_units.len() > SENSITIVITIES.len();
     let mut fitting: Vec<(f64, Unit, Unit)> = Vec::new();
     for reference in reference_units {
         let mut scaled = record.clone();
         for row in &mut scaled.rows {
             row.ref_angle[i] *= reference.factor;
-            row.ref_rate[i] *= if of_angle { 1.0 } else { reference.factor };
+            row.ref_rate[i] *= if open.angle { 1.0 } else { reference.factor };
         }
         let Some((ratio, r2)) = faults::ratio_to_reference(&scaled, axis).filter(|found| found.1 > FOLLOWS) else {
             continue;
@@ -271,9 +358,10 @@ pub fn told(record: &Record, axis: Axis, of_gyro: bool, of_angle: bool, of_rate:
             let wraps = wraps(&angle, reference.factor);
             let unlikely = f64::from(u8::from(fast > FAST))
                 + f64::from(u8::from(unit.is_counts()))
-                + 2.0 * f64::from(u8::from(of_angle && !wraps))
-                + f64::from(u8::from(reference.is_counts() && !wraps));
-            let near = if is_counted { unusual(*unit, reference, off) } else { off };
+                + 2.0 * f64::from(u8::from(open.angle && !wraps))
+                + f64::from(u8::from(reference.is_counts() && !wraps))
+                + 0.5 * f64::from(u8::from(reference == Unit::TURNS || are_counts && !reference.is_counts()));
+            let near = if is_counted { unusual(*unit, reference, off, open.mpu) } else { off };
             fitting.push((unlikely + near + (1.0 - r2), *unit, reference));
         }
     }
@@ -289,17 +377,21 @@ pub fn told(record: &Record, axis: Axis, of_gyro: bool, of_angle: bool, of_rate:
     };
     let others =
         fitting[1..].iter().filter(is_alike).take(MOST_OTHERS).map(|(_, unit, other)| (*unit, *other)).collect();
-    Some(Told { gyro, reference, others })
+    let whole_degrees = open.angle && is_whole && reference == Unit::degrees("_deg", 1.0);
+    Some(Told { gyro, reference, others, whole_degrees })
 }
 
 /// How unusual counts are, from 0 on: a scale factor that far from 1, and numbers that few sensors have.
-fn unusual(gyro: Unit, reference: Unit, off: f64) -> f64 {
+fn unusual(gyro: Unit, reference: Unit, off: f64, mpu: bool) -> f64 {
     const USUAL_SCALE: f64 = 0.015;
+    /// An MPU has no sensitivity of another sensor.
+    const OTHER: f64 = 10.0;
     let place = |of: &[f64], number: Option<f64>| {
         number.and_then(|number| of.iter().position(|known| *known == number)).unwrap_or_default() as f64
     };
     let (steps, counts) = (place(&SENSITIVITIES, gyro.steps()), place(&COUNTS_PER_TURN, reference.counts_per_turn()));
-    0.01 * (0.5 * (off / USUAL_SCALE).powi(2) + 0.05 * steps + 0.3 * counts)
+    let other = if mpu && steps >= OF_MPU as f64 { OTHER } else { 0.0 };
+    0.01 * (0.5 * (off / USUAL_SCALE).powi(2) + 0.05 * steps + 0.3 * counts + other)
 }
 
 /// The same where the words of a gyro were printed without their sign, 65 535 for −1; the readings themselves are mended as those of a
@@ -367,10 +459,36 @@ mod tests {
         Record { rows: (0..3000).map(row).collect(), ..Record::default() }
     }
 
+    const OPEN: Open = Open { gyro: true, angle: true, rate: false, counts: false, mpu: false };
+
+    #[test]
+    fn an_mpu_has_its_own_sensitivities_and_an_encoder_counts() {
+        for (steps, turn) in [(131.0, 2400.0), (65.5, 1600.0), (131.0, 1440.0)] {
+            let mut record = counted(|x| x);
+            for row in &mut record.rows {
+                row.gyro[2] = (row.gyro[2] * 0.98 * steps / 131.0).round();
+                row.ref_angle[2] = (row.ref_angle[2] * turn / 360.0).floor();
+            }
+            let open = Open { counts: true, mpu: true, ..OPEN };
+            let told = told(&record, Axis::Z, &open).unwrap();
+            assert_eq!((told.gyro.steps(), told.reference.counts_per_turn()), (Some(steps), Some(turn)));
+        }
+    }
+
+    #[test]
+    fn an_angle_in_turns_is_known_where_nothing_else_fits() {
+        let mut record = counted(|x| x / 131.0);
+        for row in &mut record.rows {
+            row.ref_angle[2] /= 360.0;
+        }
+        let told = told(&record, Axis::Z, &OPEN).unwrap();
+        assert_eq!((told.gyro.suffix, told.reference), ("_dps", Unit::TURNS));
+    }
+
     #[test]
     fn words_without_their_sign_are_counts_of_the_same_sensitivity() {
         for word in [|x: f64| x, |x: f64| x.rem_euclid(65_536.0)] {
-            let told = told(&counted(word), Axis::Z, true, true, false).unwrap();
+            let told = told(&counted(word), Axis::Z, &OPEN).unwrap();
             assert_eq!((told.gyro.divisor, told.gyro.suffix, told.reference.suffix), (131.0, "_dps", "_deg"));
         }
     }
@@ -383,7 +501,7 @@ mod tests {
                 row.gyro[2] = (row.gyro[2] * 1.012 * steps / 131.0).round();
                 row.ref_angle[2] = (row.ref_angle[2] * turn / 360.0).floor();
             }
-            let told = told(&record, Axis::Z, true, true, false).unwrap();
+            let told = told(&record, Axis::Z, &OPEN).unwrap();
             assert_eq!((told.gyro.steps(), told.reference.counts_per_turn()), (Some(steps), Some(turn)));
             let says = told.unsure().unwrap();
             let turn = units::thousands(4096);

@@ -59,8 +59,8 @@ pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
         (Command::Diagnose, _) if context.unfinished => {
             vec![line.of("diagnose", &[], context.model.as_deref(), &[], ON)]
         }
-        (_, Verdict::BadData) => vec![line.of(
-            "compare",
+        (command, Verdict::BadData) => vec![line.of(
+            if command == Command::Diagnose { "diagnose" } else { "compare" },
             &[],
             context.model.as_deref(),
             &[],

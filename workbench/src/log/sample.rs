@@ -1,0 +1,146 @@
+//! Columns of a text, or of messages, as numbers: what advice is given by.
+
+use super::{gravity::Gravity, timer::Timer, words};
+use crate::toml_error::quoted;
+use gyro_model::{Axis, Row};
+use log_readers::{
+    meaning::Pick,
+    text::{self, Dialect, Head},
+};
+use std::cell::OnceCell;
+
+/// Rows that are enough.
+pub(super) const FEWEST: usize = 20;
+const ENOUGH: usize = 1000;
+
+/// Columns of a text as numbers.
+pub struct Sample {
+    pub(super) head: Head,
+    pub(super) columns: Vec<Vec<f64>>,
+    pub(super) texts: Vec<Option<String>>,
+    /// Whether a column is dates or times of day: it holds their seconds.
+    pub(super) moments: Vec<bool>,
+    /// Whether three columns are the accelerometer of an MPU, once it was asked for.
+    pub(super) mpu: OnceCell<bool>,
+}
+
+impl Sample {
+    /// Of these rows below a head.
+    pub fn of<'a>(head: &Head, rows: impl Iterator<Item = &'a [u8]>) -> Self {
+        let count = head.names.len();
+        let (columns, texts, moments) = (vec![Vec::new(); count], vec![None; count], vec![false; count]);
+        let mut sample = Self { head: head.clone(), columns, texts, moments, mpu: OnceCell::new() };
+        for row in rows {
+            sample.take(head.dialect, &head.dialect.fields(row));
+        }
+        sample
+    }
+
+    pub(super) fn take(&mut self, dialect: Dialect, fields: &[&[u8]]) {
+        if fields.len() != self.columns.len() {
+            return;
+        }
+        for (i, field) in fields.iter().enumerate() {
+            let value = match dialect.value(field) {
+                text::Field::Number(x) => x,
+                text::Field::Text => {
+                    if let Some(ns) = text::clock(field).or_else(|| text::date_time(field)) {
+                        self.moments[i] = true;
+                        ns as f64 * 1e-9
+                    } else {
+                        self.texts[i].get_or_insert_with(|| String::from_utf8_lossy(field).into_owned());
+                        f64::NAN
+                    }
+                }
+                _ => f64::NAN,
+            };
+            self.columns[i].push(value);
+        }
+    }
+
+    /// Whether three neighbouring columns show gravity as the accelerometer of an MPU does.
+    pub(super) fn is_of_mpu(&self) -> bool {
+        *self.mpu.get_or_init(|| {
+            let accel = |first: usize, k: usize| std::array::from_fn(|i| self.columns[first + i][k]);
+            let rows = |first: usize| -> Vec<Row> {
+                (0..self.rows().min(ENOUGH)).map(|k| Row { accel: accel(first, k), ..Row::EMPTY }).collect()
+            };
+            (0..self.columns.len().saturating_sub(2)).any(|first| Gravity::of(&rows(first)).is_of_mpu())
+        })
+    }
+
+    /// Whether a column holds text: more than a few garbled numbers.
+    pub(super) fn is_text(&self, column: usize) -> bool {
+        let numbers = self.columns[column].iter().filter(|x| x.is_finite()).count();
+        self.texts[column].is_some() && 10 * numbers < 9 * self.rows()
+    }
+
+    pub(super) fn rows(&self) -> usize {
+        self.columns.first().map_or(0, Vec::len)
+    }
+
+    /// These columns, as those of a gyro.
+    pub(super) fn gyro_columns(&self, columns: &[(Axis, usize)]) -> Vec<words::Column> {
+        let of = |&(axis, column): &(Axis, usize)| words::Column {
+            axis,
+            numbers: self.columns[column].iter().copied().filter(|x| x.is_finite()).collect(),
+            channel: self.channel(column),
+            called: self.called(column),
+        };
+        columns.iter().map(of).collect()
+    }
+
+    /// The channel of a column as `--map` takes it.
+    pub(super) fn channel(&self, column: usize) -> String {
+        if self.head.line.is_none() { (column + 1).to_string() } else { self.head.names[column].clone() }
+    }
+
+    pub(super) fn called(&self, column: usize) -> String {
+        if self.head.line.is_none() { format!("column {}", column + 1) } else { quoted(&self.head.names[column]) }
+    }
+
+    pub(super) fn pick(&self, name: &str, column: usize, divisor: f64) -> Pick {
+        Pick { factor: divisor.recip(), ..Pick::new(name, &self.channel(column), None) }
+    }
+
+    /// The middle step of a column that only grows.
+    pub(super) fn step(&self, column: usize) -> Option<f64> {
+        let values: Vec<f64> = self.columns[column].iter().copied().filter(|x| x.is_finite()).collect();
+        let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let back = steps.iter().filter(|step| **step < 0.0).count();
+        steps.retain(|step| *step > 0.0);
+        if steps.is_empty()
+            || values.len() < FEWEST.min(self.rows())
+            || 50 * back > values.len()
+            || 3 * steps.len() < values.len()
+        {
+            return None;
+        }
+        let middle = steps.len() / 2;
+        let usual = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+        // A clock ticks evenly for the most part; an angle that grows does not.
+        let even = steps.iter().filter(|step| (0.5..1.5).contains(&(**step / usual))).count();
+        (10 * even >= 7 * steps.len()).then_some(usual)
+    }
+
+    /// A column from its first value on, times a scale: differences of a large count are exact, its product with a unit is not.
+    pub(super) fn since_first(&self, column: usize, scale: f64) -> Vec<f64> {
+        let values = &self.columns[column];
+        let first = values.iter().copied().find(|x| x.is_finite()).unwrap_or_default();
+        let (mut counter, mut overflows) = (Timer::default(), 0.0);
+        let past_overflows = |x: &f64| {
+            if x.is_finite() {
+                let written = (x * 1e6).round() as i128;
+                overflows = (counter.follow(written, 6, false).0 - written) as f64 * 1e-6;
+            }
+            (x - first + overflows) * scale
+        };
+        values.iter().map(past_overflows).collect()
+    }
+
+    pub(super) fn varies(&self, column: usize) -> bool {
+        let finite = || self.columns[column].iter().copied().filter(|x| x.is_finite());
+        let (low, high) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        high > low
+    }
+}
