@@ -11,7 +11,7 @@ use super::{
     reader::Torn,
     sample::{FEWEST, Sample},
     unit::{self, Channel, Name},
-    unsaid::{self, Open, Unit},
+    unsaid::{self, Open, Unit, Unsaid},
     whole, words,
 };
 use crate::{files, toml_error::quoted};
@@ -107,33 +107,25 @@ fn advise_at(sample: &Sample, maps: &Maps, wants_reference: bool, step: f64) -> 
     let angles = tags.iter().any(|tag| ["ypr", "rpy", "euler"].iter().any(|word| tag.to_lowercase().contains(word)));
     if used.gyros.is_empty() {
         let found = if angles { None } else { gyro(sample, &used, &proposal, times) };
-        match found {
-            Some((picks, says)) => {
-                let gyros = gyros_of(&picks, sample);
-                let has_reference = picks.iter().any(|pick| pick.name.starts_with("ref_"));
-                is_open &= !has_reference;
+        if let Some((picks, says)) = found {
+            let gyros = gyros_of(&picks, sample);
+            let has_reference = picks.iter().any(|pick| pick.name.starts_with("ref_"));
+            is_open &= !has_reference;
+            flags.extend(picks);
+            holds.push(says);
+            used.columns.extend(gyros.iter().map(|(_, column)| *column));
+            let wants_one = wants_reference && !has_reference;
+            if let Some((picks, says)) = wants_one.then(|| reference(sample, &used, &gyros, times)).flatten() {
+                is_open = false;
                 flags.extend(picks);
                 holds.push(says);
-                used.columns.extend(gyros.iter().map(|(_, column)| *column));
-                let reference = || {
-                    reference(sample, &used, &gyros, times)
-                        .or_else(|| attitude::of(sample, &used.columns, &gyros, times))
-                };
-                let found = if wants_reference && !has_reference { reference() } else { None };
-                if let Some((picks, says)) = found {
-                    is_open = false;
-                    flags.extend(picks);
-                    holds.push(says);
-                }
             }
-            None => {
-                lacks.extend(is_example.then_some("time"));
-                lacks.push("rate of a gyro");
-            }
+        } else {
+            lacks.extend(is_example.then_some("time"));
+            lacks.push("rate of a gyro");
         }
     } else if wants_reference && !used.references {
-        let found = reference(sample, &used, &used.gyros, times)
-            .or_else(|| attitude::of(sample, &used.columns, &used.gyros, times));
+        let found = reference(sample, &used, &used.gyros, times);
         let offered: Vec<Pick> =
             proposal.offered.iter().filter(|pick| pick.name.starts_with("ref_")).cloned().collect();
         match (found, offered.first()) {
@@ -170,28 +162,32 @@ fn advise_at(sample: &Sample, maps: &Maps, wants_reference: bool, step: f64) -> 
             return (Advice { why, flags: others.chain(words.flags).collect(), ..words }, is_open);
         }
     }
+    let mut advice = Advice { flags: flags.iter().map(ToString::to_string).collect(), ..Advice::default() };
     if nothing_turns && lacks.is_empty() {
-        let tried = looked_at(sample, &used);
-        let nothing = if tried.is_empty() {
-            "no other column holds numbers that change".to_owned()
-        } else {
-            format!("found no column that turns as the gyro does; tried: {}", listed(&tried))
-        };
         let still = still(sample, &names, &used.gyros);
-        let says = match still {
-            Some(spread) => format!(
-                "{nothing}; the readings stay within {}°/s of each other, as those of a sensor at rest: if it did not turn, no reference \
-                 is needed",
-                units::round(spread.to_degrees())
-            ),
-            None => format!("{nothing}. Give the file that has a reference in place of REFERENCE.csv"),
-        };
-        let why = if why.is_empty() { says } else { format!("{why}; {says}") };
-        let flags = flags.iter().map(ToString::to_string).collect();
-        let advice = Advice { why, flags, needs_file: still.is_none(), at_rest: still.is_some(), ..Advice::default() };
-        return (advice, is_open);
+        (advice.needs_file, advice.at_rest) = (still.is_none(), still.is_some());
+        let says = nothing_turns_with(sample, &used, still);
+        why = if why.is_empty() { says } else { format!("{why}; {says}") };
     }
-    (Advice { why, flags: flags.iter().map(ToString::to_string).collect(), ..Advice::default() }, is_open)
+    (Advice { why, ..advice }, is_open)
+}
+
+/// What is said where no column turns as the gyro does, whose readings stay within `still`, rad/s, if they do.
+fn nothing_turns_with(sample: &Sample, used: &Used, still: Option<f64>) -> String {
+    let tried = looked_at(sample, used);
+    let nothing = if tried.is_empty() {
+        "no other column holds numbers that change".to_owned()
+    } else {
+        format!("found no column that turns as the gyro does; tried: {}", listed(&tried))
+    };
+    match still {
+        Some(spread) => format!(
+            "{nothing}; the readings stay within {}°/s of each other, as those of a sensor at rest: if it did not turn, no reference \
+             is needed",
+            units::round(spread.to_degrees())
+        ),
+        None => format!("{nothing}. Give the file that has a reference in place of REFERENCE.csv"),
+    }
 }
 
 /// What is not in a text that a log needs; `angles` where only those of an attitude are in it.
@@ -316,14 +312,13 @@ impl Turning {
 fn agree(sample: &Sample, rate: &Turning, other: &Turning, times: Option<&[f64]>) -> Option<Agreed> {
     let record = record(sample, rate, other, times);
     let is_open = other.said.is_none();
+    let name = &sample.head.names[other.column];
     let open = Open {
         gyro: rate.said.is_none(),
-        angle: is_open && !other.is_rate,
-        rate: is_open && other.is_rate,
-        counts: unsaid::is_called_counts(&sample.head.names[other.column]),
+        reference: if is_open { Unsaid::of(name, other.is_rate) } else { Unsaid::Nothing },
         mpu: unsaid::is_called_mpu(&sample.head.names[rate.column]) || sample.is_of_mpu(),
     };
-    let told = unsaid::told(&record, Axis::Z, &open)?;
+    let told = unsaid::told(&record, Axis::Z, open)?;
     let (r2, is_other_way) = unsaid::follows(&record, told.reference).filter(|(r2, _)| *r2 > FOLLOWS)?;
     Some(Agreed { gyro: told.gyro, reference: told.reference, unsure: told.unsure(), r2, is_other_way })
 }
@@ -417,9 +412,19 @@ fn is_gravity(sample: &Sample, first: usize) -> bool {
     mean > 0.0 && 10 * near > 9 * lengths.len()
 }
 
+/// What turns as the gyros do: one column, or those of an orientation.
+fn reference(
+    sample: &Sample,
+    used: &Used,
+    gyros: &[(Axis, usize)],
+    times: Option<&[f64]>,
+) -> Option<(Vec<Pick>, String)> {
+    of_one_axis(sample, used, gyros, times).or_else(|| attitude::of(sample, &used.columns, gyros, times))
+}
+
 /// An unused column that turns as the rate of one of the gyros has it; with the gyros in their own unit, where it is not the one that
 /// their names mean.
-fn reference(
+fn of_one_axis(
     sample: &Sample,
     used: &Used,
     gyros: &[(Axis, usize)],

@@ -75,7 +75,7 @@ pub(super) fn of(
         });
         let record = Record { rows: rows.collect(), ..Record::default() };
         let held = held(&record, &axes)?;
-        let unit = unsaid::told(&record, held.axis, &Open { gyro: true, ..Open::default() })?.gyro;
+        let unit = unsaid::told(&record, held.axis, Open { gyro: true, ..Open::default() })?.gyro;
         Some((held, unit, reading))
     });
     let (Held { axis, r2, .. }, unit, reading) = held.max_by(|a, b| a.0.sum.total_cmp(&b.0.sum))?;

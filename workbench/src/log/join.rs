@@ -8,7 +8,7 @@ use super::{
     pending::Pending,
     reader::Reader,
     unit::{self, Channel, Name},
-    unsaid::{self, Open, timed},
+    unsaid::{self, Open, Unsaid, timed},
 };
 use crate::{toml_error::quoted, words::typed};
 use gyro_model::{
@@ -149,14 +149,9 @@ fn turning(log: &mut Reader, other: &mut Reader) -> Result<Option<Advice>, LogEr
             }
             let mut record = Record { rows: timed(&merged(&own, &reference)), ..Record::default() };
             let is_open = said.is_none();
-            let open = Open {
-                gyro: unsaid,
-                angle: is_open && !is_rate,
-                rate: is_open && is_rate,
-                counts: unsaid::is_called_counts(name),
-                mpu: false,
-            };
-            let told = unsaid::told(&record, axis, &open);
+            let reference = if is_open { Unsaid::of(name, is_rate) } else { Unsaid::Nothing };
+            let open = Open { gyro: unsaid, reference, mpu: false };
+            let told = unsaid::told(&record, axis, open);
             let Some(told) = told else { continue };
             let (unit, unsure) = (told.reference, told.unsure().map_or(String::new(), |says| format!("; {says}")));
             for row in &mut record.rows {

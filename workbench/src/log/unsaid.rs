@@ -105,18 +105,43 @@ pub struct Told {
 pub struct Open {
     /// Whether nobody says the gyro's unit.
     pub gyro: bool,
-    /// Whether nobody says that of an angle that is the reference.
-    pub angle: bool,
-    /// The same of a rate.
-    pub rate: bool,
-    /// Whether the angle is called a count of an encoder.
-    pub counts: bool,
+    /// What nobody says the unit of that is the reference.
+    pub reference: Unsaid,
     /// Whether the gyro is an MPU, by its names or by what its accelerometer shows.
     pub mpu: bool,
 }
 
+/// A reference in a unit that nobody says.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Unsaid {
+    /// Its unit is said, or it has none.
+    #[default]
+    Nothing,
+    /// An angle.
+    Angle,
+    /// One that is called a count of an encoder.
+    Counts,
+    /// A rate.
+    Rate,
+}
+
+impl Unsaid {
+    /// Of the column with this name.
+    pub fn of(name: &str, is_rate: bool) -> Self {
+        match is_rate {
+            true => Self::Rate,
+            false if is_called_counts(name) => Self::Counts,
+            false => Self::Angle,
+        }
+    }
+
+    fn is_angle(self) -> bool {
+        matches!(self, Self::Angle | Self::Counts)
+    }
+}
+
 /// Whether a column is called a count of an encoder.
-pub fn is_called_counts(name: &str) -> bool {
+fn is_called_counts(name: &str) -> bool {
     let plain = name.to_lowercase();
     ["enc", "count", "cnt", "tick", "pulse", "steps"].iter().any(|word| plain.contains(word))
 }
@@ -216,12 +241,16 @@ fn of_turning(layout: &mut Layout, rows: &[Row]) -> Vec<(Channel, f64)> {
             })
         };
         let (of_gyro, of_angle, of_rate) = (is_unsaid(layout, gyro), is_unsaid(layout, angle), is_unsaid(layout, rate));
-        let counts = angle.is_some_and(|place| {
+        let channel = |place: usize| {
             let name = &layout.columns[place].name;
-            layout.chosen.iter().any(|pick| pick.name == *name && is_called_counts(&pick.channel))
-        });
-        let open = Open { gyro: of_gyro, angle: of_angle, rate: of_rate, counts, mpu };
-        let Some(found) = told(&record, axis, &open) else { continue };
+            layout.chosen.iter().find(|pick| pick.name == *name).map_or(name.as_str(), |pick| pick.channel.as_str())
+        };
+        let reference = match angle.filter(|_| of_angle).or(rate.filter(|_| of_rate)) {
+            Some(place) => Unsaid::of(channel(place), !of_angle),
+            None => Unsaid::Nothing,
+        };
+        let open = Open { gyro: of_gyro, reference, mpu };
+        let Some(found) = told(&record, axis, open) else { continue };
         let of_reference = found.reference;
         for (place, is_meant, unit) in
             [(gyro, of_gyro, found.gyro), (angle, of_angle, of_reference), (rate, of_rate, of_reference)]
@@ -307,7 +336,7 @@ fn adopt(layout: &mut Layout, place: usize, unit: Unit) -> Option<(Channel, f64)
 }
 
 /// The units in which the gyro of an axis and its reference agree.
-pub fn told(record: &Record, axis: Axis, open: &Open) -> Option<Told> {
+pub fn told(record: &Record, axis: Axis, open: Open) -> Option<Told> {
     let i = axis.index();
     let signed = signed(record, i);
     let record = signed.as_ref().unwrap_or(record);
@@ -326,23 +355,23 @@ pub fn told(record: &Record, axis: Axis, open: &Open) -> Option<Told> {
     }
     let angle = readings(|row| row.ref_angle);
     let mut reference_units = vec![Unit::SI];
-    if open.angle {
+    if open.reference.is_angle() {
         reference_units.extend([Unit::degrees("_deg", 1.0), Unit::TURNS]);
         if whole(&angle) {
             reference_units.extend(COUNTS_PER_TURN.map(|counts| Unit::degrees("_deg", counts / 360.0)));
         }
-    } else if open.rate {
+    } else if open.reference == Unsaid::Rate {
         reference_units.push(Unit::degrees("_dps", 1.0));
     }
     // Whole numbers that are called an encoder's count are one, beside a gyro of which nobody says the unit either.
-    let is_whole = open.counts && whole(&angle);
+    let is_whole = open.reference == Unsaid::Counts && whole(&angle);
     let are_counts = is_whole && gyro_units.len() > SENSITIVITIES.len();
     let mut fitting: Vec<(f64, Unit, Unit)> = Vec::new();
     for reference in reference_units {
         let mut scaled = record.clone();
         for row in &mut scaled.rows {
             row.ref_angle[i] *= reference.factor;
-            row.ref_rate[i] *= if open.angle { 1.0 } else { reference.factor };
+            row.ref_rate[i] *= if open.reference.is_angle() { 1.0 } else { reference.factor };
         }
         let Some((ratio, r2)) = faults::ratio_to_reference(&scaled, axis).filter(|found| found.1 > FOLLOWS) else {
             continue;
@@ -358,7 +387,7 @@ pub fn told(record: &Record, axis: Axis, open: &Open) -> Option<Told> {
             let wraps = wraps(&angle, reference.factor);
             let unlikely = f64::from(u8::from(fast > FAST))
                 + f64::from(u8::from(unit.is_counts()))
-                + 2.0 * f64::from(u8::from(open.angle && !wraps))
+                + 2.0 * f64::from(u8::from(open.reference.is_angle() && !wraps))
                 + f64::from(u8::from(reference.is_counts() && !wraps))
                 + 0.5 * f64::from(u8::from(reference == Unit::TURNS || are_counts && !reference.is_counts()));
             let near = if is_counted { unusual(*unit, reference, off, open.mpu) } else { off };
@@ -377,7 +406,7 @@ pub fn told(record: &Record, axis: Axis, open: &Open) -> Option<Told> {
     };
     let others =
         fitting[1..].iter().filter(is_alike).take(MOST_OTHERS).map(|(_, unit, other)| (*unit, *other)).collect();
-    let whole_degrees = open.angle && is_whole && reference == Unit::degrees("_deg", 1.0);
+    let whole_degrees = is_whole && reference == Unit::degrees("_deg", 1.0);
     Some(Told { gyro, reference, others, whole_degrees })
 }
 
@@ -459,7 +488,7 @@ mod tests {
         Record { rows: (0..3000).map(row).collect(), ..Record::default() }
     }
 
-    const OPEN: Open = Open { gyro: true, angle: true, rate: false, counts: false, mpu: false };
+    const OPEN: Open = Open { gyro: true, reference: Unsaid::Angle, mpu: false };
 
     #[test]
     fn an_mpu_has_its_own_sensitivities_and_an_encoder_counts() {
@@ -469,8 +498,8 @@ mod tests {
                 row.gyro[2] = (row.gyro[2] * 0.98 * steps / 131.0).round();
                 row.ref_angle[2] = (row.ref_angle[2] * turn / 360.0).floor();
             }
-            let open = Open { counts: true, mpu: true, ..OPEN };
-            let told = told(&record, Axis::Z, &open).unwrap();
+            let open = Open { reference: Unsaid::Counts, mpu: true, ..OPEN };
+            let told = told(&record, Axis::Z, open).unwrap();
             assert_eq!((told.gyro.steps(), told.reference.counts_per_turn()), (Some(steps), Some(turn)));
         }
     }
@@ -481,14 +510,14 @@ mod tests {
         for row in &mut record.rows {
             row.ref_angle[2] /= 360.0;
         }
-        let told = told(&record, Axis::Z, &OPEN).unwrap();
+        let told = told(&record, Axis::Z, OPEN).unwrap();
         assert_eq!((told.gyro.suffix, told.reference), ("_dps", Unit::TURNS));
     }
 
     #[test]
     fn words_without_their_sign_are_counts_of_the_same_sensitivity() {
         for word in [|x: f64| x, |x: f64| x.rem_euclid(65_536.0)] {
-            let told = told(&counted(word), Axis::Z, &OPEN).unwrap();
+            let told = told(&counted(word), Axis::Z, OPEN).unwrap();
             assert_eq!((told.gyro.divisor, told.gyro.suffix, told.reference.suffix), (131.0, "_dps", "_deg"));
         }
     }
@@ -501,7 +530,7 @@ mod tests {
                 row.gyro[2] = (row.gyro[2] * 1.012 * steps / 131.0).round();
                 row.ref_angle[2] = (row.ref_angle[2] * turn / 360.0).floor();
             }
-            let told = told(&record, Axis::Z, &OPEN).unwrap();
+            let told = told(&record, Axis::Z, OPEN).unwrap();
             assert_eq!((told.gyro.steps(), told.reference.counts_per_turn()), (Some(steps), Some(turn)));
             let says = told.unsure().unwrap();
             let turn = units::thousands(4096);
