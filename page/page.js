@@ -206,7 +206,7 @@
     const place = at('channels');
     const looks = [];
     for (const [name, of] of [[desk.log, ''], [desk.reference, 'ref:']].filter(([name]) => name)) {
-      try { looks.push([name, of, await ask({ do: 'look', log: name, dbc: desk.dbc || null }, desk.files)]); } catch (error) { if (error instanceof Ended) throw error; }
+      try { looks.push([name, of, await ask({ do: 'look', log: name, dbc: desk.dbc || null }, desk.files)]); } catch (error) { if (error instanceof Ended) return; }
     }
     if (!looks.length) return;
     const rows = [];

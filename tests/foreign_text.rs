@@ -493,7 +493,7 @@ fn a_reference_is_found_in_units_and_shapes_that_no_name_says() {
             written("t,gyro_z,yaw_deg,nothing,gnss_heading_deg\n", |[t, g, a]| {
                 format!("{t},{g},{0},0,{0}", a.to_degrees())
             }),
-            vec!["'gnss_heading_deg' turns", "so do 'yaw_deg'"],
+            vec!["'gnss_heading_deg' turns", "so does 'yaw_deg'"],
             1e-6,
         ),
         (

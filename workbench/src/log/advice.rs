@@ -464,7 +464,11 @@ fn of_one_axis(
         .filter(|&&other| held(gyro, other).is_some())
         .map(|&other| sample.channel(other))
         .collect();
-    let also = if also.is_empty() { String::new() } else { format!("; so do {}", listed(&also)) };
+    let also = match also.len() {
+        0 => String::new(),
+        1 => format!("; so does {}", listed(&also)),
+        _ => format!("; so do {}", listed(&also)),
+    };
     let says = format!(
         "{} turns as gyro_{axis} does{way} (r² {:.3}){unit}: a reference, if something else than this gyro measured it{counts}{also}",
         sample.called(column),
