@@ -26,13 +26,15 @@ pub fn read_beside<T>(
 }
 
 fn advised(path: &Path, options: &Options, error: LogError) -> LogError {
-    if let Some(error) = faulty_times(path, options, &error) {
-        return error;
-    }
+    let faulty = faulty_times(path, options, &error);
     let (error, advice) = match advice::of_second(path, options, &error) {
         None => advice::of_file(path, options, error),
         advice => (error, advice),
     };
+    let is_mended = advice.as_ref().is_some_and(|advice| !advice.left_out.is_empty());
+    if let Some(faulty) = faulty.filter(|_| !is_mended) {
+        return faulty;
+    }
     // Of messages the names are those of their kinds, not of a text's columns.
     error.advised(advice, advice::is_text(path))
 }
