@@ -454,7 +454,7 @@ fn a_time_is_found_or_made_of_what_is_there() {
     let bench = Bench::new();
     bench.file("slow.csv", written("gyro_z,enc\n", |[_, g, a]| format!("{},{a}", 0.5 * g)));
     assert!(bench.refused(&["fit", "slow.csv"]).contains("t=0.02*row"));
-    bench.file("coarse.csv", written("time,gyro_z,angle\n", |[t, g, a]| format!("{:.0},{g},{a}", t)));
+    bench.file("coarse.csv", written("time,gyro_z,angle\n", |[t, g, a]| format!("{t:.0},{g},{a}")));
     assert!(bench.refused(&["fit", "coarse.csv"]).contains("too few digits"));
 }
 

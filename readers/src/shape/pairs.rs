@@ -97,7 +97,9 @@ mod tests {
         let lines: Vec<Vec<u8>> = (10..40).map(line).collect();
         let refs: Vec<&[u8]> = lines.iter().map(Vec::as_slice).collect();
         let (mut of, mut out) = (Pairs::of(&refs).unwrap(), Vec::new());
-        refs.iter().for_each(|line| of.line(line, &mut out));
+        for line in &refs {
+            of.line(line, &mut out);
+        }
         of.end(&mut out);
         let text = String::from_utf8(out).unwrap();
         let mut names: Vec<&str> = text.lines().next().unwrap().split(',').collect();

@@ -71,7 +71,7 @@ fn a_banner_with_as_many_words_as_a_row_is_no_header_and_a_row_without_values_ne
     }
     let read = read("t,gyro,angle\n0.00,None,#N/A\n0.01,1.5,0\n0.02,1.6,1\n0.03,1.7,2\n");
     assert_eq!((read.head.names, read.rows.len()), (vec!["t".to_owned(), "gyro".into(), "angle".into()], 4));
-    let units = super::Table::open(&b"\"sep=\t\"\na\tb\nms\tm/(s^2)\n1\t2\n3\t4\n"[..], &|_| false).unwrap();
+    let units = Table::open(&b"\"sep=\t\"\na\tb\nms\tm/(s^2)\n1\t2\n3\t4\n"[..], &|_| false).unwrap();
     assert_eq!((units.head().names.clone(), units.head().units[1].is_some()), (vec!["a".to_owned(), "b".into()], true));
 }
 

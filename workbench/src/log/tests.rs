@@ -260,7 +260,10 @@ fn first_row(text: &str, maps: &[&str]) -> Row {
 
 #[test]
 fn an_accelerometer_whose_unit_nobody_says_is_read_by_gravity_or_not_at_all() {
-    let text = |z: f64| "t,gz,ax,ay,az\n".to_owned() + &(0..50).map(|k| format!("{k},0,0,0,{z}\n")).collect::<String>();
+    let text = |z: f64| {
+        let rows: Vec<String> = (0..50).map(|k| format!("{k},0,0,0,{z}\n")).collect();
+        "t,gz,ax,ay,az\n".to_owned() + &rows.concat()
+    };
     for (z, wanted) in [(1.0, 9.806_65), (1000.0, 9.806_65), (4096.0, 9.806_65), (9.8, 9.8)] {
         let read = first_row(&text(z), &[]).accel[2];
         assert!((read - wanted).abs() < 1e-9, "{z}: {read}");
@@ -270,7 +273,7 @@ fn an_accelerometer_whose_unit_nobody_says_is_read_by_gravity_or_not_at_all() {
 
 #[test]
 fn roll_pitch_and_yaw_are_an_orientation() {
-    let rows = (0..50).map(|k| format!("{k},0,90,0,0\n{k}.5,0,0,30,90\n")).collect::<String>();
+    let rows = (0..50).map(|k| format!("{k},0,90,0,0\n{k}.5,0,0,30,90\n")).collect::<Vec<_>>().concat();
     let text = format!("t,gz,roll,pitch,yaw\n{rows}");
     let q = first_row(&text, &["ref_rpy_deg=roll,pitch,yaw"]).ref_quaternion;
     let half = std::f64::consts::FRAC_1_SQRT_2;
