@@ -11,7 +11,6 @@
 use super::{Part, Records, record::Cell};
 use crate::{
     meaning::{What, understand},
-    shape::write_row,
     text::{Point, TimeField, time},
 };
 use std::{
@@ -74,7 +73,13 @@ impl Sensors {
             if is_clear { name.clone() } else { format!("{sensor}.{name}") }
         };
         let mut out = Vec::new();
-        write_row(&mut out, self.columns.iter().map(full));
+        for (k, column) in self.columns.iter().enumerate() {
+            if k > 0 {
+                out.push(b',');
+            }
+            Cell::Text(full(column)).write(&mut out);
+        }
+        out.push(b'\n');
         for row in self.rows.values() {
             let mut cells = vec![None; self.columns.len()];
             for (place, cell) in row {
