@@ -1,6 +1,6 @@
 //! A suspect refitted exactly, and what that is worth.
 
-use super::{Options, chance::chance, judging::is_mean};
+use super::{Options, averages::is_mean, chance::chance};
 use crate::{
     Model, Term,
     effects::{Effect, Stage},

@@ -2,6 +2,7 @@
 
 use super::{
     admission::{ADMISSION, ELIMINATION, MENTION},
+    averages::is_mean,
     bounds::size,
     case::{Case, REMOVED},
     challenger::{Challenger, Incumbent},
@@ -13,7 +14,6 @@ use crate::{
     diagnosis::TestOutcome,
     effects::{Stage, Trait},
     evidence::{
-        draws::draw_through,
         noise::{self, Gls},
         study::Study,
     },
@@ -56,33 +56,6 @@ impl Incumbent<'_> {
         passes(ELIMINATION, &case)
     }
 }
-
-/// Whether undoing a term makes the gyro's noise less: comparing with a smoothed reference does, and so does the inverse of a resonance,
-/// 1 − (f/f₀)² but for the damping, where the error curve sees little of what lies above √2 f₀.
-pub(super) fn is_mean(term: &Term, study: &Study, series: usize) -> bool {
-    term.effect.stage() == Stage::Shown || term.effect.is(Trait::Resonance) && quietens(term, study, series)
-}
-
-/// Whether noise alone has less of an error where the model of `study` undoes `term` too.
-fn quietens(term: &Term, study: &Study, series: usize) -> bool {
-    let bench = study.bench;
-    let axis = bench.problem.series[series].axis.index();
-    let terms = study.model.axes[axis].as_ref().map_or(&[][..], |model| &model.terms);
-    let without: Vec<Term> =
-        terms.iter().filter(|other| other.effect.card().id != term.effect.card().id).cloned().collect();
-    let square = |draw: Vec<f64>| -> f64 { bench.increments(&[draw]).iter().map(|z| z * z).sum() };
-    let [mut all, mut less] = [0.0; 2];
-    for seed in 0..DRAWN {
-        let [plain, undone] = draw_through(bench, series, &study.warm[series], [&without, terms], seed);
-        (all, less) = (all + square(plain), less + square(undone));
-    }
-    less < QUIETER * all
-}
-
-/// Draws of noise from which that is seen.
-const DRAWN: u64 = 2;
-/// Share of the error² that noise alone has left, 1, below which it is less.
-const QUIETER: f64 = 0.99;
 
 impl Challenger<'_> {
     /// J of its axis without it.

@@ -8,6 +8,7 @@
 
 mod admission;
 mod apart;
+mod averages;
 mod bounds;
 mod case;
 mod challenger;
