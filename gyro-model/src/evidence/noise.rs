@@ -8,12 +8,11 @@ use super::{
     draws::Draws,
     growth,
     prior::Prior,
-    problem::Slot,
     series::Reading,
     study::Study,
     whiten::{NoiseModel, Rows, Whitener},
 };
-use crate::{effects::Trait, model::Noise, nls};
+use crate::{model::Noise, nls};
 use faer::Mat;
 
 /// Blocks in time over which the likelihood is held out.
@@ -284,16 +283,6 @@ pub(super) fn moved(study: &Study, step: &[f64]) -> Vec<Vec<f64>> {
         }
     }
     residual
-}
-
-/// The scale factors among a study's parameters: which, and their values.
-pub(super) fn scale_slots<'s>(study: &'s Study) -> impl Iterator<Item = (usize, f64)> + use<'s> {
-    let problem = &study.bench.problem;
-    let scale = |(k, slot): (usize, &Slot)| {
-        let term = problem.axis(&study.model, &problem.series[slot.series]).terms.get(slot.term)?;
-        term.effect.is(Trait::Gain).then(|| (k, term.values[slot.parameter]))
-    };
-    study.slots.iter().enumerate().filter_map(scale)
 }
 
 /// Share of what the whole log tells of a direction that has to stand outside a block, for the rest to be asked about it:

@@ -1,7 +1,6 @@
 //! A model fitted to a log: its parameters, its residual, and the derivatives there.
 
 use super::{
-    dilution::Shaken,
     increments::{Grams, HeldOut, Windows},
     prior::{self, Prior},
     problem::{Evaluation, Problem, Slot, value},
@@ -9,9 +8,12 @@ use super::{
     warm::Warm,
 };
 use crate::{
-    Axis, Model, Record,
+    Axis, AxisModel, Model, Record,
     effects::{Role, Trait},
 };
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
 use std::sync::OnceLock;
 
 /// A log ready to be fitted: everything that does not depend on the model.
@@ -148,6 +150,16 @@ impl<'a> Study<'a> {
         Self { every, ..self }
     }
 
+    /// The scale factors among its parameters: which, and their values.
+    pub(super) fn scales(&self) -> impl Iterator<Item = (usize, f64)> {
+        let problem = &self.bench.problem;
+        let scale = |(k, slot): (usize, &Slot)| {
+            let term = problem.axis(&self.model, &problem.series[slot.series]).terms.get(slot.term)?;
+            term.effect.is(Trait::Gain).then(|| (k, term.values[slot.parameter]))
+        };
+        self.slots.iter().enumerate().filter_map(scale)
+    }
+
     /// What noise of the gyro adds to residual and columns: of the N that is asked for first, axis by axis.
     pub(super) fn shaken(&self, white: &[f64]) -> &Shaken {
         self.shaken.get_or_init(|| Box::new(Shaken::of(self, white)))
@@ -253,6 +265,43 @@ impl<'a> Study<'a> {
         let each: Vec<Vec<f64>> = (0..self.bench.problem.series.len()).map(|k| self.weights(k)).collect();
         let floor = |k: usize| (each.iter().map(|w| w[k] * w[k]).sum::<f64>() / each.len() as f64).sqrt();
         errors.curve().iter().enumerate().map(|(k, error)| error / floor(k)).fold(0.0, f64::max)
+    }
+}
+
+/// What a draw of the gyro's noise adds to the residual of a model and to its derivatives.
+#[derive(Clone, Debug)]
+pub(super) struct Shaken {
+    /// By channel.
+    pub(super) residual: Vec<Vec<f64>>,
+    /// By slot and channel.
+    pub(super) columns: Vec<Vec<Vec<f64>>>,
+}
+
+impl Shaken {
+    /// A draw of white noise on the readings of every axis, each with its N, rad/√s.
+    pub(super) fn of(study: &Study, white: &[f64]) -> Self {
+        let (bench, model, warm, at) = (study.bench, &study.model, &study.warm, &study.evaluation);
+        let mut random = ChaCha8Rng::seed_from_u64(0);
+        let mut problem = bench.problem.clone();
+        for (series, white) in problem.series.iter_mut().zip(white) {
+            let alpha = model.axes[series.axis.index()].as_ref().map_or(1.0, AxisModel::alpha);
+            let size = white / (alpha.abs().max(0.1) * series.span().dt.sqrt());
+            for reading in &mut series.gyro {
+                let normal: f64 = StandardNormal.sample(&mut random);
+                *reading += size * normal;
+            }
+        }
+        let own = problem.warm(&problem.evaluate(model, warm), warm);
+        let evaluation = problem.evaluate(model, &own);
+        let less = |mut a: Vec<Vec<f64>>, b: &[Vec<f64>]| {
+            a.iter_mut().zip(b).for_each(|(a, b)| a.iter_mut().zip(b).for_each(|(a, b)| *a -= b));
+            a
+        };
+        let moved = columns(&problem, model, &study.slots, &own, &evaluation);
+        Self {
+            columns: moved.into_iter().zip(&study.columns).map(|(a, b)| less(a, b)).collect(),
+            residual: less(evaluation.residual, &at.residual),
+        }
     }
 }
 
