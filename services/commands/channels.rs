@@ -28,7 +28,11 @@ Examples:
       its signals
 
 `--map NAME=CHANNEL` uses a channel under a name of a log, on every command that takes a log. The
-channels under `map` are used without it; those under `likely` have to be chosen with it.")]
+channels under `map` are used without it; those under `likely` have to be chosen with it.
+  --map gyro_z_dps=gz/131                 131 counts a °/s
+  --map ref_rpy_deg=roll,pitch,yaw        an orientation by its angles
+  --map t_us='sum(dt_us)'                 a column with the time from row to row
+  --map t=0.01*row                        no time: 100 rows a second")]
 pub struct Args {
     /// The file: text, ULog, ArduPilot .bin, MCAP, ROS bag, Parquet, CAN log, …, plain or packed, or the folder of a ROS 2 bag
     #[arg(value_name = "FILE")]

@@ -74,7 +74,8 @@ fn round(prefix: &str, nodes: &Path, suspects: &HashSet<u64>) -> HashSet<u64> {
             continue;
         }
         let Ok(meta) = entry.metadata() else { continue };
-        let alone = || ports(&name).is_some_and(|ports| !ports.iter().any(|port| tags.contains(port)));
+        // Without any tag, not even the supervisor's, the folder was not read.
+        let alone = || !tags.is_empty() && ports(&name).is_some_and(|ports| ports.iter().all(|port| !tags.contains(port)));
         if meta.len() > 0 && !alone() {
             continue;
         }

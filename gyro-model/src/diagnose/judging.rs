@@ -2,7 +2,6 @@
 
 use super::{
     admission::{ADMISSION, ELIMINATION, MENTION},
-    averages::is_mean,
     bounds::size,
     case::{Case, REMOVED},
     challenger::{Challenger, Incumbent},
@@ -33,7 +32,7 @@ impl Incumbent<'_> {
         let case = Case {
             is_read_off: false,
             is_line: term.effect.is(Trait::Line),
-            is_mean: is_mean(term, &with.study, series),
+            is_mean: false,
             is_slow: term.effect.is(Trait::Slow),
             swings: f64::NAN,
             before: self.excess(series),

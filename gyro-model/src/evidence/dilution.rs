@@ -1,4 +1,4 @@
-//! Errors in variables: the gyro's noise is in the residual and in its derivatives alike.
+//! Errors in variables: the gyro's noise is in the residual and in its derivatives.
 //!
 //! At the true parameters the gradient of least squares is not zero in the mean, and a scale factor comes out too small (regression
 //! dilution). Beside an encoder, whose counts hide the noise from row to row, nobody sees it; beside a reference that is as good as

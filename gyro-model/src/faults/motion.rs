@@ -1,7 +1,7 @@
 //! How the reference turns, whatever it is: one angle over time, and mean rates of it and of the gyro over pieces.
 
 use super::channel::{unwrap, wraps_in_degrees};
-use crate::{Axis, Record, record::ReferenceKind};
+use crate::{Axis, Record, effects::white_noise, record::ReferenceKind};
 use std::f64::consts::TAU;
 
 /// Increments are compared over pieces of this length, s: long against any delay, short against a log.
@@ -72,6 +72,11 @@ impl Motion {
     pub(super) fn apart(&self) -> f64 {
         let span = self.t.last().zip(self.t.first()).map_or(0.0, |(to, from)| to - from);
         span / self.t.len().max(1) as f64
+    }
+
+    /// Standard deviation of what is white in its angle, rad.
+    pub(super) fn noise(&self) -> f64 {
+        white_noise(&self.angle)
     }
 
     /// Angle at `t`, linear between samples, held at the ends.

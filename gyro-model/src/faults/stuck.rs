@@ -4,8 +4,8 @@ use super::{Report, motion::Motion, seconds};
 use crate::{
     Axis, Record, Row,
     fault::{FaultKind, STUCK_UP_TO},
-    order::quantile,
 };
+use std::f64::consts::SQRT_2;
 
 /// Shorter than this, s, nothing is called stuck.
 const SHORTEST: f64 = 0.5;
@@ -78,7 +78,8 @@ fn gyro(record: &Record, axis: Axis, motion: &Motion) -> Vec<(usize, usize)> {
     let value = |k: usize| record.rows[k].gyro[axis.index()];
     let ends = (0..record.len()).map(value).filter(|x| x.is_finite()).fold(0.0_f64, |most, x| most.max(x.abs()));
     let piece = PIECE.max(READINGS * motion.apart());
-    let noise = noise_of_range(&motion.rates(seconds(record, 0), seconds(record, record.len() - 1), piece));
+    // Two angles make a mean rate, and noise carries the rates of a run some six standard deviations apart.
+    let noise = 6.0 * SQRT_2 * motion.noise() / piece;
     let mut found = runs(record, value);
     found.retain(|&(from, to)| {
         let rates = motion.rates(seconds(record, from), seconds(record, to - 1), piece);
@@ -92,15 +93,6 @@ fn gyro(record: &Record, axis: Axis, motion: &Motion) -> Vec<(usize, usize)> {
         high - low > least && !clipped && (held.abs() > 1e-9 || high.max(-low) > least)
     });
     found
-}
-
-/// How far noise of the reference's angle alone carries its mean rates apart: what they differ from a straight line by, from one piece
-/// to the next, is mostly noise where the motion is quietest.
-fn noise_of_range(rates: &[f64]) -> f64 {
-    let bends = rates.windows(3).map(|r| (r[2] - 2.0 * r[1] + r[0]).abs());
-    // Of normal numbers a quarter lies within 0.32 of the standard deviation. That of the bends is √(20/2) of the rates', and the rates
-    // of a run differ by some six of those.
-    quantile(bends.collect(), 0.25).map_or(0.0, |size| 6.0 * size / 0.32 / 10_f64.sqrt())
 }
 
 /// Stuck runs of an encoder: the gyro's angle inside them, less a straight line, goes further than any play.
@@ -131,4 +123,49 @@ fn encoder(record: &Record, axis: Axis) -> Vec<(usize, usize)> {
         high - low > play || (angle / span).abs() > 1.0 && angle.abs() > std::f64::consts::PI
     });
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Row;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    /// A minute at 100 rows a second: a gyro of this step, a heading in every so many rows with this noise, and whether the gyro is stuck
+    /// from 20 s to 22 s.
+    fn log(rate: impl Fn(f64) -> f64, step: f64, (every, noise): (usize, f64), is_stuck: bool) -> Record {
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+        let (mut angle, mut held) = (0.0, 0.0);
+        let rows = (0..6000).map(|k| {
+            let t = k as f64 * 0.01;
+            angle += 0.01 * rate(t);
+            if !(is_stuck && (20.0..22.0).contains(&t)) {
+                held = ((rate(t) + 1e-3 * normal()) / step).round() * step;
+            }
+            let mut row = Row { t_ns: k as i64 * 10_000_000, ..Row::EMPTY };
+            row.gyro[2] = held;
+            if k % every == 0 {
+                row.ref_angle[2] = angle + noise * normal();
+            }
+            row
+        });
+        Record { rows: rows.collect(), ..Record::default() }
+    }
+
+    #[test]
+    fn a_coarse_gyro_that_stands_is_not_stuck_and_one_that_turns_and_stands_is() {
+        let stops = |t: f64| if t % 12.0 < 6.0 { 0.0 } else { 0.4 * (t % 12.0 - 6.0).sin() };
+        let turns = |t: f64| 0.4 * (1.3 * t).sin();
+        let shakes = |t: f64| 1.5 * (19.0 * t).sin();
+        let (coarse, fine, heading, encoder) = (0.5_f64.to_radians(), 1e-5, (10, 2e-3), (1, 1e-4));
+        let found = |record: &Record| !gyro(record, Axis::Z, &Motion::of(record, Axis::Z).unwrap()).is_empty();
+        assert!(!found(&log(stops, coarse, heading, false)));
+        assert!(!found(&log(stops, coarse, (10, 2e-2), false)));
+        for (rate, reference) in [(&turns as &dyn Fn(f64) -> f64, heading), (&turns, encoder), (&shakes, encoder)] {
+            assert!(found(&log(rate, fine, reference, true)));
+        }
+    }
 }

@@ -27,8 +27,8 @@ pub fn read_beside<T>(
 
 fn advised(path: &Path, options: &Options, error: LogError) -> LogError {
     let faulty = faulty_times(path, options, &error);
-    let (error, advice) = match advice::of_second(path, options, &error) {
-        None => advice::of_file(path, options, error),
+    let (error, advice) = match refused::of_second(path, options, &error) {
+        None => refused::of_file(path, options, error),
         advice => (error, advice),
     };
     let is_mended = advice.as_ref().is_some_and(|advice| !advice.left_out.is_empty());
@@ -36,7 +36,7 @@ fn advised(path: &Path, options: &Options, error: LogError) -> LogError {
         return faulty;
     }
     // Of messages the names are those of their kinds, not of a text's columns.
-    error.advised(advice, advice::is_text(path))
+    error.advised(advice, refused::is_text(path))
 }
 
 /// What is wrong with the times of a log without a reference: with such times none could be found.

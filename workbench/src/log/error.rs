@@ -10,6 +10,7 @@ use log_readers::format::{Format, Unreadable};
 use std::{
     fmt, io,
     ops::{Deref, RangeInclusive},
+    path::Path,
 };
 
 /// A refused log.
@@ -409,10 +410,10 @@ fn again(log: &str, advice: &Advice) -> String {
     if advice.flags.is_empty() && !advice.needs_file && !advice.at_rest {
         return format!("truerate channels {}", shell_word(log));
     }
-    let whole = "whole.csv";
+    let whole = free_name(log);
     let given = std::env::args()
         .skip(1)
-        .map(|word| if word == log && !advice.left_out.is_empty() { whole.to_owned() } else { word });
+        .map(|word| if word == log && !advice.left_out.is_empty() { whole.clone() } else { word });
     let words: Vec<String> = given.map(|word| shell_word(&word)).collect();
     let file = if advice.needs_file { " --reference REFERENCE.csv" } else { "" };
     let rest = if advice.at_rest && words.iter().all(|word| word != "--at-rest") { " --at-rest" } else { "" };
@@ -431,7 +432,14 @@ fn again(log: &str, advice: &Advice) -> String {
         (from, to) => format!("{from},{to}d"),
     };
     let lines: Vec<String> = advice.left_out.iter().map(deleted).collect();
-    format!("sed '{}' {} > {whole} && {command}", lines.join(";"), shell_word(log))
+    format!("sed '{}' {} > {} && {command}", lines.join(";"), shell_word(log), shell_word(&whole))
+}
+
+/// The name of a file that is not there yet, for what is left of this one.
+fn free_name(log: &str) -> String {
+    let file = Path::new(log).file_name().unwrap_or_default().to_string_lossy();
+    let names = std::iter::once(format!("whole-{file}")).chain((2..u32::MAX).map(|k| format!("whole-{k}-{file}")));
+    names.into_iter().find(|name| !Path::new(name).exists()).unwrap_or_default()
 }
 
 impl Problem {

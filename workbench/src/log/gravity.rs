@@ -8,6 +8,8 @@ const FEWEST: usize = 20;
 const NEAR: f64 = 0.15;
 /// No low-cost gyro's vehicle feels more than this for half of the time, m/s².
 const MOST: f64 = 30.0;
+/// Share of the rows that are gravity's length for it to be what is shown.
+const MOSTLY: f64 = 0.6;
 /// Numbers for one g: g itself, mg, and the steps of a word of 16 bits over ±2 to ±16 g (MPU, ICM, BMI), of 12 and 10 bits over ±2 g (MMA, ADXL).
 const STEPS: [f64; 8] = [1.0, 1000.0, 16_384.0, 8192.0, 4096.0, 2048.0, 1024.0, 256.0];
 
@@ -39,12 +41,18 @@ impl Gravity {
         let shown = *lengths.select_nth_unstable_by(middle, f64::total_cmp).1;
         let off = |steps: f64| (shown / steps).ln().abs();
         let nearest = STEPS.into_iter().min_by(|a, b| off(*a).total_cmp(&off(*b)));
-        match nearest.filter(|steps| off(*steps) < NEAR) {
+        let is_gravity = share_near(&lengths, shown) > MOSTLY;
+        match nearest.filter(|steps| is_gravity && off(*steps) < NEAR) {
             Some(steps) => Self::Steps(steps),
             None if shown > MOST => Self::Unknown,
             None => Self::Metres,
         }
     }
+}
+
+/// Share of these lengths that lie within 30 % of one. Where gravity is in them most do; of a motion without it half lie about the middle.
+pub fn share_near(lengths: &[f64], one: f64) -> f64 {
+    lengths.iter().filter(|length| (0.7..1.3).contains(&(*length / one))).count() as f64 / lengths.len() as f64
 }
 
 #[cfg(test)]
@@ -65,6 +73,9 @@ mod tests {
             let row = Row { accel: [0.6 * shown, 0.0, 0.8 * shown], ..Row::EMPTY };
             assert_eq!(Gravity::of(&[row; 50]), wanted, "{shown}");
         }
+        // 1 m/s² in the middle, without gravity.
+        let moved: Vec<Row> = (0..60).map(|k| Row { accel: [f64::from(k) / 30.0, 0.0, 0.0], ..Row::EMPTY }).collect();
+        assert_eq!(Gravity::of(&moved), Gravity::Metres);
         assert_eq!(Gravity::of(&[Row { accel: [1.0, f64::NAN, f64::NAN], ..Row::EMPTY }; 50]), Gravity::Metres);
     }
 }

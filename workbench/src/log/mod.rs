@@ -30,6 +30,7 @@ mod opening;
 mod packing;
 mod pending;
 mod reader;
+mod refused;
 mod row;
 mod rows;
 mod sample;

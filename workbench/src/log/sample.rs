@@ -1,14 +1,20 @@
 //! Columns of a text, or of messages, as numbers: what advice is given by.
 
-use super::{gravity::Gravity, timer::Timer, words};
+use super::{Maps, gravity::Gravity, input::Input, timer::Timer, words};
 use crate::toml_error::quoted;
 use gyro_model::{Axis, Row};
 use log_readers::{
+    can,
+    format::{Note, ROW, Sink, Topic},
     meaning::Pick,
-    text::{self, Dialect, Head},
+    text::{self, Dialect, Head, Table},
 };
 use std::cell::OnceCell;
 
+/// Rows that are looked at.
+pub(super) const LOOKED_AT: usize = 20_000;
+/// A table with more columns is looked at by nobody.
+const WIDEST: usize = 1000;
 /// Rows that are enough.
 pub(super) const FEWEST: usize = 20;
 const ENOUGH: usize = 1000;
@@ -36,7 +42,48 @@ impl Sample {
         sample
     }
 
-    pub(super) fn take(&mut self, dialect: Dialect, fields: &[&[u8]]) {
+    /// The first rows of a table.
+    pub(super) fn of_table(input: Input) -> Option<Self> {
+        let mut table = Table::open(input, &|_| false).ok()?;
+        let (head, dialect) = (table.head().clone(), table.dialect());
+        if head.names.len() > WIDEST {
+            return None;
+        }
+        let mut sample = Self::of(&head, std::iter::empty());
+        for _ in 0..LOOKED_AT {
+            let Ok(Some(row)) = table.next_row() else { break };
+            let fields: Vec<&[u8]> = row.fields().collect();
+            sample.take(dialect, &fields);
+        }
+        Some(sample)
+    }
+
+    /// Of messages whose names are those of their writer.
+    pub(super) fn of_messages(mut input: Input, maps: &Maps) -> Option<Self> {
+        let mut gathered = Gathered::default();
+        input.read_all(maps.database.as_ref(), &mut gathered).ok()?;
+        let Gathered { names, units, topics, is_known, mut rows } = gathered;
+        if is_known || names.is_empty() || names.len() > WIDEST {
+            return None;
+        }
+        rows.sort_by_key(|row| row.0);
+        let first = rows.first()?.0;
+        let mut columns = vec![Vec::with_capacity(rows.len()); names.len() + 1];
+        for (time, topic, values) in rows {
+            columns[0].push((time - first) as f64 * 1e-9);
+            for (k, column) in columns[1..].iter_mut().enumerate() {
+                let value = k.checked_sub(topics[topic]).and_then(|k| values.get(k));
+                column.push(value.copied().unwrap_or(f64::NAN));
+            }
+        }
+        let count = columns.len();
+        let names = std::iter::once("t".to_owned()).chain(names).collect();
+        let units = std::iter::once(None).chain(units).collect();
+        let head = Head::of_columns(names, units, text::CSV, Vec::new());
+        Some(Self { head, columns, texts: vec![None; count], moments: vec![false; count], mpu: OnceCell::new() })
+    }
+
+    fn take(&mut self, dialect: Dialect, fields: &[&[u8]]) {
         if fields.len() != self.columns.len() {
             return;
         }
@@ -143,4 +190,35 @@ impl Sample {
         let (low, high) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
         high > low
     }
+}
+
+/// Messages whose names are those of their writer, as the rows of a table.
+#[derive(Default)]
+struct Gathered {
+    names: Vec<String>,
+    units: Vec<Option<log_readers::unit::Unit>>,
+    /// Where the fields of each topic begin among the names.
+    topics: Vec<usize>,
+    is_known: bool,
+    rows: Vec<(i64, usize, Vec<f64>)>,
+}
+
+impl Sink for Gathered {
+    fn topic(&mut self, topic: &Topic) -> bool {
+        self.is_known |= ![can::KIND, ROW].contains(&topic.kind.as_str());
+        self.topics.push(self.names.len());
+        for field in &topic.fields {
+            self.names.push(topic.channel(field));
+            self.units.push(field.unit);
+        }
+        true
+    }
+
+    fn message(&mut self, topic: usize, time_ns: i64, values: &[f64]) {
+        if self.rows.len() < LOOKED_AT && !self.is_known {
+            self.rows.push((time_ns, topic, values.to_vec()));
+        }
+    }
+
+    fn note(&mut self, _note: Note) {}
 }
