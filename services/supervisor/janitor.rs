@@ -75,7 +75,8 @@ fn round(prefix: &str, nodes: &Path, suspects: &HashSet<u64>) -> HashSet<u64> {
         }
         let Ok(meta) = entry.metadata() else { continue };
         // Without any tag, not even the supervisor's, the folder was not read.
-        let alone = || !tags.is_empty() && ports(&name).is_some_and(|ports| ports.iter().all(|port| !tags.contains(port)));
+        let alone =
+            || !tags.is_empty() && ports(&name).is_some_and(|ports| ports.iter().all(|port| !tags.contains(port)));
         if meta.len() > 0 && !alone() {
             continue;
         }

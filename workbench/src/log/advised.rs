@@ -1,6 +1,6 @@
 //! A log, or what it lacks and what to do about it.
 
-use super::{LogError, Options, Provenance, advice, error::Problem, whole};
+use super::{LogError, Options, Provenance, error::Problem, refused, whole};
 use gyro_model::{Record, diagnosis::DataFault};
 use std::path::Path;
 
