@@ -177,7 +177,7 @@ pub struct AxisResult {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limit: Option<Limit>,
     /// Random causes that were found, the largest first.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(default)]
     pub random: Vec<RandomCause>,
     /// What the pictures are drawn from, where they were asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -399,6 +399,9 @@ pub struct RandomCause {
     pub unit: String,
     /// Events in the log, where it is made of events.
     pub count: Option<u64>,
+    /// Random causes that would explain the same nearly as well in its place.
+    #[serde(default)]
+    pub aliases: Vec<LimitedBy>,
     /// It in a sentence, and what to do about it.
     pub says: String,
 }

@@ -326,6 +326,8 @@ pub enum Remark {
         #[serde(with = "number")]
         error: f64,
     },
+    /// The clocks of log and reference were set to each other by the motion in both, and a delay went with it.
+    OtherClock,
     /// The model was fitted on this very log.
     OwnLog,
     /// A parameter is not what the model's file says.

@@ -8,7 +8,7 @@ use crate::{
 };
 use gyro_model::{
     Axis, Record,
-    diagnosis::{ErrorPoint, Verdict},
+    diagnosis::{ErrorPoint, LimitedBy, Verdict},
     effects::{CATALOGUE, Need, Stage, are_aliases},
     fit::FitError,
     simulate::{Hidden, Motion, RandomCauses, Reference, Scenario, SensorSpec, SetUp, Simulator},
@@ -131,7 +131,7 @@ impl Log {
     }
 
     fn called(&self, outcome: &Outcome) -> Called {
-        let random = outcome.ladder.random.iter().map(|found| found.cause.words().replace(' ', "-"));
+        let name = |cause: &LimitedBy| cause.words().replace(' ', "-");
         let mut open = self.hidden.clone();
         let mut take = |named: &dyn Fn(&str) -> Named| {
             let best = open.iter().position(|id| named(id) == Named::Own);
@@ -154,7 +154,17 @@ impl Log {
                 })
             })
             .collect();
-        each.extend(random.map(|name| take(&|id| if name == id { Named::Own } else { Named::Not })));
+        each.extend(outcome.ladder.random.iter().map(|found| {
+            take(&|id| {
+                if name(&found.cause) == id && found.aliases.is_empty() {
+                    Named::Own
+                } else if name(&found.cause) == id || found.aliases.iter().any(|alias| name(alias) == id) {
+                    Named::Alike
+                } else {
+                    Named::Not
+                }
+            })
+        }));
         let nothing = each.is_empty();
         let doubted = |id: &str| {
             if nothing && outcome.doubts().is_some_and(|own| own == id || are_aliases(own, id)) {

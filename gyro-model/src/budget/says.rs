@@ -3,7 +3,7 @@
 use super::{
     Part,
     folded_lines::Motion,
-    random::{Cause, Found, Random},
+    random::{Cause, Found, Random, SLOWLY},
     reference_bandwidth::missing_at,
     seen::Seen,
 };
@@ -106,7 +106,7 @@ pub(crate) fn limit(
         | LimitedBy::ReversalSteps
         | LimitedBy::StartStopSteps
         | LimitedBy::LostMotion => match random.found.iter().find(|found| found.cause.limit() == by) {
-            Some(found) => (what(found), remedy(found.cause)),
+            Some(found) => (what(found), remedy(found)),
             None => return Limit::default(),
         },
         LimitedBy::MissingEffect => ("an effect that the model lacks".to_owned(), "Add it and look again."),
@@ -144,6 +144,7 @@ pub(crate) fn reported(random: &Random) -> Vec<RandomCause> {
         std_error: finite(found.size.std_error),
         unit: found.cause.unit().to_owned(),
         count: found.count,
+        aliases: found.aliases.iter().map(|cause| cause.limit()).collect(),
         says: sentence(found),
     };
     random.found.iter().map(of).collect()
@@ -153,7 +154,7 @@ pub(crate) fn reported(random: &Random) -> Vec<RandomCause> {
 fn sentence(found: &Found) -> String {
     let says = what(found);
     let first = says.chars().next().map_or_else(String::new, |first| first.to_uppercase().to_string());
-    format!("{first}{}. {}", says.get(first.len()..).unwrap_or_default(), remedy(found.cause))
+    format!("{first}{}. {}", says.get(first.len()..).unwrap_or_default(), remedy(found))
 }
 
 /// What it is, with its size.
@@ -166,9 +167,11 @@ fn what(found: &Found) -> String {
     };
     let degrees = 1_f64.to_degrees();
     let events = found.count.unwrap_or(0);
-    match found.cause {
+    let says = match found.cause {
         Cause::RandomScale => {
-            format!("the scale factor between gyro and reference wanders by {} within seconds", size(100.0, " %"))
+            let how_long =
+                if found.is_slow { format!("over {SLOWLY} s and longer") } else { "within seconds".to_owned() };
+            format!("the scale factor between gyro and reference wanders by {} {how_long}", size(100.0, " %"))
         }
         Cause::RateNoise => {
             format!(
@@ -187,11 +190,16 @@ fn what(found: &Found) -> String {
             size(degrees, "°")
         ),
         Cause::LostMotion => format!("motion is lost in {events} holes of the log, {} in each", size(degrees, "°")),
-    }
+    };
+    let others: Vec<&str> = found.aliases.iter().map(|cause| cause.limit().words()).collect();
+    if others.is_empty() { says } else { format!("{says}, or {}: this log cannot tell which", others.join(" or ")) }
 }
 
-const fn remedy(cause: Cause) -> &'static str {
-    match cause {
+const fn remedy(found: &Found) -> &'static str {
+    match found.cause {
+        Cause::RandomScale if found.is_slow => {
+            "Log the sensor's temperature and supply: its scale factor may follow one of them. Or the reference's does: record a better one."
+        }
         Cause::RandomScale => {
             "Mount sensor and reference more stiffly, supply the sensor from a steadier voltage, or record a finer reference."
         }

@@ -6,10 +6,11 @@ use crate::{
     evidence::{draws::draw_through, study::Study},
 };
 
-/// Whether undoing a term makes the gyro's noise less: comparing with a smoothed reference does, and so does the inverse of a resonance,
-/// 1 − (f/f₀)² but for the damping, where the error curve sees little of what lies above √2 f₀.
+/// Whether undoing a term makes the noise of the error curve less: comparing with a smoothed reference does where the gyro's noise counts
+/// beside the reference's, and so does the inverse of a resonance, 1 − (f/f₀)² but for the damping, where the error curve sees little of
+/// what lies above √2 f₀.
 pub(super) fn is_mean(term: &Term, study: &Study, series: usize) -> bool {
-    term.effect.stage() == Stage::Shown || term.effect.is(Trait::Resonance) && quietens(term, study, series)
+    (term.effect.stage() == Stage::Shown || term.effect.is(Trait::Resonance)) && quietens(term, study, series)
 }
 
 /// Whether noise alone has less of an error where the model of `study` undoes `term` too.

@@ -180,7 +180,7 @@ impl<'a> Incumbent<'a> {
 
     /// What undoing a sensor's response gains in ln L on noise alone: an inverse shapes the reading's noise as well as
     /// its motion, and a notch takes some of it out; and of noise that an inverse made large from one sample to the next,
-    /// reading between samples takes some out too.
+    /// reading between samples takes some out too. So does comparing with a reference that shows a mean.
     fn shaped(&self, study: &Study, gls: &Gls, candidate: &Candidate) -> f64 {
         let (bench, series) = (study.bench, candidate.series);
         let axis = bench.problem.series[series].axis.index();
@@ -188,7 +188,7 @@ impl<'a> Incumbent<'a> {
             [&self.study, study].map(|study| study.model.axes[axis].as_ref().map_or(&[][..], |model| &model.terms));
         let shapes = before.iter().any(|term| term.effect.stage() == Stage::Response);
         match candidate.term.effect.stage() {
-            Stage::Response => {}
+            Stage::Response | Stage::Shown => {}
             Stage::Timing if shapes => {}
             _ => return 0.0,
         }
@@ -277,7 +277,7 @@ impl<'a> Incumbent<'a> {
         let mut model = with_term_throughout(&self.study, candidate.series, &candidate.term);
         stand_as_in(&mut model, joint, candidate.term.effect);
         let every = self.study.every;
-        let study = self.study.fit_from(&model, &self.study.frozen()).reading(every);
+        let study = self.study.fit_from(&model, &self.study.frozen()).in_best_form().reading(every);
         let has_more = |(k, s): (usize, &Series)| {
             model.axes[s.axis.index()].as_ref().is_some_and(|model| model.terms.len() > self.terms(k))
         };

@@ -18,7 +18,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 pub(super) fn chance(rise: f64, candidate: &Candidate, study: &Study) -> f64 {
     let effect = candidate.term.effect;
     let series = &study.bench.problem.series[candidate.series];
-    let is_chosen = effect.parameters(series.axis).iter().any(|card| card.role == Role::Chosen);
+    let is_chosen = !effect.parameters(series.axis).iter().any(|card| card.role == Role::Shape);
     let grid = effect.grid(&series.span()).len().max(1) as f64;
     let (shapes, freedom) = if !effect.is(Trait::Line) {
         // Neighbouring shapes of a grid are not independent, one harmonic and the next are.

@@ -370,6 +370,8 @@ fn axis_result(
     // Where a model fails on data that are none says nothing of the model.
     if matches!(finding, Finding::BadData { .. }) {
         fails_where.clear();
+    } else if options.faults.iter().any(|fault| fault.kind == crate::fault::FaultKind::OtherClock) {
+        remarks.push(Remark::OtherClock);
     }
     AxisDiagnosis {
         remarks,

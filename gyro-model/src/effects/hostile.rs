@@ -82,7 +82,7 @@ fn call(effect: &dyn Effect, axis: Axis, p: &[f64], numbers: &[f64], (t, y): &(V
         let _ = effect.limit(p, number);
         let _ = effect.lost(p, number);
         let _ = effect.silent(p, number);
-        assert!(!effect.window(p, number, number).weights.is_empty(), "{}", effect.card().id);
+        assert!(!effect.window(p, number).weights.is_empty(), "{}", effect.card().id);
     }
     let _ = effect.reach(p);
     assert_eq!(effect.undo_response_whole(p, t, y).len(), y.len(), "{}", effect.card().id);
@@ -112,9 +112,9 @@ proptest! {
     }
 
     #[test]
-    fn a_grid_is_of_few_points_that_are_parameters(numbers in prop::collection::vec(any_number(), 6)) {
-        let [start, duration, dt, reading_min, reading_max, travel] = numbers[..] else { unreachable!() };
-        let span = Span { start, duration, dt, reading_min, reading_max, travel };
+    fn a_grid_is_of_few_points_that_are_parameters(numbers in prop::collection::vec(any_number(), 7)) {
+        let [start, duration, dt, reference_dt, reading_min, reading_max, travel] = numbers[..] else { unreachable!() };
+        let span = Span { start, duration, dt, reference_dt, reading_min, reading_max, travel };
         for (effect, axis) in CATALOGUE.iter().flat_map(|effect| Axis::ALL.map(|axis| (effect, axis))) {
             let shapes = effect.parameters(axis).iter().filter(|card| card.role != Role::Linear).count();
             let grid = effect.grid(&span);

@@ -326,6 +326,8 @@ pub struct Span {
     pub duration: f64,
     /// Median sample interval, s.
     pub dt: f64,
+    /// Median distance of the reference's readings, s.
+    pub reference_dt: f64,
     /// Smallest |reading| that is not zero, rad/s.
     pub reading_min: f64,
     /// Largest |reading|, rad/s.
@@ -376,6 +378,11 @@ pub trait Effect: Send + Sync {
     /// The shapes to scan on such a log: one entry a grid point, in the order of the `Shape` parameters. Empty where
     /// the effect has no shape. Finer than half the distance at which two shapes can be told apart.
     fn grid(&self, _span: &Span) -> Vec<Vec<f64>> {
+        Vec::new()
+    }
+
+    /// What `p` is in the other forms of the effect, [`Role::Chosen`], that a fit tries.
+    fn forms(&self, _p: &[f64], _span: &Span) -> Vec<Vec<f64>> {
         Vec::new()
     }
 }

@@ -87,7 +87,7 @@ impl Shown for ReferenceSmoothing {
         0.5 * p[0] * p[0] * s.rate_dot
     }
 
-    fn window(&self, p: &[f64], dt: f64, _: f64) -> Window {
+    fn window(&self, p: &[f64], dt: f64) -> Window {
         let w = p[0];
         if !(w > 0.0 && w.is_finite()) {
             return Window::of_nothing();
@@ -110,7 +110,7 @@ mod tests {
         for dt in [1e-4, 0.005, 0.01, 0.1] {
             for omega in [1.0, 10.0, 50.0] {
                 let t = 0.37;
-                let shown = REFERENCE_SMOOTHING.window(&[w], dt, dt).mean(|u| (omega * (t + u)).sin());
+                let shown = REFERENCE_SMOOTHING.window(&[w], dt).mean(|u| (omega * (t + u)).sin());
                 let exact = (-0.5 * (omega * w).powi(2)).exp() * (omega * t).sin();
                 assert!((shown - exact).abs() < 2e-4, "{omega} rad/s, {dt} s: {shown} for {exact}");
             }
@@ -120,7 +120,7 @@ mod tests {
     #[test]
     fn what_is_taken_out_live_is_what_is_shown_of_slow_motion() {
         let (w, omega, t) = (0.02, 5.0_f64, 0.1);
-        let shown = REFERENCE_SMOOTHING.window(&[w], 0.005, 0.005).mean(|u| (omega * (t + u)).sin());
+        let shown = REFERENCE_SMOOTHING.window(&[w], 0.005).mean(|u| (omega * (t + u)).sin());
         let signals = Signals { rate_dot: -omega * omega * (omega * t).sin(), ..Signals::default() };
         let error = REFERENCE_SMOOTHING.error(&[w], &signals, &mut Memory::default());
         assert!((shown - (omega * t).sin() - error).abs() < 0.01 * error.abs());

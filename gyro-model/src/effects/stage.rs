@@ -153,8 +153,8 @@ pub trait Shown {
     /// What is shown less what is, from what is known at that instant, rad. Called once a sample in time order.
     fn error(&self, p: &[f64], signals: &Signals, memory: &mut Memory) -> f64;
 
-    /// The mean of the motion that the reference shows; `dt`, s, apart are the samples, `apart`, s, the readings of the reference.
-    fn window(&self, p: &[f64], dt: f64, apart: f64) -> Window;
+    /// The mean of the motion that the reference shows; `dt`, s, apart are the samples.
+    fn window(&self, p: &[f64], dt: f64) -> Window;
 
     /// How far what is shown reaches into the motion before and after, s.
     fn reach(&self, p: &[f64]) -> f64;
@@ -256,9 +256,9 @@ impl dyn Effect + '_ {
 
     /// [`Shown::window`]
     #[must_use]
-    pub fn window(&self, p: &[f64], dt: f64, apart: f64) -> Window {
+    pub fn window(&self, p: &[f64], dt: f64) -> Window {
         match self.acts() {
-            Acts::Shown(shown) => shown.window(p, dt, apart),
+            Acts::Shown(shown) => shown.window(p, dt),
             _ => Window::of_nothing(),
         }
     }

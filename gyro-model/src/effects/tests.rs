@@ -78,7 +78,15 @@ const PAIRS: [[&str; 2]; 24] = [
     ["reference-lag", "reference-smoothing"],
 ];
 
-const SPAN: Span = Span { start: 0.0, duration: 120.0, dt: 0.01, reading_min: 0.001, reading_max: 4.0, travel: 5.0 };
+const SPAN: Span = Span {
+    start: 0.0,
+    duration: 120.0,
+    dt: 0.01,
+    reference_dt: 0.01,
+    reading_min: 0.001,
+    reading_max: 4.0,
+    travel: 5.0,
+};
 
 /// A row of a lively log at `t`.
 fn signals(t: f64, axis: Axis) -> Signals {
@@ -180,7 +188,7 @@ fn neutral_parameters_change_nothing() {
             assert_eq!(effect.undo_response(&p, s.rate(), 0.01, &mut backward), s.rate(), "{id} undoes");
             assert_eq!(effect.limit(&p, s.rate()), s.rate(), "{id} limits");
             assert!(!effect.lost(&p, s.rate()), "{id} loses");
-            assert_eq!(effect.window(&p, 0.01, 0.01).mean(|u| signals(t + u, axis).angle), s.angle, "{id} shows");
+            assert_eq!(effect.window(&p, 0.01).mean(|u| signals(t + u, axis).angle), s.angle, "{id} shows");
         }
         let t: Vec<f64> = (0..50).map(|k| f64::from(k) * 0.01).collect();
         let felt: Vec<f64> = t.iter().map(|&t| signals(t, axis).rate()).collect();

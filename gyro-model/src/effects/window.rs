@@ -33,15 +33,26 @@ impl Window {
         Self { step, weights, past_alone: false }
     }
 
-    /// The first-order low-pass filter of time constant `tau`, s, computed every `step`, as far back as `reach`: wₖ = K (1 − K)ᵏ with
-    /// K = h/(τ + h).
+    /// The first-order low-pass filter of time constant `tau`, s, by the trapezoidal rule at instants `step` ≤ 2 `tau` apart, as far back as
+    /// `reach`: w₀ = h/(2τ + h), wₖ = w₀ (1 + a) aᵏ⁻¹ with a = (2τ − h)/(2τ + h). Mean and variance of the delay are τ and τ².
     #[must_use]
     pub fn first_order(tau: f64, step: f64, reach: f64) -> Self {
+        let (first, stays) = (step / (2.0 * tau + step), (2.0 * tau - step) / (2.0 * tau + step));
+        Self::of_past(step, reach, |k| if k == 0 { first } else { first * (1.0 + stays) * stays.powi(k - 1) })
+    }
+
+    /// The same filter as software computes it every `step`, by the implicit Euler method: wₖ = K (1 − K)ᵏ with K = h/(τ + h).
+    #[must_use]
+    pub fn first_order_in_steps(tau: f64, step: f64, reach: f64) -> Self {
+        let stays = tau / (tau + step);
+        Self::of_past(step, reach, |k| stays.powi(k))
+    }
+
+    fn of_past(step: f64, reach: f64, weight: impl Fn(i32) -> f64) -> Self {
         if !(step > 0.0 && reach / step < MOST) {
             return Self::of_nothing();
         }
-        let stays = tau / (tau + step);
-        let mut weights: Vec<f64> = (0..=(reach / step).ceil() as i32).map(|k| stays.powi(k)).collect();
+        let mut weights: Vec<f64> = (0..=(reach / step).ceil() as i32).map(weight).collect();
         let sum: f64 = weights.iter().sum();
         for weight in &mut weights {
             *weight /= sum;
@@ -98,7 +109,7 @@ mod tests {
 
     #[test]
     fn means_of_many_are_the_means_of_each() {
-        for window in [Window::gaussian(0.02, 0.01, 0.08), Window::first_order(0.02, 0.01, 0.08)] {
+        for window in [Window::gaussian(0.02, 0.01, 0.08), Window::first_order_in_steps(0.02, 0.01, 0.08)] {
             are_those_of_each(&window);
         }
     }

@@ -184,7 +184,7 @@ impl<'a> Draws<'a> {
 }
 
 /// One draw of noise alone from the samples on, as residuals at the reference rows: what is left of it where each of two models
-/// undoes what its `terms` do to readings and to their times.
+/// undoes what its `terms` do to readings and to their times, and compares with what they say that the reference shows.
 #[must_use]
 pub(crate) fn draw_through(bench: &Bench, series: usize, warm: &Warm, terms: [&[Term]; 2], seed: u64) -> [Vec<f64>; 2] {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -204,7 +204,8 @@ pub(crate) fn draw_through(bench: &Bench, series: usize, warm: &Warm, terms: [&[
         .collect();
     terms.map(|terms| {
         let angle = undone(s, terms, &noise);
-        s.reference_rows.iter().zip(&reading).map(|(&row, e)| angle[row] - e).collect()
+        let off = shown_of_noise(s, terms, warm, &angle).into_iter().chain(std::iter::repeat(0.0));
+        s.reference_rows.iter().zip(&reading).zip(off).map(|((&row, e), off)| angle[row] + off - e).collect()
     })
 }
 

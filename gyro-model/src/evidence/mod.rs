@@ -38,6 +38,7 @@ pub(crate) mod draws;
 pub mod encoder;
 mod encoder_noise;
 pub(crate) mod floor;
+mod forms;
 pub(crate) mod gain;
 mod gauss_newton;
 mod growth;

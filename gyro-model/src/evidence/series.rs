@@ -392,6 +392,7 @@ impl Series {
             start: self.t[0],
             duration: self.t[self.t.len() - 1] - self.t[0],
             dt: steps[steps.len() / 2],
+            reference_dt: median(self.reference_t.windows(2).map(|pair| pair[1] - pair[0]).collect()).unwrap_or(0.0),
             reading_min: self.gyro.iter().map(|g| g.abs()).filter(|&g| g > 0.0).fold(f64::INFINITY, f64::min),
             reading_max: self.gyro.iter().fold(0.0, |m, g| f64::max(m, g.abs())),
             travel: if high > low { high - low } else { 0.0 },

@@ -18,7 +18,6 @@ use super::{
 use crate::{
     Term,
     effects::{Memory, Signals, Stage, Trait, Window, derivative},
-    order::median,
 };
 use std::sync::Arc;
 
@@ -312,10 +311,9 @@ fn off<'a>(s: &Series, terms: &[Term], motion: impl FnOnce() -> &'a Quiet) -> Ve
         return Vec::new();
     }
     let (motion, dt) = (motion(), s.span().dt);
-    let apart = median(s.reference_t.windows(2).map(|pair| pair[1] - pair[0]).collect()).unwrap_or(dt);
     let mut off = vec![0.0; s.reference_rows.len()];
     for term in shown {
-        let means = means(&s.t, motion, &term.effect.window(&term.values, dt, apart), &s.reference_rows);
+        let means = means(&s.t, motion, &term.effect.window(&term.values, dt), &s.reference_rows);
         for ((off, mean), &k) in off.iter_mut().zip(means).zip(&s.reference_rows) {
             *off += mean - motion.angle[k];
         }

@@ -18,47 +18,34 @@ const CHANGES: (f64, f64) = (8.0, 3.0);
 /// Steps that a small change is of at most.
 const SMALL: f64 = 3.0;
 
-/// Takes repeated samples out, and reports them.
+/// Takes repeated samples out, and reports them: of gyro and accelerometer together, else of the gyro alone, whose register a logger may
+/// read before the next sample is in it.
 ///
-/// A quantised reading repeats by itself now and then, so a sample counts as repeated only where all gyro and
-/// accelerometer channels repeat together much more often than they would independently; with few channels, where a
+/// A quantised reading repeats by itself now and then, so a sample counts as repeated only where all these channels repeat
+/// together much more often than they would independently; with few channels, where a
 /// reading stands still between large changes far more often than it changes by one step. Where the changes are small nobody
 /// knows which readings were logged again; what they are late by counts as little. Those that are alike by chance must not be
 /// taken out there: while the rate rises they are the ones that noise made too small.
 pub(super) fn check(record: &mut Record, report: &mut Report) {
-    let channels: Vec<fn(&Row) -> f64> = [
-        (|r| r.gyro[0]) as fn(&Row) -> f64,
-        |r| r.gyro[1],
-        |r| r.gyro[2],
-        |r| r.accel[0],
-        |r| r.accel[1],
-        |r| r.accel[2],
-    ]
-    .into_iter()
-    .filter(|of| record.rows.iter().any(|r| of(r).is_finite()))
-    .collect();
-    if channels.is_empty() {
-        return;
+    let is_there = |of: &Reading| record.rows.iter().any(|r| of(r).is_finite());
+    let gyros: Vec<Reading> = GYROS.into_iter().filter(is_there).collect();
+    let accels: Vec<Reading> = ACCELS.into_iter().filter(is_there).collect();
+    let together = [&gyros[..], &accels[..]].concat();
+    let rows = |channels: &[Reading]| -> Vec<usize> {
+        (0..record.len()).filter(|&k| channels.iter().all(|of| of(&record.rows[k]).is_finite())).collect()
+    };
+    let mut each = vec![together];
+    if !accels.is_empty() {
+        each.push(gyros);
     }
-    let rows: Vec<usize> =
-        (0..record.len()).filter(|&k| channels.iter().all(|of| of(&record.rows[k]).is_finite())).collect();
-    if rows.len() < 100 {
-        return;
-    }
-    let pairs = rows.len() as f64 - 1.0;
-    let repeats = |of: &fn(&Row) -> f64, k: usize| of(&record.rows[rows[k]]) == of(&record.rows[rows[k - 1]]);
-    let by_chance: f64 =
-        channels.iter().map(|of| (1..rows.len()).filter(|&k| repeats(of, k)).count() as f64 / pairs).product();
-    let mut found: Vec<usize> = (1..rows.len()).filter(|&k| channels.iter().all(|of| repeats(of, k))).collect();
-    if channels.len() < 4 {
-        let values: Vec<f64> = rows.iter().map(|&k| channels[0](&record.rows[k])).collect();
-        found = among_changes(&values, noise(record), &found);
-    } else if (found.len() as f64) < 3.0 + 20.0 * by_chance * pairs {
-        found.clear();
-    }
-    let Some(&first) = found.first() else { return };
-    let first = rows[first];
-    let mark = found.len() as f64 <= MARKED_UP_TO * pairs;
+    let searched = each.iter().map(|channels| {
+        let rows = rows(channels);
+        let found = found(record, channels, &rows);
+        (rows, found)
+    });
+    let Some((rows, found)) = { searched }.find(|(_, found)| !found.is_empty()) else { return };
+    let first = rows[found[0]];
+    let mark = found.len() as f64 <= MARKED_UP_TO * (rows.len() as f64 - 1.0);
     let found: Vec<(usize, usize)> = found.into_iter().map(|k| (rows[k - 1], rows[k])).collect();
     let with_it = if mark { references(record, &found) } else { String::new() };
     for &(_, row) in found.iter().filter(|_| mark) {
@@ -73,6 +60,32 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
         Some(t),
         format!("{} logged again in place of a new one{with_it}; {then}", counted(found.len(), "sample")),
     );
+}
+
+type Reading = fn(&Row) -> f64;
+const GYROS: [Reading; 3] = [|r| r.gyro[0], |r| r.gyro[1], |r| r.gyro[2]];
+const ACCELS: [Reading; 3] = [|r| r.accel[0], |r| r.accel[1], |r| r.accel[2]];
+/// Fewer rows tell nothing.
+const FEWEST: usize = 100;
+
+/// Which of these rows repeat the one before in these channels, by their place among the rows.
+fn found(record: &Record, channels: &[Reading], rows: &[usize]) -> Vec<usize> {
+    if channels.is_empty() || rows.len() < FEWEST {
+        return Vec::new();
+    }
+    let pairs = rows.len() as f64 - 1.0;
+    let repeats = |of: &Reading, k: usize| of(&record.rows[rows[k]]) == of(&record.rows[rows[k - 1]]);
+    let by_chance: f64 =
+        channels.iter().map(|of| (1..rows.len()).filter(|&k| repeats(of, k)).count() as f64 / pairs).product();
+    let found: Vec<usize> = (1..rows.len()).filter(|&k| channels.iter().all(|of| repeats(of, k))).collect();
+    if channels.len() < 4 {
+        let values: Vec<f64> = rows.iter().map(|&k| channels[0](&record.rows[k])).collect();
+        among_changes(&values, noise(record), &found)
+    } else if (found.len() as f64) < 3.0 + 20.0 * by_chance * pairs {
+        Vec::new()
+    } else {
+        found
+    }
 }
 
 /// The noise of the first gyro, rad/s.
@@ -116,8 +129,8 @@ fn is_excess(values: &[f64], large: f64, still: usize) -> bool {
 
 /// Takes the references out that were logged again together with the gyro, in the second row of each pair; the words for it.
 fn references(record: &mut Record, found: &[(usize, usize)]) -> String {
-    type Reading = (fn(&Row) -> [f64; 4], fn(&mut Row));
-    let kinds: [Reading; 7] = [
+    type Reference = (fn(&Row) -> [f64; 4], fn(&mut Row));
+    let kinds: [Reference; 7] = [
         (|r| [r.ref_angle[0], 0.0, 0.0, 0.0], |r| r.ref_angle[0] = f64::NAN),
         (|r| [r.ref_angle[1], 0.0, 0.0, 0.0], |r| r.ref_angle[1] = f64::NAN),
         (|r| [r.ref_angle[2], 0.0, 0.0, 0.0], |r| r.ref_angle[2] = f64::NAN),

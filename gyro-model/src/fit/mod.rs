@@ -115,7 +115,7 @@ pub fn fit(record: &Record, start: &Model, axes: &[Axis]) -> Result<Model, FitEr
 /// The axes of a bench fitted, effects that are new from where the log shows them.
 fn fitted<'a>(record: &Record, bench: &'a Bench, model: &Model) -> Study<'a> {
     let start = initial::begun(record, bench, model);
-    settle(Study::fit(bench, &parts::begun(record, bench, &start), None))
+    settle(Study::fit(bench, &parts::begun(record, bench, &start), None).in_best_form())
 }
 
 /// Fits of all axes where one sees the rates of others.

@@ -277,7 +277,7 @@ impl Simulator {
         let Self { hidden, shafts, rate_hz, .. } = self;
         let mut acting = hidden.iter().map(|acting| &acting.hidden).filter(|h| h.effect.stage() == Stage::Shown);
         let Some(own) = acting.next() else { return now };
-        let window = own.effect.window(&own.values, 1.0 / *rate_hz, 1.0 / *rate_hz);
+        let window = own.effect.window(&own.values, 1.0 / *rate_hz);
         let mean = |of: &dyn Fn(Instant) -> f64, shaft: &mut Shaft| window.mean(|u| of(shaft.at(t + u)));
         std::array::from_fn(|i| Instant {
             angle: mean(&|instant| instant.angle, &mut shafts[i]),

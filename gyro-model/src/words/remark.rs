@@ -75,6 +75,9 @@ pub(super) fn sentence(remark: &Remark, subject: &Subject, voice: Voice) -> Opti
             units::number(*step),
             units::rate(Some(*error))
         ),
+        Remark::OtherClock => format!(
+            "The clocks of gyro and reference were set to each other by the motion in both, so {log} cannot show a delay between the two."
+        ),
         Remark::OwnLog => "The model was fitted on this very log: the errors are those of refits without the part that is judged. A new log \
                            is a better test."
             .to_owned(),

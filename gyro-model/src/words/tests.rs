@@ -97,6 +97,7 @@ fn remarks() -> Vec<Remark> {
         Remark::JudgedWithout { axes: vec![Axis::X] },
         Remark::ReadTheTurn { shares: vec![(Axis::Y, 0.021), (Axis::Z, -0.013)] },
         Remark::CoarseTemperature { step: 1.0, error: 1.5e-4 },
+        Remark::OtherClock,
         Remark::OwnLog,
         Remark::Moved { parameter: "delay.d".into(), errors: 7.4 },
     ];

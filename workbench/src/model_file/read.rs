@@ -8,7 +8,7 @@ use crate::{
 use gyro_model::{
     Axis, AxisModel, Model, Noise, Term,
     effects::{
-        self, Effect, meant,
+        self, Effect, ParameterCard, Role, meant,
         user::{self, Definition, DefinitionError, ParameterDefinition},
     },
 };
@@ -209,10 +209,13 @@ impl Reader<'_> {
         }
         for (term, id) in terms.iter().zip(ids) {
             let given = parameters.iter().find(|(name, _)| name.get_ref() == id.get_ref());
+            // A form that is chosen may be left out where the usual one is zero.
+            let is_needed = |card: &&ParameterCard| card.role != Role::Chosen || card.neutral != 0.0;
             let missing = term
                 .effect
                 .parameters(axis)
                 .iter()
+                .filter(is_needed)
                 .find(|card| !given.is_some_and(|(_, v)| v.get_ref().keys().any(|k| k.get_ref() == card.name)));
             if let Some(card) = missing {
                 return Err(self.error(

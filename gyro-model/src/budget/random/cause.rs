@@ -19,7 +19,9 @@ pub(crate) enum Cause {
 }
 
 /// Correlation times of a wandering scale, s.
-pub(super) const FORGETS: [f64; 3] = [0.5, 2.0, 8.0];
+pub(super) const FORGETS: [f64; 3] = [0.5, 2.0, SLOWLY];
+/// The longest of them: what wanders over minutes, or drifts all through the log, is taken for this one.
+pub(crate) const SLOWLY: f64 = 8.0;
 /// Events that have to be in a log before their steps compete, and before they are named: the size is then known to a third.
 const SOME: u64 = 2;
 const EVENTS: u64 = 5;

@@ -23,7 +23,7 @@ use crate::{
     statistics::Estimate,
     thresholds as limit,
 };
-pub(crate) use cause::Cause;
+pub(crate) use cause::{Cause, SLOWLY};
 use components::{BLOCKS, Components, Squares};
 pub(crate) use course::ErrorOf;
 use course::{Course, Window};
@@ -50,6 +50,10 @@ pub(crate) struct Found {
     pub size: Estimate,
     /// Events in the log, where it is made of events.
     pub count: Option<u64>,
+    /// Others that would explain the same nearly as well in its place.
+    pub aliases: Vec<Cause>,
+    /// Whether it changes over [`SLOWLY`] s and longer, most of it.
+    pub is_slow: bool,
     /// Share of the angle error's mean square that it makes over each averaging time. In an attitude, errors of one axis turn into the others'
     /// while the body turns; the share is of what the axis itself adds.
     pub shares: Vec<f64>,
@@ -222,7 +226,7 @@ impl Trial {
             all = with;
         }
         let named = causes.iter().filter(|&&c| self.causes[c].may_show(&self.course));
-        let found = named.map(|&c| self.found(c, &all, tau));
+        let found = named.map(|&c| Found { aliases: self.aliases(c, &causes, &all), ..self.found(c, &all, tau) });
         // One that makes less than half of what may have no known cause, at every averaging time, limits nothing.
         let is_much = |share: &f64| *share > 0.5 * limit::EXPLAINED.value;
         let is_named = |found: &Found| found.shares.is_empty() || found.shares.iter().any(is_much);
@@ -248,6 +252,17 @@ impl Trial {
         let needed =
             open.map(|c| (c, self.with(&[causes, &[c]].concat()))).filter(|(c, with)| self.is_needed(*c, with, all));
         needed.max_by(|a, b| sum(&a.1.log_likelihood).total_cmp(&sum(&b.1.log_likelihood)))
+    }
+
+    /// Those of the other causes that take the place of this one at nearly the same likelihood.
+    fn aliases(&self, cause: usize, causes: &[usize], all: &Components) -> Vec<Cause> {
+        let in_its_place =
+            |other: usize| -> Vec<usize> { causes.iter().map(|&c| if c == cause { other } else { c }).collect() };
+        let loses =
+            |other: usize| (sum(&all.log_likelihood) - sum(&self.with(&in_its_place(other)).log_likelihood)) / ALIKE;
+        let others = (0..self.causes.len())
+            .filter(|other| !causes.contains(other) && self.causes[*other].may_show(&self.course));
+        others.filter(|&other| loses(other) < NEARLY).map(|other| self.causes[other]).collect()
     }
 
     /// Whether noise alone would rarely gain as much, and the gain holds where it was not fitted.
@@ -289,11 +304,15 @@ impl Trial {
             cause: of,
             size: Estimate { value: size, std_error },
             count: of.events(&self.course),
+            aliases: Vec::new(),
+            is_slow: of == Cause::RandomScale && columns.last().is_some_and(|&j| all.values[j] > 0.5 * square),
             shares: tau.iter().map(share).collect(),
         }
     }
 }
 
+/// Loss in ln L up to which another cause explains the same nearly as well: odds of 20 to 1.
+const NEARLY: f64 = 3.0;
 /// Largest gain in ln L of one block: odds of 150 to 1.
 const BLOCK_COUNTED: f64 = 5.0;
 /// Rounds in which variances and what the fit made of the errors are found in turn.
