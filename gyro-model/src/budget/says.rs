@@ -192,7 +192,7 @@ fn what(found: &Found) -> String {
         Cause::LostMotion => format!("motion is lost in {events} holes of the log, {} in each", size(degrees, "°")),
     };
     let others: Vec<&str> = found.aliases.iter().map(|cause| cause.limit().words()).collect();
-    if others.is_empty() { says } else { format!("{says}, or {}: this log cannot tell which", others.join(" or ")) }
+    if others.is_empty() { says } else { format!("{says} (or {}, which fits nearly as well)", others.join(" or ")) }
 }
 
 const fn remedy(found: &Found) -> &'static str {

@@ -349,6 +349,18 @@ impl<'a> Incumbent<'a> {
     }
 }
 
+impl Challenger<'_> {
+    /// J and ln L of this suspect on the rows that another one keeps.
+    pub(super) fn on_rows_of(&self, other: &Self) -> (f64, f64) {
+        let pairs = self.study.warm.iter().zip(&other.study.warm);
+        let warm: Vec<Warm> = pairs.map(|(own, other)| own.without(other)).collect();
+        let study = Study::fit(self.study.bench, &self.study.model, Some(&warm)).reading(self.study.every);
+        let gls = study.identify_near(&other.gls.noise);
+        let measure = Measure::of(&study, &gls, self.candidate.series);
+        (measure.excess, measure.log_likelihood)
+    }
+}
+
 /// The incumbent with one suspect, fitted.
 struct Trial<'a> {
     study: Study<'a>,

@@ -20,7 +20,7 @@ use crate::{
 };
 use std::{f64::consts::SQRT_2, ops::Range};
 
-/// By the held-out error where that tells them apart, else by the held-out likelihood, which tells more finely.
+/// By the held-out error where that tells them apart, else by the held-out likelihood, which tells more finely; on the same rows.
 pub(super) fn rank(challengers: &mut Vec<Challenger>) {
     let mut left = std::mem::take(challengers);
     while let Some(lowest) = left.iter().min_by(|a, b| a.excess.total_cmp(&b.excess)) {
@@ -28,8 +28,22 @@ pub(super) fn rank(challengers: &mut Vec<Challenger>) {
             .filter(|&k| passes(MAY_LEAD, &left[k].beside(lowest)))
             .max_by(|&a, &b| left[a].held_out.value.total_cmp(&left[b].held_out.value))
             .unwrap_or(0);
+        let best = on_same_rows(&left, best).unwrap_or(best);
         challengers.push(left.remove(best));
     }
+}
+
+/// The likeliest of those that judge all rows, in the place of a suspect that leaves some out, where it is the likelier one on the rows
+/// that this one keeps, too: of few rows an error is small by chance.
+fn on_same_rows(left: &[Challenger], best: usize) -> Option<usize> {
+    let own = &left[best];
+    let is_likelier = |other: &Challenger| {
+        !other.study.leaves_out() && other.significant() && other.held_out.value > own.held_out.value
+    };
+    let others = (0..left.len()).filter(|&k| own.study.leaves_out() && is_likelier(&left[k]));
+    let likeliest = others.max_by(|&a, &b| left[a].held_out.value.total_cmp(&left[b].held_out.value))?;
+    let (excess, log_likelihood) = left[likeliest].on_rows_of(own);
+    (log_likelihood > own.gls.log_likelihood && excess < limit::KEPT_ALIKE.value * own.kept).then_some(likeliest)
 }
 
 /// Drops a resonance where a tone that it takes out does as well: what the motion sets ringing does not ring in one phase
