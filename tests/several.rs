@@ -100,6 +100,68 @@ fn an_effect_that_only_single_logs_have_is_said_with_the_logs_that_have_it() {
     assert!(once("in the positive direction") && once("ms late"), "{each}");
 }
 
+/// A log with its gyro multiplied.
+fn multiplied(bench: &Bench, from: &str, to: &str, factor: f64) {
+    let text = std::fs::read_to_string(bench.path(from)).unwrap();
+    let mut lines = text.lines();
+    let header = lines.next().unwrap();
+    let column = header.split(',').position(|name| name == "gyro_x").unwrap();
+    let row = |line: &str| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        fields[column] = fields[column].parse::<f64>().map_or(String::new(), |x| format!("{:.7}", factor * x));
+        fields.join(",")
+    };
+    let rows: Vec<String> = std::iter::once(header.to_owned()).chain(lines.map(row)).collect();
+    std::fs::write(bench.path(to), rows.join("\n") + "\n").unwrap();
+}
+
+fn headline_of(bench: &Bench, logs: &[&str]) -> (Value, String) {
+    let words = [&["diagnose"], logs, &["--format", "json"]].concat();
+    let found = json(&bench.ok(&words));
+    let axis = found["axes"].as_array().unwrap().iter().find(|axis| axis["axis"] == "x").unwrap().clone();
+    let says = axis["headline"].as_str().unwrap().to_owned();
+    (axis, says)
+}
+
+/// Two sensors, or another ratio of the reference: it is said, and no effect is named in its stead.
+#[test]
+fn scale_factors_that_differ_are_said_and_nothing_is_named_for_them() {
+    let bench = Bench::new();
+    simulated(&bench, "a.csv", 31, &[]);
+    simulated(&bench, "b.csv", 32, &[]);
+    multiplied(&bench, "b.csv", "c.csv", 1.01);
+    let (axis, says) = headline_of(&bench, &["a.csv", "c.csv"]);
+    assert_eq!(axis["verdict"], "adequate", "{says}");
+    assert!(says.contains("The scale factor is not the same in each"), "{says}");
+    let (axis, says) = headline_of(&bench, &["a.csv", "b.csv"]);
+    assert!(axis["verdict"] == "adequate" && !says.contains("The scale factor"), "{says}");
+}
+
+#[test]
+fn a_log_whose_data_are_at_fault_is_left_out_and_the_others_are_judged() {
+    let bench = Bench::new();
+    simulated(&bench, "a.csv", 33, &["--hide", "delay:d=0.009"]);
+    simulated(&bench, "b.csv", 34, &["--hide", "delay:d=0.009"]);
+    multiplied(&bench, "a.csv", "turned.csv", -1.0);
+    let (axis, says) = headline_of(&bench, &["a.csv", "b.csv", "turned.csv"]);
+    assert!(says.contains("turned.csv is left out: ") && says.contains("It is so in both logs."), "{says}");
+    let delay = axis["suspects"][0]["parameters"][0]["value"].as_f64().unwrap();
+    assert!(axis["suspects"][0]["effect"] == "delay" && (delay - 0.009).abs() < 1e-4, "{says}");
+    let faults = axis["data_faults"].as_array().unwrap();
+    assert!(faults.iter().any(|fault| fault["says"].as_str().is_some_and(|says| says.starts_with("turned.csv: "))));
+}
+
+#[test]
+fn what_the_logs_of_one_axis_share_is_told_beside_a_log_of_another_axis() {
+    let bench = Bench::new();
+    let hidden = ["--hide", "delay:d=0.009"];
+    simulated(&bench, "a.csv", 35, &hidden);
+    simulated(&bench, "b.csv", 36, &hidden);
+    bench.ok(&[&["simulate", "--seconds", "60", "--axis", "z", "--seed", "37", "-o", "z.csv"][..], &hidden].concat());
+    let (_, says) = headline_of(&bench, &["a.csv", "b.csv", "z.csv"]);
+    assert!(says.contains("It is so in both logs that have the axis.") && !says.contains("does not repeat"), "{says}");
+}
+
 #[test]
 fn one_model_is_fitted_to_all_and_its_error_is_smaller_than_that_of_one_log() {
     let bench = Bench::new();

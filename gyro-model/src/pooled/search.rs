@@ -133,13 +133,14 @@ pub struct Repeated {
 /// Standard errors from nothing from which on a log shows an effect.
 pub const SHOWN: f64 = 3.0;
 /// Chance below which logs differ that should have one value.
-const DIFFERS: f64 = 1e-3;
+pub const DIFFERS: f64 = 1e-3;
 
-/// The effects that these logs of one sensor show together, the clearest first.
+/// The effects that these logs of one sensor show together, the clearest first. On the axes `apart` each log has a scale factor of its own.
 #[must_use]
-pub fn together(members: &[Member]) -> Vec<Repeated> {
+pub fn together(members: &[Member], apart: &[Axis]) -> Vec<Repeated> {
     let axes: BTreeSet<Axis> = members.iter().flat_map(|member| member.axes.clone()).collect();
-    axes.into_iter().flat_map(|axis| on_axis(members, axis)).collect()
+    let shared = |axis: Axis| if apart.contains(&axis) { BTreeSet::new() } else { base(axis) };
+    axes.into_iter().flat_map(|axis| on_axis(members, axis, shared(axis))).collect()
 }
 
 /// The groups of columns that join together: an effect's coefficients at one shape.
@@ -160,12 +161,12 @@ pub fn base(axis: Axis) -> BTreeSet<Key> {
     BTreeSet::from([Key::new(axis, "scale-factor", "alpha")])
 }
 
-fn on_axis(members: &[Member], axis: Axis) -> Vec<Repeated> {
+fn on_axis(members: &[Member], axis: Axis, shared: BTreeSet<Key>) -> Vec<Repeated> {
     let left = candidates(members, axis);
     let price = left.len() as f64;
     let is_named = |key: &Key| members.iter().any(|member| member.has(key));
     let ask = |keys: &[Key], chosen: &BTreeSet<Key>| answer(members, keys, chosen, price);
-    let (chosen, found) = select(left, base(axis), is_named, ask);
+    let (chosen, found) = select(left, shared, is_named, ask);
     let told = found.into_iter();
     told.filter_map(|Joined { keys, aliases }| repeated(members, axis, &keys, &chosen, price, aliases)).collect()
 }

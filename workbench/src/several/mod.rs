@@ -4,6 +4,7 @@
 //! ([`gyro_model::pooled`]), these are added up, and what they show together is the answer: what repeats is the sensor's, what does not is
 //! the set-up's.
 
+mod left_out;
 mod pool;
 mod says;
 
@@ -15,15 +16,16 @@ use crate::{
 use anyhow::{Context, Result, bail};
 use gyro_model::{
     Axis, Model, Record, Term, diagnose,
-    diagnosis::{AxisResult, Diagnosis, Ladder, LadderStep, Several as Shared, Verdict},
+    diagnosis::{AxisResult, Diagnosis, Ladder, LadderStep, Repeats, Several as Shared, Verdict},
     effects::{Role, find},
     pooled::{
-        self, Piece,
+        self, Key, Piece,
         column::is_own,
         joint::{self, Joint},
         search::{self, Member, Repeated, Whose},
     },
 };
+use left_out::LeftOut;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
@@ -34,6 +36,8 @@ pub struct Several {
     pub subjects: Vec<Subject>,
     /// The axes that any of them has.
     pub axes: Vec<Axis>,
+    /// Axes of logs whose data are at fault, which the others are judged without.
+    left_out: Vec<LeftOut>,
 }
 
 /// One log, looked at.
@@ -127,7 +131,9 @@ impl Several {
             bail!("none of the {} logs has a gyro and a reference of any axis", subjects.len());
         }
         subjects.retain(|own| !own.axes.is_empty());
-        Ok(Self { subjects, axes })
+        let mut several = Self { subjects, axes, left_out: Vec::new() };
+        several.leave_out(several.faulty());
+        Ok(several)
     }
 
     /// The logs' names.
@@ -227,15 +233,17 @@ impl Several {
     /// # Errors
     /// A log that cannot be fitted.
     pub fn fit(&self, model: &Model, progress: &(dyn Fn(&str) + Sync)) -> Result<Joint> {
-        self.fit_beside(model, &[], &[], progress)
+        self.fit_beside(model, &[], &[], &[], progress)
     }
 
-    /// The same where each log has more that is its own: what it alone named, and the size of what differs.
+    /// The same where each log has more that is its own: what it alone named, the size of what differs, and on the axes `apart` the scale
+    /// factor.
     fn fit_beside(
         &self,
         model: &Model,
         looked: &[Looked],
         repeated: &[Repeated],
+        apart: &[Axis],
         progress: &(dyn Fn(&str) + Sync),
     ) -> Result<Joint> {
         let mut logs: Vec<(&Record, Model, Vec<Axis>)> = Vec::new();
@@ -253,12 +261,19 @@ impl Several {
             bail!("none of the {} logs has a reference that is a measurement of its own", self.subjects.len());
         }
         progress("all logs");
+        let differing = repeated.iter().filter(|r| r.differs()).map(|r| (r.axis, r.effect.clone()));
         let differing: Vec<(Axis, String)> =
-            repeated.iter().filter(|r| r.differs()).map(|r| (r.axis, r.effect.clone())).collect();
+            differing.chain(apart.iter().map(|axis| (*axis, scale_of(*axis).effect))).collect();
         let mut joint = joint::fit(&logs, &differing).with_context(|| self.name())?;
         joint.model.epoch = model.epoch + 1;
         joint.model.origin = model.origin;
         Ok(joint)
+    }
+
+    /// The axes on which logs differ in their scale factors, whatever `joint` added.
+    fn of_other_scale(&self, joint: &Joint) -> Vec<Axis> {
+        let differs = |axis: &Axis| joint.differs.get(&scale_of(*axis)).is_some_and(|p| *p < OTHER_SCALE);
+        self.axes.iter().copied().filter(differs).collect()
     }
 
     /// The axes of a log whose reference is one.
@@ -291,9 +306,13 @@ impl Several {
     /// # Errors
     /// A log that cannot be fitted or judged.
     pub fn fit_and_compare(&self, start: &Model, options: &diagnose::Options) -> Result<(Joint, Diagnosis)> {
-        let joint = self.fit(start, options.progress)?;
+        let first = self.fit(start, options.progress)?;
+        let apart = self.of_other_scale(&first);
+        let joint =
+            if apart.is_empty() { first.clone() } else { self.fit_beside(start, &[], &[], &apart, options.progress)? };
         let held = self.held(&|k| joint.each[k].model.clone(), options)?;
-        let diagnosis = self.pooled(&held, Some(&joint), &held, &[]);
+        let mut diagnosis = self.pooled(&held, Some(&joint), &held, &[]);
+        self.tell(&mut diagnosis, self.scales(&first, &apart));
         Ok((joint, diagnosis))
     }
 
@@ -332,26 +351,61 @@ impl Several {
 
     fn answered(&self, start: &Start, options: &diagnose::Options) -> Result<Answered> {
         let looked = self.looked(start, options)?;
+        let bad = self.bad(&looked);
+        if !bad.is_empty() {
+            let mut others = self.clone();
+            if others.leave_out(bad) {
+                return others.answered(start, options);
+            }
+        }
+        let mut found = self.shared(start, &looked, &[], options)?;
+        let apart = self.of_other_scale(&found.joint);
+        let scales = self.scales(&found.joint, &apart);
+        if !apart.is_empty() {
+            found = self.shared(start, &looked, &apart, options)?;
+        }
+        let Found { repeated, joint } = found;
+        let alone: Vec<Diagnosis> = looked.iter().map(|own| own.diagnosis.clone()).collect();
+        let held = self.held(&|k| joint.each[k].model.clone(), options)?;
+        let names_any = repeated.iter().any(|r| r.whose == Whose::Sensor);
+        // What is missing shows in the logs as each has the model: fitted to it alone.
+        let mut diagnosis = self.pooled(if names_any { &alone } else { &held }, Some(&joint), &alone, &repeated);
+        let end = self.pooled(&held, Some(&joint), &held, &repeated);
+        let names: Vec<String> = self.judging().map(|own| own.provenance.log.clone()).collect();
+        pool::judge(&mut diagnosis.axes, &alone, &repeated, &end.axes);
+        let mut repeats = says::repeats(&names, &alone, &repeated, &joint, &diagnosis.axes);
+        repeats.extend(scales);
+        for axis in &mut diagnosis.axes {
+            axis.of_logs = says::of_axis(axis.axis, names.len(), &repeats);
+        }
+        if let Some(several) = &mut diagnosis.several {
+            several.each = end.several.map_or_else(Vec::new, |own| own.each);
+        }
+        self.tell(&mut diagnosis, repeats);
+        Ok(Answered { diagnosis, joint, end: end.axes })
+    }
+
+    /// The effects that the logs share, and the model with them; on the axes `apart` each log has a scale factor of its own.
+    fn shared(&self, start: &Start, looked: &[Looked], apart: &[Axis], options: &diagnose::Options) -> Result<Found> {
         let members: Vec<Member> = looked.iter().map(|own| Member::of(&own.pieces)).collect();
         let known = |r: &Repeated| {
             let own = start.file.model.axes[r.axis.index()].as_ref();
             own.is_none_or(|own| own.term(&r.effect).is_none())
         };
-        let alone: Vec<Diagnosis> = looked.iter().map(|own| own.diagnosis.clone()).collect();
-        let mut repeated: Vec<Repeated> = search::together(&members).into_iter().filter(known).collect();
+        let mut repeated: Vec<Repeated> = search::together(&members, apart).into_iter().filter(known).collect();
         for own in &mut repeated {
-            if let Some(aliases) = aliases_of_all(own, &alone) {
+            if let Some(aliases) = aliases_of_all(own, looked) {
                 own.aliases = aliases;
             }
         }
         let fit = |repeated: &[Repeated]| {
-            self.fit_beside(&with(&start.file.model, repeated), &looked, repeated, options.progress)
+            self.fit_beside(&with(&start.file.model, repeated), looked, repeated, apart, options.progress)
         };
         let mut joint = fit(&repeated)?;
         // Far from where the logs were linearised an effect may leave nothing of the others to be known, or lead the fit astray: one of a size of
         // its own in each log goes first, then the last one. One that the fit cannot tell from nothing goes, too.
         loop {
-            let gone = if is_known(&joint, &looked) {
+            let gone = if is_known(&joint, looked) {
                 repeated.iter().position(|r| is_unseen(r, &joint.model))
             } else {
                 repeated.iter().rposition(Repeated::differs).or(repeated.len().checked_sub(1))
@@ -360,22 +414,30 @@ impl Several {
             repeated.remove(gone);
             joint = fit(&repeated)?;
         }
-        let held = self.held(&|k| joint.each[k].model.clone(), options)?;
-        let names_any = repeated.iter().any(|r| r.whose == Whose::Sensor);
-        // What is missing shows in the logs as each has the model: fitted to it alone.
-        let mut diagnosis = self.pooled(if names_any { &alone } else { &held }, Some(&joint), &alone, &repeated);
-        let end = self.pooled(&held, Some(&joint), &held, &repeated);
+        Ok(Found { repeated, joint })
+    }
+
+    /// What is said of scale factors that are not the same in the logs.
+    fn scales(&self, joint: &Joint, apart: &[Axis]) -> Vec<Repeats> {
         let names: Vec<String> = self.judging().map(|own| own.provenance.log.clone()).collect();
-        pool::judge(&mut diagnosis.axes, &alone, &repeated, &end.axes);
-        let repeats = says::repeats(&names, &alone, &repeated, &joint, &diagnosis.axes);
+        apart.iter().map(|axis| says::scales(&names, joint, &scale_of(*axis))).collect()
+    }
+
+    /// Tells with each axis what repeats, and which logs it was judged without.
+    fn tell(&self, diagnosis: &mut Diagnosis, repeats: Vec<Repeats>) {
         for axis in &mut diagnosis.axes {
-            axis.of_logs = says::of_axis(axis.axis, names.len(), &repeats);
+            let repeats = repeats.iter().filter(|own| own.axis == axis.axis).map(|own| own.says.clone());
+            let left_out = self.left_out.iter().filter(|own| own.axis == axis.axis);
+            for says in repeats.chain(left_out.clone().map(LeftOut::says)) {
+                if !axis.of_logs.contains(&says) {
+                    axis.of_logs = format!("{} {says}", axis.of_logs).trim().to_owned();
+                }
+            }
+            axis.data_faults.extend(left_out.flat_map(LeftOut::named_faults));
         }
         if let Some(several) = &mut diagnosis.several {
             several.repeats = repeats;
-            several.each = end.several.map_or_else(Vec::new, |own| own.each);
         }
-        Ok(Answered { diagnosis, joint, end: end.axes })
     }
 
     /// Adds what all logs show together; the model, and what each step comes to.
@@ -439,14 +501,22 @@ fn is_unseen(found: &Repeated, model: &Model) -> bool {
         && term.map(sizes).is_some_and(|sizes| !sizes.is_empty() && sizes.iter().all(|size| *size < search::SHOWN))
 }
 
-/// Whether a joint fit knows what the logs alone know, in numbers that are some.
+/// The key of an axis' scale factor.
+fn scale_of(axis: Axis) -> Key {
+    Key::new(axis, "scale-factor", "alpha")
+}
+
+/// Chance below which logs differ in their scale factors: each has its own.
+const OTHER_SCALE: f64 = 1e-6;
+
+/// Whether a joint fit knows what the logs alone know of the axes that each has, in numbers that are some.
 fn is_known(joint: &Joint, looked: &[Looked]) -> bool {
     let knows = |model: &Model, axis: Axis, id: &str, place: usize| {
         let term = model.axes[axis.index()].as_ref().and_then(|own| own.term(id));
         term.and_then(|term| term.std_errors.get(place)).is_some_and(|error| error.is_finite())
     };
-    let is_sound = |model: &Model| {
-        Axis::ALL.into_iter().filter_map(|axis| Some((axis, model.axes[axis.index()].as_ref()?))).all(|(axis, own)| {
+    let is_sound = |(model, axes): (&Model, &[Axis])| {
+        axes.iter().filter_map(|axis| Some((*axis, model.axes[axis.index()].as_ref()?))).all(|(axis, own)| {
             own.terms.iter().all(|term| {
                 let id = term.effect.card().id;
                 let alone = |place: usize| looked.iter().any(|own| knows(&own.point, axis, id, place));
@@ -459,12 +529,16 @@ fn is_known(joint: &Joint, looked: &[Looked]) -> bool {
             })
         })
     };
-    std::iter::once(&joint.model).chain(joint.each.iter().map(|own| &own.model)).all(is_sound)
+    let each = joint.each.iter().zip(looked).map(|(own, looked)| (&own.model, &looked.axes[..]));
+    std::iter::once((&joint.model, &Axis::ALL[..])).chain(each).all(is_sound)
 }
 
 /// What every log that names an effect cannot tell it from; `None` where none names it.
-fn aliases_of_all(found: &Repeated, alone: &[Diagnosis]) -> Option<Vec<String>> {
-    let named = alone.iter().flat_map(|log| &log.axes).filter(|axis| axis.axis == found.axis && axis.finding.names());
+fn aliases_of_all(found: &Repeated, looked: &[Looked]) -> Option<Vec<String>> {
+    let named = looked
+        .iter()
+        .flat_map(|own| &own.diagnosis.axes)
+        .filter(|axis| axis.axis == found.axis && axis.finding.names());
     let own = named.filter_map(|axis| axis.suspects.iter().find(|suspect| suspect.effect == found.effect));
     own.map(|suspect| suspect.aliases.clone()).reduce(|mut all, other| {
         all.retain(|id| other.contains(id));
@@ -482,6 +556,13 @@ fn with_own(model: &Model, point: &Model) -> Model {
         own.terms.extend(new);
     }
     model
+}
+
+/// What several logs share.
+struct Found {
+    repeated: Vec<Repeated>,
+    /// The model with it.
+    joint: Joint,
 }
 
 /// What a search over several logs found.

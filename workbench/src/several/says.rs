@@ -3,12 +3,13 @@
 use gyro_model::{
     Axis,
     diagnosis::{AxisResult, Diagnosis, ParameterValue, Repeats},
-    effects::find,
+    effects::{Stage, are_aliases, find},
     headline,
     measured::{Measured, and},
     pooled::{
+        Key,
         joint::Joint,
-        search::{Repeated, Whose},
+        search::{DIFFERS, Repeated, Whose, p_differs},
     },
 };
 use std::{collections::BTreeMap, fmt::Write as _};
@@ -30,6 +31,7 @@ pub(super) fn repeats(
                 let is_said = repeated.iter().any(|r| {
                     r.axis == axis.axis
                         && (r.effect == suspect.effect
+                            || are_aliases(&r.effect, &suspect.effect)
                             || r.aliases.contains(&suspect.effect)
                             || suspect.aliases.contains(&r.effect))
                 });
@@ -55,8 +57,10 @@ fn of_pool(names: &[String], r: &Repeated, joint: &Joint) -> Repeats {
     let (shown, could) = r.shown_in();
     let of = |list: &[usize]| list.iter().map(|&k| names[k].clone()).collect::<Vec<_>>();
     let n = names.len();
+    let having = joint.each.iter().filter(|own| own.alone.keys().any(|key| key.axis == r.axis)).count();
     let clause = clause(r, joint);
     let (of_whom, says) = match r.whose {
+        _ if having < 2 => ("unknown", format!("Only one log has axis {}: whether it repeats is not known.", r.axis)),
         Whose::SetUp => (
             "set-up",
             format!(
@@ -64,14 +68,14 @@ fn of_pool(names: &[String], r: &Repeated, joint: &Joint) -> Repeats {
                 in_logs(&shown, names)
             ),
         ),
-        Whose::Sensor if shown.len() == n => ("sensor", format!("It is so in {}.", all_of(n))),
+        Whose::Sensor if shown.len() == having => ("sensor", format!("It is so {}.", in_all(having, n))),
         Whose::Sensor if shown.is_empty() => {
-            ("sensor", format!("{clause}: no log shows it alone, {} together do.", all_of(n)))
+            ("sensor", format!("{clause}: no log shows it alone, {} together do.", all_of(having)))
         }
         Whose::Sensor => {
             let rest = could.len() - shown.len();
-            let cannot = n - could.len();
-            let mut says = format!("{} of {} logs show it alone", count(shown.len()), count(n));
+            let cannot = having.saturating_sub(could.len());
+            let mut says = format!("{} of {} logs show it alone", count(shown.len()), count(having));
             if rest > 0 {
                 let _ = write!(says, ", {} more agree{}", count(rest), if rest == 1 { "s" } else { "" });
             }
@@ -105,10 +109,12 @@ fn sizes(names: &[String], r: &Repeated) -> String {
     format!("Its size is not the same in each: {each}. What it depends on changed between them.")
 }
 
-/// Values of logs, with their standard errors: `1.00 ± 0.01 ms in a.csv and 2.00 ± 0.01 ms in b.csv`.
+/// Values of logs, with their standard errors: `1.00 ± 0.01 ms in a.csv and 2.00 ± 0.01 ms in b.csv`; plain numbers where no unit is given.
 fn by_log(mut told: Vec<(&String, f64, f64)>, unit: &str) -> String {
     let one = |(name, value, error): &(&String, f64, f64)| {
-        format!("{} in {name}", Measured { value: *value, std_error: *error }.signed(unit))
+        let measured = Measured { value: *value, std_error: *error };
+        let says = if unit.is_empty() { measured.plain() } else { measured.signed(unit) };
+        format!("{says} in {name}")
     };
     if told.len() <= EACH {
         return and(&told.iter().map(one).collect::<Vec<_>>());
@@ -135,11 +141,23 @@ fn of_logs(
         let first = of_log(k)?.first()?;
         Some((&names[*k], first.value?, first.std_error.unwrap_or(f64::NAN)))
     });
-    let each = by_log(values.collect(), parameters.first().map_or("1", |first| &first.unit));
+    let values: Vec<(&String, f64, f64)> = values.collect();
+    let readings: Vec<Option<(f64, f64)>> = values.iter().map(|(_, value, error)| Some((*value, *error))).collect();
+    let is_one_size = values.len() > 1 && p_differs(&readings) > DIFFERS;
+    let each = by_log(values, parameters.first().map_or("1", |first| &first.unit));
     let of = |list: &[usize]| list.iter().map(|&k| names[k].clone()).collect::<Vec<_>>();
     let having: Vec<usize> = (0..names.len()).filter(|&k| alone[k].axes.iter().any(|own| own.axis == axis)).collect();
     let (of_one, of_each) = ("it is of that set-up, not of the sensor", "it is of those set-ups, not of the sensor");
+    let is_of_reference = find(&effect).is_some_and(|effect| matches!(effect.stage(), Stage::Reference | Stage::Shown));
     let (of_whom, says) = match (having.len(), logs.len(), is_said) {
+        (has, shows, _) if has > 1 && shows == has && is_one_size => {
+            let whose = if is_of_reference { " It is the reference's, which they share." } else { "" };
+            let of = if is_of_reference { "set-up" } else { "sensor" };
+            (
+                of,
+                format!("{}, by log: {each}. It is of one size {}.{whose}", capital(&effect), in_all(has, names.len())),
+            )
+        }
         (0 | 1, ..) => (
             "unknown",
             format!("No log but {} has axis {axis}: whether it repeats is not known.", of(&having).join(", ")),
@@ -150,6 +168,33 @@ fn of_logs(
         (_, _, false) => ("set-up", format!("{}, by log: {each}. It does not repeat: {of_each}.", capital(&effect))),
     };
     Repeats { axis, effect, of: of_whom.to_owned(), shown_in: of(logs), could_show: of(&having), p_differs: None, says }
+}
+
+/// What is said of scale factors that differ.
+pub(super) fn scales(names: &[String], joint: &Joint, key: &Key) -> Repeats {
+    let told = names.iter().zip(&joint.each);
+    let told: Vec<_> = told.filter_map(|(name, own)| own.alone.get(key).map(|(v, s)| (name, *v, *s))).collect();
+    let logs: Vec<String> = told.iter().map(|(name, ..)| (*name).clone()).collect();
+    let says = format!(
+        "The scale factor is not the same in each: {}. They are of several sensors, or their references have other ratios, or what it depends \
+         on (the temperature, the supply) changed between them. Each log is judged with its own.",
+        by_log(told, "")
+    );
+    Repeats {
+        axis: key.axis,
+        effect: key.effect.clone(),
+        of: "unknown".to_owned(),
+        shown_in: logs.clone(),
+        could_show: logs,
+        p_differs: joint.differs.get(key).copied().filter(|p| p.is_finite()),
+        says,
+    }
+}
+
+/// `in both logs`, or `in both logs that have the axis` where others have not.
+fn in_all(having: usize, logs: usize) -> String {
+    let all = all_of(having);
+    if having == logs { format!("in {all}") } else { format!("in {all} that have the axis") }
 }
 
 fn clause(r: &Repeated, joint: &Joint) -> String {
