@@ -1,4 +1,4 @@
-//! The same work on every item of a list, on every core there is.
+//! The same work on every item of a list, on every core there is; and two things at once.
 
 use std::{
     panic::resume_unwind,
@@ -6,9 +6,25 @@ use std::{
     thread,
 };
 
+/// Two things at once; one after the other where there is one core.
+pub fn both<A: Send, B>(one: impl FnOnce() -> A + Send, other: impl FnOnce() -> B) -> (A, B) {
+    if cores() < 2 {
+        return (one(), other());
+    }
+    thread::scope(|scope| {
+        let one = scope.spawn(one);
+        let other = other();
+        (one.join().unwrap_or_else(|panic| resume_unwind(panic)), other)
+    })
+}
+
+fn cores() -> usize {
+    thread::available_parallelism().map_or(1, usize::from)
+}
+
 /// `work` of each item, in the order of the items.
 pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
-    let threads = thread::available_parallelism().map_or(1, usize::from).min(items.len());
+    let threads = cores().min(items.len());
     if threads < 2 {
         return items.iter().map(work).collect();
     }
@@ -38,6 +54,13 @@ pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<
 
 #[cfg(test)]
 mod tests {
+    #[test]
+    fn both_are_done() {
+        let mut other = 0;
+        assert_eq!(super::both(|| 1, || other = 2), (1, ()));
+        assert_eq!(other, 2);
+    }
+
     #[test]
     fn results_come_in_the_order_of_the_items() {
         let items: Vec<u64> = (0..200).collect();

@@ -1,6 +1,7 @@
 //! The channels of a log that faults are looked for in, one at a time.
 
 use crate::{Axis, Record, Row, record::Column};
+use itertools::Itertools;
 use std::f64::consts::TAU;
 
 /// One channel.
@@ -99,10 +100,9 @@ impl Readings {
         if !record.has(channel.column()) {
             return Self { rows: Vec::new(), t: Vec::new(), values: Vec::new() };
         }
-        let has = |k: &usize| channel.of(&record.rows[*k]).is_finite();
-        let rows: Vec<usize> = (0..record.len()).filter(has).collect();
-        let t = rows.iter().map(|&k| record.rows[k].t_ns as f64 * 1e-9).collect();
-        let mut values: Vec<f64> = rows.iter().map(|&k| channel.of(&record.rows[k])).collect();
+        let each = record.rows.iter().enumerate().map(|(k, row)| (k, row.t_ns as f64 * 1e-9, channel.of(row)));
+        let (rows, t, mut values): (Vec<usize>, Vec<f64>, Vec<f64>) =
+            each.filter(|(_, _, value)| value.is_finite()).multiunzip();
         if let Channel::Angle(_) = channel {
             let whole = if wraps_in_degrees(&values) { 360.0 } else { TAU };
             unwrap(&mut values, whole);

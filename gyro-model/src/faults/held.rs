@@ -51,6 +51,11 @@ fn reading(row: &Row, channel: usize) -> Option<[f64; 4]> {
     reading.iter().all(|x| x.is_finite()).then_some(reading)
 }
 
+/// How many numbers a channel's reading is.
+fn parts(channel: usize) -> usize {
+    if channel < 9 { 1 } else { 4 }
+}
+
 fn forget(row: &mut Row, channel: usize) {
     match channel {
         0..3 => row.gyro[channel] = f64::NAN,
@@ -67,7 +72,7 @@ impl Held {
         let channel = |index: usize| {
             let readings: Vec<[f64; 4]> = rows.iter().filter_map(|row| reading(row, index)).collect();
             let part = |c: usize| stands_in(&readings.iter().map(|r| r[c]).collect::<Vec<f64>>());
-            let usual = (0..4).filter_map(part).max()?;
+            let usual = (0..parts(index)).filter_map(part).max()?;
             Some(Channel { index, usual, last: [f64::NAN; 4], since: 0, repeats: 0, first_t_ns: None })
         };
         Self((0..CHANNELS).filter_map(channel).collect())

@@ -11,7 +11,7 @@ use super::{
     thresholds::{ALIKE, AT_RANGE, BEYOND, LEADING, MARKED, MARKED_SHARE, MARKER_STEPS, SPIKE},
     witness::Witness,
 };
-use crate::{Record, fault::FaultKind, order::quantile};
+use crate::{Record, fault::FaultKind, order::quantile, parallel};
 use std::{
     collections::BTreeMap,
     f64::consts::{PI, TAU},
@@ -20,18 +20,10 @@ use std::{
 
 /// Takes markers out, and reports them.
 pub(super) fn check(record: &mut Record, report: &mut Report) {
-    for channel in Channel::all().filter(|channel| *channel != Channel::Temperature) {
-        let mut readings = Readings::of(record, channel);
-        // As they were written: markers don't unwrap.
-        readings.values = readings.rows.iter().map(|&k| channel.of(&record.rows[k])).collect();
-        let Some((value, runs)) = marker(channel, &readings) else { continue };
-        if let Channel::Gyro(axis) = channel
-            && let Some(witness) = Witness::of(record, axis)
-            && witness.shows(&readings, &bridged(&readings.values, &runs), &runs) == Some(true)
-        {
-            continue;
-        }
-        let marked: Vec<usize> = runs.iter().cloned().flatten().map(|k| readings.rows[k]).collect();
+    let channels: Vec<Channel> = Channel::all().filter(|channel| *channel != Channel::Temperature).collect();
+    let found = parallel::map(&channels, |channel| marked(record, *channel));
+    for (channel, found) in channels.into_iter().zip(found) {
+        let Some((value, marked)) = found else { continue };
         for &row in &marked {
             *channel.place(&mut record.rows[row]) = f64::NAN;
             report.mark(row);
@@ -45,6 +37,21 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
         );
         report.add_for(channel.axis(), FaultKind::Markers, rows as u64, Some(super::seconds(record, marked[0])), says);
     }
+}
+
+/// The marker of a channel and the rows that it stands in.
+fn marked(record: &Record, channel: Channel) -> Option<(f64, Vec<usize>)> {
+    let mut readings = Readings::of(record, channel);
+    // As they were written: markers don't unwrap.
+    readings.values = readings.rows.iter().map(|&k| channel.of(&record.rows[k])).collect();
+    let (value, runs) = marker(channel, &readings)?;
+    if let Channel::Gyro(axis) = channel
+        && let Some(witness) = Witness::of(record, axis)
+        && witness.shows(&readings, &bridged(&readings.values, &runs), &runs) == Some(true)
+    {
+        return None;
+    }
+    Some((value, runs.into_iter().flatten().map(|k| readings.rows[k]).collect()))
 }
 
 /// The marker of a channel and where it stands.

@@ -89,7 +89,6 @@ impl<'a> Neighbours<'a> {
     pub(super) fn apart(&mut self, times: f64) -> Vec<Apart> {
         let mut found: Vec<Apart> = Vec::new();
         for _ in 0..PASSES {
-            self.refresh();
             let judged: Vec<Apart> = (0..self.is_out.len()).filter_map(|k| self.judge(k)).collect();
             let flagged: Vec<Apart> = judged.into_iter().filter(|apart| apart.times > times).collect();
             let leads = |(i, own): &(usize, &Apart)| {
@@ -103,6 +102,7 @@ impl<'a> Neighbours<'a> {
             for apart in &leading {
                 self.is_out[apart.index] = true;
             }
+            self.refresh();
             found.extend(leading);
         }
         found.sort_by_key(|apart| apart.index);

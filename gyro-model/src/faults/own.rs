@@ -20,7 +20,7 @@ use super::{
     neighbours::Neighbours,
     thresholds::OWN,
 };
-use crate::{Axis, Record, fault::FaultKind, record::ReferenceKind, units};
+use crate::{Axis, Record, fault::FaultKind, parallel, record::ReferenceKind, units};
 use nalgebra::{DMatrix, DVector};
 
 /// Readings on either side that a filter may reach to.
@@ -35,8 +35,8 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
     let is_oriented = |axis: Axis| record.reference(axis) == Some(ReferenceKind::Quaternion);
     let orientation = axes.iter().find_map(|&axis| is_oriented(axis).then(|| computed(record, axis))?);
     let of = |axis| if is_oriented(axis) { orientation.clone() } else { computed(record, axis) };
-    let all: Vec<_> = axes.iter().filter_map(|&axis| Some((axis, of(axis)?))).collect();
-    for (axis, (name, rows, how)) in all {
+    for (&axis, found) in axes.iter().zip(parallel::map(&axes, |&axis| of(axis))) {
+        let Some((name, rows, how)) = found else { continue };
         let says = format!(
             "{name} is computed from this gyro's own readings (gyro_{axis}): {how}. It has the gyro's errors in it and shows none of them: use an encoder, \
              motion capture, cameras or a second IMU"
@@ -48,9 +48,10 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
 /// The name of this axis' reference, its readings and how it is made of the gyro's readings, if it is.
 fn computed(record: &Record, axis: Axis) -> Option<(String, usize, String)> {
     const WALK: &str = "it follows the random walk that the gyro's noise adds up to";
+    let kind = record.reference(axis)?;
     let gyro = Readings::of(record, Channel::Gyro(axis));
     let clocks = [walk::even(&gyro), gyro.clone()];
-    let channel = match record.reference(axis)? {
+    let channel = match kind {
         ReferenceKind::Angle => Channel::Angle(axis),
         ReferenceKind::Rate => Channel::Rate(axis),
         ReferenceKind::Quaternion => {

@@ -11,6 +11,7 @@ use gyro_model::{
         self,
         held::{Held, LOOKED_AT},
     },
+    parallel,
 };
 use std::path::Path;
 
@@ -51,7 +52,7 @@ pub fn read_beside<T>(
         let mut held = Held::of(&record.rows[..record.len().min(LOOKED_AT)]);
         record.rows.iter_mut().for_each(|row| held.take(row));
         let provenance = provenance(path, &reader, &record);
-        let (report, done) = beside(|| faults::check(&mut checked, &marked), || work(&record, &provenance));
+        let (report, done) = parallel::both(|| faults::check(&mut checked, &marked), || work(&record, &provenance));
         (report, Ok(done))
     } else {
         (faults::check(&mut record, &marked), Err(work))
@@ -99,22 +100,6 @@ pub fn read_beside<T>(
     provenance.start_ns += i128::from(origin);
     let done = streamed.unwrap_or_else(|work| work(&record, &provenance));
     Ok((record, found, provenance, done))
-}
-
-/// Two things at once.
-#[cfg(not(target_family = "wasm"))]
-fn beside<A: Send, B>(one: impl FnOnce() -> A + Send, other: impl FnOnce() -> B) -> (A, B) {
-    std::thread::scope(|scope| {
-        let one = scope.spawn(one);
-        let other = other();
-        (one.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), other)
-    })
-}
-
-/// WebAssembly has no threads.
-#[cfg(target_family = "wasm")]
-fn beside<A, B>(one: impl FnOnce() -> A, other: impl FnOnce() -> B) -> (A, B) {
-    (one(), other())
 }
 
 /// A time that counts rows, where its name or the text above the header shows that it is none.

@@ -25,7 +25,10 @@ use super::{
 };
 use crate::{Axis, Record, Row, effects::white_noise, nls::Normal};
 use nalgebra::{UnitQuaternion, Vector3};
-use std::f64::consts::{PI, TAU};
+use std::{
+    cell::LazyCell,
+    f64::consts::{PI, TAU},
+};
 
 /// The walk is looked for over times from so many rows on, up to this share of the log.
 const FIRST: usize = 4;
@@ -78,7 +81,7 @@ fn follows_beside(
     if n < 1000 || reference.values.len() < n || gyro.rows[..n] != reference.rows[..n] {
         return false;
     }
-    let walk = random_walk(gyro);
+    let gyro_walk = LazyCell::new(|| random_walk(gyro));
     let (t, g) = (&gyro.t[..n], &gyro.values[..n]);
     let (turned, shown) = (integral(t, g), &reference.values[..n]);
     // A filter's gains settle.
@@ -103,13 +106,15 @@ fn follows_beside(
         let alone = -alone.step_from(&alone, 1e-12)[0];
         let left = normal.cost_after(&step).max(0.0) / free as f64;
         let time = (t[n - 1] - t[0]) / (n - 1) as f64 * rows as f64;
-        // In the reference's unit, which may be another one than the gyro's.
-        let walk = coefficients[0].abs().min(alone.abs()) * walk;
         let may_be = free >= FREE && is_alike(coefficients[0], alone) && is_filter(&coefficients[OF_GYRO..]);
-        may_be.then_some(left / (2.0 * walk * walk * time).max(f64::MIN_POSITIVE))
+        may_be.then(|| {
+            // In the reference's unit, which may be another one than the gyro's.
+            let walk = coefficients[0].abs().min(alone.abs()) * *gyro_walk;
+            left / (2.0 * walk * walk * time).max(f64::MIN_POSITIVE)
+        })
     });
     let least = least.fold(f64::INFINITY, f64::min);
-    walk > 0.0 && least < OWN_WALK
+    least < OWN_WALK && *gyro_walk > 0.0
 }
 
 /// Whether two coefficients have one sign, and a size alike.
