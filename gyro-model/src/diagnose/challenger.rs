@@ -28,8 +28,8 @@ use std::sync::OnceLock;
 pub(crate) struct Incumbent<'a> {
     /// Fitted.
     pub study: Study<'a>,
-    /// Whitened draws of noise alone.
-    draws: Vec<Vec<Vec<f64>>>,
+    /// Whitened draws of noise alone, once they are asked for.
+    draws: OnceLock<Vec<Vec<Vec<f64>>>>,
     /// Its noise and likelihood.
     pub gls: Gls,
     /// What it is worth, axis by axis.
@@ -115,9 +115,12 @@ impl<'a> Incumbent<'a> {
     /// The same with the noise known.
     #[must_use]
     pub(crate) fn with(study: Study<'a>, gls: Gls) -> Self {
-        let draws = draws_of_noise(&study, &gls);
         let measures = (0..study.bench.problem.series.len()).map(|k| Measure::of(&study, &gls, k)).collect();
-        Self { study, draws, gls, measures, seldom: OnceLock::new(), scanned: OnceLock::new() }
+        Self { study, draws: OnceLock::new(), gls, measures, seldom: OnceLock::new(), scanned: OnceLock::new() }
+    }
+
+    fn draws(&self) -> &[Vec<Vec<f64>>] {
+        self.draws.get_or_init(|| draws_of_noise(&self.study, &self.gls))
     }
 
     /// The same model judged by what a suspect can be told from: undoing a delay or a response is a filter, and beside a
@@ -144,7 +147,7 @@ impl<'a> Incumbent<'a> {
     /// would: an encoder's quantisation under a regular motion is anything but white, and noise that grows with the rate
     /// is not everywhere the same.
     fn inflation(&self, refit: &Study) -> f64 {
-        let n = self.draws.len() as f64;
+        let n = self.draws().len() as f64;
         let (normal, whitener) = noise::normal(refit, &self.gls.noise);
         let (all, _) = nls::invert_observable(&normal.matrix, 1e-10);
         let own: Vec<bool> = refit.slots.iter().map(|slot| slot.term >= self.terms(slot.series)).collect();
@@ -153,7 +156,7 @@ impl<'a> Incumbent<'a> {
         let (few, _) = nls::invert_observable(&few, 1e-10);
         let columns: Vec<Vec<Vec<f64>>> = refit.columns.iter().map(|c| whitener.apply_each(c)).collect();
         let (mut sum, mut largest) = (0.0, 0.0_f64);
-        for draw in &self.draws {
+        for draw in self.draws() {
             let g: Vec<f64> = columns.iter().map(|c| c.iter().zip(draw).map(|(a, b)| nls::dot(a, b)).sum()).collect();
             let form = |m: &faer::Mat<f64>, pick: &[usize]| -> f64 {
                 (0..pick.len()).map(|i| (0..pick.len()).map(|j| g[pick[i]] * m[(i, j)] * g[pick[j]]).sum::<f64>()).sum()
@@ -211,7 +214,7 @@ impl<'a> Incumbent<'a> {
 
     /// The score test beside this model.
     pub(super) fn scanner(&self) -> Scanner<'_> {
-        Scanner::new(&self.study, &self.gls, &self.draws)
+        Scanner::new(&self.study, &self.gls, self.draws())
     }
 
     /// What the scan says an effect may begin at: by the likelihood and, where that is another, by the error.

@@ -7,7 +7,7 @@ use super::{
     integrate::{integral, smooth},
     rough::{POOR, Spread, TENTH, evenly, median_apart, stretches, walked, windows, without_tones},
 };
-use crate::effects::sixth_differences;
+use crate::{effects::sixth_differences, parallel};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -39,7 +39,7 @@ pub(super) fn encoder_noise(encoder: &Encoder, shaft: (&[f64], &[f64]), gyro: (&
         let error = |i: usize| encoder.noisy_error(&along, shaft.len(), i, noise * normal[i]);
         windows(&sixth_differences(&(0..shaft.len()).map(error).collect::<Vec<_>>())).collect()
     };
-    let exact: Vec<Vec<f64>> = (0..ALL_ZEROS).map(|zero| made_from(zero, 0.0)).collect();
+    let exact = parallel::map(&(0..ALL_ZEROS).collect::<Vec<_>>(), |&zero| made_from(zero, 0.0));
     let usual = encoder.step.powi(2) / 12.0 / encoder.readings as f64;
     let moves =
         |window: usize| exact.iter().map(|made| made[window]).sum::<f64>() / f64::from(ALL_ZEROS) > MOVES * usual;

@@ -57,7 +57,9 @@ pub(super) fn log_likelihood(course: &Course, motion: &Course, causes: &[Cause])
         let inverse = factor.inverse();
         for (z, c) in parts.iter().zip(&mut c) {
             let square = (py.transpose() * (z * &py))[(0, 0)];
-            let trace: f64 = (0..n).map(|j| (0..n).map(|i| inverse[(i, j)] * z[(i, j)]).sum::<f64>()).sum();
+            let along =
+                |j: usize| inverse.col_as_slice(j).iter().zip(z.col_as_slice(j)).map(|(v, z)| v * z).sum::<f64>();
+            let trace: f64 = (0..n).map(along).sum();
             *c *= (square / trace).max(0.0).sqrt();
         }
     }

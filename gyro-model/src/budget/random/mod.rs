@@ -20,6 +20,7 @@ mod joint;
 use crate::{
     evidence::{series::Rest, study::Study},
     nls::Normal,
+    parallel,
     statistics::Estimate,
     thresholds as limit,
 };
@@ -86,7 +87,8 @@ impl Random {
         let found = |cause: &Cause| self.found.iter().chain(&with.found).any(|found| found.cause == *cause);
         let causes: Vec<Cause> = Cause::ALL.into_iter().filter(found).collect();
         let log_likelihood = |of: &Self| joint::log_likelihood(of.course.as_ref()?, with.course.as_ref()?, &causes);
-        Some(log_likelihood(with)? - log_likelihood(self)?)
+        let (with, own) = parallel::both(|| log_likelihood(with), || log_likelihood(self));
+        Some(with? - own?)
     }
 
     /// Whether there is one.
