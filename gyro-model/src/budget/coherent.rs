@@ -5,7 +5,7 @@
 
 use crate::{
     evidence::{
-        incoherent::made,
+        incoherent::{RESPONSE, made},
         integrate::integral,
         series::{Rest, Series},
     },
@@ -43,29 +43,25 @@ pub(super) fn conditioned(
     (tau, dt): (&[f64], f64),
     response: Response,
 ) -> Conditioned {
-    let columns = columns(s, whole, response);
+    let columns = || columns(s, whole, response);
     let n = error.len();
     let block = |row: usize| row * BLOCKS / n;
-    let m = columns.len();
+    let looked_at: Vec<Increments> = tau.iter().map(|tau| Increments::over(*tau, dt, error)).collect();
+    let mut made: Vec<Vec<Vec<f64>>> = vec![Vec::new(); tau.len()];
+    for column in columns() {
+        looked_at.iter().zip(&mut made).for_each(|(over, made)| made.push(over.of(&column)));
+    }
+    let m = made.first().map_or(0, Vec::len);
     if m == 0 {
         return Conditioned { rest: error.to_vec(), share: vec![0.0; tau.len()] };
     }
-    // The equations of each averaging time and block, each averaging time counting alike.
     let mut each: Vec<Vec<Normal>> = Vec::new();
-    for tau in tau {
-        let lag = ((tau / dt).round() as usize).clamp(1, n - 1);
-        let stride = ((n - lag) / INCREMENTS).max(1);
-        let starts: Vec<usize> = (0..n - lag).step_by(stride).collect();
-        let step = |values: &[f64]| -> Vec<f64> { starts.iter().map(|&i| values[i + lag] - values[i]).collect() };
-        let own = step(error);
-        let mean = own.iter().map(|d| d * d).sum::<f64>().max(1e-300);
-        let size = mean.sqrt().recip();
-        let own: Vec<f64> = own.iter().map(|d| size * d).collect();
-        let made: Vec<Vec<f64>> = columns.iter().map(|c| step(c).iter().map(|d| size * d).collect()).collect();
+    for (over, made) in looked_at.iter().zip(&made) {
+        let own = over.of(error);
         let mut blocks = Vec::new();
         let mut first = 0;
         for b in 0..BLOCKS {
-            let after = first + starts[first..].iter().take_while(|&&i| block(i) == b).count();
+            let after = first + over.starts[first..].iter().take_while(|&&i| block(i) == b).count();
             let mut normal = Normal::zeros(m);
             normal.add(&own[first..after], &made.iter().map(|c| &c[first..after]).collect::<Vec<_>>());
             blocks.push(normal);
@@ -101,10 +97,32 @@ pub(super) fn conditioned(
         return Conditioned { rest: error.to_vec(), share: vec![0.0; share.len()] };
     }
     let mut rest = error.to_vec();
-    for (column, step) in columns.iter().zip(&all) {
-        rest.iter_mut().zip(column).for_each(|(rest, c)| *rest += step * c);
+    for (column, step) in columns().zip(&all) {
+        rest.iter_mut().zip(&column).for_each(|(rest, c)| *rest += step * c);
     }
     Conditioned { rest, share }
+}
+
+/// The increments of one averaging time, in units of those of the error.
+struct Increments {
+    lag: usize,
+    starts: Vec<usize>,
+    size: f64,
+}
+
+impl Increments {
+    fn over(tau: f64, dt: f64, error: &[f64]) -> Self {
+        let n = error.len();
+        let lag = ((tau / dt).round() as usize).clamp(1, n - 1);
+        let stride = ((n - lag) / INCREMENTS).max(1);
+        let plain = Self { lag, starts: (0..n - lag).step_by(stride).collect(), size: 1.0 };
+        let square = plain.of(error).iter().map(|d| d * d).sum::<f64>().max(1e-300);
+        Self { size: square.sqrt().recip(), ..plain }
+    }
+
+    fn of(&self, values: &[f64]) -> Vec<f64> {
+        self.starts.iter().map(|&i| self.size * (values[i + self.lag] - values[i])).collect()
+    }
 }
 
 /// Mean share below which columns foretell nothing.
@@ -123,59 +141,49 @@ fn left(normal: &Normal, step: &[f64]) -> f64 {
     sum.max(0.0)
 }
 
-/// What the catalogue's kinds of error make of this motion, as angles at the reference's rows: those that go with the rate
-/// and the way it changes, with other axes, with acceleration, temperature and supply.
-fn columns(s: &Series, whole: &[f64], response: Response) -> Vec<Vec<f64>> {
-    let turned = {
-        let mut at = vec![0.0; s.t.len()];
-        for (&row, angle) in s.reference_rows.iter().zip(whole) {
-            at[row] = *angle;
-        }
-        at
-    };
-    let at_rows = |made: &[f64]| -> Vec<f64> { s.reference_rows.iter().map(|&k| made[k]).collect() };
-    // What a sensor at rest reads is its error, and no motion.
-    let mut all: Vec<Vec<f64>> = if s.rest == Rest::Whole {
-        Vec::new()
-    } else {
-        let mut made: Vec<Vec<f64>> = made((&s.t, &s.gyro), &turned).iter().map(|made| at_rows(made)).collect();
-        if response == Response::ToSpectra {
-            made.remove(RESPONSE);
-        }
-        made
-    };
-    // An encoder that sits off its shaft's centre errs with the angle. Over less than a turn sine and cosine of the reference are
-    // together nearly the reference itself, and with the gyro's angle the whole error: there the gyro says the angle.
-    if let [first, ..] = s.reference_angle[..] {
-        let [least, most] = [f64::min, f64::max].map(|of| s.reference_angle.iter().copied().fold(first, of));
-        let shaft = if most - least < TAU { whole } else { &s.reference_angle };
-        for turns in [1.0, 2.0] {
-            let angle = |k: &f64| turns * (k - shaft[0]);
-            all.push(shaft.iter().map(|k| angle(k).sin()).collect());
-            all.push(shaft.iter().map(|k| angle(k).cos()).collect());
-        }
+/// What the catalogue's kinds of error make of this motion, as angles at the reference's rows, one after the other: those that go with
+/// the rate and the way it changes, with other axes, with acceleration, temperature and supply.
+fn columns<'a>(s: &'a Series, whole: &'a [f64], response: Response) -> impl Iterator<Item = Vec<f64>> + 'a {
+    let mut turned = vec![0.0; s.t.len()];
+    for (&row, angle) in s.reference_rows.iter().zip(whole) {
+        turned[row] = *angle;
     }
-    let mut more = |of: &dyn Fn(usize) -> f64| {
-        let values: Vec<f64> = (0..s.t.len()).map(of).collect();
-        let mean = values.iter().sum::<f64>() / values.len() as f64;
-        if values.iter().any(|value| (value - mean).abs() > 1e-12) {
-            let about: Vec<f64> = values.iter().map(|value| value - mean).collect();
-            all.push(at_rows(&integral(&s.t, &about)));
-        }
-    };
-    for axis in 0..3 {
-        if axis != s.axis.index() {
-            more(&|k| s.signals[k].rates[axis]);
-        }
-        more(&|k| s.signals[k].accel[axis]);
-    }
-    more(&|k| s.signals[k].delta_temperature);
-    if s.rest != Rest::Whole {
-        more(&|k| s.signals[k].delta_temperature * s.gyro[k]);
-    }
-    more(&|k| s.signals[k].delta_supply);
-    all
+    let of_readings = (s.rest != Rest::Whole).then(|| made((&s.t, &s.gyro), turned)).into_iter().flatten();
+    let asked = of_readings.enumerate().filter(move |(k, _)| response == Response::Column || *k != RESPONSE);
+    let at_rows = |made: Vec<f64>| -> Vec<f64> { s.reference_rows.iter().map(|&k| made[k]).collect() };
+    asked.map(move |(_, made)| at_rows(made)).chain(of_shaft(s, whole)).chain(of_others(s).map(at_rows))
 }
 
-/// Place of the column of a slow response among those.
-const RESPONSE: usize = 3;
+/// What goes with the angle of the shaft.
+fn of_shaft<'a>(s: &'a Series, whole: &'a [f64]) -> impl Iterator<Item = Vec<f64>> + 'a {
+    let angle = &s.reference_angle[..];
+    let [least, most] = [f64::min, f64::max].map(|of| angle.iter().copied().reduce(of).unwrap_or_default());
+    let shaft = if most - least < TAU && !angle.is_empty() { whole } else { angle };
+    let waves = |turns: f64| {
+        let angle = |k: &f64| turns * (k - shaft[0]);
+        [shaft.iter().map(|k| angle(k).sin()).collect(), shaft.iter().map(|k| angle(k).cos()).collect()]
+    };
+    [1.0, 2.0].into_iter().filter(|_| !shaft.is_empty()).flat_map(waves)
+}
+
+/// What goes with other channels than the gyro and its reference, at all samples.
+fn of_others(s: &Series) -> impl Iterator<Item = Vec<f64>> {
+    let mut others: Vec<Box<dyn Fn(usize) -> f64 + '_>> = Vec::new();
+    for axis in 0..3 {
+        if axis != s.axis.index() {
+            others.push(Box::new(move |k| s.signals(k).rates[axis]));
+        }
+        others.push(Box::new(move |k| s.signals(k).accel[axis]));
+    }
+    others.push(Box::new(|k| s.signals(k).delta_temperature));
+    if s.rest != Rest::Whole {
+        others.push(Box::new(|k| s.signals(k).delta_temperature * s.gyro[k]));
+    }
+    others.push(Box::new(|k| s.signals(k).delta_supply));
+    others.into_iter().filter_map(|of| {
+        let values: Vec<f64> = (0..s.t.len()).map(of).collect();
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let changes = values.iter().any(|value| (value - mean).abs() > 1e-12);
+        changes.then(|| integral(&s.t, &values.iter().map(|value| value - mean).collect::<Vec<_>>()))
+    })
+}

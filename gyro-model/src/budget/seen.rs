@@ -9,6 +9,7 @@ use crate::{
     AxisModel,
     evidence::{
         prior::{Prior, read_angle},
+        rough::median_apart,
         series::Rest,
         study::Study,
         whiten::NoiseModel,
@@ -52,9 +53,7 @@ impl<'a> Seen<'a> {
         let problem = &study.bench.problem;
         let s = &problem.series[series];
         let t = problem.times();
-        let mut apart: Vec<f64> = t.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        apart.sort_by(f64::total_cmp);
-        let dt = apart[apart.len() / 2];
+        let dt = median_apart(t);
         let error = problem.axis_error(&study.evaluation, series);
         let angle = problem.attitude().map_or_else(
             || study.evaluation.tracks[series].reference().to_vec(),

@@ -7,8 +7,8 @@
 
 use crate::{
     Term,
-    effects::{Memory, Role, Signals, Trait},
-    evidence::study::Study,
+    effects::{Memory, Role, Trait},
+    evidence::{series::Series, study::Study},
     scan::{Candidate, tone},
 };
 use itertools::Itertools;
@@ -37,12 +37,13 @@ pub(super) fn chance(rise: f64, candidate: &Candidate, study: &Study) -> f64 {
 }
 
 /// How often the error of a slow effect swings; without end for one that is not slow.
-pub(super) fn swings_of_slow(term: &Term, signals: &[Signals]) -> f64 {
+pub(super) fn swings_of_slow(term: &Term, series: &Series) -> f64 {
     if !term.effect.is(Trait::Slow) {
         return f64::INFINITY;
     }
     let mut memory = Memory::default();
-    let error: Vec<f64> = signals.iter().map(|s| term.effect.error(&term.values, s, &mut memory)).collect();
+    let error = |k| term.effect.error(&term.values, &series.signals(k), &mut memory);
+    let error: Vec<f64> = (0..series.t.len()).map(error).collect();
     swings(&error) as f64
 }
 

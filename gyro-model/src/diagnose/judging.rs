@@ -91,7 +91,7 @@ impl Challenger<'_> {
             is_line,
             is_mean: self.is_mean,
             is_slow: term.effect.is(Trait::Slow),
-            swings: swings_of_slow(term, &self.study.bench.problem.series[series].signals),
+            swings: swings_of_slow(term, &self.study.bench.problem.series[series]),
             before: f64::NAN,
             after: self.excess,
             grows: self.grows,

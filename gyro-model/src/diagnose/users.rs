@@ -53,7 +53,7 @@ fn signals<'a>(incumbent: &'a Incumbent, series: usize) -> impl Iterator<Item = 
     let study = &incumbent.study;
     let (own, warm) = (&study.bench.problem.series[series], &study.warm[series]);
     (0..own.t.len()).map(move |k| {
-        let mut signals = own.signals[k];
+        let mut signals = own.signals(k);
         signals.rates[own.axis.index()] = warm.rate[k];
         Signals { rate_dot: warm.rate_dot[k], angle: warm.angle[k], ..signals }
     })

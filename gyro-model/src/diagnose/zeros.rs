@@ -84,21 +84,21 @@ impl Incumbent<'_> {
 
 /// Whether a log has rests and motion in turn, and no accelerometer.
 fn may_show(series: &Series) -> bool {
-    let signals = &series.signals;
-    let has_accelerometer = |axis: usize| signals.iter().any(|s| s.accel[axis] != signals[0].accel[axis]);
+    let first = series.signals(0).accel;
+    let has_accelerometer = |axis: usize| (0..series.t.len()).any(|k| series.signals(k).accel[axis] != first[axis]);
     if (0..3).any(has_accelerometer) {
         return false;
     }
     let Some(middle) = median(series.gyro.clone()) else { return false };
     let (mut last, mut moving, mut starts) = (f64::NEG_INFINITY, 0, 0);
     let mut before = false;
-    for (s, rate) in signals.iter().zip(&series.gyro) {
-        last = if (rate - middle).abs() > MOVES { s.t } else { last };
-        let moves = s.t - last < LASTS;
+    for (t, rate) in series.t.iter().zip(&series.gyro) {
+        last = if (rate - middle).abs() > MOVES { *t } else { last };
+        let moves = t - last < LASTS;
         starts += usize::from(moves && !before);
         moving += usize::from(moves);
         before = moves;
     }
-    let share = moving as f64 / signals.len() as f64;
+    let share = moving as f64 / series.t.len() as f64;
     (EITHER..1.0 - EITHER).contains(&share) && starts >= STARTS
 }

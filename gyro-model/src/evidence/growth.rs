@@ -14,7 +14,7 @@ pub(super) fn turned(study: &Study) -> Vec<f64> {
         let (mut sum, mut next) = (0.0, 0);
         for (out, &row) in sums.iter_mut().zip(&s.reference_rows) {
             for k in next..=row {
-                sum += warm.rate[k] * warm.rate[k] * s.signals[k].dt / series.len() as f64;
+                sum += warm.rate[k] * warm.rate[k] * s.dt(k) / series.len() as f64;
             }
             next = row + 1;
             *out += sum;

@@ -4,7 +4,7 @@
 //! into Gram matrices, block by block in time. Minimising Σ_τ E(τ)²/F(τ)² over the parameters is then a small set of
 //! normal equations; leaving one block out of the sum and evaluating the form on it is the held-out error.
 
-use super::problem::Problem;
+use super::{problem::Problem, rough::median_apart};
 use crate::nls::{self, dot};
 use std::ops::Range;
 
@@ -63,11 +63,7 @@ impl Windows {
     pub fn with(t: &[f64], most: usize) -> Self {
         let n = t.len();
         let (first, span) = (t[0], t[n - 1] - t[0]);
-        let step = {
-            let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
-            steps.sort_by(f64::total_cmp);
-            steps[steps.len() / 2]
-        };
+        let step = median_apart(t);
         let (low, high) = (2.0 * step, (0.1 * span).max(2.0 * step));
         let count = ((high / low).log10() * 6.0).ceil() as usize + 1;
         let mut samples: Vec<usize> = (0..count.max(2))

@@ -140,7 +140,7 @@ impl Rough {
 }
 
 /// How far apart in time samples mostly are, s; 1 for none.
-pub(super) fn median_apart(t: &[f64]) -> f64 {
+pub(crate) fn median_apart(t: &[f64]) -> f64 {
     median(t.windows(2).map(|pair| pair[1] - pair[0]).collect()).unwrap_or(1.0)
 }
 

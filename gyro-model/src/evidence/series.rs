@@ -7,6 +7,7 @@ use super::{
     heating::heating,
     integrate::{hermite, integral, three_point_slopes},
     line,
+    rough::median_apart,
 };
 use crate::{
     Axis, Model, Record,
@@ -14,6 +15,7 @@ use crate::{
     order::median,
     record::{FREE_CHANNELS, ReferenceKind, Walk},
 };
+use std::sync::Arc;
 
 /// The columns of one axis. Inputs have no holes: what is missing is interpolated and, for the gyro, marked lost
 /// where that is for long.
@@ -33,8 +35,8 @@ pub struct Series {
     pub read: Vec<bool>,
     /// Samples whose reading is missing, for too long to be told from its neighbours.
     pub missing: Vec<bool>,
-    /// What the regressors see, but for rate, rate_dot and angle.
-    pub signals: Vec<Signals>,
+    /// What else the regressors see.
+    around: Arc<Around>,
     /// Indices (into the samples) of the rows with a reference.
     pub reference_rows: Vec<usize>,
     /// Their times, s.
@@ -57,6 +59,20 @@ pub struct Series {
     pub knots: Option<f64>,
     /// The reference readings that say something of their own.
     pub readings: Vec<Reading>,
+}
+
+/// What the regressors of an axis see beside its own motion: columns without holes, empty where the log has none.
+#[derive(Debug)]
+struct Around {
+    rates: [Vec<f64>; 3],
+    accel: [Vec<f64>; 3],
+    /// T − 25 °C.
+    delta_temperature: Vec<f64>,
+    temperature_dot: Vec<f64>,
+    supply: Vec<f64>,
+    /// The supply that its changes count from, V.
+    origin: Option<f64>,
+    free: Vec<Vec<f64>>,
 }
 
 /// Whether an axis turns.
@@ -262,12 +278,28 @@ const BEND: f64 = 0.5;
 /// Least spread of a reading: an encoder's counts are not all of one width.
 const UNEVEN: f64 = 0.05;
 
+/// All that the layout of an axis takes from a model: scale factor and bias of the other axes, and the supply's origin.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Beside {
+    rates: [(f64, f64); 3],
+    supply: Option<f64>,
+}
+
+impl Beside {
+    /// What it takes from this one.
+    pub(crate) fn of(model: &Model, axis: Axis) -> Self {
+        let calibrated = |other: Axis| model.axes[other.index()].as_ref().filter(|_| other != axis);
+        let rates = Axis::ALL.map(|other| calibrated(other).map_or((1.0, 0.0), |own| (own.alpha(), own.delta())));
+        Self { rates, supply: model.origin.supply }
+    }
+}
+
 impl Series {
     /// Lays out one axis; `None` where it has no gyro or no reference. What its effects see of the other axes is what
     /// `model`'s scale factor and bias make of their readings.
     #[must_use]
     pub fn new(record: &Record, axis: Axis, model: &Model) -> Option<Self> {
-        let i = axis.index();
+        let (i, beside) = (axis.index(), Beside::of(model, axis));
         let kind = record.reference(axis)?;
         let rows = &record.rows;
         let t: Vec<f64> = rows.iter().map(|r| r.t_ns as f64 * 1e-9).collect();
@@ -275,35 +307,25 @@ impl Series {
         let raw = column(&|k| rows[k].gyro[i]);
         let (read, missing) = (raw.iter().map(|v| v.is_finite()).collect(), holes(&t, &raw));
         let gyro = curve(&t, &raw)?;
-        let zero = || vec![0.0; t.len()];
-        let filled = |pick: &dyn Fn(usize) -> f64| fill(&t, &column(pick)).unwrap_or_else(zero);
-        let rates: [Vec<f64>; 3] = std::array::from_fn(|a| {
-            let calibrated = model.axes[a].as_ref().filter(|_| a != i);
-            let (alpha, delta) = calibrated.map_or((1.0, 0.0), |other| (other.alpha(), other.delta()));
-            curve(&t, &column(&|k| alpha * rows[k].gyro[a] + delta)).unwrap_or_else(zero)
+        let filled = |pick: &dyn Fn(usize) -> f64| fill(&t, &column(pick)).unwrap_or_default();
+        let rates = std::array::from_fn(|a| {
+            let (alpha, delta) = beside.rates[a];
+            curve(&t, &column(&|k| alpha * rows[k].gyro[a] + delta)).unwrap_or_default()
         });
-        let accel: [Vec<f64>; 3] = std::array::from_fn(|a| filled(&|k| rows[k].accel[a]));
-        let temperature = fill(&t, &column(&|k| rows[k].temperature)).unwrap_or_else(|| vec![25.0; t.len()]);
-        let heating = heating(&t, &temperature);
-        let between_steps = between_steps(&t, &temperature);
-        let supply = filled(&|k| rows[k].supply);
-        let free: Vec<Vec<f64>> =
-            (0..record.free_names.len().min(FREE_CHANNELS)).map(|c| filled(&|k| rows[k].free[c])).collect();
-        let signals = (0..t.len())
-            .map(|k| Signals {
-                t: t[k],
-                dt: if k == 0 { 0.0 } else { t[k] - t[k - 1] },
-                axis: i,
-                rates: std::array::from_fn(|a| rates[a][k]),
-                accel: std::array::from_fn(|a| accel[a][k]),
-                delta_temperature: between_steps[k] - 25.0,
-                temperature_dot: heating[k],
-                supply: supply[k],
-                delta_supply: model.origin.supply.map_or(0.0, |origin| supply[k] - origin),
-                free: std::array::from_fn(|c| free.get(c).map_or(0.0, |f| f[k])),
-                ..Signals::default()
-            })
-            .collect();
+        let (delta_temperature, temperature_dot) = {
+            let temperature = fill(&t, &column(&|k| rows[k].temperature)).unwrap_or_else(|| vec![25.0; t.len()]);
+            let between_steps = between_steps(&t, &temperature).into_iter();
+            (between_steps.map(|between| between - 25.0).collect(), heating(&t, &temperature))
+        };
+        let around = Arc::new(Around {
+            rates,
+            accel: std::array::from_fn(|a| filled(&|k| rows[k].accel[a])),
+            delta_temperature,
+            temperature_dot,
+            supply: filled(&|k| rows[k].supply),
+            origin: beside.supply,
+            free: (0..record.free_names.len().min(FREE_CHANNELS)).map(|c| filled(&|k| rows[k].free[c])).collect(),
+        });
         let has = |k: &usize| match kind {
             ReferenceKind::Angle => rows[*k].ref_angle[i].is_finite(),
             ReferenceKind::Rate => rows[*k].ref_rate[i].is_finite(),
@@ -350,7 +372,7 @@ impl Series {
             turned: record.turned.iter().map(|turned| turned.gyro[i]).collect(),
             read,
             missing,
-            signals,
+            around,
             reference_rows,
             reference_t,
             reference_angle,
@@ -363,6 +385,35 @@ impl Series {
             knots: None,
             readings,
         })
+    }
+
+    /// Time from the sample before, s; 0 at the first.
+    #[inline]
+    #[must_use]
+    pub fn dt(&self, k: usize) -> f64 {
+        if k == 0 { 0.0 } else { self.t[k] - self.t[k - 1] }
+    }
+
+    /// What the regressors see at sample `k`, but for the rate that is known best, its derivative, and the angle.
+    #[inline]
+    #[must_use]
+    pub fn signals(&self, k: usize) -> Signals {
+        let around = &self.around;
+        let at = |column: &Vec<f64>| column.get(k).copied().unwrap_or_default();
+        let supply = at(&around.supply);
+        Signals {
+            t: self.t[k],
+            dt: self.dt(k),
+            axis: self.axis.index(),
+            rates: around.rates.each_ref().map(at),
+            accel: around.accel.each_ref().map(at),
+            delta_temperature: at(&around.delta_temperature),
+            temperature_dot: at(&around.temperature_dot),
+            supply,
+            delta_supply: around.origin.map_or(0.0, |origin| supply - origin),
+            free: std::array::from_fn(|c| around.free.get(c).map_or(0.0, at)),
+            ..Signals::default()
+        }
     }
 
     /// ∫ rate dt over these times. Where the readings are means, α times what they have turned, and the integral of the rest.
@@ -384,15 +435,13 @@ impl Series {
     /// What the grids of shapes are chosen by.
     #[must_use]
     pub fn span(&self) -> Span {
-        let mut steps: Vec<f64> = self.t.windows(2).map(|w| w[1] - w[0]).collect();
-        steps.sort_by(f64::total_cmp);
         let (low, high) =
             self.reference_angle.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &x| (a.min(x), b.max(x)));
         Span {
             start: self.t[0],
             duration: self.t[self.t.len() - 1] - self.t[0],
-            dt: steps[steps.len() / 2],
-            reference_dt: median(self.reference_t.windows(2).map(|pair| pair[1] - pair[0]).collect()).unwrap_or(0.0),
+            dt: median_apart(&self.t),
+            reference_dt: median_apart(&self.reference_t),
             reading_min: self.gyro.iter().map(|g| g.abs()).filter(|&g| g > 0.0).fold(f64::INFINITY, f64::min),
             reading_max: self.gyro.iter().fold(0.0, |m, g| f64::max(m, g.abs())),
             travel: if high > low { high - low } else { 0.0 },

@@ -203,7 +203,7 @@ impl Tracker<'_> {
     /// What the regressors of one axis see at sample `k`.
     fn signals(&self, k: usize) -> Signals {
         let (s, warm) = (self.own(), &self.warm[self.index]);
-        let mut signals = s.signals[k];
+        let mut signals = s.signals(k);
         for (other, w) in self.series.iter().zip(self.warm) {
             signals.rates[other.axis.index()] = w.rate[k];
         }
@@ -279,7 +279,7 @@ fn reference_errors(s: &Series, term: &Term, warm: &Warm, mut take: impl FnMut(u
     let mut memory = Memory::default();
     let mut passed = s.reference_rows.first().copied().unwrap_or(0);
     for (i, &k) in s.reference_rows.iter().enumerate() {
-        let at = |row: usize, angle: f64| Signals { angle, ..s.signals[row] };
+        let at = |row: usize, angle: f64| Signals { angle, ..s.signals(row) };
         // A play goes by where the shaft has been, between the readings too.
         for row in passed..k {
             let been = [Some(warm.angle[row]), turning_point(&warm.angle, row)];

@@ -66,13 +66,13 @@ pub(crate) fn can_show(effect: &dyn Effect, series: &Series) -> bool {
             (0..series.t.len()).map(pick).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
         high - low > least
     };
-    let s = &series.signals;
+    let s = |k: usize| series.signals(k);
     effect.card().needs.iter().all(|need| match need {
-        Need::OtherGyros => (0..3).filter(|&a| a != series.axis.index()).any(|a| varies(&|k| s[k].rates[a], 0.02)),
-        Need::Gyro(axis) => *axis == series.axis || varies(&|k| s[k].rates[axis.index()], 0.02),
-        Need::Accelerometer => (0..3).any(|a| varies(&|k| s[k].accel[a], 1e-6)),
-        Need::Temperature => varies(&|k| s[k].delta_temperature, 0.5),
-        Need::Supply => varies(&|k| s[k].delta_supply, 1e-3),
+        Need::OtherGyros => (0..3).filter(|&a| a != series.axis.index()).any(|a| varies(&|k| s(k).rates[a], 0.02)),
+        Need::Gyro(axis) => *axis == series.axis || varies(&|k| s(k).rates[axis.index()], 0.02),
+        Need::Accelerometer => (0..3).any(|a| varies(&|k| s(k).accel[a], 1e-6)),
+        Need::Temperature => varies(&|k| s(k).delta_temperature, 0.5),
+        Need::Supply => varies(&|k| s(k).delta_supply, 1e-3),
         Need::AngleReference => series.kind == ReferenceKind::Angle,
     })
 }
@@ -114,7 +114,7 @@ pub(crate) fn starts(study: &Study, effect: &'static dyn Effect, series: usize) 
 pub(crate) fn draws_of_noise(study: &Study, gls: &Gls) -> Vec<Vec<Vec<f64>>> {
     let whitener = noise::whitener(study, &gls.noise);
     let noise_alone = Draws::anywhere(study, 0);
-    (0..DRAWS).map(|seed| whitener.apply_each(&noise_alone.read(seed))).collect()
+    parallel::map(&(0..DRAWS).collect::<Vec<_>>(), |&seed| whitener.apply_each(&noise_alone.read(seed)))
 }
 
 /// Draws of noise alone.
