@@ -48,13 +48,14 @@ pub fn run(args: &ChangeArgs, direction: Direction) -> Result<ExitCode> {
     }
     // Both are refitted to this log, so that before and after differ by the effects alone.
     let before =
-        if args.model.is_some() { subject::fit(&subject, &start.file.model)? } else { start.file.model.clone() };
+        if args.model.is_some() { subject::fit(&subject, &start.file.model)?.0 } else { start.file.model.clone() };
     let mut after = {
         let _spinner = Progress::spinner("fitting");
         subject.changed(&start.file, &before, &args.effects, direction)?
     };
     after.epoch = start.file.model.epoch + 1;
-    let (old, new) = (subject::compare(&subject, &before, true)?, subject::compare(&subject, &after, true)?);
+    let judged = |model| subject::compare(&subject, model, true, start.laid.as_ref());
+    let (old, new) = (judged(&before)?, judged(&after)?);
     let file = subject.fitted(after, start.file.own_effects);
     if let Some(path) = &args.output {
         subject::keep(path, &file)?;

@@ -6,7 +6,7 @@ use crate::{
     progress::Progress,
 };
 use anyhow::{Context, Result, ensure};
-use gyro_model::Model;
+use gyro_model::{Model, evidence::study::Bench};
 use std::{path::PathBuf, process::ExitCode};
 use workbench::{
     model_file, prior,
@@ -55,21 +55,25 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let log = args.log.first();
     let subject = subject::read(&log, args.start.axis)?;
     let mut says = Vec::new();
-    let (model, own_effects) = match (&args.start.prior, &args.start.model) {
+    let (model, own_effects, laid) = match (&args.start.prior, &args.start.model) {
         (Some(path), _) => {
             let begun = subject::begin(&subject, path)?;
             says = begun.says;
-            (begun.start.file.model, Vec::new())
+            (begun.start.file.model, Vec::new(), None)
         }
         (None, Some(path)) => {
             let file = model_file::load(path, &subject.record.free_names)?;
             file.check_channels(&subject.record, &subject.axes).with_context(|| subject.name.clone())?;
-            (fitted(&subject, &file.model)?, file.own_effects)
+            let (model, laid) = fitted(&subject, &file.model)?;
+            (model, file.own_effects, laid)
         }
-        (None, None) => (fitted(&subject, &subject.base())?, Vec::new()),
+        (None, None) => {
+            let (model, laid) = fitted(&subject, &subject.base())?;
+            (model, Vec::new(), laid)
+        }
     };
     // Blocked refits would forget the type.
-    let mut diagnosis = subject::compare(&subject, &model, args.start.prior.is_none())?;
+    let mut diagnosis = subject::compare(&subject, &model, args.start.prior.is_none(), laid.as_ref())?;
     prior::say_beside(&mut diagnosis.axes, &says);
     let file = subject.fitted(model, own_effects);
     if let Some(path) = &args.output {
@@ -88,9 +92,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn fitted(subject: &Subject, start: &Model) -> Result<Model> {
-    let fitted = subject::fit(subject, start)?;
-    Ok(Model { epoch: start.epoch + 1, ..fitted })
+fn fitted(subject: &Subject, start: &Model) -> Result<(Model, Option<Bench>)> {
+    let (fitted, laid) = subject::fit(subject, start)?;
+    Ok((Model { epoch: start.epoch + 1, ..fitted }, laid))
 }
 
 fn run_all(args: &Args) -> Result<ExitCode> {

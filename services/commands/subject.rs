@@ -10,6 +10,7 @@ use anyhow::{Context as _, Result, bail};
 use gyro_model::{
     Axis, Model, diagnose,
     diagnosis::{DataFault, Diagnosis},
+    evidence::study::Bench,
 };
 use std::{
     io::Write as _,
@@ -54,13 +55,13 @@ pub fn start(subject: &Subject, model: Option<&Path>) -> Result<Start> {
     subject.start(model)
 }
 
-/// Refits a model on the axes that are meant.
+/// Refits a model on the axes that are meant, and gives the log as it was laid out for it.
 ///
 /// # Errors
 /// A log that cannot be fitted.
-pub fn fit(subject: &Subject, model: &Model) -> Result<Model> {
+pub fn fit(subject: &Subject, model: &Model) -> Result<(Model, Option<Bench>)> {
     let _spinner = Progress::spinner("fitting");
-    subject.fit(model)
+    subject.fit_and_keep(model)
 }
 
 /// Holds the model to start from against the log.
@@ -77,10 +78,10 @@ pub fn judge(subject: &Subject, start: &Start) -> Result<Diagnosis> {
 ///
 /// # Errors
 /// A log that cannot be judged.
-pub fn compare(subject: &Subject, model: &Model, own_log: bool) -> Result<Diagnosis> {
+pub fn compare(subject: &Subject, model: &Model, own_log: bool, laid: Option<&Bench>) -> Result<Diagnosis> {
     let spinner = Progress::spinner("comparing");
     let progress = |what: &str| spinner.says(what);
-    subject.compare(model, &subject.axes, &diagnose::Options { own_log, ..options(subject, &progress) })
+    subject.compare(model, &subject.axes, &diagnose::Options { own_log, laid, ..options(subject, &progress) })
 }
 
 /// Writes the model that a command made, and says on standard error where it takes the place of another.

@@ -144,7 +144,7 @@ impl Prior {
         model.epoch += 1;
         let file = ModelFile { model, ..subject.fitted(Model::default(), Vec::new()) };
         let says = noticed.iter().map(|own| (own.key.axis, self.says(own))).collect();
-        Ok(Begun { start: Start { file, own_log: false, given: true }, says })
+        Ok(Begun { start: Start { file, own_log: false, given: true, laid: None }, says })
     }
 
     /// A part of this type before anything was read of it.

@@ -10,6 +10,7 @@ use gyro_model::{
     Axis, Model, Record, Row, diagnose,
     diagnosis::{AxisDiagnosis, AxisResult, DataFault, Diagnosis, Ladder, Verdict},
     effects::Effect,
+    evidence::study::Bench,
     fault::FaultKind,
     finding::{Finding, Remark, Why},
     fit, units,
@@ -57,6 +58,8 @@ pub struct Start {
     pub own_log: bool,
     /// Whether the caller gave it; the base model otherwise.
     pub given: bool,
+    /// The log as the fit laid it out, where it was fitted to it.
+    pub laid: Option<Bench>,
 }
 
 impl Subject {
@@ -101,14 +104,15 @@ impl Subject {
             let file = model_file::load(path, &self.record.free_names)?;
             return Ok(self.given(file));
         }
-        Ok(Start { file: self.fitted(self.fit(&self.base())?, Vec::new()), own_log: true, given: false })
+        let (model, laid) = self.fit_and_keep(&self.base())?;
+        Ok(Start { file: self.fitted(model, Vec::new()), own_log: true, given: false, laid })
     }
 
     /// A model that the caller gave.
     #[must_use]
     pub fn given(&self, file: ModelFile) -> Start {
         let own_log = file.provenance.as_ref().is_some_and(|p| p.names(&self.provenance));
-        Start { file, own_log, given: true }
+        Start { file, own_log, given: true, laid: None }
     }
 
     /// What is said where this log was recorded at other temperatures than those that a model was fitted at.
@@ -154,7 +158,15 @@ impl Subject {
     /// # Errors
     /// A log that cannot be fitted.
     pub fn fit(&self, model: &Model) -> Result<Model> {
-        fit::fit(&self.record, model, &self.axes).map_err(|error| {
+        self.fit_and_keep(model).map(|(model, _)| model)
+    }
+
+    /// The same, and the log as it was laid out for it.
+    ///
+    /// # Errors
+    /// As [`Subject::fit`].
+    pub fn fit_and_keep(&self, model: &Model) -> Result<(Model, Option<Bench>)> {
+        fit::fit_and_keep(&self.record, model, &self.axes).map_err(|error| {
             // A fault of the whole log is why, where there is one.
             let grave = self.faults.iter().find(|fault| fault.axis.is_none() && fault.is_fatal(self.record.len()));
             let why = grave.map_or_else(|| anyhow::Error::from(error), |fault| anyhow!("{}", fault.says));
@@ -176,7 +188,7 @@ impl Subject {
     /// # Errors
     /// A log that cannot be judged.
     pub fn judge(&self, start: &Start, options: &diagnose::Options) -> Result<Diagnosis> {
-        let options = diagnose::Options { own_log: start.own_log, ..*options };
+        let options = diagnose::Options { own_log: start.own_log, laid: start.laid.as_ref(), ..*options };
         let mut diagnosis = self.compare(&start.file.model, &self.axes, &options)?;
         for axis in diagnosis.axes.iter_mut().filter(|_| start.given && start.own_log) {
             axis.remarks.push(Remark::OwnLog);
@@ -192,7 +204,8 @@ impl Subject {
         let (judged, overruled) = self.judged_and_overruled();
         let mut axes = Vec::new();
         if !judged.is_empty() {
-            let options = diagnose::Options { own_effects: &start.file.own_effects, ..*options };
+            let options =
+                diagnose::Options { own_effects: &start.file.own_effects, laid: start.laid.as_ref(), ..*options };
             axes = diagnose::diagnose(&self.record, &start.file.model, &judged, &options)
                 .with_context(|| self.name.clone())?;
         }
@@ -215,7 +228,7 @@ impl Subject {
     /// # Errors
     /// A log that cannot be judged.
     pub fn ladder(&self, start: &Start, options: &diagnose::Options) -> Result<(ModelFile, Ladder)> {
-        let options = diagnose::Options { own_effects: &start.file.own_effects, ..*options };
+        let options = diagnose::Options { own_effects: &start.file.own_effects, laid: start.laid.as_ref(), ..*options };
         let none = diagnose::Options { steps: 0, ..options };
         let (judged, overruled) = self.judged_and_overruled();
         let (mut model, mut all) = (start.file.model.clone(), Vec::new());

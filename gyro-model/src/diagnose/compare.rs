@@ -20,6 +20,7 @@ use crate::{
         FitError,
         judged::{self, Judged},
     },
+    parallel,
 };
 
 /// Holds a model against a log.
@@ -33,7 +34,7 @@ pub fn compare(
     options: &Options,
 ) -> Result<Vec<AxisDiagnosis>, FitError> {
     if let Some(parts) = apart::parts(record, axes, options.faults) {
-        return parts.each(|record, axes| compare(record, model, axes, options));
+        return parts.each(|record, axes| compare(record, model, axes, &Options { laid: None, ..*options }));
     }
     let work = |bench: &Bench, model: &Model, options: &Options| {
         let study = Study::held(bench, model);
@@ -42,12 +43,12 @@ pub fn compare(
         let found = (0..bench.problem.series.len())
             .map(|k| {
                 let judged = Judged::new(&incumbent.study, k, !options.own_log);
-                let budget = Budget::of(&incumbent.study, k, &judged, &incumbent.gls.noise, None);
-                let observed = Observed {
-                    searched: false,
-                    fault: super::fatal(record, options.faults, bench).cloned(),
-                    ..Observed::of(&incumbent, &[], &judged, k)
-                };
+                let (budget, observed) = parallel::both(
+                    || Budget::of(&incumbent.study, k, &judged, &incumbent.gls.noise, None),
+                    || Observed::of(&incumbent, &[], &judged, k),
+                );
+                let fault = super::fatal(record, options.faults, bench).cloned();
+                let observed = Observed { searched: false, fault, ..observed };
                 let observed = observed.divided(&budget, &judged);
                 let finding = decide(&observed);
                 let remarks = at_rest(&observed, &finding).into_iter().collect();

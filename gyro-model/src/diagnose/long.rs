@@ -14,10 +14,7 @@ use crate::{
     Axis, Model, Record,
     diagnosis::AxisLadder,
     evidence::study::{Bench, Study},
-    fit::{
-        judged::Judged,
-        parts::{Parts, axes},
-    },
+    fit::{judged::Judged, parts::Parts},
 };
 
 impl Parts {
@@ -40,7 +37,7 @@ impl Parts {
         start: &Model,
         options: &Options,
     ) -> (Model, Vec<AxisLadder>) {
-        let axes = axes(bench);
+        let axes = bench.axes();
         let mut rungs: Vec<(Model, Change)> = Vec::new();
         let tell = |study: &Study, change: &Change| {
             let step = change.step(&Judged::new(study, change.series, false));

@@ -44,7 +44,7 @@ pub fn diagnose(
     options: &Options,
 ) -> Result<Vec<AxisDiagnosis>, FitError> {
     if let Some(parts) = apart::parts(record, axes, options.faults) {
-        return parts.each(|record, axes| diagnose(record, model, axes, options));
+        return parts.each(|record, axes| diagnose(record, model, axes, &Options { laid: None, ..*options }));
     }
     let work = |bench: &Bench, model: &Model, options: &Options| {
         let parts = Parts::new(record, bench, model);

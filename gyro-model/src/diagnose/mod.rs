@@ -56,7 +56,10 @@ use challenger::Incumbent;
 pub use compare::compare;
 use itertools::Itertools;
 pub use missing::{diagnose, moved};
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::{
+    borrow::Cow,
+    panic::{AssertUnwindSafe, catch_unwind},
+};
 
 /// How a diagnosis is run.
 #[derive(Clone, Copy)]
@@ -81,6 +84,8 @@ pub struct Options<'a> {
     pub explain: bool,
     /// Effects that are added to an axis at most: a log that wants more is wrong in another way.
     pub steps: usize,
+    /// This very log as a fit laid it out ([`crate::fit::fit_and_keep`]), where there was one.
+    pub laid: Option<&'a Bench>,
 }
 
 impl Default for Options<'_> {
@@ -96,6 +101,7 @@ impl Default for Options<'_> {
             own_log: false,
             own_effects: &[],
             steps: 8,
+            laid: None,
         }
     }
 }
@@ -171,13 +177,15 @@ fn each_group<T: Send>(
     }
     let beside = calibrated(record, &model);
     let one = |group: &Vec<Axis>| {
-        let mut bench = Bench::new(record, group, &beside).ok_or(FitError::TooShort(group[0]))?;
+        let laid = options.laid.filter(|laid| laid.serves(group, &beside)).map(Cow::Borrowed);
+        let lay = || Bench::new(record, group, &beside).map(Cow::Owned);
+        let mut bench = laid.or_else(lay).ok_or(FitError::TooShort(group[0]))?;
         let anywhere = work(&bench, &model, options);
         let first = standing(&anywhere.1);
         if first.says == Says::All || (options.stop)() {
             return Ok(anywhere);
         }
-        bench.problem.held_rate = HeldRate::AtTheEnd;
+        bench.to_mut().problem.held_rate = HeldRate::AtTheEnd;
         if !first.has_play && !may_lack_play(record, &bench, &anywhere.0) {
             return Ok(anywhere);
         }
@@ -231,7 +239,7 @@ pub fn ladder(
     options: &Options,
 ) -> Result<(Model, Vec<AxisLadder>), FitError> {
     if let Some(parts) = apart::parts(record, axes, options.faults) {
-        return parts.ladders(model, |record, axes| ladder(record, model, axes, options));
+        return parts.ladders(model, |record, axes| ladder(record, model, axes, &Options { laid: None, ..*options }));
     }
     let work = |bench: &Bench, model: &Model, options: &Options| {
         // Of data that are none no effect is made.

@@ -4,7 +4,7 @@ use super::{
     increments::{Grams, HeldOut, Windows},
     prior::{self, Prior},
     problem::{Evaluation, Problem, Slot, value},
-    series::{Reading, Rest, Series},
+    series::{Beside, Reading, Rest, Series},
     warm::Warm,
 };
 use crate::{
@@ -29,6 +29,9 @@ pub struct Bench {
     pub prior: Vec<Prior>,
     /// The weights' F(τ): the axes' prior floors, in the mean square.
     pub weights: Vec<f64>,
+    /// What each axis was laid out beside.
+    beside: Vec<Beside>,
+    thin: OnceLock<Option<Box<Self>>>,
 }
 
 impl Bench {
@@ -43,9 +46,37 @@ impl Bench {
         }
         let prior = prior::priors(&problem);
         let coarse = Windows::with(problem.times(), COARSE / problem.channels());
-        let mut bench = Self { problem, windows, coarse, prior: Vec::new(), weights: Vec::new() };
+        let (beside, thin) = (beside(axes, model), OnceLock::new());
+        let mut bench = Self { problem, windows, coarse, prior: Vec::new(), weights: Vec::new(), beside, thin };
         bench.know(&prior);
         Some(bench)
+    }
+
+    /// The axes.
+    #[must_use]
+    pub fn axes(&self) -> Vec<Axis> {
+        self.problem.series.iter().map(|series| series.axis).collect()
+    }
+
+    /// The same with the log at less detail, laid out beside the same model.
+    #[must_use]
+    pub(crate) fn with_thin(self, thin: Option<Self>) -> Self {
+        Self { thin: OnceLock::from(thin.map(Box::new)), ..self }
+    }
+
+    /// Whether the same log would be laid out as this one for these axes beside another model.
+    #[must_use]
+    pub(crate) fn serves(&self, axes: &[Axis], model: &Model) -> bool {
+        self.axes() == axes && self.beside == beside(axes, model)
+    }
+
+    /// The same log at less detail beside a model, as `lay` lays it out: once, where this one serves that model, too.
+    #[must_use]
+    pub(crate) fn thin(&self, model: &Model, lay: impl FnOnce() -> Option<Self>) -> Option<Self> {
+        if !self.serves(&self.axes(), model) {
+            return lay();
+        }
+        self.thin.get_or_init(|| lay().map(Box::new)).as_deref().cloned()
     }
 
     /// Increments of one series, all channels, weighted so that the sum of their squares is Σ_τ E²/F².
@@ -69,6 +100,10 @@ impl Bench {
         let own = self.problem.series.iter().zip(prior).map(|(s, p)| Prior { rounding: rounding(s, p), ..p.clone() });
         self.prior = own.collect();
     }
+}
+
+fn beside(axes: &[Axis], model: &Model) -> Vec<Beside> {
+    axes.iter().map(|axis| Beside::of(model, *axis)).collect()
 }
 
 /// Increments of an averaging time, over all channels, that a scan looks at.

@@ -78,7 +78,16 @@ pub fn groups(record: &Record, axes: &[Axis]) -> Vec<Vec<Axis>> {
 /// # Errors
 /// Where an axis has no gyro, no reference, or too few rows of it.
 pub fn fit(record: &Record, start: &Model, axes: &[Axis]) -> Result<Model, FitError> {
-    let mut model = start.clone();
+    fit_and_keep(record, start, axes).map(|(model, _)| model)
+}
+
+/// The same, and the log as it was laid out for it, for what is done with it next: of several groups each sees what the fit made
+/// of the others, and nothing is kept.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_and_keep(record: &Record, start: &Model, axes: &[Axis]) -> Result<(Model, Option<Bench>), FitError> {
+    let (mut model, mut kept) = (start.clone(), None);
     if axes.is_empty() {
         return Err(FitError::NoReference);
     }
@@ -91,16 +100,21 @@ pub fn fit(record: &Record, start: &Model, axes: &[Axis]) -> Result<Model, FitEr
     if model.origin.supply.is_none() {
         model.origin.supply = Model::base_for(record).origin.supply;
     }
+    let groups = groups(record, axes);
+    // Of several groups the means are laid out beside what is known by then.
+    let lay = if groups.len() == 1 { parts::laid } else { Bench::new };
     let mut beside = calibrated(record, &model);
     for _ in 0..ROUNDS {
-        for group in groups(record, axes) {
-            let mut bench = Bench::new(record, &group, &beside).ok_or(FitError::TooShort(group[0]))?;
+        for group in &groups {
+            let mut bench = lay(record, group, &beside).ok_or(FitError::TooShort(group[0]))?;
             let anywhere = fitted(record, &bench, &model);
             let (silent, anywhere) = (anywhere.evaluation.silent(), anywhere.model);
             bench.problem.held_rate = HeldRate::AtTheEnd;
             let is_within = |study: &Study| (0..group.len()).all(|k| Judged::new(study, k, false).within());
             let at_the_end = (silent > SILENT.value).then(|| fitted(record, &bench, &model)).filter(is_within);
             model = at_the_end.map_or(anywhere, |study| study.model);
+            bench.problem.held_rate = HeldRate::default();
+            kept = (groups.len() == 1).then_some(bench);
         }
         // Where an axis sees the others they have to be as this fit leaves them.
         let sees = |term: &Term| term.effect.card().needs.iter().any(|n| matches!(n, Need::OtherGyros | Need::Gyro(_)));
@@ -109,7 +123,7 @@ pub fn fit(record: &Record, start: &Model, axes: &[Axis]) -> Result<Model, FitEr
         }
         beside.clone_from(&model);
     }
-    Ok(model)
+    Ok((model, kept))
 }
 
 /// The axes of a bench fitted, effects that are new from where the log shows them.

@@ -6,6 +6,7 @@
 use crate::{
     Axis, Model, Record,
     evidence::study::{Bench, Study},
+    parallel,
     thin::thinned,
 };
 
@@ -32,10 +33,13 @@ impl Parts {
         if record.len() <= LONG {
             return None;
         }
-        let axes = axes(bench);
-        let mut stretch = Bench::new(&busiest(record, &axes), &axes, model)?;
+        let axes = bench.axes();
+        let (stretch, thin) = parallel::both(
+            || Bench::new(&busiest(record, &axes), &axes, model),
+            || bench.thin(model, || thin(record, &axes, model)),
+        );
+        let (mut stretch, mut thin) = (stretch?, thin?);
         stretch.know(&bench.prior);
-        let mut thin = thin(record, &axes, model)?;
         (thin.problem.held_rate, stretch.problem.held_rate) = (bench.problem.held_rate, bench.problem.held_rate);
         Some(Self { thin, stretch })
     }
@@ -51,10 +55,6 @@ impl Parts {
     pub(crate) fn fit<'a>(&self, bench: &'a Bench, model: &Model) -> Study<'a> {
         Study::fit(bench, &Study::fit(&self.thin, model, None).model, None)
     }
-}
-
-pub(crate) fn axes(bench: &Bench) -> Vec<Axis> {
-    bench.problem.series.iter().map(|s| s.axis).collect()
 }
 
 /// The stretch in which these axes turn most.
@@ -81,6 +81,17 @@ fn thin(record: &Record, axes: &[Axis], model: &Model) -> Option<Bench> {
     Bench::new(&thinned(record, rows as usize), axes, model)
 }
 
+/// A log laid out, and at less detail besides where it is long.
+#[must_use]
+pub(crate) fn laid(record: &Record, axes: &[Axis], model: &Model) -> Option<Bench> {
+    let whole = || Bench::new(record, axes, model);
+    if record.len() <= LONG {
+        return whole();
+    }
+    let (thin, bench) = parallel::both(|| thin(record, axes, model), whole);
+    Some(bench?.with_thin(thin))
+}
+
 /// A log laid out at less detail where it is long.
 #[must_use]
 pub(crate) fn brief(record: &Record, axes: &[Axis], model: &Model) -> Option<Bench> {
@@ -90,7 +101,8 @@ pub(crate) fn brief(record: &Record, axes: &[Axis], model: &Model) -> Option<Ben
 /// Fits a model to the means over blocks first where a log is long: what is left to do on every row is little.
 #[must_use]
 pub(crate) fn begun(record: &Record, bench: &Bench, model: &Model) -> Model {
-    let thin = (record.len() > LONG).then(|| thin(record, &axes(bench), model)).flatten();
+    let lay = || thin(record, &bench.axes(), model);
+    let thin = (record.len() > LONG).then(|| bench.thin(model, lay)).flatten();
     thin.map_or_else(
         || model.clone(),
         |mut thin| {

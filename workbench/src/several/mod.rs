@@ -211,7 +211,7 @@ impl Several {
         for own in &self.subjects {
             file.check_channels(&own.record, &own.axes).with_context(|| own.name.clone())?;
         }
-        Ok(Start { file, own_log: false, given })
+        Ok(Start { file, own_log: false, given, laid: None })
     }
 
     fn base(&self) -> Model {
