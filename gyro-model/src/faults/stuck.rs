@@ -145,7 +145,7 @@ mod tests {
             if !(is_stuck && (20.0..22.0).contains(&t)) {
                 held = ((rate(t) + 1e-3 * normal()) / step).round() * step;
             }
-            let mut row = Row { t_ns: k as i64 * 10_000_000, ..Row::EMPTY };
+            let mut row = Row { t_ns: (1e9 * t).round() as i64, ..Row::EMPTY };
             row.gyro[2] = held;
             if k % every == 0 {
                 row.ref_angle[2] = angle + noise * normal();
