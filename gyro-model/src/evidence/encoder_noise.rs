@@ -5,7 +5,7 @@ use super::{
     gain::gain,
     incoherent::incoherent,
     integrate::{integral, smooth},
-    rough::{POOR, Spread, TENTH, evenly, median_apart, stretches, walked, windows, without_tones},
+    rough::{POOR, Spread, TENTH, evenly, median_apart, stretches, walked, windows},
 };
 use crate::{effects::sixth_differences, parallel};
 use rand::SeedableRng;
@@ -15,19 +15,24 @@ use rand_distr::{Distribution, StandardNormal};
 /// Standard deviation of the angle that an encoder counts about the shaft's, rad, where the shaft turns by a count a row or more:
 /// such that the sixth differences of what the gyro, vibrations taken out, does not know of its angle are those of the
 /// errors that its steps make of so noisy an angle, and of the noise of the readings. 0 where it is too little to tell. `shaft`
-/// and `gyro` are times and values, `rows` where in these the former stand.
+/// is times and values, `gyro` times and what gives the values without vibrations, `rows` where in these the former stand.
 #[must_use]
-pub(super) fn encoder_noise(encoder: &Encoder, shaft: (&[f64], &[f64]), gyro: (&[f64], &[f64]), rows: &[usize]) -> f64 {
+pub(super) fn encoder_noise<'a>(
+    encoder: &Encoder,
+    shaft: (&[f64], &[f64]),
+    gyro: (&[f64], impl FnOnce() -> &'a [f64]),
+    rows: &[usize],
+) -> f64 {
     let ((t, angle), step) = (shaft, encoder.step);
     if step <= 0.0 || encoder.distinct(angle).1 > RETURNS {
         return 0.0;
     }
-    let readings = without_tones(gyro.0, gyro.1);
-    let whole = integral(gyro.0, &readings);
+    let readings = gyro.1();
+    let whole = integral(gyro.0, readings);
     let turned: Vec<f64> = rows.iter().map(|&k| whole[k]).collect();
     let alpha = gain(t, &turned, angle);
     let less: Vec<f64> = angle.iter().zip(&turned).map(|(r, own)| r - alpha * own).collect();
-    let seen: Vec<f64> = windows(&incoherent((gyro.0, &readings), &whole, rows, angle)).collect();
+    let seen: Vec<f64> = windows(&incoherent((gyro.0, readings), &whole, rows, angle)).collect();
     // Where the shaft was: under a motion that repeats itself it matters where an encoder counts from.
     let shaft: Vec<f64> =
         turned.iter().zip(smooth(t, &less, LEVEL)).map(|(turned, level)| alpha * turned + level).collect();
@@ -61,7 +66,7 @@ pub(super) fn encoder_noise(encoder: &Encoder, shaft: (&[f64], &[f64]), gyro: (&
         return 0.0;
     }
     let apart = median_apart(gyro.0);
-    let read = Spread::of(stretches(&evenly(gyro.0, &readings, apart)));
+    let read = Spread::of(stretches(&evenly(gyro.0, readings, apart)));
     // Where the motion never rests the two see it at other times, and no noise of either is known.
     if read.quiet > POOR.powi(2) / apart {
         return 0.0;

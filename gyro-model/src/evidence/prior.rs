@@ -97,7 +97,9 @@ fn prior(series: &Series, reference: &[f64]) -> Prior {
     let dt = median_apart(&at);
     let known: Vec<f64> = own.iter().map(|&k| if series.missing[k] { f64::NAN } else { series.gyro[k] }).collect();
     let gyro = evenly(&at, &known, dt);
-    let quiet = evenly(&at, &without_tones(&at, &known), dt);
+    let all_known = known.len() == series.t.len() && !series.missing.contains(&true);
+    let quiet: Cow<[f64]> = if all_known { series.quiet().into() } else { without_tones(&at, &known).into() };
+    let quiet = evenly(&at, &quiet, dt);
     let flat = |k: usize| k > 1 && gyro[k] == gyro[k - 1] && gyro[k] == gyro[k - 2];
     let lsb = quantum(own.iter().map(|&k| series.gyro[k]));
     let mut differences = sixth_differences(&quiet);

@@ -7,7 +7,7 @@ use super::{
     heating::heating,
     integrate::{hermite, integral, three_point_slopes},
     line,
-    rough::median_apart,
+    rough::{median_apart, without_tones},
 };
 use crate::{
     Axis, Model, Record,
@@ -15,7 +15,7 @@ use crate::{
     order::median,
     record::{FREE_CHANNELS, ReferenceKind, Walk},
 };
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// The columns of one axis. Inputs have no holes: what is missing is interpolated and, for the gyro, marked lost
 /// where that is for long.
@@ -59,6 +59,8 @@ pub struct Series {
     pub knots: Option<f64>,
     /// The reference readings that say something of their own.
     pub readings: Vec<Reading>,
+    /// The gyro's readings without vibrations, once they were asked for.
+    quiet: OnceLock<Vec<f64>>,
 }
 
 /// What the regressors of an axis see beside its own motion: columns without holes, empty where the log has none.
@@ -340,6 +342,7 @@ impl Series {
             ReferenceKind::Rate => reference_rows.iter().map(|&k| rows[k].ref_rate[i]).collect(),
             ReferenceKind::Angle | ReferenceKind::Quaternion => Vec::new(),
         };
+        let quiet = OnceLock::new();
         let (reference_angle, encoder, readings) = match kind {
             ReferenceKind::Angle => {
                 let mut angle: Vec<f64> = reference_rows.iter().map(|&k| rows[k].ref_angle[i]).collect();
@@ -348,7 +351,8 @@ impl Series {
                 let there: Vec<f64> = reference_rows.iter().map(|&k| turned[k]).collect();
                 unwrap_over_holes(&reference_t, &mut angle, &there);
                 let mut encoder = Encoder::of(record, axis, &angle);
-                encoder.noise = encoder_noise(&encoder, (&reference_t, &angle), (&t, &gyro), &reference_rows);
+                let quiet = || quiet.get_or_init(|| without_tones(&t, &gyro)).as_slice();
+                encoder.noise = encoder_noise(&encoder, (&reference_t, &angle), (&t, quiet), &reference_rows);
                 let readings = if encoder.shows_counts() { rests(&angle, &encoder) } else { each(angle.len()) };
                 (angle, encoder, readings)
             }
@@ -384,7 +388,18 @@ impl Series {
             one_line,
             knots: None,
             readings,
+            quiet,
         })
+    }
+
+    /// The gyro's readings without vibrations.
+    pub(super) fn quiet(&self) -> &[f64] {
+        self.quiet.get_or_init(|| without_tones(&self.t, &self.gyro))
+    }
+
+    /// Forgets these, which tell of the noise and are not needed any more once that is known.
+    pub(super) fn forget_quiet(&mut self) {
+        self.quiet.take();
     }
 
     /// Time from the sample before, s; 0 at the first.

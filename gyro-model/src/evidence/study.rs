@@ -39,12 +39,13 @@ impl Bench {
     /// they have none.
     #[must_use]
     pub fn new(record: &Record, axes: &[Axis], model: &Model) -> Option<Self> {
-        let problem = Problem::new(record, axes, model)?;
+        let mut problem = Problem::new(record, axes, model)?;
         let windows = Windows::new(problem.times());
         if windows.tau.len() < 3 {
             return None;
         }
         let prior = prior::priors(&problem);
+        problem.series.iter_mut().for_each(Series::forget_quiet);
         let coarse = Windows::with(problem.times(), COARSE / problem.channels());
         let (beside, thin) = (beside(axes, model), OnceLock::new());
         let mut bench = Self { problem, windows, coarse, prior: Vec::new(), weights: Vec::new(), beside, thin };

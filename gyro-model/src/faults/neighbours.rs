@@ -89,8 +89,8 @@ impl<'a> Neighbours<'a> {
     pub(super) fn apart(&mut self, times: f64) -> Vec<Apart> {
         let mut found: Vec<Apart> = Vec::new();
         for _ in 0..PASSES {
-            let judged: Vec<Apart> = (0..self.is_out.len()).filter_map(|k| self.judge(k)).collect();
-            let flagged: Vec<Apart> = judged.into_iter().filter(|apart| apart.times > times).collect();
+            let judged = (0..self.is_out.len()).filter_map(|k| self.judge(k));
+            let flagged: Vec<Apart> = judged.filter(|apart| apart.times > times).collect();
             let leads = |(i, own): &(usize, &Apart)| {
                 let near = &flagged[i.saturating_sub(REACH)..(i + REACH + 1).min(flagged.len())];
                 near.iter().all(|other| other.index.abs_diff(own.index) > REACH || other.size.abs() <= own.size.abs())
