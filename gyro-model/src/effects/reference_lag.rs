@@ -144,7 +144,7 @@ impl Shown for ReferenceLag {
 
 /// Share of a difference that is left after some time: (τ/(τ + h))^(time/h), or e^(−time/τ) without steps.
 fn stays(tau: f64, step: f64, time: f64) -> f64 {
-    if !(tau > 0.0) {
+    if tau <= 0.0 {
         0.0
     } else if step > 0.0 {
         (tau / (tau + step)).powf(time / step)
