@@ -32,9 +32,9 @@ impl Evidence {
         meta: BTreeMap<String, String>,
         model: Option<Model>,
     ) -> PyResult<Self> {
-        let log = &*log;
+        let log = log.clone();
         let labels = Labels { part, kind, meta };
-        watched(py, None, |options| {
+        watched(py, None, move |options| {
             let own = LogEvidence::of(&log.subject, &log.start(model)?, &labels, options)?;
             Ok(Self { own: evidence::Evidence::new([own])? })
         })
@@ -53,11 +53,13 @@ impl Evidence {
         evidence::Evidence::read(&path).map(|own| Self { own }).map_err(refused)
     }
 
-    /// Several together, and how many logs came more than once.
+    /// Several together, and how many logs came more than once; `names` are only named in errors.
     #[staticmethod]
-    fn merge(py: Python<'_>, all: Vec<Py<Self>>) -> PyResult<(Self, usize)> {
+    fn merge(py: Python<'_>, all: Vec<Py<Self>>, names: Vec<String>) -> PyResult<(Self, usize)> {
         let all: Vec<evidence::Evidence> = all.iter().map(|one| one.get().own.clone()).collect();
-        py.detach(|| evidence::Evidence::merge(all)).map(|(own, twice)| (Self { own }, twice)).map_err(refused)
+        py.detach(|| evidence::Evidence::merge_named(all.into_iter().zip(names.iter().map(String::as_str))))
+            .map(|(own, twice)| (Self { own }, twice))
+            .map_err(refused)
     }
 
     /// The bytes of the file.

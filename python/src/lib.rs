@@ -1,7 +1,7 @@
 //! truerate for Python: logs and models as classes, results as the interface's JSON, which `truerate/__init__.py` turns into objects.
 //!
 //! Every function works on the very code that the program runs (`workbench::subject`), so that the numbers are the same to the last
-//! bit. The interpreter's lock is released while it works, and Ctrl-C ends a search.
+//! bit. The interpreter's lock is released while it works, and Ctrl-C ends it.
 
 mod evidence;
 mod several;
@@ -16,7 +16,10 @@ use gyro_model::{
     words::Voice,
 };
 use pyo3::{create_exception, exceptions::PyValueError, prelude::*, types::PyBytes};
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 use watched::watched;
 use workbench::{
     change::Direction,
@@ -30,7 +33,7 @@ use workbench::{
 };
 
 create_exception!(
-    _truerate,
+    truerate,
     Error,
     PyValueError,
     "A log, a model or an argument that cannot be used: what was found, where, and what to do about it."
@@ -148,7 +151,8 @@ impl Model {
         log: PathBuf,
         options: Reading,
     ) -> PyResult<(Vec<String>, Bound<'py, PyBytes>)> {
-        let (header, bytes) = py.detach(|| self.estimates(&log, options)).map_err(refused)?;
+        let own = self.clone();
+        let (header, bytes) = watched(py, None, move |_| own.estimates(&log, options))?;
         Ok((header, PyBytes::new(py, &bytes)))
     }
 }
@@ -193,9 +197,10 @@ impl Reading {
 }
 
 /// A log that has been read.
-#[pyclass(frozen, module = "truerate._truerate")]
+#[pyclass(frozen, skip_from_py_object, module = "truerate._truerate")]
+#[derive(Clone)]
 struct Log {
-    subject: Subject,
+    subject: Arc<Subject>,
 }
 
 #[pymethods]
@@ -212,11 +217,11 @@ impl Log {
         reference_is_dependent: bool,
     ) -> PyResult<Self> {
         let taken = Taken { options: options.options(), axis: axis_of(axis)?, at_rest, reference_is_dependent };
-        let mut subject = py.detach(|| Subject::read(&path, &taken)).map_err(refused)?;
+        let mut subject = watched(py, None, move |_| Subject::read(&path, &taken))?;
         subject.provenance.log =
             Path::new(&name).file_name().map_or(name.clone(), |n| n.to_string_lossy().into_owned());
         subject.name = name;
-        Ok(Self { subject })
+        Ok(Self { subject: Arc::new(subject) })
     }
 
     #[getter]
@@ -259,54 +264,54 @@ impl Log {
 
     #[pyo3(signature = (model=None, prior=None))]
     fn fit(&self, py: Python<'_>, model: Option<Model>, prior: Option<OfType>) -> PyResult<Answer> {
-        watched(py, None, |options| {
+        let own = self.clone();
+        watched(py, None, move |options| {
             let mut says = Vec::new();
             // Blocked refits would forget the type.
             let own_log = prior.is_none();
-            let (fitted, own) = match (prior, model) {
+            let (fitted, of_log) = match (prior, model) {
                 (Some(prior), _) => {
-                    let begun = prior.read()?.begin(&self.subject)?;
+                    let begun = prior.read()?.begin(&own.subject)?;
                     says = begun.says;
                     (begun.start.file.model, Vec::new())
                 }
                 (None, Some(model)) => {
-                    model.file.check_channels(&self.subject.record, &self.subject.axes)?;
-                    (self.refitted(&model.file.model)?, model.file.own_effects)
+                    model.file.check_channels(&own.subject.record, &own.subject.axes)?;
+                    (own.refitted(&model.file.model)?, model.file.own_effects)
                 }
-                (None, None) => (self.refitted(&self.subject.base())?, Vec::new()),
+                (None, None) => (own.refitted(&own.subject.base())?, Vec::new()),
             };
-            let options = diagnose::Options { own_log, faults: &self.subject.faults, ..*options };
-            let mut diagnosis = self.subject.compare(&fitted, &self.subject.axes, &options)?;
+            let options = diagnose::Options { own_log, faults: &own.subject.faults, ..*options };
+            let mut diagnosis = own.subject.compare(&fitted, &own.subject.axes, &options)?;
             prior::say_beside(&mut diagnosis.axes, &says);
-            let file = self.subject.fitted(fitted, own);
-            Ok(self.answer(Command::Fit, Some(file), |format, context| report::render(&diagnosis, format, context)))
+            let file = own.subject.fitted(fitted, of_log);
+            Ok(own.answer(Command::Fit, Some(file), |format, context| report::render(&diagnosis, format, context)))
         })
     }
 
     /// A model with these effects more, and the one without.
     #[pyo3(signature = (effects, model=None))]
-    #[expect(clippy::needless_pass_by_value, reason = "Python hands over a list")]
     fn add(&self, py: Python<'_>, effects: Vec<String>, model: Option<Model>) -> PyResult<Answer> {
-        self.changed(py, &effects, model, Direction::Add)
+        self.changed(py, effects, model, Direction::Add)
     }
 
     /// A model without these effects, and the one with them.
     #[pyo3(signature = (effects, model=None))]
-    #[expect(clippy::needless_pass_by_value, reason = "Python hands over a list")]
     fn remove(&self, py: Python<'_>, effects: Vec<String>, model: Option<Model>) -> PyResult<Answer> {
-        self.changed(py, &effects, model, Direction::Remove)
+        self.changed(py, effects, model, Direction::Remove)
     }
 
     #[pyo3(signature = (model=None))]
     fn compare(&self, py: Python<'_>, model: Option<Model>) -> PyResult<Answer> {
-        watched(py, None, |options| {
-            let start = self.start(model)?;
-            let mut subject = self.subject.clone();
+        let own = self.clone();
+        watched(py, None, move |options| {
+            let start = own.start(model)?;
+            let mut subject = Subject::clone(&own.subject);
             subject.keep_axes_of(&start.file.model, "the model")?;
-            let diagnosis = subject.judge(&start, &diagnose::Options { faults: &self.subject.faults, ..*options })?;
+            let diagnosis = subject.judge(&start, &diagnose::Options { faults: &own.subject.faults, ..*options })?;
             let warning = Some(&start).filter(|start| start.given).and_then(|start| subject.hotter(&start.file));
             let warning = warning.unwrap_or_default();
-            Ok(self.answer(Command::Compare, Some(start.file), |format, context| {
+            Ok(own.answer(Command::Compare, Some(start.file), |format, context| {
                 report::render(&diagnosis, format, &report::Context { warning: warning.clone(), ..context.clone() })
             }))
         })
@@ -321,12 +326,13 @@ impl Log {
         progress: Option<Py<PyAny>>,
         prior: Option<OfType>,
     ) -> PyResult<Answer> {
-        watched(py, progress, |options| {
-            let options = diagnose::Options { explain, faults: &self.subject.faults, ..*options };
-            let (start, says) = self.begin(model, prior)?;
-            let mut found = self.subject.diagnose(&start, &options)?;
+        let own = self.clone();
+        watched(py, progress, move |options| {
+            let options = diagnose::Options { explain, faults: &own.subject.faults, ..*options };
+            let (start, says) = own.begin(model, prior)?;
+            let mut found = own.subject.diagnose(&start, &options)?;
             prior::say_beside(&mut found.axes, &says);
-            Ok(self
+            Ok(own
                 .answer(Command::Diagnose, Some(start.file), |format, context| report::render(&found, format, context)))
         })
     }
@@ -340,12 +346,13 @@ impl Log {
         progress: Option<Py<PyAny>>,
         prior: Option<OfType>,
     ) -> PyResult<Answer> {
-        watched(py, progress, |options| {
-            let options = diagnose::Options { explain, faults: &self.subject.faults, ..*options };
-            let (start, says) = self.begin(model, prior)?;
-            let (file, mut ladder) = self.subject.ladder(&start, &options)?;
+        let own = self.clone();
+        watched(py, progress, move |options| {
+            let options = diagnose::Options { explain, faults: &own.subject.faults, ..*options };
+            let (start, says) = own.begin(model, prior)?;
+            let (file, mut ladder) = own.subject.ladder(&start, &options)?;
             prior::say_beside(&mut ladder.axes, &says);
-            Ok(self
+            Ok(own
                 .answer(Command::Ladder, Some(file), |format, context| report::render_ladder(&ladder, format, context)))
         })
     }
@@ -356,27 +363,29 @@ impl Log {
     fn changed(
         &self,
         py: Python<'_>,
-        effects: &[String],
+        effects: Vec<String>,
         model: Option<Model>,
         direction: Direction,
     ) -> PyResult<Answer> {
-        watched(py, None, |options| {
-            let subject = &self.subject;
+        let own = self.clone();
+        watched(py, None, move |options| {
+            let subject = &own.subject;
             let is_given = model.is_some();
-            let start = self.start(model)?;
+            let start = own.start(model)?;
             let before = if is_given { subject.fit(&start.file.model)? } else { start.file.model.clone() };
-            let mut after = subject.changed(&start.file, &before, effects, direction)?;
+            let mut after = subject.changed(&start.file, &before, &effects, direction)?;
             after.epoch = start.file.model.epoch + 1;
             let options = diagnose::Options { own_log: true, faults: &subject.faults, ..*options };
             let judged = |model| subject.compare(model, &subject.axes, &options);
             let (old, new) = (judged(&before)?, judged(&after)?);
+            let effects = effects.as_slice();
             let (command, added, removed) = match direction {
                 Direction::Add => (Command::Add, effects, &[][..]),
                 Direction::Remove => (Command::Remove, &[][..], effects),
             };
             let change = Change { added, removed, before: &old, after: &new };
             let file = subject.fitted(after, start.file.own_effects);
-            Ok(self.answer(command, Some(file), |format, context| report::render_change(&change, format, context)))
+            Ok(own.answer(command, Some(file), |format, context| report::render_change(&change, format, context)))
         })
     }
 
@@ -460,12 +469,11 @@ fn simulated(
     let (hidden, random) = simulate::hidden(&hide, axis).map_err(Error::new_err::<String>)?;
     let scenario = Scenario { motion, seconds, rate_hz, seed, hidden, sensor: SensorSpec::on(axis) };
     let rows = scenario.rows().map_err(Error::new_err::<String>)?;
-    py.detach(|| {
+    watched(py, None, move |_| {
         let (record, model) = SetUp { random, ..SetUp::default() }.simulate(&scenario, rows, |_| ());
         log::write_record(&path, &record, 0)?;
         Ok(Model { file: ModelFile { model, ..ModelFile::default() } })
     })
-    .map_err(refused)
 }
 
 #[pymodule]

@@ -7,6 +7,7 @@ use pyo3::{exceptions::PyRuntimeWarning, prelude::*};
 use std::{
     ffi::CString,
     sync::{
+        Arc,
         atomic::{AtomicBool, Ordering},
         mpsc::{self, RecvTimeoutError},
     },
@@ -24,15 +25,16 @@ enum Message {
 }
 
 /// Runs `work` on a thread of its own. The calling thread stays Python's: it hands on progress, warns of axes that failed, and looks for
-/// signals, which Python handles on its main thread alone. An exception there ends the work and is raised.
-pub(crate) fn watched<T: Send>(
+/// signals, which Python handles on its main thread alone. An exception there is raised at once. The work then ends where it next looks
+/// whether it should; nobody waits for it, which is why it owns all that it needs.
+pub(crate) fn watched<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<Py<PyAny>>,
-    work: impl FnOnce(&diagnose::Options) -> Result<T> + Send,
+    work: impl FnOnce(&diagnose::Options) -> Result<T> + Send + 'static,
 ) -> PyResult<T> {
-    let ended = &AtomicBool::new(false);
+    let ended = Arc::new(AtomicBool::new(false));
     let (sender, messages) = mpsc::channel();
-    let is_ended = || ended.load(Ordering::Relaxed);
+    let seen = Arc::clone(&ended);
     // The channel closes when the work ends.
     let work = move || {
         // A receiver that is gone needs no message.
@@ -40,7 +42,7 @@ pub(crate) fn watched<T: Send>(
         work(&diagnose::Options {
             progress: &|what| tell(Message::Progress(what.to_owned())),
             failed: &|error| tell(Message::Failed(error.to_string())),
-            stop: &is_ended,
+            stop: &|| seen.load(Ordering::Relaxed),
             ..diagnose::Options::default()
         })
     };
@@ -54,26 +56,21 @@ pub(crate) fn watched<T: Send>(
         })
     };
     py.detach(move || {
-        thread::scope(|scope| {
-            let worker = scope.spawn(work);
-            let mut raised = None;
-            loop {
-                let heard = match messages.recv_timeout(ASKED) {
-                    Ok(_) if raised.is_some() => continue,
-                    Ok(message) => hear(message),
-                    Err(RecvTimeoutError::Timeout) => Ok(()),
-                    Err(RecvTimeoutError::Disconnected) => break,
-                };
-                if let Err(error) = heard.and_then(|()| Python::attach(|py| py.check_signals())) {
-                    ended.store(true, Ordering::Relaxed);
-                    raised = Some(error);
-                }
+        let worker = thread::spawn(work);
+        loop {
+            let heard = match messages.recv_timeout(ASKED) {
+                Ok(message) => hear(message),
+                Err(RecvTimeoutError::Timeout) => Ok(()),
+                Err(RecvTimeoutError::Disconnected) => break,
+            };
+            if let Err(error) = heard.and_then(|()| Python::attach(|py| py.check_signals())) {
+                ended.store(true, Ordering::Relaxed);
+                return Err(error);
             }
-            match (raised, worker.join()) {
-                (Some(error), _) => Err(error),
-                (None, Ok(result)) => result.map_err(refused),
-                (None, Err(panic)) => std::panic::resume_unwind(panic),
-            }
-        })
+        }
+        match worker.join() {
+            Ok(result) => result.map_err(refused),
+            Err(panic) => std::panic::resume_unwind(panic),
+        }
     })
 }

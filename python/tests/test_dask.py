@@ -47,14 +47,21 @@ def test_a_worker_that_dies_changes_no_byte(tmp_path):
         wait_for(address.exists)
         where = json.loads(address.read_text())["address"]
         merged = tmp_path / "merged.evidence"
-        words = [sys.executable, EXAMPLE, where, tmp_path / "logs" / "logs.csv", "-o", merged]
-        work = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
+        # One more log, which is broken, and what else is known of the logs.
+        (tmp_path / "logs" / "broken.csv").write_text("t,gyro_x\n0,not a number\n")
+        listed = (tmp_path / "logs" / "logs.csv").read_text().splitlines()
+        more = ["broken.csv" + "," * (listed[0].count(","))]
+        rows = [listed[0] + ",driver", *(row + ",1.3" for row in listed[1:] + more)]
+        (tmp_path / "logs" / "all.csv").write_text("\n".join(rows) + "\n")
+        words = [sys.executable, EXAMPLE, where, tmp_path / "logs" / "all.csv", "-o", merged]
+        work = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         processes.append(work)
-        assert work.stdout.readline() == "1 of 6\n"
+        assert work.stdout.readline() == "1 of 7\n"
         # The second worker is in the middle of a log, or waits for one.
         processes[2].kill()
-        said, _ = work.communicate(timeout=100)
-        assert work.returncode == 0 and "6 of 6" in said and "6 logs of 3 parts" in said, said
+        said, refused = work.communicate(timeout=100)
+        assert work.returncode == 1 and "7 of 7" in said and "6 logs of 3 parts" in said, said
+        assert "1 of 7 logs cannot be used" in refused and "broken.csv" in refused and "Traceback" not in refused, refused
     finally:
         for process in processes:
             process.kill()
@@ -75,7 +82,7 @@ def by_the_program(folder):
     with (folder / "logs" / "logs.csv").open(newline="") as list_of_logs:
         for row in csv.DictReader(list_of_logs):
             files.append(f"{row['log']}.evidence")
-            labels = ["--part", row["part"], "--type", row["type"], "--meta", f"day={row['day']}"]
+            labels = ["--part", row["part"], "--type", row["type"], "--meta", f"day={row['day']}", "--meta", "driver=1.3"]
             words = [PROGRAM, "evidence", f"logs/{row['log']}", "-o", files[-1], *labels]
             subprocess.run(words, cwd=folder, check=True)
     subprocess.run([PROGRAM, "merge", *reversed(files), "-o", "all.evidence"], cwd=folder, check=True)

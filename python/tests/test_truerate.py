@@ -256,6 +256,100 @@ def test_ctrl_c_ends_a_search(late):
     assert 0 < len(said) < len(whole)
 
 
+@pytest.mark.parametrize("work", ["fit", "compare", "simulate"])
+def test_ctrl_c_ends_a_call_that_looks_for_nothing(work):
+    n = 200_000
+    t = np.arange(n) * 1e-3
+    noise = 1e-3 * np.random.default_rng(1).standard_normal(n)
+    log = truerate.read({"t": t, "gyro_z": np.cos(t) + noise, "ref_angle_z": np.sin(t)})
+    calls = {"fit": log.fit, "compare": log.compare, "simulate": lambda: truerate.simulate(seconds=50_000)}
+    timer = threading.Timer(0.1, lambda: os.kill(os.getpid(), signal.SIGINT))
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        timer.start()
+        start = time.monotonic()
+        with pytest.raises(KeyboardInterrupt):
+            calls[work]()
+        # It is asked for ten times a second.
+        assert time.monotonic() - start < 2
+    finally:
+        timer.cancel()
+        signal.signal(signal.SIGINT, before)
+
+
+def test_an_error_goes_to_another_process():
+    error = pickle.loads(pickle.dumps(truerate.Error("line 3")))
+    assert isinstance(error, truerate.Error) and str(error) == "line 3" and truerate.Error.__module__ == "truerate"
+
+
+def test_the_index_of_a_frame_is_its_time(late):
+    table = pandas.DataFrame(late[0])
+    whole = truerate.read(table).to_numpy()["t"]
+    dates = pandas.to_datetime((table.t * 1e9).round().astype("int64") + 1_780_000_000_000_000_000)
+    bare = table.drop(columns="t")
+    for index in (
+        pandas.Index(table.t),
+        pandas.Index(table.t, name="time"),
+        pandas.DatetimeIndex(dates),
+        pandas.DatetimeIndex(dates, tz="Europe/Berlin"),
+        pandas.to_timedelta(table.t, unit="s"),
+    ):
+        own = truerate.read(bare.set_index(index)).to_numpy()["t"]
+        np.testing.assert_allclose(own - own[0], whole, atol=2e-6)
+    # What the caller says goes before the index.
+    said = truerate.read(bare.set_index(pandas.DatetimeIndex(dates)), map={"t": "0.01*row"}).to_numpy()["t"]
+    np.testing.assert_allclose(said - said[0], whole, atol=1e-9)
+    # A date has its unit, whatever the name says.
+    own = truerate.read({"t_us": dates.to_numpy(), **{name: late[0][name] for name in ("gyro_z", "ref_angle_z")}})
+    np.testing.assert_allclose(np.ptp(own.to_numpy()["t"]), np.ptp(whole), atol=1e-6)
+
+
+def test_what_is_no_table_is_refused_in_words(late):
+    table = pandas.DataFrame(late[0])
+    with pytest.raises(truerate.Error, match="numbers for names .0, 1, 2."):
+        truerate.read(pandas.DataFrame(table.to_numpy()))
+    with pytest.raises(truerate.Error, match="two columns are named 'gyro_z'"):
+        truerate.read(pandas.concat([table, table[["gyro_z"]]], axis=1))
+    with pytest.raises(TypeError, match="LazyFrame has not been computed"):
+        truerate.read(polars.DataFrame(late[0]).lazy())
+    with pytest.raises(TypeError, match="this is one column"):
+        truerate.read(table.gyro_z)
+    with pytest.raises(truerate.Error, match="'temp' is one value"):
+        truerate.read({**late[0], "temp": 20.0})
+    with pytest.raises(TypeError, match="map: expected a dict"):
+        truerate.read(table, map=5)
+    with pytest.raises(truerate.Error, match="seed -1"):
+        truerate.simulate(seed=-1)
+    with pytest.raises(TypeError, match=r"fit\(\) got an unexpected keyword argument 'prior'"):
+        truerate.fit([table, table], prior="type.toml")
+    for wrong in (3, None):
+        with pytest.raises(TypeError, match="not (int|NoneType)"):
+            truerate.Fleet(wrong)
+        with pytest.raises(TypeError, match="not (int|NoneType)"):
+            truerate.merge([wrong])
+
+
+def test_a_table_has_no_name_of_its_own(late):
+    table = late[0]
+    with pytest.raises(truerate.Error, match="which part is it"):
+        truerate.evidence(table, type="S")
+    own = truerate.evidence(table, type=3, name="board 7")
+    assert (own.logs[0].part, own.logs[0].type, own.logs[0].log) == ("board 7", "3", "board 7")
+    half, rest = ({name: values[own] for name, values in table.items()} for own in (slice(4500), slice(4500, None)))
+    assert truerate.fit([table, half, truerate.read(rest, name="third")]).logs == ["table 1", "table 2", "third"]
+
+
+def test_one_log_does_not_tell_what_repeats(late):
+    found = truerate.diagnose([late[1]])
+    assert {own.of for own in found.repeats} == {"unknown"}
+    assert "all one logs" not in found.summary() and "not known" in found.repeats[0].says
+
+
+def test_attributes_that_are_said_are_there(found):
+    assert found.random == [] or found.random[0].kind
+    assert all(hasattr(own, "from_") for own in found.fails_where)
+
+
 def test_the_catalogue_and_the_simulator():
     assert truerate.effects()["delay"].parameters == {"d": "s"}
     log, truth = truerate.simulate(hide=["quadratic-nonlinearity"], seconds=30, seed=3, axis="y")
@@ -375,6 +469,8 @@ def test_evidence_that_cannot_be_used_is_refused(evidence, parts, tmp_path):
         truerate.Evidence(b"t,gyro_x\n0,1\n")
     other = truerate.evidence(parts[0][0], part="another", type="BMI160", meta={"mount": "left"})
     with pytest.raises(truerate.Error, match="of the same log and differ"):
+        truerate.merge([evidence[0], other])
+    with pytest.raises(truerate.Error, match="in number 1 of the list and .* in number 2 of the list"):
         truerate.merge([evidence[0], other])
     with pytest.raises(truerate.Error, match="no evidence"):
         truerate.merge([])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import html as _html
 import json
+import keyword
 import os
 import tempfile
 from collections.abc import Callable, Iterable, Mapping
@@ -21,29 +22,76 @@ from ._truerate import Error
 _PathLike = str | os.PathLike
 
 
-def _columns(source: Any) -> dict[str, np.ndarray] | None:
-    """The columns of a table: of a mapping, a pandas, polars or pyarrow table; ``None`` where it is not a table."""
+def _columns(source: Any, mapped: Iterable[str] = ()) -> dict[str, np.ndarray] | None:
+    """The columns of a table: of a mapping, a pandas, polars or pyarrow table; ``None`` where it is not a table. ``mapped`` are the
+    channels that the caller names."""
+    for method, kind in (("collect", "LazyFrame"), ("compute", "DataFrame")):
+        if hasattr(source, method) and hasattr(type(source), "columns") and not hasattr(source, "fetchnumpy"):
+            raise TypeError(f"this {kind} has not been computed yet: give its .{method}()")
+    if hasattr(source, "to_frame") and not hasattr(source, "columns"):
+        raise TypeError(f"a log is a table with a time and readings, and this is one column ({type(source).__name__})")
+    index = {}
     if isinstance(source, Mapping):
-        pairs = source.items()
+        pairs = list(source.items())
     elif hasattr(source, "fetchnumpy"):  # DuckDB
-        pairs = source.fetchnumpy().items()
+        pairs = list(source.fetchnumpy().items())
     elif hasattr(source, "column_names") and hasattr(source, "column"):  # pyarrow
-        pairs = ((name, source.column(name).to_numpy()) for name in source.column_names)
+        pairs = [(name, source.column(name).to_numpy()) for name in source.column_names]
     elif hasattr(source, "columns") and hasattr(source, "__getitem__"):  # pandas, polars
-        pairs = ((name, source[name].to_numpy()) for name in source.columns)
+        names = list(source.columns)
+        _named(names)
+        pairs = [(name, source[name].to_numpy()) for name in names]
+        index = _time_of_index(source, [*names, *mapped])
     elif hasattr(source, "__arrow_c_stream__"):  # anything else that speaks Arrow
         import pyarrow
 
-        return _columns(pyarrow.table(source))
+        return _columns(pyarrow.table(source), mapped)
     else:
         return None
-    columns = {str(name): np.asarray(values) for name, values in pairs}
+    _named([name for name, _ in pairs])
+    columns = {**index, **{str(name): np.asarray(values) for name, values in pairs}}
+    for name, values in columns.items():
+        if values.ndim != 1:
+            found = "one value" if values.ndim == 0 else f"an array of {values.ndim} dimensions"
+            raise Error(f"column {name!r} is {found}: give an array with a value for each row")
     lengths = {name: len(values) for name, values in columns.items()}
     if len(set(lengths.values())) > 1:
         raise Error(f"the columns have different lengths: {lengths}")
     if not columns or not next(iter(lengths.values())):
         raise Error("the table has no rows")
     return columns
+
+
+def _named(names: list[Any]) -> None:
+    """Refuses columns that a log cannot have."""
+    if any(isinstance(name, (int, np.integer)) for name in names):
+        numbers = ", ".join(map(str, names[:4]))
+        raise Error(
+            f"the columns have numbers for names ({numbers}), which do not say what is in them: name them, with their units, as in "
+            "df.columns = ['t', 'gyro_z_dps', 'ref_angle_z_deg']"
+        )
+    twice = sorted({str(name) for name in names if names.count(name) > 1})
+    if twice:
+        raise Error(f"two columns are named {twice[0]!r}: rename one of them")
+
+
+def _is_time(name: Any) -> bool:
+    return str(name) == "t" or str(name).startswith("t_")
+
+
+def _time_of_index(table: Any, names: list[Any]) -> dict[str, np.ndarray]:
+    """The time of a pandas frame whose index is one: of dates, of durations, or named ``t`` or ``time``. Nothing where a column has it."""
+    index = getattr(table, "index", None)
+    if index is None or not hasattr(index, "dtype") or any(_is_time(name) for name in names):
+        return {}
+    kind = type(index).__name__
+    if kind in ("DatetimeIndex", "TimedeltaIndex"):
+        unit = "datetime64[ns]" if kind == "DatetimeIndex" else "timedelta64[ns]"
+        return {"t_ns": index.to_numpy(dtype=unit)}
+    name = index.name
+    if isinstance(name, str) and (_is_time(name) or name == "time") and index.dtype.kind in "iuf":
+        return {name if _is_time(name) else "t": index.to_numpy()}
+    return {}
 
 
 def _cell(value: Any) -> str:
@@ -56,12 +104,14 @@ def _cell(value: Any) -> str:
 
 def _written(columns: dict[str, np.ndarray], path: Path) -> None:
     """Writes a table as the reader's own text: a double keeps every bit."""
-    lists = []
+    lists, names = [], []
     for name, values in columns.items():
-        if values.dtype.kind == "M":
+        if values.dtype.kind in "Mm":
             if np.isnat(values).any():
                 raise Error(f"column {name!r}: row {int(np.argmax(np.isnat(values)))} has no time (NaT): drop such rows")
-            values = values.astype("datetime64[ns]").astype(np.int64)
+            values = values.astype(f"{'datetime' if values.dtype.kind == 'M' else 'timedelta'}64[ns]").astype(np.int64)
+            # It has its unit, whatever its name says.
+            name = "t_ns" if _is_time(name) else name
         elif values.dtype.kind == "b":
             values = values.astype(np.int8)
         elif values.dtype.kind == "f":
@@ -69,9 +119,10 @@ def _written(columns: dict[str, np.ndarray], path: Path) -> None:
         elif values.dtype.kind not in "iuUO":
             raise Error(f"column {name!r}: numbers are needed, this is {values.dtype}")
         lists.append(values.tolist())
+        names.append(name)
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
+        writer.writerow(names)
         writer.writerows([_cell(value) for value in row] for row in zip(*lists, strict=True))
 
 
@@ -80,31 +131,41 @@ def _maps(names: Mapping[str, str] | Iterable[str] | None) -> list[str]:
         return []
     if isinstance(names, Mapping):
         return [f"{name}={channel}" for name, channel in names.items()]
-    return [names] if isinstance(names, str) else list(names)
+    if isinstance(names, str):
+        return [names]
+    if not isinstance(names, Iterable):
+        raise TypeError(f"map: expected a dict of names, or a list of 'NAME=CHANNEL', not {type(names).__name__}")
+    return list(names)
 
 
 class _Source:
     """A log as a file: what came as bytes or as a table is written to one for as long as it is read."""
 
-    def __init__(self, source: Any) -> None:
+    def __init__(self, source: Any, maps: Iterable[str] = (), name: str | None = None) -> None:
         self._folder: tempfile.TemporaryDirectory | None = None
+        # Whether the name is one that the caller knows the log by.
+        self.is_named = name is not None or isinstance(source, (str, os.PathLike))
         if isinstance(source, (str, os.PathLike)):
-            self.path, self.name = Path(source), str(source)
+            self.path, self.name = Path(source), name or str(source)
             return
         self._folder = tempfile.TemporaryDirectory(prefix="truerate-")
         self.path = Path(self._folder.name, "log")
         if isinstance(source, (bytes, bytearray, memoryview)):
             self.path.write_bytes(source)
-            self.name = "bytes"
+            self.name = name or "bytes"
             return
-        columns = _columns(source)
+        try:
+            columns = _columns(source, [own.split("=")[0] for own in maps])
+        except BaseException:
+            self._folder.cleanup()
+            raise
         if columns is None:
             self._folder.cleanup()
             kind = type(source).__name__
             raise TypeError(f"a log is a path, bytes, a table or a mapping of arrays, not {kind}")
         self.path = self.path.with_suffix(".csv")
         _written(columns, self.path)
-        self.name = "table"
+        self.name = name or "table"
 
     def __enter__(self) -> _Source:
         return self
@@ -129,6 +190,7 @@ def read(
     axis: str | None = None,
     at_rest: bool = False,
     reference_is_dependent: bool = False,
+    name: str | None = None,
 ) -> Log:
     """Reads a log.
 
@@ -136,7 +198,8 @@ def read(
     ----------
     source
         A path (CSV or other text, Parquet, ULog, MCAP, …; packed or not), the bytes of such a file, a pandas, polars or
-        pyarrow table, a DuckDB result, anything with Arrow's C stream, or a mapping of names to arrays of one length.
+        pyarrow table, a DuckDB result, anything with Arrow's C stream, or a mapping of names to arrays of one length. An index of a
+        pandas frame is the time where no column is and it holds dates or durations, or is named ``t`` or ``time`` (s).
     map
         Channels under the names of the format: ``{"gyro_z_dps": "0.1*raw_z+2"}`` or ``["gyro_z=imu.gz"]``.
     reference
@@ -152,6 +215,8 @@ def read(
         judged against zero rate.
     reference_is_dependent
         Use the reference although it was computed from this very gyro.
+    name
+        What the log is called in results, of a table or bytes: these have no name of their own.
 
     Raises
     ------
@@ -173,7 +238,7 @@ def read(
         "columns": None if columns is None else Path(columns),
         "dbc": None if dbc is None else Path(dbc),
     }
-    with _Source(source) as file, nullcontext() if reference is None else _Source(reference) as second:
+    with _Source(source, reading["map"], name) as file, nullcontext() if reference is None else _Source(reference) as second:
         reading["reference"] = None if second is None else second.path
         try:
             inner = _truerate.Log(file.path, file.name, reading, axis, at_rest, reference_is_dependent)
@@ -181,14 +246,15 @@ def read(
             for named in (file, second):
                 error = error if named is None else _said(error, named)
             raise error from None
-    return Log(inner)
+    return Log(inner, file.is_named)
 
 
 class Log:
     """A log that has been read: rows, faults of its data, the axes that are worked on. Made by :func:`read`."""
 
-    def __init__(self, inner: _truerate.Log) -> None:
+    def __init__(self, inner: _truerate.Log, is_named: bool = True) -> None:
         self._inner = inner
+        self._is_named = is_named
 
     @property
     def name(self) -> str:
@@ -315,15 +381,23 @@ def _type(prior: Any, model: Model | None) -> tuple[Path, str | None] | None:
 
 
 def _object(value: Any) -> Any:
-    """JSON with its names as attributes."""
+    """JSON with its names as attributes; a name that is a word of Python's ends in an underscore, as in ``from_``."""
     if isinstance(value, dict):
-        return SimpleNamespace(**{name: _object(inner) for name, inner in value.items()})
+        return SimpleNamespace(**{_attribute(name): _object(inner) for name, inner in value.items()})
     return [_object(inner) for inner in value] if isinstance(value, list) else value
+
+
+def _attribute(name: str) -> str:
+    return f"{name}_" if keyword.iskeyword(name) else name
 
 
 class Axis(SimpleNamespace):
     """What was found on one axis: ``verdict``, ``finding``, ``headline``, ``effects``, ``parameters``, ``suspects``,
-    ``error_curve``, ``budget``, ``limited_by``, ``random``, ``data_faults``, … as the JSON of the program names them."""
+    ``error_curve``, ``budget``, ``limited_by``, ``random``, ``data_faults``, … as the JSON of the program names them. ``random`` and
+    ``explained`` are empty lists where there is nothing."""
+
+    random: list[SimpleNamespace] = []
+    explained: list[SimpleNamespace] = []
 
 
 class Result:
@@ -478,7 +552,7 @@ class Model:
             "reference": None,
             "dbc": None if dbc is None else Path(dbc),
         }
-        with _Source(source) as file:
+        with _Source(source, reading["map"]) as file:
             try:
                 names, values = self._inner.apply(file.path, reading)
             except Error as error:
@@ -522,6 +596,8 @@ def simulate(
     ('missing-effect', 'delay')
     """
     hidden = [hide] if isinstance(hide, str) else list(hide)
+    if not 0 <= seed < 2**64:
+        raise Error(f"seed {seed}: expected a whole number from 0 on")
     with tempfile.TemporaryDirectory(prefix="truerate-") as folder:
         path = Path(folder, "simulated.csv.gz")
         truth = _truerate.simulate(path, hidden, motion, float(seconds), float(rate), seed, axis)

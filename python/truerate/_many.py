@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import html as _html
+import inspect
 import json
+import os
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,7 +15,14 @@ from . import _truerate
 from ._logs import Log, Model, Result, _framed, _inner, _object, _PathLike, _stream, read
 
 
-def _log(source: Any, reading: Mapping[str, Any]) -> Log:
+#: Keyword arguments of :func:`read`.
+_READING = frozenset(name for name, own in inspect.signature(read).parameters.items() if own.kind is own.KEYWORD_ONLY)
+
+
+def _log(source: Any, reading: Mapping[str, Any], called: str) -> Log:
+    wrong = [name for name in reading if name not in _READING]
+    if wrong:
+        raise TypeError(f"{called}() got an unexpected keyword argument {wrong[0]!r}")
     if not isinstance(source, Log):
         return read(source, **reading)
     if reading:
@@ -21,10 +30,15 @@ def _log(source: Any, reading: Mapping[str, Any]) -> Log:
     return source
 
 
-def _logs(logs: Iterable[Any], reading: Mapping[str, Any]) -> _truerate.Logs:
-    if isinstance(logs, (str, bytes, Mapping, Log)):
+def _logs(logs: Iterable[Any], reading: Mapping[str, Any], called: str) -> _truerate.Logs:
+    if isinstance(logs, (str, bytes, Mapping, Log)) or not isinstance(logs, Iterable):
         raise TypeError("several logs are a list; one log is truerate.read(log)")
-    return _truerate.Logs([_log(log, reading)._inner for log in logs])
+    if "name" in reading:
+        raise TypeError("name: each of several logs has its own: give it to truerate.read")
+    own = [_log(log, reading, called) for log in logs]
+    # Tables have no names: the place in the list tells them apart.
+    names = [log.name if log._is_named else f"{log.name} {place}" for place, log in enumerate(own, 1)]
+    return _truerate.Logs([log._inner for log in own], names)
 
 
 def fit(logs: Iterable[Any], model: Model | None = None, **reading: Any) -> Result:
@@ -41,12 +55,12 @@ def fit(logs: Iterable[Any], model: Model | None = None, **reading: Any) -> Resu
     >>> list(truerate.fit(logs).model.effects["x"])
     ['scale-factor', 'bias']
     """
-    return Result(_logs(logs, reading).fit(_inner(model)))
+    return Result(_logs(logs, reading, "fit").fit(_inner(model)))
 
 
 def compare(logs: Iterable[Any], model: Model | None = None, **reading: Any) -> Result:
     """Holds ``model`` against several logs of one sensor: one error curve over all. Arguments as in :func:`fit`."""
-    return Result(_logs(logs, reading).compare(_inner(model)))
+    return Result(_logs(logs, reading, "compare").compare(_inner(model)))
 
 
 def diagnose(
@@ -59,7 +73,7 @@ def diagnose(
 ) -> Result:
     """Finds the effects that several logs of one sensor show together, and those that only some show. Arguments as in :func:`fit`
     and :meth:`Log.diagnose`."""
-    return Result(_logs(logs, reading).diagnose(_inner(model), explain, progress))
+    return Result(_logs(logs, reading, "diagnose").diagnose(_inner(model), explain, progress))
 
 
 def ladder(
@@ -71,7 +85,7 @@ def ladder(
     **reading: Any,
 ) -> Result:
     """One model of several logs with what all of them show. Arguments as in :func:`fit` and :meth:`Log.diagnose`."""
-    return Result(_logs(logs, reading).ladder(_inner(model), explain, progress))
+    return Result(_logs(logs, reading, "ladder").ladder(_inner(model), explain, progress))
 
 
 class Evidence:
@@ -84,8 +98,10 @@ class Evidence:
     def __init__(self, source: _PathLike | bytes) -> None:
         if isinstance(source, (bytes, bytearray, memoryview)):
             self._inner = _truerate.Evidence.parse("bytes", bytes(source))
-        else:
+        elif isinstance(source, (str, os.PathLike)):
             self._inner = _truerate.Evidence.read(Path(source))
+        else:
+            raise TypeError(f"evidence is an object of it, a file's path or its bytes, not {type(source).__name__}")
 
     @classmethod
     def _of(cls, inner: _truerate.Evidence) -> Evidence:
@@ -184,7 +200,8 @@ def evidence(
         A :class:`Log`, or whatever :func:`read` takes, with its keyword arguments as ``reading``. A worker of another machine is given
         a path that it can read, or the bytes.
     part
-        The part that was recorded: one sensor, by a number or a name. Without it the log's name is the part.
+        The part that was recorded: one sensor, by a number or a name. Without it the log's name is the part; a table or bytes have no
+        name, and need it.
     type
         The type of the part: sensor, with its driver and range where they matter.
     meta
@@ -203,8 +220,11 @@ def evidence(
     True
     """
     meta = {str(key): str(value) for key, value in (meta or {}).items()}
-    part = None if part is None else str(part)
-    return Evidence._of(_truerate.Evidence.of(_log(log, reading)._inner, part, type, meta, _inner(model)))
+    own = _log(log, reading, "evidence")
+    if part is None and not own._is_named:
+        raise _truerate.Error("which part is it? A table or bytes have no name: give part=, the number or name of the sensor")
+    part, kind = (None if given is None else str(given) for given in (part, type))
+    return Evidence._of(_truerate.Evidence.of(own._inner, part, kind, meta, _inner(model)))
 
 
 def merge(evidence: Iterable[Evidence | _PathLike | bytes]) -> Evidence:
@@ -216,12 +236,15 @@ def merge(evidence: Iterable[Evidence | _PathLike | bytes]) -> Evidence:
     Error
         Two pieces of one log that differ, or a file that is damaged; it is named.
     """
-    if isinstance(evidence, (str, bytes, Evidence)):
+    if isinstance(evidence, (str, bytes, bytearray, Evidence)) or not isinstance(evidence, Iterable):
         raise TypeError("what is merged is a list of evidence")
-    own = [one if isinstance(one, Evidence) else Evidence(one) for one in evidence]
+    own, names = [], []
+    for place, one in enumerate(evidence, 1):
+        own.append(one if isinstance(one, Evidence) else Evidence(one))
+        names.append(str(one) if isinstance(one, (str, os.PathLike)) else f"number {place} of the list")
     if not own:
         raise _truerate.Error("no evidence to merge")
-    return Evidence._of(_truerate.Evidence.merge([one._inner for one in own])[0])
+    return Evidence._of(_truerate.Evidence.merge([one._inner for one in own], names)[0])
 
 
 class Fleet:
@@ -250,7 +273,7 @@ class Fleet:
 
     def __init__(self, evidence: Evidence | _PathLike | bytes | Iterable[Evidence | _PathLike | bytes]) -> None:
         name = str(evidence) if isinstance(evidence, (str, Path)) else "evidence"
-        if isinstance(evidence, (str, bytes, Path)):
+        if isinstance(evidence, (str, bytes, bytearray, memoryview, os.PathLike)) or not isinstance(evidence, (Evidence, Iterable)):
             evidence = Evidence(evidence)
         self._evidence = evidence if isinstance(evidence, Evidence) else merge(evidence)
         self._inner = _truerate.Fleet(self._evidence._inner, name)

@@ -79,6 +79,12 @@ impl Key {
         self.name == "share" || self.card().is_some_and(is_size)
     }
 
+    /// Whether the catalogue has this parameter.
+    #[must_use]
+    pub fn is_known(&self) -> bool {
+        find(&self.effect).is_some() && (self.name == "share" || self.card().is_some())
+    }
+
     /// The parameter's card, where the catalogue knows it.
     #[must_use]
     pub fn card(&self) -> Option<&'static ParameterCard> {

@@ -13,7 +13,7 @@ use super::{
     labels::by_label,
     mount::{Tilt, tilts},
     search::{Member, base, candidates},
-    spread::{Change, Nested, Reading, change, discoveries},
+    spread::{Change, Nested, Reading, Scatter, change, discoveries, scatter},
 };
 use crate::{Axis, effects, thresholds as limit};
 use itertools::Itertools;
@@ -64,7 +64,7 @@ pub struct OfPart {
     pub part: String,
     /// The parameter.
     pub key: Key,
-    /// Best prediction; an outlier's own mean.
+    /// Best prediction; an outlier's own mean; of a part that changed, what it has since then.
     pub value: f64,
     /// Its standard error.
     pub std_error: f64,
@@ -91,6 +91,10 @@ pub struct Dated {
     pub by: f64,
     /// Standard error of that.
     pub std_error: f64,
+    /// What the part had before it, with the standard error.
+    pub before: (f64, f64),
+    /// What it has after it, with the standard error.
+    pub after: (f64, f64),
     /// Chance of it, priced for all parts and effects.
     pub p_value: f64,
     /// What was said of the logs that changed there too.
@@ -310,6 +314,19 @@ fn tell(logs: &[&FleetLog], found: Vec<Found>, all: &mut Fleet) {
         let shows: Vec<f64> = own.of.iter().filter_map(|&k| logs[k].member.shows(&own.key)).collect();
         let shown = crate::order::median(shows).unwrap_or(0.0);
         let size = nested.mean.powi(2) + nested.between + nested.within;
+        let dated = |part: usize| -> Vec<OnDay> {
+            let mine = own.readings.iter().zip(&own.of).filter(|(reading, _)| reading.part == part);
+            let mut dated: Vec<OnDay> = mine
+                .filter_map(|(Reading { value, variance, .. }, &k)| {
+                    let log = logs[k];
+                    Some(OnDay { day: log.day?, value: *value, variance: *variance, labels: &log.labels })
+                })
+                .collect();
+            dated.sort_by(|a, b| a.day.total_cmp(&b.day));
+            dated
+        };
+        let in_order = |part: usize| dated(part).iter().map(|own| (own.value, own.variance)).collect();
+        let beyond = scatter(&(0..names.len()).map(in_order).collect::<Vec<_>>());
         for (part, name) in names.iter().enumerate() {
             let mine: Vec<usize> = (0..own.readings.len()).filter(|&k| own.readings[k].part == part).collect();
             if mine.is_empty() {
@@ -323,14 +340,9 @@ fn tell(logs: &[&FleetLog], found: Vec<Found>, all: &mut Fleet) {
             } else {
                 nested.predicted(&readings)
             };
-            let dated: Vec<OnDay> = mine
-                .iter()
-                .filter_map(|&k| {
-                    let (log, Reading { value, variance, .. }) = (logs[own.of[k]], own.readings[k]);
-                    Some(OnDay { day: log.day?, value, variance, labels: &log.labels })
-                })
-                .collect();
-            let (changed, course) = in_time(dated, tested);
+            let (changed, course) = in_time(&dated(part), beyond, tested);
+            let (value, std_error) = changed.as_ref().map_or((value, std_error), |changed| changed.after);
+            let changed = changed.map(|changed| changed.above(neutral));
             let course = course.map(|course| course.above(neutral));
             all.parts.push(OfPart {
                 kind: logs[0].kind.clone(),
@@ -461,24 +473,25 @@ struct OnDay<'a> {
 /// Logs of a part below which nothing is said of its course.
 const FEWEST: usize = 4;
 
-/// The change of one part in time, where there is one, and its charts. How far its logs scatter beyond their errors is taken from
-/// neighbours in time, the widest step left out, so that the change itself does not count.
-fn in_time(mut dated: Vec<OnDay>, tested: usize) -> (Option<Dated>, Option<Course>) {
+impl Dated {
+    /// The same of values that are counted from elsewhere.
+    fn above(self, neutral: f64) -> Self {
+        let above = |(value, error): (f64, f64)| (value + neutral, error);
+        Self { before: above(self.before), after: above(self.after), ..self }
+    }
+}
+
+/// The change of one part in time, where there is one, and its charts; `dated` in the order of time. How far its logs scatter beyond their
+/// errors is what the parts of the type say together: one part's few logs do not know it.
+fn in_time(dated: &[OnDay], beyond: Scatter, tested: usize) -> (Option<Dated>, Option<Course>) {
     if dated.len() < FEWEST {
         return (None, None);
     }
-    dated.sort_by(|a, b| a.day.total_cmp(&b.day));
-    let mut steps: Vec<f64> = dated
-        .windows(2)
-        .map(|pair| (pair[1].value - pair[0].value).powi(2) / 2.0 - 0.5 * (pair[0].variance + pair[1].variance))
-        .collect();
-    steps.sort_by(f64::total_cmp);
-    steps.pop();
-    let scatter = (steps.iter().sum::<f64>() / steps.len().max(1) as f64).max(0.0);
-    let readings: Vec<(f64, f64)> = dated.iter().map(|own| (own.value, own.variance + scatter)).collect();
-    let found = change(&readings).filter(|found| found.p_value * (tested as f64) < limit::SIGNIFICANCE.value);
+    let readings: Vec<(f64, f64)> = dated.iter().map(|own| (own.value, own.variance + beyond.variance)).collect();
+    let is_sure = |found: &Change| found.p_value * (tested as f64) < limit::SIGNIFICANCE.value;
+    let found = change(&readings, beyond.freedom).filter(is_sure);
     let on_days: Vec<(f64, f64, f64)> = dated.iter().map(|own| (own.day, own.value, own.variance)).collect();
-    let course = course(&on_days, scatter, found.map_or(dated.len(), |found| found.after));
+    let course = course(&on_days, beyond.variance, found.map_or(dated.len(), |found| found.after));
     let changed = found.map(|Change { after, from, to, by, std_error, p_value }| {
         let (first, last) = (dated[from - 1].day, dated[to].day);
         Dated {
@@ -486,11 +499,19 @@ fn in_time(mut dated: Vec<OnDay>, tested: usize) -> (Option<Dated>, Option<Cours
             days: 0.5 * (last - first),
             by,
             std_error,
+            before: level(&readings[..after]),
+            after: level(&readings[after..]),
             p_value: p_value * tested as f64,
-            with: switched(&dated, after),
+            with: switched(dated, after),
         }
     });
     (changed, Some(course))
+}
+
+/// The mean of readings with known variances, and its standard error.
+fn level(readings: &[(f64, f64)]) -> (f64, f64) {
+    let weight: f64 = readings.iter().map(|(_, variance)| 1.0 / variance).sum();
+    (readings.iter().map(|(value, variance)| value / variance).sum::<f64>() / weight, weight.powf(-0.5))
 }
 
 /// The labels that have one value in all readings before this one, and another in all from it on.

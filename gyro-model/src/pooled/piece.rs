@@ -83,10 +83,20 @@ impl From<&NoiseModel> for Noise {
 
 /// The largest error over its floor up to which generalised least squares can be trusted.
 const WRONG: f64 = 2.0;
+/// Share by which rounding may break an inequality.
+const ROUNDED: f64 = 1e-6;
+/// How many times the residual's own noise a score of noise alone may be expected to be at most.
+const BESIDE: f64 = 10.0;
+/// Numbers whose square or inverse square overflows are of no log.
+const LARGEST: f64 = 1e150;
 /// Draws of noise alone from which inflation and expectation are known.
 const DRAWS: u64 = 50;
 /// Standard deviations above 1 by which a column's scores of noise alone have to vary more than A says.
 const SURE: f64 = 2.0;
+
+fn is_number(value: f64) -> bool {
+    value.abs() < LARGEST
+}
 
 impl Piece {
     /// A at row `i` and column `j`.
@@ -102,28 +112,72 @@ impl Piece {
         self.columns.iter().position(|column| column.key == *key)
     }
 
-    /// Whether all numbers are finite and as many as there have to be, and A is that of real columns.
+    /// What no log makes, in words; `None` where the numbers can be those of a log. They are finite and as many as there have to be, A is
+    /// that of real columns, and neither score is larger than its column and a residual allow (Cauchy and Schwarz):
+    ///
+    /// ```text
+    /// A_ij² ≤ A_ii A_jj        b_i² ≤ A_ii ‖r₀‖²
+    /// ```
     #[must_use]
-    pub fn is_whole(&self) -> bool {
+    pub fn fault(&self) -> Option<String> {
         let n = self.columns.len();
-        let lengths = [self.score.len(), self.expected.len(), self.inflation.len(), self.shows.len()];
-        let numbers = [&self.information, &self.score, &self.expected, &self.inflation, &self.shows];
-        let positive = || (0..n).all(|k| self.entry(k, k) >= 0.0 && self.inflation[k] >= 1.0 && self.shows[k] >= 0.0);
-        let bounded = || {
-            (0..n).all(|i| {
-                (0..i).all(|j| {
-                    self.entry(i, j).powi(2) <= (1.0 + 1e-6) * self.entry(i, i) * self.entry(j, j) + f64::MIN_POSITIVE
-                })
+        let lists: [(&str, &[f64], usize); 5] = [
+            ("information", &self.information, n * (n + 1) / 2),
+            ("score", &self.score, n),
+            ("expected", &self.expected, n),
+            ("inflation", &self.inflation, n),
+            ("shows", &self.shows, n),
+        ];
+        for (name, list, length) in lists {
+            if list.len() != length || n == 0 {
+                return Some(format!("`{name}` has {} numbers for {n} columns", list.len()));
+            }
+            if let Some(value) = list.iter().find(|value| !is_number(**value)) {
+                return Some(format!("`{name}` has {value:e}"));
+            }
+        }
+        if !(self.squares >= 0.0 && is_number(self.squares)) {
+            return Some(format!("`squares` is {:e}, and a sum of squares is 0 or more", self.squares));
+        }
+        // Of white noise of one standard deviation, as many values as were read.
+        let of_noise = self.squares.max((self.readings * self.axes.len() as u64) as f64);
+        let of_column = |k: usize| -> Option<String> {
+            let (own, Column { key, at, .. }) = (self.entry(k, k), &self.columns[k]);
+            let at_most = |squares: f64| ((1.0 + ROUNDED) * own * squares).sqrt() + f64::MIN_POSITIVE;
+            let what = format!("of {}.{} on axis {}", key.effect, key.name, key.axis);
+            if own < 0.0 {
+                return Some(format!(
+                    "the diagonal of `information` {what} is {own:e}, and a sum of squares is 0 or more"
+                ));
+            }
+            if !is_number(*at) {
+                return Some(format!("`at` {what} is {at:e}"));
+            }
+            let (score, most) = (self.score[k].abs(), at_most(self.squares));
+            if score > most {
+                return Some(format!("`score` {what} is {score:e}, and column and residual allow {most:e}"));
+            }
+            let (expected, most) = (self.expected[k].abs(), BESIDE * at_most(of_noise));
+            if expected > most {
+                return Some(format!("`expected` {what} is {expected:e}, and column and noise allow {most:e}"));
+            }
+            if self.inflation[k] < 1.0 || self.shows[k] < 0.0 {
+                return Some(format!("`inflation` or `shows` {what} is too small"));
+            }
+            let too_large = (0..k)
+                .find(|&j| self.entry(k, j).powi(2) > (1.0 + ROUNDED) * own * self.entry(j, j) + f64::MIN_POSITIVE);
+            too_large.map(|j| {
+                let other = &self.columns[j].key;
+                format!("`information` {what} with {}.{} is more than both columns allow", other.effect, other.name)
             })
         };
-        n > 0
-            && self.information.len() == n * (n + 1) / 2
-            && lengths.iter().all(|length| *length == n)
-            && numbers.iter().all(|list| list.iter().all(|value| value.is_finite()))
-            && self.columns.iter().all(|column| column.at.is_finite())
-            && self.squares.is_finite()
-            && positive()
-            && bounded()
+        (0..n).find_map(of_column)
+    }
+
+    /// Whether it has numbers that a log can make.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.fault().is_none()
     }
 
     fn of(study: &Study, seed: u64, over: Over) -> Self {

@@ -29,6 +29,17 @@ pub struct Reading {
     pub variance: f64,
 }
 
+impl Reading {
+    /// Whether it can be weighed against others: neither its square nor that of its weight overflows.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        self.variance > 0.0
+            && self.variance.is_finite()
+            && self.variance.powi(-2).is_finite()
+            && (self.value * self.value / self.variance).is_finite()
+    }
+}
+
 /// What the readings of an effect come to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Nested {
@@ -206,11 +217,7 @@ impl Nested {
     /// between parts where there are several.
     #[must_use]
     pub fn fit(readings: &[Reading]) -> Option<Self> {
-        let known: Vec<Reading> = readings
-            .iter()
-            .filter(|r| r.value.is_finite() && r.variance.is_finite() && r.variance > 0.0)
-            .copied()
-            .collect();
+        let known: Vec<Reading> = readings.iter().filter(|r| r.is_sound()).copied().collect();
         let mut names: Vec<usize> = known.iter().map(|r| r.part).collect();
         names.sort_unstable();
         names.dedup();
@@ -236,7 +243,7 @@ impl Nested {
                     between = crossing(|v| at(&known, parts, v, within).slope[0], between, scale);
                 }
                 let moved = (between - before.0).abs().max((within - before.1).abs());
-                if moved <= FOUND * (between + within + scale) {
+                if moved <= FOUND * (between + within + scale) || !moved.is_finite() {
                     break;
                 }
             }
@@ -297,16 +304,7 @@ impl Nested {
     /// Chance of such a mean where the type has none: two-sided.
     #[must_use]
     pub fn p_of_mean(&self) -> f64 {
-        let size = self.mean.abs() / self.std_error;
-        if size.is_nan() {
-            return 1.0;
-        }
-        let tail = if self.freedom.is_finite() {
-            StudentsT::new(0.0, 1.0, self.freedom).map_or(1.0, |law| law.sf(size))
-        } else {
-            Normal::standard().sf(size)
-        };
-        2.0 * tail
+        two_sided(self.mean / self.std_error, self.freedom)
     }
 
     /// Chance of such a spread between parts where there is none: at the boundary, half of χ² with one degree of freedom (Self and Liang
@@ -387,20 +385,33 @@ impl Nested {
     pub fn p_of_part(&self, own: &[Reading]) -> f64 {
         let (value, variance) = self.of_part(own);
         let error = (variance + self.between + self.plain_error.powi(2)).sqrt();
-        let size = (value - self.mean).abs() / error;
         // A spread that few parts tell is known badly.
-        if self.freedom.is_finite() && self.between > 0.0 {
-            return StudentsT::new(0.0, 1.0, self.freedom).map_or(1.0, |law| 2.0 * law.sf(size));
-        }
-        2.0 * Normal::standard().sf(size)
+        two_sided((value - self.mean) / error, if self.between > 0.0 { self.freedom } else { f64::INFINITY })
     }
+}
+
+/// Chance of a value so many standard errors from nothing or further off: Student's t, or the normal distribution for infinitely many
+/// degrees of freedom. 1 of what is no number.
+fn two_sided(size: f64, freedom: f64) -> f64 {
+    if size.is_nan() {
+        return 1.0;
+    }
+    if size.is_infinite() {
+        return 0.0;
+    }
+    let tail = if freedom.is_finite() {
+        StudentsT::new(0.0, 1.0, freedom).map_or(0.5, |law| law.sf(size.abs()))
+    } else {
+        Normal::standard().sf(size.abs())
+    };
+    2.0 * tail
 }
 
 fn at_boundary(spread: f64, ratio: f64) -> f64 {
     if spread <= 0.0 {
         return 1.0;
     }
-    ChiSquared::new(1.0).map_or(1.0, |law| 0.5 * law.sf(ratio))
+    if ratio.is_finite() { ChiSquared::new(1.0).map_or(1.0, |law| 0.5 * law.sf(ratio)) } else { 1.0 }
 }
 
 /// Which of these hypotheses are refused so that a share of at most `rate` of those is refused wrongly (Benjamini and Hochberg 1995).
@@ -437,15 +448,20 @@ pub struct Change {
 /// Fall of ln L within which a place is as good as the best: half of the 95 % quantile of χ² with one degree of freedom.
 const AS_GOOD: f64 = 1.92;
 
-/// The likeliest single change of readings in time with known errors: a cumulated sum (Page 1954) with both levels fitted.
+/// Readings on either side of a change: a single one is no level, and may itself be the odd one.
+const EITHER: usize = 2;
+
+/// The likeliest single change of readings in time: a cumulated sum (Page 1954) with both levels fitted.
 ///
 /// ```text
-/// z_k = (ȳ after k − ȳ before k) / √(1/Σw after + 1/Σw before)          the largest |z_k| of n − 1 places
+/// z_k = (ȳ after k − ȳ before k) / √(1/Σw after + 1/Σw before)          the largest |z_k| of n − 3 places
 /// ```
+///
+/// The variances of the readings are known to so many degrees of freedom: z has that t distribution.
 #[must_use]
-pub fn change(readings: &[(f64, f64)]) -> Option<Change> {
+pub fn change(readings: &[(f64, f64)], freedom: f64) -> Option<Change> {
     let n = readings.len();
-    if n < 4 {
+    if n < 2 * EITHER {
         return None;
     }
     let w: Vec<f64> = readings.iter().map(|(_, variance)| 1.0 / variance).collect();
@@ -458,18 +474,63 @@ pub fn change(readings: &[(f64, f64)]) -> Option<Change> {
         each.push((by, (1.0 / after.0 + 1.0 / before.0).sqrt()));
     }
     let gain = |k: usize| 0.5 * (each[k].0 / each[k].1).powi(2);
-    let best = (0..each.len()).max_by(|&a, &b| gain(a).total_cmp(&gain(b)))?;
+    let best = (EITHER - 1..n - EITHER).max_by(|&a, &b| gain(a).total_cmp(&gain(b)))?;
     let good: Vec<usize> = (0..each.len()).filter(|&k| gain(k) > gain(best) - AS_GOOD).collect();
     let (by, std_error) = each[best];
-    let tail = 2.0 * Normal::standard().sf((by / std_error).abs());
     Some(Change {
         after: best + 1,
-        from: good.first()? + 1,
+        from: good.iter().find(|&&k| k <= best)? + 1,
         to: good.last()? + 1,
         by,
         std_error,
-        p_value: (tail * (n - 1) as f64).min(1.0),
+        p_value: (two_sided(by / std_error, freedom) * places(n) as f64).min(1.0),
     })
+}
+
+/// Places at which n readings can have changed.
+fn places(n: usize) -> usize {
+    n + 1 - 2 * EITHER
+}
+
+/// How far the logs of a part scatter beyond their own errors, over the parts of a type, each in the order of time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scatter {
+    /// Its variance.
+    pub variance: f64,
+    /// The degrees of freedom to which that is known; infinite where the logs' own errors explain all.
+    pub freedom: f64,
+}
+
+/// The scatter between logs, pooled over parts: of what each part's logs leave about two levels, so that a part that changed does not
+/// count as scatter. It makes χ² equal to its degrees of freedom (Paule and Mandel 1982).
+///
+/// ```text
+/// Σ_p Σ_l (y_l − level)²/(s_l² + τ_l²) = Σ_p (n_p − 2, less one where the place of the change was chosen)
+/// ```
+#[must_use]
+pub fn scatter(parts: &[Vec<(f64, f64)>]) -> Scatter {
+    let told: Vec<&Vec<(f64, f64)>> = parts.iter().filter(|own| own.len() >= 2 * EITHER).collect();
+    let freedom: usize = told.iter().map(|own| own.len() - 2 - usize::from(places(own.len()) > 1)).sum();
+    if freedom == 0 {
+        return Scatter { variance: 0.0, freedom: f64::INFINITY };
+    }
+    let squares = |variance: f64| -> f64 { told.iter().map(|own| about_two_levels(own, variance)).sum::<f64>() };
+    let over = |variance: f64| squares(variance) - freedom as f64;
+    let scale = told.iter().flat_map(|own| own.iter().map(|(_, variance)| *variance)).fold(0.0, f64::max);
+    let variance = crossing(over, 0.0, scale);
+    Scatter { variance, freedom: if variance > 0.0 { freedom as f64 } else { f64::INFINITY } }
+}
+
+/// What readings leave about the two levels that fit them best: the sum of squares over their variances.
+fn about_two_levels(readings: &[(f64, f64)], scatter: f64) -> f64 {
+    let sum = |own: &[(f64, f64)]| -> f64 {
+        let w = |variance: f64| 1.0 / (variance + scatter);
+        let weight: f64 = own.iter().map(|r| w(r.1)).sum();
+        let level = own.iter().map(|r| w(r.1) * r.0).sum::<f64>() / weight;
+        own.iter().map(|r| w(r.1) * (r.0 - level).powi(2)).sum()
+    };
+    let of = |place: usize| sum(&readings[..place]) + sum(&readings[place..]);
+    (EITHER..=readings.len() - EITHER).map(of).fold(f64::INFINITY, f64::min)
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Evidence files read log by log, and merged without holding them: of each log only its hash and its place are kept.
 
-use super::{Evidence, LogEvidence, differ, head, is_sound, tail};
+use super::{Evidence, LogEvidence, differ, head, tail, unsound};
 use crate::output::{Output, failed};
 use anyhow::{Context, Result, ensure};
 use gyro_model::parallel;
@@ -12,17 +12,27 @@ use std::{
 };
 
 /// One log of a file.
-struct Line<'a> {
+pub(super) struct Line<'a> {
     /// Where it stands.
     at: u64,
     /// Its text, without the comma behind it.
     text: &'a str,
-    log: LogEvidence,
+    /// What it says.
+    pub(super) log: LogEvidence,
 }
 
-/// Hands each log of a file to `take`, if the file is whole and written as this program writes one, a log a line. `false` where it is
-/// not: [`Evidence::parse`] says what is wrong with it then, if anything is.
-fn lines(file: File, mut take: impl FnMut(Line)) -> bool {
+/// How a file is written.
+pub(super) enum Written {
+    /// As this program writes one, a log a line, and whole.
+    Whole,
+    /// So, and with a log that holds what no log makes: its name, and what that is.
+    Unsound(String, String),
+    /// In another way, or not whole: [`Evidence::parse`] says what is wrong with it, if anything is.
+    Otherwise,
+}
+
+/// Hands each log of a file to `take`, if the file is whole and written as this program writes one, a log a line.
+pub(super) fn lines(file: impl Read, mut take: impl FnMut(Line)) -> Written {
     let mut reader = BufReader::with_capacity(1 << 16, file);
     let (mut line, mut at) = (String::new(), 0);
     let mut next = |line: &mut String| -> Option<u64> {
@@ -32,27 +42,32 @@ fn lines(file: File, mut take: impl FnMut(Line)) -> bool {
         Some(start)
     };
     if next(&mut line).is_none() || line.trim_end() != head() {
-        return false;
+        return Written::Otherwise;
     }
-    let (mut sum, mut many) = (Sha256::new(), 0);
+    let (mut sum, mut many, mut faulty) = (Sha256::new(), 0, None);
     while let Some(at) = next(&mut line) {
         let text = line.trim_end();
         if text.starts_with(']') {
-            return many > 0 && text == tail(&sum.finalize()) && next(&mut line).is_none();
+            let is_whole = many > 0 && text == tail(&sum.finalize()) && next(&mut line).is_none();
+            return match faulty {
+                _ if !is_whole => Written::Otherwise,
+                Some((log, why)) => Written::Unsound(log, why),
+                None => Written::Whole,
+            };
         }
         let text = text.strip_suffix(',').unwrap_or(text);
-        let Ok(log) = serde_json::from_str::<LogEvidence>(text) else { return false };
-        if !is_sound(&log) {
-            return false;
-        }
+        let Ok(log) = serde_json::from_str::<LogEvidence>(text) else { return Written::Otherwise };
         if many > 0 {
             sum.update(b"\n");
         }
         sum.update(text);
         many += 1;
-        take(Line { at, text, log });
+        faulty = faulty.or_else(|| Some((log.log.clone(), unsound(&log)?)));
+        if faulty.is_none() {
+            take(Line { at, text, log });
+        }
     }
-    false
+    Written::Otherwise
 }
 
 fn opened(path: &Path) -> Result<File> {
@@ -66,11 +81,11 @@ fn opened(path: &Path) -> Result<File> {
 /// As [`Evidence::parse`], and a file that cannot be read: some of its logs have been taken by then.
 pub fn each(path: &Path, mut take: impl FnMut(LogEvidence)) -> Result<()> {
     let mut taken = 0;
-    let is_as_written = lines(opened(path)?, |line| {
+    let written = lines(opened(path)?, |line| {
         take(line.log);
         taken += 1;
     });
-    if !is_as_written {
+    if !matches!(written, Written::Whole) {
         Evidence::read(path)?.logs.into_iter().skip(taken).for_each(take);
     }
     Ok(())
@@ -103,7 +118,8 @@ impl Source {
     /// File number `file`, and its logs.
     fn new(path: &Path, file: usize) -> Result<(Self, Vec<Entry>)> {
         let mut entries = Vec::new();
-        if lines(opened(path)?, |line| entries.push(Entry::of(file, line.at, line.text, line.log.sha256))) {
+        let written = lines(opened(path)?, |line| entries.push(Entry::of(file, line.at, line.text, line.log.sha256)));
+        if matches!(written, Written::Whole) {
             return Ok((Self::File(path.to_owned()), entries));
         }
         entries.clear();
@@ -179,8 +195,10 @@ pub fn merge(files: &[PathBuf], output: &Path) -> Result<Merged> {
             None => kept.push(entry),
             Some(known) if known.line == entry.line => {}
             Some(known) => {
+                let name = |own: &Entry| files[own.file].display().to_string();
+                let (first, second) = (name(known), name(&entry));
                 let (known, other) = (sources.log(known)?, sources.log(&entry)?);
-                ensure!(known == other, differ(&known, &other));
+                ensure!(known == other, differ((&known, &first), (&other, &second)));
             }
         }
     }

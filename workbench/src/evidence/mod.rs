@@ -29,6 +29,7 @@ use std::{collections::BTreeMap, fs, path::Path};
 
 mod merge;
 
+use merge::Written;
 pub use merge::{Merged, each, merge};
 
 /// What is said of another file.
@@ -228,17 +229,22 @@ impl Evidence {
     /// # Errors
     /// Two that are of one log and say different things.
     pub fn new(logs: impl IntoIterator<Item = LogEvidence>) -> Result<Self> {
-        let mut all: BTreeMap<String, LogEvidence> = BTreeMap::new();
-        for log in logs {
+        Self::of(logs.into_iter().map(|log| (log, "")))
+    }
+
+    /// The same of logs with the name of the file that each stands in.
+    fn of<'n>(logs: impl IntoIterator<Item = (LogEvidence, &'n str)>) -> Result<Self> {
+        let mut all: BTreeMap<String, (LogEvidence, &str)> = BTreeMap::new();
+        for (log, file) in logs {
             match all.get(&log.sha256) {
-                Some(known) if *known == log => {}
-                Some(known) => bail!(differ(known, &log)),
+                Some((known, _)) if *known == log => {}
+                Some((known, first)) => bail!(differ((known, first), (&log, file))),
                 None => {
-                    all.insert(log.sha256.clone(), log);
+                    all.insert(log.sha256.clone(), (log, file));
                 }
             }
         }
-        Ok(Self { logs: all.into_values().collect() })
+        Ok(Self { logs: all.into_values().map(|(log, _)| log).collect() })
     }
 
     /// The bytes of the file.
@@ -270,6 +276,15 @@ impl Evidence {
             Some(other) => bail!("{name}: has the schema {other}: evidence is made with {}", call(Task::Evidence, "")),
             None => bail!("{}", not_evidence(name)),
         }
+        // As this program writes it, or with numbers that are written in another way: the checksum is of the very lines.
+        let mut logs = Vec::new();
+        let unsound_in =
+            |log: &str, why: &str| anyhow!("{name}: {log} has numbers that no log makes ({why}): {remedy}");
+        match merge::lines(text.as_bytes(), |line| logs.push(line.log)) {
+            Written::Whole => return Self::new(logs).with_context(|| name.to_owned()),
+            Written::Unsound(log, why) => bail!(unsound_in(&log, &why)),
+            Written::Otherwise => {}
+        }
         let whole: Whole = serde_json::from_str(text).map_err(|error| {
             if error.is_eof() {
                 anyhow!("{name}: ends in the middle: copy it again, or {remedy}")
@@ -284,7 +299,9 @@ impl Evidence {
             "{name}: was changed after it was written (its checksum differs): copy it again, or {remedy}"
         );
         for log in &whole.logs {
-            ensure!(is_sound(log), "{name}: {} has numbers that no log makes: {remedy}", log.log);
+            if let Some(why) = unsound(log) {
+                bail!(unsound_in(&log.log, &why));
+            }
         }
         Self::new(whole.logs).with_context(|| name.to_owned())
     }
@@ -305,9 +322,18 @@ impl Evidence {
     /// # Errors
     /// As [`Self::new`].
     pub fn merge(all: impl IntoIterator<Item = Self>) -> Result<(Self, usize)> {
-        let logs: Vec<LogEvidence> = all.into_iter().flat_map(|own| own.logs).collect();
+        Self::merge_named(all.into_iter().map(|own| (own, "")))
+    }
+
+    /// The same of evidence with names, which errors tell: of files, or of places in a list.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn merge_named<'n>(all: impl IntoIterator<Item = (Self, &'n str)>) -> Result<(Self, usize)> {
+        let named = |(own, name): (Self, &'n str)| own.logs.into_iter().map(move |log| (log, name));
+        let logs: Vec<(LogEvidence, &str)> = all.into_iter().flat_map(named).collect();
         let many = logs.len();
-        let merged = Self::new(logs)?;
+        let merged = Self::of(logs)?;
         let twice = many - merged.logs.len();
         Ok((merged, twice))
     }
@@ -328,14 +354,26 @@ fn sum(lines: &[String]) -> Vec<u8> {
     Sha256::digest(lines.join("\n").as_bytes()).to_vec()
 }
 
-/// Whether it holds numbers that a log can make.
-fn is_sound(log: &LogEvidence) -> bool {
-    log.pieces.iter().all(Piece::is_whole) && log.seconds.is_finite()
+/// What it holds that no log makes, in words.
+fn unsound(log: &LogEvidence) -> Option<String> {
+    if log.sha256.len() != HASH || !log.sha256.bytes().all(|digit| digit.is_ascii_hexdigit()) {
+        return Some(format!("its `sha256` is {:?}, and that has {HASH} hexadecimal digits", log.sha256));
+    }
+    if !(log.seconds >= 0.0 && log.seconds.is_finite()) {
+        return Some(format!("its length is {} s", log.seconds));
+    }
+    log.pieces.iter().find_map(Piece::fault)
 }
 
-/// What is said of two pieces of one log that differ.
-fn differ(one: &LogEvidence, other: &LogEvidence) -> String {
-    let name = |own: &LogEvidence| format!("{} (part {}, type {}, {})", own.log, own.part, own.kind, own.by);
+/// Digits of a SHA-256.
+const HASH: usize = 64;
+
+/// What is said of two pieces of one log that differ: each with the file that it stands in, where that is known.
+fn differ(one: (&LogEvidence, &str), other: (&LogEvidence, &str)) -> String {
+    let name = |(own, file): (&LogEvidence, &str)| {
+        let file = if file.is_empty() { String::new() } else { format!(" in {file}") };
+        format!("{} (part {}, type {}, {}){file}", own.log, own.part, own.kind, own.by)
+    };
     format!(
         "two pieces of evidence are of the same log and differ: {} and {}: leave one of them out",
         name(one),

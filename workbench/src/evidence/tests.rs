@@ -116,10 +116,37 @@ fn what_is_not_to_be_used_is_refused_in_words() {
     assert!(said(&text.replace("\"readings\":6000", "\"readings\":6001")).contains("was changed after it was written"));
     let none = Evidence::default().render().unwrap();
     assert!(said(&none).contains("holds no log"), "{}", said(&none));
-    let mut poisoned = one(1);
-    poisoned.pieces[0].information[1] = 1e30;
-    let poisoned = Evidence { logs: vec![poisoned] }.render().unwrap();
-    assert!(said(&poisoned).contains("log-1.csv has numbers that no log makes"));
+    let poisons: [(&str, fn(&mut LogEvidence)); 9] = [
+        ("`information` of delay.d on axis z with scale-factor.alpha", |log| log.pieces[0].information[1] = 1e30),
+        ("`score` of scale-factor.alpha on axis z is 1e12", |log| log.pieces[0].score[0] = 1e12),
+        ("`score` has 1e200", |log| log.pieces[0].score[1] = 1e200),
+        ("`expected` has 1e300", |log| log.pieces[0].expected[0] = 1e300),
+        ("`expected` of delay.d on axis z is 1e9", |log| log.pieces[0].expected[1] = 1e9),
+        ("`squares` is -3e0", |log| log.pieces[0].squares = -3.0),
+        ("the diagonal of `information` of delay.d", |log| log.pieces[0].information[2] = -1.0),
+        ("its `sha256` is \"xyz\"", |log| log.sha256 = "xyz".into()),
+        ("its length is -1 s", |log| log.seconds = -1.0),
+    ];
+    for (why, poison) in poisons {
+        let mut poisoned = one(1);
+        poison(&mut poisoned);
+        let said = said(&Evidence { logs: vec![poisoned] }.render().unwrap());
+        assert!(said.starts_with("f.json: log-1.csv has numbers that no log makes") && said.contains(why), "{said}");
+    }
+}
+
+#[test]
+fn numbers_that_are_written_in_another_way_are_read_where_the_checksum_is_of_them() {
+    let text = of([1]).render().unwrap();
+    let line =
+        text.lines().nth(1).unwrap().replace("\"samples\":6000", "\"samples\": 6000").replace("1000000.0", "1e6");
+    let other = format!("{}\n{line}\n{}\n", head(), tail(&sum(std::slice::from_ref(&line))));
+    assert!(other != text);
+    assert_eq!(Evidence::parse("x", &other).unwrap(), of([1]));
+    let line = line.replace("\"squares\":5999.123456789", "\"squares\":-3");
+    let poisoned = format!("{}\n{line}\n{}\n", head(), tail(&sum(std::slice::from_ref(&line))));
+    let said = format!("{:#}", Evidence::parse("x", &poisoned).unwrap_err());
+    assert!(said.contains("x: log-1.csv has numbers that no log makes (`squares` is -3e0"), "{said}");
 }
 
 #[test]
@@ -128,6 +155,10 @@ fn one_log_of_two_parts_is_refused() {
     let said = format!("{:#}", Evidence::new([one(3), other]).unwrap_err());
     assert!(said.contains("the same log") && said.contains("part another"), "{said}");
     assert_eq!(Evidence::merge([of([1, 2]), of([2, 3])]).unwrap().1, 1);
+    let other = Evidence { logs: vec![LogEvidence { part: "another".into(), ..one(3) }] };
+    let named = Evidence::merge_named([(of([1, 3]), "a.evidence"), (other, "b.evidence")]);
+    let said = format!("{:#}", named.unwrap_err());
+    assert!(said.contains("in a.evidence and log-3.csv (part another") && said.contains("in b.evidence"), "{said}");
 }
 
 #[test]
@@ -171,4 +202,6 @@ fn files_are_merged_line_by_line_into_the_bytes_of_a_merge_in_memory() {
     let other = Evidence { logs: vec![LogEvidence { part: "another".into(), ..one(3) }] }.render().unwrap();
     let said = format!("{:#}", merge(&[files[0].clone(), file("other", &other)], &place("none")).unwrap_err());
     assert!(said.contains("the same log and differ") && said.contains("part another"), "{said}");
+    // The logs have one name: the files tell them apart.
+    assert!(said.contains(&files[0].display().to_string()) && said.contains(&other.display().to_string()), "{said}");
 }

@@ -27,7 +27,10 @@ use gyro_model::{
 };
 use jiff::{Span, civil::Date};
 use serde::Serialize;
-use std::path::Path;
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::Path,
+};
 
 /// What many logs say, with the keys of `truerate.fleet/1`.
 #[derive(Clone, Debug, Serialize)]
@@ -50,8 +53,22 @@ pub struct Fleet {
     pub misaligned: Vec<MisalignedRow>,
     /// Effects that the logs together cannot tell apart.
     pub ambiguous: Vec<AmbiguousRow>,
+    /// Parameters that this program does not know, and in how many logs: a newer one made them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub not_understood: Vec<UnknownRow>,
     /// Logs that do not count, and why.
     pub left_out: Vec<LeftOut>,
+}
+
+/// A parameter of the evidence that this program does not know.
+#[derive(Clone, Debug, Serialize)]
+pub struct UnknownRow {
+    /// The effect.
+    pub effect: String,
+    /// Its parameter.
+    pub name: String,
+    /// Logs that have it.
+    pub logs: usize,
 }
 
 /// One parameter of one type.
@@ -85,6 +102,8 @@ pub struct TypeRow {
     pub p_value: f64,
     /// Chance of such a spread between parts where there is none.
     pub p_of_spread: f64,
+    /// Chance of such a spread between the logs of a part where there is none.
+    pub p_of_spread_of_logs: f64,
     /// Whether it raises the error over the floor by a twentieth on the median log.
     pub matters: bool,
     /// Parts that are in the mean.
@@ -126,7 +145,7 @@ pub struct PartRow {
     pub name: String,
     /// Its unit.
     pub unit: String,
-    /// The best prediction from its own logs and its type; of an outlier its own mean.
+    /// The best prediction from its own logs and its type; of an outlier its own mean; of a part that changed what it has since then.
     pub value: f64,
     /// Standard error of that.
     pub std_error: Option<f64>,
@@ -180,6 +199,14 @@ pub struct ChangedRow {
     pub by: f64,
     /// Standard error of that.
     pub std_error: f64,
+    /// What the part had before.
+    pub before: f64,
+    /// Standard error of that.
+    pub before_error: f64,
+    /// What it has since then.
+    pub after: f64,
+    /// Standard error of that.
+    pub after_error: f64,
     /// Chance of it where nothing changed, priced for all parts.
     pub p_value: f64,
     /// What was said of the logs that changed there too.
@@ -294,6 +321,8 @@ pub struct ShareRow {
     pub spread: Option<f64>,
     /// Standard deviation between the logs of a part; `null` where no part has two.
     pub spread_of_logs: Option<f64>,
+    /// Chance of such a mean where there is none.
+    pub p_of_mean: f64,
     /// Chance of it where there is nothing, priced for the search.
     pub p_value: f64,
 }
@@ -358,6 +387,7 @@ fn finite(value: f64) -> Option<f64> {
 struct Gathered {
     logs: Vec<fleet::FleetLog>,
     seen: Vec<Seen>,
+    unknown: BTreeMap<(String, String), usize>,
     left_out: Vec<LeftOut>,
 }
 
@@ -368,6 +398,12 @@ impl Gathered {
         if let Some(why) = own.left_out() {
             self.left_out.push(left_out(&why));
             return;
+        }
+        let keys = own.pieces.iter().flat_map(|piece| &piece.columns).map(|column| &column.key);
+        let unknown: BTreeSet<(String, String)> =
+            keys.filter(|key| !key.is_known()).map(|key| (key.effect.clone(), key.name.clone())).collect();
+        for name in unknown {
+            *self.unknown.entry(name).or_insert(0) += 1;
         }
         let axes = own.axes.iter().filter(|axis| !axis.left_out.is_empty());
         self.left_out.extend(axes.map(|axis| left_out(&axis.left_out)));
@@ -382,7 +418,7 @@ impl Gathered {
     }
 
     fn fleet(self) -> Fleet {
-        let Self { logs, seen, left_out } = self;
+        let Self { logs, seen, unknown, left_out } = self;
         let mut names: Vec<(&str, &str)> = logs.iter().map(|log| (log.kind.as_str(), log.part.as_str())).collect();
         names.sort_unstable();
         names.dedup();
@@ -410,6 +446,10 @@ impl Gathered {
             faults: faults::of(&seen),
             misaligned: found.tilts.into_iter().map(misaligned_row).collect(),
             ambiguous: ambiguous.collect(),
+            not_understood: unknown
+                .into_iter()
+                .map(|((effect, name), logs)| UnknownRow { effect, name, logs })
+                .collect(),
             left_out,
         }
     }
@@ -485,6 +525,7 @@ fn type_row(own: &OfType) -> TypeRow {
         next: nested.next(),
         p_value: own.p_value,
         p_of_spread: nested.p_of_spread(),
+        p_of_spread_of_logs: nested.p_of_spread_of_logs(),
         matters: own.matters,
         parts: nested.parts,
         logs: nested.logs,
@@ -508,6 +549,7 @@ fn misaligned_row(own: Tilt) -> MisalignedRow {
         std_error: finite(share.nested.std_error),
         spread: share.nested.spread(),
         spread_of_logs: share.nested.spread_of_logs(),
+        p_of_mean: share.nested.p_of_mean(),
         p_value: share.p_value,
     };
     let shows = |share: &Share| share.p_value < SIGNIFICANCE.value;
@@ -560,11 +602,15 @@ fn point_row(point: &Point) -> PointRow {
 fn part_row(own: &OfPart, unit: String) -> PartRow {
     // Within a day the order of logs is not known.
     let changed = own.changed.iter().filter(|change| change.days > 0.0).map(
-        |Dated { day: middle, days, by, std_error, p_value, with }| ChangedRow {
+        |Dated { day: middle, days, by, std_error, before, after, p_value, with }| ChangedRow {
             day: day(*middle),
             days: *days,
             by: *by,
             std_error: *std_error,
+            before: before.0,
+            before_error: before.1,
+            after: after.0,
+            after_error: after.1,
             p_value: *p_value,
             with: with
                 .iter()

@@ -46,19 +46,21 @@ pub(super) fn render(fleet: &Fleet, name: &str) -> String {
     let changed: Vec<_> = fleet.parts.iter().filter(|part| !part.changed.is_empty()).collect();
     if !changed.is_empty() {
         body.push_str(
-            "<h2>Changes in time</h2>\n<table><tr><th>part</th><th>parameter</th><th>day</th><th>by</th><th>what changed with it</th></tr>\n",
+            "<h2>Changes in time</h2>\n<table><tr><th>part</th><th>parameter</th><th>day</th><th>by</th><th>from</th><th>to</th><th>what changed with it</th></tr>\n",
         );
         for part in changed {
             for change in &part.changed {
                 let _ = writeln!(
                     body,
-                    "<tr><td>{}</td><td>{} {}</td><td>{} ± {} days</td><td>{}</td><td>{}</td></tr>",
+                    "<tr><td>{}</td><td>{} {}</td><td>{} ± {} days</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
                     escaped(&part.part),
                     part.axis,
                     escaped(&part.effect),
                     change.day,
                     change.days.ceil(),
                     escaped(&value(change.by, Some(change.std_error), &part.unit)),
+                    escaped(&value(change.before, Some(change.before_error), &part.unit)),
+                    escaped(&value(change.after, Some(change.after_error), &part.unit)),
                     escaped(with(change).trim_start_matches(" With it changed: ").trim_end_matches('.'))
                 );
             }

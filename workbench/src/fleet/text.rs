@@ -99,12 +99,22 @@ pub(super) fn sentences(fleet: &Fleet) -> Vec<String> {
     let mut all = Vec::new();
     let outliers: Vec<&PartRow> = fleet.parts.iter().filter(|part| part.outlier).collect();
     for part in outliers.iter().take(PARTS) {
+        let own = part.changed.first().map_or_else(
+            || value(part.value, part.std_error, &part.unit),
+            |change| {
+                format!(
+                    "{} before {}, {} since then",
+                    value(change.before, Some(change.before_error), &part.unit),
+                    change.day,
+                    value(change.after, Some(change.after_error), &part.unit)
+                )
+            },
+        );
         all.push(format!(
-            "Part {} is not of its type ({}): {} {}; the others have {}. Logs: {}.",
+            "Part {} is not of its type ({}): {} {own}; the others have {}. Logs: {}.",
             part.part,
             part.kind,
             label(part.axis, &part.effect, &part.name, &[]),
-            value(part.value, part.std_error, &part.unit),
             others(fleet, part),
             listed(&part.logs)
         ));
@@ -115,13 +125,15 @@ pub(super) fn sentences(fleet: &Fleet) -> Vec<String> {
     for part in fleet.parts.iter().filter(|part| !part.changed.is_empty()).take(PARTS) {
         for change in &part.changed {
             all.push(format!(
-                "Part {} ({}) changed on {} ± {} days: {} by {}.{}",
+                "Part {} ({}) changed on {} ± {} days: {} by {}, from {} to {}.{}",
                 part.part,
                 part.kind,
                 change.day,
                 change.days.ceil(),
                 label(part.axis, &part.effect, &part.name, &[]),
                 value(change.by, Some(change.std_error), &part.unit),
+                value(change.before, Some(change.before_error), &part.unit),
+                value(change.after, Some(change.after_error), &part.unit),
                 with(change)
             ));
         }
@@ -132,10 +144,13 @@ pub(super) fn sentences(fleet: &Fleet) -> Vec<String> {
     for row in fleet.types.iter().filter(|row| row.is_found()) {
         let what = if row.p_value < SIGNIFICANT {
             format!("has {} of {}", row.label(), value(row.mean, row.std_error, &row.unit))
-        } else if row.parts > 1 {
+        } else if row.p_of_spread < SIGNIFICANT {
             format!("differs from part to part in {}", row.label())
-        } else {
+        } else if row.p_of_spread_of_logs < SIGNIFICANT {
             format!("differs from log to log in {}", row.label())
+        } else {
+            // One part had it, which is not in the mean and is told above.
+            continue;
         };
         let matters = if row.matters { "" } else { " It is too small to matter on the median log." };
         // Of one part nothing is known of the others of its type.
@@ -154,6 +169,14 @@ pub(super) fn sentences(fleet: &Fleet) -> Vec<String> {
             own.separate_by.trim_end_matches('.')
         ));
     }
+    all.extend(fleet.not_understood.iter().map(|own| {
+        format!(
+            "The effect {}.{}, in {}, is not understood and not judged: a newer truerate made it; update this one.",
+            own.effect,
+            own.name,
+            many(own.logs, "log")
+        )
+    }));
     if fleet.logs == 0 && !fleet.left_out.is_empty() {
         all.push("No log can be used: nothing is known of effects. The reasons are below, log by log.".to_owned());
     } else if all.is_empty() {
@@ -207,10 +230,15 @@ fn of_misaligned(own: &MisalignedRow) -> Vec<String> {
     };
     let mut all = Vec::new();
     if matches!(of, Whose::Mount | Whose::Both) {
+        // A mean of nothing is no finding: the spread is.
+        let by = if turned.p_of_mean < SIGNIFICANT {
+            format!("by {} about {about}", value(turned.mean, turned.std_error, "rad"))
+        } else {
+            format!("about {about}, by angles that differ, in the mean {}", value(turned.mean, turned.std_error, "rad"))
+        };
         all.push(format!(
-            "Type {kind}: the sensor is turned on its mount by {} about {about} (axes {i} and {k} feel each other with opposite signs, \
+            "Type {kind}: the sensor is turned on its mount {by} (axes {i} and {k} feel each other with opposite signs, \
              as a rotation makes it{}).",
-            value(turned.mean, turned.std_error, "rad"),
             spread(turned, "rad")
         ));
     }
@@ -302,4 +330,77 @@ fn wrapped(text: &str, width: usize) -> String {
         length += own;
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fleet::{UnknownRow, part_row, type_row};
+    use gyro_model::{
+        Axis,
+        pooled::{
+            Key,
+            fleet::{Dated, OfPart, OfType},
+            spread::{Nested, Reading},
+        },
+    };
+
+    /// A type of which one part of eight had an effect, and that part.
+    fn fleet() -> Fleet {
+        let key = Key::new(Axis::X, "scale-asymmetry", "a");
+        let readings: Vec<Reading> =
+            (0..7).map(|part| Reading { part, value: 1e-6 * (part as f64 - 3.0), variance: 25e-12 }).collect();
+        let kind = "M".to_owned();
+        let of_type = OfType {
+            kind: kind.clone(),
+            key: key.clone(),
+            unit: "1".to_owned(),
+            nested: Nested::fit(&readings).unwrap(),
+            p_value: 1.0,
+            matters: true,
+            readings: Vec::new(),
+        };
+        let changed = Dated {
+            day: 9000.0,
+            days: 3.0,
+            by: 2e-3,
+            std_error: 3e-5,
+            before: (2e-6, 2e-5),
+            after: (2.002e-3, 2e-5),
+            p_value: 1e-9,
+            with: Vec::new(),
+        };
+        let part = OfPart {
+            kind,
+            part: "3".to_owned(),
+            key,
+            value: 2.002e-3,
+            std_error: 2e-5,
+            p_value: Some(1e-9),
+            outlier: true,
+            logs: vec!["a".to_owned()],
+            changed: Some(changed),
+            course: None,
+        };
+        let empty = super::super::Gathered::default().fleet();
+        Fleet { types: vec![type_row(&of_type)], parts: vec![part_row(&part, "1".to_owned())], ..empty }
+    }
+
+    #[test]
+    fn a_type_is_not_named_for_its_one_odd_part_and_a_part_that_changed_has_two_values() {
+        let said = sentences(&fleet());
+        assert!(said.iter().all(|line| !line.contains("Type M")), "{said:?}");
+        assert!(
+            said[0].contains("2 ± 20 ppm before 2024-08-22, 0.00200 ± 0.00002") && said[0].contains("since then"),
+            "{said:?}"
+        );
+        assert!(said[1].contains("from 2 ± 20 ppm to"), "{said:?}");
+    }
+
+    #[test]
+    fn an_effect_that_is_not_known_is_said() {
+        let unknown = UnknownRow { effect: "wobble-of-mars".to_owned(), name: "w".to_owned(), logs: 3 };
+        let said = sentences(&Fleet { types: Vec::new(), parts: Vec::new(), not_understood: vec![unknown], ..fleet() });
+        assert!(said[0].starts_with("The effect wobble-of-mars.w, in 3 logs, is not understood"), "{said:?}");
+    }
 }

@@ -254,7 +254,7 @@ fn a_step_is_found_where_it_is_and_noise_has_none() {
     let mut late = 0;
     for at in [5_usize, 10, 14] {
         let readings: Vec<(f64, f64)> = (0..20).map(|k| (normal() + if k < at { 0.0 } else { 6.0 }, 1.0)).collect();
-        let found = change(&readings).unwrap();
+        let found = change(&readings, f64::INFINITY).unwrap();
         assert!(
             found.p_value < 1e-6
                 && found.from <= at
@@ -267,10 +267,60 @@ fn a_step_is_found_where_it_is_and_noise_has_none() {
     assert!(late <= 1, "{late}");
     let alarms = (0..300).filter(|_| {
         let readings: Vec<(f64, f64)> = (0..20).map(|_| (normal(), 1.0)).collect();
-        change(&readings).unwrap().p_value < 0.05
+        change(&readings, f64::INFINITY).unwrap().p_value < 0.05
     });
     let alarms = alarms.count();
     assert!(alarms <= 21, "{alarms} of 300 at 5 %");
+}
+
+#[test]
+fn logs_that_scatter_are_no_change_and_a_part_that_changed_is_no_scatter() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let mut normal = move || -> f64 { StandardNormal.sample(&mut rng) };
+    // Eight parts of four logs, each mounted anew: the scatter is 25 times a log's error.
+    let mut parts = |step: f64| -> Vec<Vec<(f64, f64)>> {
+        (0..8)
+            .map(|part| {
+                let level = |k: usize| if part == 3 && k >= 2 { step } else { 0.0 };
+                (0..4).map(|k| (level(k) + 0.5 * normal() + 0.02 * normal(), 0.02_f64.powi(2))).collect()
+            })
+            .collect()
+    };
+    let p_values = |parts: &[Vec<(f64, f64)>]| -> Vec<f64> {
+        let Scatter { variance, freedom } = scatter(parts);
+        let own = |part: &Vec<(f64, f64)>| part.iter().map(|(value, own)| (*value, own + variance)).collect::<Vec<_>>();
+        parts.iter().map(|part| change(&own(part), freedom).unwrap().p_value).collect()
+    };
+    let alarms = (0..200).flat_map(|_| p_values(&parts(0.0))).filter(|p| *p < 0.05).count();
+    assert!((40..=112).contains(&alarms), "{alarms} of 1600 at 5 %");
+    let found = (0..50).filter(|_| p_values(&parts(8.0))[3] < 2e-3 / 8.0).count();
+    assert!(found >= 45, "{found} of 50");
+    // One odd log of four is no change.
+    let odd = [(0.0, 1.0), (50.0, 1.0), (50.0, 1.0), (50.0, 1.0)];
+    assert_eq!(change(&odd, f64::INFINITY).unwrap().after, 2);
+    assert!(change(&odd[..3], f64::INFINITY).is_none());
+    // Errors that explain everything leave no scatter, and are known.
+    let none = scatter(&[vec![(0.0, 1.0), (0.1, 1.0), (-0.1, 1.0), (0.0, 1.0)]]);
+    assert_eq!((none.variance, none.freedom), (0.0, f64::INFINITY));
+}
+
+#[test]
+fn readings_that_no_log_makes_are_left_out_and_nothing_panics() {
+    let sound = drawn(1, 6, 2, 0.2, 0.1, 0.1);
+    for (value, variance) in [(1e300, 1.0), (f64::NAN, 1.0), (1e200, 1e-200), (1.0, 1e-200), (1.0, f64::INFINITY)] {
+        let poisoned: Vec<Reading> = sound.iter().copied().chain([Reading { part: 2, value, variance }]).collect();
+        let (a, b) = (Nested::fit(&sound).unwrap(), Nested::fit(&poisoned).unwrap());
+        assert_eq!(a, b);
+        assert!(
+            (0.0..=1.0).contains(&b.p_of_part(&poisoned))
+                && (0.0..=1.0).contains(&b.beside(&poisoned).p_of_part(&poisoned))
+        );
+    }
+    for odd in [f64::NAN, f64::INFINITY] {
+        let nested = Nested { mean: odd, spread_ratio: odd, between: 1.0, ..Nested::fit(&sound).unwrap() };
+        let all = [nested.p_of_mean(), nested.p_of_spread(), nested.p_of_part(&sound)];
+        assert!(all.iter().all(|p| (0.0..=1.0).contains(p)), "{all:?}");
+    }
 }
 
 #[test]
