@@ -104,6 +104,9 @@ proptest! {
     }
 }
 
+/// What is said of evidence, and what was done to it.
+type Poison = (&'static str, fn(&mut LogEvidence));
+
 #[test]
 fn what_is_not_to_be_used_is_refused_in_words() {
     let text = of([1]).render().unwrap();
@@ -116,7 +119,7 @@ fn what_is_not_to_be_used_is_refused_in_words() {
     assert!(said(&text.replace("\"readings\":6000", "\"readings\":6001")).contains("was changed after it was written"));
     let none = Evidence::default().render().unwrap();
     assert!(said(&none).contains("holds no log"), "{}", said(&none));
-    let poisons: [(&str, fn(&mut LogEvidence)); 9] = [
+    let poisons: [Poison; 9] = [
         ("`information` of delay.d on axis z with scale-factor.alpha", |log| log.pieces[0].information[1] = 1e30),
         ("`score` of scale-factor.alpha on axis z is 1e12", |log| log.pieces[0].score[0] = 1e12),
         ("`score` has 1e200", |log| log.pieces[0].score[1] = 1e200),

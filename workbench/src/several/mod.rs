@@ -430,7 +430,7 @@ impl Several {
             let left_out = self.left_out.iter().filter(|own| own.axis == axis.axis);
             for says in repeats.chain(left_out.clone().map(LeftOut::says)) {
                 if !axis.of_logs.contains(&says) {
-                    axis.of_logs = format!("{} {says}", axis.of_logs).trim().to_owned();
+                    format!("{} {says}", axis.of_logs).trim().clone_into(&mut axis.of_logs);
                 }
             }
             axis.data_faults.extend(left_out.flat_map(LeftOut::named_faults));
