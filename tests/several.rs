@@ -135,6 +135,10 @@ fn scale_factors_that_differ_are_said_and_nothing_is_named_for_them() {
     assert!(says.contains("The scale factor is not the same in each"), "{says}");
     let (axis, says) = headline_of(&bench, &["a.csv", "b.csv"]);
     assert!(axis["verdict"] == "adequate" && !says.contains("The scale factor"), "{says}");
+    // What one log has besides makes its scale factor no other one.
+    simulated(&bench, "d.csv", 38, &["--hide", "cubic-nonlinearity"]);
+    let (axis, says) = headline_of(&bench, &["a.csv", "d.csv"]);
+    assert!(axis["suspects"][0]["effect"] == "cubic-nonlinearity" && !says.contains("The scale factor"), "{says}");
 }
 
 #[test]

@@ -148,13 +148,15 @@ fn columns<'a>(s: &'a Series, whole: &'a [f64], response: Response) -> impl Iter
     for (&row, angle) in s.reference_rows.iter().zip(whole) {
         turned[row] = *angle;
     }
+    // What a sensor at rest reads is its error, and no motion.
     let of_readings = (s.rest != Rest::Whole).then(|| made((&s.t, &s.gyro), turned)).into_iter().flatten();
     let asked = of_readings.enumerate().filter(move |(k, _)| response == Response::Column || *k != RESPONSE);
     let at_rows = |made: Vec<f64>| -> Vec<f64> { s.reference_rows.iter().map(|&k| made[k]).collect() };
     asked.map(move |(_, made)| at_rows(made)).chain(of_shaft(s, whole)).chain(of_others(s).map(at_rows))
 }
 
-/// What goes with the angle of the shaft.
+/// What goes with the angle of the shaft: an encoder that sits off its centre errs with it. Over less than a turn sine and cosine of the
+/// reference are together nearly the reference itself, and with the gyro's angle the whole error: there the gyro says the angle.
 fn of_shaft<'a>(s: &'a Series, whole: &'a [f64]) -> impl Iterator<Item = Vec<f64>> + 'a {
     let angle = &s.reference_angle[..];
     let [least, most] = [f64::min, f64::max].map(|of| angle.iter().copied().reduce(of).unwrap_or_default());

@@ -41,6 +41,7 @@ use crate::{
         study::{Bench, Study},
         track::HeldRate,
     },
+    fault::FaultKind,
     faults::{ratio, regress},
     finding::{Finding, Remark},
     fit::{
@@ -378,7 +379,7 @@ fn axis_result(
     // Where a model fails on data that are none says nothing of the model.
     if matches!(finding, Finding::BadData { .. }) {
         fails_where.clear();
-    } else if options.faults.iter().any(|fault| fault.kind == crate::fault::FaultKind::OtherClock) {
+    } else if options.faults.iter().any(|fault| fault.kind == FaultKind::OtherClock) {
         remarks.push(Remark::OtherClock);
     }
     AxisDiagnosis {

@@ -270,10 +270,16 @@ impl Several {
         Ok(joint)
     }
 
-    /// The axes on which logs differ in their scale factors, whatever `joint` added.
-    fn of_other_scale(&self, joint: &Joint) -> Vec<Axis> {
-        let differs = |axis: &Axis| joint.differs.get(&scale_of(*axis)).is_some_and(|p| *p < OTHER_SCALE);
-        self.axes.iter().copied().filter(differs).collect()
+    /// The axes on which logs differ in their scale factors, whatever `joint` added, with what each log says.
+    fn of_other_scale(&self, joint: &Joint, scale: impl Fn(usize, &Key) -> Option<(f64, f64)>) -> Vec<OtherScale> {
+        let differs = |axis: &Axis| {
+            let key = scale_of(*axis);
+            let each: Vec<Option<(f64, f64)>> = (0..joint.each.len()).map(|k| scale(k, &key)).collect();
+            let of_joint = joint.differs.get(&key).copied().unwrap_or(1.0);
+            let p_differs = of_joint.max(search::p_differs(&each));
+            (p_differs < OTHER_SCALE).then_some(OtherScale { key, each, p_differs })
+        };
+        self.axes.iter().filter_map(differs).collect()
     }
 
     /// The axes of a log whose reference is one.
@@ -306,13 +312,26 @@ impl Several {
     /// # Errors
     /// A log that cannot be fitted or judged.
     pub fn fit_and_compare(&self, start: &Model, options: &diagnose::Options) -> Result<(Joint, Diagnosis)> {
-        let first = self.fit(start, options.progress)?;
-        let apart = self.of_other_scale(&first);
-        let joint =
-            if apart.is_empty() { first.clone() } else { self.fit_beside(start, &[], &[], &apart, options.progress)? };
-        let held = self.held(&|k| joint.each[k].model.clone(), options)?;
+        let hold = |joint: &Joint| self.held(&|k| joint.each[k].model.clone(), options);
+        let mut joint = self.fit(start, options.progress)?;
+        let mut held = hold(&joint)?;
+        let mut other = self.of_other_scale(&joint, |k, key| joint.each[k].alone.get(key).copied());
+        if !other.is_empty() {
+            let own = self.fit_beside(start, &[], &[], &axes_of(&other), options.progress)?;
+            let held_own = hold(&own)?;
+            // An effect that the model lacks may look like it: then more than noise is left.
+            let is_noise = |of: &OtherScale| {
+                let axes = held_own.iter().flat_map(|log| &log.axes).filter(|axis| axis.axis == of.key.axis);
+                { axes }.all(|axis| axis.within_floor == Some(true))
+            };
+            if other.iter().all(is_noise) {
+                (joint, held) = (own, held_own);
+            } else {
+                other.clear();
+            }
+        }
         let mut diagnosis = self.pooled(&held, Some(&joint), &held, &[]);
-        self.tell(&mut diagnosis, self.scales(&first, &apart));
+        self.tell(&mut diagnosis, self.scales(&other));
         Ok((joint, diagnosis))
     }
 
@@ -359,11 +378,12 @@ impl Several {
             }
         }
         let mut found = self.shared(start, &looked, &[], options)?;
-        let apart = self.of_other_scale(&found.joint);
-        let scales = self.scales(&found.joint, &apart);
-        if !apart.is_empty() {
-            found = self.shared(start, &looked, &apart, options)?;
+        // As each log says it beside what it alone has.
+        let other = self.of_other_scale(&found.joint, |k, key| looked[k].told(key));
+        if !other.is_empty() {
+            found = self.shared(start, &looked, &axes_of(&other), options)?;
         }
+        let scales = self.scales(&other);
         let Found { repeated, joint } = found;
         let alone: Vec<Diagnosis> = looked.iter().map(|own| own.diagnosis.clone()).collect();
         let held = self.held(&|k| joint.each[k].model.clone(), options)?;
@@ -375,8 +395,8 @@ impl Several {
         pool::judge(&mut diagnosis.axes, &alone, &repeated, &end.axes);
         let mut repeats = says::repeats(&names, &alone, &repeated, &joint, &diagnosis.axes);
         repeats.extend(scales);
-        for axis in &mut diagnosis.axes {
-            axis.of_logs = says::of_axis(axis.axis, names.len(), &repeats);
+        for axis in diagnosis.axes.iter_mut().filter(|axis| repeats.iter().all(|own| own.axis != axis.axis)) {
+            axis.of_logs = says::over_all(names.len());
         }
         if let Some(several) = &mut diagnosis.several {
             several.each = end.several.map_or_else(Vec::new, |own| own.each);
@@ -418,9 +438,9 @@ impl Several {
     }
 
     /// What is said of scale factors that are not the same in the logs.
-    fn scales(&self, joint: &Joint, apart: &[Axis]) -> Vec<Repeats> {
+    fn scales(&self, other: &[OtherScale]) -> Vec<Repeats> {
         let names: Vec<String> = self.judging().map(|own| own.provenance.log.clone()).collect();
-        apart.iter().map(|axis| says::scales(&names, joint, &scale_of(*axis))).collect()
+        other.iter().map(|own| says::scales(&names, own)).collect()
     }
 
     /// Tells with each axis what repeats, and which logs it was judged without.
@@ -499,6 +519,29 @@ fn is_unseen(found: &Repeated, model: &Model) -> bool {
     found.whose == Whose::Sensor
         && !found.differs()
         && term.map(sizes).is_some_and(|sizes| !sizes.is_empty() && sizes.iter().all(|size| *size < search::SHOWN))
+}
+
+/// Scale factors of an axis that are not the same in the logs.
+struct OtherScale {
+    key: Key,
+    /// Log by log: value and standard error, where it has the axis.
+    each: Vec<Option<(f64, f64)>>,
+    /// Chance that logs with one value differ as much.
+    p_differs: f64,
+}
+
+fn axes_of(other: &[OtherScale]) -> Vec<Axis> {
+    other.iter().map(|own| own.key.axis).collect()
+}
+
+impl Looked {
+    /// A parameter of its model, with its standard error.
+    fn told(&self, key: &Key) -> Option<(f64, f64)> {
+        let term =
+            self.point.axes[key.axis.index()].as_ref().filter(|_| self.axes.contains(&key.axis))?.term(&key.effect)?;
+        let place = term.effect.parameters(key.axis).iter().position(|card| card.name == key.name)?;
+        Some((term.values[place], *term.std_errors.get(place)?)).filter(|(_, error)| error.is_finite())
+    }
 }
 
 /// The key of an axis' scale factor.

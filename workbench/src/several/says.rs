@@ -1,5 +1,6 @@
 //! What repeats and what does not, in sentences.
 
+use super::OtherScale;
 use gyro_model::{
     Axis,
     diagnosis::{AxisResult, Diagnosis, ParameterValue, Repeats},
@@ -7,7 +8,6 @@ use gyro_model::{
     headline,
     measured::{Measured, and},
     pooled::{
-        Key,
         joint::Joint,
         search::{DIFFERS, Repeated, Whose, p_differs},
     },
@@ -151,12 +151,10 @@ fn of_logs(
     let is_of_reference = find(&effect).is_some_and(|effect| matches!(effect.stage(), Stage::Reference | Stage::Shown));
     let (of_whom, says) = match (having.len(), logs.len(), is_said) {
         (has, shows, _) if has > 1 && shows == has && is_one_size => {
-            let whose = if is_of_reference { " It is the reference's, which they share." } else { "" };
-            let of = if is_of_reference { "set-up" } else { "sensor" };
-            (
-                of,
-                format!("{}, by log: {each}. It is of one size {}.{whose}", capital(&effect), in_all(has, names.len())),
-            )
+            let whose = if is_of_reference { ": it belongs to the reference, which they share" } else { "" };
+            let (of, all) = (if is_of_reference { "set-up" } else { "sensor" }, in_all(has, names.len()));
+            let by = if is_said { "By log".to_owned() } else { format!("{}, by log", capital(&effect)) };
+            (of, format!("{by}: {each}. It has the same size {all}{whose}."))
         }
         (0 | 1, ..) => (
             "unknown",
@@ -171,9 +169,9 @@ fn of_logs(
 }
 
 /// What is said of scale factors that differ.
-pub(super) fn scales(names: &[String], joint: &Joint, key: &Key) -> Repeats {
-    let told = names.iter().zip(&joint.each);
-    let told: Vec<_> = told.filter_map(|(name, own)| own.alone.get(key).map(|(v, s)| (name, *v, *s))).collect();
+pub(super) fn scales(names: &[String], other: &OtherScale) -> Repeats {
+    let told = names.iter().zip(&other.each);
+    let told: Vec<_> = told.filter_map(|(name, own)| own.map(|(value, error)| (name, value, error))).collect();
     let logs: Vec<String> = told.iter().map(|(name, ..)| (*name).clone()).collect();
     let says = format!(
         "The scale factor is not the same in each: {}. They are of several sensors, or their references have other ratios, or what it depends \
@@ -181,12 +179,12 @@ pub(super) fn scales(names: &[String], joint: &Joint, key: &Key) -> Repeats {
         by_log(told, "")
     );
     Repeats {
-        axis: key.axis,
-        effect: key.effect.clone(),
+        axis: other.key.axis,
+        effect: other.key.effect.clone(),
         of: "unknown".to_owned(),
         shown_in: logs.clone(),
         could_show: logs,
-        p_differs: joint.differs.get(key).copied().filter(|p| p.is_finite()),
+        p_differs: Some(other.p_differs),
         says,
     }
 }
@@ -248,8 +246,7 @@ fn capital(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// What is said of one axis.
-pub(super) fn of_axis(axis: Axis, logs: usize, repeats: &[Repeats]) -> String {
-    let own: Vec<&str> = repeats.iter().filter(|r| r.axis == axis).map(|r| r.says.as_str()).collect();
-    if own.is_empty() { format!("So it is over {}.", all_of(logs)) } else { own.join(" ") }
+/// What is said of an axis in which nothing was named.
+pub(super) fn over_all(logs: usize) -> String {
+    format!("So it is over {}.", all_of(logs))
 }

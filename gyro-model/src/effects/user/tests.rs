@@ -17,6 +17,16 @@ fn definition(id: &str, regressor: &str, parameters: &[(&str, f64)]) -> Definiti
     }
 }
 
+const SPAN: Span = Span {
+    start: 0.0,
+    duration: 60.0,
+    dt: 0.01,
+    reference_dt: 0.01,
+    reading_min: 0.001,
+    reading_max: 1.0,
+    travel: 1.0,
+};
+
 #[test]
 fn an_expression_is_an_effect_like_any_other() {
     let twist = define(&definition("cable-twist", "k * sin(angle) * temp", &[("k", 1e-4)]), &[]).unwrap();
@@ -26,19 +36,7 @@ fn an_expression_is_an_effect_like_any_other() {
     assert_eq!(twist.error(&[0.0], &signals, &mut memory), 0.0);
     assert_eq!((twist.card().id, twist.card().needs), ("cable-twist", &[Need::Temperature][..]));
     assert_eq!(twist.card().equation, "ω_f = ω + k * sin(angle) * temp");
-    assert!(
-        twist
-            .grid(&Span {
-                start: 0.0,
-                duration: 60.0,
-                dt: 0.01,
-                reference_dt: 0.01,
-                reading_min: 0.001,
-                reading_max: 1.0,
-                travel: 1.0
-            })
-            .is_empty()
-    );
+    assert!(twist.grid(&SPAN).is_empty());
 }
 
 #[test]
@@ -51,16 +49,7 @@ fn shapes_come_after_coefficients_whatever_their_order_in_the_file() {
     let signals = Signals { t: 12.0, ..Signals::default() };
     let expected = 0.5 * (-12.0_f64 / 6.0).exp();
     assert!((effect.error(&[0.5, 6.0], &signals, &mut Memory::default()) - expected).abs() < 1e-12);
-    let span = Span {
-        start: 0.0,
-        duration: 60.0,
-        dt: 0.01,
-        reference_dt: 0.01,
-        reading_min: 0.001,
-        reading_max: 1.0,
-        travel: 1.0,
-    };
-    assert!(effect.grid(&span).iter().all(|p| p.len() == 1 && cards[1].bounds.0 <= p[0] && p[0] <= cards[1].bounds.1));
+    assert!(effect.grid(&SPAN).iter().all(|p| p.len() == 1 && cards[1].bounds.0 <= p[0] && p[0] <= cards[1].bounds.1));
 }
 
 #[test]
