@@ -97,6 +97,19 @@ fn mistakes_are_named_where_they_stand() {
     }
 }
 
+/// A reference's low-pass filter has no steps unless the file says so.
+#[test]
+fn a_form_that_is_not_said_is_the_usual_one() {
+    let said = |more: &str| {
+        let tau = format!("reference-lag.tau = {{ value = 0.0121, std_error = 2.0e-5, unit = \"s\" }}{more}");
+        let line = "delay.d            = { value = 0.0121, std_error = 2.0e-5, unit = \"s\" }";
+        let file = parsed(&EXAMPLE.replace("\"delay\"", "\"reference-lag\"").replace(line, &tau)).unwrap();
+        file.model.axes[2].as_ref().unwrap().term("reference-lag").unwrap().values.clone()
+    };
+    assert_eq!(said(""), [0.0121, 0.0]);
+    assert_eq!(said("\nreference-lag.step = { value = 0.01, unit = \"s\" }"), [0.0121, 0.01]);
+}
+
 #[test]
 fn an_axis_that_does_not_exist_is_named() {
     let error = parsed(&EXAMPLE.replace("axis.z", "axis.w")).unwrap_err();
