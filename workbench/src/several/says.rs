@@ -1,6 +1,6 @@
 //! What repeats and what does not, in sentences.
 
-use super::OtherScale;
+use super::shared::OtherScale;
 use gyro_model::{
     Axis,
     diagnosis::{AxisResult, Diagnosis, ParameterValue, Repeats},
