@@ -395,6 +395,12 @@ impl Several {
         Ok(Answered { diagnosis, joint, end: end.axes })
     }
 
+    /// What is said of scale factors that are not the same in the logs.
+    fn scales(&self, other: &[OtherScale]) -> Vec<Repeats> {
+        let names: Vec<String> = self.judging().map(|own| own.provenance.log.clone()).collect();
+        other.iter().map(|own| says::scales(&names, own)).collect()
+    }
+
     /// Tells with each axis what repeats, and which logs it was judged without.
     fn tell(&self, diagnosis: &mut Diagnosis, repeats: Vec<Repeats>) {
         for axis in &mut diagnosis.axes {

@@ -1,11 +1,10 @@
 //! What several logs of one sensor share: the effects, and the model with them; and scale factors that they do not share.
 
-use super::{Looked, Several, says};
+use super::{Looked, Several};
 use crate::subject::Start;
 use anyhow::Result;
 use gyro_model::{
     Axis, Model, Term, diagnose,
-    diagnosis::Repeats,
     effects::{Role, find},
     pooled::{
         Key,
@@ -58,12 +57,6 @@ impl Several {
             joint = fit(&repeated)?;
         }
         Ok(Found { repeated, joint })
-    }
-
-    /// What is said of scale factors that are not the same in the logs.
-    pub(super) fn scales(&self, other: &[OtherScale]) -> Vec<Repeats> {
-        let names: Vec<String> = self.judging().map(|own| own.provenance.log.clone()).collect();
-        other.iter().map(|own| says::scales(&names, own)).collect()
     }
 
     /// The axes on which logs differ in their scale factors, whatever `joint` added, with what each log says.
