@@ -174,6 +174,9 @@ fn a_clock_that_is_set_is_found_to_a_sample() {
             let value = |name: &str| ladder.parameters.iter().find(|p| p.name == name).and_then(|p| p.value).unwrap();
             assert!((value("j") / step - 1.0).abs() < 1e-3, "{}: {}", ladder.axis, value("j"));
             assert!((value("t0") - 41.234).abs() < 0.015, "{}: {}", ladder.axis, value("t0"));
+            let t0 = ladder.parameters.iter().find(|p| p.name == "t0").unwrap();
+            let off = (value("t0") - 41.234).abs() / t0.std_error.unwrap();
+            assert!(off < 4.0, "{}: {off} standard errors", ladder.axis);
         }
     }
 }

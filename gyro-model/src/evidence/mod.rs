@@ -23,6 +23,7 @@
 //! | `prior` | the noise that the sensors' own signals show |
 //! | `noise` | the noise of a model's residual, and generalised least squares under it |
 //! | `identify` | how it is found: from nothing, or from one that is near |
+//! | `instants` | how well the instant is known at which an effect begins |
 //! | `whittle` | where to look for it: the periodogram |
 //! | [`whiten`] | the noise as a state-space model: likelihood, generalised least squares |
 //! | `likelihood` | the likeliest noise |
@@ -46,6 +47,7 @@ mod heating;
 pub(crate) mod identify;
 pub(crate) mod incoherent;
 pub(crate) mod increments;
+mod instants;
 pub(crate) mod integrate;
 mod knots;
 pub(crate) mod likelihood;

@@ -1,7 +1,7 @@
 //! A fitted model under the noise of its residual: parameters at their likeliest, and how well each is known.
 
 use super::{
-    growth, identify,
+    growth, identify, instants,
     noise::{self, Gls},
     problem::{Slot, is_scale, value},
     series::Rest,
@@ -118,6 +118,9 @@ impl Study<'_> {
         let scatter = sober.map(|_| self.grams.scatter(&self.bench.windows.tau, &self.bench.weights, &self.hold));
         let beyond = noise::beyond_white(self, gls);
         let walking = identify::with_unseen_walk(self, gls);
+        let whitener = noise::whitener(self, &gls.noise);
+        let of_instants: Vec<Option<f64>> =
+            self.slots.iter().map(|slot| instants::std_error(self, &whitener, *slot)).collect();
         for (k, slot) in self.slots.iter().enumerate() {
             let axis = self.bench.problem.series[slot.series].axis.index();
             if let Some(model) = &mut self.model.axes[axis] {
@@ -125,7 +128,7 @@ impl Study<'_> {
                 let sigma = sigmas[0].max(sigmas[0].hypot(sigmas[1]) / 2_f64.sqrt());
                 model.terms[slot.term].std_errors[slot.parameter] = match &scatter {
                     Some(scatter) if sigma.is_finite() => scatter[k],
-                    _ => gls.step[k].hypot(sigma),
+                    _ => gls.step[k].hypot(sigma).max(of_instants[k].unwrap_or(0.0)),
                 };
             }
         }

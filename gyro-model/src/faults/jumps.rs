@@ -3,9 +3,11 @@
 //!
 //! The reference is held against the gyro's integral, step by step. Where a step of their difference is far beyond the others
 //! the reference is cut; of the pieces those count that go on where the gyro says, from the longest one on ([`walk`]). A piece
-//! that comes and goes is left out. One that stays, and goes with the gyro again, is set back to where the reference was.
+//! that comes and goes is left out. One that stays, and goes with the gyro again, is set back to where the reference was. So is a small step of
+//! a shaft's angle that nothing else makes ([`slips`]).
 
 mod course;
+mod slips;
 mod walk;
 
 use super::{Report, channel::Channel, counted, seconds, thresholds::CLOCK_SET};
@@ -19,6 +21,7 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
     for axis in Axis::ALL {
         if record.reference(axis) == Some(ReferenceKind::Angle) {
             angle(record, axis, report);
+            slips::check(record, axis, report);
         }
     }
     if Axis::ALL.iter().all(|&axis| record.reference(axis) == Some(ReferenceKind::Quaternion)) {

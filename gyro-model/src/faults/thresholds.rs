@@ -87,6 +87,20 @@ pub(super) const JUMP: f64 = 12.0;
 /// And at least so far, rad: 3°. Calibrated: a camera system's largest single error at a fast turn is 1.6°.
 pub(super) const LEAST_JUMP: f64 = 0.052;
 
+/// A small step of a shaft's angle that is looked at: times (1) the usual step, and at least so far, rad: 0.2°.
+pub(super) const SLIP: f64 = 6.0;
+pub(super) const LEAST_SLIP: f64 = 0.0035;
+
+/// More such steps than these are no slips.
+pub(super) const FEW_SLIPS: usize = 20;
+
+/// Share of a step (1) by which the step that stays may differ from it, and how many standard deviations of what is left it has to be.
+pub(super) const FROM_ONE_STEP: f64 = 0.25;
+pub(super) const SHOWN_SLIP: f64 = 6.0;
+
+/// From so many steps on, most of them where the rate is below this share (1) of its root mean square, they are those of reversals.
+pub(super) const AT_REVERSALS: (usize, f64) = (5, 0.1);
+
 /// Share of a jump (1) that the gyro's own jerk nearby makes in a step, from which on it was felt, only not at that row.
 pub(super) const FELT: f64 = 0.25;
 

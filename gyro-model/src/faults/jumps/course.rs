@@ -5,7 +5,9 @@ use crate::{
     faults::{
         channel::{Channel, Readings},
         quantum,
-        thresholds::{COMPARABLE, DELAY_SEEN, DRIFT, FELT, HOLE, JUMP, LEAST_JUMP, NEAR_THE_END, SCALED},
+        thresholds::{
+            COMPARABLE, DELAY_SEEN, DRIFT, FELT, HOLE, JUMP, LEAST_JUMP, LEAST_SLIP, NEAR_THE_END, SCALED, SLIP,
+        },
         witness::{Witness, integral},
     },
     order::{median, quantile},
@@ -44,6 +46,8 @@ pub(super) struct Course {
     pub(super) is_angle: bool,
     /// What the gyro's jerk makes in a step nearby, rad.
     felt: Vec<f64>,
+    /// The least error that is far beyond the usual one, rad.
+    pub(super) least: f64,
 }
 
 /// A gyro, calibrated by the reference as far as that is good.
@@ -96,6 +100,12 @@ fn longest(t: &[f64]) -> Option<f64> {
     let apart: Vec<f64> = t.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let mean = apart.iter().sum::<f64>() / apart.len().max(1) as f64;
     Some(HOLE * quantile(apart, 0.5)?.max(mean))
+}
+
+/// The usual error of the steps near one, rad.
+fn usual_near(error: &[Vector3<f64>], is_hole: &[bool], k: usize) -> f64 {
+    let near = (k.saturating_sub(NEARBY)..(k + NEARBY + 1).min(error.len())).filter(|&i| !is_hole[i] && i != k);
+    median(near.map(|i| error[i].norm()).collect()).unwrap_or(0.0)
 }
 
 impl Course {
@@ -187,14 +197,12 @@ impl Course {
         }
         let sizes: Vec<f64> = (1..n).filter(|&k| !is_hole[k]).map(|k| error[k].norm()).collect();
         let whole = median(sizes)?.max(count);
-        let nearby = |k: usize| {
-            let near = (k.saturating_sub(NEARBY)..(k + NEARBY + 1).min(n)).filter(|&i| !is_hole[i] && i != k);
-            median(near.map(|i| error[i].norm()).collect()).unwrap_or(0.0)
-        };
         let least = LEAST_JUMP.max(JUMP * whole);
         // What is near matters, and is looked at, only where an error is large.
+        let nearby = |k: usize| usual_near(&error, &is_hole, k);
         let limit = |k: usize| if error[k].norm() > least { least.max(JUMP * nearby(k)) } else { least };
         let limit = (0..n).map(limit).collect();
+        let least_slip = LEAST_SLIP.max(SLIP * whole);
         let felt = (0..n).map(|k| {
             // Only where it matters: the median of each row's surroundings is dear.
             if k == 0 || error[k].norm() < LEAST_JUMP {
@@ -205,7 +213,7 @@ impl Course {
         let step = median(t.windows(2).map(|pair| pair[1] - pair[0]).collect())?;
         let (felt, rate) = (felt.collect(), known.iter().map(|at| at.map_or(Vector3::zeros(), |at| at.0)).collect());
         let (rows, t) = (rows.to_vec(), t.to_vec());
-        Some(Self { rows, t, step, turned, error, rate, is_hole, limit, is_angle: true, felt })
+        Some(Self { rows, t, step, turned, error, rate, is_hole, limit, is_angle: true, felt, least: least_slip })
     }
 
     /// Whether each reading is reached by a jump.
@@ -215,6 +223,15 @@ impl Course {
             size > self.limit[k] && self.felt[k] < FELT * size
         };
         (0..self.rows.len()).map(is_cut).collect()
+    }
+
+    /// The readings that are reached by a step far beyond the usual ones.
+    pub(super) fn steps(&self) -> Vec<usize> {
+        let is_step = |&k: &usize| {
+            let size = self.error[k].norm();
+            size > self.least && self.felt[k] < FELT * size && size > SLIP * usual_near(&self.error, &self.is_hole, k)
+        };
+        (1..self.rows.len()).filter(is_step).collect()
     }
 
     /// How far the reference at two readings may be apart from what the gyro turned between them, rad.
