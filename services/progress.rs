@@ -18,6 +18,17 @@ impl Progress {
         Self(bar)
     }
 
+    /// So many files, one after the other: which one, how many are done, and the time that is left.
+    #[must_use]
+    pub fn of_files(total: usize) -> Self {
+        let bar = ProgressBar::new(total as u64);
+        if let Ok(style) = ProgressStyle::with_template("{pos} of {len} logs {wide_bar} {eta} left  {msg}") {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(500));
+        Self(bar)
+    }
+
     /// Work whose end is not known.
     #[must_use]
     pub fn spinner(what: &str) -> Self {

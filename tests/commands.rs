@@ -193,6 +193,37 @@ fn apply_undoes_scale_and_bias_and_keeps_the_logs_own_clock() {
 }
 
 #[test]
+fn a_row_without_a_reading_has_no_rate_and_every_row_that_is_left_out_is_told() {
+    let bench = Bench::new();
+    let mut rows: Vec<String> = log(600).lines().map(str::to_owned).collect();
+    for row in &mut rows[201..231] {
+        let fields: Vec<&str> = row.split(',').collect();
+        *row = format!("{},,{}", fields[0], fields[2]);
+    }
+    rows.insert(402, rows[401].clone());
+    bench.file("log.csv", rows.join("\n") + "\n");
+    bench.file(
+        "m.toml",
+        "schema = \"truerate.model/1\"\n[axis.z]\neffects = [\"scale-factor\", \"bias\"]\n[axis.z.parameters]\n\
+         scale-factor.alpha = { value = 1.0, unit = \"1\" }\nbias.delta = { value = 0.0, unit = \"rad/s\" }\n",
+    );
+    for place in ["-", "out.csv"] {
+        let outcome = bench.run(&["apply", "log.csv", "--model", "m.toml", "-o", place]);
+        let text = if place == "-" { outcome.out.clone() } else { bench.text(place) };
+        let rates: Vec<bool> = text.lines().skip(1).map(|line| !line.split(',').nth(1).unwrap().is_empty()).collect();
+        assert_eq!(rates.len(), 600, "{outcome:?}");
+        assert!((0..600).all(|k| rates[k] != (200..230).contains(&k)), "{text}");
+        assert!(text.lines().skip(1).all(|line| !line.split(',').nth(2).unwrap().is_empty()), "the filter predicts");
+        for told in [
+            "log.csv: 30 rows have no reading of gyro_z (first at 2.00 s): their rate_z is empty",
+            "log.csv: data fault time-going-back (first at 4.00 s): the time repeats or goes back in 1 row: left out (first at line 403)",
+        ] {
+            assert!(outcome.err.contains(told), "{told}: {outcome:?}");
+        }
+    }
+}
+
+#[test]
 fn foreign_headers_and_units_are_renamed_by_a_column_map() {
     let bench = Bench::new();
     bench.file("log.csv", log(300));

@@ -164,6 +164,12 @@ impl AxisEstimate {
         reference_innovation_std: f64::NAN,
         flags: 0,
     };
+
+    /// The compensated rate where the row has a reading; `NaN` where it has none and the rate before is held.
+    #[must_use]
+    pub fn measured(&self) -> f64 {
+        if self.flags & flags::HELD == 0 { self.rate } else { f64::NAN }
+    }
 }
 
 /// Everything that an estimator needs to go on after a crash, as plain data.

@@ -54,7 +54,8 @@ mod witness;
 mod wrapped;
 
 pub use ratio::is_wrong as is_wrong_ratio;
-pub use reference::ratio_to_reference;
+pub use orientation::{Meant, meant};
+pub use reference::{TimeUnit, followed, ratio_to_reference, time_unit};
 pub(crate) use reference::regress;
 
 use crate::{
@@ -107,8 +108,17 @@ pub fn check(record: &mut Record, already: &[bool]) -> Report {
     let mut already = already.to_vec();
     already.resize(record.len(), false);
     let mut report = Report { already, ..Report::default() };
+    // Nothing is searched by times that are too far apart: a check that goes by seconds would go through years.
+    let unit = time_unit(record);
+    if let Some(unit) = unit {
+        report.add(FaultKind::WrongUnit, record.len() as u64, Some(0.0), unit.says());
+        record.rows.iter_mut().for_each(|row| row.t_ns /= unit.in_a_second);
+    }
     for check in CHECKS {
         check(record, &mut report);
+    }
+    if let Some(unit) = unit {
+        record.rows.iter_mut().for_each(|row| row.t_ns = row.t_ns.saturating_mul(unit.in_a_second));
     }
     report
 }

@@ -10,6 +10,7 @@ mod watched;
 use anyhow::Result;
 use gyro_model::{
     Axis, diagnose,
+    diagnosis::{AxisResult, DataFault},
     effects::{self, CATALOGUE},
     estimator::{self, Estimator},
     simulate::{self, Scenario, SensorSpec, SetUp},
@@ -23,11 +24,13 @@ use std::{
 use watched::watched;
 use workbench::{
     change::Direction,
-    estimates, export,
+    estimates::{self, Unmeasured},
+    export,
     log::{self, Options},
     model_file::{self, ModelFile},
     prior::{self, Prior},
-    report::{self, Change, Command, Format, Terminal},
+    report::{self, Change, Command, Format, Terminal, view},
+    sides::{self, Judged},
     subject::{Start, Subject, Taken},
     words,
 };
@@ -57,6 +60,9 @@ struct Answer {
     text: String,
     #[pyo3(get)]
     html: String,
+    /// Why each effect was named or was not, in a sentence and test by test; empty where that was not asked for.
+    #[pyo3(get)]
+    explanations: (String, String),
     model: Option<ModelFile>,
 }
 
@@ -69,15 +75,29 @@ impl Answer {
     ) -> Self {
         let context = report::Context { terminal: Terminal::PLAIN, voice: Voice::Library, ..context };
         let form = |format| render(format, &context);
-        Self { json: form(Format::Json), text: form(Format::Text), html: form(Format::Html), model }
+        let explanations = Default::default();
+        Self { json: form(Format::Json), text: form(Format::Text), html: form(Format::Html), explanations, model }
+    }
+
+    /// The same with the tests of each effect, where they were asked for.
+    fn explained(self, axes: &[AxisResult]) -> Self {
+        let of = |tests| report::explanation(axes, tests, Terminal::PLAIN);
+        Self { explanations: (of(false), of(true)), ..self }
     }
 }
 
 #[pymethods]
 impl Answer {
     #[new]
-    fn new(json: String, text: String, html: String, model: Option<Model>) -> Self {
-        Self { json, text, html, model: model.map(|own| own.file) }
+    #[pyo3(signature = (json, text, html, model, explanations=None))]
+    fn new(
+        json: String,
+        text: String,
+        html: String,
+        model: Option<Model>,
+        explanations: Option<(String, String)>,
+    ) -> Self {
+        Self { json, text, html, explanations: explanations.unwrap_or_default(), model: model.map(|own| own.file) }
     }
 
     #[getter]
@@ -144,23 +164,24 @@ impl Model {
         Ok((exported.text, exported.warnings))
     }
 
-    /// The estimates of a log: the names of the columns, and the rows as little-endian doubles, one row after another.
+    /// The estimates of a log: the names of the columns, the rows as little-endian doubles, one row after another, and what is said of
+    /// rows that were left out or have no reading.
     fn apply<'py>(
         &self,
         py: Python<'py>,
         log: PathBuf,
         options: Reading,
-    ) -> PyResult<(Vec<String>, Bound<'py, PyBytes>)> {
+    ) -> PyResult<(Vec<String>, Bound<'py, PyBytes>, Vec<String>)> {
         let own = self.clone();
-        let (header, bytes) = watched(py, None, move |_| own.estimates(&log, options))?;
-        Ok((header, PyBytes::new(py, &bytes)))
+        let (header, bytes, says) = watched(py, None, move |_| own.estimates(&log, options))?;
+        Ok((header, PyBytes::new(py, &bytes), says))
     }
 }
 
 impl Model {
-    fn estimates(&self, log: &Path, options: Reading) -> Result<(Vec<String>, Vec<u8>)> {
+    fn estimates(&self, log: &Path, options: Reading) -> Result<(Vec<String>, Vec<u8>, Vec<String>)> {
         let options = Options { as_streamed: true, ..options.options() };
-        let (record, _, provenance) = log::read(log, &options)?;
+        let (record, faults, provenance) = log::read(log, &options)?;
         let model = &self.file.model;
         let axes: Vec<Axis> =
             Axis::ALL.into_iter().filter(|&a| record.has_gyro(a) && model.axes[a.index()].is_some()).collect();
@@ -170,12 +191,18 @@ impl Model {
         estimator.set_model(model);
         let header = estimates::header(&axes);
         let mut bytes = Vec::with_capacity(record.len() * 8 * header.len());
+        let mut unmeasured = Unmeasured::default();
         for row in &record.rows {
             let estimate = estimator.step(row);
+            unmeasured.take(row.t_ns, &estimate, &axes);
             let t = (provenance.start_ns + i128::from(estimate.valid_t_ns)) as f64 * 1e-9;
             bytes.extend(std::iter::once(t).chain(estimates::values(&estimate, &axes)).flat_map(f64::to_le_bytes));
         }
-        Ok((header, bytes))
+        let concerned = |fault: &&DataFault| {
+            fault.kind.costs_rows() && fault.axis.is_none_or(|axis| axes.contains(&axis))
+        };
+        let says = faults.iter().filter(concerned).map(view::fault).chain(unmeasured.says()).collect();
+        Ok((header, bytes, says))
     }
 }
 
@@ -317,6 +344,32 @@ impl Log {
         })
     }
 
+    /// This log beside that of another sensor, each with its model; under these names.
+    #[pyo3(signature = (other, names, model=None, against=None))]
+    fn side_by_side(
+        &self,
+        py: Python<'_>,
+        other: &Self,
+        names: (String, String),
+        model: Option<Model>,
+        against: Option<Model>,
+    ) -> PyResult<Answer> {
+        let (one, two) = (self.clone(), other.clone());
+        watched(py, None, move |options| {
+            let judged = |own: &Self, model: Option<Model>| -> Result<Judged> {
+                let start = own.start(model)?;
+                let mut subject = Subject::clone(&own.subject);
+                subject.keep_axes_of(&start.file.model, "the model")?;
+                let options = diagnose::Options { faults: &own.subject.faults, ..*options };
+                let diagnosis = subject.judge(&start, &options)?;
+                Ok(Judged { subject, start, diagnosis })
+            };
+            let both = sides::beside([judged(&one, model)?, judged(&two, against)?], [names.0, names.1])?;
+            let context = report::Context::new(Command::Compare, one.subject.name.clone());
+            Ok(Answer::of(context, None, |format, context| report::render_sides(&both, format, context)))
+        })
+    }
+
     #[pyo3(signature = (model=None, explain=false, progress=None, prior=None))]
     fn diagnose(
         &self,
@@ -332,8 +385,9 @@ impl Log {
             let (start, says) = own.begin(model, prior)?;
             let mut found = own.subject.diagnose(&start, &options)?;
             prior::say_beside(&mut found.axes, &says);
-            Ok(own
-                .answer(Command::Diagnose, Some(start.file), |format, context| report::render(&found, format, context)))
+            let answer = own
+                .answer(Command::Diagnose, Some(start.file), |format, context| report::render(&found, format, context));
+            Ok(answer.explained(&found.axes))
         })
     }
 
@@ -352,8 +406,9 @@ impl Log {
             let (start, says) = own.begin(model, prior)?;
             let (file, mut ladder) = own.subject.ladder(&start, &options)?;
             prior::say_beside(&mut ladder.axes, &says);
-            Ok(own
-                .answer(Command::Ladder, Some(file), |format, context| report::render_ladder(&ladder, format, context)))
+            let answer = own
+                .answer(Command::Ladder, Some(file), |format, context| report::render_ladder(&ladder, format, context));
+            Ok(answer.explained(&ladder.axes))
         })
     }
 }

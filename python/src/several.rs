@@ -74,7 +74,9 @@ impl Logs {
             let mut found = own.several.diagnose(&start, &diagnose::Options { explain, ..*options })?;
             own.of_one(&mut found.several, &mut found.axes);
             let file = start.given.then_some(start.file);
-            Ok(own.answer(Command::Diagnose, file, |format, context| report::render(&found, format, context)))
+            let answer =
+                own.answer(Command::Diagnose, file, |format, context| report::render(&found, format, context));
+            Ok(answer.explained(&found.axes))
         })
     }
 
@@ -91,8 +93,9 @@ impl Logs {
             let start = own.several.start_with(model.map(|model| model.file))?;
             let (file, mut ladder) = own.several.ladder(&start, &diagnose::Options { explain, ..*options })?;
             own.of_one(&mut ladder.several, &mut ladder.axes);
-            Ok(own
-                .answer(Command::Ladder, Some(file), |format, context| report::render_ladder(&ladder, format, context)))
+            let answer = own
+                .answer(Command::Ladder, Some(file), |format, context| report::render_ladder(&ladder, format, context));
+            Ok(answer.explained(&ladder.axes))
         })
     }
 }

@@ -20,18 +20,38 @@ Many logs of one sensor, or of many sensors, are reduced to evidence, merged, an
 The numbers are those of the program ``truerate``, to the last bit. All of them are in SI units: rad, rad/s, s.
 """
 
-from ._logs import Axis, Log, Model, Result, effects, load, read, simulate
-from ._many import Evidence, Fleet, compare, diagnose, evidence, fit, ladder, merge
+from ._logs import (
+    Axis,
+    Budget,
+    DataFault,
+    ErrorPoint,
+    Log,
+    Model,
+    Parameter,
+    Result,
+    Suspect,
+    effects,
+    load,
+    read,
+    simulate,
+)
+from ._many import Evidence, Fleet, SideBySide, compare, diagnose, evidence, fit, ladder, merge, side_by_side
 from ._truerate import Error, __version__
 
 __all__ = [
     "Axis",
+    "Budget",
+    "DataFault",
     "Error",
+    "ErrorPoint",
     "Evidence",
     "Fleet",
     "Log",
     "Model",
+    "Parameter",
     "Result",
+    "SideBySide",
+    "Suspect",
     "__version__",
     "compare",
     "diagnose",
@@ -42,5 +62,6 @@ __all__ = [
     "load",
     "merge",
     "read",
+    "side_by_side",
     "simulate",
 ]

@@ -8,18 +8,25 @@ import json
 import keyword
 import os
 import tempfile
+import warnings
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
 
 from . import _truerate
 from ._truerate import Error
 
-_PathLike = str | os.PathLike
+if TYPE_CHECKING:
+    import pandas
+    import polars
+
+    from ._many import Fleet
+
+_PathLike = Union[str, "os.PathLike[str]"]
 
 
 def _columns(source: Any, mapped: Iterable[str] = ()) -> dict[str, np.ndarray] | None:
@@ -154,6 +161,13 @@ class _Source:
             self.path.write_bytes(source)
             self.name = name or "bytes"
             return
+        if hasattr(source, "read") and not hasattr(source, "columns"):
+            try:
+                self._read(source, name)
+            except BaseException:
+                self._folder.cleanup()
+                raise
+            return
         try:
             columns = _columns(source, [own.split("=")[0] for own in maps])
         except BaseException:
@@ -162,10 +176,21 @@ class _Source:
         if columns is None:
             self._folder.cleanup()
             kind = type(source).__name__
-            raise TypeError(f"a log is a path, bytes, a table or a mapping of arrays, not {kind}")
+            raise TypeError(f"a log is a path, bytes, a file that is open, a table or a mapping of arrays, not {kind}")
         self.path = self.path.with_suffix(".csv")
         _written(columns, self.path)
         self.name = name or "table"
+
+    def _read(self, source: Any, name: str | None) -> None:
+        """Takes what is left of a file that is open, as bytes or as text."""
+        content = source.read()
+        if not isinstance(content, (str, bytes, bytearray)):
+            raise TypeError(f"a file that is open gives bytes or text; this one gave {type(content).__name__}")
+        self.path.write_bytes(content.encode() if isinstance(content, str) else content)
+        own = getattr(source, "name", None)
+        own = own if isinstance(own, (str, os.PathLike)) else None
+        self.is_named = self.is_named or own is not None
+        self.name = name or (str(own) if own is not None else "text" if isinstance(content, str) else "bytes")
 
     def __enter__(self) -> _Source:
         return self
@@ -197,8 +222,8 @@ def read(
     Parameters
     ----------
     source
-        A path (CSV or other text, Parquet, ULog, MCAP, …; packed or not), the bytes of such a file, a pandas, polars or
-        pyarrow table, a DuckDB result, anything with Arrow's C stream, or a mapping of names to arrays of one length. An index of a
+        A path (CSV or other text, Parquet, ULog, MCAP, …; packed or not), the bytes of such a file, a file that is open (binary or
+        text; it is read from where it stands), a pandas, polars or pyarrow table, a DuckDB result, anything with Arrow's C stream, or a mapping of names to arrays of one length. An index of a
         pandas frame is the time where no column is and it holds dates or durations, or is named ``t`` or ``time`` (s).
     map
         Channels under the names of the format: ``{"gyro_z_dps": "0.1*raw_z+2"}`` or ``["gyro_z=imu.gz"]``.
@@ -267,28 +292,28 @@ class Log:
         return self._inner.axes
 
     @property
-    def data_faults(self) -> list[SimpleNamespace]:
+    def data_faults(self) -> list[DataFault]:
         """What is faulty in the data: ``fault``, ``count``, ``first_t`` (s) and ``says`` of each."""
         names = ("fault", "count", "first_t", "says")
-        return [SimpleNamespace(**dict(zip(names, fault, strict=True))) for fault in self._inner.faults]
+        return [DataFault(**dict(zip(names, fault, strict=True))) for fault in self._inner.faults]
 
     def to_numpy(self) -> dict[str, np.ndarray]:
         """Times, s, and the readings of each gyro axis, rad/s; NaN where there is no reading. Shapes: (rows,)."""
         return {name: np.frombuffer(values, "<f8") for name, values in self._inner.columns()}
 
-    def to_pandas(self) -> Any:
+    def to_pandas(self) -> pandas.DataFrame:
         """The same as a pandas ``DataFrame``."""
         import pandas
 
         return pandas.DataFrame(self.to_numpy())
 
-    def to_polars(self) -> Any:
+    def to_polars(self) -> polars.DataFrame:
         """The same as a polars ``DataFrame``."""
         import polars
 
         return polars.DataFrame(self.to_numpy())
 
-    def fit(self, model: Model | None = None, *, prior: Any = None) -> Result:
+    def fit(self, model: Model | None = None, *, prior: _PathLike | Fleet | None = None) -> Result:
         """Fits the scale factor and the bias of each axis, or the effects of ``model``.
 
         ``prior`` is a type that the part is of: a type file (``"type.toml"``, or ``"type.toml:BMI160"`` where it holds several) or a
@@ -325,12 +350,13 @@ class Log:
         *,
         explain: bool = False,
         progress: Callable[[str], object] | None = None,
-        prior: Any = None,
+        prior: _PathLike | Fleet | None = None,
     ) -> Result:
         """Finds the physical effects that ``model`` lacks. Without a model, the base model is fitted first.
 
         ``progress`` is called with a text, on the thread that called this method. An exception that it raises, or Ctrl-C, ends
-        the search. An axis that cannot be judged gives a ``RuntimeWarning``; the others go on. ``prior`` as in :meth:`fit`.
+        the search. An axis that cannot be judged gives a ``RuntimeWarning``; the others go on. ``prior`` as in :meth:`fit`. With
+        ``explain`` the result tells why each effect was named or was not (:meth:`Result.explain`).
         """
         return Result(self._inner.diagnose(_inner(model), explain, progress, _type(prior, model)))
 
@@ -340,7 +366,7 @@ class Log:
         *,
         explain: bool = False,
         progress: Callable[[str], object] | None = None,
-        prior: Any = None,
+        prior: _PathLike | Fleet | None = None,
     ) -> Result:
         """Adds what is missing until nothing is; ``.model`` of the result is the final model. ``prior`` as in :meth:`fit`."""
         return Result(self._inner.ladder(_inner(model), explain, progress, _type(prior, model)))
@@ -380,46 +406,156 @@ def _type(prior: Any, model: Model | None) -> tuple[Path, str | None] | None:
     raise TypeError(f"prior: expected a path or a truerate.Fleet, not {type(prior).__name__}")
 
 
-def _object(value: Any) -> Any:
+def _object(value: Any, kind: type[SimpleNamespace] | None = None) -> Any:
     """JSON with its names as attributes; a name that is a word of Python's ends in an underscore, as in ``from_``."""
     if isinstance(value, dict):
-        return SimpleNamespace(**{_attribute(name): _object(inner) for name, inner in value.items()})
-    return [_object(inner) for inner in value] if isinstance(value, list) else value
+        own = {_attribute(name): _object(inner, _KINDS.get(name)) for name, inner in value.items()}
+        return (kind or SimpleNamespace)(**own)
+    return [_object(inner, kind) for inner in value] if isinstance(value, list) else value
 
 
 def _attribute(name: str) -> str:
     return f"{name}_" if keyword.iskeyword(name) else name
 
 
-class Axis(SimpleNamespace):
-    """What was found on one axis: ``verdict``, ``finding``, ``headline``, ``effects``, ``parameters``, ``suspects``,
-    ``error_curve``, ``budget``, ``limited_by``, ``random``, ``data_faults``, … as the JSON of the program names them. ``random`` and
-    ``explained`` are empty lists where there is nothing."""
+class Parameter(SimpleNamespace):
+    """A parameter of an effect, in SI units."""
 
+    effect: str
+    name: str
+    value: float | None
+    std_error: float | None
+    unit: str
+
+
+class ErrorPoint(SimpleNamespace):
+    """The error over the averaging time ``tau_s`` (s), on data that the fit did not use, beside what noise alone would leave; rad/s."""
+
+    tau_s: float
+    error: float | None
+    floor: float | None
+    floor_99: float | None
+
+
+class Suspect(SimpleNamespace):
+    """An effect that may be missing. ``error_fall`` is the share of the error that it removes."""
+
+    effect: str
+    aliases: list[str]
+    separate_by: str | None
+    p_value: float | None
+    error_fall: float | None
+    parameters: list[Parameter]
+    error_curve: list[ErrorPoint]
+
+
+class Budget(SimpleNamespace):
+    """What the error over ``tau_s`` (s) is made of: mean squares, (rad/s)², that add up to the square of the error."""
+
+    tau_s: float
+    gyro_noise: float | None
+    bias_wander: float | None
+    reference_noise: float | None
+    reference_bandwidth: float | None
+    timing: float | None
+    folded_motion: float | None
+    missing: float | None
+    random_scale: float | None
+    rate_noise: float | None
+    reversal_steps: float | None
+    start_stop_steps: float | None
+    lost_motion: float | None
+    unattributed: float | None
+
+
+class DataFault(SimpleNamespace):
+    """A fault of the data: how often, first when (s), and in words."""
+
+    fault: str
+    count: int
+    first_t: float | None
+    says: str
+
+
+#: What stands in lists of these names.
+_KINDS: dict[str, type[SimpleNamespace]] = {
+    "parameters": Parameter,
+    "error_curve": ErrorPoint,
+    "suspects": Suspect,
+    "budget": Budget,
+    "data_faults": DataFault,
+}
+
+
+class Axis(SimpleNamespace):
+    """What was found on one axis, under the names that the JSON of the program has. ``random`` and ``explained`` are empty lists where
+    there is nothing. Rates are in rad/s, times in s."""
+
+    axis: str
+    verdict: str
+    headline: str
+    finding: SimpleNamespace
+    effects: list[str]
+    parameters: list[Parameter]
+    noise: SimpleNamespace
+    error_curve: list[ErrorPoint]
+    error_over_floor: float | None
+    within_floor: bool
+    suspects: list[Suspect]
+    budget: list[Budget]
+    limited_by: str | None
+    limited_says: str
+    data_faults: list[DataFault]
+    fails_where: list[SimpleNamespace]
     random: list[SimpleNamespace] = []
     explained: list[SimpleNamespace] = []
 
 
+def _axis(own: Mapping[str, Any]) -> Axis:
+    return Axis(**{_attribute(name): _object(value, _KINDS.get(name)) for name, value in own.items()})
+
+
+#: What a result has of all axes together.
+_OF_WHOLE = ("logs", "each", "repeats", "added", "removed", "before")
+
+
 class Result:
-    """What was found on a log. Attributes of a single axis (``verdict``, ``suspects``, …) stand here, too. Of several logs there are
+    """What was found on a log. ``axes`` has it axis by axis. Attributes of a single axis (``verdict``, ``headline``, ``suspects``,
+    ``budget``, … of :class:`Axis`) stand here, too; of several axes each is a dict by the axis' letter. Of several logs there are
     ``logs`` (names), ``each`` (log by log) and ``repeats`` (effect by effect: whose it is). The parameters are a table: pandas, polars,
     pyarrow and DuckDB take a result as it is (``pyarrow.table(result)``), through Arrow's C stream; that needs pyarrow."""
 
     def __init__(self, answer: _truerate.Answer) -> None:
         self._answer = answer
         self._json = json.loads(answer.json)
-        self.axes: dict[str, Axis] = {
-            axis["axis"]: Axis(**{name: _object(value) for name, value in axis.items()}) for axis in self._json["axes"]
-        }
+        self.axes: dict[str, Axis] = {axis["axis"]: _axis(axis) for axis in self._json["axes"]}
 
     def __getattr__(self, name: str) -> Any:
         axes, whole = self.__dict__.get("axes", {}), self.__dict__.get("_json", {})
-        if name in ("logs", "each", "repeats", "added", "removed", "before") and name in whole:
+        if name in _OF_WHOLE and name in whole:
             return _object(whole[name])
         values = {letter: getattr(axis, name) for letter, axis in axes.items() if hasattr(axis, name)}
         if not values:
             raise AttributeError(f"a result has no {name!r}")
         return next(iter(values.values())) if len(axes) == 1 else values
+
+    def __dir__(self) -> list[str]:
+        of_axes = {name for axis in self.axes.values() for name in vars(axis)}
+        return sorted({*super().__dir__(), *of_axes, *(name for name in _OF_WHOLE if name in self._json)})
+
+    def explain(self, full: bool = False) -> str:
+        """Why each effect was named or was not, in a sentence each; with ``full``, each test with its numbers.
+
+        >>> import truerate
+        >>> log, _ = truerate.simulate(hide="delay:d=0.012", seconds=60)
+        >>> found = log.diagnose(explain=True)
+        >>> "delay" in found.explain(), len(found.explain(full=True)) > len(found.explain())
+        (True, True)
+        """
+        short, long = self._answer.explanations
+        if not short:
+            raise Error("the tests of each effect were not kept: give explain=True to diagnose or ladder")
+        return long if full else short
 
     @property
     def model(self) -> Model | None:
@@ -439,13 +575,13 @@ class Result:
         """The result as the program's JSON has it."""
         return json.loads(self._answer.json)
 
-    def to_pandas(self) -> Any:
+    def to_pandas(self) -> pandas.DataFrame:
         """The parameters, one a row: axis, effect, name, value, std_error, unit."""
         import pandas
 
         return pandas.DataFrame(self._rows())
 
-    def to_polars(self) -> Any:
+    def to_polars(self) -> polars.DataFrame:
         """The same as a polars ``DataFrame``."""
         import polars
 
@@ -454,7 +590,7 @@ class Result:
     def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
         return _stream(self._rows(), requested_schema)
 
-    def _rows(self) -> list[dict]:
+    def _rows(self) -> list[dict[str, Any]]:
         return [{"axis": axis["axis"], **own} for axis in self._json["axes"] for own in axis["parameters"]]
 
     def __str__(self) -> str:
@@ -462,7 +598,7 @@ class Result:
 
     def __reduce__(self) -> Any:
         own, model = self._answer, self.model
-        return _result, (own.json, own.text, own.html, None if model is None else str(model))
+        return _result, (own.json, own.text, own.html, None if model is None else str(model), own.explanations)
 
     def __repr__(self) -> str:
         return "<truerate.Result " + ", ".join(f"{letter}: {axis.verdict}" for letter, axis in self.axes.items()) + ">"
@@ -484,10 +620,10 @@ def _framed(page: str) -> str:
     return f'<iframe sandbox="allow-scripts" srcdoc="{page}" style="width:100%;height:40em;border:0"></iframe>'
 
 
-def _result(json_text: str, text: str, page: str, model: str | None) -> Result:
+def _result(json_text: str, text: str, page: str, model: str | None, explanations: tuple[str, str]) -> Result:
     """A result that comes from another process."""
     own = None if model is None else _truerate.Model.of(model)
-    return Result(_truerate.Answer(json_text, text, page, own))
+    return Result(_truerate.Answer(json_text, text, page, own, explanations))
 
 
 def _model(text: str) -> Model:
@@ -538,13 +674,17 @@ class Model:
         map: Mapping[str, str] | Iterable[str] | None = None,  # the flag's name
         columns: _PathLike | None = None,
         dbc: _PathLike | None = None,
-    ) -> dict[str, np.ndarray]:
+    ) -> Any:
         """Compensates a log, by the very filter that runs live. No reference is needed.
 
-        Returns the columns, each of shape (rows,): ``t``, when the row's rates are valid, s; ``rate_x``, compensated,
-        rad/s; ``rate_filtered_x`` and its standard deviation ``rate_std_x``; ``angle_x``, the integral of the
-        compensated rate, rad; ``angle_fused_x``, with the reference where there is one. ``pandas.DataFrame(...)`` takes
-        it as it is.
+        Returns a table of the kind that came in: a pandas, polars or pyarrow table for such a table, else a dict of arrays. Its columns
+        are of shape (rows,): ``t``, when the row's rates are valid, s; ``rate_x``, compensated, rad/s, and NaN where the row has no
+        reading of the gyro; ``rate_filtered_x`` and its standard deviation ``rate_std_x``, rad/s; ``angle_x``, the integral of the
+        compensated rate, rad; ``angle_fused_x``, with the reference where there is one, rad. A pandas table keeps its index where every
+        row of it is there.
+
+        Rows that were left out (a time that repeats or goes back), and rows without a reading, are counted and located in a
+        ``RuntimeWarning`` each.
         """
         reading = {
             "map": _maps(map),
@@ -554,11 +694,13 @@ class Model:
         }
         with _Source(source, reading["map"]) as file:
             try:
-                names, values = self._inner.apply(file.path, reading)
+                names, values, says = self._inner.apply(file.path, reading)
             except Error as error:
                 raise _said(error, file) from None
         table = np.frombuffer(values, "<f8").reshape(-1, len(names))
-        return {name: np.ascontiguousarray(table[:, k]) for k, name in enumerate(names)}
+        for one in says:
+            warnings.warn(f"{file.name}: {one}", RuntimeWarning, stacklevel=2)
+        return _of_kind(source, {name: np.ascontiguousarray(table[:, k]) for k, name in enumerate(names)})
 
     def __reduce__(self) -> Any:
         return _model, (str(self),)
@@ -569,6 +711,25 @@ class Model:
     def __repr__(self) -> str:
         axes = "; ".join(f"{axis}: {', '.join(effects)}" for axis, effects in self.effects.items())
         return f"<truerate.Model {axes}>"
+
+
+def _of_kind(source: Any, columns: dict[str, np.ndarray]) -> Any:
+    """A table of the kind of another one: pandas, polars or pyarrow; else as it is."""
+    of = type(source).__module__.split(".")[0]
+    if of == "pandas":
+        import pandas
+
+        rows = len(columns["t"])
+        return pandas.DataFrame(columns, index=source.index if len(source) == rows else None)
+    if of == "polars":
+        import polars
+
+        return polars.DataFrame(columns)
+    if of == "pyarrow":
+        import pyarrow
+
+        return pyarrow.table(columns)
+    return columns
 
 
 def load(path: _PathLike) -> Model:

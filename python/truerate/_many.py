@@ -9,10 +9,14 @@ import os
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from . import _truerate
-from ._logs import Log, Model, Result, _framed, _inner, _object, _PathLike, _stream, read
+from ._logs import Axis, Log, Model, Result, _axis, _framed, _inner, _object, _PathLike, _stream, read
+
+if TYPE_CHECKING:
+    import pandas
+    import polars
 
 
 #: Keyword arguments of :func:`read`.
@@ -88,6 +92,97 @@ def ladder(
     return Result(_logs(logs, reading, "ladder").ladder(_inner(model), explain, progress))
 
 
+class SideBySide:
+    """Two sensors side by side. ``axes`` has, by the axis' letter: ``better`` (``"first"``, ``"second"`` or ``None``), ``says``,
+    ``quantities`` (``name``, ``unit``, ``values`` and ``std_errors`` of both, ``better``) and ``errors`` (``tau_s``, s; ``errors`` of both,
+    rad/s; ``ratio`` of the first to the second, with its band of 95 % from ``low`` to ``high``). ``each`` is what either comes to alone,
+    axis by axis; ``logs`` are their names."""
+
+    def __init__(self, answer: _truerate.Answer) -> None:
+        self._answer = answer
+        self._json = json.loads(answer.json)
+        self.logs: list[str] = self._json["logs"]
+        self.axes: dict[str, SimpleNamespace] = {own["axis"]: _object(own) for own in self._json["axes"]}
+        self.each: list[dict[str, Axis]] = [{axis["axis"]: _axis(axis) for axis in own} for own in self._json["each"]]
+
+    def summary(self) -> str:
+        """Which is better, by what and over which time, in words and a table."""
+        return self._answer.text
+
+    def to_html(self) -> str:
+        """The report with both curves: one page that needs nothing else."""
+        return self._answer.html
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result as the program's JSON has it."""
+        return json.loads(self._answer.json)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """The errors, one averaging time a row: axis, tau_s (s), first and second (rad/s), ratio, low, high, better."""
+        import pandas
+
+        return pandas.DataFrame(self._rows())
+
+    def to_polars(self) -> polars.DataFrame:
+        """The same as a polars ``DataFrame``."""
+        import polars
+
+        return polars.DataFrame(self._rows())
+
+    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
+        return _stream(self._rows(), requested_schema)
+
+    def _rows(self) -> list[dict[str, Any]]:
+        def row(axis: str, own: dict[str, Any]) -> dict[str, Any]:
+            first, second = own["errors"]
+            beside = {name: own[name] for name in ("ratio", "low", "high", "better")}
+            return {"axis": axis, "tau_s": own["tau_s"], "first": first, "second": second, **beside}
+
+        return [row(axis["axis"], own) for axis in self._json["axes"] for own in axis["errors"]]
+
+    def __reduce__(self) -> Any:
+        return _beside, (self._answer.json, self._answer.text, self._answer.html)
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def __repr__(self) -> str:
+        better = ", ".join(f"{letter}: {own.better or 'none'} better" for letter, own in self.axes.items())
+        return f"<truerate.SideBySide {self.logs[0]!r}, {self.logs[1]!r}; {better}>"
+
+    def _repr_html_(self) -> str:
+        return _framed(self.to_html())
+
+
+def _beside(json_text: str, text: str, page: str) -> SideBySide:
+    """A comparison that comes from another process."""
+    return SideBySide(_truerate.Answer(json_text, text, page, None))
+
+
+def side_by_side(
+    first: Any, second: Any, model: Model | None = None, against: Model | None = None, **reading: Any
+) -> SideBySide:
+    """Sets two sensors beside each other: which is better, by what, and over which time.
+
+    ``first`` and ``second`` are a log of each, or whatever :func:`read` takes, with its keyword arguments as ``reading``. Each has its own
+    model: scale factor and bias, fitted to its log, or ``model`` for the first and ``against`` for the second. It is fairest where both
+    moved together.
+
+    >>> import truerate
+    >>> good, _ = truerate.simulate(seconds=60, seed=1)
+    >>> late, _ = truerate.simulate(hide="delay:d=0.012", seconds=60, seed=2)
+    >>> truerate.side_by_side(good, late).axes["x"].better
+    'first'
+    """
+    if "name" in reading:
+        raise TypeError("name: each log has its own: give it to truerate.read")
+    logs = [_log(log, reading, "side_by_side") for log in (first, second)]
+    names = tuple(log.name if log._is_named else place for log, place in zip(logs, ("first", "second"), strict=True))
+    if names[0] == names[1]:
+        names = (f"{names[0]} 1", f"{names[1]} 2")
+    return SideBySide(logs[0]._inner.side_by_side(logs[1]._inner, names, _inner(model), _inner(against)))
+
+
 class Evidence:
     """What logs say, without their readings: 20 kB a log of one axis. It is merged, saved, and sent to other processes as it is.
 
@@ -134,13 +229,13 @@ class Evidence:
         many = f"{len(self)} logs" if len(self) > 1 else "1 log"
         return "\n".join([f"Evidence of {many}, {len(bytes(self)) / 1000:.0f} kB", "", *lines, ""])
 
-    def to_pandas(self) -> Any:
+    def to_pandas(self) -> pandas.DataFrame:
         """The logs, one a row: log, part, type, day, seconds, samples, verdict."""
         import pandas
 
         return pandas.DataFrame(self._rows())
 
-    def to_polars(self) -> Any:
+    def to_polars(self) -> polars.DataFrame:
         """The same as a polars ``DataFrame``."""
         import polars
 
@@ -149,8 +244,8 @@ class Evidence:
     def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
         return _stream(self._rows(), requested_schema)
 
-    def _rows(self) -> list[dict]:
-        def row(log: dict) -> dict:
+    def _rows(self) -> list[dict[str, Any]]:
+        def row(log: dict[str, Any]) -> dict[str, Any]:
             own = {name: log[name] for name in ("log", "part", "type", "day", "seconds", "samples")}
             return {**own, "verdict": ", ".join(f"{axis['axis']}: {axis['verdict']}" for axis in log["axes"])}
 
@@ -300,7 +395,7 @@ class Fleet:
         """The report, with forest and caterpillar plots: one page that needs nothing else."""
         return self._answer.html
 
-    def to_dict(self) -> dict:
+    def to_dict(self) -> dict[str, Any]:
         """The result as the program's JSON has it."""
         return json.loads(self._answer.json)
 
@@ -312,7 +407,7 @@ class Fleet:
         """Writes that file."""
         self._inner.save_types(Path(path))
 
-    def to_pandas(self, table: str = "types") -> Any:
+    def to_pandas(self, table: str = "types") -> pandas.DataFrame:
         """One of the tables: ``"types"`` (a row for each parameter of a type, with ``next_from`` and ``next_to``), ``"parts"`` (for each
         parameter of a part), ``"readings"`` (for each parameter and log: ``value``, ``std_error``) or ``"changes"`` (for each change of a
         part: ``day``, ``days``, ``by``). SI units; ``unit`` names them."""
@@ -320,13 +415,13 @@ class Fleet:
 
         return pandas.DataFrame(self._table(table))
 
-    def to_polars(self, table: str = "types") -> Any:
+    def to_polars(self, table: str = "types") -> polars.DataFrame:
         """The same as a polars ``DataFrame``."""
         import polars
 
         return polars.DataFrame(self._table(table))
 
-    def _table(self, table: str) -> list[dict]:
+    def _table(self, table: str) -> list[dict[str, Any]]:
         if table not in ("types", "parts", "readings", "changes"):
             raise ValueError(f"table {table!r}: expected 'types', 'parts', 'readings' or 'changes'")
         inner = {"types": None, "parts": None, "readings": "readings", "changes": "changed"}[table]

@@ -2,7 +2,15 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
+
+class Reading(TypedDict):
+    """How a log is read: the flags of the program under the same names."""
+
+    map: list[str]
+    columns: Path | None
+    reference: Path | None
+    dbc: Path | None
 
 __version__: str
 
@@ -13,8 +21,11 @@ class Answer:
     json: str
     text: str
     html: str
+    explanations: tuple[str, str]
     model: Model | None
-    def __init__(self, json: str, text: str, html: str, model: Model | None) -> None: ...
+    def __init__(
+        self, json: str, text: str, html: str, model: Model | None, explanations: tuple[str, str] | None = None
+    ) -> None: ...
 
 class Model:
     @staticmethod
@@ -31,7 +42,7 @@ class Model:
         sensor: int = 1,
         chip: str | None = None,
     ) -> tuple[str, list[str]]: ...
-    def apply(self, log: Path, options: dict[str, Any]) -> tuple[list[str], bytes]: ...
+    def apply(self, log: Path, options: Reading) -> tuple[list[str], bytes, list[str]]: ...
 
 class Log:
     axes: list[str]
@@ -42,7 +53,7 @@ class Log:
         self,
         path: Path,
         name: str,
-        options: dict[str, Any],
+        options: Reading,
         axis: str | None = None,
         at_rest: bool = False,
         reference_is_dependent: bool = False,
@@ -53,6 +64,9 @@ class Log:
     def add(self, effects: list[str], model: Model | None = None) -> Answer: ...
     def remove(self, effects: list[str], model: Model | None = None) -> Answer: ...
     def compare(self, model: Model | None = None) -> Answer: ...
+    def side_by_side(
+        self, other: Log, names: tuple[str, str], model: Model | None = None, against: Model | None = None
+    ) -> Answer: ...
     def diagnose(
         self,
         model: Model | None = None,

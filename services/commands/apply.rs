@@ -9,16 +9,16 @@ use crate::{
     progress::Progress,
 };
 use anyhow::{Context, Result, bail};
-use gyro_model::{Axis, Model, Record, diagnosis::DataFault, effects::Need, estimator, estimator::Estimator};
+use gyro_model::{Axis, Model, Record, effects::Need, estimator, estimator::Estimator};
 use std::{
-    fmt::Write,
     path::{Path, PathBuf},
     process::ExitCode,
 };
-use workbench::estimates::EstimateWriter;
+use workbench::estimates::{EstimateWriter, Unmeasured};
 use workbench::{
     log::{self, Options, Provenance},
     model_file::{self, ModelFile},
+    report::view,
 };
 
 /// What `truerate apply` takes.
@@ -32,7 +32,7 @@ Columns, one row for each row of the log:
   t                when the row's rates are valid, s on the clock of the gyro's stamps: a model with
                    a delay d makes it the row's time less d; where d is negative the reference is
                    late, and it stays the row's time
-  rate_x …         compensated rate, rad/s, not filtered
+  rate_x …         compensated rate, rad/s, not filtered; empty in a row without a gyro's reading
   rate_filtered_x  filtered rate, rad/s, and rate_std_x its standard deviation
   angle_x          integral of rate_x alone, rad, from the first reference on
   angle_fused_x    filtered angle, rad, with the reference where there is one
@@ -70,13 +70,20 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         let applied = Applied::of(args, &record, &provenance)?;
         (record, faults, provenance, applied)
     };
-    let Applied { file, axes, writer } = applied;
+    let Applied { file, axes, writer, unmeasured } = applied;
     writer.finish()?;
+    let log = args.log.log.display();
+    for fault in &faults {
+        eprintln!("{log}: data fault {}", view::fault(fault));
+    }
+    for says in unmeasured.says() {
+        eprintln!("{log}: {says}");
+    }
     let model = &file.model;
     if to_a_file {
         let range = file.provenance.as_ref().and_then(|p| p.temperature).zip(provenance.temperature);
         let warning = range.map_or_else(String::new, |(fitted, here)| beyond(model, fitted, here));
-        print(&(summary(args, &record, &axes, &faults) + &warning))?;
+        print(&(summary(args, &record, &axes) + &warning))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -86,6 +93,7 @@ struct Applied {
     file: ModelFile,
     axes: Vec<Axis>,
     writer: EstimateWriter,
+    unmeasured: Unmeasured,
 }
 
 impl Applied {
@@ -109,15 +117,17 @@ impl Applied {
         let mut estimator = Estimator::new(estimator::Options::default());
         estimator.set_model(model);
         let progress = Progress::of(record.len() as u64, "compensating");
+        let mut unmeasured = Unmeasured::default();
         for (k, row) in record.rows.iter().enumerate() {
             let estimate = estimator.step(row);
+            unmeasured.take(row.t_ns, &estimate, &axes);
             writer.row(estimate.valid_t_ns, &estimate)?;
             if k % 4096 == 0 {
                 progress.at(k as u64);
             }
         }
         drop(progress);
-        Ok(Self { file, axes, writer })
+        Ok(Self { file, axes, writer, unmeasured })
     }
 }
 
@@ -148,17 +158,13 @@ fn none_in_common(record: &Record, model: &Model, axis: Option<Axis>) -> String 
     )
 }
 
-fn summary(args: &Args, record: &Record, axes: &[Axis], faults: &[DataFault]) -> String {
+fn summary(args: &Args, record: &Record, axes: &[Axis]) -> String {
     let letters: Vec<&str> = axes.iter().map(|a| a.letter()).collect();
-    let mut text = format!(
+    format!(
         "{}: {} rows of axis {}, compensated with {}\n",
         args.output.display(),
         record.len(),
         letters.join(", "),
         args.model.display()
-    );
-    for fault in faults {
-        let _ = writeln!(text, "data fault {}: {}", fault.kind, fault.says);
-    }
-    text
+    )
 }

@@ -31,6 +31,7 @@ Examples:
 channels under `map` are used without it; those under `likely` have to be chosen with it.
   --map gyro_z_dps=gz/131                 131 counts a °/s
   --map ref_rpy_deg=roll,pitch,yaw        an orientation by its angles
+  --map ref_r=R                           by its rotation matrix: R00 … R22, or R_0 … R_8
   --map t_us='sum(dt_us)'                 a column with the time from row to row
   --map t=0.01*row                        no time: 100 rows a second")]
 pub struct Args {

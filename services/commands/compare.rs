@@ -1,22 +1,19 @@
 //! `truerate compare`: model against measurements, and where it fails.
 
 use crate::{
-    arguments::{LogArgs, LogsArgs, ReportArgs},
+    arguments::{LogsArgs, ReportArgs},
     commands::subject,
     progress::Progress,
 };
 use anyhow::{Result, bail};
-use gyro_model::{
-    Axis,
-    diagnosis::Diagnosis,
-    headline::sides::{Side, Sides},
-};
+use gyro_model::{Axis, diagnosis::Diagnosis};
 use std::{
     path::{Path, PathBuf},
     process::ExitCode,
 };
 use workbench::{
-    report::{self, Against, BothSides, Command},
+    report::{self, Against, Command},
+    sides::{Judged, beside},
     subject::Subject,
 };
 
@@ -107,41 +104,28 @@ fn sides(args: &Args) -> Result<ExitCode> {
     let [first, second] = &args.log.logs[..] else {
         bail!("--side-by-side takes two logs, one of each sensor; {} given", args.log.logs.len());
     };
-    let of = |path: &PathBuf, model: Option<&Path>| -> Result<(Subject, Diagnosis)> {
-        let mut subject = subject::read(&LogArgs { log: path.clone(), ..args.log.first() }, args.axis)?;
+    let read = subject::read_each(&args.log, args.axis)?;
+    let of = |mut subject: Subject, model: Option<&Path>| -> Result<Judged> {
         let start = subject::start(&subject, model)?;
         if let Some(model) = model {
             subject.keep_axes_of(&start.file.model, &model.display().to_string())?;
         }
         let diagnosis = subject::judge(&subject, &start)?;
-        Ok((subject, diagnosis))
+        Ok(Judged { subject, start, diagnosis })
     };
-    let own = [of(first, args.model.as_deref())?, of(second, args.against.as_deref())?];
-    if own[0].0.provenance.sha256 == own[1].0.provenance.sha256 {
-        bail!("{} and {} are the same log: give one log of each sensor", first.display(), second.display());
-    }
+    let [one, other] = read;
+    let own = [of(one, args.model.as_deref())?, of(other, args.against.as_deref())?];
     let names = [label(first, second), label(second, first)];
-    let side = |k: usize, axis: Axis| {
-        let (subject, diagnosis) = &own[k];
-        let found = diagnosis.axes.iter().find(|own| own.axis == axis)?;
-        let (seconds, samples) = (subject.record.duration(), subject.provenance.samples);
-        Some(Side { name: &names[k], axis: found, seconds, samples })
-    };
-    let pairs = Axis::ALL.into_iter().filter_map(|axis| Some((side(0, axis)?, side(1, axis)?)));
-    let sides: Vec<Sides> = pairs.map(|(first, second)| Sides::of(&first, &second)).collect();
-    if sides.is_empty() {
-        let has = |k: usize| own[k].1.axes.iter().map(|own| own.axis.letter()).collect::<Vec<_>>().join(", ");
-        bail!("the logs have no axis in common: {} has {}, {} has {}", names[0], has(0), names[1], has(1));
-    }
     let context =
-        subject::context(&own[0].0, Command::Compare, &args.log.first(), args.axis, args.model.as_deref(), None);
+        subject::context(&own[0].subject, Command::Compare, &args.log.first(), args.axis, args.model.as_deref(), None);
     let context = report::Context {
         log: first.display().to_string(),
         more: vec![second.display().to_string()],
         about: Vec::new(),
+        maps: None,
         ..context
     };
-    let both = BothSides { names, diagnoses: own.map(|(_, diagnosis)| diagnosis), sides };
+    let both = beside(own, names)?;
     args.report.give(None, context, |format, context| report::render_sides(&both, format, context))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -1,10 +1,10 @@
 //! `truerate evidence`: what logs say, without the logs.
 
 use crate::{
-    arguments::{LogArgs, LogsArgs},
+    arguments::LogsArgs,
     commands::{
         print,
-        subject::{options_of_all, say_chosen, writable},
+        subject::{few, options_of_all, say_chosen_of_all, writable},
     },
     progress::Progress,
 };
@@ -16,6 +16,7 @@ use std::{
 };
 use workbench::{
     evidence::{Evidence, Labels, LogEvidence},
+    log::Provenance,
     output,
     subject::{Subject, Taken},
 };
@@ -82,21 +83,29 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         reference_is_dependent: args.logs.reference_is_dependent,
     };
     let mut all: Vec<LogEvidence> = Vec::new();
+    let mut read: Vec<(String, Provenance)> = Vec::new();
+    let mut left_out: BTreeMap<String, Vec<String>> = BTreeMap::new();
     {
-        let spinner = Progress::spinner("reading");
-        for path in &args.logs.logs {
-            spinner.says(&path.display().to_string());
+        let progress = Progress::of_files(args.logs.logs.len());
+        for (k, path) in args.logs.logs.iter().enumerate() {
+            progress.says(&path.display().to_string());
             let subject = Subject::read(path, &taken)?;
-            let one = LogArgs { log: path.clone(), ..args.logs.first() };
-            say_chosen(&one, &subject.provenance);
             let start = subject.start(args.model.as_deref())?;
             let says = |_: &str| ();
             let own = LogEvidence::of(&subject, &start, &labels, &options_of_all(&says))?;
             if let Some(why) = own.left_out() {
-                eprintln!("truerate: {}: kept, but says nothing of a fleet: {why}", subject.name);
+                left_out.entry(why).or_default().push(subject.name.clone());
             }
             all.push(own);
+            read.push((subject.name, subject.provenance));
+            progress.at(k as u64 + 1);
         }
+    }
+    say_chosen_of_all(read.iter().map(|(name, provenance)| (name.as_str(), provenance)), &[]);
+    for (why, logs) in &left_out {
+        let (logs, say) =
+            (few(&logs.iter().map(String::as_str).collect::<Vec<_>>()), if logs.len() == 1 { "says" } else { "say" });
+        eprintln!("truerate: {logs}: kept, but {say} nothing of a fleet: {why}");
     }
     let many = all.len();
     let evidence = Evidence::new(all).map_err(|error| anyhow!("{error:#}"))?;

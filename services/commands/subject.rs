@@ -6,11 +6,12 @@ use crate::{
     deadline::Deadline,
     progress::Progress,
 };
-use anyhow::{Context as _, Result, bail};
+use anyhow::{Context as _, Result, anyhow, bail};
 use gyro_model::{
     Axis, Model, diagnose,
     diagnosis::{DataFault, Diagnosis},
     evidence::study::Bench,
+    words::shell_word,
 };
 use std::{
     io::Write as _,
@@ -22,7 +23,7 @@ use workbench::{
     output::{self, Output, print},
     prior::{Begun, Prior},
     report::{self, Explained, Format},
-    several::Several,
+    several::{self, Several, Unfit},
     subject::{Start, Subject, Taken},
     words::typed,
 };
@@ -126,6 +127,7 @@ pub fn context(
         model: shown(model),
         output: shown(output),
         flags,
+        maps: log::remedy(&args.log, &args.names.options(), &subject.record, &subject.faults),
         about: subject.about(model),
         ..report::Context::new(command, subject.name.clone())
     }
@@ -148,21 +150,37 @@ pub fn read_all(args: &LogsArgs, axis: Option<Axis>) -> Result<Several> {
     if args.names.reference.is_some() {
         bail!("--reference is the second file of one log: give several logs with the reference in them");
     }
-    let taken = Taken {
-        options: args.names.options(),
-        axis,
-        at_rest: args.at_rest,
-        reference_is_dependent: args.reference_is_dependent,
-    };
+    let taken = taken(args, axis);
     let several = {
         let spinner = Progress::spinner("reading the logs");
         Several::read(&args.logs, &taken, |path| spinner.says(&path.display().to_string()))?
     };
-    for (path, subject) in args.logs.iter().zip(&several.subjects) {
-        let one = LogArgs { log: path.clone(), ..args.first() };
-        say_chosen(&one, &subject.provenance);
-    }
+    let provenances = several.subjects.iter().map(|subject| (subject.name.as_str(), &subject.provenance));
+    say_chosen_of_all(provenances, &several.unfit);
     Ok(several)
+}
+
+/// Reads the logs of two sensors.
+///
+/// # Errors
+/// As [`read`], of either; they are not two.
+pub fn read_each(args: &LogsArgs, axis: Option<Axis>) -> Result<[Subject; 2]> {
+    let taken = taken(args, axis);
+    let (subjects, unfit) = {
+        let spinner = Progress::spinner("reading the logs");
+        several::read_each(&args.logs, &taken, |path| spinner.says(&path.display().to_string()))?
+    };
+    say_chosen_of_all(subjects.iter().map(|own| (own.name.as_str(), &own.provenance)), &unfit);
+    subjects.try_into().map_err(|_| anyhow!("two logs are needed, one of each sensor"))
+}
+
+fn taken(args: &LogsArgs, axis: Option<Axis>) -> Taken {
+    Taken {
+        options: args.names.options(),
+        axis,
+        at_rest: args.at_rest,
+        reference_is_dependent: args.reference_is_dependent,
+    }
 }
 
 /// What a search starts from: a type, the model of a file, or the base model; and what is said of the type.
@@ -226,7 +244,44 @@ pub fn context_of_all(
         log: first.log.display().to_string(),
         more: args.logs[1..].iter().map(|log| log.display().to_string()).collect(),
         about: several.about(model),
+        maps: None,
         ..own
+    }
+}
+
+/// Says on standard error which channels of several logs were taken without being named, once for all that have the same, and which maps
+/// were not taken.
+pub fn say_chosen_of_all<'a>(logs: impl Iterator<Item = (&'a str, &'a log::Provenance)>, unfit: &[Unfit]) {
+    let mut said: Vec<(String, Vec<&str>)> = Vec::new();
+    for (name, provenance) in logs.filter(|(_, provenance)| !provenance.chosen.is_empty()) {
+        let unsure = provenance.unsure.as_ref().map_or(String::new(), |says| format!("\n{says}"));
+        let says = format!("read as {}{unsure}", typed(&provenance.chosen));
+        match said.iter_mut().find(|(other, _)| *other == says) {
+            Some((_, names)) => names.push(name),
+            None => said.push((says, vec![name])),
+        }
+    }
+    for Unfit { log, map } in unfit {
+        let says = format!("read without --map {}: it has no such channel", shell_word(map));
+        match said.iter_mut().find(|(other, _)| *other == says) {
+            Some((_, names)) => names.push(log),
+            None => said.push((says, vec![log])),
+        }
+    }
+    for (says, names) in said {
+        eprintln!("{}: {says}", few(&names));
+    }
+}
+
+/// `a.csv, b.csv and 8 more`
+pub fn few(names: &[&str]) -> String {
+    const SHOWN: usize = 3;
+    match names {
+        [all @ .., last] if !all.is_empty() && names.len() <= SHOWN => format!("{} and {last}", all.join(", ")),
+        [_, ..] if names.len() > SHOWN => {
+            format!("{} and {} more", names[..SHOWN - 1].join(", "), names.len() - SHOWN + 1)
+        }
+        _ => names.join(""),
     }
 }
 

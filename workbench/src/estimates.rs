@@ -1,7 +1,11 @@
 //! The columns of `truerate apply` and of `run --record`: the same rows, byte for byte.
 
 use crate::log::{RecordWriter, create};
-use gyro_model::{Axis, estimator::Estimate};
+use gyro_model::{
+    Axis,
+    estimator::{Estimate, flags},
+    words::labels,
+};
 use std::path::Path;
 
 const COLUMNS: [&str; 5] = ["rate", "rate_filtered", "rate_std", "angle", "angle_fused"];
@@ -17,8 +21,27 @@ pub fn header(axes: &[Axis]) -> Vec<String> {
 pub fn values(estimate: &Estimate, axes: &[Axis]) -> impl Iterator<Item = f64> {
     axes.iter().flat_map(|axis| {
         let e = &estimate.axes[axis.index()];
-        [e.rate, e.rate_filtered, e.rate_std, e.angle, e.angle_fused]
+        [e.measured(), e.rate_filtered, e.rate_std, e.angle, e.angle_fused]
     })
+}
+
+/// Rows that have no reading of an axis, and so no compensated rate.
+#[derive(Clone, Debug, Default)]
+pub struct Unmeasured([Option<(u64, i64)>; 3]);
+
+impl Unmeasured {
+    /// One more row, of this time, ns.
+    pub fn take(&mut self, t_ns: i64, estimate: &Estimate, axes: &[Axis]) {
+        for axis in axes.iter().filter(|axis| estimate.axes[axis.index()].flags & flags::HELD != 0) {
+            self.0[axis.index()].get_or_insert((0, t_ns)).0 += 1;
+        }
+    }
+
+    /// What is said of them, an axis a line.
+    pub fn says(&self) -> impl Iterator<Item = String> {
+        let of = |axis: Axis| self.0[axis.index()].map(|(rows, first)| labels::unmeasured(axis, rows, 1e-9 * first as f64));
+        Axis::ALL.into_iter().filter_map(of)
+    }
 }
 
 /// Estimates on their way into a CSV file, which is in its place only when finished.

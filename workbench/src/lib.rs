@@ -11,7 +11,7 @@
 //! | [`evidence`] | evidence files: what logs say, without the logs |
 //! | [`fleet`] | what evidence says of types and parts, as text, JSON, page and type file |
 //! | [`prior`], [`simulated_fleet`] | a part that starts from its type; a fleet whose truth is known |
-//! | [`several`] | logs of one sensor, worked on together |
+//! | [`several`], [`sides`] | logs of one sensor, worked on together; two sensors beside each other |
 //! | [`report`], [`plot`], [`web`] | results as text, JSON and one HTML page; figures as SVG; scripts and styles of the pages |
 //! | [`motion`], [`agreement`] | of a stream: reference and model in even steps of time; whether its diagnosis has settled |
 //! | [`vehicle`], [`story`] | simulated vehicles with a hidden effect; what was hidden beside what was found |
@@ -40,6 +40,7 @@ pub mod prior;
 pub mod recording;
 pub mod report;
 pub mod several;
+pub mod sides;
 pub mod simulated_fleet;
 pub mod story;
 pub mod subject;

@@ -66,14 +66,7 @@ fn of_axis(record: &mut Record, axis: Axis, report: &mut Report) -> Option<()> {
     let gyro = Readings::of(record, Channel::Gyro(axis));
     let angle = Readings::of(record, Channel::Angle(axis));
     let reading = Turned { t: &gyro.t, turned: integral(&gyro.t, &gyro.values) };
-    let (from, to) = (*angle.t.first()?, *angle.t.last()?);
-    let edges: Vec<usize> = {
-        let pieces = ((to - from) / PIECE) as usize;
-        let at = |k: usize| angle.t.partition_point(|&t| t < from + k as f64 * PIECE);
-        let mut edges: Vec<usize> = (0..=pieces).map(at).filter(|&k| k < angle.t.len()).collect();
-        edges.dedup();
-        edges
-    };
+    let edges = edges(&angle.t);
     let pieces: Vec<Piece> = edges
         .windows(2)
         .enumerate()
@@ -141,6 +134,22 @@ fn of_axis(record: &mut Record, axis: Axis, report: &mut Report) -> Option<()> {
     );
     report.add_on(axis, FaultKind::LostCounts, fast as u64, first, says);
     Some(())
+}
+
+/// The first reading of each piece that has one: as many as there are readings at most, however far apart they are in time.
+fn edges(t: &[f64]) -> Vec<usize> {
+    let from = t.first().copied().unwrap_or_default();
+    let piece = |t: f64| {
+        let place = ((t - from) / PIECE).floor();
+        let begins = |place: f64| from + place * PIECE;
+        if t < begins(place) { place - 1.0 } else { place + f64::from(t >= begins(place + 1.0)) }
+    };
+    let mut before = f64::NEG_INFINITY;
+    let begins_one = |&k: &usize| {
+        let own = piece(t[k]);
+        std::mem::replace(&mut before, own) < own
+    };
+    (0..t.len()).filter(begins_one).collect()
 }
 
 /// The largest size of a gyro's readings between two times, rad/s.
@@ -402,5 +411,17 @@ mod tests {
             }
             assert!(lost(&pieces).is_none() && likely(&pieces, &rates(&pieces)).is_none(), "{period}");
         }
+    }
+
+    #[test]
+    fn pieces_are_those_that_hold_readings_however_long_nothing_came() {
+        assert_eq!(edges(&[0.0, 0.05, 0.1, 0.17, 0.31, 1e12, 1e12 + 0.5]), [0, 2, 4, 5, 6]);
+        assert!(edges(&[]).is_empty());
+        // At each edge of a piece, as a time that is a sum of steps has it.
+        let t: Vec<f64> = (0..1000).map(|k| 7.3 + f64::from(k) * 0.01).collect();
+        let at = |k: usize| t.partition_point(|&t| t < 7.3 + k as f64 * PIECE);
+        let mut one_by_one: Vec<usize> = (0..100).map(at).filter(|&k| k < t.len()).collect();
+        one_by_one.dedup();
+        assert_eq!(edges(&t), one_by_one);
     }
 }

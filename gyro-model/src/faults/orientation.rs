@@ -11,20 +11,42 @@ use super::{
 use crate::{Axis, Record, fault::FaultKind, record::ReferenceKind};
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 
-/// How four numbers may be meant, and what to do then.
-const READINGS: [(Reading, &str); 3] = [
-    (
-        |[w, x, y, z]| [w, -x, -y, -z],
-        "as world to body, where body to world is wanted: negate ref_qx, ref_qy and ref_qz",
-    ),
-    (|[x, y, z, w]| [w, x, y, z], "in the order x, y, z, w: the columns are named w, x, y, z"),
-    (
-        |[x, y, z, w]| [w, -x, -y, -z],
-        "in the order x, y, z, w, and as world to body: rename the columns and negate the vector part",
-    ),
+/// How four numbers may be meant otherwise.
+const READINGS: [Otherwise; 3] = [
+    Otherwise {
+        reading: |[w, x, y, z]| [w, -x, -y, -z],
+        meant: Meant::Parts([(0, 1.0), (1, -1.0), (2, -1.0), (3, -1.0)]),
+        says: "as world to body, where body to world is wanted: negate ref_qx, ref_qy and ref_qz",
+    },
+    Otherwise {
+        reading: |[x, y, z, w]| [w, x, y, z],
+        meant: Meant::Parts([(3, 1.0), (0, 1.0), (1, 1.0), (2, 1.0)]),
+        says: "in the order x, y, z, w: the columns are named w, x, y, z",
+    },
+    Otherwise {
+        reading: |[x, y, z, w]| [w, -x, -y, -z],
+        meant: Meant::Parts([(3, 1.0), (0, -1.0), (1, -1.0), (2, -1.0)]),
+        says: "in the order x, y, z, w, and as world to body: rename the columns and negate the vector part",
+    },
 ];
 
 type Reading = fn([f64; 4]) -> [f64; 4];
+
+/// A way to read four numbers.
+struct Otherwise {
+    reading: Reading,
+    meant: Meant,
+    says: &'static str,
+}
+
+/// What brings a reference orientation and the gyro together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Meant {
+    /// w, x, y and z of the orientation are these of its four numbers, with this sign.
+    Parts([(usize, f64); 4]),
+    /// The gyro's axes x, y and z are these of its axes, with this sign.
+    Axes([(usize, f64); 3]),
+}
 
 /// What a reading that is right explains at least, and one that is wrong at most.
 const RIGHT: f64 = 0.95;
@@ -73,8 +95,8 @@ fn mounted(record: &Record) -> Option<Rotation3<f64>> {
         return None;
     }
     // Another reading that turns less is likelier than a mounting.
-    if READINGS.iter().any(|(reading, _)| {
-        let other = reference(record, *reading).and_then(|r| fitted(&g, &r));
+    if READINGS.iter().any(|otherwise| {
+        let other = reference(record, otherwise.reading).and_then(|r| fitted(&g, &r));
         other.is_some_and(|(explained, other)| explained > RIGHT && other.angle() < TURNED)
     }) {
         return None;
@@ -106,6 +128,16 @@ fn orders() -> impl Iterator<Item = Rotation3<f64>> {
 
 /// How the gyro asks for the orientation to be read, or its axes to be turned, where that is not as the columns' names say.
 pub(super) fn meant_otherwise(record: &Record) -> Option<String> {
+    otherwise(record).map(|(_, says)| says)
+}
+
+/// What brings a reference orientation and the gyro together, where that is another order or another sign.
+#[must_use]
+pub fn meant(record: &Record) -> Option<Meant> {
+    otherwise(record)?.0
+}
+
+fn otherwise(record: &Record) -> Option<(Option<Meant>, String)> {
     let gyro = gyro(record)?;
     let (explained, rotation) = fitted(&gyro, &reference(record, |q| q)?)?;
     let is_wrong = explained < WRONG;
@@ -114,15 +146,26 @@ pub(super) fn meant_otherwise(record: &Record) -> Option<String> {
         return None;
     }
     // More than one may fit, with axes that are turned: the one that turns them least.
-    let fitting = READINGS.iter().filter_map(|(reading, says)| {
-        let (explained, rotation) = fitted(&gyro, &reference(record, *reading)?)?;
+    let fitting = READINGS.iter().filter_map(|otherwise| {
+        let (explained, rotation) = fitted(&gyro, &reference(record, otherwise.reading)?)?;
         let angle = rotation.angle();
-        (explained > RIGHT && (is_wrong || angle < TURNED)).then_some((angle, says))
+        (explained > RIGHT && (is_wrong || angle < TURNED)).then_some((angle, otherwise))
     });
     match fitting.min_by(|a, b| a.0.total_cmp(&b.0)) {
-        Some((_, says)) => Some(format!("the reference orientation agrees with the gyro if it is read {says}")),
-        None => (explained > RIGHT && is_turned).then(|| turned(&rotation))?,
+        Some((angle, Otherwise { meant, says, .. })) => {
+            // Axes that are turned besides need another look once the numbers are read so.
+            let meant = (angle < TURNED || is_wrong).then_some(*meant);
+            Some((meant, format!("the reference orientation agrees with the gyro if it is read {says}")))
+        }
+        None => (explained > RIGHT && is_turned).then(|| Some((in_order(&rotation), turned(&rotation)?)))?,
     }
+}
+
+/// The order and the signs of the gyro's axes that such a rotation is, but for what a bad alignment makes.
+fn in_order(rotation: &Rotation3<f64>) -> Option<Meant> {
+    let order = orders().find(|order| rotation.angle_to(order) < TURNED)?;
+    let axis = |i: usize| (0..3).find(|&j| order[(i, j)] != 0.0).map(|j| (j, order[(i, j)]));
+    Some(Meant::Axes([axis(0)?, axis(1)?, axis(2)?]))
 }
 
 /// How axes that are turned against each other are brought together.

@@ -36,8 +36,7 @@ fn along_reference(record: &Record, report: &mut Report) {
         let own = gyro_rates(record, axis, &motion);
         let column = reference_column(record, axis);
         let fit = own.as_deref().map_or((0.0, 0.0), |g| regress(g, &wanted));
-        // Times in another unit make every rate of the reference too small, whatever the gyro's unit is.
-        let unit = factor(fit.0.abs() / time_unit(record).map_or(1.0, |(_, seconds)| seconds), axis, column)
+        let unit = factor(fit.0.abs(), axis, column)
             .filter(|_| !clipped(record, axis))
             .filter(|_| fit.1 > 0.8 && own.as_deref().is_some_and(|g| holds_within_the_range(g, &wanted, fit.0)));
         let turns_of_360 = |more: &str| {
@@ -66,18 +65,29 @@ fn along_reference(record: &Record, report: &mut Report) {
         } else if let Some(says) = turns_of_360("") {
             report.add_on(axis, FaultKind::WrongUnit, rows, Some(0.0), says);
         } else if fit.1 < 0.3 {
-            let others = Axis::ALL.into_iter().filter(|&a| a != axis && record.has_gyro(a));
-            let follows = others.filter_map(|a| {
-                let (slope, r2) = regress(&gyro_rates(record, a, &motion)?, &wanted);
-                (r2 > 0.9).then_some((a, slope, r2))
-            });
-            if let Some((other, slope, _)) = follows.max_by(|a, b| a.2.total_cmp(&b.2)) {
+            if let Some((other, slope)) = followed_in(record, axis, &motion) {
                 let sign = if slope < 0.0 { ", with the other sign" } else { "" };
                 let says = format!("{column} follows gyro_{other}{sign}, not gyro_{axis}: rename one of them");
                 report.add_on(axis, FaultKind::SwappedAxes, rows, Some(0.0), says);
             }
         }
     }
+}
+
+/// The other axis whose gyro the reference of an axis follows, where it does, and its slope.
+#[must_use]
+pub fn followed(record: &Record, axis: Axis) -> Option<(Axis, f64)> {
+    followed_in(record, axis, &Motion::of(record, axis)?)
+}
+
+fn followed_in(record: &Record, axis: Axis, motion: &Motion) -> Option<(Axis, f64)> {
+    let wanted = motion.whole();
+    let others = Axis::ALL.into_iter().filter(|&a| a != axis && record.has_gyro(a));
+    let follows = others.filter_map(|a| {
+        let (slope, r2) = regress(&gyro_rates(record, a, motion)?, &wanted);
+        (r2 > 0.9).then_some((a, slope, r2))
+    });
+    follows.max_by(|a, b| a.2.total_cmp(&b.2)).map(|(other, slope, _)| (other, slope))
 }
 
 fn reference_column(record: &Record, axis: Axis) -> &'static str {
@@ -203,16 +213,36 @@ const FASTEST: f64 = 70.0;
 const SLOWEST: f64 = 1.5;
 const QUICKEST: f64 = 25e-6;
 
-/// The unit of times that are too far apart for a gyro's log in seconds, and its seconds.
-fn time_unit(record: &Record) -> Option<(&'static str, f64)> {
+/// The unit of times that are too far apart for a gyro's log in seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimeUnit {
+    /// `ms`, `us` or `ns`.
+    pub name: &'static str,
+    /// How many make a second.
+    pub in_a_second: i64,
+    /// From row to row, if the times were seconds.
+    step: f64,
+}
+
+impl TimeUnit {
+    /// The fault, in words.
+    pub(super) fn says(self) -> String {
+        let Self { name, step, .. } = self;
+        format!("a row every {step:.0} s, by its times, is too slow for a gyro: if t is in {name}, name it t_{name}")
+    }
+}
+
+/// The unit of times that are too far apart for a gyro's log in seconds, where they are.
+#[must_use]
+pub fn time_unit(record: &Record) -> Option<TimeUnit> {
     let steps = record.rows.windows(2).map(|pair| (pair[1].t_ns - pair[0].t_ns) as f64 * 1e-9).collect();
     let step = quantile(steps, 0.5).filter(|step| *step > SLOWEST)?;
-    let unit = match step {
-        ..1e3 => ("ms", 1e-3),
-        1e3..1e6 => ("us", 1e-6),
-        _ => ("ns", 1e-9),
+    let (name, in_a_second) = match step {
+        ..1e3 => ("ms", 1_000),
+        1e3..1e6 => ("us", 1_000_000),
+        _ => ("ns", 1_000_000_000),
     };
-    (!is_of_means(record, step * unit.1)).then_some(unit)
+    (!is_of_means(record, step / in_a_second as f64)).then_some(TimeUnit { name, in_a_second, step })
 }
 
 /// Whether rows that seem to be `step`, s, apart are means of a sensor at rest over much longer times: in so short a time no sensor heats
@@ -260,14 +290,6 @@ fn other_units(record: &Record, report: &mut Report) {
         let says = format!(
             "a row every {:.3} µs, by its times, is faster than any low-cost gyro gives them: name the times by their unit, t for s, t_ms, t_us or t_ns",
             step * 1e6
-        );
-        report.add(FaultKind::WrongUnit, rows, Some(0.0), says);
-    }
-    if let Some((unit, _)) = time_unit(record)
-        && let Some(step) = step
-    {
-        let says = format!(
-            "a row every {step:.0} s, by its times, is too slow for a gyro: if t is in {unit}, name it t_{unit}"
         );
         report.add(FaultKind::WrongUnit, rows, Some(0.0), says);
     }

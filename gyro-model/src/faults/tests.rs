@@ -245,3 +245,20 @@ fn rows_faster_than_any_gyro_gives_them_are_a_wrong_unit_of_the_times() {
         assert_eq!(told, is_fault, "{divided}: {faults:?}");
     }
 }
+
+#[test]
+fn times_in_another_unit_are_one_fault_and_the_rest_is_judged_in_that_unit() {
+    let record = simulated(Vec::new(), "drive".parse().unwrap(), 3);
+    for (unit, in_a_second) in [("ms", 1_000), ("us", 1_000_000)] {
+        let mut record = record.clone();
+        record.rows.iter_mut().for_each(|row| row.t_ns *= in_a_second);
+        record.rows[700].gyro[0] = f64::NAN;
+        let times: Vec<i64> = record.rows.iter().map(|row| row.t_ns).collect();
+        let faults = check(&mut record, &[]).faults;
+        let kinds: Vec<FaultKind> = faults.iter().map(|fault| fault.kind).collect();
+        assert_eq!(kinds, [FaultKind::WrongUnit, FaultKind::NonFinite], "{faults:?}");
+        assert!(faults[0].says.ends_with(&format!("name it t_{unit}")), "{faults:?}");
+        assert!((faults[1].first_t.unwrap() - 7.0).abs() < 1e-6, "{faults:?}");
+        assert!(times.iter().eq(record.rows.iter().map(|row| &row.t_ns)));
+    }
+}

@@ -4,6 +4,7 @@ use super::Voice;
 use crate::{
     Axis,
     diagnosis::{LimitedBy, Verdict},
+    units,
 };
 
 /// A verdict in words: `missing effect: delay`, `adequate`, …
@@ -116,6 +117,19 @@ pub fn no_shape(id: &str, axis: Axis, voice: Voice) -> String {
 /// What logs of several parts come to, where nothing is found.
 pub const NOTHING_TOGETHER: &str =
     "Nothing is missing that these logs show together, and no part is other than its type.";
+
+/// What is said of so many rows without a reading of an axis, the first of them at a time in s.
+#[must_use]
+pub fn unmeasured(axis: Axis, rows: u64, first: f64) -> String {
+    let (rows, have, their) = match rows {
+        1 => ("1 row".to_owned(), "has", "its"),
+        rows => (format!("{} rows", units::thousands(rows)), "have", "their"),
+    };
+    format!(
+        "{rows} {have} no reading of gyro_{axis} (first at {first:.2} s): {their} rate_{axis} is empty; angle_{axis} goes on by the \
+         rate before"
+    )
+}
 
 /// What is said of a log at other temperatures than those that a model was fitted at, °C: by so many kelvin it is hotter or colder.
 #[must_use]

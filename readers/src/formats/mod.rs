@@ -17,7 +17,7 @@ mod sensors;
 mod ulog;
 mod unread;
 
-pub use unread::{Unread, unread};
+pub use unread::{Unread, of_no_text, unread};
 
 use crate::{
     can::Writer,

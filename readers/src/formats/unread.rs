@@ -2,6 +2,7 @@
 
 use crate::{
     json,
+    packed::ZSTD,
     text::{is_row, stamp},
 };
 
@@ -44,6 +45,19 @@ const KNOWN: &[(&[u8], &str, &str)] = &[
     (b"{", "JSON", JSON),
     (b"[", "JSON", JSON),
 ];
+
+/// What begins like this is of no text: a file that is read only as a file, or not at all.
+#[must_use]
+pub fn of_no_text(start: &[u8]) -> Option<Unread> {
+    const AS_A_FILE: &str = "give it as a file: it is no stream of lines";
+    let packed: [(&[u8], &str); 3] = [(b"\x1f\x8b", "packed with gzip"), (&ZSTD, "packed with zstd"), (b"\x89MCAP0\r\n", "an MCAP recording")];
+    if let Some((_, what)) = packed.iter().find(|(magic, _)| start.starts_with(magic)) {
+        return Some(Unread { what, remedy: AS_A_FILE });
+    }
+    let is_text = |magic: &[u8]| magic.iter().all(|b| b.is_ascii_graphic() || *b == b' ');
+    let known = KNOWN.iter().find(|(magic, ..)| !is_text(magic) && start.starts_with(magic));
+    known.map(|&(_, what, remedy)| Unread { what, remedy })
+}
 
 /// What a file that begins like this is, where it is none that is read.
 #[must_use]

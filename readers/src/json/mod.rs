@@ -10,6 +10,7 @@
 //! A list of three numbers is x, y, z; of another length, its items are numbered from 0. The columns are those of the first records.
 
 mod record;
+mod senml;
 mod sensors;
 
 pub(crate) use record::write_text;
@@ -114,6 +115,8 @@ pub struct Records {
     /// Parts of a record that have a time each.
     clocks: Vec<String>,
     begun: bool,
+    /// What records of SenML count from.
+    base: senml::Base,
 }
 
 /// A part of the source.
@@ -307,7 +310,7 @@ impl Records {
                 Length::Closed(length) => {
                     let at = begins.unwrap_or_default();
                     if let Some(cells) = record::cells(&rest[at..at + length]) {
-                        let (topic, cells) = with_stamp(&rest[..at], cells);
+                        let (topic, cells) = with_stamp(&rest[..at], self.base.resolved(cells));
                         self.from += at + length;
                         return Some(Part::Record(topic, cells));
                     }

@@ -71,7 +71,7 @@ impl Candump {
     fn take_cut(&mut self, cut: Cut<'_>, found: &mut dyn FnMut(Found)) {
         match cut {
             Cut::Line(line) => self.understand(line, found),
-            Cut::TooLong => found(Found::Fault(Fault::Garbled, format!("a line of more than {LONGEST} bytes"))),
+            Cut::TooLong(_) => found(Found::Fault(Fault::Garbled, format!("a line of more than {LONGEST} bytes"))),
             Cut::Passed => {}
         }
     }

@@ -13,8 +13,8 @@ pub struct Cutter {
 pub enum Cut<'a> {
     /// A line, without its end.
     Line(&'a [u8]),
-    /// A line that grows longer than it may; the rest of it is passed over.
-    TooLong,
+    /// The beginning of a line that grows longer than it may; the rest of it is passed over.
+    TooLong(&'a [u8]),
     /// The end of such a line.
     Passed,
 }
@@ -25,7 +25,8 @@ impl Cutter {
         for piece in bytes.split_inclusive(|&b| b == b'\n') {
             let (text, ends) = piece.strip_suffix(b"\n").map_or((piece, false), |text| (text, true));
             if self.line.len() + text.len() > longest && !self.skips {
-                found(Cut::TooLong);
+                self.line.extend_from_slice(&text[..longest.saturating_sub(self.line.len())]);
+                found(Cut::TooLong(&self.line));
                 self.skips = true;
             }
             if self.skips {
@@ -64,7 +65,7 @@ mod tests {
             let mut take = |cut: Cut<'_>| {
                 found.push(match cut {
                     Cut::Line(line) => String::from_utf8_lossy(line).into_owned(),
-                    Cut::TooLong => "too long".to_owned(),
+                    Cut::TooLong(begins) => format!("too long: {}", String::from_utf8_lossy(begins)),
                     Cut::Passed => "passed".to_owned(),
                 });
             };
@@ -72,7 +73,7 @@ mod tests {
                 cutter.take(bytes, 8, &mut take);
             }
             cutter.cut(&mut take);
-            assert_eq!(found, ["one", "", "too long", "passed", "last"], "by {size}");
+            assert_eq!(found, ["one", "", "too long: two two ", "passed", "last"], "by {size}");
         }
     }
 }

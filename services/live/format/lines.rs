@@ -10,7 +10,7 @@ use anyhow::anyhow;
 use gyro_model::Row;
 use log_readers::{
     can,
-    formats::kinds::Kinds,
+    formats::{Unread, kinds::Kinds, of_no_text},
     json::{Records, is_record_line},
     shape::{self, Shape},
     text::{CSV, Finder, Head, Sieve, Sifted, Skip, Skipped, Unescaped},
@@ -74,6 +74,9 @@ pub struct Lines {
     /// Lines that were not understood, and the last of them.
     unread: u64,
     example: String,
+    /// Whether bytes have come, and whether they are those of another format.
+    begun: bool,
+    is_other: bool,
 }
 
 /// How much was looked at.
@@ -182,6 +185,8 @@ impl Lines {
             advised: RefCell::new(None),
             unread: 0,
             example: String::new(),
+            begun: false,
+            is_other: false,
         })
     }
 
@@ -193,7 +198,11 @@ impl Lines {
                     self.line(line.trim_ascii_end(), found);
                 }
             }
-            Cut::TooLong => {
+            Cut::TooLong(begins) => {
+                if self.table.is_none() && matches!(begins.trim_ascii_start().first(), Some(b'{' | b'[')) {
+                    self.not_understood(begins);
+                    self.refuse(Problem::Document { longest: LONGEST });
+                }
                 let says = format!("line {}: more than {LONGEST} bytes", self.number + 1);
                 found(Found::Fault(Fault::Garbled, says));
             }
@@ -493,6 +502,23 @@ impl Lines {
         }
     }
 
+    fn refuse(&mut self, problem: Problem) {
+        self.refusal = Some(Refused { head: None, problem });
+    }
+
+    /// Whether what comes is no text: a file of another format, known by its first bytes, which nothing of it makes rows.
+    fn is_of_no_text(&mut self, bytes: &[u8]) -> bool {
+        if !std::mem::replace(&mut self.begun, true)
+            && self.given.is_none()
+            && let Some(Unread { what, remedy }) = of_no_text(bytes)
+        {
+            self.not_understood(&bytes[..bytes.len().min(SHOWN)]);
+            self.refuse(Problem::Unread { what, remedy });
+            self.is_other = true;
+        }
+        self.is_other
+    }
+
     fn begin_anew(&mut self) {
         (self.finder, self.told) = (Finder::default(), 0);
     }
@@ -500,6 +526,9 @@ impl Lines {
 
 impl Format for Lines {
     fn take(&mut self, bytes: &[u8], found: &mut dyn FnMut(Found)) {
+        if self.is_of_no_text(bytes) {
+            return;
+        }
         let mut cutter = std::mem::take(&mut self.cutter);
         let mut plain = Vec::with_capacity(bytes.len());
         self.escapes.take(bytes, &mut plain);
@@ -526,7 +555,9 @@ impl Format for Lines {
         for line in text.split(|&b| b == b'\n').filter(|line| !line.is_empty()) {
             self.text(line, found);
         }
-        if self.table.is_none() && self.finder.lines().len() > 0 {
+        // What it is was found by its beginning.
+        let is_known = self.refusal.as_ref().is_some_and(|refused| refused.head.is_none());
+        if self.table.is_none() && self.finder.lines().len() > 0 && !is_known {
             self.settle(found);
         }
         self.give_held(true, found);

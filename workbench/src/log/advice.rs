@@ -8,7 +8,7 @@ use super::{
     lacking::Advice,
     made_time::{self, USUAL},
     names::Names,
-    sample::Sample,
+    sample::{FEWEST, Sample},
     unit::{self, Channel, Name},
     unsaid::{self, Open, Unit, Unsaid},
     words,
@@ -189,6 +189,26 @@ fn lacking(lacks: &[&str], angles: bool) -> String {
     };
     let it = if lacks.len() > 1 { "both" } else { "it" };
     format!("{neither}: print {it} in each row, such as t_ms,gyro_x,gyro_y,gyro_z and a reference")
+}
+
+/// Columns that by their names may be a reference and hold one number throughout, while the gyros turn.
+pub(super) fn motionless(sample: &Sample, maps: &Maps) -> Vec<String> {
+    let Ok(mut names) = Names::of(&sample.head.names, maps) else { return Vec::new() };
+    let proposal = names.propose(&sample.head);
+    let used = Used::of(&names.renamed, &names.displaced);
+    if used.gyros.is_empty() || still(sample, &names, &used.gyros).is_some() {
+        return Vec::new();
+    }
+    let rests = |pick: &&Pick| {
+        let column = sample.head.names.iter().position(|name| *name == pick.channel);
+        column.is_some_and(|column| !sample.varies(column) && sample.values(column) >= FEWEST)
+    };
+    let all = || names.chosen.iter().chain(&proposal.offered).filter(|pick| pick.name.starts_with("ref_"));
+    // A rotation about one axis leaves two parts of an orientation as they are.
+    let is_part = |pick: &&Pick| pick.name.starts_with("ref_q");
+    let whole = all().filter(is_part).all(|pick| rests(&pick));
+    let still = all().filter(|pick| if is_part(pick) { whole } else { rests(pick) });
+    still.map(|pick| pick.channel.clone()).collect()
 }
 
 /// The names of the columns that were held against the gyro.

@@ -1,7 +1,7 @@
 //! An orientation among columns whose names do not say it: four numbers of length 1, or three angles, that turn as the gyro does.
 
 use super::{
-    row::of_angles,
+    row::{of_angles, of_matrix},
     sample::Sample,
     unsaid::{self, Open, Unit},
 };
@@ -53,6 +53,9 @@ pub(super) fn readings(sample: &Sample, used: &[usize]) -> Vec<Reading> {
         .filter(|&first| (first..first + 4).all(is_free) && is_of_length_one(sample, first));
     let mut readings: Vec<Reading> = fours.flat_map(|first| quaternions(sample, first)).collect();
     readings.extend(angles(sample, used));
+    let nines = (0..sample.columns.len().saturating_sub(8))
+        .filter(|&first| (first..first + 9).all(is_free) && is_rotation(sample, first));
+    readings.extend(nines.flat_map(|first| [matrix(sample, first, false), matrix(sample, first, true)]));
     readings
 }
 
@@ -125,6 +128,28 @@ fn quaternions(sample: &Sample, first: usize) -> Vec<Reading> {
         Reading { picks: (0..4).map(pick).collect(), says, orientation: (0..sample.rows()).map(value).collect() }
     };
     [[0, 1, 2, 3], [3, 0, 1, 2]].into_iter().flat_map(|order| [reading(order, false), reading(order, true)]).collect()
+}
+
+/// Whether nine neighbouring columns change and are a rotation matrix.
+fn is_rotation(sample: &Sample, first: usize) -> bool {
+    let is_one = |k: usize| of_matrix(std::array::from_fn(|i| sample.columns[first + i][k])) != [0.0; 4];
+    let is_whole = |k: &usize| (first..first + 9).all(|i| sample.columns[i][*k].is_finite());
+    let whole: Vec<usize> = (0..sample.rows()).filter(is_whole).collect();
+    let others = whole.iter().filter(|k| !is_one(**k)).count();
+    !whole.is_empty() && FEW * others <= whole.len() && (first..first + 9).any(|i| sample.varies(i))
+}
+
+/// A way to read nine columns: body to world, or the other way, which is the same column by column.
+fn matrix(sample: &Sample, first: usize, is_inverse: bool) -> Reading {
+    let place = |i: usize| first + if is_inverse { 3 * (i % 3) + i / 3 } else { i };
+    let channels: Vec<String> = (0..9).map(|i| sample.channel(place(i))).collect();
+    let way = if is_inverse { ", world to body" } else { "" };
+    let of_row = |k: usize| of_matrix(std::array::from_fn(|i| sample.columns[place(i)][k]));
+    Reading {
+        picks: vec![Pick::new("ref_r", &channels.join(","), None)],
+        says: format!("the rotation matrix in {} to {}{way}", sample.called(first), sample.called(first + 8)),
+        orientation: (0..sample.rows()).map(of_row).collect(),
+    }
 }
 
 /// Roll, pitch and yaw by their names, in the unit that is said or in either.

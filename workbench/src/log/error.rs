@@ -72,6 +72,16 @@ pub enum Problem {
     /// No byte in it.
     #[error("is empty: a header row and data rows are needed, such as t,gyro_z,ref_angle_z")]
     Empty,
+    /// A whole document of JSON where a stream has a record a line.
+    #[error(
+        "is one JSON document in a line of more than {longest} bytes\na stream is read line by line, a record in each, such as \
+         {{\"t\":0.01,\"gyro_z\":0.1}}; as a file the document is read as it is\n{command}",
+        command = call(Task::Run, "--source FILE.json").trim_matches('`')
+    )]
+    Document {
+        /// The longest line of a stream, bytes.
+        longest: usize,
+    },
     /// The first row holds numbers.
     #[error(
         "no header: the first row holds numbers, {columns} of them ({row}); put the column names above it, such as t,gyro_z,ref_angle_z, \
@@ -170,6 +180,9 @@ pub enum Problem {
     /// A `--map` of an orientation by angles that are not three.
     #[error("{}: needs three angles, such as ref_rpy_deg=roll,pitch,yaw", given("map", &quoted(.0)))]
     MapOfAngles(String),
+    /// A `--map` of a rotation matrix that is not nine channels.
+    #[error("{}: needs the nine numbers of a matrix row by row, such as ref_r=r00,r01,r02,r10,… or ref_r=r", given("map", &quoted(.0)))]
+    MapOfMatrix(String),
     /// The reference's clock is another, and the motion does not tell which.
     #[error(
         "log and reference have different clocks, and their motion does not show the offset (correlation {0:.2}, at least 0.5 is needed): \
@@ -281,6 +294,9 @@ pub enum Problem {
     /// Part of a quaternion.
     #[error("is missing: a reference orientation needs all of ref_qw, ref_qx, ref_qy, ref_qz")]
     PartOfQuaternion,
+    /// Part of a rotation matrix.
+    #[error("is missing: a rotation matrix needs all nine of ref_r00, ref_r01, … ref_r22")]
+    PartOfMatrix,
     /// Text where a number should be.
     #[error("{} is not a number: fix it, or leave the field empty where there is no value", quoted(.0))]
     Text(String),

@@ -29,6 +29,8 @@ pub struct Column {
     pub is_word: bool,
     /// Whether it holds the steps of a time, which is their sum.
     pub is_step: bool,
+    /// What of the file it is.
+    pub pick: Pick,
 }
 
 impl Column {
@@ -131,7 +133,8 @@ impl Layout {
             }
             let form = if channel == Channel::Time { time_form(head, i, conversion) } else { Form::Number(0) };
             let is_step = channel == Channel::Time && names.summed == Some(i);
-            layout.columns.push(Column { name, channel, conversion, form, is_word: false, is_step });
+            let pick = names.pick(i, &name, is_step);
+            layout.columns.push(Column { name, channel, conversion, form, is_word: false, is_step, pick });
         }
         layout.hide_parts_of_time();
         layout.complete(headers, maps)
@@ -164,6 +167,7 @@ impl Layout {
             form: Form::Number(0),
             is_word: false,
             is_step: false,
+            pick: Pick::new("t", "t", None),
         };
         layout.columns.push(time);
         for pick in picks {
@@ -191,6 +195,7 @@ impl Layout {
                 form: Form::Number(0),
                 is_word: false,
                 is_step: false,
+                pick: pick.clone(),
             });
         }
         layout.complete(channels, maps)
@@ -246,6 +251,10 @@ impl Layout {
             let name = ["ref_qw", "ref_qx", "ref_qy", "ref_qz"][absent];
             return Err((Some((0, name.to_owned())), Problem::PartOfQuaternion));
         }
+        let (there, absent): (Vec<usize>, Vec<usize>) = (0..9).partition(|&i| self.has(Channel::Matrix(i)));
+        if let (Some(_), Some(i)) = (there.first(), absent.first()) {
+            return Err((Some((0, format!("ref_r{}{}", i / 3, i % 3))), Problem::PartOfMatrix));
+        }
         Ok(self)
     }
 
@@ -296,7 +305,12 @@ impl Layout {
 
     /// Whether an orientation is the reference.
     fn has_orientation(&self) -> bool {
-        self.has(Channel::Quaternion(0)) || self.is_by_angles()
+        self.has(Channel::Quaternion(0)) || self.is_by_angles() || self.is_by_matrix()
+    }
+
+    /// Whether its orientation is given by a rotation matrix.
+    pub(super) fn is_by_matrix(&self) -> bool {
+        (0..9).all(|i| self.has(Channel::Matrix(i)))
     }
 
     /// Whether its orientation is given by roll, pitch and yaw.

@@ -9,7 +9,7 @@ use super::{
 };
 use log_readers::{
     format::Note,
-    meaning::{Proposal, of_text, of_topics},
+    meaning::{Pick, Proposal, of_text, of_topics},
     survey::Survey,
     text::Table,
 };
@@ -62,7 +62,7 @@ pub fn look(path: &Path, dbc: Option<&Path>) -> Result<Look, LogError> {
     }
     let known = |name: &str| matches!(unit::name(name), unit::Name::Known(..));
     let mut own = Vec::new();
-    let proposal = if is_text {
+    let mut proposal = if is_text {
         let table = Table::open(Input::open(path).map_err(refuse)?, &|_| false)
             .map_err(|cause| refuse(Problem::Unreadable { format: format.name(), cause: cause.into() }))?;
         let head = table.head();
@@ -75,5 +75,14 @@ pub fn look(path: &Path, dbc: Option<&Path>) -> Result<Look, LogError> {
     } else {
         of_topics(&survey.topics, &|_| false, &[])
     };
+    let rests = |pick: &Pick| {
+        let fields = survey.topics.iter().flat_map(|of| of.topic.fields.iter().zip(&of.fields).map(move |both| (of, both)));
+        let mut own = fields.filter(|(of, (field, _))| of.topic.channel(field) == pick.channel);
+        own.any(|(_, (_, range))| range.values > 1 && range.low == range.high)
+    };
+    // What shows no motion is no reference; an orientation about one axis has parts that stay as they are.
+    let is_still = |pick: &Pick| pick.name.starts_with("ref_") && !pick.name.starts_with("ref_q") && rests(pick);
+    proposal.chosen.retain(|pick| !is_still(pick));
+    proposal.offered.retain(|pick| !is_still(pick));
     Ok(Look { format: format.name(), survey, own, proposal })
 }

@@ -50,6 +50,16 @@ impl MapFlag {
         self.second || self.name.starts_with("ref_")
     }
 
+    /// The name that it gives.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Whether it names all parts of an orientation at once.
+    pub fn is_of_orientation(&self) -> bool {
+        ["ref_q", "ref_r"].contains(&self.name.as_str()) || self.name.starts_with("ref_rpy")
+    }
+
     /// Whether it names the time.
     pub fn is_of_time(&self) -> bool {
         self.name == "t" || self.name.starts_with("t_")
@@ -61,7 +71,7 @@ impl MapFlag {
     }
 
     /// The channels meant, of those that there are. `ref_q` stands for the four parts of an orientation, `ref_rpy` for its roll, pitch
-    /// and yaw.
+    /// and yaw, `ref_r` for its rotation matrix.
     ///
     /// # Errors
     /// There is no such channel.
@@ -72,6 +82,15 @@ impl MapFlag {
             let parts = parts_of(&self.channel, channels).ok_or_else(|| unknown(likely(&self.channel, channels)))?;
             let name = |part: &str| format!("ref_q{part}");
             return Ok(PARTS.iter().zip(parts).map(|(part, channel)| Pick::new(&name(part), &channel, None)).collect());
+        }
+        if self.name == "ref_r" {
+            let parts = matrix_of(&self.channel, channels);
+            let picks = parts.iter().enumerate().map(|(i, part)| {
+                let name = format!("ref_r{}{}", i / 3, i % 3);
+                Self { name, channel: part.clone(), ..self.clone() }.picks(channels)
+            });
+            let picks = picks.collect::<Result<Vec<_>, _>>()?.concat();
+            return if parts.len() == 9 { Ok(picks) } else { Err(Problem::MapOfMatrix(self.text.clone())) };
         }
         if let Some(suffix) = self.name.strip_prefix("ref_rpy").filter(|suffix| ["", "_deg"].contains(suffix)) {
             let parts: Vec<&str> = self.channel.split(',').collect();
@@ -192,6 +211,25 @@ fn parts_of(prefix: &str, channels: &[String]) -> Option<[String; 4]> {
     })
 }
 
+/// The nine numbers of a rotation matrix, row by row: those that are listed, or those that begin with this name.
+fn matrix_of(text: &str, channels: &[String]) -> Vec<String> {
+    let digits = |first: usize| (0..9).map(move |i| format!("{}{}", first + i / 3, first + i % 3));
+    let counted = |begin: &str, end: &str| (0..9).map(|i| format!("{begin}{i}{end}")).collect::<Vec<_>>();
+    let endings: [Vec<String>; 6] = [
+        digits(0).collect(),
+        digits(1).collect(),
+        counted("", ""),
+        counted("_", ""),
+        counted("[", "]"),
+        counted(".", ""),
+    ];
+    let whole = endings.iter().find_map(|endings| {
+        let names: Vec<String> = endings.iter().map(|ending| format!("{text}{ending}")).collect();
+        names.iter().all(|name| channels.contains(name)).then_some(names)
+    });
+    whole.unwrap_or_else(|| text.split(',').map(|part| part.trim().to_owned()).collect())
+}
+
 /// Channels that may have been meant.
 fn likely(text: &str, channels: &[String]) -> Vec<String> {
     let lower = text.to_lowercase();
@@ -275,6 +313,23 @@ mod tests {
         assert_eq!(shown, ["ref_rpy_x_deg=roll", "ref_rpy_y_deg=-pitch", "ref_rpy_z_deg=yaw"]);
         let refused = |text: &str| MapFlag::parse(text).unwrap().picks(&channels).is_err();
         assert!(refused("ref_rpy=roll,pitch") && refused("ref_rpy=roll,pitch,heading"));
+    }
+
+    #[test]
+    fn an_orientation_is_nine_numbers_too() {
+        for (text, names, last) in [
+            ("ref_r=r", ["r00", "r01", "r02", "r10", "r11", "r12", "r20", "r21", "r22"], "r22"),
+            ("ref_r=m", ["m11", "m12", "m13", "m21", "m22", "m23", "m31", "m32", "m33"], "m33"),
+            ("ref_r=R", ["R_0", "R_1", "R_2", "R_3", "R_4", "R_5", "R_6", "R_7", "R_8"], "R_8"),
+            ("ref_r=a,b,c,d,e,f,g,h,i", ["a", "b", "c", "d", "e", "f", "g", "h", "i"], "i"),
+        ] {
+            let channels = names.map(str::to_owned);
+            let picks = MapFlag::parse(text).unwrap().picks(&channels).unwrap();
+            assert_eq!((picks.len(), picks[8].name.as_str(), picks[8].channel.as_str()), (9, "ref_r22", last));
+            assert!(MapFlag::parse("ref_r=x").unwrap().picks(&channels).is_err());
+        }
+        let channels = ["a", "b"].map(str::to_owned);
+        assert!(matches!(MapFlag::parse("ref_r=a,b").unwrap().picks(&channels), Err(Problem::MapOfMatrix(_))));
     }
 
     #[test]

@@ -7,7 +7,7 @@ use super::{
     header::{Column, Layout, Refusal},
     input::Input,
     pending::Pending,
-    row::{IMPOSSIBLE, check_quaternion, of_angles, place},
+    row::{IMPOSSIBLE, check_quaternion, of_angles, of_matrix, place},
     tally::{RowFault, Tally},
     unit::{self, Name},
 };
@@ -168,15 +168,16 @@ impl Twice {
 /// Puts values into rows, each as its pick says.
 pub(super) struct Taken {
     columns: Vec<Column>,
-    /// Whether the orientation is given by roll, pitch and yaw.
+    /// Whether the orientation is given by roll, pitch and yaw, or by its rotation matrix.
     by_angles: bool,
+    by_matrix: bool,
 }
 
 impl Taken {
     /// Of the layout that came of the picks.
     pub(super) fn new(layout: &Layout) -> Self {
         let columns = layout.columns.get(1..).unwrap_or_default().to_vec();
-        Self { columns, by_angles: layout.is_by_angles() }
+        Self { columns, by_angles: layout.is_by_angles(), by_matrix: layout.is_by_matrix() }
     }
 
     /// `wanted` are places of values, each with the number of its pick; `fault` is told what is no value, and its column.
@@ -187,18 +188,21 @@ impl Taken {
         values: &[f64],
         fault: &mut dyn FnMut(RowFault, usize),
     ) {
+        let mut matrix = [f64::NAN; 9];
         for &(field, pick) in wanted {
             let (Some(&value), Some(column)) = (values.get(field), self.columns.get(pick)) else { continue };
             if value.is_infinite() {
                 fault(RowFault::Infinite, pick + 1);
             } else if value.abs() > IMPOSSIBLE && !matches!(column.channel, unit::Channel::Free(_)) {
                 fault(RowFault::Impossible, pick + 1);
-            } else if let Some(place) = place(row, column.channel).filter(|_| !value.is_nan()) {
+            } else if let Some(place) = place(row, &mut matrix, column.channel).filter(|_| !value.is_nan()) {
                 *place = value * column.conversion.scale + column.conversion.offset;
             }
         }
         if self.by_angles {
             row.ref_quaternion = of_angles(row.ref_quaternion);
+        } else if self.by_matrix {
+            row.ref_quaternion = of_matrix(matrix);
         }
     }
 }

@@ -144,6 +144,14 @@ impl<'a> Names<'a> {
         proposal
     }
 
+    /// What of the file a column is.
+    pub fn pick(&self, place: usize, name: &str, is_step: bool) -> Pick {
+        let header = &self.headers[place];
+        let channel = if is_step { format!("sum({header})") } else { header.clone() };
+        let (factor, offset) = self.scaled[place];
+        Pick { factor, offset, ..Pick::new(name, &channel, None) }
+    }
+
     /// To SI: the name's own unit, or that of the row of units, after the map's factor and offset.
     pub fn conversion(&self, place: usize, channel: Channel, own: Conversion, head: &Head) -> Conversion {
         let plain = self.renamed[place] == self.headers[place] && own == Conversion::NONE;

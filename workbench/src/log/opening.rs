@@ -2,11 +2,13 @@
 
 use super::{
     LogError, Maps, Options, Reader,
-    input::STANDARD_INPUT,
+    advice::motionless,
+    input::{Input, STANDARD_INPUT},
     join,
     pending::Pending,
     reader::no_reference,
     rows::{Rows, begin},
+    sample::Sample,
     unsaid::{self, timed},
 };
 use gyro_model::Row;
@@ -20,8 +22,19 @@ impl Reader {
     pub fn open(path: &Path, options: &Options) -> Result<Self, LogError> {
         let log = if path == Path::new("-") { STANDARD_INPUT.to_owned() } else { path.display().to_string() };
         let refuse = |line, column, problem| LogError::new(&log, line, column, problem);
-        let maps = Maps::load(options).map_err(|p| refuse(None, None, p))?;
-        let (layout, rows_from, tally, line) = begin(&log, path, &maps)?;
+        let mut maps = Maps::load(options).map_err(|p| refuse(None, None, p))?;
+        let (mut layout, mut rows_from, mut tally, mut line) = begin(&log, path, &maps)?;
+        // A name alone makes no reference of what shows no motion while the gyro turns.
+        if path != Path::new("-") && layout.chosen.iter().any(|pick| pick.name.starts_with("ref_")) {
+            maps.without_numbers = Input::open(path)
+                .ok()
+                .filter(Input::is_text)
+                .and_then(Sample::of_table)
+                .map_or_else(Vec::new, |sample| motionless(&sample, &maps));
+            if !maps.without_numbers.is_empty() {
+                (layout, rows_from, tally, line) = begin(&log, path, &maps)?;
+            }
+        }
         if options.needs_reference && options.reference.is_none() && !layout.has_reference() {
             return Err(refuse(line, None, no_reference(&layout)));
         }

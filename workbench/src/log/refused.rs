@@ -2,9 +2,9 @@
 
 use super::{
     Maps, Options, Reader,
-    advice::{advise, is_of_time},
+    advice::{advise, is_of_time, motionless},
     attitude,
-    error::{LogError, Problem},
+    error::{LogError, Problem, listed},
     input::Input,
     lacking::Advice,
     made_time::{self, FASTEST},
@@ -94,12 +94,19 @@ fn proposed(path: &Path, options: &Options, error: &LogError) -> Option<Advice> 
         return None;
     }
     let input = Input::open(path).ok()?;
-    let maps = Maps::load(options).ok()?;
+    let mut maps = Maps::load(options).ok()?;
     let is_text = input.is_text();
     let sample = if is_text { Sample::of_table(input)? } else { Sample::of_messages(input, &maps)? };
+    let still = motionless(&sample, &maps);
+    maps.without_numbers.clone_from(&still);
     let mut advice = advise(&sample, &maps, options.needs_reference && options.reference.is_none());
     // The time of messages is known.
     advice.flags.retain(|flag| is_text || !is_of_time(flag));
+    if !still.is_empty() {
+        let (shows, it) = if still.len() == 1 { ("shows", "it") } else { ("show", "they") };
+        let more = if advice.why.is_empty() { String::new() } else { format!("; {}", advice.why) };
+        advice.why = format!("{} {shows} no motion while the gyro turns: {it} cannot be a reference{more}", listed(&still));
+    }
     (!advice.why.is_empty()).then_some(advice)
 }
 

@@ -8,6 +8,7 @@ use super::{
     unit::{Channel, Conversion},
 };
 use gyro_model::Row;
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use log_readers::text::{self, Dialect, Field, Form, TextRow, TimeField};
 
 /// Readings beyond this are no sensor's: rad/s, rad, m/s², °C, V alike.
@@ -98,7 +99,7 @@ impl RowParser {
             };
             return Err((None, problem));
         }
-        let (mut row, mut faults) = (Row::EMPTY, Vec::new());
+        let (mut row, mut faults, mut matrix) = (Row::EMPTY, Vec::new(), [f64::NAN; 9]);
         let mut time = layout.row_step.map(|step| (self.count as f64 * step * 1e9).round() as i128);
         self.count += 1;
         for (i, (field, column)) in fields.fields().zip(&layout.columns).enumerate() {
@@ -116,7 +117,7 @@ impl RowParser {
                 },
                 channel => {
                     if let Some(value) = self.value(field, i, channel, &mut faults)?
-                        && let Some(place) = place(&mut row, channel)
+                        && let Some(place) = place(&mut row, &mut matrix, channel)
                     {
                         let value = if column.is_word && value >= 32_768.0 { value - 65_536.0 } else { value };
                         *place = value * column.conversion.scale + column.conversion.offset;
@@ -126,6 +127,8 @@ impl RowParser {
         }
         if layout.is_by_angles() {
             row.ref_quaternion = of_angles(row.ref_quaternion);
+        } else if layout.is_by_matrix() {
+            row.ref_quaternion = of_matrix(matrix);
         }
         if let Some(fault) = check_quaternion(&mut row.ref_quaternion) {
             faults.push((fault, 0));
@@ -238,8 +241,8 @@ fn shown(field: &[u8]) -> String {
     String::from_utf8_lossy(&field[..field.len().min(SHOWN)]).into_owned()
 }
 
-/// Where a channel's value goes.
-pub(super) fn place(row: &mut Row, channel: Channel) -> Option<&mut f64> {
+/// Where a channel's value goes: into the row, or the rotation matrix of its orientation.
+pub(super) fn place<'a>(row: &'a mut Row, matrix: &'a mut [f64; 9], channel: Channel) -> Option<&'a mut f64> {
     Some(match channel {
         Channel::Gyro(axis) => &mut row.gyro[axis.index()],
         Channel::RefAngle(axis) => &mut row.ref_angle[axis.index()],
@@ -247,6 +250,7 @@ pub(super) fn place(row: &mut Row, channel: Channel) -> Option<&mut f64> {
         Channel::Quaternion(i) => &mut row.ref_quaternion[i],
         // Until the row is whole: `of_angles` makes the quaternion.
         Channel::Euler(i) => &mut row.ref_quaternion[i + 1],
+        Channel::Matrix(i) => &mut matrix[i],
         Channel::Accel(axis) => &mut row.accel[axis.index()],
         Channel::Temperature => &mut row.temperature,
         Channel::Supply => &mut row.supply,
@@ -260,6 +264,21 @@ pub(super) fn place(row: &mut Row, channel: Channel) -> Option<&mut f64> {
 pub(super) fn of_angles([_, roll, pitch, yaw]: [f64; 4]) -> [f64; 4] {
     let ((sr, cr), (sp, cp), (sy, cy)) = ((roll / 2.0).sin_cos(), (pitch / 2.0).sin_cos(), (yaw / 2.0).sin_cos());
     [cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy]
+}
+
+/// The orientation of a rotation matrix, row by row; no rotation where its columns are not of length 1 and at right angles.
+pub(super) fn of_matrix(numbers: [f64; 9]) -> [f64; 4] {
+    const OFF: f64 = 0.1;
+    if numbers.iter().any(|x| !x.is_finite()) {
+        return [f64::NAN; 4];
+    }
+    let matrix = Matrix3::from_row_slice(&numbers);
+    let is_rotation = (matrix.transpose() * matrix - Matrix3::identity()).abs().max() < OFF && matrix.determinant() > 0.0;
+    if !is_rotation {
+        return [0.0; 4];
+    }
+    let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix(&matrix));
+    [q.w, q.i, q.j, q.k]
 }
 
 /// Scales a quaternion to length 1; one that is far from it, or has only a part, is no value.

@@ -185,6 +185,11 @@ impl Sample {
         values.iter().map(past_overflows).collect()
     }
 
+    /// How many numbers a column holds.
+    pub(super) fn values(&self, column: usize) -> usize {
+        self.columns[column].iter().filter(|x| x.is_finite()).count()
+    }
+
     pub(super) fn varies(&self, column: usize) -> bool {
         let finite = || self.columns[column].iter().copied().filter(|x| x.is_finite());
         let (low, high) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));

@@ -21,6 +21,8 @@ pub enum Channel {
     Quaternion(usize),
     /// Roll, pitch and yaw of an orientation, which a map of `ref_rpy` names.
     Euler(usize),
+    /// `ref_r00` …, an orientation's rotation matrix, row by row.
+    Matrix(usize),
     /// `accel_x` …
     Accel(Axis),
     /// `temp`
@@ -37,7 +39,7 @@ impl Channel {
     /// Whether it is what a gyro is held against.
     #[must_use]
     pub fn is_reference(&self) -> bool {
-        matches!(self, Self::RefAngle(_) | Self::RefRate(_) | Self::Quaternion(_) | Self::Euler(_))
+        matches!(self, Self::RefAngle(_) | Self::RefRate(_) | Self::Quaternion(_) | Self::Euler(_) | Self::Matrix(_))
     }
 
     /// The axis whose gyro or reference it is.
@@ -89,8 +91,15 @@ fn plain(name: &str) -> Option<Channel> {
             .or_else(|| name.strip_prefix("ref_angle_").and_then(axis).map(Channel::RefAngle))
             .or_else(|| name.strip_prefix("ref_rate_").and_then(axis).map(Channel::RefRate))
             .or_else(|| name.strip_prefix("ref_rpy_").and_then(axis).map(|axis| Channel::Euler(axis.index())))
+            .or_else(|| name.strip_prefix("ref_r").and_then(of_matrix).map(Channel::Matrix))
             .or_else(|| name.strip_prefix("accel_").and_then(axis).map(Channel::Accel)),
     }
+}
+
+/// The place in a matrix of three rows that two digits from 0 name.
+fn of_matrix(digits: &str) -> Option<usize> {
+    let [row @ b'0'..=b'2', column @ b'0'..=b'2'] = digits.as_bytes() else { return None };
+    Some(usize::from(3 * (row - b'0') + (column - b'0')))
 }
 
 /// The suffixes that a channel's quantity has: (suffix, conversion).
@@ -117,7 +126,7 @@ fn units(channel: Channel) -> &'static [(&'static str, Conversion)] {
         Channel::Accel(_) => ACCEL,
         Channel::Temperature => TEMPERATURE,
         Channel::Supply => SUPPLY,
-        Channel::Quaternion(_) | Channel::Free(_) | Channel::Unused => &[],
+        Channel::Quaternion(_) | Channel::Matrix(_) | Channel::Free(_) | Channel::Unused => &[],
     }
 }
 
@@ -128,6 +137,7 @@ fn quantity(channel: Channel) -> &'static str {
         Channel::Gyro(_) | Channel::RefRate(_) => "a rate",
         Channel::RefAngle(_) | Channel::Euler(_) => "an angle",
         Channel::Quaternion(_) => "a quaternion",
+        Channel::Matrix(_) => "a rotation matrix",
         Channel::Accel(_) => "an acceleration",
         Channel::Temperature => "a temperature",
         Channel::Supply => "a voltage",

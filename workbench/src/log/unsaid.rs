@@ -313,7 +313,7 @@ fn find_words(layout: &mut Layout, rows: &mut [Row]) {
 /// Puts the factors of columns into a row that was read without them.
 pub fn convert(row: &mut Row, factors: &[(Channel, f64)]) {
     for &(channel, factor) in factors {
-        if let Some(value) = place(row, channel) {
+        if let Some(value) = place(row, &mut [f64::NAN; 9], channel) {
             *value *= factor;
         }
     }

@@ -100,7 +100,7 @@ impl RecordingWriter {
             let e = &estimate.axes[axis.index()];
             let flags = f64::from(e.flags);
             self.values.extend([
-                e.rate,
+                e.measured(),
                 e.rate_filtered,
                 e.rate_std,
                 e.angle,

@@ -104,7 +104,7 @@ pub(super) fn against(against: &Against) -> String {
     })
 }
 
-pub(super) fn sides(both: &BothSides) -> String {
+pub(super) fn sides(both: &BothSides, voice: Voice) -> String {
     #[derive(Serialize)]
     struct Json<'a> {
         schema: &'static str,
@@ -112,7 +112,7 @@ pub(super) fn sides(both: &BothSides) -> String {
         axes: &'a [Sides],
         each: Vec<Vec<AxisDiagnosis>>,
     }
-    let each = both.diagnoses.iter().map(|own| spoken(&own.axes, Voice::Log)).collect();
+    let each = both.diagnoses.iter().map(|own| spoken(&own.axes, voice)).collect();
     line(&Json { schema: "truerate.side-by-side/1", logs: &both.names, axes: &both.sides, each })
 }
 

@@ -21,7 +21,7 @@ pub use next::Command;
 pub use terminal::{Ink, Terminal};
 
 use gyro_model::{
-    diagnosis::{Diagnosis, Ladder},
+    diagnosis::{AxisResult, Diagnosis, Ladder},
     headline::sides::Sides,
     words::Voice,
 };
@@ -67,6 +67,8 @@ pub struct Context {
     pub output: Option<String>,
     /// Further flags that the next command needs again (`--columns F`, `--axis x`), each word an entry.
     pub flags: Vec<String>,
+    /// The maps with which the log can be judged, where it cannot as it is.
+    pub maps: Option<Vec<String>>,
     /// Whether the log has parameters of that model otherwise.
     pub moved: bool,
     /// How much is told of each suspect.
@@ -109,6 +111,7 @@ impl Context {
             model: None,
             output: None,
             flags: Vec::new(),
+            maps: None,
             moved: false,
             explained: Explained::default(),
             opened: false,
@@ -210,6 +213,13 @@ pub fn render_ladder(ladder: &Ladder, format: Format, context: &Context) -> Stri
     }
 }
 
+/// Why each effect was named or was not, axis by axis, where that was asked for; with `tests`, each test with its numbers.
+#[must_use]
+pub fn explanation(axes: &[AxisResult], tests: bool, terminal: Terminal) -> String {
+    let told = |axis: &AxisResult| (axis.axis, view::explained(axis));
+    text::explanation(&axes.iter().map(told).collect::<Vec<_>>(), tests, terminal)
+}
+
 /// `add` and `remove`: before and after.
 #[must_use]
 pub fn render_change(change: &Change, format: Format, context: &Context) -> String {
@@ -232,7 +242,7 @@ pub fn render_against(against: &Against, format: Format, context: &Context) -> S
 #[must_use]
 pub fn render_sides(both: &BothSides, format: Format, context: &Context) -> String {
     match format {
-        Format::Json => json::sides(both),
+        Format::Json => json::sides(both, context.voice),
         _ => page(both, view::Page::of_sides, format, context),
     }
 }

@@ -59,12 +59,9 @@ pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
         (Command::Diagnose, _) if context.unfinished => {
             vec![line.of("diagnose", &[], context.model.as_deref(), &[], ON)]
         }
-        (command, Verdict::BadData) => vec![line.of(
+        (command, Verdict::BadData) => vec![line.of_mended(
             if command == Command::Diagnose { "diagnose" } else { "compare" },
-            &[],
-            context.model.as_deref(),
-            &[],
-            "once the faults named above are fixed, in the log or in how its columns are named (`--map`; a channel with its sign turned is `--map NAME=-CHANNEL`)",
+            context.maps.as_deref(),
         )],
         (Command::Diagnose, Verdict::Adequate) if context.moved => vec![line.of(
             "fit",
@@ -164,6 +161,9 @@ struct Line<'a> {
     why: &'a str,
 }
 
+/// What is said of a log that cannot be judged as it is, and of the maps with which it can.
+const ONCE_FIXED: &str = "once the faults named above are fixed, in the log or in how its columns are named (`--map`; a channel with its sign turned is `--map NAME=-CHANNEL`)";
+const MENDED: &str = "reads the channels in the units, the order and with the signs in which gyro and reference agree";
 /// What is said of a ladder that was climbed and not kept.
 const AGAIN: &str = "finds the same model again and writes it to a file, for `compare`, `apply` and `run`";
 /// What is said of a search that was stopped.
@@ -189,6 +189,19 @@ impl Line<'_> {
         words.extend(self.context.flags.iter().map(|f| shell_word(f)));
         words.extend(rest.iter().map(|r| (*r).to_string()));
         Next { command: words.join(" "), says: says.to_string() }
+    }
+
+    /// The command again on a log whose data are at fault: with the maps that take the faults out, where there are such.
+    fn of_mended(&self, command: &str, maps: Option<&[String]>) -> Next {
+        let model = self.context.model.as_deref();
+        let Some(maps) = maps else { return self.of(command, &[], model, &[], ONCE_FIXED) };
+        let mut flags = self.context.flags.clone();
+        while let Some(place) = flags.iter().position(|flag| flag == "--map") {
+            flags.drain(place..(place + 2).min(flags.len()));
+        }
+        flags.extend(maps.iter().flat_map(|map| ["--map".to_owned(), map.clone()]));
+        let context = Context { flags, ..self.context.clone() };
+        Line { context: &context, ..*self }.of(command, &[], model, &[], MENDED)
     }
 
     fn ladder(&self) -> Next {

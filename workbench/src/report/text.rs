@@ -6,7 +6,10 @@ use super::{
     units,
     view::{AxisView, ExplainedView, Page, ParameterView, Row, Story},
 };
-use gyro_model::words::{Voice, labels};
+use gyro_model::{
+    Axis,
+    words::{Voice, labels},
+};
 
 /// Suspects shown: the rest removes less and only distracts; JSON and HTML have them all.
 const SUSPECTS: usize = 4;
@@ -45,6 +48,18 @@ pub(super) fn render(page: &Page, terminal: Terminal) -> String {
     if let Some(look) = &page.look {
         screen.line(&format!("look  {}", terminal.paint(Ink::Command, &look.command)));
         screen.wrapped("      ", &look.says, Ink::Quiet);
+    }
+    screen.text
+}
+
+/// Why each effect was named or was not, axis by axis.
+pub(super) fn explanation(axes: &[(Axis, Vec<ExplainedView>)], tests: bool, terminal: Terminal) -> String {
+    let mut screen = Screen { terminal, text: String::new() };
+    for (axis, explained) in axes.iter().filter(|(_, explained)| !explained.is_empty()) {
+        if axes.len() > 1 {
+            screen.line(&format!("axis {axis}"));
+        }
+        screen.reasons(explained, tests);
     }
     screen.text
 }
@@ -386,11 +401,15 @@ impl Screen {
             return;
         }
         self.heading("why each effect is named, or is not");
-        let wide = axis.explained.iter().map(|e| e.effect.chars().count()).max().unwrap_or(0);
+        self.reasons(&axis.explained, tests);
+    }
+
+    fn reasons(&mut self, all: &[ExplainedView], tests: bool) {
+        let wide = all.iter().map(|e| e.effect.chars().count()).max().unwrap_or(0);
         // What is said of several is said once.
-        let same = |e: &ExplainedView| axis.explained.iter().filter(|other| other.says == e.says).count() > 2;
+        let same = |e: &ExplainedView| all.iter().filter(|other| other.says == e.says).count() > 2;
         let mut shared: Vec<(&str, Vec<&str>)> = Vec::new();
-        for explained in &axis.explained {
+        for explained in all {
             if !tests && same(explained) {
                 match shared.iter_mut().find(|(says, _)| *says == explained.says) {
                     Some((_, effects)) => effects.push(&explained.effect),

@@ -5,6 +5,7 @@
 //! the set-up's.
 
 mod left_out;
+mod own_maps;
 mod pool;
 mod says;
 mod shared;
@@ -27,6 +28,7 @@ use gyro_model::{
     },
 };
 use left_out::LeftOut;
+pub use own_maps::{Unfit, read as read_each};
 use sha2::{Digest, Sha256};
 use shared::{Found, OtherScale, axes_of, scale_of};
 use std::path::{Path, PathBuf};
@@ -38,6 +40,8 @@ pub struct Several {
     pub subjects: Vec<Subject>,
     /// The axes that any of them has.
     pub axes: Vec<Axis>,
+    /// Maps that were not taken of every log.
+    pub unfit: Vec<Unfit>,
     /// Axes of logs whose data are at fault, which the others are judged without.
     left_out: Vec<LeftOut>,
 }
@@ -100,21 +104,16 @@ impl Several {
     ///
     /// # Errors
     /// A refused log, one that is given twice, an axis that none of them has.
-    pub fn read(paths: &[PathBuf], taken: &Taken, mut progress: impl FnMut(&Path)) -> Result<Self> {
+    pub fn read(paths: &[PathBuf], taken: &Taken, progress: impl FnMut(&Path)) -> Result<Self> {
         let any = Taken { axis: None, ..taken.clone() };
-        let mut subjects: Vec<Subject> = Vec::new();
-        for path in paths {
-            progress(path);
-            let mut subject = Subject::read(path, &any)?;
-            if let Some(axis) = taken.axis {
-                subject.axes.retain(|own| *own == axis);
-            }
-            subjects.push(subject);
+        let (mut subjects, unfit) = own_maps::read(paths, &any, progress)?;
+        if let Some(axis) = taken.axis {
+            subjects.iter_mut().for_each(|subject| subject.axes.retain(|own| *own == axis));
         }
         if let Some(axis) = taken.axis.filter(|_| subjects.iter().all(|own| own.axes.is_empty())) {
             bail!("none of the {} logs has a gyro and a reference of axis {axis}", subjects.len());
         }
-        Self::of(subjects)
+        Ok(Self { unfit, ..Self::of(subjects)? })
     }
 
     /// Of logs that have been read.
@@ -133,7 +132,7 @@ impl Several {
             bail!("none of the {} logs has a gyro and a reference of any axis", subjects.len());
         }
         subjects.retain(|own| !own.axes.is_empty());
-        let mut several = Self { subjects, axes, left_out: Vec::new() };
+        let mut several = Self { subjects, axes, unfit: Vec::new(), left_out: Vec::new() };
         several.leave_out(several.faulty());
         Ok(several)
     }

@@ -303,7 +303,8 @@ fn suspect(axis: Axis, s: &Suspect, voice: Voice) -> SuspectView {
 }
 
 /// `outliers (12 times, first at 3.40 s): …`; the count is left out where the words begin with it, or where it counts all rows.
-pub(super) fn fault(fault: &DataFault) -> String {
+#[must_use]
+pub fn fault(fault: &DataFault) -> String {
     let at = fault.first_t.filter(|t| t.is_finite()).map_or_else(String::new, |t| format!(", first at {t:.2} s"));
     let says_count = fault.says.starts_with(&format!("{} ", fault.count));
     let count = if fault.count > 1 && !says_count && fault.kind != FaultKind::NotExcited {

@@ -6,6 +6,7 @@ mod parts;
 mod sides;
 mod story;
 
+pub use axis::fault;
 pub use parts::{
     AliasView, CardView, Curve, ExplainedView, LimitView, ParameterView, PartView, StepView, SuspectView, TestView,
 };
@@ -113,6 +114,12 @@ pub struct AxisView {
     pub detail: Option<AxisDetail>,
     /// Where two models are compared: what the other makes of the rate over time.
     pub other_trace: Option<Trace>,
+}
+
+/// Why each effect was named on an axis, or was not.
+#[must_use]
+pub fn explained(axis: &AxisDiagnosis) -> Vec<ExplainedView> {
+    axis.explained.iter().map(explained::view).collect()
 }
 
 impl Page {
@@ -293,8 +300,8 @@ impl AxisView {
             suspects: axis::suspects(axis.axis, &axis.suspects, several, voice),
             suspects_head: labels::suspects(several),
             steps: Vec::new(),
-            data_faults: axis.data_faults.iter().map(axis::fault).collect(),
-            explained: axis.explained.iter().map(explained::view).collect(),
+            data_faults: axis.data_faults.iter().map(fault).collect(),
+            explained: explained(axis),
             detail: axis.detail.clone(),
             other_trace: None,
         }

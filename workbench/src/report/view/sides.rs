@@ -5,7 +5,7 @@ use crate::report::{BothSides, Context, next::Next, units};
 use gyro_model::{
     diagnosis::AxisDiagnosis,
     headline::sides::{AtTime, Quantity, Sides, Which},
-    words::shell_word,
+    words::{Voice, shell_word},
 };
 
 /// Heads of the table.
@@ -131,8 +131,15 @@ fn next(sides: &Sides, context: &Context) -> Vec<Next> {
         Some(Which::First) => context.more.first(),
         _ => Some(&context.log),
     };
+    // A user of the library types no command.
+    if matches!(context.voice, Voice::Library | Voice::Page) {
+        return Vec::new();
+    }
+    let words = |log: &str| -> String {
+        std::iter::once(log).chain(context.flags.iter().map(String::as_str)).map(shell_word).collect::<Vec<_>>().join(" ")
+    };
     let of = |log: &String| Next {
-        command: format!("truerate diagnose {}", shell_word(log)),
+        command: format!("truerate diagnose {}", words(log)),
         says: "which effect makes the error of this one".to_owned(),
     };
     worse.map(of).into_iter().collect()
