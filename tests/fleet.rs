@@ -232,9 +232,23 @@ fn a_new_part_starts_from_its_type_and_one_that_is_not_of_it_is_noticed_and_not_
     assert!(said.contains("not of its type in scale-asymmetry") && said.contains("not pulled"), "{said}");
     let (value, error) = of_model(&bench.text("odd.toml"), "scale-asymmetry.a");
     assert!((value - 3e-3).abs() < 4.0 * error && error < 1e-4, "{value} ± {error}");
-    let refused = bench.refused(&["fit", "new.csv", "--prior", "type.toml:BMI270"]);
-    assert!(refused.contains("holds no type 'BMI270', only BMI160"), "{refused}");
-    assert!(bench.refused(&["fit", "new.csv", "--prior", "none.toml"]).contains("truerate fleet F --export"));
+    let text = bench.text("type.toml");
+    bench.file("two.toml", text.replace("axis.x", "axis.z") + &text.replace("BMI160", "other")[text.find('[').unwrap()..]);
+    bench.file("z.toml", text.replace("axis.x", "axis.z"));
+    for (prior, found, command) in [
+        ("none.toml", "cannot be read", "truerate fleet F --export none.toml"),
+        ("new.csv", "is not a type file", "truerate fleet F --export type.toml"),
+        ("with.toml", "is a model file", "truerate fit new.csv --model with.toml -o x.toml"),
+        ("fleet", "is evidence", "truerate fleet fleet --export type.toml"),
+        ("two.toml", "holds the types BMI160, other", "truerate fit new.csv --prior two.toml:BMI160 -o x.toml"),
+        ("two.toml:Other", "holds no type 'Other', only BMI160, other", "truerate fit new.csv --prior two.toml:other -o x.toml"),
+        ("type.toml:BMI270", "holds no type 'BMI270', only BMI160", "truerate fit new.csv --prior type.toml:BMI160 -o x.toml"),
+        ("z.toml", "says nothing of axis x, only of z", "truerate fit new.csv -o x.toml"),
+    ] {
+        let refused = bench.refused(&["fit", "new.csv", "--prior", prior, "-o", "x.toml"]);
+        let lines: Vec<&str> = refused.lines().collect();
+        assert!(lines.len() == 3 && lines[0].contains(found) && lines[2] == command, "{prior}: {refused}");
+    }
 }
 
 /// What a fleet that is simulated by this plan comes to. `labels` says the type, the part and what else is said of a log.

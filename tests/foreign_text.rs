@@ -76,6 +76,14 @@ fn one_log_in_many_shapes_has_one_answer() {
             "colons",
             written("time,gyro_z,ref_angle_z\n", |[t, g, a]| format!("{}0,{g},{a}", clock(*t).replace('.', ":"))),
         ),
+        (
+            "senml",
+            written("[{\"bn\":\"urn:dev:ow:10e2073a01080063:\",\"bt\":1763700000,\"n\":\"none\",\"v\":0},\n", |[t, g, a]| {
+                format!(
+                    "{{\"n\":\"gyro_z\",\"u\":\"rad/s\",\"t\":{t},\"v\":{g}}},{{\"n\":\"ref_angle_z\",\"u\":\"rad\",\"t\":{t},\"v\":{a}}},"
+                )
+            }),
+        ),
         ("records", written("", |[t, g, a]| format!("{{\"t\": {t}, \"gyro_z\": {g}, \"ref_angle_z\": {a}}}"))),
         (
             "nested",
@@ -506,6 +514,35 @@ fn a_reference_is_found_in_units_and_shapes_that_no_name_says() {
             5e-3,
         ),
     ]);
+}
+
+#[test]
+fn what_shows_no_motion_is_no_reference_and_two_wheels_are_one() {
+    let heading = |value: &'static str| {
+        written("t,gyro_z,motionHeading(°),shaft\n", move |[t, g, a]| format!("{t},{g},{value},{a}"))
+    };
+    let ticks = written("t,gyro_z,left_ticks,right_ticks\n", |[t, g, a]| {
+        let way = 400.0 * (0.3 * t + 0.1 * t.sin());
+        format!("{t},{g},{:.0},{:.0}", 20.0 * (way - 1500.0 * a), 20.0 * (way + 1500.0 * a))
+    });
+    let speeds = written("t,gyro_z,v_l,v_r\n", |[t, g, _]| format!("{t},{g},{},{}", 0.3 - 0.1 * g, 0.3 + 0.1 * g));
+    let nanoseconds = written("t,gyro_z,ref_angle_z\n", |[t, g, a]| format!("{:.0},{g},{a}", t * 1e9));
+    mended(vec![
+        ("unset.csv", heading("-1"), vec!["'motionHeading(°)' shows no motion", "'shaft' turns as gyro_z does"], 1e-6),
+        ("zero.csv", heading("0"), vec!["cannot be a reference", "ref_angle_z=shaft"], 1e-6),
+        // The way of a wheel in one count is what the gyro itself says.
+        ("ticks.csv", ticks, vec!["diff(right_ticks,left_ticks)", "its scale factor cannot be found"], 0.02),
+        ("speeds.csv", speeds, vec!["ref_rate_z=", "diff(v_r,v_l)"], 0.02),
+        ("nanoseconds.csv", nanoseconds, vec!["292 years", "t_ns=t"], 1e-6),
+    ]);
+    let bench = Bench::new();
+    bench.file("none.csv", written("t,gyro_z,motionHeading(°)\n", |[t, g, _]| format!("{t},{g},-1")));
+    let refused = bench.refused(&["diagnose", "none.csv"]);
+    assert!(refused.contains("shows no motion") && refused.ends_with("--reference REFERENCE.csv"), "{refused}");
+    assert!(!bench.ok(&["channels", "none.csv"]).contains("=motionHeading"));
+    bench.file("taken.csv", written("t,gyro_z,encoder_z,shaft\n", |[t, g, a]| format!("{t},{g},7,{a}")));
+    let refused = bench.refused(&["diagnose", "taken.csv"]);
+    assert!(refused.contains("'encoder_z' shows no motion") && refused.contains("ref_angle_z=shaft"), "{refused}");
 }
 
 #[test]

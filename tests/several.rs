@@ -20,6 +20,51 @@ fn parameter<'v>(list: &'v Value, effect: &str) -> Option<&'v Value> {
 }
 
 #[test]
+fn logs_with_names_of_their_own_are_each_read_by_theirs_and_a_map_that_fits_one_is_told() {
+    let bench = Bench::new();
+    for (name, header, seed) in [("a.csv", "t,gx,enc", 1), ("b.csv", "time,gyro_x,ref_angle_x", 2)] {
+        simulated(&bench, "own.csv", seed, &[]);
+        let text = bench.text("own.csv");
+        let column = |line: &str, k: usize| line.split(',').nth(k).unwrap().to_owned();
+        let head = text.lines().next().unwrap();
+        let place = |of: &str| head.split(',').position(|name| name == of).unwrap();
+        let places = [place("t"), place("gyro_x"), place("ref_angle_x")];
+        let row = |line: &str| places.map(|k| column(line, k)).join(",");
+        let rows: Vec<String> = text.lines().skip(1).map(row).collect();
+        bench.file(name, format!("{header}\n{}\n", rows.join("\n")));
+    }
+    let maps = ["--map", "gyro_x=gx", "--map", "ref_angle_x=enc"];
+    let outcome = bench.run(&[&["fit", "a.csv", "b.csv", "-o", "m.toml"], &maps[..]].concat());
+    assert_eq!(outcome.code, 0, "{outcome:?}");
+    for map in ["gyro_x=gx", "ref_angle_x=enc"] {
+        assert!(outcome.err.contains(&format!("b.csv: read without --map {map}: it has no such channel")), "{outcome:?}");
+    }
+    assert!(!outcome.err.contains("a.csv: read without"), "{outcome:?}");
+    let refused = bench.refused(&["fit", "a.csv", "b.csv", "--map", "gyro_x=wx"]);
+    assert!(refused.contains("a.csv line 1: --map 'gyro_x=wx': there is no such channel"), "{refused}");
+    let refused = bench.refused(&["fit", "b.csv", "a.csv"]);
+    assert!(refused.starts_with("truerate: a.csv line 1"), "{refused}");
+    // Two sensors beside each other, too.
+    let beside = bench.run(&[&["compare", "a.csv", "b.csv", "--side-by-side"], &maps[..]].concat());
+    assert!(beside.code == 0 && beside.err.contains("b.csv: read without --map gyro_x=gx"), "{beside:?}");
+}
+
+#[test]
+fn what_is_read_of_many_logs_is_told_once() {
+    let bench = Bench::new();
+    let names: Vec<String> = (0..5).map(|k| format!("{k}.csv")).collect();
+    for (k, name) in names.iter().enumerate() {
+        simulated(&bench, "own.csv", k as u64, &[]);
+        bench.file(name, bench.text("own.csv").replacen("t,", "time,", 1));
+    }
+    let mut words = vec!["evidence"];
+    words.extend(names.iter().map(String::as_str));
+    let outcome = bench.run(&[words, vec!["-o", "e"]].concat());
+    assert_eq!(outcome.code, 0, "{outcome:?}");
+    assert_eq!(outcome.err, "0.csv, 1.csv and 3 more: read as --map t=time\n");
+}
+
+#[test]
 fn what_repeats_is_the_sensors_and_what_does_not_is_the_set_ups() {
     let bench = Bench::new();
     // A delay in all three; the zero of one log steps.

@@ -21,7 +21,7 @@ use workbench::{
     log,
     model_file::{self, ModelFile},
     output::{self, Output, print},
-    prior::{Begun, Prior},
+    prior::{self, Begun, Prior},
     report::{self, Explained, Format},
     several::{self, Several, Unfit},
     subject::{Start, Subject, Taken},
@@ -219,7 +219,7 @@ pub fn search<T>(
 pub fn begin(subject: &Subject, path: &Path) -> Result<Begun> {
     let prior = Prior::load(path)?;
     let _spinner = Progress::spinner("fitting");
-    prior.begin(subject)
+    prior.begin(subject).map_err(|error| prior::again(error, path))
 }
 
 /// How a diagnosis of several logs is run.

@@ -39,6 +39,14 @@ const BARREN: usize = 32;
 /// Lines above a table.
 const MOST_ABOVE: usize = 500;
 
+/// Whether a line that is all of a stream is a whole document: a list of records, or lists within one.
+fn is_document(line: &[u8]) -> bool {
+    /// A record of a sensor is shorter, bytes.
+    const RECORD: usize = 1000;
+    let line = line.trim_ascii();
+    line.len() > RECORD && (line.starts_with(b"{") && line.ends_with(b"}") || line.starts_with(b"[") && line.ends_with(b"]"))
+}
+
 /// Finds rows in lines.
 pub struct Lines {
     maps: Maps,
@@ -201,7 +209,7 @@ impl Lines {
             Cut::TooLong(begins) => {
                 if self.table.is_none() && matches!(begins.trim_ascii_start().first(), Some(b'{' | b'[')) {
                     self.not_understood(begins);
-                    self.refuse(Problem::Document { longest: LONGEST });
+                    self.refuse(Problem::Document);
                 }
                 let says = format!("line {}: more than {LONGEST} bytes", self.number + 1);
                 found(Found::Fault(Fault::Garbled, says));
@@ -555,6 +563,10 @@ impl Format for Lines {
         for line in text.split(|&b| b == b'\n').filter(|line| !line.is_empty()) {
             self.text(line, found);
         }
+        let only = self.finder.lines().next().map(|(line, _)| line).filter(|_| self.finder.lines().len() == 1);
+        if self.table.is_none() && only.is_some_and(is_document) {
+            self.refuse(Problem::Document);
+        }
         // What it is was found by its beginning.
         let is_known = self.refusal.as_ref().is_some_and(|refused| refused.head.is_none());
         if self.table.is_none() && self.finder.lines().len() > 0 && !is_known {
@@ -713,6 +725,44 @@ mod tests {
         assert_eq!(rows.len(), 1500);
         assert!((rows[0].1.to_degrees() - 115.0).abs() < 0.01, "{}", rows[0].1);
         assert!(rows[1499].1.to_degrees().abs() > 50.0, "{}", rows[1499].1);
+    }
+
+    #[test]
+    fn a_document_in_one_line_and_a_file_of_another_format_are_named() {
+        let record = |k: usize| format!("{{\"t\":{:.2},\"gyro_z\":0.{k}}}", k as f64 * 0.01);
+        let records = |count: usize| (0..count).map(record).collect::<Vec<_>>().join(",");
+        let document = |count: usize| format!("{{\"samples\":[{}]}}", records(count));
+        let json = "is one JSON document in one line";
+        for (text, says) in [
+            (document(9000), json),
+            (format!("[{}]\n", records(9000)), json),
+            (document(200), json),
+            (format!("[{}]", records(200)), json),
+        ] {
+            let mut lines = Lines::new(None, &Options::default(), false).unwrap();
+            for piece in text.as_bytes().chunks(1000) {
+                lines.take(piece, &mut |_| {});
+            }
+            lines.end(&mut |_| {});
+            let refusal = lines.refusal().unwrap_or_default();
+            assert!(refusal.contains(says), "{refusal}");
+            assert!(refusal.ends_with("truerate run --source FILE.json"), "{refusal}");
+        }
+        for (bytes, says) in [
+            (&b"\x93NUMPY\x01\x00v\x00{'descr': '<f8'}\n\x00\x01"[..], "is a NumPy array"),
+            (b"\x1f\x8b\x08\x00\x00\x00", "is packed with gzip"),
+        ] {
+            let mut lines = Lines::new(None, &Options::default(), false).unwrap();
+            lines.take(bytes, &mut |_| {});
+            lines.end(&mut |_| {});
+            let refusal = lines.refusal().unwrap_or_default();
+            assert!(refusal.contains(says), "{refusal}");
+        }
+        // One record alone is none.
+        let mut lines = Lines::new(None, &Options::default(), false).unwrap();
+        lines.take(b"{\"t\":0.01,\"gyro_z\":0.1}\n", &mut |_| {});
+        lines.end(&mut |_| {});
+        assert!(!lines.refusal().unwrap_or_default().contains(json));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! A fleet as one page: sentences, tables, a forest plot of each parameter by log and a caterpillar plot by part. It needs no script.
 
 use super::{
-    CourseRow, Fleet, PartRow, PointRow, ShareRow, TypeRow,
+    ChangedRow, CourseRow, Fleet, MisalignedRow, PartRow, PointRow, ShareRow, TypeRow,
     text::{columns, many, sentences, value, with},
 };
 use crate::{
@@ -18,25 +18,13 @@ pub(super) fn render(fleet: &Fleet, name: &str) -> String {
     for line in sentences(fleet) {
         let _ = writeln!(body, "<p>{}</p>", escaped(&line));
     }
-    let mut kind = "";
-    for row in &fleet.types {
-        if row.kind != kind {
-            if !kind.is_empty() {
-                body.push_str("</table>\n");
-            }
-            kind = &row.kind;
-            let _ = writeln!(
-                body,
-                "<h2>Type {}</h2>\n<table><tr><th>parameter</th><th>mean</th><th>between parts</th><th>next part (95 %)</th>\
-                 <th>p</th><th>matters</th></tr>",
-                escaped(kind)
-            );
-        }
-        let cells = columns(row).map(|cell| format!("<td>{}</td>", escaped(&cell))).concat();
-        let _ = writeln!(body, "<tr>{cells}</tr>");
+    for of_kind in fleet.types.chunk_by(|a, b| a.kind == b.kind) {
+        let _ = writeln!(body, "<h2>Type {}</h2>", escaped(&of_kind[0].kind));
+        let rows = of_kind.iter().map(|row| columns(row).iter().map(|cell| escaped(cell)).collect()).collect();
+        body.push_str(&table(&["parameter", "mean", "between parts", "next part (95 %)", "p", "matters"], rows));
     }
-    if !kind.is_empty() {
-        body.push_str("</table>\n");
+    if !fleet.types.is_empty() {
+        body.push_str(LEGEND);
     }
     for row in &fleet.types {
         let _ = writeln!(body, "<h2>{}: {}</h2>", escaped(&row.kind), escaped(&row.label()));
@@ -45,27 +33,21 @@ pub(super) fn render(fleet: &Fleet, name: &str) -> String {
     }
     let changed: Vec<_> = fleet.parts.iter().filter(|part| !part.changed.is_empty()).collect();
     if !changed.is_empty() {
-        body.push_str(
-            "<h2>Changes in time</h2>\n<table><tr><th>part</th><th>parameter</th><th>day</th><th>by</th><th>from</th><th>to</th><th>what changed with it</th></tr>\n",
-        );
-        for part in changed {
-            for change in &part.changed {
-                let _ = writeln!(
-                    body,
-                    "<tr><td>{}</td><td>{} {}</td><td>{} ± {} days</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
-                    escaped(&part.part),
-                    part.axis,
-                    escaped(&part.effect),
-                    change.day,
-                    change.days.ceil(),
-                    escaped(&value(change.by, Some(change.std_error), &part.unit)),
-                    escaped(&value(change.before, Some(change.before_error), &part.unit)),
-                    escaped(&value(change.after, Some(change.after_error), &part.unit)),
-                    escaped(with(change).trim_start_matches(" With it changed: ").trim_end_matches('.'))
-                );
-            }
-        }
-        body.push_str("</table>\n");
+        body.push_str("<h2>Changes in time</h2>\n");
+        let row = |part: &PartRow, change: &ChangedRow| -> Vec<String> {
+            let of = |size: f64, error: f64| escaped(&value(size, Some(error), &part.unit));
+            vec![
+                escaped(&part.part),
+                format!("{} {}", part.axis, escaped(&part.effect)),
+                format!("{} ± {} days", change.day, change.days.ceil()),
+                of(change.by, change.std_error),
+                of(change.before, change.before_error),
+                of(change.after, change.after_error),
+                escaped(with(change).trim_start_matches(" With it changed: ").trim_end_matches('.')),
+            ]
+        };
+        let rows = changed.iter().flat_map(|part| part.changed.iter().map(move |change| row(part, change))).collect();
+        body.push_str(&table(&["part", "parameter", "day", "by", "from", "to", "what changed with it"], rows));
     }
     body.push_str(&misaligned(fleet));
     body.push_str(&in_time(fleet));
@@ -76,8 +58,6 @@ pub(super) fn render(fleet: &Fleet, name: &str) -> String {
         }
         body.push_str("</ul>\n");
     }
-    // A table that is wider than a phone is moved inside its place.
-    let body = body.replace("<table>", "<div class=\"scroll\"><table>").replace("</table>", "</table></div>");
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
          content=\"width=device-width, initial-scale=1\">\n<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; \
@@ -91,17 +71,52 @@ pub(super) fn render(fleet: &Fleet, name: &str) -> String {
     )
 }
 
-const STYLE: &str = "main table{border-collapse:collapse;margin:.5rem 0}main .scroll{overflow-x:auto}main td,main th{padding:.15rem .9rem .15rem 0;text-align:left}\
+/// What is drawn in the plots.
+const LEGEND: &str = "<p class=\"soft small legend\"><svg viewBox=\"0 0 40 12\" width=\"40\" height=\"12\"><line class=\"own\" x1=\"2\" x2=\"38\" \
+y1=\"6\" y2=\"6\"/><circle class=\"own\" cx=\"20\" cy=\"6\" r=\"3\"/></svg> an estimate with its 95 % interval \
+<svg viewBox=\"0 0 40 12\" width=\"40\" height=\"12\"><line class=\"out\" x1=\"2\" x2=\"38\" y1=\"6\" y2=\"6\"/><circle class=\"out\" cx=\"20\" cy=\"6\" \
+r=\"3\"/></svg> not of its type <svg viewBox=\"0 0 40 12\" width=\"40\" height=\"12\"><rect class=\"band\" x=\"2\" y=\"0\" width=\"36\" height=\"12\"/>\
+<line class=\"mean\" x1=\"20\" x2=\"20\" y1=\"0\" y2=\"12\"/></svg> mean of the type, and where the next part lies (95 %) \
+<svg viewBox=\"0 0 40 12\" width=\"40\" height=\"12\"><line class=\"nothing\" x1=\"20\" x2=\"20\" y1=\"0\" y2=\"12\"/></svg> zero</p>\n";
+
+const STYLE: &str = "main table{border-collapse:collapse;margin:.5rem 0}main td,main th{padding:.15rem .9rem .15rem 0;text-align:left}\
 main svg{max-width:100%;height:auto;display:block;margin:.4rem 0}main svg text{fill:currentColor;font:12px system-ui,sans-serif}\
 main svg .own{stroke:currentColor;fill:currentColor}main svg .mean{stroke:#2f83d6;fill:#2f83d6}main svg .band{fill:#56b4e9;opacity:.25}\
 main svg polyline{fill:none}main svg .course{stroke:#2f83d6;stroke-width:2}main svg .limit{stroke:#d55e00;stroke-dasharray:4 3}\
-main svg .out{stroke:#d55e00;fill:#d55e00}main svg .nothing{stroke:currentColor;opacity:.35;stroke-dasharray:4 3}";
+main svg .out{stroke:#d55e00;fill:#d55e00}main svg .nothing{stroke:currentColor;opacity:.35;stroke-dasharray:4 3}main .legend svg{display:inline-block;vertical-align:-2px;margin:0 .2rem 0 .6rem}\
+main .legend svg:first-child{margin-left:0}main svg.narrow{display:none}\
+@media(max-width:600px){main svg.wide{display:none}main svg.narrow{display:block}main thead{display:none}\
+main tbody tr{display:block;border-bottom:1px solid var(--faint);padding:.4rem 0}main td{display:grid;grid-template-columns:8.5rem minmax(0,1fr);padding:.1rem 0}\
+main td::before{content:attr(data-head);color:var(--soft)}main p{overflow-wrap:anywhere}}";
 
 /// Rows of a plot; of more, those farthest from the mean.
 const ROWS: usize = 60;
-const LEFT: f64 = 210.0;
-const WIDTH: f64 = 860.0;
 const LINE: f64 = 18.0;
+
+/// How wide a plot is.
+struct Frame {
+    /// Its class: which screens show it.
+    class: &'static str,
+    width: f64,
+    /// What stands left of the values: names; none where they stand above their lines.
+    left: f64,
+    /// The same of a chart in time, whose numbers stand there.
+    left_of_chart: f64,
+    /// From line to line.
+    step: f64,
+    /// Characters of a name.
+    longest: usize,
+}
+
+const FRAMES: [Frame; 2] = [
+    Frame { class: "wide", width: 860.0, left: 210.0, left_of_chart: 210.0, step: LINE, longest: 30 },
+    Frame { class: "narrow", width: 350.0, left: 4.0, left_of_chart: 112.0, step: 2.0 * LINE, longest: 48 },
+];
+
+/// A plot on a screen, and on a phone.
+fn framed(draw: impl Fn(&Frame) -> String) -> String {
+    FRAMES.iter().map(draw).collect()
+}
 
 /// One line of a plot.
 struct Line {
@@ -164,10 +179,24 @@ fn plot(row: &TypeRow, title: &str, mut lines: Vec<Line>) -> String {
     if high <= low || !(high - low).is_finite() {
         return String::new();
     }
-    let x = |value: f64| LEFT + (WIDTH - LEFT - 20.0) * ((value - low) / (high - low)).clamp(0.0, 1.0);
-    let height = LINE * (lines.len() + 3) as f64;
+    framed(|frame| drawn(row, title, &lines, more, ([low, high], band), frame))
+}
+
+/// The plot of lines between two values, with the band of the next part.
+fn drawn(
+    row: &TypeRow,
+    title: &str,
+    lines: &[Line],
+    more: usize,
+    ([low, high], band): ([f64; 2], [f64; 2]),
+    frame: &Frame,
+) -> String {
+    let &Frame { class: of_screen, width, left, step, longest, .. } = frame;
+    let above = step - LINE;
+    let x = |value: f64| left + (width - left - 20.0) * ((value - low) / (high - low)).clamp(0.0, 1.0);
+    let height = step * lines.len() as f64 + 3.0 * LINE;
     let mut svg = format!(
-        "<svg viewBox=\"0 0 {WIDTH} {height}\" width=\"{WIDTH}\" role=\"img\" aria-label=\"{}: {title}\"><text x=\"0\" y=\"12\">{title}{}</text>",
+        "<svg class=\"{of_screen}\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" role=\"img\" aria-label=\"{}: {title}\"><text x=\"0\" y=\"12\">{title}{}</text>",
         escaped(&row.label()),
         if more > 0 { format!("; {more} nearer to the mean are not drawn") } else { String::new() }
     );
@@ -189,14 +218,14 @@ fn plot(row: &TypeRow, title: &str, mut lines: Vec<Line>) -> String {
         );
     }
     for (k, line) in lines.iter().enumerate() {
-        let y = LINE * (k as f64 + 1.5) + 4.0;
+        let y = step * k as f64 + above + 1.5 * LINE + 4.0;
         let class = if line.outlier { "out" } else { "own" };
         let _ = write!(
             svg,
             "<text x=\"0\" y=\"{:.1}\">{}</text><line class=\"{class}\" x1=\"{:.1}\" x2=\"{:.1}\" y1=\"{y:.1}\" y2=\"{y:.1}\"/>\
              <circle class=\"{class}\" cx=\"{:.1}\" cy=\"{y:.1}\" r=\"3\"/>",
-            y + 4.0,
-            escaped(&short(&line.name)),
+            y + 4.0 - above,
+            escaped(&short(&line.name, longest)),
             x(line.value - 1.96 * line.error),
             x(line.value + 1.96 * line.error),
             x(line.value)
@@ -222,25 +251,34 @@ fn misaligned(fleet: &Fleet) -> String {
     if fleet.misaligned.is_empty() {
         return String::new();
     }
-    let mut body = String::from(
-        "<h2>Mount and chip</h2>\n<table><tr><th>type</th><th>axes</th><th>turned about</th><th>by (the mount's)</th><th>equal (the \
-         chip's)</th><th>of</th></tr>\n",
-    );
     let share = |row: &ShareRow, unit: &str| escaped(&value(row.mean, row.std_error, unit));
-    for own in &fleet.misaligned {
-        let _ = writeln!(
-            body,
-            "<tr><td>{}</td><td>{}, {}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+    let row = |own: &MisalignedRow| {
+        vec![
             escaped(&own.kind),
-            own.axes[0],
-            own.axes[1],
-            own.about,
+            format!("{}, {}", own.axes[0], own.axes[1]),
+            own.about.to_string(),
             share(&own.turned, "rad"),
             share(&own.alike, "1"),
-            own.of.name(),
-        );
+            own.of.name().to_owned(),
+        ]
+    };
+    let head = ["type", "axes", "turned about", "by (the mount's)", "equal (the chip's)", "of"];
+    format!("<h2>Mount and chip</h2>\n{}", table(&head, fleet.misaligned.iter().map(row).collect()))
+}
+
+/// A table whose cells carry their heads: on a phone each row is a list of them. The cells are HTML.
+fn table(head: &[&str], rows: Vec<Vec<String>>) -> String {
+    let mut text = String::from("<table><thead><tr>");
+    for name in head {
+        let _ = write!(text, "<th>{name}</th>");
     }
-    body + "</table>\n"
+    text.push_str("</tr></thead><tbody>\n");
+    for row in rows {
+        let cells: String =
+            row.iter().zip(head).map(|(cell, head)| format!("<td data-head=\"{head}\">{cell}</td>")).collect();
+        let _ = writeln!(text, "<tr>{cells}</tr>");
+    }
+    text + "</tbody></table>\n"
 }
 
 /// The control charts of parts that have something to show.
@@ -272,11 +310,16 @@ fn is_charted(part: &PartRow) -> bool {
 
 /// A part's control charts.
 fn chart(part: &PartRow) -> String {
+    framed(|frame| chart_in(part, frame))
+}
+
+fn chart_in(part: &PartRow, frame: &Frame) -> String {
+    let &Frame { class: of_screen, width, left_of_chart: left, .. } = frame;
     let Some(course) = &part.course else { return String::new() };
     let days = |point: &PointRow| f64::from((point.day - course.points[0].day).get_days());
     let (first, last) = (&course.points[0], &course.points[course.points.len() - 1]);
     let span = days(last).max(1.0);
-    let x = |point: &PointRow| LEFT + (WIDTH - LEFT - 20.0) * days(point) / span;
+    let x = |point: &PointRow| left + (width - left - 20.0) * days(point) / span;
     let ends = course.points.iter().flat_map(|own| {
         let error = 1.96 * own.std_error;
         [own.value - error, own.value + error, course.level - own.limit, course.level + own.limit]
@@ -296,7 +339,7 @@ fn chart(part: &PartRow) -> String {
     let height = TOP + UPPER + LOWER + 2.5 * LINE;
     let title = format!("part {}: {} {}", part.part, part.axis, part.effect);
     let mut svg = format!(
-        "<svg viewBox=\"0 0 {WIDTH} {height}\" width=\"{WIDTH}\" role=\"img\" aria-label=\"{0}\"><text x=\"0\" y=\"12\">{0}</text>",
+        "<svg class=\"{of_screen}\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" role=\"img\" aria-label=\"{0}\"><text x=\"0\" y=\"12\">{0}</text>",
         escaped(&title)
     );
     for sign in [-1.0, 1.0] {
@@ -304,7 +347,7 @@ fn chart(part: &PartRow) -> String {
             write!(svg, "<polyline class=\"limit\" points=\"{}\"/>", line(&|own| y(course.level + sign * own.limit)));
     }
     let level = |class: &str, at: f64| {
-        format!("<line class=\"{class}\" x1=\"{LEFT}\" x2=\"{:.1}\" y1=\"{at:.1}\" y2=\"{at:.1}\"/>", WIDTH - 20.0)
+        format!("<line class=\"{class}\" x1=\"{left}\" x2=\"{:.1}\" y1=\"{at:.1}\" y2=\"{at:.1}\"/>", width - 20.0)
     };
     svg.push_str(&level("nothing", y(course.level)));
     svg.push_str(&level("limit", sum(ALARM)));
@@ -327,7 +370,7 @@ fn chart(part: &PartRow) -> String {
         line(&|own| sum(own.sum))
     );
     for change in &part.changed {
-        let at = LEFT + (WIDTH - LEFT - 20.0) * f64::from((change.day - first.day).get_days()) / span;
+        let at = left + (width - left - 20.0) * f64::from((change.day - first.day).get_days()) / span;
         let _ = write!(
             svg,
             "<line class=\"out\" x1=\"{at:.1}\" x2=\"{at:.1}\" y1=\"{TOP}\" y2=\"{:.1}\"/>",
@@ -341,22 +384,21 @@ fn chart(part: &PartRow) -> String {
     };
     for value in [high, low] {
         let told = format!("{} {}", units::within(value * unit.factor, (high - low) * unit.factor), unit.unit);
-        text((LEFT - 8.0, y(value) + 4.0), "end", &told);
+        text((left - 8.0, y(value) + 4.0), "end", &told);
     }
-    text((LEFT - 8.0, sum(ALARM) + 4.0), "end", &format!("CUSUM, alarm at {ALARM} σ"));
-    text((LEFT, height - 4.0), "start", &first.day.to_string());
-    text((WIDTH - 20.0, height - 4.0), "end", &last.day.to_string());
+    text((left - 8.0, sum(ALARM) + 4.0), "end", &format!("{}alarm at {ALARM} σ", if left > 150.0 { "CUSUM, " } else { "" }));
+    text((left, height - 4.0), "start", &first.day.to_string());
+    text((width - 20.0, height - 4.0), "end", &last.day.to_string());
     svg.push_str("</svg>\n");
     svg
 }
 
 /// A name that fits beside a plot.
-fn short(name: &str) -> String {
-    const LONGEST: usize = 30;
-    if name.chars().count() <= LONGEST {
+fn short(name: &str, longest: usize) -> String {
+    if name.chars().count() <= longest {
         return name.to_owned();
     }
-    let end: String = name.chars().skip(name.chars().count() + 1 - LONGEST).collect();
+    let end: String = name.chars().skip(name.chars().count() + 1 - longest).collect();
     format!("…{end}")
 }
 

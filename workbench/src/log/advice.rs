@@ -14,7 +14,7 @@ use super::{
     words,
 };
 use crate::toml_error::quoted;
-use gyro_model::{Axis, Record, Row, units};
+use gyro_model::{Axis, Record, Row, faults, units};
 use log_readers::{
     meaning::{AXES, Pick, Proposal, defined, unit_said},
     unit::Quantity,
@@ -124,6 +124,11 @@ fn advise_at(sample: &Sample, maps: &Maps, wants_reference: bool, step: f64) -> 
                 flags.extend(picks);
                 holds.push(says);
             }
+            (None, _) if let Some((pick, says)) = wheels(sample, &used, times) => {
+                is_open = false;
+                flags.push(pick);
+                holds.push(says);
+            }
             (None, Some(first)) => {
                 let more = if offered.len() > 1 { " …" } else { "" };
                 holds.push(format!(
@@ -131,7 +136,12 @@ fn advise_at(sample: &Sample, maps: &Maps, wants_reference: bool, step: f64) -> 
                      orientation from the gyro)",
                     quoted(&first.channel)
                 ));
-                flags.extend(offered);
+                // One channel a name: two of one name are two references.
+                for pick in offered {
+                    if flags.iter().all(|known| known.name != pick.name) {
+                        flags.push(pick);
+                    }
+                }
             }
             (None, None) => nothing_turns = true,
         }
@@ -429,6 +439,68 @@ fn reference(
     times: Option<&[f64]>,
 ) -> Option<(Vec<Pick>, String)> {
     of_one_axis(sample, used, gyros, times).or_else(|| attitude::of(sample, &used.columns, gyros, times))
+}
+
+/// The yaw of two wheels: what the right one turns more than the left one, which a gyro shows.
+fn wheels(sample: &Sample, used: &Used, times: Option<&[f64]>) -> Option<(Pick, String)> {
+    let times = times?;
+    let names: Vec<String> = sample.head.names.iter().map(|name| name.to_lowercase()).collect();
+    let is_free = |i: &usize| !used.columns.contains(i) && sample.varies(*i);
+    let pair = (0..names.len()).filter(is_free).find_map(|left| {
+        let right = (0..names.len()).filter(is_free).find(|&right| is_other_side(&names[left], &names[right]))?;
+        Some((left, right))
+    });
+    let (left, right) = pair?;
+    let turned: Vec<f64> = (0..sample.rows()).map(|k| sample.columns[right][k] - sample.columns[left][k]).collect();
+    let finite: Vec<f64> = turned.iter().copied().filter(|x| x.is_finite()).collect();
+    let longest = finite.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
+    // An angle that steps by more than half a turn is taken for one that wraps.
+    let small = 0.1 / longest.max(f64::MIN_POSITIVE);
+    let turned = &turned;
+    let tried = used.gyros.iter().flat_map(|&(axis, gyro)| {
+        let rate = Turning::of(sample, gyro);
+        [false, true].into_iter().filter_map(move |is_rate| {
+            let rows = (0..sample.rows()).map(|k| {
+                let mut row = Row { t_ns: (times[k] * 1e9) as i64, ..Row::EMPTY };
+                row.gyro[axis.index()] = rate.factor * sample.columns[gyro][k];
+                *(if is_rate { &mut row.ref_rate } else { &mut row.ref_angle }).get_mut(axis.index())? = small * turned[k];
+                Some(row)
+            });
+            let record = Record { rows: rows.collect::<Option<_>>()?, ..Record::default() };
+            let (ratio, r2) = faults::ratio_to_reference(&record, axis)?;
+            (r2 > FOLLOWS && ratio != 0.0).then_some((axis, is_rate, ratio / small, r2))
+        })
+    });
+    let (axis, is_rate, ratio, r2) = tried.max_by(|a, b| a.3.total_cmp(&b.3))?;
+    let factor: f64 = format!("{:.3e}", ratio.recip()).parse().ok()?;
+    let base = if is_rate { "ref_rate" } else { "ref_angle" };
+    let channel = format!("diff({},{})", sample.channel(right), sample.channel(left));
+    let pick = Pick { factor, ..Pick::new(&format!("{base}_{axis}"), &channel, None) };
+    let says = format!(
+        "{} less {} turns as gyro_{axis} does (r² {r2:.3}): the turn of a vehicle by its two wheels. The way of a wheel in one count over \
+         the track width is not in the file: {} rad is what the gyro itself says, so its scale factor cannot be found. Put your own in \
+         its place",
+        sample.called(right),
+        sample.called(left),
+        units::round(factor.abs())
+    );
+    Some((pick, says))
+}
+
+/// Whether two names are those of the left and the right one of two.
+fn is_other_side(left: &str, right: &str) -> bool {
+    let by_word = left.contains("left") && left.replacen("left", "right", 1) == right;
+    let parts = |name: &str| -> Vec<String> {
+        name.split(|c: char| !c.is_alphanumeric()).filter(|part| !part.is_empty()).map(str::to_owned).collect()
+    };
+    let (left, right) = (parts(left), parts(right));
+    let differ: Vec<(&String, &String)> = left.iter().zip(&right).filter(|(a, b)| a != b).collect();
+    let is_side = |(a, b): &(&String, &String)| {
+        // `l`, `ml`, `encl`: one letter says it.
+        a.strip_suffix('l').is_some_and(|rest| b.strip_suffix('r') == Some(rest) && rest.len() <= 4)
+            || a.strip_prefix('l').is_some_and(|rest| b.strip_prefix('r') == Some(rest) && rest.len() <= 4)
+    };
+    by_word || left.len() == right.len() && differ.len() == 1 && differ.iter().all(is_side)
 }
 
 /// An unused column that turns as the rate of one of the gyros has it; with the gyros in their own unit, where it is not the one that

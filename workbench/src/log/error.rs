@@ -74,14 +74,11 @@ pub enum Problem {
     Empty,
     /// A whole document of JSON where a stream has a record a line.
     #[error(
-        "is one JSON document in a line of more than {longest} bytes\na stream is read line by line, a record in each, such as \
-         {{\"t\":0.01,\"gyro_z\":0.1}}; as a file the document is read as it is\n{command}",
+        "is one JSON document in one line\na stream is read line by line, a record in each, such as {{\"t\":0.01,\"gyro_z\":0.1}}; as a file \
+         the document is read as it is\n{command}",
         command = call(Task::Run, "--source FILE.json").trim_matches('`')
     )]
-    Document {
-        /// The longest line of a stream, bytes.
-        longest: usize,
-    },
+    Document,
     /// The first row holds numbers.
     #[error(
         "no header: the first row holds numbers, {columns} of them ({row}); put the column names above it, such as t,gyro_z,ref_angle_z, \
@@ -204,6 +201,9 @@ pub enum Problem {
     /// A `--map` of the time of messages.
     #[error("{}: messages have a time of their own: leave it out", given("map", &quoted(.0)))]
     TimeOfMessages(String),
+    /// A `--map` of the difference of two channels, which messages of one time are needed for.
+    #[error("{}: two channels of messages have times of their own, and no difference: give a table", given("map", &quoted(.0)))]
+    DifferenceOfMessages(String),
     /// A format that is not read.
     #[error("is {what}: {remedy}")]
     Unread {

@@ -3,6 +3,7 @@
 use super::{
     Maps,
     error::{Known, Problem, listed},
+    map::difference,
     names::{Names, time_form},
     unit::{self, Channel, Conversion, Name},
 };
@@ -31,6 +32,8 @@ pub struct Column {
     pub is_step: bool,
     /// What of the file it is.
     pub pick: Pick,
+    /// The column that is taken away from it.
+    pub less: Option<usize>,
 }
 
 impl Column {
@@ -134,7 +137,7 @@ impl Layout {
             let form = if channel == Channel::Time { time_form(head, i, conversion) } else { Form::Number(0) };
             let is_step = channel == Channel::Time && names.summed == Some(i);
             let pick = names.pick(i, &name, is_step);
-            layout.columns.push(Column { name, channel, conversion, form, is_word: false, is_step, pick });
+            layout.columns.push(Column { name, channel, conversion, form, is_word: false, is_step, pick, less: names.less[i] });
         }
         layout.hide_parts_of_time();
         layout.complete(headers, maps)
@@ -168,11 +171,15 @@ impl Layout {
             is_word: false,
             is_step: false,
             pick: Pick::new("t", "t", None),
+            less: None,
         };
         layout.columns.push(time);
         for pick in picks {
             let (channel, own) = match unit::name(&pick.name) {
                 Name::Known(Channel::Time, _) => return Err((None, Problem::TimeOfMessages(pick.to_string()))),
+                Name::Known(..) if difference(&pick.channel).is_some() && !channels.contains(&pick.channel) => {
+                    return Err((None, Problem::DifferenceOfMessages(pick.to_string())));
+                }
                 Name::Known(channel, conversion) => (channel, conversion),
                 Name::WrongUnit { suffix, quantity, fitting } => {
                     return Err((None, Problem::Unit { suffix, quantity, fitting }));
@@ -196,6 +203,7 @@ impl Layout {
                 is_word: false,
                 is_step: false,
                 pick: pick.clone(),
+                less: None,
             });
         }
         layout.complete(channels, maps)

@@ -14,6 +14,12 @@ pub fn summed(channel: &str) -> Option<&str> {
     channel.strip_prefix("sum(")?.strip_suffix(')').map(str::trim)
 }
 
+/// The two channels of which one is the difference: `ref_angle_z=0.001*diff(right,left)`.
+pub fn difference(channel: &str) -> Option<(&str, &str)> {
+    let (first, second) = channel.strip_prefix("diff(")?.strip_suffix(')')?.split_once(',')?;
+    Some((first.trim(), second.trim()))
+}
+
 /// What one `--map` says: a name, and what is written for the channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapFlag {
@@ -67,7 +73,7 @@ impl MapFlag {
 
     /// Whether the channel is meant by its name, not by its number.
     pub fn is_named(&self) -> bool {
-        self.channel.split(',').flat_map(readings).all(|(_, channel, _)| channel.parse::<usize>().is_err())
+        self.channel.trim_end_matches(')').split([',', '(']).flat_map(readings).all(|(_, channel, _)| channel.parse::<usize>().is_err())
     }
 
     /// The channels meant, of those that there are. `ref_q` stands for the four parts of an orientation, `ref_rpy` for its roll, pitch
@@ -103,7 +109,8 @@ impl MapFlag {
             return if parts.len() == 3 { Ok(picks) } else { Err(Problem::MapOfAngles(self.text.clone())) };
         }
         for (factor, channel, offset) in readings(&self.channel) {
-            if let Some(found) = resolve(&channel, channels).or_else(|| self.made_time(&channel, channels)) {
+            let made = || self.made_time(&channel, channels).or_else(|| made_difference(&channel, channels));
+            if let Some(found) = resolve(&channel, channels).or_else(made) {
                 return Ok(vec![Pick { name: self.name.clone(), channel: found, factor, offset, is_unit_said: true }]);
             }
         }
@@ -118,6 +125,12 @@ impl MapFlag {
         let sum = || Some(format!("sum({})", resolve(summed(channel)?, channels)?));
         if channel == ROW_NUMBER { Some(ROW_NUMBER.to_owned()) } else { sum() }
     }
+}
+
+/// The difference of two channels that there are.
+fn made_difference(channel: &str, channels: &[String]) -> Option<String> {
+    let (first, second) = difference(channel)?;
+    Some(format!("diff({},{})", resolve(first, channels)?, resolve(second, channels)?))
 }
 
 /// What a channel with its factor and offset, `[a*]CHANNEL[/b][+c]` with a sign, may be meant as, the plainest first: a name may hold
@@ -337,9 +350,10 @@ mod tests {
         let headers = ["dt_us", "gz"];
         assert_eq!(one("t=0.01*row", &headers).channel, "row");
         assert_eq!(one("t_us=sum(dt_us)", &headers).channel, "sum(dt_us)");
+        assert_eq!(one("ref_angle_z=0.1*diff(GZ, 1)", &headers).channel, "diff(gz,dt_us)");
         let channels = headers.map(str::to_owned);
         let refused = |text: &str| MapFlag::parse(text).unwrap().picks(&channels).is_err();
-        assert!(refused("gyro_z=row") && refused("t=sum(dt)"));
+        assert!(refused("gyro_z=row") && refused("t=sum(dt)") && refused("ref_angle_z=diff(gz,left)"));
     }
 
     #[test]

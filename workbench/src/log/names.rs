@@ -27,6 +27,8 @@ pub struct Names<'a> {
     pub chosen: Vec<Pick>,
     /// The column of which the time is the sum.
     pub summed: Option<usize>,
+    /// Columns of which another is taken away.
+    pub less: Vec<Option<usize>>,
     /// The time from row to row, s, where the rows' numbers are the time.
     pub row_step: Option<f64>,
     /// Columns that hold no number.
@@ -49,6 +51,7 @@ impl<'a> Names<'a> {
             scaled: vec![(1.0, 0.0); count],
             chosen: Vec::new(),
             summed: None,
+            less: vec![None; count],
             row_step: None,
             without_numbers: &maps.without_numbers,
         };
@@ -70,9 +73,14 @@ impl<'a> Names<'a> {
             return;
         }
         let is_sum = summed.is_some();
-        let place = self.take(&Pick { channel: summed.unwrap_or(pick.channel), ..pick });
+        let pair = map::difference(&pick.channel).filter(|_| is_made);
+        let pair = pair.map(|(first, second)| (first.to_owned(), second.to_owned()));
+        let less = pair.as_ref().and_then(|(_, second)| self.headers.iter().position(|header| header == second));
+        let channel = summed.or(pair.map(|(first, _)| first)).unwrap_or(pick.channel);
+        let place = self.take(&Pick { channel, ..pick });
         if let Some(place) = place {
             self.mapped[place] = true;
+            self.less[place] = less;
             self.summed = if is_sum { Some(place) } else { self.summed };
         }
     }
@@ -147,7 +155,11 @@ impl<'a> Names<'a> {
     /// What of the file a column is.
     pub fn pick(&self, place: usize, name: &str, is_step: bool) -> Pick {
         let header = &self.headers[place];
-        let channel = if is_step { format!("sum({header})") } else { header.clone() };
+        let channel = match self.less[place] {
+            Some(other) => format!("diff({header},{})", self.headers[other]),
+            None if is_step => format!("sum({header})"),
+            None => header.clone(),
+        };
         let (factor, offset) = self.scaled[place];
         Pick { factor, offset, ..Pick::new(name, &channel, None) }
     }

@@ -88,7 +88,11 @@ fn in_the_way(path: &Path, options: &Options, flags: &[String]) -> Option<LeftOu
 fn proposed(path: &Path, options: &Options, error: &LogError) -> Option<Advice> {
     let is_known = matches!(
         error.problem,
-        Problem::NoHeader { .. } | Problem::Missing { .. } | Problem::NoReference { .. } | Problem::Words { .. }
+        Problem::NoHeader { .. }
+            | Problem::Missing { .. }
+            | Problem::NoReference { .. }
+            | Problem::Words { .. }
+            | Problem::TimeRange(_)
     );
     if !is_known || path == Path::new("-") || !options.advises {
         return None;

@@ -117,6 +117,7 @@ impl RowParser {
                 },
                 channel => {
                     if let Some(value) = self.value(field, i, channel, &mut faults)?
+                        && let Some(value) = self.less(value, column, fields)
                         && let Some(place) = place(&mut row, &mut matrix, channel)
                     {
                         let value = if column.is_word && value >= 32_768.0 { value - 65_536.0 } else { value };
@@ -195,6 +196,15 @@ impl RowParser {
         }
         self.clock = Some(clock);
         clock + self.midnights
+    }
+
+    /// A value less that of the column that is taken away from it; `None` where that has none.
+    fn less(&self, value: f64, column: &Column, fields: TextRow) -> Option<f64> {
+        let Some(other) = column.less else { return Some(value) };
+        match self.dialect.value(fields.field(other).unwrap_or_default()) {
+            Field::Number(less) => Some(value - less),
+            _ => None,
+        }
     }
 
     /// The number in a field, as written; `None` where there is none or it cannot be used.

@@ -136,7 +136,9 @@ pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
 /// How the charts of a result are seen; `None` where they are shown already, or the command would have to be run all over for long.
 pub(super) fn look(context: &Context) -> Option<Next> {
     let log = context.log.as_str();
-    if matches!(context.voice, Voice::Library | Voice::Page) || context.opened || log == "-" {
+    // Data that are read in a wrong unit or order are not worth a look.
+    let is_mended = context.maps.is_some();
+    if matches!(context.voice, Voice::Library | Voice::Page) || context.opened || log == "-" || is_mended {
         return None;
     }
     let line = Line { context, log, why: "" };
