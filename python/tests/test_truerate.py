@@ -1,5 +1,7 @@
 """The package beside the program: the same numbers, the habits of numpy and pandas, errors that say what to do."""
 
+import gzip
+import io
 import json
 import os
 import pickle
@@ -9,7 +11,9 @@ import subprocess
 import sys
 import threading
 import time
+import warnings
 from pathlib import Path
+from types import SimpleNamespace
 
 import duckdb
 import numpy as np
@@ -337,6 +341,102 @@ def test_a_table_has_no_name_of_its_own(late):
     assert (own.logs[0].part, own.logs[0].type, own.logs[0].log) == ("board 7", "3", "board 7")
     half, rest = ({name: values[own] for name, values in table.items()} for own in (slice(4500), slice(4500, None)))
     assert truerate.fit([table, half, truerate.read(rest, name="third")]).logs == ["table 1", "table 2", "third"]
+
+
+@pytest.mark.parametrize("kind", ["binary", "text", "bytes io", "string io", "gzip", "path"])
+def test_a_file_that_is_open_is_the_log(late, tmp_path, kind):
+    text = late[1].read_bytes()
+    if kind == "path":
+        log = truerate.read(Path(late[1]))
+        assert log.name == str(late[1])
+    elif kind in ("binary", "text"):
+        with late[1].open("rb" if kind == "binary" else "r") as file:
+            log = truerate.read(file)
+        assert log.name == str(late[1])
+    elif kind == "gzip":
+        packed = tmp_path / "late.csv.gz"
+        packed.write_bytes(gzip.compress(text))
+        with packed.open("rb") as file:
+            log = truerate.read(file)
+    else:
+        log = truerate.read(io.BytesIO(text) if kind == "bytes io" else io.StringIO(text.decode()), name="mine")
+        assert log.name == "mine"
+    assert np.array_equal(log.to_numpy()["gyro_z"], late[0]["gyro_z"])
+    # The reference may come so, too.
+    alone = {name: late[0][name] for name in ("t", "gyro_z")}
+    second = "t,ref_angle_z\n" + "".join(f"{t},{a}\n" for t, a in zip(late[0]["t"], late[0]["ref_angle_z"], strict=True))
+    assert truerate.read(alone, reference=io.StringIO(second)).axes == ["z"]
+    with pytest.raises(TypeError, match="gives bytes or text; this one gave list"):
+        truerate.read(SimpleNamespace(read=list))
+
+
+def test_the_table_that_comes_out_is_of_the_kind_that_came_in(late):
+    model = truerate.read(late[1]).fit().model
+    rates = model.apply(late[0])
+    assert isinstance(rates, dict) and isinstance(model.apply(late[1]), dict)
+    frame = pandas.DataFrame(late[0]).set_index(np.arange(len(late[0]["t"])) + 7)
+    out = model.apply(frame)
+    assert isinstance(out, pandas.DataFrame) and out.index.equals(frame.index)
+    assert frame.join(out, rsuffix="_out")["rate_z"].notna().all()
+    shown = {"polars": polars.DataFrame, "pyarrow": pyarrow.Table}
+    tables = {"polars": model.apply(polars.DataFrame(late[0])), "pyarrow": model.apply(pyarrow.table(late[0]))}
+    for kind, own in tables.items():
+        assert isinstance(own, shown[kind]), kind
+        assert np.array_equal(own["rate_z"].to_numpy(), rates["rate_z"], equal_nan=True), kind
+
+
+def test_what_is_left_out_of_the_rates_is_counted_and_located(late):
+    model = truerate.read(late[1]).fit().model
+    frame = pandas.DataFrame(late[0])
+    frame.loc[200:229, "gyro_z"] = np.nan
+    frame = pandas.concat([frame[:401], frame[400:]], ignore_index=True)
+    with pytest.warns(RuntimeWarning) as told:
+        rates = model.apply(frame)
+    assert np.flatnonzero(np.isnan(rates["rate_z"])).tolist() == list(range(200, 230))
+    assert rates["rate_filtered_z"].notna().all() and len(rates) == len(frame) - 1
+    said = [str(own.message) for own in told]
+    assert any("30 rows have no reading of gyro_z (first at 2.00 s)" in one for one in said), said
+    assert any("the time repeats or goes back in 1 row: left out" in one for one in said), said
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        model.apply(late[0])
+
+
+def test_two_sensors_stand_beside_each_other_as_in_the_program(late, tmp_path):
+    other, _ = truerate.simulate(seconds=60, axis="z", seed=5)
+    both = truerate.side_by_side(late[1], other)
+    assert both.logs == [str(late[1]), "simulated"] and set(both.axes) == {"z"}
+    own = both.axes["z"]
+    assert own.better == "second" and {error.tau_s for error in own.errors} >= {0.1, 1.0}
+    assert [axes["z"].effects for axes in both.each] == [["scale-factor", "bias"]] * 2
+    frame = both.to_pandas()
+    assert list(frame["tau_s"]) == [error.tau_s for error in own.errors] and both.to_polars().height == len(frame)
+    assert own.says in re.sub(r"\s+", " ", both.summary()) and not re.search(r"truerate \w+ ", both.summary())
+    assert both._repr_html_().startswith("<iframe sandbox=") and pickle.loads(pickle.dumps(both)).to_dict() == both.to_dict()
+    with pytest.raises(truerate.Error, match="are the same log"):
+        truerate.side_by_side(late[1], late[1])
+    if PROGRAM:
+        copy = tmp_path / "other.csv"
+        pandas.DataFrame(late[0]).assign(gyro_z=late[0]["gyro_z"] * 1.01).to_csv(copy, index=False)
+        words = [PROGRAM, "compare", str(late[1]), str(copy), "--side-by-side", "--format", "json"]
+        done = subprocess.run(words, capture_output=True, text=True, check=True)
+        here = truerate.side_by_side(late[1], copy).to_dict()
+        assert numbers(here["axes"]) == numbers(json.loads(done.stdout)["axes"])
+
+
+def test_a_result_tells_its_attributes_and_why(late, found):
+    names = dir(found)
+    assert {"verdict", "headline", "suspects", "budget", "error_curve", "model", "summary", "explain"} <= set(names)
+    assert all(hasattr(found, name) for name in names)
+    assert isinstance(found.budget[0], truerate.Budget) and found.budget[0].tau_s > 0
+    assert isinstance(found.parameters[0], truerate.Parameter) and isinstance(found.suspects[0], truerate.Suspect)
+    with pytest.raises(truerate.Error, match="explain=True"):
+        found.explain()
+    told = truerate.read(late[1]).diagnose(explain=True)
+    assert "delay" in told.explain() and "pass" in told.explain(full=True)
+    assert pickle.loads(pickle.dumps(told)).explain(full=True) == told.explain(full=True)
+    together = truerate.diagnose([late[1]])
+    assert {"logs", "each", "repeats"} <= set(dir(together))
 
 
 def test_one_log_does_not_tell_what_repeats(late):
