@@ -233,7 +233,10 @@ fn a_new_part_starts_from_its_type_and_one_that_is_not_of_it_is_noticed_and_not_
     let (value, error) = of_model(&bench.text("odd.toml"), "scale-asymmetry.a");
     assert!((value - 3e-3).abs() < 4.0 * error && error < 1e-4, "{value} ± {error}");
     let text = bench.text("type.toml");
-    bench.file("two.toml", text.replace("axis.x", "axis.z") + &text.replace("BMI160", "other")[text.find('[').unwrap()..]);
+    bench.file(
+        "two.toml",
+        text.replace("axis.x", "axis.z") + &text.replace("BMI160", "other")[text.find('[').unwrap()..],
+    );
     bench.file("z.toml", text.replace("axis.x", "axis.z"));
     for (prior, found, command) in [
         ("none.toml", "cannot be read", "truerate fleet F --export none.toml"),
@@ -241,8 +244,16 @@ fn a_new_part_starts_from_its_type_and_one_that_is_not_of_it_is_noticed_and_not_
         ("with.toml", "is a model file", "truerate fit new.csv --model with.toml -o x.toml"),
         ("fleet", "is evidence", "truerate fleet fleet --export type.toml"),
         ("two.toml", "holds the types BMI160, other", "truerate fit new.csv --prior two.toml:BMI160 -o x.toml"),
-        ("two.toml:Other", "holds no type 'Other', only BMI160, other", "truerate fit new.csv --prior two.toml:other -o x.toml"),
-        ("type.toml:BMI270", "holds no type 'BMI270', only BMI160", "truerate fit new.csv --prior type.toml:BMI160 -o x.toml"),
+        (
+            "two.toml:Other",
+            "holds no type 'Other', only BMI160, other",
+            "truerate fit new.csv --prior two.toml:other -o x.toml",
+        ),
+        (
+            "type.toml:BMI270",
+            "holds no type 'BMI270', only BMI160",
+            "truerate fit new.csv --prior type.toml:BMI160 -o x.toml",
+        ),
         ("z.toml", "says nothing of axis x, only of z", "truerate fit new.csv -o x.toml"),
     ] {
         let refused = bench.refused(&["fit", "new.csv", "--prior", prior, "-o", "x.toml"]);

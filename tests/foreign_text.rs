@@ -78,11 +78,14 @@ fn one_log_in_many_shapes_has_one_answer() {
         ),
         (
             "senml",
-            written("[{\"bn\":\"urn:dev:ow:10e2073a01080063:\",\"bt\":1763700000,\"n\":\"none\",\"v\":0},\n", |[t, g, a]| {
-                format!(
-                    "{{\"n\":\"gyro_z\",\"u\":\"rad/s\",\"t\":{t},\"v\":{g}}},{{\"n\":\"ref_angle_z\",\"u\":\"rad\",\"t\":{t},\"v\":{a}}},"
-                )
-            }),
+            written(
+                "[{\"bn\":\"urn:dev:ow:10e2073a01080063:\",\"bt\":1763700000,\"n\":\"none\",\"v\":0},\n",
+                |[t, g, a]| {
+                    format!(
+                        "{{\"n\":\"gyro_z\",\"u\":\"rad/s\",\"t\":{t},\"v\":{g}}},{{\"n\":\"ref_angle_z\",\"u\":\"rad\",\"t\":{t},\"v\":{a}}},"
+                    )
+                },
+            ),
         ),
         ("records", written("", |[t, g, a]| format!("{{\"t\": {t}, \"gyro_z\": {g}, \"ref_angle_z\": {a}}}"))),
         (

@@ -16,7 +16,11 @@ fn json(text: &str) -> Value {
 fn rows() -> Vec<(f64, Vector3<f64>, UnitQuaternion<f64>)> {
     const STEP: f64 = 0.01;
     let rate = |t: f64| {
-        Vector3::new(0.9 * (1.9 * t).sin() + 0.5 * (5.2 * t).cos(), 0.7 * (1.4 * t).cos() + 0.6 * (6.9 * t).sin(), (1.1 * t).sin() + 0.4 * (4.4 * t).cos())
+        Vector3::new(
+            0.9 * (1.9 * t).sin() + 0.5 * (5.2 * t).cos(),
+            0.7 * (1.4 * t).cos() + 0.6 * (6.9 * t).sin(),
+            (1.1 * t).sin() + 0.4 * (4.4 * t).cos(),
+        )
     };
     let mut attitude = UnitQuaternion::identity();
     (0..3000_u32)
@@ -42,7 +46,8 @@ fn written(header: &str, fields: impl Fn(&Vector3<f64>, &UnitQuaternion<f64>) ->
 
 /// The command that stands behind `next`, its words.
 fn next(report: &str) -> Vec<String> {
-    let line = report.lines().find_map(|line| line.strip_prefix("next  truerate ")).unwrap_or_else(|| panic!("{report}"));
+    let line =
+        report.lines().find_map(|line| line.strip_prefix("next  truerate ")).unwrap_or_else(|| panic!("{report}"));
     line.split_whitespace().map(str::to_owned).collect()
 }
 
@@ -59,9 +64,10 @@ fn an_orientation_in_another_order_or_with_its_axes_turned_is_answered_with_the_
         ("xyzw.csv", written(GYRO, |g, q| join([g.x, g.y, g.z], vec![q.i, q.j, q.k, q.w])), "ref_qw=ref_qz"),
         (
             "swapped-degrees.csv",
-            written(&GYRO.replace("_x,", "_x_dps,").replace("_y,", "_y_dps,").replace("gyro_z,", "gyro_z_dps,"), |g, q| {
-                join([g.y.to_degrees(), -g.x.to_degrees(), g.z.to_degrees()], w(q))
-            }),
+            written(
+                &GYRO.replace("_x,", "_x_dps,").replace("_y,", "_y_dps,").replace("gyro_z,", "gyro_z_dps,"),
+                |g, q| join([g.y.to_degrees(), -g.x.to_degrees(), g.z.to_degrees()], w(q)),
+            ),
             "gyro_x_dps=-gyro_y_dps",
         ),
     ];

@@ -37,7 +37,10 @@ fn logs_with_names_of_their_own_are_each_read_by_theirs_and_a_map_that_fits_one_
     let outcome = bench.run(&[&["fit", "a.csv", "b.csv", "-o", "m.toml"], &maps[..]].concat());
     assert_eq!(outcome.code, 0, "{outcome:?}");
     for map in ["gyro_x=gx", "ref_angle_x=enc"] {
-        assert!(outcome.err.contains(&format!("b.csv: read without --map {map}: it has no such channel")), "{outcome:?}");
+        assert!(
+            outcome.err.contains(&format!("b.csv: read without --map {map}: it has no such channel")),
+            "{outcome:?}"
+        );
     }
     assert!(!outcome.err.contains("a.csv: read without"), "{outcome:?}");
     let refused = bench.refused(&["fit", "a.csv", "b.csv", "--map", "gyro_x=wx"]);

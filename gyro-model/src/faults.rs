@@ -53,10 +53,10 @@ mod torn;
 mod witness;
 mod wrapped;
 
-pub use ratio::is_wrong as is_wrong_ratio;
 pub use orientation::{Meant, meant};
-pub use reference::{TimeUnit, followed, ratio_to_reference, time_unit};
+pub use ratio::is_wrong as is_wrong_ratio;
 pub(crate) use reference::regress;
+pub use reference::{TimeUnit, followed, ratio_to_reference, time_unit};
 
 use crate::{
     Axis, Record,

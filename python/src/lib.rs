@@ -198,9 +198,8 @@ impl Model {
             let t = (provenance.start_ns + i128::from(estimate.valid_t_ns)) as f64 * 1e-9;
             bytes.extend(std::iter::once(t).chain(estimates::values(&estimate, &axes)).flat_map(f64::to_le_bytes));
         }
-        let concerned = |fault: &&DataFault| {
-            fault.kind.costs_rows() && fault.axis.is_none_or(|axis| axes.contains(&axis))
-        };
+        let concerned =
+            |fault: &&DataFault| fault.kind.costs_rows() && fault.axis.is_none_or(|axis| axes.contains(&axis));
         let says = faults.iter().filter(concerned).map(view::fault).chain(unmeasured.says()).collect();
         Ok((header, bytes, says))
     }

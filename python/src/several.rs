@@ -74,8 +74,7 @@ impl Logs {
             let mut found = own.several.diagnose(&start, &diagnose::Options { explain, ..*options })?;
             own.of_one(&mut found.several, &mut found.axes);
             let file = start.given.then_some(start.file);
-            let answer =
-                own.answer(Command::Diagnose, file, |format, context| report::render(&found, format, context));
+            let answer = own.answer(Command::Diagnose, file, |format, context| report::render(&found, format, context));
             Ok(answer.explained(&found.axes))
         })
     }

@@ -39,7 +39,8 @@ impl Unmeasured {
 
     /// What is said of them, an axis a line.
     pub fn says(&self) -> impl Iterator<Item = String> {
-        let of = |axis: Axis| self.0[axis.index()].map(|(rows, first)| labels::unmeasured(axis, rows, 1e-9 * first as f64));
+        let of =
+            |axis: Axis| self.0[axis.index()].map(|(rows, first)| labels::unmeasured(axis, rows, 1e-9 * first as f64));
         Axis::ALL.into_iter().filter_map(of)
     }
 }

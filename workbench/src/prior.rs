@@ -44,7 +44,8 @@ pub struct Begun {
 }
 
 /// What a type file is for.
-const TYPE_FILE: &str = "a type file holds what parts of one type have in common; it is made of the evidence of such parts";
+const TYPE_FILE: &str =
+    "a type file holds what parts of one type have in common; it is made of the evidence of such parts";
 /// How the schemas of other files begin.
 const MODEL: &str = "truerate.model/";
 const EVIDENCE: &str = "truerate.evidence/";
@@ -113,7 +114,9 @@ impl fmt::Display for Refusal {
             Next::Fleet(_) if library => write!(f, ": {}", call(Task::Fleet, "F --export type.toml")),
             _ if library => Ok(()),
             Next::Export(name) => write!(f, "\ntruerate fleet F --export {}", shell_word(name)),
-            Next::Fleet(file) => write!(f, "\ntruerate fleet {} --export type.toml", shell_word(&file.display().to_string())),
+            Next::Fleet(file) => {
+                write!(f, "\ntruerate fleet {} --export type.toml", shell_word(&file.display().to_string()))
+            }
             Next::Again(command) => write!(f, "\n{command}"),
             Next::Prior(other) => write!(f, "\ntruerate fit LOG --prior {}", shell_word(other)),
             Next::Model(file) => write!(f, "\ntruerate fit LOG --model {}", shell_word(&file.display().to_string())),
@@ -192,16 +195,25 @@ impl Prior {
     pub fn parse(file: &Path, text: &str, wanted: Option<&str>) -> Result<Self> {
         let name = file.display();
         let head: Option<Head> = toml::from_str(text).ok();
-        let refuse = |found: String, why: &str, next| Refusal { found: format!("{name}: {found}"), why: why.to_owned(), next };
+        let refuse =
+            |found: String, why: &str, next| Refusal { found: format!("{name}: {found}"), why: why.to_owned(), next };
         match head {
             Some(Head { schema: Some(schema) }) if schema == type_file::SCHEMA => {}
             Some(Head { schema: Some(schema) }) if schema.starts_with(MODEL) => {
                 let next = Next::Model(file.to_owned());
-                bail!(refuse("is a model file, not a type file".to_owned(), "a model of one part is given as a model: the fit starts from it", next));
+                bail!(refuse(
+                    "is a model file, not a type file".to_owned(),
+                    "a model of one part is given as a model: the fit starts from it",
+                    next
+                ));
             }
             Some(Head { schema: Some(schema) }) => {
                 let found = format!("has the schema '{schema}', and this program knows '{}'", type_file::SCHEMA);
-                bail!(refuse(found, "another edition of the program wrote it: write it again with this one", Next::Export(free_name(file))));
+                bail!(refuse(
+                    found,
+                    "another edition of the program wrote it: write it again with this one",
+                    Next::Export(free_name(file))
+                ));
             }
             // A slip in it is told with its line.
             _ if text.contains(type_file::SCHEMA) => {}
@@ -216,10 +228,18 @@ impl Prior {
         let kind = match (wanted, &names[..]) {
             (Some(kind), _) => kind.to_owned(),
             (None, [one]) => one.clone(),
-            (None, []) => bail!(refuse("holds no type".to_owned(), "its fleet had no type whose parts were known well", Next::Without)),
+            (None, []) => bail!(refuse(
+                "holds no type".to_owned(),
+                "its fleet had no type whose parts were known well",
+                Next::Without
+            )),
             (None, [first, ..]) => {
                 let next = Next::Prior(format!("{name}:{first}"));
-                bail!(refuse(format!("holds the types {}", names.join(", ")), "a part is of one of them: name it behind the file", next));
+                bail!(refuse(
+                    format!("holds the types {}", names.join(", ")),
+                    "a part is of one of them: name it behind the file",
+                    next
+                ));
             }
         };
         let Some(own) = parsed.kinds.remove(&kind) else {
@@ -254,7 +274,8 @@ impl Prior {
     pub fn begin(&self, subject: &Subject) -> Result<Begun> {
         let axes: BTreeSet<Axis> = self.known.keys().map(|key| key.axis).collect();
         if !subject.axes.iter().any(|axis| axes.contains(axis)) {
-            let letters = |axes: &mut dyn Iterator<Item = &Axis>| axes.map(|axis| axis.letter()).collect::<Vec<_>>().join(", ");
+            let letters =
+                |axes: &mut dyn Iterator<Item = &Axis>| axes.map(|axis| axis.letter()).collect::<Vec<_>>().join(", ");
             let (own, known) = (letters(&mut subject.axes.iter()), letters(&mut axes.iter()));
             bail!(Refusal {
                 found: format!("{}: the type {} says nothing of axis {own}, only of {known}", subject.name, self.kind),

@@ -50,7 +50,8 @@ const KNOWN: &[(&[u8], &str, &str)] = &[
 #[must_use]
 pub fn of_no_text(start: &[u8]) -> Option<Unread> {
     const AS_A_FILE: &str = "give it as a file: it is no stream of lines";
-    let packed: [(&[u8], &str); 3] = [(b"\x1f\x8b", "packed with gzip"), (&ZSTD, "packed with zstd"), (b"\x89MCAP0\r\n", "an MCAP recording")];
+    let packed: [(&[u8], &str); 3] =
+        [(b"\x1f\x8b", "packed with gzip"), (&ZSTD, "packed with zstd"), (b"\x89MCAP0\r\n", "an MCAP recording")];
     if let Some((_, what)) = packed.iter().find(|(magic, _)| start.starts_with(magic)) {
         return Some(Unread { what, remedy: AS_A_FILE });
     }

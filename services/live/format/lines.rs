@@ -44,7 +44,8 @@ fn is_document(line: &[u8]) -> bool {
     /// A record of a sensor is shorter, bytes.
     const RECORD: usize = 1000;
     let line = line.trim_ascii();
-    line.len() > RECORD && (line.starts_with(b"{") && line.ends_with(b"}") || line.starts_with(b"[") && line.ends_with(b"]"))
+    line.len() > RECORD
+        && (line.starts_with(b"{") && line.ends_with(b"}") || line.starts_with(b"[") && line.ends_with(b"]"))
 }
 
 /// Finds rows in lines.

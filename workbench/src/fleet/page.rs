@@ -386,7 +386,11 @@ fn chart_in(part: &PartRow, frame: &Frame) -> String {
         let told = format!("{} {}", units::within(value * unit.factor, (high - low) * unit.factor), unit.unit);
         text((left - 8.0, y(value) + 4.0), "end", &told);
     }
-    text((left - 8.0, sum(ALARM) + 4.0), "end", &format!("{}alarm at {ALARM} σ", if left > 150.0 { "CUSUM, " } else { "" }));
+    text(
+        (left - 8.0, sum(ALARM) + 4.0),
+        "end",
+        &format!("{}alarm at {ALARM} σ", if left > 150.0 { "CUSUM, " } else { "" }),
+    );
     text((left, height - 4.0), "start", &first.day.to_string());
     text((width - 20.0, height - 4.0), "end", &last.day.to_string());
     svg.push_str("</svg>\n");

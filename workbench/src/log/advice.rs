@@ -463,7 +463,8 @@ fn wheels(sample: &Sample, used: &Used, times: Option<&[f64]>) -> Option<(Pick, 
             let rows = (0..sample.rows()).map(|k| {
                 let mut row = Row { t_ns: (times[k] * 1e9) as i64, ..Row::EMPTY };
                 row.gyro[axis.index()] = rate.factor * sample.columns[gyro][k];
-                *(if is_rate { &mut row.ref_rate } else { &mut row.ref_angle }).get_mut(axis.index())? = small * turned[k];
+                *(if is_rate { &mut row.ref_rate } else { &mut row.ref_angle }).get_mut(axis.index())? =
+                    small * turned[k];
                 Some(row)
             });
             let record = Record { rows: rows.collect::<Option<_>>()?, ..Record::default() };

@@ -127,8 +127,9 @@ fn quaternions(sample: &Sample, first: usize) -> Vec<Reading> {
             format!("the orientation in {} to {} ({parts}{way})", sample.called(first), sample.called(first + 3));
         Reading { picks: (0..4).map(pick).collect(), says, orientation: (0..sample.rows()).map(value).collect() }
     };
-    let letters: Vec<Option<char>> =
-        (first..first + 4).map(|i| sample.head.names[i].to_lowercase().chars().rfind(|c| c.is_alphanumeric())).collect();
+    let letters: Vec<Option<char>> = (first..first + 4)
+        .map(|i| sample.head.names[i].to_lowercase().chars().rfind(|c| c.is_alphanumeric()))
+        .collect();
     let is_named = |parts: [char; 4]| letters.iter().zip(parts).all(|(letter, part)| *letter == Some(part));
     let orders: &[[usize; 4]] = match () {
         () if is_named(['w', 'x', 'y', 'z']) => &[[0, 1, 2, 3]],

@@ -137,7 +137,16 @@ impl Layout {
             let form = if channel == Channel::Time { time_form(head, i, conversion) } else { Form::Number(0) };
             let is_step = channel == Channel::Time && names.summed == Some(i);
             let pick = names.pick(i, &name, is_step);
-            layout.columns.push(Column { name, channel, conversion, form, is_word: false, is_step, pick, less: names.less[i] });
+            layout.columns.push(Column {
+                name,
+                channel,
+                conversion,
+                form,
+                is_word: false,
+                is_step,
+                pick,
+                less: names.less[i],
+            });
         }
         layout.hide_parts_of_time();
         layout.complete(headers, maps)

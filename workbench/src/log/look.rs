@@ -76,7 +76,8 @@ pub fn look(path: &Path, dbc: Option<&Path>) -> Result<Look, LogError> {
         of_topics(&survey.topics, &|_| false, &[])
     };
     let rests = |pick: &Pick| {
-        let fields = survey.topics.iter().flat_map(|of| of.topic.fields.iter().zip(&of.fields).map(move |both| (of, both)));
+        let fields =
+            survey.topics.iter().flat_map(|of| of.topic.fields.iter().zip(&of.fields).map(move |both| (of, both)));
         let mut own = fields.filter(|(of, (field, _))| of.topic.channel(field) == pick.channel);
         own.any(|(_, (_, range))| range.values > 1 && range.low == range.high)
     };

@@ -73,7 +73,11 @@ impl MapFlag {
 
     /// Whether the channel is meant by its name, not by its number.
     pub fn is_named(&self) -> bool {
-        self.channel.trim_end_matches(')').split([',', '(']).flat_map(readings).all(|(_, channel, _)| channel.parse::<usize>().is_err())
+        self.channel
+            .trim_end_matches(')')
+            .split([',', '('])
+            .flat_map(readings)
+            .all(|(_, channel, _)| channel.parse::<usize>().is_err())
     }
 
     /// The channels meant, of those that there are. `ref_q` stands for the four parts of an orientation, `ref_rpy` for its roll, pitch

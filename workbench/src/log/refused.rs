@@ -109,7 +109,8 @@ fn proposed(path: &Path, options: &Options, error: &LogError) -> Option<Advice> 
     if !still.is_empty() {
         let (shows, it) = if still.len() == 1 { ("shows", "it") } else { ("show", "they") };
         let more = if advice.why.is_empty() { String::new() } else { format!("; {}", advice.why) };
-        advice.why = format!("{} {shows} no motion while the gyro turns: {it} cannot be a reference{more}", listed(&still));
+        advice.why =
+            format!("{} {shows} no motion while the gyro turns: {it} cannot be a reference{more}", listed(&still));
     }
     (!advice.why.is_empty()).then_some(advice)
 }

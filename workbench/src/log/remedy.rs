@@ -99,7 +99,9 @@ fn candidates(fault: &DataFault, record: &Record, columns: &[Column]) -> Vec<Vec
             };
             vec![reference.iter().filter_map(renamed).collect()]
         }
-        (FaultKind::SwappedAxes, None) => vec![faults::meant(record).map_or_else(Vec::new, |meant| turned(meant, columns))],
+        (FaultKind::SwappedAxes, None) => {
+            vec![faults::meant(record).map_or_else(Vec::new, |meant| turned(meant, columns))]
+        }
         _ => Vec::new(),
     };
     all.into_iter().filter(|picks| !picks.is_empty()).collect()
@@ -110,7 +112,9 @@ fn turned(meant: Meant, columns: &[Column]) -> Vec<Pick> {
     let column = |channel: Channel| columns.iter().find(|column| column.channel == channel);
     match meant {
         Meant::Parts(parts) => (parts.iter().zip(PARTS))
-            .filter_map(|((part, sign), name)| signed(column(Channel::Quaternion(*part))?, format!("ref_q{name}"), *sign))
+            .filter_map(|((part, sign), name)| {
+                signed(column(Channel::Quaternion(*part))?, format!("ref_q{name}"), *sign)
+            })
             .collect(),
         // What the chip has beside the gyro is turned with it.
         Meant::Axes(axes) => [Channel::Gyro as fn(Axis) -> Channel, Channel::Accel]

@@ -8,8 +8,8 @@ use super::{
     unit::{Channel, Conversion},
 };
 use gyro_model::Row;
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use log_readers::text::{self, Dialect, Field, Form, TextRow, TimeField};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 
 /// Readings beyond this are no sensor's: rad/s, rad, m/s², °C, V alike.
 pub(super) const IMPOSSIBLE: f64 = 1e9;
@@ -283,7 +283,8 @@ pub(super) fn of_matrix(numbers: [f64; 9]) -> [f64; 4] {
         return [f64::NAN; 4];
     }
     let matrix = Matrix3::from_row_slice(&numbers);
-    let is_rotation = (matrix.transpose() * matrix - Matrix3::identity()).abs().max() < OFF && matrix.determinant() > 0.0;
+    let is_rotation =
+        (matrix.transpose() * matrix - Matrix3::identity()).abs().max() < OFF && matrix.determinant() > 0.0;
     if !is_rotation {
         return [0.0; 4];
     }

@@ -59,10 +59,9 @@ pub(super) fn next(finding: &Finding, context: &Context) -> Vec<Next> {
         (Command::Diagnose, _) if context.unfinished => {
             vec![line.of("diagnose", &[], context.model.as_deref(), &[], ON)]
         }
-        (command, Verdict::BadData) => vec![line.of_mended(
-            if command == Command::Diagnose { "diagnose" } else { "compare" },
-            context.maps.as_deref(),
-        )],
+        (command, Verdict::BadData) => vec![
+            line.of_mended(if command == Command::Diagnose { "diagnose" } else { "compare" }, context.maps.as_deref()),
+        ],
         (Command::Diagnose, Verdict::Adequate) if context.moved => vec![line.of(
             "fit",
             &[],

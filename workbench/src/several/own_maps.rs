@@ -20,11 +20,7 @@ pub struct Unfit {
 ///
 /// # Errors
 /// A refused log, or a map that fits none of them.
-pub fn read(
-    paths: &[PathBuf],
-    taken: &Taken,
-    mut progress: impl FnMut(&Path),
-) -> Result<(Vec<Subject>, Vec<Unfit>)> {
+pub fn read(paths: &[PathBuf], taken: &Taken, mut progress: impl FnMut(&Path)) -> Result<(Vec<Subject>, Vec<Unfit>)> {
     let (mut subjects, mut unfit, mut refused): (Vec<Subject>, Vec<Unfit>, Vec<Error>) = Default::default();
     for path in paths {
         progress(path);

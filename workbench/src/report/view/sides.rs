@@ -136,7 +136,11 @@ fn next(sides: &Sides, context: &Context) -> Vec<Next> {
         return Vec::new();
     }
     let words = |log: &str| -> String {
-        std::iter::once(log).chain(context.flags.iter().map(String::as_str)).map(shell_word).collect::<Vec<_>>().join(" ")
+        std::iter::once(log)
+            .chain(context.flags.iter().map(String::as_str))
+            .map(shell_word)
+            .collect::<Vec<_>>()
+            .join(" ")
     };
     let of = |log: &String| Next {
         command: format!("truerate diagnose {}", words(log)),
