@@ -139,7 +139,8 @@ impl Desk {
             all => Several::read(all, &taken, |path| tell(Told::Progress, &path.display().to_string()))?,
         };
         let chosen = logs.subjects.iter().flat_map(|own| &own.provenance.chosen).map(ToString::to_string);
-        let faults = logs.subjects.iter().flat_map(|own| &own.faults).map(|fault| &fault.says);
+        let unfit = logs.unfit.iter().map(|one| one.says(&one.log));
+        let faults = logs.subjects.iter().flat_map(|own| &own.faults).map(|fault| fault.says.clone()).chain(unfit);
         let told = json!({
             "about": about(&logs),
             "axes": logs.axes,

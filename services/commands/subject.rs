@@ -11,7 +11,6 @@ use gyro_model::{
     Axis, Model, diagnose,
     diagnosis::{DataFault, Diagnosis},
     evidence::study::Bench,
-    words::shell_word,
 };
 use std::{
     io::Write as _,
@@ -261,15 +260,14 @@ pub fn say_chosen_of_all<'a>(logs: impl Iterator<Item = (&'a str, &'a log::Prove
             None => said.push((says, vec![name])),
         }
     }
-    for Unfit { log, map } in unfit {
-        let says = format!("read without --map {}: it has no such channel", shell_word(map));
-        match said.iter_mut().find(|(other, _)| *other == says) {
-            Some((_, names)) => names.push(log),
-            None => said.push((says, vec![log])),
-        }
-    }
     for (says, names) in said {
         eprintln!("{}: {says}", few(&names));
+    }
+    let mut unfit = unfit.to_vec();
+    unfit.sort_by(|a, b| a.map.cmp(&b.map));
+    for own in unfit.chunk_by(|a, b| a.map == b.map) {
+        let names: Vec<&str> = own.iter().map(|one| one.log.as_str()).collect();
+        eprintln!("{}", own[0].says(&few(&names)));
     }
 }
 

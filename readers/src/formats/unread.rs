@@ -49,7 +49,7 @@ const KNOWN: &[(&[u8], &str, &str)] = &[
 /// What begins like this is of no text: a file that is read only as a file, or not at all.
 #[must_use]
 pub fn of_no_text(start: &[u8]) -> Option<Unread> {
-    const AS_A_FILE: &str = "give it as a file: it is no stream of lines";
+    const AS_A_FILE: &str = "give it as a file: a stream is lines of text";
     let packed: [(&[u8], &str); 3] =
         [(b"\x1f\x8b", "packed with gzip"), (&ZSTD, "packed with zstd"), (b"\x89MCAP0\r\n", "an MCAP recording")];
     if let Some((_, what)) = packed.iter().find(|(magic, _)| start.starts_with(magic)) {

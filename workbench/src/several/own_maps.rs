@@ -3,8 +3,10 @@
 use crate::{
     log::{LogError, Problem},
     subject::{Subject, Taken},
+    words::given,
 };
 use anyhow::{Error, Result};
+use gyro_model::words::shell_word;
 use std::path::{Path, PathBuf};
 
 /// A map of a channel that a log does not have, and others have.
@@ -14,6 +16,14 @@ pub struct Unfit {
     pub log: String,
     /// The map, as it was given.
     pub map: String,
+}
+
+impl Unfit {
+    /// What is said of it, of one log or of several.
+    #[must_use]
+    pub fn says(&self, logs: &str) -> String {
+        format!("{logs}: read without {}: it has no such channel", given("map", &shell_word(&self.map)))
+    }
 }
 
 /// Reads logs, each with the maps that fit it.
