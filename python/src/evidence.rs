@@ -100,7 +100,7 @@ impl Fleet {
 
     fn answer(&self) -> Answer {
         let form = |format| self.own.render(&self.name, format, Terminal::PLAIN);
-        Answer::new(form(Format::Json), form(Format::Text), form(Format::Html), None)
+        Answer::new(form(Format::Json), form(Format::Text), form(Format::Html), None, None)
     }
 
     /// The text of the type file.
