@@ -185,7 +185,7 @@ impl<'a> Scanner<'a> {
         let parameters = effect.parameters(series.axis);
         let linear = parameters.iter().filter(|p| p.role == Role::Linear).count();
         if effect.stage() == Stage::Reading {
-            return read_off::read_off(effect, series)
+            return read_off::read_off(effect, self.study, index)
                 .map(|value| Candidate {
                     series: index,
                     term: Term { effect, values: vec![value], std_errors: vec![f64::NAN] },

@@ -4,17 +4,18 @@
 
 use crate::{
     effects::{Effect, Trait, white_noise},
-    evidence::{gain::gain, prior::read_angle, series::Series},
+    evidence::{gain::gain, prior::read_angle, study::Study},
     limits::{hole, rail, stands_alone},
 };
 
-/// The limit that the readings show, if they do.
+/// The limit that the readings of an axis show, if they do.
 #[must_use]
-pub(crate) fn read_off(effect: &dyn Effect, series: &Series) -> Option<f64> {
+pub(crate) fn read_off(effect: &dyn Effect, study: &Study, index: usize) -> Option<f64> {
+    let series = &study.bench.problem.series[index];
     let readings: Vec<f64> = series.gyro.iter().zip(&series.read).filter(|(_, read)| **read).map(|(g, _)| *g).collect();
     if effect.is(Trait::Ceiling) {
         let most = |rail| if stands_alone(&readings, rail) { BEYOND_ALONE } else { BEYOND };
-        rail(&readings).filter(|&rail| !is_held(series, rail, most(rail)))
+        rail(&readings).filter(|&rail| !is_held(study, index, rail, most(rail)))
     } else if effect.is(Trait::Hole) {
         hole(&readings)
     } else {
@@ -25,16 +26,26 @@ pub(crate) fn read_off(effect: &dyn Effect, series: &Series) -> Option<f64> {
 /// Whether the reference shows that the rate itself stands wherever the reading stands at this rail, as on a rate table: it turns
 /// evenly, and as far as readings do elsewhere, or farther by less than `most` of the rail. What is cut off a motion is beyond the
 /// rail, or arched, faster in the middle of its time than near its ends.
-fn is_held(series: &Series, rail: f64, most: f64) -> bool {
-    let (t, angle) = (&series.reference_t, &series.reference_angle);
+fn is_held(study: &Study, index: usize, rail: f64, most: f64) -> bool {
+    let problem = &study.bench.problem;
+    let series = &problem.series[index];
+    let t = &series.reference_t;
+    // What turns about the other axes is in the angle of an orientation: there the model's own is what was read.
+    let (read, angle) = match problem.attitude() {
+        Some(attitude) => {
+            let angle = attitude.turned_about(series.axis.index());
+            let error = problem.axis_error(&study.evaluation, index);
+            (angle.iter().zip(&error).map(|(angle, error)| angle + error).collect(), angle)
+        }
+        None => (read_angle(series), series.reference_angle.clone()),
+    };
     if angle.is_empty() {
         return false;
     }
     let edge = rail - series.margin.max(1e-6 * rail);
     let is_at = |step: &[usize]| series.gyro[step[0]..=step[1]].iter().all(|g| g.abs() > edge);
     let at: Vec<bool> = series.reference_rows.windows(2).map(is_at).collect();
-    let read = read_angle(series);
-    let (alpha, delta) = calibration_off(&at, t, &read, angle);
+    let (alpha, delta) = calibration_off(&at, t, &read, &angle);
     // What the shaft turns beyond that in the middle half of each such time and in the rest of it, and how long these are.
     let (mut middle, mut rest, mut count, mut first) = ((0.0, 0.0), (0.0, 0.0), 0.0, 0);
     for run in at.chunk_by(|a, b| a == b) {
@@ -54,7 +65,7 @@ fn is_held(series: &Series, rail: f64, most: f64) -> bool {
     }
     let arch = middle.0 / middle.1 - rest.0 / rest.1;
     // Two rows bound the middle, four the rest.
-    let noise = white_noise(angle) * f64::sqrt(count) * (2_f64.sqrt() / middle.1 + 2.0 / rest.1);
+    let noise = white_noise(&angle) * f64::sqrt(count) * (2_f64.sqrt() / middle.1 + 2.0 / rest.1);
     let beyond = (middle.0 + rest.0) / (middle.1 + rest.1);
     arch.abs() + 3.0 * noise < ARCHED * rail && beyond < most * rail
 }

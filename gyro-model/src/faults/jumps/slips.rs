@@ -32,6 +32,8 @@ const LOOKS: [f64; 2] = [2.0, 8.0];
 const FEWEST: usize = 20;
 /// Parameters of a fit.
 const COLUMNS: usize = 6;
+/// Times what a fit leaves that it has to take away with its step.
+const THAN_A_DELAY: f64 = 3.0;
 
 /// One step that stays, or several close together.
 struct Slip {
@@ -140,7 +142,11 @@ fn stays(course: &Course, offset: &[f64], between: Range<usize>, bounds: (usize,
     let left = normal.cost - nls::dot(&fitted, &normal.gradient);
     let noise = (left.max(0.0) / (y.len() - COLUMNS) as f64).sqrt();
     let shown = SHOWN_SLIP * noise * inverse[(1, 1)].sqrt().max(1.0);
+    // Where the axis turns evenly, so much later is as far: a change of the delay alone has to leave much more.
+    let is_no_delay = fitted[1].powi(2) / inverse[(1, 1)] > THAN_A_DELAY * left;
     let largest = between.clone().chain([last]).map(|i| course.error[i].z.abs()).fold(0.0, f64::max);
     let comes_back = last - first >= 2 && size.abs() < course.least && fitted[1].abs() < FROM_ONE_STEP * largest;
-    (fitted[1] - size).abs() < FROM_ONE_STEP * largest && largest > shown && (size.abs() > shown || comes_back)
+    (fitted[1] - size).abs() < FROM_ONE_STEP * largest
+        && largest > shown
+        && (size.abs() > shown && is_no_delay || comes_back)
 }
