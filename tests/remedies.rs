@@ -126,6 +126,7 @@ fn a_rotation_matrix_is_read_as_an_orientation_whichever_way_its_numbers_are_nam
 
 #[test]
 fn a_wrong_unit_sign_or_axis_is_answered_with_the_map_that_takes_it_out() {
+    const HEADER: &str = "t,gyro_z,ref_angle_z";
     let bench = Bench::new();
     let own = |header: &str, row: &dyn Fn([f64; 3]) -> Vec<f64>| {
         let mut text = format!("{header}\n");
@@ -136,7 +137,6 @@ fn a_wrong_unit_sign_or_axis_is_answered_with_the_map_that_takes_it_out() {
         }
         text
     };
-    const HEADER: &str = "t,gyro_z,ref_angle_z";
     for (name, text, maps) in [
         ("us.csv", own(HEADER, &|[t, g, a]| vec![(1e6 * t).round(), g, a]), "--map t_us=t"),
         ("ms.csv", own(HEADER, &|[t, g, a]| vec![(1e3 * t).round(), g, a]), "--map t_ms=t"),

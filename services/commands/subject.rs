@@ -272,6 +272,7 @@ pub fn say_chosen_of_all<'a>(logs: impl Iterator<Item = (&'a str, &'a log::Prove
 }
 
 /// `a.csv, b.csv and 8 more`
+#[must_use]
 pub fn few(names: &[&str]) -> String {
     const SHOWN: usize = 3;
     match names {

@@ -64,12 +64,12 @@ fn along_reference(record: &Record, report: &mut Report) {
             }
         } else if let Some(says) = turns_of_360("") {
             report.add_on(axis, FaultKind::WrongUnit, rows, Some(0.0), says);
-        } else if fit.1 < 0.3 {
-            if let Some((other, slope)) = followed_in(record, axis, &motion) {
-                let sign = if slope < 0.0 { ", with the other sign" } else { "" };
-                let says = format!("{column} follows gyro_{other}{sign}, not gyro_{axis}: rename one of them");
-                report.add_on(axis, FaultKind::SwappedAxes, rows, Some(0.0), says);
-            }
+        } else if fit.1 < 0.3
+            && let Some((other, slope)) = followed_in(record, axis, &motion)
+        {
+            let sign = if slope < 0.0 { ", with the other sign" } else { "" };
+            let says = format!("{column} follows gyro_{other}{sign}, not gyro_{axis}: rename one of them");
+            report.add_on(axis, FaultKind::SwappedAxes, rows, Some(0.0), says);
         }
     }
 }

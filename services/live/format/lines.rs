@@ -83,9 +83,8 @@ pub struct Lines {
     /// Lines that were not understood, and the last of them.
     unread: u64,
     example: String,
-    /// Whether bytes have come, and whether they are those of another format.
-    begun: bool,
-    is_other: bool,
+    /// Once bytes have come: whether they are those of another format.
+    is_other: Option<bool>,
 }
 
 /// How much was looked at.
@@ -194,8 +193,7 @@ impl Lines {
             advised: RefCell::new(None),
             unread: 0,
             example: String::new(),
-            begun: false,
-            is_other: false,
+            is_other: None,
         })
     }
 
@@ -517,15 +515,15 @@ impl Lines {
 
     /// Whether what comes is no text: a file of another format, known by its first bytes, which nothing of it makes rows.
     fn is_of_no_text(&mut self, bytes: &[u8]) -> bool {
-        if !std::mem::replace(&mut self.begun, true)
-            && self.given.is_none()
-            && let Some(Unread { what, remedy }) = of_no_text(bytes)
-        {
-            self.not_understood(&bytes[..bytes.len().min(SHOWN)]);
-            self.refuse(Problem::Unread { what, remedy });
-            self.is_other = true;
+        if let Some(is_other) = self.is_other {
+            return is_other;
         }
-        self.is_other
+        let other = of_no_text(bytes).filter(|_| self.given.is_none());
+        self.is_other = Some(other.is_some());
+        let Some(Unread { what, remedy }) = other else { return false };
+        self.not_understood(&bytes[..bytes.len().min(SHOWN)]);
+        self.refuse(Problem::Unread { what, remedy });
+        true
     }
 
     fn begin_anew(&mut self) {

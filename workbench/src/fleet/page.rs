@@ -274,9 +274,11 @@ fn table(head: &[&str], rows: Vec<Vec<String>>) -> String {
     }
     text.push_str("</tr></thead><tbody>\n");
     for row in rows {
-        let cells: String =
-            row.iter().zip(head).map(|(cell, head)| format!("<td data-head=\"{head}\">{cell}</td>")).collect();
-        let _ = writeln!(text, "<tr>{cells}</tr>");
+        text.push_str("<tr>");
+        for (cell, head) in row.iter().zip(head) {
+            let _ = write!(text, "<td data-head=\"{head}\">{cell}</td>");
+        }
+        text.push_str("</tr>\n");
     }
     text + "</tbody></table>\n"
 }

@@ -130,12 +130,7 @@ fn advise_at(sample: &Sample, maps: &Maps, wants_reference: bool, step: f64) -> 
                 holds.push(says);
             }
             (None, Some(first)) => {
-                let more = if offered.len() > 1 { " …" } else { "" };
-                holds.push(format!(
-                    "{}{more} may be a reference, if something else than this gyro measured it (most drivers compute an \
-                     orientation from the gyro)",
-                    quoted(&first.channel)
-                ));
+                holds.push(may_be_reference(first, offered.len() > 1));
                 // One channel a name: two of one name are two references.
                 for pick in offered {
                     if flags.iter().all(|known| known.name != pick.name) {
@@ -170,6 +165,14 @@ fn advise_at(sample: &Sample, maps: &Maps, wants_reference: bool, step: f64) -> 
         why = if why.is_empty() { says } else { format!("{why}; {says}") };
     }
     (Advice { why, ..advice }, is_open)
+}
+
+fn may_be_reference(first: &Pick, are_more: bool) -> String {
+    let more = if are_more { " …" } else { "" };
+    format!(
+        "{}{more} may be a reference, if something else than this gyro measured it (most drivers compute an orientation from the gyro)",
+        quoted(&first.channel)
+    )
 }
 
 /// What is said where no column turns as the gyro does, whose readings stay within `still`, rad/s, if they do.

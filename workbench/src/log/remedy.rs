@@ -85,7 +85,7 @@ fn candidates(fault: &DataFault, record: &Record, columns: &[Column]) -> Vec<Vec
         }
         (FaultKind::WrongSign, Some(axis)) => {
             let reference = of(&|c| matches!(c, Channel::RefAngle(a) | Channel::RefRate(a) if a == axis));
-            vec![reference.iter().filter_map(|column| signed(column, base(column.channel)?, -1.0)).collect()]
+            vec![reference.iter().filter_map(|column| signed(column, &base(column.channel)?, -1.0)).collect()]
         }
         (FaultKind::SwappedAxes, Some(axis)) => {
             let Some((other, slope)) = faults::followed(record, axis) else { return Vec::new() };
@@ -95,7 +95,7 @@ fn candidates(fault: &DataFault, record: &Record, columns: &[Column]) -> Vec<Vec
                     Channel::RefRate(_) => Channel::RefRate(other),
                     _ => Channel::RefAngle(other),
                 };
-                signed(column, base(channel)?, slope.signum())
+                signed(column, &base(channel)?, slope.signum())
             };
             vec![reference.iter().filter_map(renamed).collect()]
         }
@@ -113,7 +113,7 @@ fn turned(meant: Meant, columns: &[Column]) -> Vec<Pick> {
     match meant {
         Meant::Parts(parts) => (parts.iter().zip(PARTS))
             .filter_map(|((part, sign), name)| {
-                signed(column(Channel::Quaternion(*part))?, format!("ref_q{name}"), *sign)
+                signed(column(Channel::Quaternion(*part))?, &format!("ref_q{name}"), *sign)
             })
             .collect(),
         // What the chip has beside the gyro is turned with it.
@@ -121,10 +121,9 @@ fn turned(meant: Meant, columns: &[Column]) -> Vec<Pick> {
             .into_iter()
             .filter(|of| Axis::ALL.iter().all(|&axis| column(of(axis)).is_some()))
             .flat_map(|of| {
-                (Axis::ALL.into_iter().zip(axes))
-                    .filter_map(move |(axis, (from, sign))| Some((of(axis), of(Axis::ALL[from]), sign)))
+                (Axis::ALL.into_iter().zip(axes)).map(move |(axis, (from, sign))| (of(axis), of(Axis::ALL[from]), sign))
             })
-            .filter_map(|(to, from, sign)| signed(column(from)?, base(to)?, sign))
+            .filter_map(|(to, from, sign)| signed(column(from)?, &base(to)?, sign))
             .collect(),
     }
 }
@@ -150,7 +149,7 @@ fn named(column: &Column, name: &str) -> Option<Pick> {
 }
 
 /// What a column holds in its own unit, under another name and with this sign.
-fn signed(column: &Column, base: String, sign: f64) -> Option<Pick> {
+fn signed(column: &Column, base: &str, sign: f64) -> Option<Pick> {
     let Name::Known(own, conversion) = unit::name(&column.name) else { return None };
     let suffix = column.name.strip_prefix(self::base(own)?.as_str())?;
     // A unit that stands beside the name, or was found, is none of its suffix.

@@ -108,7 +108,9 @@ impl Several {
         let any = Taken { axis: None, ..taken.clone() };
         let (mut subjects, unfit) = own_maps::read(paths, &any, progress)?;
         if let Some(axis) = taken.axis {
-            subjects.iter_mut().for_each(|subject| subject.axes.retain(|own| *own == axis));
+            for subject in &mut subjects {
+                subject.axes.retain(|own| *own == axis);
+            }
         }
         if let Some(axis) = taken.axis.filter(|_| subjects.iter().all(|own| own.axes.is_empty())) {
             bail!("none of the {} logs has a gyro and a reference of axis {axis}", subjects.len());
