@@ -32,9 +32,6 @@ const LOOKS: [f64; 2] = [2.0, 8.0];
 const FEWEST: usize = 20;
 /// Parameters of a fit.
 const COLUMNS: usize = 6;
-/// Readings next to a step between which a rate changes at once, and how late a reference may be, s.
-const NEXT_TO: usize = 2;
-const LATE: f64 = 0.1;
 /// Times what a fit leaves that it has to take away with its step.
 const THAN_A_DELAY: f64 = 3.0;
 
@@ -122,11 +119,6 @@ fn stays(course: &Course, offset: &[f64], between: Range<usize>, bounds: (usize,
         return false;
     }
     let size = offset[last] - offset[first - 1];
-    // Where the rate changes at once, a late reference makes a step, too.
-    let changed = (course.rate[last + NEXT_TO].z - course.rate[first - 1 - NEXT_TO].z).abs();
-    if size.abs() < LATE * changed {
-        return false;
-    }
     let mut turned = 0.0;
     let (mut y, mut columns) = (Vec::new(), vec![Vec::new(); COLUMNS]);
     for i in first - before..last + after {
