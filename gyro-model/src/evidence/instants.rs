@@ -1,6 +1,6 @@
 //! How well the instant is known at which an effect begins.
 //!
-//! The likelihood of an instant is no parabola. Where an angle itself steps, each row that the instant passes counts alike, and the
+//! The likelihood of an instant is not a parabola. Where an angle itself steps, each row that the instant passes counts alike, and the
 //! likeliest instant is the highest point of a random walk; where the axis rests meanwhile, one instant is as good as another, and a later
 //! one may be nearly as good again. So the error is the second moment of the likelihood about the likeliest instant t₀, the other
 //! parameters standing, with W what whitens the residual r:
