@@ -13,20 +13,25 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, Union
+from typing import TYPE_CHECKING, Any, Protocol, Union
 
 import numpy as np
 
 from . import _truerate
+from ._tables import Tabular
 from ._truerate import Error
 
 if TYPE_CHECKING:
     import pandas
     import polars
 
-    from ._many import Fleet
-
 _PathLike = Union[str, "os.PathLike[str]"]
+
+
+class _OfOneType(Protocol):
+    """What a new part may begin with: a ``Fleet`` of one type."""
+
+    def type_file(self) -> str: ...
 
 
 def _columns(source: Any, mapped: Iterable[str] = ()) -> dict[str, np.ndarray] | None:
@@ -313,7 +318,7 @@ class Log:
 
         return polars.DataFrame(self.to_numpy())
 
-    def fit(self, model: Model | None = None, *, prior: _PathLike | Fleet | None = None) -> Result:
+    def fit(self, model: Model | None = None, *, prior: _PathLike | _OfOneType | None = None) -> Result:
         """Fits the scale factor and the bias of each axis, or the effects of ``model``.
 
         ``prior`` is a type that the part is of: a type file (``"type.toml"``, or ``"type.toml:BMI160"`` where it holds several) or a
@@ -350,7 +355,7 @@ class Log:
         *,
         explain: bool = False,
         progress: Callable[[str], object] | None = None,
-        prior: _PathLike | Fleet | None = None,
+        prior: _PathLike | _OfOneType | None = None,
     ) -> Result:
         """Finds the physical effects that ``model`` lacks. Without a model, the base model is fitted first.
 
@@ -366,7 +371,7 @@ class Log:
         *,
         explain: bool = False,
         progress: Callable[[str], object] | None = None,
-        prior: _PathLike | Fleet | None = None,
+        prior: _PathLike | _OfOneType | None = None,
     ) -> Result:
         """Adds what is missing until nothing is; ``.model`` of the result is the final model. ``prior`` as in :meth:`fit`."""
         return Result(self._inner.ladder(_inner(model), explain, progress, _type(prior, model)))
@@ -519,11 +524,11 @@ def _axis(own: Mapping[str, Any]) -> Axis:
 _OF_WHOLE = ("logs", "each", "repeats", "added", "removed", "before")
 
 
-class Result:
+class Result(Tabular):
     """What was found on a log. ``axes`` has it axis by axis. Attributes of a single axis (``verdict``, ``headline``, ``suspects``,
     ``budget``, … of :class:`Axis`) stand here, too; of several axes each is a dict by the axis' letter. Of several logs there are
-    ``logs`` (names), ``each`` (log by log) and ``repeats`` (effect by effect: whose it is). The parameters are a table: pandas, polars,
-    pyarrow and DuckDB take a result as it is (``pyarrow.table(result)``), through Arrow's C stream; that needs pyarrow."""
+    ``logs`` (names), ``each`` (log by log) and ``repeats`` (effect by effect: whose it is). As a table (``to_pandas``,
+    ``pyarrow.table(result)``, a query of DuckDB) it has one parameter a row: axis, effect, name, value, std_error, unit."""
 
     def __init__(self, answer: _truerate.Answer) -> None:
         self._answer = answer
@@ -575,21 +580,6 @@ class Result:
         """The result as the program's JSON has it."""
         return json.loads(self._answer.json)
 
-    def to_pandas(self) -> pandas.DataFrame:
-        """The parameters, one a row: axis, effect, name, value, std_error, unit."""
-        import pandas
-
-        return pandas.DataFrame(self._rows())
-
-    def to_polars(self) -> polars.DataFrame:
-        """The same as a polars ``DataFrame``."""
-        import polars
-
-        return polars.DataFrame(self._rows())
-
-    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
-        return _stream(self._rows(), requested_schema)
-
     def _rows(self) -> list[dict[str, Any]]:
         return [{"axis": axis["axis"], **own} for axis in self._json["axes"] for own in axis["parameters"]]
 
@@ -605,13 +595,6 @@ class Result:
 
     def _repr_html_(self) -> str:
         return _framed(self.to_html())
-
-
-def _stream(rows: list[dict], requested_schema: Any) -> Any:
-    """The rows through Arrow's C stream."""
-    import pyarrow
-
-    return pyarrow.Table.from_pylist(rows).__arrow_c_stream__(requested_schema)
 
 
 def _framed(page: str) -> str:

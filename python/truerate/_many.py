@@ -12,7 +12,8 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from . import _truerate
-from ._logs import Axis, Log, Model, Result, _axis, _framed, _inner, _object, _PathLike, _stream, read
+from ._logs import Axis, Log, Model, Result, _axis, _framed, _inner, _object, _PathLike, read
+from ._tables import Tabular
 
 if TYPE_CHECKING:
     import pandas
@@ -92,11 +93,12 @@ def ladder(
     return Result(_logs(logs, reading, "ladder").ladder(_inner(model), explain, progress))
 
 
-class SideBySide:
+class SideBySide(Tabular):
     """Two sensors side by side. ``axes`` has, by the axis' letter: ``better`` (``"first"``, ``"second"`` or ``None``), ``says``,
     ``quantities`` (``name``, ``unit``, ``values`` and ``std_errors`` of both, ``better``) and ``errors`` (``tau_s``, s; ``errors`` of both,
     rad/s; ``ratio`` of the first to the second, with its band of 95 % from ``low`` to ``high``). ``each`` is what either comes to alone,
-    axis by axis; ``logs`` are their names."""
+    axis by axis; ``logs`` are their names. As a table it has one averaging time a row: axis, tau_s (s), first and second (rad/s), ratio,
+    low, high, better."""
 
     def __init__(self, answer: _truerate.Answer) -> None:
         self._answer = answer
@@ -116,21 +118,6 @@ class SideBySide:
     def to_dict(self) -> dict[str, Any]:
         """The result as the program's JSON has it."""
         return json.loads(self._answer.json)
-
-    def to_pandas(self) -> pandas.DataFrame:
-        """The errors, one averaging time a row: axis, tau_s (s), first and second (rad/s), ratio, low, high, better."""
-        import pandas
-
-        return pandas.DataFrame(self._rows())
-
-    def to_polars(self) -> polars.DataFrame:
-        """The same as a polars ``DataFrame``."""
-        import polars
-
-        return polars.DataFrame(self._rows())
-
-    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
-        return _stream(self._rows(), requested_schema)
 
     def _rows(self) -> list[dict[str, Any]]:
         def row(axis: str, own: dict[str, Any]) -> dict[str, Any]:
@@ -183,11 +170,11 @@ def side_by_side(
     return SideBySide(logs[0]._inner.side_by_side(logs[1]._inner, names, _inner(model), _inner(against)))
 
 
-class Evidence:
+class Evidence(Tabular):
     """What logs say, without their readings: 20 kB a log of one axis. It is merged, saved, and sent to other processes as it is.
 
     Made by :func:`evidence` and :func:`merge`; ``Evidence(source)`` reads a file (a path) or its bytes. ``bytes(evidence)`` are those of
-    the file, which the program reads and writes.
+    the file, which the program reads and writes. As a table it has one log a row: log, part, type, day, seconds, samples, verdict.
     """
 
     def __init__(self, source: _PathLike | bytes) -> None:
@@ -228,21 +215,6 @@ class Evidence:
         lines = ["  ".join(cell.ljust(w) for cell, w in zip(row, wide, strict=True)).rstrip() for row in [names, *rows]]
         many = f"{len(self)} logs" if len(self) > 1 else "1 log"
         return "\n".join([f"Evidence of {many}, {len(bytes(self)) / 1000:.0f} kB", "", *lines, ""])
-
-    def to_pandas(self) -> pandas.DataFrame:
-        """The logs, one a row: log, part, type, day, seconds, samples, verdict."""
-        import pandas
-
-        return pandas.DataFrame(self._rows())
-
-    def to_polars(self) -> polars.DataFrame:
-        """The same as a polars ``DataFrame``."""
-        import polars
-
-        return polars.DataFrame(self._rows())
-
-    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
-        return _stream(self._rows(), requested_schema)
 
     def _rows(self) -> list[dict[str, Any]]:
         def row(log: dict[str, Any]) -> dict[str, Any]:

@@ -91,3 +91,30 @@ fn calibration_off(marked: &[bool], t: &[f64], read: &[f64], reference: &[f64]) 
 const ARCHED: f64 = 2e-3;
 const BEYOND: f64 = 5e-3;
 const BEYOND_ALONE: f64 = 5e-4;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        Axis, Model,
+        effects::find,
+        evidence::study::Bench,
+        simulate::{Hidden, Motion, Reference, Scenario, SensorSpec, simulate},
+    };
+
+    /// A rate table beside an orientation: readings that pile up at its fastest rate show no limit, also where the axes are not square.
+    #[test]
+    fn a_rate_that_is_held_beside_an_orientation_is_no_limit() {
+        let (axis, reference, seed) = (Axis::X, Reference::Quaternion, 86);
+        let sensor = SensorSpec { axis, reference, reference_every: 1, ..SensorSpec::random(seed) };
+        let motion = Motion::RateTable { rate: 2.0, hold: 4.0 };
+        let hidden = vec![Hidden::parse("cross-axis", axis).unwrap()];
+        let scenario = Scenario { motion, seed, seconds: 60.0, sensor, hidden, ..Scenario::default() };
+        let record = simulate(&scenario).record;
+        assert!(rail(&record.rows.iter().map(|row| row.gyro[0]).collect::<Vec<f64>>()).is_some());
+        let mut model = Model::base_for(&record);
+        model.axes[0].as_mut().unwrap().terms.push(crate::Term::neutral(find("cross-axis").unwrap(), axis));
+        let bench = Bench::new(&record, &Axis::ALL, &model).unwrap();
+        assert_eq!(read_off(find("saturation").unwrap(), &Study::fit(&bench, &model, None), 0), None);
+    }
+}
