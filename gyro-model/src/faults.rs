@@ -9,7 +9,6 @@
 //! | `spikes`, `torn` | `outliers`, `torn-readings` | their neighbours' cubic (`neighbours`), at the noise of the log |
 //! | `jumps` | `reference-jumps`, a clock that was set | the gyro's integral |
 //! | `crossings` | `reference-jumps`: readings made across an angle's wrap | the gyro's integral |
-//! | `counts` | `lost-counts` | the gyro, as a scale factor can be |
 //! | `ratio` | `wrong-ratio` | α of a model, once it is fitted |
 //! | `told` | `dependent-reference`: a command | how alike its steps are |
 //! | `own` | `dependent-reference`: a copy or filter of the gyro, the yaw of a filter | what the gyro's readings leave of it |
@@ -27,7 +26,6 @@
 
 mod bursts;
 mod channel;
-mod counts;
 mod crossings;
 mod frozen;
 pub mod held;
@@ -94,7 +92,6 @@ static CHECKS: &[Check] = &[
     hung::check,
     pair,
     jumps::check,
-    counts::check,
     stuck::check,
     told::check,
     own::check,

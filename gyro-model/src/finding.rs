@@ -270,6 +270,13 @@ impl Finding {
     pub const fn names(&self) -> bool {
         matches!(self, Self::Missing { .. } | Self::Ambiguous { added: false, .. })
     }
+
+    /// Whether this effect is among those that it names, not as an alias of another one.
+    #[must_use]
+    pub fn has(&self, effect: &str) -> bool {
+        let (Self::Missing { effects, .. } | Self::Ambiguous { effects, .. }) = self else { return false };
+        effects.iter().any(|named| named.effect == effect)
+    }
 }
 
 /// What is to be said beside a finding.

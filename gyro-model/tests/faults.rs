@@ -156,8 +156,7 @@ fn spans_in_which_markers_changed_places_are_left_out_of_an_orientation() {
 }
 
 #[test]
-fn a_ratio_that_no_gyro_has_is_said_and_lost_counts_are_no_nonlinearity() {
-    let clean = climb(shaft(4));
+fn a_ratio_that_no_gyro_has_is_said() {
     let mut geared = shaft(4);
     geared.rows.iter_mut().for_each(|row| row.ref_angle[0] *= 1.25);
     let geared = climb(geared);
@@ -168,17 +167,26 @@ fn a_ratio_that_no_gyro_has_is_said_and_lost_counts_are_no_nonlinearity() {
         "{}",
         geared.ladders[0].in_words(Voice::Log)
     );
-    let mut lossy = shaft(4);
-    let (mut lost, limit) = (0.0, 2.5);
-    for k in 1..lossy.len() {
-        let rate = lossy.rows[k].gyro[0];
-        lost += if rate.abs() > limit { 0.06 * rate / 200.0 } else { 0.0 };
-        lossy.rows[k].ref_angle[0] -= (lost / 0.0015_f64).round() * 0.0015;
+}
+
+/// Counts that an encoder loses are a suspect beside a gyro that bends, and a fault of the data once they are named.
+#[test]
+fn lost_counts_are_no_nonlinearity_and_a_nonlinearity_loses_no_counts() {
+    for (share, beyond) in [(0.005, 0), (0.06, 0), (0.3, 1)] {
+        let lossy = climb(with(&format!("lost-counts:share={share},above=2.5,beyond={beyond}")));
+        let own = &lossy.ladders[0];
+        let says = own.in_words(Voice::Log);
+        assert_eq!(own.effects, ["scale-factor", "bias", "lost-counts"], "{share}: {says}");
+        let value = |name: &str| own.parameters.iter().find(|p| p.name == name).and_then(|p| p.value).unwrap();
+        assert!((value("share") / share - 1.0).abs() < 0.1, "{} for {share}", value("share"));
+        assert!((value("above") / 2.5 - 1.0).abs() < 0.05, "{}", value("above"));
+        assert!((lossy.alpha(Axis::X) / SensorSpec::default().alpha - 1.0).abs() < 1e-3, "{}", lossy.alpha(Axis::X));
+        let fault = own.data_faults.iter().find(|fault| fault.kind.name() == "lost-counts").expect(&says);
+        assert!(fault.count > 500 && fault.says.contains("count in hardware"), "{fault:?}");
     }
-    let lossy = climb(lossy);
-    assert!(lossy.names().contains(&"lost-counts"), "{:?}", lossy.faults);
-    assert_eq!(lossy.ladders[0].effects, ["scale-factor", "bias"], "{}", lossy.ladders[0].in_words(Voice::Log));
-    assert!((lossy.alpha(Axis::X) / clean.alpha(Axis::X) - 1.0).abs() < 2e-3, "{}", lossy.alpha(Axis::X));
+    let bent = climb(with("cubic-nonlinearity:k3=0.0005"));
+    assert_eq!(bent.ladders[0].effects[2], "cubic-nonlinearity", "{}", bent.ladders[0].in_words(Voice::Log));
+    assert!(bent.ladders[0].data_faults.is_empty(), "{:?}", bent.ladders[0].data_faults);
 }
 
 #[test]

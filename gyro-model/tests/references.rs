@@ -538,3 +538,58 @@ fn a_short_heading_is_not_believed_to_its_last_digit() {
     let noise = found.noise.encoder.unwrap();
     assert!((1e-3..3e-3).contains(&noise), "{noise} rad");
 }
+
+/// A gyro that is read at every second row beside a rate that is measured at each: its noise between two readings is no physics.
+#[test]
+fn a_gyro_read_at_every_second_row_beside_a_rate_lacks_nothing() {
+    for seed in 1..=3 {
+        let sensor = SensorSpec { reference: Reference::Rate, reference_every: 1, ..SensorSpec::random(seed) };
+        let scenario =
+            Scenario { motion: "drive".parse().unwrap(), seed, seconds: 90.0, sensor, ..Scenario::default() };
+        let mut record = simulate(&scenario).record;
+        for k in (1..record.len()).step_by(2) {
+            record.rows[k].gyro = record.rows[k - 1].gyro;
+        }
+        let faults = faults::check(&mut record, &[]).faults;
+        let held: Vec<&str> =
+            faults.iter().map(|fault| fault.kind.name()).filter(|name| *name == "held-samples").collect();
+        assert_eq!(held.len(), 1, "{seed}: {faults:?}");
+        let options = Options { faults: &faults, ..Options::default() };
+        let (_, ladders) =
+            diagnose::ladder(&record, &Model::base_for(&record), &[scenario.sensor.axis], &options).unwrap();
+        assert_eq!(ladders[0].effects, ["scale-factor", "bias"], "{seed}: {}", ladders[0].in_words(Voice::Log));
+    }
+}
+
+/// An accelerometer that shows but noise along an axis tells next to nothing of the gyro's sensitivity along it: the standard error says
+/// so, as that of a least-squares fit of the rates does.
+#[test]
+fn the_standard_error_of_a_column_of_noise_is_that_of_least_squares() {
+    let mut squares = Vec::new();
+    for seed in 1..=6 {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+        let (true_g, accel_noise, noise) = (5e-5, 0.02, 3.5e-3);
+        let rows = (0..6000).map(|k| {
+            let t = f64::from(k) / RATE_HZ;
+            let rate = 1.2 * (TAU * 0.31 * t).sin() + 0.7 * (TAU * 0.83 * t + 1.0).sin();
+            let mut row = Row { t_ns: (t * 1e9).round() as i64, ..Row::EMPTY };
+            row.accel = [9.8 * (0.4 * t).cos(), 9.8 * (0.4 * t).sin(), 0.0].map(|a| a + accel_noise * normal());
+            row.gyro[2] = (rate + true_g * row.accel[2] + 0.01) / 0.99 + noise * normal();
+            row.ref_rate[2] = rate + 3e-4 * normal();
+            row
+        });
+        let record = Record { rows: rows.collect(), ..Record::default() };
+        let mut model = Model::base_for(&record);
+        let effect = gyro_model::effects::find("g-sensitivity").unwrap();
+        model.axes[2].as_mut().unwrap().terms.push(gyro_model::Term::neutral(effect, Axis::Z));
+        let fitted = fit(&record, &model, &[Axis::Z]).unwrap();
+        let term = fitted.axes[2].as_ref().unwrap().term("g-sensitivity").unwrap();
+        let expected = noise / (accel_noise * 6000_f64.sqrt());
+        let error = term.std_errors[2];
+        assert!((0.6..2.0).contains(&(error / expected)), "{seed}: {error} for {expected}");
+        squares.push(((term.values[2] - true_g) / error).powi(2));
+    }
+    let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+    assert!(rms < 2.0, "{rms}");
+}

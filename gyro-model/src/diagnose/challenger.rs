@@ -205,8 +205,13 @@ impl<'a> Incumbent<'a> {
             });
             costs.fold(f64::INFINITY, f64::min)
         };
+        // A gyro may be noisier than it was taken for: what the log shows from row to row is noise.
+        let channels = &self.study.evaluation.residual;
+        let steps = of_steps(&channels[series.min(channels.len() - 1)]);
         let gains = (0..SHAPED).map(|seed| {
-            let [plain, undone] = draw_through(bench, series, &study.warm[series], [before, after], seed);
+            let [mut plain, mut undone] = draw_through(bench, series, &study.warm[series], [before, after], seed);
+            let larger = (steps / of_steps(&plain)).clamp(1.0, NOISIER);
+            plain.iter_mut().chain(&mut undone).for_each(|x| *x *= larger);
             likeliest(&plain) - likeliest(&undone)
         });
         (gains.sum::<f64>() / SHAPED as f64 * bench.problem.channels() as f64).max(0.0)
@@ -364,6 +369,12 @@ impl Challenger<'_> {
     }
 }
 
+/// Root mean square of the steps from row to row.
+fn of_steps(series: &[f64]) -> f64 {
+    let squares = series.windows(2).map(|pair| (pair[1] - pair[0]).powi(2));
+    (squares.sum::<f64>() / series.len().max(2) as f64).sqrt()
+}
+
 /// The incumbent with one suspect, fitted.
 struct Trial<'a> {
     study: Study<'a>,
@@ -403,6 +414,8 @@ pub(super) const BLOCKS_APART: usize = BLOCKS_OF_INCREMENTS / 10;
 const SELDOM: f64 = 12.0;
 /// Times what undoing a response gains on white noise that it has to gain: noise that grows with the rate gains more.
 const SHAPES: f64 = 2.0;
+/// Times that the noise of a log may be larger than what its sensors' own signals say.
+const NOISIER: f64 = 2.0;
 /// Draws of noise alone that a response is undone on.
 const SHAPED: u64 = 4;
 /// Share of draws that white noise leaves below what the largest is compared with.

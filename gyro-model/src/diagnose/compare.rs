@@ -1,13 +1,12 @@
 //! A model held against a log: its errors, and whether they are noise.
 
 use super::{
-    Options, Says, Standing, apart, axis_result,
+    Options, Says, Standing, add_faults, apart, axis_result,
     challenger::Incumbent,
     each_group,
     observed::Observed,
     sorted,
     verdicts::{at_rest, decide},
-    wrong_ratio,
 };
 use crate::{
     Axis, Model, Record,
@@ -60,7 +59,7 @@ pub fn compare(
                     axis_result(record, &incumbent.study, k, (&judged, budget), told, (None, false), options);
                 let models =
                     if fits { vec![judged::axis_model(&incumbent.study.model, found.axis)] } else { Vec::new() };
-                wrong_ratio(record, found.axis, &models, &found.finding, &mut found.remarks, &mut found.data_faults);
+                add_faults(record, &models, &mut found);
                 found.remarks.extend(not_seen.filter(|_| found.verdict != Verdict::BadData));
                 found
             })

@@ -63,7 +63,7 @@ impl Known<'_> {
         row.map_or(f64::INFINITY, |(_, row)| self.gls.std_error(*row))
     }
 
-    /// A frequency has to lie in the band of the log, an instant in the log.
+    /// A frequency has to lie in the band of the log, an instant in the log, a rate within those that it shows.
     fn of_shape(&self, parameter: usize) -> f64 {
         let cards = self.term.effect.parameters(self.series.axis);
         let (card, value, span) = (&cards[parameter], self.term.values[parameter], self.series.span());
@@ -73,6 +73,8 @@ impl Known<'_> {
             if is_inside { limit::INSTANT.value * span.duration } else { 0.0 }
         } else if card.unit == "Hz" {
             if value <= 0.5 / span.dt { value } else { 0.0 }
+        } else if card.unit == "rad/s" {
+            if value.abs() <= span.reading_max { value.abs() } else { 0.0 }
         } else if card.neutral == 0.0 || card.unit != "1" {
             value.abs()
         } else {

@@ -4,7 +4,7 @@
 //! the best of the first round may stand for several: then the search goes on to its end, and what it ends with is what is missing.
 
 use super::{
-    Options, Standing, apart, axis_result,
+    Options, Standing, add_faults, apart, axis_result,
     challenger::{Challenger, Incumbent},
     comparison::aliases,
     each_group,
@@ -14,7 +14,6 @@ use super::{
     search::{Alike, added, search_on},
     sorted, users,
     verdicts::{at_rest, decide, leaves_noise},
-    wrong_ratio,
 };
 use crate::{
     Axis, AxisModel, Model, Record,
@@ -107,13 +106,14 @@ pub fn diagnose(
             let missing = found.set.iter().map(|r| r.candidate.term.effect.card().id.to_owned());
             let missing = if found.set.len() > 1 { missing.collect() } else { Vec::new() };
             let (judged, told) = ((&found.judged, budget), (finding, remarks));
-            let mut axis = axis_result(record, &incumbent.study, k, judged, told, (Some(listed), is_noise), options);
+            let axis = axis_result(record, &incumbent.study, k, judged, told, (Some(listed), is_noise), options);
             // Of what is missing, any may change α.
             let models = found.models(seen).map(|model| judged::axis_model(model, axis.axis));
             let models: Vec<AxisModel> =
                 std::iter::once(judged::axis_model(&incumbent.study.model, axis.axis)).chain(models).collect();
-            wrong_ratio(record, axis.axis, &models, &axis.finding, &mut axis.remarks, &mut axis.data_faults);
-            AxisDiagnosis { missing, missing_error_curve, explained, unfinished, ..axis }
+            let mut axis = AxisDiagnosis { missing, missing_error_curve, explained, unfinished, ..axis };
+            add_faults(record, &models, &mut axis);
+            axis
         });
         let told = of_one_orientation(told.collect());
         (incumbent.study.model.clone(), told)

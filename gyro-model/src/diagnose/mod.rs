@@ -35,8 +35,10 @@ mod zeros;
 use crate::{
     Axis, AxisModel, Model, Record, Row,
     budget::Budget,
-    diagnosis::{AxisDiagnosis, AxisLadder, DataFault, ErrorPoint, Explained, LadderStep, Suspect, Verdict},
-    effects::{CATALOGUE, Effect, Stage, Trait, find, temperature_bias::TEMPERATURE_BIAS},
+    diagnosis::{
+        AxisDiagnosis, AxisLadder, AxisResult, DataFault, ErrorPoint, Explained, LadderStep, Suspect, Verdict,
+    },
+    effects::{CATALOGUE, Effect, Stage, Trait, find, lost_counts::LOST_COUNTS, temperature_bias::TEMPERATURE_BIAS},
     evidence::{
         study::{Bench, Study},
         track::HeldRate,
@@ -51,7 +53,7 @@ use crate::{
     },
     parallel,
     record::ReferenceKind,
-    words::{self, Voice},
+    words::{self, Voice, headline::clause},
 };
 use challenger::Incumbent;
 pub use compare::compare;
@@ -251,8 +253,7 @@ pub fn ladder(
             None => ladder::climb(record, bench, model, options),
         };
         for l in &mut ladders {
-            let models = [judged::axis_model(&fitted, l.axis)];
-            wrong_ratio(record, l.axis, &models, &l.finding, &mut l.remarks, &mut l.data_faults);
+            add_faults(record, &[judged::axis_model(&fitted, l.axis)], l);
         }
         (fitted, ladders)
     };
@@ -276,22 +277,32 @@ fn sorted<T>(mut list: Vec<T>, axis: impl Fn(&T) -> Axis) -> Vec<T> {
     list
 }
 
-/// Remarks of an axis where α of its models is one that no gyro has: beside its finding, for the error may be what noise makes.
-fn wrong_ratio(
-    record: &Record,
-    axis: Axis,
-    models: &[AxisModel],
-    finding: &Finding,
-    remarks: &mut Vec<Remark>,
-    faults: &mut Vec<DataFault>,
-) {
-    if matches!(finding, Finding::BadData { .. }) {
+/// Faults of the data that only a model shows: α of `models` is one that no gyro has, whatever the finding, for the error may be what
+/// noise makes; or the encoder loses counts, by the model or by what the finding names.
+fn add_faults(record: &Record, models: &[AxisModel], found: &mut AxisResult) {
+    if matches!(found.finding, Finding::BadData { .. }) {
         return;
     }
-    if let Some(fault) = ratio::fault(record, axis, models) {
-        remarks.push(Remark::WrongRatio);
-        faults.push(fault);
+    if let Some(fault) = ratio::fault(record, found.axis, models) {
+        found.remarks.push(Remark::WrongRatio);
+        found.data_faults.push(fault);
     }
+    found.data_faults.extend(lost_counts(record, found));
+}
+
+/// Counts that an encoder loses, by the model or by the effects that the finding names.
+fn lost_counts(record: &Record, found: &AxisResult) -> Option<DataFault> {
+    let (card, axis) = (LOST_COUNTS.card(), found.axis);
+    let named = || found.suspects.iter().find(|suspect| suspect.effect == card.id && found.finding.has(card.id));
+    let is_in_model = found.effects.iter().any(|id| id == card.id);
+    let parameters = if is_in_model { &found.parameters } else { &named()?.parameters };
+    let above = parameters.iter().find(|p| p.effect == card.id && p.name == "above")?.value?;
+    let is_fast = |row: &&Row| row.gyro[axis.index()].abs() > above;
+    let fast = record.rows.iter().filter(is_fast);
+    let first_t = fast.clone().next().map(|row| (row.t_ns - record.rows[0].t_ns) as f64 * 1e-9);
+    let says = format!("ref_angle_{axis}: {}. Remedy: {}", clause(axis, card.id, parameters), card.at_source);
+    let count = fast.count() as u64;
+    Some(DataFault { kind: FaultKind::LostCounts, axis: Some(axis), count, first_t, says })
 }
 
 /// The first of the faults that make every other verdict on axes that are judged together worthless: theirs, and those of the whole

@@ -7,7 +7,7 @@ use super::{
     comparison::{drop_driven, drop_seen_from_one_side, prefer_plainer, rank, take_smoothed_counts},
 };
 use crate::{
-    effects::{Effect, Stage, Trait},
+    effects::{Effect, Stage, Trait, are_aliases},
     evidence::series::Series,
     parallel,
     scan::{Candidate, can_show, is_near},
@@ -39,8 +39,9 @@ impl<'a> Incumbent<'a> {
             parallel::map(&self.trials(list), refit).concat()
         };
         let mut left = refitted(&first);
-        // What cannot come near the best by either measure is not refitted.
-        let rest: Vec<Candidate> = rest.into_iter().filter(|c| self.may_win(c, &left)).collect();
+        // What cannot come near the best by either measure is not refitted, unless it may be taken for it.
+        let rest: Vec<Candidate> =
+            rest.into_iter().filter(|c| self.may_win(c, &left) || is_alias_of_best(c, &left)).collect();
         left.extend(refitted(&rest));
         left.extend(refitted(&self.simpler(&left, options)));
         let series = &self.study.bench.problem.series;
@@ -136,6 +137,13 @@ impl<'a> Incumbent<'a> {
         let mut promising = own.flat_map(|k| scanner.best(effect, k)).filter(|c| lowers(c) || shows(c));
         promising.any(|candidate| self.refit(candidate).passes(self))
     }
+}
+
+/// Whether the catalogue says that a candidate may be taken for the best of those fitted so far.
+fn is_alias_of_best(candidate: &Candidate, fitted: &[Challenger]) -> bool {
+    let own = fitted.iter().filter(|r| r.candidate.series == candidate.series && !r.at_bound());
+    let best = own.min_by(|a, b| a.excess.total_cmp(&b.excess));
+    best.is_some_and(|best| are_aliases(best.candidate.term.effect.card().id, candidate.term.effect.card().id))
 }
 
 fn is_of_times(candidate: &Candidate) -> bool {

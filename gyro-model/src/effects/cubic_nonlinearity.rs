@@ -38,6 +38,11 @@ static CARD: Card = Card {
             split_by: "several amplitudes: a dead zone is always at the same rate, a curve is not",
         },
         Alias {
+            id: "lost-counts",
+            when: "few rates are turned at: both show more of the gyro than of the encoder where it is fast",
+            split_by: "a slow ramp through all rates: counts are lost from one rate on, a gyro bends throughout; or a counter in hardware",
+        },
+        Alias {
             id: "reference-smoothing",
             when: "the motion is fast only where it is large",
             split_by: "a slower and a faster motion of the same amplitude; or the filter settings of the reference",

@@ -36,6 +36,7 @@ pub mod encoder_subdivision;
 pub mod g_sensitivity;
 pub mod g_squared_sensitivity;
 pub mod lag;
+pub mod lost_counts;
 mod memory;
 pub mod mount_resonance;
 mod operators;
@@ -88,6 +89,7 @@ pub static CATALOGUE: &[&dyn Effect] = &[
     &encoder_eccentricity::ENCODER_ECCENTRICITY,
     &encoder_subdivision::ENCODER_SUBDIVISION,
     &encoder_backlash::ENCODER_BACKLASH,
+    &lost_counts::LOST_COUNTS,
     &reference_smoothing::REFERENCE_SMOOTHING,
     &reference_lag::REFERENCE_LAG,
 ];

@@ -52,7 +52,12 @@ pub(crate) fn within(value: f64, low: f64, high: f64) -> f64 {
     }
 }
 
-/// Derivative of samples at uneven times, centred, of fourth order where five even samples stand around.
+/// Derivative of samples at uneven times: that of the polynomial through the five samples about each, or of the straight line through the two
+/// beside it where five do not stand around at about the same distances.
+///
+/// ```text
+/// y'(t_k) = Σ_j w_j (y_j − y_k),   w_j = 1/(t_j − t_k) Π_l (t_k − t_l)/(t_j − t_l),   l ≠ j, k     (Lagrange)
+/// ```
 pub(crate) fn derivative(t: &[f64], y: &[f64]) -> Vec<f64> {
     let n = y.len();
     (0..n)
@@ -60,18 +65,20 @@ pub(crate) fn derivative(t: &[f64], y: &[f64]) -> Vec<f64> {
             if n < 2 {
                 return 0.0;
             }
-            let (a, b) = (k.saturating_sub(1), (k + 1).min(n - 1));
-            if k < 2 || k + 2 >= n {
-                return (y[b] - y[a]) / (t[b] - t[a]);
+            if let Some(around) = stencil(t, k) {
+                return around.map(|(j, w, _)| w * (y[j] - y[k])).iter().sum();
             }
-            let near = (y[k + 1] - y[k - 1]) / (t[k + 1] - t[k - 1]);
-            let far = (y[k + 2] - y[k - 2]) / (t[k + 2] - t[k - 2]);
-            if is_even(t, k) { (4.0 * near - far) / 3.0 } else { near }
+            let (a, b) = (k.saturating_sub(1), (k + 1).min(n - 1));
+            (y[b] - y[a]) / (t[b] - t[a])
         })
         .collect()
 }
 
-/// Second derivative of samples at uneven times, centred, of fourth order where five even samples stand around.
+/// Second derivative of samples at uneven times, in the same way.
+///
+/// ```text
+/// y''(t_k) = Σ_j 2 w_j (y_j − y_k) Σ_l 1/(t_k − t_l),   l ≠ j, k
+/// ```
 pub(crate) fn second_derivative(t: &[f64], y: &[f64]) -> Vec<f64> {
     let n = y.len();
     (0..n)
@@ -80,24 +87,40 @@ pub(crate) fn second_derivative(t: &[f64], y: &[f64]) -> Vec<f64> {
                 return 0.0;
             }
             let k = k.clamp(1, n - 2);
-            let around = |step: usize| {
-                let (ahead, behind) = (t[k + step] - t[k], t[k] - t[k - step]);
-                2.0 * ((y[k + step] - y[k]) / ahead - (y[k] - y[k - step]) / behind) / (ahead + behind)
-            };
-            if k < 2 || k + 2 >= n {
-                return around(1);
+            if let Some(around) = stencil(t, k) {
+                return around.map(|(j, w, bends)| 2.0 * w * bends * (y[j] - y[k])).iter().sum();
             }
-            if is_even(t, k) { (4.0 * around(1) - around(2)) / 3.0 } else { around(1) }
+            let (ahead, behind) = (t[k + 1] - t[k], t[k] - t[k - 1]);
+            2.0 * ((y[k + 1] - y[k]) / ahead - (y[k] - y[k - 1]) / behind) / (ahead + behind)
         })
         .collect()
 }
 
-/// Whether the five times about `k` are evenly spaced, to 2 % of their span.
-fn is_even(t: &[f64], k: usize) -> bool {
-    let (span, mean) = (t[k + 2] - t[k - 2], 0.5 * (t[k + 2] + t[k - 2]));
-    let steps = [t[k + 1] - t[k], t[k] - t[k - 1]];
-    steps.iter().all(|step| (4.0 * step - span).abs() < 0.02 * span) && (t[k] - mean).abs() < 0.02 * span
+/// The four samples about `k`, each with w_j and Σ_l 1/(t_k − t_l); `None` where there are not four, or their distances are not alike.
+fn stencil(t: &[f64], k: usize) -> Option<[(usize, f64, f64); 4]> {
+    if k < 2 || k + 2 >= t.len() {
+        return None;
+    }
+    let mean = 0.25 * (t[k + 2] - t[k - 2]);
+    let is_alike = |pair: &[f64]| (0.5 * mean..2.0 * mean).contains(&(pair[1] - pair[0]));
+    if !t[k - 2..=k + 2].windows(2).all(is_alike) {
+        return None;
+    }
+    let about = [k - 2, k - 1, k + 1, k + 2];
+    let is_even = |j: usize, steps: f64| (t[j] - t[k] - steps * mean).abs() < EVEN * mean;
+    if is_even(k - 2, -2.0) && is_even(k - 1, -1.0) && is_even(k + 1, 1.0) {
+        let weights = [(1.0, -0.5), (-8.0, -1.0), (8.0, 1.0), (-1.0, 0.5)];
+        return Some(std::array::from_fn(|i| (about[i], weights[i].0 / (12.0 * mean), weights[i].1 / mean)));
+    }
+    Some(about.map(|j| {
+        let others = || about.into_iter().filter(move |&l| l != j);
+        let w = others().map(|l| (t[k] - t[l]) / (t[j] - t[l])).product::<f64>() / (t[j] - t[k]);
+        (j, w, others().map(|l| 1.0 / (t[k] - t[l])).sum())
+    }))
 }
+
+/// Share of a step by which samples may be off even times and their derivative is that of even ones.
+const EVEN: f64 = 1e-5;
 
 /// The rate without its fastest noise: a parabola through the samples within ±12 ms. A play operator or a threshold
 /// would follow the noise, which the sensor's physics does not see.
@@ -301,6 +324,26 @@ pub(crate) fn low_passed(t: &[f64], u: &[f64], time_constant: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn derivatives_are_of_fourth_order_at_even_times_and_at_times_that_scatter() {
+        let omega = std::f64::consts::TAU * 5.0;
+        for scatter in [0.0, 1e-4, 1e-3] {
+            let t: Vec<f64> =
+                (0..200).map(|k| 0.01 * f64::from(k) + scatter * (f64::from(k * 7919 % 13) / 6.0 - 1.0)).collect();
+            let y: Vec<f64> = t.iter().map(|t| (omega * t).sin()).collect();
+            let (first, second) = (derivative(&t, &y), second_derivative(&t, &y));
+            for k in 3..197 {
+                let (sin, cos) = (omega * t[k]).sin_cos();
+                assert!((first[k] / omega - cos).abs() < 2e-3, "{scatter}, {k}: {} for {cos}", first[k] / omega);
+                assert!(
+                    (second[k] / omega.powi(2) + sin).abs() < 5e-3,
+                    "{scatter}, {k}: {}",
+                    second[k] / omega.powi(2)
+                );
+            }
+        }
+    }
 
     #[test]
     fn moments_that_are_carried_are_those_that_are_made_anew() {

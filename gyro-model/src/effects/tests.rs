@@ -18,7 +18,7 @@ fn a_slip_of_the_pen_is_guessed() {
     assert_eq!(meant(""), "");
 }
 
-const IDS: [&str; 29] = [
+const IDS: [&str; 30] = [
     "scale-factor",
     "bias",
     "cross-axis",
@@ -46,12 +46,13 @@ const IDS: [&str; 29] = [
     "encoder-eccentricity",
     "encoder-subdivision",
     "encoder-backlash",
+    "lost-counts",
     "reference-smoothing",
     "reference-lag",
 ];
 
 /// The table of the effects' aliases, both ways.
-const PAIRS: [[&str; 2]; 24] = [
+const PAIRS: [[&str; 2]; 25] = [
     ["delay", "g-sensitivity"],
     ["quadratic-nonlinearity", "g-sensitivity"],
     ["delay", "lag"],
@@ -73,6 +74,7 @@ const PAIRS: [[&str; 2]; 24] = [
     ["reference-smoothing", "mount-resonance"],
     ["reference-smoothing", "cubic-nonlinearity"],
     ["mount-resonance", "cubic-nonlinearity"],
+    ["lost-counts", "cubic-nonlinearity"],
     ["reference-lag", "delay"],
     ["reference-lag", "mount-resonance"],
     ["reference-lag", "reference-smoothing"],
@@ -204,6 +206,7 @@ fn typical_parameters_change_something() {
         let changes = (0..6000).any(|k| {
             let t = f64::from(k) * 0.01;
             let s = signals(t, axis);
+            let s = Signals { rates: s.rates.map(|rate| 10.0 * rate), ..s };
             effect.error(&p, &s, &mut errors) != 0.0
                 || effect.valid_time(&p, t) != t
                 || effect.respond(&p, s.rate(), 0.01, &mut forward) != s.rate()

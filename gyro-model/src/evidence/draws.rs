@@ -6,9 +6,10 @@
 
 use super::{
     integrate::integral,
-    prior::Prior,
+    prior::{Prior, reference_walk},
+    rough::median_apart,
     rounding::Rounding,
-    series::{Reading, Series, rests},
+    series::{Reading, Series, curve, rests},
     study::{Bench, Study},
     track::{shown_of_noise, undone},
     warm::Warm,
@@ -139,7 +140,7 @@ impl<'a> Draws<'a> {
                     None if seed == ZEROED => 0.0,
                     None => rng.random::<f64>() * s.encoder.step,
                 };
-                let smoothed = if is_shown { self.walk_as_shown(terms, white, &mut rng) } else { Vec::new() };
+                let smoothed = if is_shown { self.walk_as_shown(terms, prior, &mut rng) } else { Vec::new() };
                 let (mut walk, mut skipped, mut before) = (0.0, 0.0, 0.0);
                 s.reference_rows
                     .iter()
@@ -173,13 +174,13 @@ impl<'a> Draws<'a> {
 
     /// White noise of the readings as an angle at the reference's rows, what the model makes of it in the angle that a smoothed reference
     /// shows included.
-    fn walk_as_shown(&self, terms: &[Term], white: f64, rng: &mut ChaCha8Rng) -> Vec<f64> {
+    fn walk_as_shown(&self, terms: &[Term], prior: &Prior, rng: &mut ChaCha8Rng) -> Vec<f64> {
         let s = &self.study.bench.problem.series[self.series];
-        let sigma = white / s.span().dt.sqrt();
-        let rate: Vec<f64> = s.t.iter().map(|_| sigma * draw_normal(rng)).collect();
-        let angle = integral(&s.t, &rate);
+        let (own, of_reference) = whites(s, prior);
+        let angle = integral(&s.t, &white_rates(s, own, rng));
         let off = shown_of_noise(s, terms, &self.study.warm[self.series], &angle);
-        s.reference_rows.iter().zip(off).map(|(&row, off)| angle[row] + off).collect()
+        let walk = walk(s, of_reference, rng);
+        s.reference_rows.iter().zip(off).zip(walk).map(|((&row, off), walk)| angle[row] + off + walk).collect()
     }
 }
 
@@ -189,8 +190,8 @@ impl<'a> Draws<'a> {
 pub(crate) fn draw_through(bench: &Bench, series: usize, warm: &Warm, terms: [&[Term]; 2], seed: u64) -> [Vec<f64>; 2] {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (s, prior) = (&bench.problem.series[series], &bench.prior[series]);
-    let sigma = white_share(s, prior).sqrt() * prior.angle_random_walk / s.span().dt.sqrt();
-    let mut noise: Vec<f64> = (0..s.t.len()).map(|_| sigma * draw_normal(&mut rng)).collect();
+    let (own, of_reference) = whites(s, prior);
+    let mut noise = white_rates(s, own, &mut rng);
     if let Some(rounding) = &prior.rounding {
         noise.iter_mut().zip(rounding.draw(seed)).for_each(|(noise, off)| *noise += off);
     }
@@ -202,11 +203,39 @@ pub(crate) fn draw_through(bench: &Bench, series: usize, warm: &Warm, terms: [&[
             encoder_error(s, prior, along, offset, i, noise, &mut rng)
         })
         .collect();
+    let walk = walk(s, of_reference, &mut rng);
     terms.map(|terms| {
         let angle = undone(s, terms, &noise);
         let off = shown_of_noise(s, terms, warm, &angle).into_iter().chain(std::iter::repeat(0.0));
-        s.reference_rows.iter().zip(&reading).zip(off).map(|((&row, e), off)| angle[row] + off - e).collect()
+        let reference = reading.iter().zip(&walk).map(|(reading, walk)| reading + walk);
+        s.reference_rows.iter().zip(reference).zip(off).map(|((&row, e), off)| angle[row] + off - e).collect()
     })
+}
+
+/// N of the white noise of the readings, and of a reference that is a rate, rad/√s: no response of the gyro shapes that.
+fn whites(s: &Series, prior: &Prior) -> (f64, f64) {
+    let reference = reference_walk(s);
+    let own = (prior.angle_random_walk.powi(2) - reference.powi(2)).max(0.0).sqrt();
+    (white_share(s, prior).sqrt() * own, reference)
+}
+
+/// White noise of the readings, N = `white` rad/√s, at the samples, rad/s; at those without a reading as the gyro's is, between the
+/// readings beside them.
+fn white_rates(s: &Series, white: f64, rng: &mut ChaCha8Rng) -> Vec<f64> {
+    let at: Vec<f64> = s.t.iter().zip(&s.read).filter(|(_, read)| **read).map(|(t, _)| *t).collect();
+    let sigma = white / median_apart(&at).sqrt();
+    let drawn: Vec<f64> = s.read.iter().map(|read| if *read { sigma * draw_normal(rng) } else { f64::NAN }).collect();
+    curve(&s.t, &drawn).unwrap_or_default()
+}
+
+/// White noise of a reference that is a rate, N = `white` rad/√s, as an angle at its rows, rad.
+fn walk(s: &Series, white: f64, rng: &mut ChaCha8Rng) -> Vec<f64> {
+    let steps = s.reference_t.windows(2).map(|pair| white * (pair[1] - pair[0]).sqrt() * draw_normal(rng));
+    let sum = |angle: &mut f64, step: f64| {
+        *angle += step;
+        Some(*angle)
+    };
+    std::iter::once(0.0).chain(steps).scan(0.0, sum).collect()
 }
 
 /// The angle, at the samples, of what rounding leaves of the rates that are held, rad; empty where noise evens it out.

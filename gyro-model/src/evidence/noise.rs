@@ -8,11 +8,12 @@ use super::{
     draws::Draws,
     growth,
     prior::Prior,
+    rough::median_apart,
     series::Reading,
     study::Study,
     whiten::{NoiseModel, Rows, Whitener},
 };
-use crate::{model::Noise, nls};
+use crate::{model::Noise, nls, record::ReferenceKind};
 use faer::Mat;
 
 /// Blocks in time over which the likelihood is held out.
@@ -132,11 +133,12 @@ impl NoiseModel {
 /// took it for such would not believe its own gyro.
 pub(crate) fn sober(study: &Study, noise: &NoiseModel) -> Option<NoiseModel> {
     let most = of_sensors(&study.bench.prior[0]);
+    let is_usual = of_trapezoids(study, noise).is_some_and(|walk| walk <= most.angle_random_walk);
     let sober = NoiseModel {
         angle_random_walk: noise.angle_random_walk.min(most.angle_random_walk),
         bias_random_walk: noise.bias_random_walk.min(most.bias_random_walk),
         encoder: noise.encoder.min(most.encoder),
-        correlated: noise.correlated.min(most.correlated),
+        correlated: if is_usual { noise.correlated } else { noise.correlated.min(most.correlated) },
         rate_random_walk: noise.rate_random_walk.min(most.rate_random_walk),
         ..*noise
     };
@@ -148,6 +150,30 @@ pub(crate) fn of_sensors(prior: &Prior) -> NoiseModel {
     NoiseModel::of_a_sensor((ABOVE_PRIOR * prior.angle_random_walk).max(POOR), ABOVE_PRIOR * prior.encoder)
 }
 
+/// N of the white noise that this noise is beside a reference that is a rate, rad/√s, where it goes together over a row or two: both
+/// are integrated by trapezoids, each step of which is the mean of two readings.
+///
+/// ```text
+/// v = N₀² h + 2 σ² T² (h/T − 1 + e^(−h/T)),   N² = 2 v/h
+/// ```
+///
+/// with v the variance of a step of h. A correlated rate that fits the steps adds up to more than that over many of them.
+fn of_trapezoids(study: &Study, noise: &NoiseModel) -> Option<f64> {
+    let (h, time) = (median_apart(study.bench.problem.times()), noise.correlation_time);
+    let is_rate = study.bench.problem.series[0].kind == ReferenceKind::Rate && study.every == 1;
+    let is_short = is_rate && noise.correlated > 0.0 && time < FEW_ROWS * h;
+    let correlated = 2.0 * (noise.correlated * time).powi(2) * (h / time + (-h / time).exp_m1());
+    is_short.then(|| (2.0 * (noise.angle_random_walk.powi(2) + correlated / h)).sqrt())
+}
+
+/// What standard errors are, over what a noise says that goes together over a row or two.
+pub(super) fn error_of_trapezoids(study: &Study, noise: &NoiseModel) -> f64 {
+    let said = noise.angle_random_walk.hypot((2.0 * noise.correlation_time).sqrt() * noise.correlated);
+    of_trapezoids(study, noise).map_or(1.0, |walk| (walk / said).min(1.0))
+}
+
+/// Correlation time, in rows, up to which noise is white.
+const FEW_ROWS: f64 = 4.0;
 /// How far the noise may lie above its prior and still be noise.
 const ABOVE_PRIOR: f64 = 2.0;
 /// N of a poor MEMS gyro, rad/√s (0.03 °/√s): noise of this size needs no physics.

@@ -181,7 +181,7 @@ pub(crate) fn read_angle(series: &Series) -> Vec<f64> {
 }
 
 /// N of the angle that a rate with noise integrates to, rad/√s; 0 for other references.
-fn reference_walk(series: &Series) -> f64 {
+pub(super) fn reference_walk(series: &Series) -> f64 {
     if series.walk.reference > 0.0 {
         return series.walk.reference;
     }

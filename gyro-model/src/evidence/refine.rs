@@ -119,12 +119,13 @@ impl Study<'_> {
         let beyond = noise::beyond_white(self, gls);
         let walking = identify::with_unseen_walk(self, gls);
         let whitener = noise::whitener(self, &gls.noise);
+        let less = noise::error_of_trapezoids(self, &gls.noise);
         let of_instants: Vec<Option<f64>> =
             self.slots.iter().map(|slot| instants::std_error(self, &whitener, *slot)).collect();
         for (k, slot) in self.slots.iter().enumerate() {
             let axis = self.bench.problem.series[slot.series].axis.index();
             if let Some(model) = &mut self.model.axes[axis] {
-                let sigmas = [beyond[k] * gls.std_error(k), walking.std_error(k)];
+                let sigmas = [beyond[k] * gls.std_error(k), walking.std_error(k)].map(|sigma| less * sigma);
                 let sigma = sigmas[0].max(sigmas[0].hypot(sigmas[1]) / 2_f64.sqrt());
                 model.terms[slot.term].std_errors[slot.parameter] = match &scatter {
                     Some(scatter) if sigma.is_finite() => scatter[k],

@@ -163,6 +163,22 @@ pub(super) fn usual(apart: Vec<f64>) -> f64 {
 /// So many times that is a hole.
 pub(super) const HOLE: f64 = 3.5;
 
+/// Which of these rows of a reference count, by their place: where the gyro is read at every second of them or fewer, those at which it
+/// is. What is between two readings is made of their noise, and less of it.
+fn beside_readings(rows: &[usize], read: &[bool]) -> Vec<usize> {
+    let beside: Vec<usize> = (0..rows.len()).filter(|&k| read[rows[k]]).collect();
+    let readings = match (rows.first(), rows.last()) {
+        (Some(&first), Some(&last)) => read[first..=last].iter().filter(|read| **read).count(),
+        _ => 0,
+    };
+    let are_most = beside.len() as f64 > MOST_READINGS * readings as f64;
+    if are_most && (beside.len() as f64) < SELDOM * rows.len() as f64 { beside } else { (0..rows.len()).collect() }
+}
+
+/// Share of a gyro's readings that stand in rows of its reference, and share of those rows in which they do, where it is read seldom.
+const MOST_READINGS: f64 = 0.9;
+const SELDOM: f64 = 0.7;
+
 /// Takes off, after each hole of a reference, the turns by which it is off what the gyro has turned meanwhile.
 fn unwrap_over_holes(t: &[f64], angle: &mut [f64], turned: &[f64]) {
     use std::f64::consts::TAU;
@@ -307,7 +323,7 @@ impl Series {
         let t: Vec<f64> = rows.iter().map(|r| r.t_ns as f64 * 1e-9).collect();
         let column = |pick: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..rows.len()).map(pick).collect() };
         let raw = column(&|k| rows[k].gyro[i]);
-        let (read, missing) = (raw.iter().map(|v| v.is_finite()).collect(), holes(&t, &raw));
+        let (read, missing): (Vec<bool>, _) = (raw.iter().map(|v| v.is_finite()).collect(), holes(&t, &raw));
         let gyro = curve(&t, &raw)?;
         let filled = |pick: &dyn Fn(usize) -> f64| fill(&t, &column(pick)).unwrap_or_default();
         let rates = std::array::from_fn(|a| {
@@ -336,12 +352,15 @@ impl Series {
         let (first, last) = (t[0], t[t.len() - 1]);
         let ends = ENDS * (last - first);
         let within = |k: &usize| t[*k] >= first + ends && t[*k] <= last - ends;
-        let reference_rows: Vec<usize> = (0..rows.len()).filter(has).filter(within).collect();
-        let reference_t: Vec<f64> = reference_rows.iter().map(|&k| t[k]).collect();
-        let reference_rate: Vec<f64> = match kind {
-            ReferenceKind::Rate => reference_rows.iter().map(|&k| rows[k].ref_rate[i]).collect(),
-            ReferenceKind::Angle | ReferenceKind::Quaternion => Vec::new(),
+        let every_row: Vec<usize> = (0..rows.len()).filter(has).filter(within).collect();
+        let every_t: Vec<f64> = every_row.iter().map(|&k| t[k]).collect();
+        // Of an encoder each row tells when it counted.
+        let picked = match kind {
+            ReferenceKind::Angle => (0..every_row.len()).collect(),
+            ReferenceKind::Rate | ReferenceKind::Quaternion => beside_readings(&every_row, &read),
         };
+        let reference_rows: Vec<usize> = picked.iter().map(|&k| every_row[k]).collect();
+        let reference_t: Vec<f64> = reference_rows.iter().map(|&k| t[k]).collect();
         let quiet = OnceLock::new();
         let (reference_angle, encoder, readings) = match kind {
             ReferenceKind::Angle => {
@@ -357,8 +376,10 @@ impl Series {
                 (angle, encoder, readings)
             }
             ReferenceKind::Rate => {
-                let angle = if record.turned.is_empty() {
-                    integral(&reference_t, &reference_rate)
+                let angle: Vec<f64> = if record.turned.is_empty() {
+                    let rate: Vec<f64> = every_row.iter().map(|&k| rows[k].ref_rate[i]).collect();
+                    let angle = integral(&every_t, &rate);
+                    picked.iter().map(|&k| angle[k]).collect()
                 } else {
                     reference_rows.iter().map(|&k| record.turned[k].reference[i]).collect()
                 };
@@ -366,6 +387,18 @@ impl Series {
                 (angle, Encoder::NONE, readings)
             }
             ReferenceKind::Quaternion => (Vec::new(), Encoder::NONE, each(reference_rows.len())),
+        };
+        // Its rate from one of these rows to the next.
+        let reference_rate = match kind {
+            ReferenceKind::Rate if picked.len() == every_row.len() => {
+                every_row.iter().map(|&k| rows[k].ref_rate[i]).collect()
+            }
+            ReferenceKind::Rate => {
+                let pairs = reference_t.windows(2).zip(reference_angle.windows(2));
+                let rates = pairs.map(|(t, angle)| (angle[1] - angle[0]) / (t[1] - t[0]));
+                rates.clone().chain(rates.last()).collect()
+            }
+            ReferenceKind::Angle | ReferenceKind::Quaternion => Vec::new(),
         };
         let one_line = line::only(&reference_t, &reference_angle);
         (reference_rows.len() >= 20).then_some(Self {

@@ -279,7 +279,11 @@ fn reference_errors(s: &Series, term: &Term, warm: &Warm, mut take: impl FnMut(u
     let mut memory = Memory::default();
     let mut passed = s.reference_rows.first().copied().unwrap_or(0);
     for (i, &k) in s.reference_rows.iter().enumerate() {
-        let at = |row: usize, angle: f64| Signals { angle, ..s.signals(row) };
+        let at = |row: usize, angle: f64| {
+            let mut signals = Signals { angle, ..s.signals(row) };
+            signals.rates[s.axis.index()] = warm.rate[row];
+            signals
+        };
         // A play goes by where the shaft has been, between the readings too.
         for row in passed..k {
             let been = [Some(warm.angle[row]), turning_point(&warm.angle, row)];

@@ -4,7 +4,7 @@
 //! reading may repeat too, but not between changes of many of its steps.
 
 use super::{Report, quantum};
-use crate::{Axis, Record, Row, fault::FaultKind};
+use crate::{Axis, Record, Row, fault::FaultKind, measured::and};
 
 /// Leaves of each reading the first row that it stands in.
 #[derive(Clone, Debug, Default)]
@@ -30,13 +30,13 @@ pub const LOOKED_AT: usize = 20_000;
 /// Three gyros, three angles, three rates, one orientation.
 const CHANNELS: usize = 10;
 
-fn name(channel: usize) -> (Option<Axis>, String) {
+fn name(channel: usize) -> String {
     let axis = Axis::ALL[channel % 3];
     match channel {
-        0..3 => (Some(axis), format!("gyro_{axis}")),
-        3..6 => (Some(axis), format!("ref_angle_{axis}")),
-        6..9 => (Some(axis), format!("ref_rate_{axis}")),
-        _ => (None, "the reference orientation".to_owned()),
+        0..3 => format!("gyro_{axis}"),
+        3..6 => format!("ref_angle_{axis}"),
+        6..9 => format!("ref_rate_{axis}"),
+        _ => "the reference orientation".to_owned(),
     }
 }
 
@@ -95,7 +95,7 @@ impl Held {
     /// What is logged faster than it is read, in words; `None` where nothing is.
     #[must_use]
     pub fn says(&self) -> Option<String> {
-        let names: Vec<String> = self.0.iter().map(|channel| name(channel.index).1).collect();
+        let names: Vec<String> = self.0.iter().map(|channel| name(channel.index)).collect();
         (!names.is_empty()).then(|| {
             format!(
                 "{} logged faster than read: of rows that repeat a reading the first one is taken",
@@ -109,17 +109,21 @@ impl Held {
 pub(super) fn check(record: &mut Record, report: &mut Report) {
     let mut held = Held::of(&record.rows);
     record.rows.iter_mut().for_each(|row| held.take(row));
-    for channel in held.0 {
-        let (axis, name) = name(channel.index);
-        let (usual, repeats) = (channel.usual, channel.repeats);
+    // The channels of one sensor are held alike.
+    for alike in held.0.chunk_by(|a, b| a.index / 3 == b.index / 3 && (a.usual, a.repeats) == (b.usual, b.repeats)) {
+        let (usual, repeats) = (alike[0].usual, alike[0].repeats);
+        let names: Vec<String> = alike.iter().map(|channel| name(channel.index)).collect();
+        let (names, are) = (and(&names), if alike.len() > 1 { "are" } else { "is" });
         let says = format!(
-            "{name} is logged faster than it is read: each reading is repeated in up to {usual} rows; the first of them is taken and \
+            "{names} {are} logged faster than read: each reading is repeated in up to {usual} rows; the first of them is taken and \
              {repeats} repeats are left out. Log each reading once, with its own time"
         );
-        let t = channel.first_t_ns.map(|t_ns| t_ns as f64 / 1e9);
-        match axis {
-            Some(axis) => report.add_on(axis, FaultKind::HeldSamples, repeats, t, says),
-            None => report.add(FaultKind::HeldSamples, repeats, t, says),
+        let t = alike.iter().filter_map(|channel| channel.first_t_ns).min().map(|t_ns| t_ns as f64 / 1e9);
+        match alike {
+            [Channel { index: index @ 0..9, .. }] => {
+                report.add_on(Axis::ALL[index % 3], FaultKind::HeldSamples, repeats, t, says);
+            }
+            _ => report.add(FaultKind::HeldSamples, repeats, t, says),
         }
     }
 }

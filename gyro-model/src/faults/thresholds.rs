@@ -144,17 +144,6 @@ pub(super) const SCALE: f64 = 0.1;
 /// How near (1) a ratio is to one of small numbers that may be meant: the gyro's own scale is off by as much (±3 %).
 pub(super) const NEAR_A_RATIO: f64 = 0.03;
 
-/// What a reference lacks above a rate (1) from which on it loses counts; a gyro's own nonlinearity makes 0.2 %.
-pub(super) const LOST: f64 = 0.015;
-
-/// What it may lack or have too much below that rate (1).
-pub(super) const NOT_LOST: f64 = 0.005;
-
-/// Standard errors (1) by which counts have to be lost, in all and either way.
-pub(super) const LOST_FOR_SURE: f64 = 6.0;
-/// See [`LOST_FOR_SURE`].
-pub(super) const LOST_EITHER_WAY: f64 = 3.0;
-
 /// What the second difference of a rate may be, as a share of the fastest rate (1), and be none; a good servo's ripple is 0.1 %.
 pub(super) const TOLD: f64 = 1e-4;
 

@@ -212,8 +212,14 @@ mod tests {
             !matches!(kind(&term, Axis::Y), Kind::Other)
         };
         let held: Vec<&str> = effects::CATALOGUE.iter().filter(holds).map(|e| e.card().id).collect();
-        let encoder =
-            ["encoder-eccentricity", "encoder-subdivision", "encoder-backlash", "reference-smoothing", "reference-lag"];
+        let encoder = [
+            "encoder-eccentricity",
+            "encoder-subdivision",
+            "encoder-backlash",
+            "lost-counts",
+            "reference-smoothing",
+            "reference-lag",
+        ];
         let wanted: Vec<&str> =
             ["scale-factor", "bias", "cross-axis", "temperature-bias"].into_iter().chain(encoder).collect();
         assert_eq!(held, wanted);

@@ -112,6 +112,8 @@ struct Search<'a, 'o> {
     /// Its suspects, where they are known.
     suspects: Option<Vec<Challenger<'a>>>,
     doubts: Vec<Doubt>,
+    /// What went because this log does not show it, or not all of its parameters, by axis: it does not come in again.
+    unknown: Vec<(usize, &'static str)>,
     /// Told of each change, the model with it fitted.
     took: &'o mut dyn FnMut(&Study, Change),
 }
@@ -137,7 +139,8 @@ pub(super) fn search_on<'a>(
     took: &mut dyn FnMut(&Study, Change),
 ) -> Top<'a> {
     let axes: Vec<Axis> = incumbent.study.bench.problem.series.iter().map(|s| s.axis).collect();
-    let mut search = Search { start, options, axes, incumbent, suspects, doubts: Vec::new(), took };
+    let mut search =
+        Search { start, options, axes, incumbent, suspects, doubts: Vec::new(), unknown: Vec::new(), took };
     let mut left = options.steps * search.axes.len();
     for _ in 0..TURNS {
         let last = search.forward_to_the_end(&mut left);
@@ -186,7 +189,8 @@ impl<'a> Search<'a, '_> {
 
     /// One round forward: an exchange where one leaves less, else the best suspect, else what a look ahead finds.
     fn forward(&mut self) -> Forward<'a> {
-        let suspects = self.suspects.take().unwrap_or_else(|| self.incumbent.suspects(self.options));
+        let mut suspects = self.suspects.take().unwrap_or_else(|| self.incumbent.suspects(self.options));
+        suspects.retain(|r| !self.unknown.contains(&(r.candidate.series, r.candidate.term.effect.card().id)));
         if self.options.explain {
             for (k, &axis) in self.axes.iter().enumerate() {
                 (self.options.looked)(axis, &explained(&self.incumbent, &suspects, k, self.options));

@@ -32,6 +32,7 @@ impl<'a> Search<'a, '_> {
                 continue;
             }
             self.incumbent = counting_again(without, &self.incumbent);
+            self.unknown.push((k, id));
             (self.took)(&self.incumbent.study, Change::of(k, None, Some(id)));
         }
     }

@@ -89,6 +89,10 @@ impl<'a> Search<'a, '_> {
     /// What the model does not know after all; `settled` is it with everything that is known of its parameters.
     pub(super) fn simplify(&mut self, settled: Option<(Study<'a>, Gls)>) {
         let incumbent = self.incumbent.clone();
-        self.incumbent = simplified(incumbent, self.start, settled, &mut *self.took);
+        let (unknown, took) = (&mut self.unknown, &mut *self.took);
+        self.incumbent = simplified(incumbent, self.start, settled, &mut |study, change| {
+            unknown.extend(change.removed.map(|id| (change.series, id)));
+            took(study, change);
+        });
     }
 }

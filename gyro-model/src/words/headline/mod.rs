@@ -33,6 +33,7 @@ use crate::{
     units,
     words::{self, Voice},
 };
+use itertools::Itertools;
 use left::{changes_little, corrected, is_noise, left, makes, rest, same_time};
 
 /// The answer, and what to do where it comes from.
@@ -84,7 +85,7 @@ fn diagnosed(axis: &AxisDiagnosis, told: &[&str], voice: Voice) -> Headline {
 /// The effects that a ladder added and kept.
 fn added(axis: &AxisLadder) -> Vec<&str> {
     let started = axis.steps.iter().filter_map(|step| step.added.as_deref());
-    started.filter(|id| axis.effects.iter().any(|e| e == id)).collect()
+    started.filter(|id| axis.effects.iter().any(|e| e == id)).unique().collect()
 }
 
 /// Whether what a ladder added and kept is its answer.
