@@ -139,12 +139,18 @@ impl<'a> Incumbent<'a> {
     }
 }
 
-/// Whether the catalogue says that a candidate may be taken for the best of those fitted so far.
+/// Whether the catalogue says that a candidate may be taken for the best of those fitted so far, and the score test finds it nearly as
+/// likely.
 fn is_alias_of_best(candidate: &Candidate, fitted: &[Challenger]) -> bool {
     let own = fitted.iter().filter(|r| r.candidate.series == candidate.series && !r.at_bound());
-    let best = own.min_by(|a, b| a.excess.total_cmp(&b.excess));
-    best.is_some_and(|best| are_aliases(best.candidate.term.effect.card().id, candidate.term.effect.card().id))
+    own.min_by(|a, b| a.excess.total_cmp(&b.excess)).is_some_and(|best| {
+        are_aliases(best.candidate.term.effect.card().id, candidate.term.effect.card().id)
+            && candidate.score > NEARLY * best.candidate.score
+    })
 }
+
+/// Share of the score of the best suspect that is nearly as much.
+const NEARLY: f64 = 0.9;
 
 fn is_of_times(candidate: &Candidate) -> bool {
     candidate.term.effect.stage() == Stage::Timing

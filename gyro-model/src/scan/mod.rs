@@ -225,6 +225,13 @@ impl<'a> Scanner<'a> {
             };
             let (removes, by_error) = self.lowers(&columns, linear == 0, self.unsure(index, &term).as_deref());
             let keep = |best: &mut Option<(usize, Candidate)>, values: &[f64], better: &dyn Fn(&Candidate) -> bool| {
+                // What has one sign only says nothing with the other one.
+                let has_wrong_sign = |(v, card): (&f64, &ParameterCard)| {
+                    card.role == Role::Linear && card.bounds.0 == card.neutral && *v <= card.bounds.0
+                };
+                if values.iter().zip(parameters).any(has_wrong_sign) {
+                    return;
+                }
                 let mut term = term.clone();
                 for (j, v) in values.iter().enumerate() {
                     let bounds = parameters[j].bounds;
