@@ -173,12 +173,12 @@ fn a_ratio_that_no_gyro_has_is_said() {
 #[test]
 fn lost_counts_are_no_nonlinearity_and_a_nonlinearity_loses_no_counts() {
     for (share, beyond) in [(0.005, 0), (0.06, 0), (0.3, 1)] {
-        let lossy = climb(with(&format!("lost-counts:share={share},above=2.5,beyond={beyond}")));
+        let lossy = climb(with(&format!("lost-counts:loss={share},above=2.5,beyond={beyond}")));
         let own = &lossy.ladders[0];
         let says = own.in_words(Voice::Log);
         assert_eq!(own.effects, ["scale-factor", "bias", "lost-counts"], "{share}: {says}");
         let value = |name: &str| own.parameters.iter().find(|p| p.name == name).and_then(|p| p.value).unwrap();
-        assert!((value("share") / share - 1.0).abs() < 0.1, "{} for {share}", value("share"));
+        assert!((value("loss") / share - 1.0).abs() < 0.1, "{} for {share}", value("loss"));
         assert!((value("above") / 2.5 - 1.0).abs() < 0.05, "{}", value("above"));
         assert!((lossy.alpha(Axis::X) / SensorSpec::default().alpha - 1.0).abs() < 1e-3, "{}", lossy.alpha(Axis::X));
         let fault = own.data_faults.iter().find(|fault| fault.kind.name() == "lost-counts").expect(&says);

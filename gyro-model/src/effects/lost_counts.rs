@@ -38,7 +38,7 @@ static CARD: Card = Card {
 
 static PARAMETERS: [ParameterCard; 3] = [
     ParameterCard {
-        name: "share",
+        name: "loss",
         unit: "1",
         says: "share of the counts that is lost",
         role: Role::Linear,

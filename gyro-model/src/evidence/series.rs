@@ -175,6 +175,14 @@ fn beside_readings(rows: &[usize], read: &[bool]) -> Vec<usize> {
     if are_most && (beside.len() as f64) < SELDOM * rows.len() as f64 { beside } else { (0..rows.len()).collect() }
 }
 
+/// Mean rates from each row to the next; at the last one that from the row before.
+fn rates_between(t: &[f64], angle: &[f64]) -> Vec<f64> {
+    let pairs = t.windows(2).zip(angle.windows(2));
+    let mut rates: Vec<f64> = pairs.map(|(t, angle)| (angle[1] - angle[0]) / (t[1] - t[0])).collect();
+    rates.extend(rates.last().copied());
+    rates
+}
+
 /// Share of a gyro's readings that stand in rows of its reference, and share of those rows in which they do, where it is read seldom.
 const MOST_READINGS: f64 = 0.9;
 const SELDOM: f64 = 0.7;
@@ -393,11 +401,7 @@ impl Series {
             ReferenceKind::Rate if picked.len() == every_row.len() => {
                 every_row.iter().map(|&k| rows[k].ref_rate[i]).collect()
             }
-            ReferenceKind::Rate => {
-                let pairs = reference_t.windows(2).zip(reference_angle.windows(2));
-                let rates = pairs.map(|(t, angle)| (angle[1] - angle[0]) / (t[1] - t[0]));
-                rates.clone().chain(rates.last()).collect()
-            }
+            ReferenceKind::Rate => rates_between(&reference_t, &reference_angle),
             ReferenceKind::Angle | ReferenceKind::Quaternion => Vec::new(),
         };
         let one_line = line::only(&reference_t, &reference_angle);

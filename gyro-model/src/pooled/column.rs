@@ -141,6 +141,10 @@ pub(super) fn taken(effect: &dyn Effect, axis: Axis) -> Vec<Taken> {
             _ => vec![Taken::Size(shapes[0].typical)],
         };
     }
+    // From which rate on counts are lost is each log's own.
+    if shapes.len() > 1 {
+        return Vec::new();
+    }
     if shapes.iter().any(|card| card.role == Role::Chosen) {
         return vec![Taken::Coefficients(vec![2.0])];
     }
