@@ -362,10 +362,10 @@ impl Series {
         let within = |k: &usize| t[*k] >= first + ends && t[*k] <= last - ends;
         let every_row: Vec<usize> = (0..rows.len()).filter(has).filter(within).collect();
         let every_t: Vec<f64> = every_row.iter().map(|&k| t[k]).collect();
-        // Of an encoder each row tells when it counted.
+        // Of an encoder each row tells when it counted; those of an orientation are all axes'.
         let picked = match kind {
-            ReferenceKind::Angle => (0..every_row.len()).collect(),
-            ReferenceKind::Rate | ReferenceKind::Quaternion => beside_readings(&every_row, &read),
+            ReferenceKind::Angle | ReferenceKind::Quaternion => (0..every_row.len()).collect(),
+            ReferenceKind::Rate => beside_readings(&every_row, &read),
         };
         let reference_rows: Vec<usize> = picked.iter().map(|&k| every_row[k]).collect();
         let reference_t: Vec<f64> = reference_rows.iter().map(|&k| t[k]).collect();
