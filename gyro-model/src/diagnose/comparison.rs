@@ -128,8 +128,8 @@ pub(super) fn prefer_plainer(challengers: &mut [Challenger], incumbent: &Incumbe
     }
 }
 
-/// Suspects that this log cannot tell from `suspects[k]`, and that noise alone does not explain, `incumbent` would let in, or the
-/// catalogue has for aliases and which leave no more error: at most three, best first.
+/// Suspects that this log cannot tell from `suspects[k]`, that do not contain it as their simpler effect, and that noise alone does not
+/// explain, `incumbent` would let in, or the catalogue has for aliases and which leave no more error: at most three, best first.
 #[must_use]
 pub(super) fn aliases(suspects: &[Challenger], k: usize, incumbent: Option<&Incumbent>) -> Vec<String> {
     let own = &suspects[k];
@@ -138,12 +138,13 @@ pub(super) fn aliases(suspects: &[Challenger], k: usize, incumbent: Option<&Incu
     }
     let id = |refit: &Challenger| refit.candidate.term.effect.card().id;
     let is_as_good = |r: &Challenger| are_aliases(id(own), id(r)) && r.excess <= own.excess && !r.at_bound();
+    let contains_own = |r: &Challenger| r.candidate.term.effect.card().simpler.contains(&id(own));
     let is_real =
         |r: &Challenger| r.significant() || is_as_good(r) || incumbent.is_some_and(|incumbent| r.passes(incumbent));
     suspects
         .iter()
         .enumerate()
-        .filter(|(i, r)| *i != k && r.candidate.series == own.candidate.series && is_real(r))
+        .filter(|(i, r)| *i != k && r.candidate.series == own.candidate.series && !contains_own(r) && is_real(r))
         .filter(|(_, r)| {
             own.alike(r) || r.excess < limit::SCATTERS.value * own.excess && stands_for_smoothed_counts(own, r)
         })

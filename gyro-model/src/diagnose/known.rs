@@ -51,8 +51,8 @@ impl Known<'_> {
         shapes.chain(self.of_coefficients()).fold(0.0, f64::max)
     }
 
-    /// As it is stamped into the model, where it is: it knows how the parameter scatters from block to block. Of an instant the curvature of
-    /// the likelihood counts: one that falls into a long rest may be any in there, and the effect is no simpler one for that.
+    /// As it is stamped into the model, where it is: it knows how the parameter scatters from block to block. The error of an
+    /// instant is that of the likelihood's curvature: within a long rest every instant fits, and the effect is there all the same.
     fn std_error(&self, parameter: usize) -> f64 {
         let is_instant = self.term.effect.instants(self.series.axis).contains(&parameter);
         let stamped = self.term.std_errors.get(parameter).filter(|error| !error.is_nan() && !is_instant);

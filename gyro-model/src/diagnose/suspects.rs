@@ -140,12 +140,13 @@ impl<'a> Incumbent<'a> {
 }
 
 /// Whether the catalogue says that a candidate may be taken for the best of those fitted so far, and the score test finds it nearly as
-/// likely.
+/// likely. Not of a reference that is smoothed: what it takes out of the noise besides makes it the likelier one.
 fn is_alias_of_best(candidate: &Candidate, fitted: &[Challenger]) -> bool {
     let own = fitted.iter().filter(|r| r.candidate.series == candidate.series && !r.at_bound());
     own.min_by(|a, b| a.excess.total_cmp(&b.excess)).is_some_and(|best| {
         are_aliases(best.candidate.term.effect.card().id, candidate.term.effect.card().id)
             && candidate.score > NEARLY * best.candidate.score
+            && !candidate.term.effect.stage().is_of_reference()
     })
 }
 

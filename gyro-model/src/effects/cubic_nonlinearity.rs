@@ -39,8 +39,8 @@ static CARD: Card = Card {
         },
         Alias {
             id: "lost-counts",
-            when: "few rates are turned at: both show more of the gyro than of the encoder where it is fast",
-            split_by: "a slow ramp through all rates: counts are lost from one rate on, a gyro bends throughout; or a counter in hardware",
+            when: "the shaft turns at few rates: with both the gyro reads more than the encoder where it is fast",
+            split_by: "a slow ramp through all rates: counts are lost from one rate on, a curve has no such rate; or a counter in hardware",
         },
         Alias {
             id: "reference-smoothing",

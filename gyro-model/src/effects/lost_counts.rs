@@ -1,5 +1,5 @@
 //! `lost-counts`: an encoder's counter cannot follow and loses counts while the shaft turns faster than some rate,
-//! θ_e = θ − s ∫ ω dt over the times with |ω| > w.
+//! θ_e = θ − s ∫ ω dt over the times with |ω| > w, with s the share that is lost (`loss`) and w that rate (`above`).
 //!
 //! An interrupt that is late misses a share of all edges from that rate on; a counter that is full misses what is beyond it,
 //! ω − w sgn ω in place of ω.
@@ -20,8 +20,8 @@ static CARD: Card = Card {
     title: "the encoder loses counts above a rate",
     physics: "An interrupt or a counter that cannot follow misses edges while the shaft turns faster than some rate. Below it encoder \
               and gyro agree, above it the encoder shows too little, whichever way the shaft turns.",
-    equation: "θ_e = θ − s ∫ ω dt over the times with |ω| > w; or what is beyond w alone, ω − w sgn ω",
-    typical: "0.3–50 %, above a tenth to all of the fastest rate",
+    equation: "θ_e = θ − loss ∫ ω dt over the times with |ω| > above; with beyond = 1, ω − above sgn ω in place of ω",
+    typical: "0.3–50 % of the counts above some rate",
     source: "Quadrature decoding by interrupts: edges that come faster than they are served are not counted",
     needs: &[Need::AngleReference],
     excited_by: "rates below and above w, in both directions",
@@ -31,8 +31,8 @@ static CARD: Card = Card {
     simpler: &[],
     aliases: &[Alias {
         id: "cubic-nonlinearity",
-        when: "few rates are turned at: both show more of the gyro than of the encoder where it is fast",
-        split_by: "a slow ramp through all rates: counts are lost from one rate on, a gyro bends throughout; or a counter in hardware",
+        when: "the shaft turns at few rates: with both the gyro reads more than the encoder where it is fast",
+        split_by: "a slow ramp through all rates: counts are lost from one rate on, a curve has no such rate; or a counter in hardware",
     }],
 };
 
@@ -58,7 +58,7 @@ static PARAMETERS: [ParameterCard; 3] = [
     ParameterCard {
         name: "beyond",
         unit: "1",
-        says: "1 where the share is that of what is beyond the rate, 0 where it is that of all counts meanwhile",
+        says: "0: the share of all counts while it is faster; 1: of what is beyond that rate",
         role: Role::Chosen,
         neutral: 0.0,
         typical: 0.0,

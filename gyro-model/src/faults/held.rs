@@ -109,13 +109,15 @@ impl Held {
 pub(super) fn check(record: &mut Record, report: &mut Report) {
     let mut held = Held::of(&record.rows);
     record.rows.iter_mut().for_each(|row| held.take(row));
-    // The channels of one sensor are held alike.
+    // Channels of one sensor that are held in the same way are one fault.
     for alike in held.0.chunk_by(|a, b| a.index / 3 == b.index / 3 && (a.usual, a.repeats) == (b.usual, b.repeats)) {
         let (usual, repeats) = (alike[0].usual, alike[0].repeats);
         let names: Vec<String> = alike.iter().map(|channel| name(channel.index)).collect();
-        let (names, are) = (and(&names), if alike.len() > 1 { "are" } else { "is" });
+        let names = and(&names);
+        let faster =
+            if alike.len() > 1 { "are logged faster than they are read" } else { "is logged faster than it is read" };
         let says = format!(
-            "{names} {are} logged faster than read: each reading is repeated in up to {usual} rows; the first of them is taken and \
+            "{names} {faster}: each reading is repeated in up to {usual} rows; the first of them is taken and \
              {repeats} repeats are left out. Log each reading once, with its own time"
         );
         let t = alike.iter().filter_map(|channel| channel.first_t_ns).min().map(|t_ns| t_ns as f64 / 1e9);

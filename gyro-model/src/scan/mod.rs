@@ -245,9 +245,7 @@ impl<'a> Scanner<'a> {
             keep(&mut lowest, &by_error, &|b| removes > b.removes);
         }
         match (likeliest, lowest) {
-            (Some((i, a)), Some((j, b))) if i == j || linear == 0 && is_near(&a.term, &b.term) => {
-                vec![Candidate { removes: a.removes.max(b.removes), ..a }]
-            }
+            (Some(a), Some(b)) if a.0 == b.0 || linear == 0 && is_near(&a.1.term, &b.1.term) => vec![a.1],
             (a, b) => a.into_iter().chain(b).map(|(_, candidate)| candidate).collect(),
         }
     }

@@ -128,18 +128,23 @@ pub(super) fn parameters(axis: Axis, values: &[ParameterValue], rest: bool, voic
 
 /// One of `all`: those of one effect and one unit are shown alike.
 fn parameter(axis: Axis, p: &ParameterValue, all: &[ParameterValue], voice: Voice) -> ParameterView {
-    let card = effects::find(&p.effect).and_then(|e| e.parameters(axis).iter().find(|c| c.name == p.name));
+    let card_of =
+        |p: &ParameterValue| effects::find(&p.effect)?.parameters(axis).iter().find(|card| card.name == p.name);
+    let card = card_of(p);
     // Numbers that are no shares of anything.
-    let is_plain = matches!(
-        (p.effect.as_str(), p.name.as_str()),
-        ("scale-factor", "alpha") | ("encoder-subdivision", "n") | ("mount-resonance", "zeta")
-    );
-    let unit = if is_plain {
+    let is_plain = |p: &ParameterValue| {
+        let is_named =
+            matches!((p.effect.as_str(), p.name.as_str()), ("scale-factor", "alpha") | ("mount-resonance", "zeta"));
+        is_named || p.unit == "1" && card_of(p).is_some_and(|card| card.role == effects::Role::Chosen)
+    };
+    let unit = if is_plain(p) {
         Shown { factor: 1.0, unit: String::new() }
     } else {
         // An instant is no size.
         let is_instant = |p: &ParameterValue| p.name == "t0";
-        let is_like = |other: &&ParameterValue| other.effect == p.effect && is_instant(other) == is_instant(p);
+        let is_like = |other: &&ParameterValue| {
+            other.effect == p.effect && is_instant(other) == is_instant(p) && !is_plain(other)
+        };
         let like = all.iter().filter(|other| other.unit == p.unit).filter(is_like);
         let sizes: Vec<Option<f64>> = like.flat_map(|other| [other.value, other.std_error]).collect();
         units::shown(&p.unit, &sizes)
