@@ -73,7 +73,7 @@ pub struct NameArgs {
     /// be given several times (`truerate channels LOG` lists the channels)
     #[arg(long, value_name = "NAME=CHANNEL")]
     pub map: Vec<String>,
-    /// Take the reference from this second file, joined in time; it may have a clock of its own
+    /// Take the reference from this second file, joined in time; it may have a clock of its own. Live: from this address
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
     /// A DBC file, which says what the frames of a CAN log (candump, Vector ASC) mean: each signal becomes a channel
@@ -123,7 +123,7 @@ pub struct StartArgs {
     #[arg(long, value_name = "M")]
     pub model: Option<PathBuf>,
     /// Start from a type, as `truerate fleet F --export` writes it (FILE:TYPE where it holds several): a new part then needs
-    /// seconds; a part that is not of the type is noticed, and not pulled to it
+    /// seconds; a value that differs from the type's is reported, and not pulled to it
     #[arg(long, value_name = "type.toml", conflicts_with = "model")]
     pub prior: Option<PathBuf>,
     /// Only this axis

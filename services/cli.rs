@@ -12,6 +12,7 @@ use std::{
     sync::Arc,
 };
 use tracing_subscriber::EnvFilter;
+use workbench::words;
 
 /// Finds and corrects the errors of a low-cost gyro.
 ///
@@ -148,6 +149,7 @@ impl Command {
 #[must_use]
 pub fn enter() -> ExitCode {
     let cli = Cli::parse_from(joined(env::args_os()));
+    words::answer_to(env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect());
     // A file that outgrows the limit of its size is an error of the write, and no reason to be killed.
     let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
     let filter = EnvFilter::try_from_env("TRUERATE_LOG").unwrap_or_else(|_| EnvFilter::new("error,truerate=warn"));

@@ -81,7 +81,8 @@ impl Cores {
     /// # Errors
     /// No process of that name, no list of cores.
     pub fn set(&mut self, text: &str) -> anyhow::Result<()> {
-        let (name, list) = text.split_once('=').with_context(|| format!("'{text}': NAME=LIST is wanted, kalman=1"))?;
+        let (name, list) =
+            text.split_once('=').with_context(|| format!("'{text}': expected NAME=LIST, such as kalman=1"))?;
         let cores: Result<Vec<usize>, _> = list.split(',').map(str::parse).collect();
         let cores = cores.ok().with_context(|| format!("'{list}' is not a list of cores, such as 1 or 0,2"))?;
         *match name {

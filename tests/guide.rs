@@ -306,7 +306,7 @@ fn what_no_hand_can_mend_is_said_with_what_to_do() {
         (&["guide", "--source", "a.csv", "-o", "e.csv"], "is a log, and a recording needs a sensor"),
         (&["guide", "--source", "-", "-o", "e.csv", "--want", "saturation"], "no manoeuvre can measure it"),
         (&["guide", "--source", "-", "-o", "e.csv", "--want", "dely"], "did you mean 'delay'"),
-        (&["guide", "--source", "-", "-o", "e.csv", "--to", "lag=0.1"], "not among what is wanted"),
+        (&["guide", "--source", "-", "-o", "e.csv", "--to", "lag=0.1"], "not among the effects to be shown"),
         (&["guide", "--source", "-", "-o", "e.csv.gz"], "ends in .csv"),
     ] {
         let error = bench.refused(words);

@@ -276,3 +276,10 @@ impl Record {
         Axis::ALL.into_iter().filter(|&a| self.has_gyro(a) && self.reference(a).is_some()).collect()
     }
 }
+
+/// Rotation from attitude `p` to `q` (both body to world: w, x, y, z), in body axes, rad.
+#[must_use]
+pub fn turn(p: [f64; 4], q: [f64; 4]) -> [f64; 3] {
+    let [p, q] = [p, q].map(|[w, x, y, z]| UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)));
+    (p.inverse() * q).scaled_axis().into()
+}

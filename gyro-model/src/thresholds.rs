@@ -117,7 +117,7 @@ thresholds! {
     /// J with an effect over J without it below which it stays, whatever its significance.
     NEEDED = 0.9, "1", ByHand;
     /// Size of an effect in its standard errors that keeps it, by all of its parameters together (Wald test).
-    WALD = 3.0, "standard errors", Derived("of 26 effects of size zero, noise brings 1.2 above two standard errors and 0.07 above three");
+    WALD = 4.0, "standard errors", Derived("p = 6e-5, and 0.002 after Bonferroni over 28 effects");
     /// The same where more than noise is left without it.
     WALD_NEEDED = 2.0, "standard errors", Literature("two-sided 95 %");
     /// J that all suspects together leave by the score test, above which no three of them can reduce the error to noise.
@@ -125,7 +125,7 @@ thresholds! {
     /// Largest error over floor at one averaging time that starts a look-ahead.
     ABOVE = 1.4, "1", ByHand;
     /// Gain in ln L of each of two effects beside the other that chance does not bring among all pairs.
-    TOGETHER = 15.0, "1", Derived("χ² with one degree of freedom: p = 4e-8, and 1.4e-5 after Bonferroni over 325 pairs");
+    TOGETHER = 15.0, "1", Derived("χ² with one degree of freedom: p = 4e-8, and 1.6e-5 after Bonferroni over 378 pairs");
     /// Share of each of two effects that the other does not span, needed to try them together.
     OWN_OF_PAIR = 0.01, "1", ByHand;
     /// The same for two aliases.

@@ -19,7 +19,7 @@ use workbench::{
     export,
     log::{self, channels},
     model_file::{self, ModelFile},
-    report::{self, Command, Format, Terminal, units, view::Page},
+    report::{self, Command, Format, units, view::Page},
     several::Several,
     subject::{Start, Subject, Taken},
 };
@@ -259,7 +259,6 @@ impl Desk {
             Found::Ladder(_) => Command::Ladder,
         };
         let context = report::Context {
-            terminal: Terminal::PLAIN,
             voice: Voice::Page,
             about: about(logs),
             product: Subject::product(file, Some(Path::new(MODEL))),

@@ -159,6 +159,21 @@ fn hammer(count: usize) {
     });
 }
 
+/// What takes no bytes ends no file, however often it is there.
+#[test]
+fn arrays_of_nothing_end() {
+    let mut ulog = b"ULog\x01\x12\x35\x01".to_vec();
+    ulog.extend(0_u64.to_le_bytes());
+    seeds::record(&mut ulog, b'F', b"b:");
+    seeds::record(&mut ulog, b'F', b"a:uint64_t timestamp;b[18446744073709551615] x;float y;");
+    seeds::record(&mut ulog, b'A', b"\x00\x07\x00a");
+    let tf = "geometry_msgs/TransformStamped[] transforms\n====\nMSG: geometry_msgs/TransformStamped\n# nothing\n";
+    let tf = seeds::mcap_of("", "tf2_msgs/msg/TFMessage", tf, |_| [[0, 1, 0, 0], [255; 4]].concat());
+    for bytes in [ulog, tf] {
+        seeds::read(&bytes, &[], &mut Survey::default()).expect("a file");
+    }
+}
+
 /// One at a time, for what is counted is the whole process'.
 static ONE: Mutex<()> = Mutex::new(());
 

@@ -71,7 +71,7 @@ const LONGEST: Duration = Duration::from_millis(1500);
 const TURNS: u64 = 4;
 
 fn rate(text: &str) -> Result<f64, String> {
-    let rate: f64 = text.parse().map_err(|_| "a number of Hz is wanted, such as 1000".to_owned())?;
+    let rate: f64 = text.parse().map_err(|_| "expected a number of Hz, such as 1000".to_owned())?;
     if (0.1..=1e6).contains(&rate) { Ok(rate) } else { Err("0.1 to 1000000 Hz are wanted".to_owned()) }
 }
 

@@ -4,6 +4,7 @@ use crate::commands::print;
 use anyhow::Result;
 use clap::ValueEnum;
 use comfy_table::{CellAlignment, Table, presets};
+use gyro_model::words::shell_word;
 use log_readers::{
     meaning::Dependent,
     survey::{Survey, Surveyed},
@@ -80,7 +81,7 @@ fn text(name: &str, look: &Look) -> String {
             out,
             "\nWhat their bytes mean is defined in a DBC file of the vehicle or sensor: `truerate channels {} --dbc FILE.dbc` lists the \
              signals, with a map.",
-            gyro_model::words::shell_word(name)
+            shell_word(name)
         );
     }
     let empty = look.survey.topics.iter().filter(|of| of.messages == 0).map(|of| of.topic.name.as_str());
@@ -100,6 +101,12 @@ fn text(name: &str, look: &Look) -> String {
             let _ = writeln!(out, "\n{title}:\n  {}", flags.join(" \\\n  "));
         }
     }
+    if let Some(advice) = &look.advice {
+        let flags = advice.flags.iter().map(|flag| format!("--map {}", shell_word(flag)));
+        let file = advice.needs_file.then(|| "--reference REFERENCE.csv".to_owned());
+        let flags: Vec<String> = flags.chain(file).chain(advice.at_rest.then(|| "--at-rest".to_owned())).collect();
+        let _ = writeln!(out, "\nas a log:\n  {}\n{}", flags.join(" \\\n  "), advice.why);
+    }
     let is_named = |begin: &str| {
         let picks = look.proposal.chosen.iter().map(|pick| pick.name.as_str());
         picks.chain(look.own.iter().map(String::as_str)).any(|name| name.starts_with(begin))
@@ -108,9 +115,9 @@ fn text(name: &str, look: &Look) -> String {
         let _ = writeln!(
             out,
             "\nno channel can be read: is the DBC file that of this bus? `truerate channels {}` lists the identifiers that came",
-            gyro_model::words::shell_word(name)
+            shell_word(name)
         );
-    } else if frames.is_empty() {
+    } else if frames.is_empty() && look.advice.is_none() {
         let lacks = match (is_named("gyro_"), is_named("ref_")) {
             (true, true) => "",
             (true, false) => {

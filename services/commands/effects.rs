@@ -6,6 +6,7 @@ use comfy_table::{ContentArrangement, Table, presets};
 use gyro_model::{
     Axis,
     effects::{CATALOGUE, Effect, Need, Role, Stage, meant},
+    simulate::RandomCauses,
 };
 use std::{collections::BTreeSet, fmt::Write, process::ExitCode};
 
@@ -60,7 +61,12 @@ fn list() -> String {
         let card = effect.card();
         table.add_row([card.id, card.title, card.typical]);
     }
-    format!("{table}\n\n`truerate effects ID` shows the card: equation, units, source, what it is confused with.\n")
+    let random: Vec<&str> = RandomCauses::TYPICAL.iter().map(|(_, id, _)| *id).collect();
+    format!(
+        "{table}\n\n`truerate effects ID` shows the card: equation, units, source, what it is confused with.\n\
+         Random causes, which `simulate --hide` makes and the error budget names: {}.\n",
+        random.join(", ")
+    )
 }
 
 fn card(effect: &dyn Effect) -> String {

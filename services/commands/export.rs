@@ -56,8 +56,8 @@ pub struct Args {
 }
 
 fn rate(text: &str) -> Result<f64, String> {
-    let rate: f64 = text.parse().map_err(|_| "a number of Hz is wanted, such as 200".to_owned())?;
-    if rate.is_finite() && rate > 0.0 { Ok(rate) } else { Err("more than 0 Hz is wanted".to_owned()) }
+    let rate: f64 = text.parse().map_err(|_| "expected a number of Hz, such as 200".to_owned())?;
+    if rate.is_finite() && rate > 0.0 { Ok(rate) } else { Err("expected more than 0 Hz".to_owned()) }
 }
 
 /// Writes the model out, and warns of what that leaves out.

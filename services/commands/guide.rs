@@ -158,7 +158,7 @@ fn wanted(want: &[String], precisions: &Precisions) -> Result<Option<Vec<&'stati
     for id in precisions.effects() {
         known(id).context("--to")?;
         if !(want.is_empty() && guide::USUAL.contains(&id) || want.iter().any(|own| own == id)) {
-            bail!("--to {id}=…: {id} is not among what is wanted: add it to --want");
+            bail!("--to {id}=…: {id} is not among the effects to be shown: add it to --want");
         }
     }
     let is_wanted = |effect: &&'static dyn Effect| want.iter().any(|id| id == effect.card().id);

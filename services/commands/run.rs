@@ -39,7 +39,7 @@ pub struct Args {
     /// A TOML file with the pipeline's settings (see deploy/truerate.toml); flags override it
     #[arg(long, value_name = "F")]
     pub config: Option<PathBuf>,
-    /// Where samples come from: `sim`, a log (CSV, .gz, .mcap), `-` for standard input, or a sensor's address such as
+    /// Where samples come from: `sim`, a log of any format, `-` for standard input, or a sensor's address such as
     /// serial:/dev/ttyUSB0?baud=115200, can:can0?dbc=car.dbc, udp:0.0.0.0:5600, tcp:HOST:PORT,
     /// mavlink:udp:0.0.0.0:14550 (docs/feed.md)
     /// [default: sim]
@@ -55,7 +55,7 @@ pub struct Args {
     #[arg(long, value_name = "M")]
     pub model: Option<PathBuf>,
     /// Start from a type, as `truerate fleet F --export` writes it (FILE:TYPE where it holds several): a new part then needs
-    /// seconds; a part that is not of the type is noticed, and not pulled to it
+    /// seconds; a value that differs from the type's is reported, and not pulled to it
     #[arg(long, value_name = "type.toml", conflicts_with_all = ["model", "freeze"])]
     pub prior: Option<PathBuf>,
     /// No learning: the model stays as it is

@@ -126,7 +126,7 @@ impl Args {
 fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(x) if x.is_finite() && x > 0.0 => Ok(x),
-        _ => Err("a number above zero is wanted".to_owned()),
+        _ => Err("expected a number above zero".to_owned()),
     }
 }
 

@@ -21,7 +21,7 @@ use workbench::{
     model_file::{self, ModelFile},
     output::{self, Output, print},
     prior::{self, Begun, Prior},
-    report::{self, Explained, Format},
+    report::{self, Explained, Format, Terminal},
     several::{self, Several, Unfit},
     subject::{Start, Subject, Taken},
     words::typed,
@@ -128,6 +128,7 @@ pub fn context(
         flags,
         maps: log::remedy(&args.log, &args.names.options(), &subject.record, &subject.faults),
         about: subject.about(model),
+        terminal: Terminal::detect(),
         ..report::Context::new(command, subject.name.clone())
     }
 }

@@ -6,7 +6,7 @@ use gyro_model::diagnosis::Diagnosis;
 use workbench::{
     log,
     model_file::{self, ModelFile, Provenance},
-    report::{self, Command, Context, Format, Terminal},
+    report::{self, Command, Context, Format},
 };
 
 /// Makes the download of this name.
@@ -46,7 +46,7 @@ fn page(scene: &Scene, folder: &RunFolder) -> Download {
     let diagnosis = scene.kept().diagnosis.clone().ok_or("there is no diagnosis yet")?;
     let name = folder.source().map_or_else(|_| diagnosis.log.clone(), |facts| facts.name);
     // Commands that read a log are run on the export of the last minutes.
-    let context = Context { terminal: Terminal::PLAIN, ..Context::new(Command::Diagnose, "log.csv") };
+    let context = Context::new(Command::Diagnose, "log.csv");
     let diagnosis = Diagnosis { log: format!("{name}, live"), ..diagnosis };
     Ok(("text/html; charset=utf-8", report::render(&diagnosis, Format::Html, &context).into_bytes()))
 }

@@ -34,8 +34,8 @@ pub enum Refused {
     Origin,
     /// From another machine or user, without the token.
     #[error(
-        "this dashboard wants its token from everybody but the user that runs it: open its address with ?token=…, which \
-         is in the pipeline's folder, dashboard.token"
+        "other users need this dashboard's token: open its address with ?token=…; the token is in dashboard.token in the \
+         pipeline's folder"
     )]
     Token,
 }

@@ -103,6 +103,12 @@ impl Default for Settings {
     }
 }
 
+/// Times, s, rates and swings that make sense.
+const LEAST: f64 = 1e-6;
+const MOST: f64 = 1e9;
+/// The least share of a core that may be learned with.
+const LEAST_DUTY: f64 = 1e-3;
+
 impl Settings {
     /// Reads a configuration file; relative paths in it are relative to its folder.
     ///
@@ -173,18 +179,17 @@ impl Settings {
             ("simulation.swing_period", s.swing_period.unwrap_or(1.0)),
             ("learning.window", l.window),
             ("learning.period", l.period),
-            ("learning.duty", l.duty),
         ];
         for (name, value) in positive {
-            if !(value.is_finite() && value > 0.0) {
-                bail!("{name} = {value}: must be a positive number");
+            if !(LEAST..=MOST).contains(&value) {
+                bail!("{name} = {value}: must be a number from {LEAST:e} to {MOST:e}");
             }
         }
-        if !(l.diagnosis.is_finite() && l.diagnosis >= 0.0) {
-            bail!("learning.diagnosis = {}: must be 0 (none) or a positive number", l.diagnosis);
+        if l.diagnosis != 0.0 && !(LEAST..=MOST).contains(&l.diagnosis) {
+            bail!("learning.diagnosis = {}: must be 0 (none) or a number from {LEAST:e} to {MOST:e}", l.diagnosis);
         }
-        if l.duty > 1.0 {
-            bail!("learning.duty = {}: is a share of one core, 1 at most", l.duty);
+        if !(LEAST_DUTY..=1.0).contains(&l.duty) {
+            bail!("learning.duty = {}: is a share of one core, from {LEAST_DUTY} to 1", l.duty);
         }
         if self.reference.is_some() && !matches!(self.source, Source::Log(_) | Source::Live(_)) {
             bail!("reference: joins a log (a second file) or a sensor's address (another address); source is neither");

@@ -13,6 +13,10 @@ pub enum Speed {
     Max,
 }
 
+/// Times real time.
+const LEAST: f64 = 1e-3;
+const MOST: f64 = 1e6;
+
 impl FromStr for Speed {
     type Err = anyhow::Error;
 
@@ -21,8 +25,10 @@ impl FromStr for Speed {
             return Ok(Self::Max);
         }
         match text.parse::<f64>() {
-            Ok(x) if x.is_finite() && x > 0.0 => Ok(Self::Times(x)),
-            _ => bail!("'{text}' is not a speed: 1 is real time, 10 ten times that, `max` unpaced"),
+            Ok(x) if (LEAST..=MOST).contains(&x) => Ok(Self::Times(x)),
+            _ => bail!(
+                "'{text}' is not a speed: 1 is real time, 10 ten times that (from {LEAST} to {MOST:e}), `max` unpaced"
+            ),
         }
     }
 }

@@ -8,9 +8,6 @@ use ipc_types::{
 };
 use std::collections::BTreeMap;
 
-/// Older news than that is no news, ns.
-const FRESH_NS: u64 = 1_500_000_000;
-
 /// The news of every service.
 #[derive(Debug, Default)]
 pub struct Board {
@@ -49,12 +46,6 @@ impl Board {
     #[must_use]
     pub fn is(&self, service: ServiceId, pid: Option<u32>, state: State) -> bool {
         self.of(service).is_some_and(|h| h.state == state as u32 && pid.is_none_or(|p| p == h.pid))
-    }
-
-    /// Whether it beats.
-    #[must_use]
-    pub fn is_fresh(&self, service: ServiceId) -> bool {
-        self.of(service).is_some_and(|h| h.beat_ns + FRESH_NS > now_ns())
     }
 
     /// Messages that were missed somewhere.

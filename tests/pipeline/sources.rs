@@ -305,7 +305,7 @@ fn frames_of_a_vehicle_come_on_standard_input_and_those_of_another_are_refused()
     drop(input);
     let ended = pipeline.end();
     assert_eq!(ended.code, Some(1), "{}{}", ended.out, ended.error);
-    assert!(ended.error.contains("none of them a message that is wanted (IMU 0x102)"), "{}", ended.error);
+    assert!(ended.error.contains("none of them one of IMU 0x102"), "{}", ended.error);
 }
 
 #[test]

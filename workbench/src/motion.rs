@@ -4,7 +4,7 @@
 //! compensated rate at the time at which the reference shows it (so that a modelled delay lines the two up). A step's rate is
 //! the angle's increment over it: encoder noise telescopes, nothing is differentiated twice.
 
-use gyro_model::{Row, estimator::Estimate};
+use gyro_model::{Row, estimator::Estimate, record::turn};
 use serde::Serialize;
 use std::{
     collections::VecDeque,
@@ -140,16 +140,7 @@ impl Motion {
             return None;
         }
         let Some(p) = self.quaternion.replace(q) else { return Some([0.0; 3]) };
-        // conj(p) q
-        let w = p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3];
-        let v = [
-            p[0] * q[1] - p[1] * q[0] - p[2] * q[3] + p[3] * q[2],
-            p[0] * q[2] + p[1] * q[3] - p[2] * q[0] - p[3] * q[1],
-            p[0] * q[3] - p[1] * q[2] + p[2] * q[1] - p[3] * q[0],
-        ];
-        let sine = v.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let factor = if sine > 1e-12 { 2.0 * sine.atan2(w.abs()) * w.signum() / sine } else { 2.0 };
-        Some(v.map(|x| factor * x))
+        Some(turn(p, q))
     }
 
     /// Takes an estimate.

@@ -86,7 +86,7 @@ impl Refusal {
         };
         let is_given = |word: &str| std::path::absolute(word).ok() == std::path::absolute(prior).ok();
         let (mut words, mut is_there) = (Vec::new(), false);
-        let mut given = std::env::args().skip(1).peekable();
+        let mut given = words::command().iter().peekable();
         while let Some(word) = given.next() {
             let is_next = word == "--prior" && given.peek().is_some_and(|next| is_given(next));
             if is_next || word.strip_prefix("--prior=").is_some_and(is_given) {
@@ -96,7 +96,7 @@ impl Refusal {
                 is_there = true;
                 words.push(flag.clone());
             } else {
-                words.push(shell_word(&word));
+                words.push(shell_word(word));
             }
         }
         words.retain(|word| !word.is_empty());
@@ -299,7 +299,7 @@ impl Prior {
         prior::seeded(Model::default(), &axes.into_iter().collect::<Vec<_>>(), &self.known)
     }
 
-    /// What is not of the type, in words.
+    /// How this gyro differs from its type, in words.
     #[must_use]
     pub fn says(&self, noticed: &Noticed) -> String {
         let Noticed { key, value, std_error, known } = noticed;

@@ -7,6 +7,7 @@ use log_readers::meaning::Pick;
 use std::sync::OnceLock;
 
 static VOICE: OnceLock<Voice> = OnceLock::new();
+static COMMAND: OnceLock<Vec<String>> = OnceLock::new();
 
 /// Says in which voice this process refuses what it cannot do. The first call counts.
 pub fn speak_as(voice: Voice) {
@@ -17,6 +18,16 @@ pub fn speak_as(voice: Voice) {
 #[must_use]
 pub fn voice() -> Voice {
     VOICE.get().copied().unwrap_or_default()
+}
+
+/// Says what command this process was given, without the program's name: a refusal repeats it with what was lacking. The first call counts.
+pub fn answer_to(command: Vec<String>) {
+    COMMAND.get_or_init(|| command);
+}
+
+/// The command that this process was given; empty where it was given none.
+pub(crate) fn command() -> &'static [String] {
+    COMMAND.get().map_or(&[], Vec::as_slice)
 }
 
 /// What can be done next.

@@ -62,6 +62,26 @@ impl Measure {
             blocks: held.by_block(&weights),
         }
     }
+
+    /// The same with the noise that was taken out of it: what the motion says is left.
+    fn with_noise(&mut self, shaped: &Shaped, floor: &[f64]) {
+        let over_floor: Vec<f64> = shaped.takes.iter().zip(floor).map(|(takes, floor)| takes / floor.powi(2)).collect();
+        let mean = over_floor.iter().sum::<f64>() / over_floor.len() as f64;
+        self.excess += mean;
+        self.blocks.iter_mut().flatten().for_each(|block| *block += mean);
+        self.curve.iter_mut().zip(&over_floor).for_each(|(curve, takes)| *curve = (curve.powi(2) + takes).sqrt());
+        let blocks = self.held_out.len() as f64;
+        self.held_out.iter_mut().for_each(|held_out| *held_out -= shaped.gain / blocks);
+    }
+}
+
+/// What undoing a response, or comparing with what a reference shows, does to noise alone.
+#[derive(Debug, Default)]
+struct Shaped {
+    /// Gain in ln L.
+    gain: f64,
+    /// What it takes out of E², averaging time by averaging time, (rad/s)².
+    takes: Vec<f64>,
 }
 
 /// One suspect at its exact optimum.
@@ -181,10 +201,10 @@ impl<'a> Incumbent<'a> {
         self.study.model.axes[axis].as_ref().map_or(0, |model| model.terms.len())
     }
 
-    /// What undoing a sensor's response gains in ln L on noise alone: an inverse shapes the reading's noise as well as
+    /// What undoing a sensor's response does to noise alone: an inverse shapes the reading's noise as well as
     /// its motion, and a notch takes some of it out; and of noise that an inverse made large from one sample to the next,
     /// reading between samples takes some out too. So does comparing with a reference that shows a mean.
-    fn shaped(&self, study: &Study, gls: &Gls, candidate: &Candidate) -> f64 {
+    fn shaped(&self, study: &Study, gls: &Gls, candidate: &Candidate) -> Shaped {
         let (bench, series) = (study.bench, candidate.series);
         let axis = bench.problem.series[series].axis.index();
         let [before, after] =
@@ -193,7 +213,7 @@ impl<'a> Incumbent<'a> {
         match candidate.term.effect.stage() {
             Stage::Response | Stage::Shown => {}
             Stage::Timing if shapes => {}
-            _ => return 0.0,
+            _ => return Shaped::default(),
         }
         // Each by the likelier of the two noises: what differs is what the response did to the noise, not what the noise
         // found without the suspect was made to hold of it.
@@ -208,13 +228,20 @@ impl<'a> Incumbent<'a> {
         // A gyro may be noisier than it was taken for: what the log shows from row to row is noise.
         let channels = &self.study.evaluation.residual;
         let steps = of_steps(&channels[series.min(channels.len() - 1)]);
-        let gains = (0..SHAPED).map(|seed| {
+        let mut shaped = Shaped { gain: 0.0, takes: vec![0.0; bench.windows.tau.len()] };
+        for seed in 0..SHAPED {
             let [mut plain, mut undone] = draw_through(bench, series, &study.warm[series], [before, after], seed);
             let larger = (steps / of_steps(&plain)).clamp(1.0, NOISIER);
             plain.iter_mut().chain(&mut undone).for_each(|x| *x *= larger);
-            likeliest(&plain) - likeliest(&undone)
-        });
-        (gains.sum::<f64>() / SHAPED as f64 * bench.problem.channels() as f64).max(0.0)
+            shaped.gain += (likeliest(&plain) - likeliest(&undone)) / SHAPED as f64;
+            let [plain, undone] = [plain, undone].map(|noise| bench.windows.mean_squares(&noise));
+            for (takes, (plain, undone)) in shaped.takes.iter_mut().zip(plain.iter().zip(&undone)) {
+                *takes += (plain - undone) / SHAPED as f64;
+            }
+        }
+        shaped.gain = (shaped.gain * bench.problem.channels() as f64).max(0.0);
+        shaped.takes.iter_mut().for_each(|takes| *takes = takes.max(0.0));
+        shaped
     }
 
     /// The score test beside this model.
@@ -320,13 +347,14 @@ impl<'a> Incumbent<'a> {
         if let Some(term) = study.model.axes[axis.index()].as_ref().and_then(|m| m.terms.last()) {
             candidate.term = term.clone();
         }
-        let own = Measure::of(study, gls, series);
+        let mut own = Measure::of(study, gls, series);
+        let shaped = self.shaped(study, gls, &candidate);
+        if candidate.term.effect.stage() == Stage::Shown {
+            own.with_noise(&shaped, &study.weights(series));
+        }
         let read_off = candidate.term.effect.stage() == Stage::Reading;
-        let rise = if read_off {
-            f64::INFINITY
-        } else {
-            own.log_likelihood - base.log_likelihood - SHAPES * self.shaped(study, gls, &candidate)
-        };
+        let rise =
+            if read_off { f64::INFINITY } else { own.log_likelihood - base.log_likelihood - SHAPES * shaped.gain };
         let gains: Vec<f64> = own.held_out.iter().zip(&base.held_out).map(|(a, b)| a - b).collect();
         let held_out = if read_off { Estimate::exact(f64::INFINITY) } else { Estimate::sum(&gains) };
         let falls: Vec<Option<f64>> =

@@ -224,7 +224,7 @@ fn not_searched(o: &Observed, small: bool) -> Finding {
     Finding::CannotTell(Why::NotSearched { over_floor: o.floors.set_up.over, small })
 }
 
-/// What an error that is none is.
+/// Why the remaining error counts as adequate.
 fn noise(o: &Observed) -> Adequate {
     match (o.within, o.is_sensor_noise) {
         (true, _) => Adequate::WithinFloor { silent: o.silent },

@@ -24,7 +24,7 @@ static CARD: Card = Card {
     typical: "0.3–50 % of the counts above some rate",
     source: "Quadrature decoding by interrupts: edges that come faster than they are served are not counted",
     needs: &[Need::AngleReference],
-    excited_by: "rates below and above w, in both directions",
+    excited_by: "rates below and above that rate, in both directions",
     mended_by: "taken out of the reference",
     at_source: "count in hardware (a timer's encoder mode), or turn more slowly",
     traits: &[],

@@ -190,7 +190,7 @@ pub enum Need {
 }
 
 impl Need {
-    /// Whether a log has that for this axis, be it that it never changes.
+    /// Whether a log has that for this axis, even if its value never changes.
     #[must_use]
     pub fn is_in(self, record: &Record, axis: Axis) -> bool {
         let any = |value: &dyn Fn(&Row) -> f64| record.rows.iter().any(|row| value(row).is_finite());

@@ -167,8 +167,8 @@ pub struct ErrorWhole {
     pub error: Vec<f64>,
     /// Where the reading does not determine it, and `error` is a guess.
     pub unsure: Vec<bool>,
-    /// Where a rate that is held stands in a play: at the end that it came to, where `error` has it, or as far back from there as
-    /// nobody sees.
+    /// Where the rate was held within a backlash: it may rest at the end that it last reached, which `error` assumes, or anywhere back
+    /// from there.
     pub held: Vec<bool>,
 }
 

@@ -129,6 +129,16 @@ impl Windows {
         all
     }
 
+    /// E² of one series, averaging time by averaging time, (rad/s)².
+    #[must_use]
+    pub fn mean_squares(&self, series: &[f64]) -> Vec<f64> {
+        let mean = |(pairs, tau): (&Pairs, &f64)| {
+            let square = |&(i, j): &(u32, u32)| (series[j as usize] - series[i as usize]).powi(2);
+            pairs.rows.iter().map(square).sum::<f64>() / (pairs.rows.len() as f64 * tau * tau)
+        };
+        self.pairs.iter().zip(&self.tau).map(mean).collect()
+    }
+
     /// How much of each averaging time counts where some steps say nothing, 1 where all do: what the errors are divided by
     /// to be those of the mean rate over the time κ that an increment is known for.
     ///

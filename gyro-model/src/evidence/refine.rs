@@ -10,6 +10,7 @@ use super::{
 };
 use crate::{effects::Role, nls};
 use faer::Mat;
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 impl Study<'_> {
     /// Identifies the noise of the residual, and with it generalised least squares about the present parameters.
@@ -78,9 +79,10 @@ impl Study<'_> {
         (study, gls)
     }
 
-    /// By how many standard errors an effect of a stamped model differs from nothing, √(vᵀ C⁻¹ v − (n − 1)): v its n coefficients or,
-    /// where it has none, its widths and times, C their covariance, the correlations those of `gls`. `None` where nothing lies
-    /// elsewhere, as with a frequency, or an error is not known.
+    /// By how many standard errors an effect of a stamped model differs from nothing: those that one normal number would differ by as
+    /// rarely as χ² = vᵀ C⁻¹ v of n degrees of freedom is as large. v: its n coefficients or, where it has none, its widths and times; C
+    /// their covariance, the correlations those of `gls`. `None` where nothing lies elsewhere, as with a frequency, or an error is not
+    /// known.
     #[must_use]
     pub fn size_in_errors(&self, gls: &Gls, series: usize, id: &str) -> Option<f64> {
         let axis = self.bench.problem.series[series].axis;
@@ -106,7 +108,7 @@ impl Study<'_> {
         }
         let (inverse, _) = nls::invert_observable(&correlation, 1e-9);
         let form = |i: usize| (0..n).map(|j| value(i) / error(i) * inverse[(i, j)] * value(j) / error(j)).sum::<f64>();
-        Some(((0..n).map(form).sum::<f64>() - (n - 1) as f64).max(0.0).sqrt())
+        Some(in_errors((0..n).map(form).sum(), n))
     }
 
     /// Writes standard errors and noise into the model. Where generalised least squares would end elsewhere than these
@@ -153,3 +155,16 @@ impl Study<'_> {
         }
     }
 }
+
+/// How many standard errors of one normal number are as rare as χ² of `n` degrees of freedom.
+fn in_errors(chi_squared: f64, n: usize) -> f64 {
+    let rare = ChiSquared::new(n as f64).map_or(0.0, |law| law.sf(chi_squared));
+    // What is rarer than a double tells is as far out as the mean of the square says.
+    if n == 1 || rare < RAREST {
+        return (chi_squared - (n - 1) as f64).max(0.0).sqrt();
+    }
+    -Normal::standard().inverse_cdf(0.5 * rare)
+}
+
+/// Chances below this are not told from nothing.
+const RAREST: f64 = 1e-14;

@@ -9,7 +9,7 @@ use super::{
     Report,
     channel::{Channel, Readings},
     counted,
-    motion::{Motion, turn},
+    motion::Motion,
     quantile, quantum, seconds,
     thresholds::{CAUGHT_UP, GOES_ON, LEAST_STEP},
     witness::angle_read,
@@ -17,7 +17,7 @@ use super::{
 use crate::{
     Axis, Record,
     fault::{FaultKind, STUCK_UP_TO},
-    record::ReferenceKind,
+    record::{ReferenceKind, turn},
 };
 use std::ops::Range;
 

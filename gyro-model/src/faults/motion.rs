@@ -1,7 +1,11 @@
 //! How the reference turns, whatever it is: one angle over time, and mean rates of it and of the gyro over pieces.
 
 use super::channel::{unwrap, wraps_in_degrees};
-use crate::{Axis, Record, effects::white_noise, record::ReferenceKind};
+use crate::{
+    Axis, Record,
+    effects::white_noise,
+    record::{ReferenceKind, turn},
+};
 use std::f64::consts::TAU;
 
 /// Increments are compared over pieces of this length, s: long against any delay, short against a log.
@@ -113,19 +117,6 @@ fn turned(record: &Record, i: usize, reading: fn([f64; 4]) -> [f64; 4]) -> (Vec<
             (row.t_ns as f64 * 1e-9, sum)
         })
         .unzip()
-}
-
-/// Rotation from attitude `p` to `q` (both body to world), in body axes, rad.
-pub(super) fn turn(p: [f64; 4], q: [f64; 4]) -> [f64; 3] {
-    let w = p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3];
-    let v = [
-        p[0] * q[1] - p[1] * q[0] - p[2] * q[3] + p[3] * q[2],
-        p[0] * q[2] + p[1] * q[3] - p[2] * q[0] - p[3] * q[1],
-        p[0] * q[3] - p[1] * q[2] + p[2] * q[1] - p[3] * q[0],
-    ];
-    let sine = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
-    let scale = if sine < 1e-12 { 2.0 } else { 2.0 * sine.atan2(w.abs()) / sine };
-    v.map(|x| x * scale * w.signum())
 }
 
 /// Mean gyro readings over the pieces of the reference.

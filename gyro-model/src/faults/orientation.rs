@@ -16,7 +16,7 @@ const READINGS: [Otherwise; 3] = [
     Otherwise {
         reading: |[w, x, y, z]| [w, -x, -y, -z],
         meant: Meant::Parts([(0, 1.0), (1, -1.0), (2, -1.0), (3, -1.0)]),
-        says: "as world to body, where body to world is wanted: negate ref_qx, ref_qy and ref_qz",
+        says: "as world to body; it has to be body to world: negate ref_qx, ref_qy and ref_qz",
     },
     Otherwise {
         reading: |[x, y, z, w]| [w, x, y, z],

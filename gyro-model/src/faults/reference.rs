@@ -326,7 +326,8 @@ fn other_units(record: &Record, report: &mut Report) {
 
 #[cfg(test)]
 mod tests {
-    use super::{super::motion::turn, *};
+    use super::*;
+    use crate::record::turn;
 
     #[test]
     fn a_turn_about_one_body_axis_is_seen_there_with_its_sign() {

@@ -24,7 +24,7 @@ const SMALL: f64 = 3.0;
 /// A quantised reading repeats by itself now and then, so a sample counts as repeated only where all these channels repeat
 /// together much more often than they would independently; with few channels, where a
 /// reading stands still between large changes far more often than it changes by one step. Where the changes are small nobody
-/// knows which readings were logged again; what they are late by counts as little. Those that are alike by chance must not be
+/// knows which readings were logged again; their delay matters as little. Those that are equal by chance must not be
 /// taken out there: while the rate rises they are the ones that noise made too small.
 pub(super) fn check(record: &mut Record, report: &mut Report) {
     let is_there = |of: &Reading| record.rows.iter().any(|r| of(r).is_finite());
@@ -38,12 +38,12 @@ pub(super) fn check(record: &mut Record, report: &mut Report) {
     if !accels.is_empty() {
         each.push(gyros);
     }
-    let searched = each.iter().map(|channels| {
+    let mut searched = each.iter().map(|channels| {
         let rows = rows(channels);
         let found = found(record, channels, &rows);
         (rows, found)
     });
-    let Some((rows, found)) = { searched }.find(|(_, found)| !found.is_empty()) else { return };
+    let Some((rows, found)) = searched.find(|(_, found)| !found.is_empty()) else { return };
     let first = rows[found[0]];
     let mark = found.len() as f64 <= MARKED_UP_TO * (rows.len() as f64 - 1.0);
     let found: Vec<(usize, usize)> = found.into_iter().map(|k| (rows[k - 1], rows[k])).collect();

@@ -52,12 +52,13 @@ impl PartialOrd for Key {
 impl Ord for Key {
     fn cmp(&self, other: &Self) -> Ordering {
         let place = |key: &Self| CATALOGUE.iter().position(|effect| effect.card().id == key.effect);
-        let names = |key: &Self| (key.axis, place(key).unwrap_or(usize::MAX), key.effect.clone(), key.name.clone());
+        let places = |key: &Self| (key.axis, place(key).unwrap_or(usize::MAX));
         let shapes = || {
             let each = self.shape.iter().zip(&other.shape).map(|(a, b)| a.total_cmp(b));
             each.fold(self.shape.len().cmp(&other.shape.len()), Ordering::then)
         };
-        names(self).cmp(&names(other)).then_with(shapes)
+        let names = || (&self.effect, &self.name).cmp(&(&other.effect, &other.name));
+        places(self).cmp(&places(other)).then_with(names).then_with(shapes)
     }
 }
 

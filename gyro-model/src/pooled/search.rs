@@ -6,11 +6,9 @@
 
 use super::{
     Column, Equations, Key, Piece,
-    column::is_own,
     forward::{Answer, Joined, select},
-    spread::Reading,
 };
-use crate::{Axis, effects};
+use crate::Axis;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -322,20 +320,5 @@ impl Repeated {
         let shown = of(&|value, error| value.abs() > SHOWN * error);
         let could = of(&|value, error| value.abs() > SHOWN * error || size > SHOWN * error);
         (shown, could)
-    }
-
-    /// Its readings, each log being a part of its own.
-    #[must_use]
-    pub fn readings(&self) -> Vec<Reading> {
-        let of = |(part, told): (usize, &Option<(f64, f64)>)| {
-            told.map(|(value, error)| Reading { part, value, variance: error * error })
-        };
-        self.each.iter().enumerate().filter_map(of).collect()
-    }
-
-    /// Whether the catalogue has it as one of a log's own.
-    #[must_use]
-    pub fn is_own(&self) -> bool {
-        effects::find(&self.effect).is_some_and(is_own)
     }
 }

@@ -73,8 +73,8 @@ pub fn unseen(voice: Voice) -> String {
 
 /// What is said of effects that fit alike.
 #[must_use]
-pub fn cannot_be_told(from: &[&str], voice: Voice) -> String {
-    format!("{} cannot distinguish it from {}", voice.log(), from.join(", "))
+pub fn cannot_be_told(from: &[&str]) -> String {
+    format!("not distinguished from {}", from.join(", "))
 }
 
 /// What is said of an axis that needs nothing more.

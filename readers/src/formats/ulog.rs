@@ -21,6 +21,8 @@ const TYPES: &[u8] = b"BFIMPQARDLCSO";
 /// Numbers in a message, and messages within messages, at most.
 const MOST_FIELDS: usize = 4096;
 const DEEPEST: usize = 8;
+/// Fields and parts of one message that are looked at, at most: an array of what has no fields takes no bytes.
+const MOST_STEPS: usize = 1 << 17;
 
 /// PX4 ULog.
 pub struct Ulog;
@@ -144,7 +146,7 @@ impl Log<'_> {
         let mut cursor = Cursor::new(body);
         let (Some(instance), Some(id)) = (cursor.u8(), cursor.u16()) else { return };
         let name = String::from_utf8_lossy(cursor.rest()).into_owned();
-        let mut layout = Layout { numbers: Vec::new(), fields: Vec::new(), time_at: None, size: 0 };
+        let mut layout = Layout { numbers: Vec::new(), fields: Vec::new(), time_at: None, size: 0, steps: 0 };
         let shown = if instance == 0 { name.clone() } else { format!("{name}_{instance}") };
         if layout.add(&self.formats, &name, "", 0).is_none() {
             self.sink.note(Note::NotRead { topic: shown, why: "it has no definition, or a damaged one" });
@@ -180,6 +182,8 @@ struct Layout {
     fields: Vec<Field>,
     time_at: Option<usize>,
     size: usize,
+    /// Fields and parts that were looked at.
+    steps: usize,
 }
 
 impl Layout {
@@ -193,6 +197,10 @@ impl Layout {
                 None => (kind, None),
             };
             for i in 0..count.unwrap_or(1) {
+                self.steps += 1;
+                if self.steps > MOST_STEPS {
+                    return None;
+                }
                 let index = count.map_or(String::new(), |_| format!("[{i}]"));
                 self.one(formats, kind, &format!("{prefix}{field}{index}"), depth)?;
             }

@@ -134,7 +134,8 @@ pub fn read(bytes: &[u8], dbc: &[u8], sink: &mut dyn Sink) -> Result<(), Unreada
     }
 }
 
-fn record(out: &mut Vec<u8>, kind: u8, body: &[u8]) {
+/// A message of a ULog.
+pub fn record(out: &mut Vec<u8>, kind: u8, body: &[u8]) {
     out.extend((body.len() as u16).to_le_bytes());
     out.push(kind);
     out.extend(body);
@@ -239,6 +240,11 @@ fn prefixed(out: &mut Vec<u8>, bytes: &[u8]) {
 }
 
 pub fn mcap(compression: &str) -> Vec<u8> {
+    mcap_of(compression, "sensor_msgs/msg/Imu", &IMU.replace("TIME", "builtin_interfaces/Time"), |k| imu(k, true))
+}
+
+/// Messages of one kind under `/imu`.
+pub fn mcap_of(compression: &str, kind: &str, definition: &str, body: impl Fn(u64) -> Vec<u8>) -> Vec<u8> {
     let magic = b"\x89MCAP0\r\n";
     let record = |out: &mut Vec<u8>, kind: u8, body: &[u8]| {
         out.push(kind);
@@ -252,9 +258,9 @@ pub fn mcap(compression: &str) -> Vec<u8> {
     record(&mut out, 1, &header);
     let mut inner = Vec::new();
     let mut schema = 1_u16.to_le_bytes().to_vec();
-    prefixed(&mut schema, b"sensor_msgs/msg/Imu");
+    prefixed(&mut schema, kind.as_bytes());
     prefixed(&mut schema, b"ros2msg");
-    prefixed(&mut schema, IMU.replace("TIME", "builtin_interfaces/Time").as_bytes());
+    prefixed(&mut schema, definition.as_bytes());
     record(&mut inner, 3, &schema);
     let mut channel = [1_u16.to_le_bytes(), 1_u16.to_le_bytes()].concat();
     prefixed(&mut channel, b"/imu");
@@ -266,7 +272,7 @@ pub fn mcap(compression: &str) -> Vec<u8> {
         message.extend((k as u32).to_le_bytes());
         message.extend((stamp_ns(k) + 2_000_000).to_le_bytes());
         message.extend(stamp_ns(k).to_le_bytes());
-        message.extend(imu(k, true));
+        message.extend(body(k));
         record(&mut inner, 5, &message);
     }
     let size = inner.len() as u64;

@@ -159,12 +159,8 @@ impl Format for Candump {
         }
         let wanted = self.frames.names();
         let came: Vec<String> = strangers.iter().map(|id| database::shown(*id)).collect();
-        (*frames > 0).then(|| {
-            format!(
-                "{frames} frames came, none of them a message that is wanted ({wanted}); the first were {}",
-                came.join(", ")
-            )
-        })
+        (*frames > 0)
+            .then(|| format!("{frames} frames came, none of them one of {wanted}; the first were {}", came.join(", ")))
     }
 }
 

@@ -29,7 +29,7 @@ extern "C" {
 
 /* One reading. */
 typedef struct {
-    int64_t t_ns;       /* its time, ns; 0 at the first reading (at power-on, where an effect goes by time) */
+    int64_t t_ns;       /* the gyro's own time stamp, ns; from any origin, but from power-on where an effect depends on time */
     double gyro[3];     /* readings of x, y, z, rad/s; NAN where an axis has none */
 @INPUTS@} truerate_in;
 

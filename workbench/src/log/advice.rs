@@ -420,7 +420,7 @@ fn gyro(sample: &Sample, used: &Used, proposal: &Proposal, times: Option<&[f64]>
         return Some((picks, says));
     }
     let [only] = moving.as_slice() else { return None };
-    // Two sensors of a phone's attitude are no rate.
+    // A channel of a phone's attitude must not be taken for a rate.
     Some((vec![sample.pick("gyro_z", *only, 1.0)], format!("{} may be the gyro", sample.called(*only))))
 }
 

@@ -71,6 +71,8 @@ pub fn json(name: &str, look: &Look) -> Value {
         })
     });
     let strings = |picks: &[Pick]| picks.iter().map(ToString::to_string).collect::<Vec<_>>();
+    let advised = look.advice.as_ref().map_or_else(Vec::new, |advice| advice.flags.clone());
+    let likely = [advised, strings(&look.proposal.offered)].concat();
     json!({
         "schema": "truerate.channels/1",
         "log": name,
@@ -78,7 +80,7 @@ pub fn json(name: &str, look: &Look) -> Value {
         "channels": channels.collect::<Vec<_>>(),
         "identifiers": identifiers.collect::<Vec<_>>(),
         "map": strings(&look.proposal.chosen),
-        "likely": strings(&look.proposal.offered),
+        "likely": likely,
         "dependent": look.proposal.dependent.iter().map(|d| json!({"channel": d.channel, "by": d.by})).collect::<Vec<_>>(),
         "seconds": look.proposal.seconds.iter().map(|of| json!({"topic": of.topic, "rate_hz": finite(of.rate_hz), "map": strings(&of.picks)})).collect::<Vec<_>>(),
         "notes": look.survey.notes.iter().map(ToString::to_string).collect::<Vec<_>>(),

@@ -45,7 +45,7 @@ impl ColumnMap {
         let table = DeTable::parse(&text).map_err(|e| Problem::Map(TomlError::syntax(file, &text, &e)))?;
         let mut entries = Vec::new();
         collect(table.get_ref(), &mut entries).map_err(|span| {
-            Problem::Map(TomlError::at(file, &text, span, "a column's name is wanted, such as \"gyro_z_dps\""))
+            Problem::Map(TomlError::at(file, &text, span, "expected a column's name, such as \"gyro_z_dps\""))
         })?;
         Ok(Self { file: file.to_owned(), text, entries })
     }

@@ -1,6 +1,10 @@
 //! Why a log is refused: what, where, what to do, in one line.
 
-use super::{lacking::Advice, packing::Packing};
+use super::{
+    lacking::Advice,
+    packing::Packing,
+    unit::{self, Channel, Name},
+};
 use crate::{
     toml_error::{TomlError, quoted},
     words::{self, Task, call, given, with},
@@ -427,10 +431,8 @@ fn again(log: &str, advice: &Advice) -> String {
         return format!("truerate channels {}", shell_word(log));
     }
     let whole = free_name(log);
-    let given = std::env::args()
-        .skip(1)
-        .map(|word| if word == log && !advice.left_out.is_empty() { whole.clone() } else { word });
-    let words: Vec<String> = given.map(|word| shell_word(&word)).collect();
+    let given = |word: &String| shell_word(if word == log && !advice.left_out.is_empty() { &whole } else { word });
+    let words: Vec<String> = still_given(words::command(), advice).into_iter().map(given).collect();
     let file = if advice.needs_file { " --reference REFERENCE.csv" } else { "" };
     let rest = if advice.at_rest && words.iter().all(|word| word != "--at-rest") { " --at-rest" } else { "" };
     let flags = if advice.flags.is_empty() {
@@ -449,6 +451,27 @@ fn again(log: &str, advice: &Advice) -> String {
     };
     let lines: Vec<String> = advice.left_out.iter().map(deleted).collect();
     format!("sed '{}' {} > {} && {command}", lines.join(";"), shell_word(log), shell_word(&whole))
+}
+
+/// The words of a command without those in whose place the advice comes: maps of the same channels, and `--at-rest` where a reference is
+/// wanted.
+fn still_given<'a>(words: &'a [String], advice: &Advice) -> Vec<&'a String> {
+    let channel = |flag: &str| match unit::name(flag.split('=').next().unwrap_or_default()) {
+        Name::Known(channel, _) => Some(channel),
+        _ => None,
+    };
+    let advised: Vec<Channel> = advice.flags.iter().filter_map(|flag| channel(flag)).collect();
+    let is_advised = |flag: &str| channel(flag).is_some_and(|channel| advised.contains(&channel));
+    let mut kept = Vec::new();
+    let mut words = words.iter().peekable();
+    while let Some(word) = words.next() {
+        if word == "--map" && words.peek().is_some_and(|next| is_advised(next)) {
+            words.next();
+        } else if !(word.strip_prefix("--map=").is_some_and(is_advised) || word == "--at-rest" && advice.needs_file) {
+            kept.push(word);
+        }
+    }
+    kept
 }
 
 /// The name of a file that is not there yet, for what is left of this one.

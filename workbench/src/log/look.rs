@@ -1,10 +1,11 @@
 //! A look at a file of any format: what it holds, and how its channels would be named.
 
 use super::{
-    LogError, dbc,
+    LogError, Options, dbc,
     error::Problem,
     folder::{self, Continued},
     input::Input,
+    lacking::Advice,
     unit,
 };
 use log_readers::{
@@ -25,6 +26,8 @@ pub struct Look {
     pub own: Vec<String>,
     /// A map to the names of a log.
     pub proposal: Proposal,
+    /// What makes a log of it where the map alone does not.
+    pub advice: Option<Advice>,
 }
 
 impl Look {
@@ -85,5 +88,27 @@ pub fn look(path: &Path, dbc: Option<&Path>) -> Result<Look, LogError> {
     let is_still = |pick: &Pick| pick.name.starts_with("ref_") && !pick.name.starts_with("ref_q") && rests(pick);
     proposal.chosen.retain(|pick| !is_still(pick));
     proposal.offered.retain(|pick| !is_still(pick));
-    Ok(Look { format: format.name(), survey, own, proposal })
+    let advice = advice(path, dbc).filter(|_| is_text);
+    if let Some(advice) = &advice {
+        let is_open = |pick: &Pick| !advice.flags.iter().any(|flag| names_the_same(flag, &pick.name));
+        proposal.chosen.retain(is_open);
+        proposal.offered.retain(is_open);
+    }
+    Ok(Look { format: format.name(), survey, own, proposal, advice })
+}
+
+/// What reading it as a log says that is lacking.
+fn advice(path: &Path, dbc: Option<&Path>) -> Option<Advice> {
+    let options = Options { dbc: dbc.map(Path::to_owned), needs_reference: true, ..Options::default() };
+    let refused = super::read(path, &options).err()?;
+    refused.advice.clone().filter(|advice| !advice.flags.is_empty() && advice.left_out.is_empty())
+}
+
+/// Whether `NAME=CHANNEL` gives the channel of a name, in any unit.
+fn names_the_same(flag: &str, name: &str) -> bool {
+    let channel = |name: &str| match unit::name(name) {
+        unit::Name::Known(channel, _) => Some(channel),
+        _ => None,
+    };
+    flag.split_once('=').is_some_and(|(own, _)| channel(own).is_some() && channel(own) == channel(name))
 }

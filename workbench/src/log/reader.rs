@@ -43,7 +43,7 @@ pub struct Reader {
     /// Rows of the very time of the row before.
     repeats: u64,
     skip_times: Times,
-    /// Rows to come that keep apart what is no neighbour.
+    /// How many of the next rows are marked, so that two segments are not joined.
     apart: u64,
     /// The rows that cannot be read, where they are passed by.
     pub(super) torn: Option<Torn>,

@@ -126,6 +126,9 @@ impl RowParser {
                 }
             }
         }
+        if let Some(ns) = time.filter(|ns| ns.unsigned_abs() > LATEST) {
+            return Err((None, Problem::TimeRange(ns.to_string())));
+        }
         if layout.is_by_angles() {
             row.ref_quaternion = of_angles(row.ref_quaternion);
         } else if layout.is_by_matrix() {
@@ -185,7 +188,7 @@ impl RowParser {
         if !column.is_step {
             return (Some(ns), overflows);
         }
-        self.sum += ns;
+        self.sum = self.sum.saturating_add(ns);
         (Some(self.sum), false)
     }
 
@@ -236,14 +239,17 @@ impl RowParser {
     }
 }
 
+/// No time lies further from zero, ns.
+const LATEST: u128 = 1 << 90;
+
 /// A time that was read [`FINE`] powers of ten too large, as a map scales it, ns.
 fn scaled(fine: i128, Conversion { scale, offset, .. }: Conversion) -> i128 {
     let scaled = if scale.fract() == 0.0 && scale.abs() < 1e9 {
-        fine * scale as i128 / 10_i128.pow(FINE.unsigned_abs())
+        fine.saturating_mul(scale as i128) / 10_i128.pow(FINE.unsigned_abs())
     } else {
         (fine as f64 * scale / 10_f64.powi(FINE)) as i128
     };
-    scaled + (offset * 1e9) as i128
+    scaled.saturating_add((offset * 1e9) as i128)
 }
 
 /// A field for a message.

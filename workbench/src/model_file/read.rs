@@ -259,7 +259,7 @@ impl Reader<'_> {
                 return Err(self.error(unit.span(), says));
             }
             if !entry.value.get_ref().is_finite() {
-                return Err(self.error(entry.value.span(), "a finite number is wanted"));
+                return Err(self.error(entry.value.span(), "expected a finite number"));
             }
             let (low, high) = cards[i].bounds;
             if !(low..=high).contains(entry.value.get_ref()) {
@@ -295,14 +295,14 @@ impl Reader<'_> {
     fn provenance(&self, section: ProvenanceSection, model: &mut Model) -> Result<Provenance, TomlError> {
         if let Some(supply) = &section.supply {
             if !supply.get_ref().is_finite() {
-                return Err(self.error(supply.span(), "a finite voltage is wanted"));
+                return Err(self.error(supply.span(), "expected a finite voltage"));
             }
             model.origin.supply = Some(*supply.get_ref());
         }
         let fitted = match &section.fitted {
             None => None,
             Some(written) => Some(written.get_ref().to_string().parse::<Timestamp>().map_err(|_| {
-                self.error(written.span(), "a time with its zone is wanted, such as 2026-11-20T12:00:00Z")
+                self.error(written.span(), "expected a time with its zone, such as 2026-11-20T12:00:00Z")
             })?),
         };
         Ok(Provenance {

@@ -53,8 +53,7 @@ pub(super) fn change(change: &Change, voice: Voice) -> String {
     let mut axes = spoken(&change.after.axes, voice);
     for axis in &mut axes {
         let before = change.before.axes.iter().find(|b| b.axis == axis.axis);
-        let Headline { answer, at_source } =
-            headline::of_change(change.added, change.removed, before, axis, Voice::Log);
+        let Headline { answer, at_source } = headline::of_change(change.added, change.removed, before, axis, voice);
         (axis.headline, axis.at_source) = (answer, at_source);
     }
     line(&Json {
@@ -69,7 +68,7 @@ pub(super) fn change(change: &Change, voice: Voice) -> String {
 }
 
 /// `compare --against`: the model's diagnosis, with the other's under `against`, and how it stands on each axis.
-pub(super) fn against(against: &Against) -> String {
+pub(super) fn against(against: &Against, voice: Voice) -> String {
     #[derive(Serialize)]
     struct Other<'a> {
         model: &'a str,
@@ -85,7 +84,7 @@ pub(super) fn against(against: &Against) -> String {
         #[serde(flatten)]
         together: Together,
     }
-    let mut axes = spoken(&against.diagnosis.axes, Voice::Log);
+    let mut axes = spoken(&against.diagnosis.axes, voice);
     let (mut beside, mut named) = (Vec::new(), Vec::new());
     for (axis, spoken) in against.diagnosis.axes.iter().zip(&mut axes) {
         let Some(other) = against.other.axes.iter().find(|other| other.axis == axis.axis) else { continue };
@@ -98,7 +97,7 @@ pub(super) fn against(against: &Against) -> String {
     line(&Json {
         diagnosis: Diagnosis { axes, ..against.diagnosis.clone() },
         model: against.model,
-        against: Other { model: against.other_model, axes: spoken(&against.other.axes, Voice::Log) },
+        against: Other { model: against.other_model, axes: spoken(&against.other.axes, voice) },
         beside,
         together: Together::of(&named),
     })

@@ -101,7 +101,7 @@ pub struct Product {
 }
 
 impl Context {
-    /// For a command on this log, printed to wherever standard output goes.
+    /// For a command on this log: without colour, in the voice of the program.
     #[must_use]
     pub fn new(command: Command, log: impl Into<String>) -> Self {
         Self {
@@ -120,7 +120,7 @@ impl Context {
             about: Vec::new(),
             product: None,
             mailed: false,
-            terminal: Terminal::detect(),
+            terminal: Terminal::PLAIN,
             voice: Voice::Log,
         }
     }
@@ -233,7 +233,7 @@ pub fn render_change(change: &Change, format: Format, context: &Context) -> Stri
 #[must_use]
 pub fn render_against(against: &Against, format: Format, context: &Context) -> String {
     match format {
-        Format::Json => json::against(against),
+        Format::Json => json::against(against, context.voice),
         _ => page(against, view::Page::of_against, format, context),
     }
 }

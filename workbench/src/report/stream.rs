@@ -1,6 +1,6 @@
 //! The diagnosis of a stream, ready for a page that shows it while it runs.
 
-use super::{Command, Context, Terminal, view::Page};
+use super::{Command, Context, view::Page};
 use gyro_model::{
     diagnosis::{Diagnosis, Verdict},
     words::Voice,
@@ -14,8 +14,7 @@ const AGAIN: &str =
 /// As the page shows it: words, human units, cards.
 #[must_use]
 pub fn page(diagnosis: &Diagnosis) -> Page {
-    let context =
-        Context { terminal: Terminal::PLAIN, voice: Voice::Stream, ..Context::new(Command::Diagnose, "live") };
+    let context = Context { voice: Voice::Stream, ..Context::new(Command::Diagnose, "live") };
     let mut page = Page::axis_by_axis(diagnosis, &context);
     for axis in &mut page.axes {
         axis.detail = None;

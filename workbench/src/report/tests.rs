@@ -175,7 +175,7 @@ fn ladder() -> Ladder {
 }
 
 fn context(command: Command) -> Context {
-    Context { terminal: Terminal::PLAIN, ..Context::new(command, "yaw.csv.gz") }
+    Context::new(command, "yaw.csv.gz")
 }
 
 #[test]

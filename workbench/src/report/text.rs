@@ -6,10 +6,7 @@ use super::{
     units,
     view::{AxisView, ExplainedView, Page, ParameterView, Row, Story},
 };
-use gyro_model::{
-    Axis,
-    words::{Voice, labels},
-};
+use gyro_model::{Axis, words::labels};
 
 /// Suspects shown: the rest removes less and only distracts; JSON and HTML have them all.
 const SUSPECTS: usize = 4;
@@ -380,7 +377,7 @@ impl Screen {
             }
             if !suspect.aliases.is_empty() {
                 let ids: Vec<&str> = suspect.aliases.iter().map(|a| a.id.as_str()).collect();
-                self.wrapped("          ", &labels::cannot_be_told(&ids, Voice::Log), Ink::Warn);
+                self.wrapped("          ", &labels::cannot_be_told(&ids), Ink::Warn);
                 if !suspect.separate_by.is_empty() {
                     self.wrapped("          ", &format!("to tell them apart: {}", suspect.separate_by), Ink::Warn);
                 }

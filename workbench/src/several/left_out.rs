@@ -10,8 +10,9 @@ use gyro_model::{
 /// An axis of a log that is left out.
 #[derive(Clone, Debug)]
 pub(super) struct LeftOut {
-    /// The log.
+    /// The log, and its SHA-256: names may be the same.
     name: String,
+    sha256: String,
     /// The axis.
     pub axis: Axis,
     /// Why.
@@ -21,6 +22,10 @@ pub(super) struct LeftOut {
 }
 
 impl LeftOut {
+    fn of(own: &Subject, axis: Axis, why: String, faults: Vec<DataFault>) -> Self {
+        Self { name: own.name.clone(), sha256: own.provenance.sha256.clone(), axis, why, faults }
+    }
+
     /// It in a sentence.
     pub fn says(&self) -> String {
         format!("{} is left out: {}.", self.name, self.why.trim_end_matches('.'))
@@ -40,7 +45,7 @@ impl Several {
             let left_out = own.axes.iter().filter_map(|&axis| {
                 let concerns = |fault: &&DataFault| fault.axis.is_none_or(|of| of == axis);
                 let fault = own.faults.iter().filter(concerns).find(|fault| fault.is_fatal(own.record.len()))?;
-                Some(LeftOut { name: own.name.clone(), axis, why: fault.says.clone(), faults: own.faults.clone() })
+                Some(LeftOut::of(own, axis, fault.says.clone(), own.faults.clone()))
             });
             left_out.collect::<Vec<_>>()
         };
@@ -54,7 +59,7 @@ impl Several {
             let left_out = bad.map(|axis| {
                 let why = axis.data_faults.iter().find(|fault| fault.is_fatal(own.record.len()));
                 let why = why.map_or_else(|| axis.headline.clone(), |fault| fault.says.clone());
-                LeftOut { name: own.name.clone(), axis: axis.axis, why, faults: axis.data_faults.clone() }
+                LeftOut::of(own, axis.axis, why, axis.data_faults.clone())
             });
             left_out.collect::<Vec<_>>()
         };
@@ -65,7 +70,7 @@ impl Several {
     pub(super) fn leave_out(&mut self, bad: Vec<LeftOut>) -> bool {
         let mut others = self.subjects.clone();
         for own in &mut others {
-            own.axes.retain(|axis| !bad.iter().any(|bad| bad.name == own.name && bad.axis == *axis));
+            own.axes.retain(|axis| !bad.iter().any(|bad| bad.sha256 == own.provenance.sha256 && bad.axis == *axis));
         }
         others.retain(|own| !Self::judged(own).is_empty());
         if bad.is_empty() || others.is_empty() {

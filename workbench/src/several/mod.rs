@@ -312,8 +312,8 @@ impl Several {
             let held_own = hold(&own)?;
             // An effect that the model lacks may look like it: then more than noise is left.
             let is_noise = |of: &OtherScale| {
-                let axes = held_own.iter().flat_map(|log| &log.axes).filter(|axis| axis.axis == of.key.axis);
-                { axes }.all(|axis| axis.within_floor == Some(true))
+                let mut axes = held_own.iter().flat_map(|log| &log.axes).filter(|axis| axis.axis == of.key.axis);
+                axes.all(|axis| axis.within_floor == Some(true))
             };
             if other.iter().all(is_noise) {
                 (joint, held) = (own, held_own);

@@ -18,7 +18,7 @@ use gyro_model::{
     },
 };
 
-/// One axis over all logs that have it, held against the common model; `alone` knows what each error is made of. `None` where none has it.
+/// One axis over all logs that have it, compared with the common model; `alone` has the parts of each log's error. `None` where none has it.
 pub(super) fn axis(
     axis: Axis,
     held: &[Diagnosis],

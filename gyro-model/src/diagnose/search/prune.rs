@@ -10,7 +10,7 @@ use crate::{
 };
 
 impl<'a> Search<'a, '_> {
-    /// Removes what differs from nothing by less than three standard errors, the least first; what differs by two stays where an
+    /// Removes what differs from nothing by less than four standard errors, the least first; what differs by two stays where an
     /// error is left without it that noise does not make. The model that is left, with everything that is known of its parameters.
     pub(super) fn prune(&mut self) -> Option<(Study<'a>, Gls)> {
         let mut kept = Vec::new();

@@ -27,8 +27,8 @@ pub struct Message {
 }
 
 /// Elements of a sequence that are named, at most.
-const MOST_NAMES: u32 = 256;
-/// Elements that take no bytes are passed by without counting them.
+const MOST_NAMES: usize = 256;
+/// Steps through one message, at most: elements of a sequence may take no bytes.
 const MOST_STEPS: usize = 1 << 20;
 
 /// The place in a message's bytes.
@@ -57,10 +57,14 @@ impl<'a> Reading<'a> {
         message.named.clear();
         message.names.clear();
         message.key.clear();
+        self.steps += 1;
         self.all(&program.steps, message)
     }
 
     fn all(&mut self, steps: &[Step], message: &mut Message) -> Option<()> {
+        if self.steps > MOST_STEPS {
+            return None;
+        }
         for step in steps {
             self.steps += 1;
             if self.steps > MOST_STEPS {
@@ -80,9 +84,11 @@ impl<'a> Reading<'a> {
                     message.key = String::from_utf8_lossy(text).into_owned();
                 }
                 Step::Names => {
-                    for _ in 0..self.count()?.min(MOST_NAMES) {
-                        let text = String::from_utf8_lossy(self.text()?).into_owned();
-                        message.names.push(text);
+                    for _ in 0..self.count()? {
+                        let text = self.text()?;
+                        if message.names.len() < MOST_NAMES {
+                            message.names.push(String::from_utf8_lossy(text).into_owned());
+                        }
                     }
                 }
                 Step::Named(path, kind) => {

@@ -186,7 +186,7 @@ impl Page {
             .iter()
             .map(|after| {
                 let before = change.before.axes.iter().find(|b| b.axis == after.axis);
-                let mut view = AxisView::of_pair(before, "before", after, "after");
+                let mut view = AxisView::of_pair((before, "before"), (after, "after"), context.voice);
                 view.answer(headline::of_change(change.added, change.removed, before, after, context.voice));
                 view
             })
@@ -212,7 +212,7 @@ impl Page {
         let together = Together::of(&named);
         let mut axes: Vec<AxisView> = Vec::new();
         for &(axis, other) in &pairs {
-            let mut view = AxisView::of_pair(other, against.other_model, axis, against.model);
+            let mut view = AxisView::of_pair((other, against.other_model), (axis, against.model), context.voice);
             if let Some(other) = other {
                 let names = (against.model, against.other_model);
                 view.answer(headline::of_against(names, axis, other, &together.told(axis.axis)));
@@ -307,8 +307,12 @@ impl AxisView {
         }
     }
 
-    fn of_pair(before: Option<&AxisDiagnosis>, before_label: &str, after: &AxisDiagnosis, label: &str) -> Self {
-        let mut view = Self::of_diagnosis(after, Voice::Log);
+    fn of_pair(
+        (before, before_label): (Option<&AxisDiagnosis>, &str),
+        (after, label): (&AxisDiagnosis, &str),
+        voice: Voice,
+    ) -> Self {
+        let mut view = Self::of_diagnosis(after, voice);
         view.curves.truncate(1);
         view.curves[0].label = label.into();
         if let Some(before) = before {

@@ -20,7 +20,7 @@ impl Page {
         let mut rows = Vec::new();
         for sides in &both.sides {
             let (Some(first), Some(second)) = (of(0, sides), of(1, sides)) else { continue };
-            axes.push(view(first, second, both, sides));
+            axes.push(view(first, second, both, sides, context.voice));
             rows.extend(rows_of(sides, both));
         }
         let [first, second] = &both.names;
@@ -32,9 +32,9 @@ impl Page {
 }
 
 /// The two curves of an axis, and what they come to.
-fn view(first: &AxisDiagnosis, second: &AxisDiagnosis, both: &BothSides, sides: &Sides) -> AxisView {
+fn view(first: &AxisDiagnosis, second: &AxisDiagnosis, both: &BothSides, sides: &Sides, voice: Voice) -> AxisView {
     let [one, two] = &both.names;
-    let pair = AxisView::of_pair(Some(first), one, second, two);
+    let pair = AxisView::of_pair((Some(first), one), (second, two), voice);
     let tone = match sides.better {
         Some(_) => "good",
         None => "unknown",
