@@ -40,12 +40,11 @@ fn climbed(scenario: &Scenario) -> Outcome {
     Outcome::of(&simulate(scenario).record, scenario.sensor.axis, false).unwrap()
 }
 
+/// Of one log; `validate false-alarms` counts them over many.
 fn no_alarm(kind: Kind) {
-    for k in 0..3 {
-        let scenario = kind.scenario(choice::seed_of(1, k), k, 60.0, 100.0);
-        let outcome = climbed(&scenario);
-        assert!(!outcome.is_alarm(), "{} {k}: {}", kind.name(), outcome.says());
-    }
+    let scenario = kind.scenario(choice::seed_of(1, 0), 0, 60.0, 100.0);
+    let outcome = climbed(&scenario);
+    assert!(!outcome.is_alarm(), "{}: {}", kind.name(), outcome.says());
 }
 
 #[test]
@@ -100,9 +99,7 @@ fn effects_of_five_times_the_size_that_is_found_are_named_on_a_drive() {
 
 #[test]
 fn several_effects_at_once_are_all_found_and_none_is_invented() {
-    for k in 0..3 {
-        all_found(choice::seed_of(1, k), TIMES);
-    }
+    all_found(choice::seed_of(1, 0), TIMES);
 }
 
 fn all_found(seed: u64, times: f64) {
