@@ -757,6 +757,31 @@ fn channels_lists_what_a_text_holds_and_how_to_map_it() {
     assert!(text.contains("--map 'ref_angle_z_deg=Angle (deg)'"), "{text}");
     // What it says to paste works.
     bench.ok(&["fit", "log.csv", "--map", "ref_angle_z_deg=Angle (deg)"]);
+    // Of counts it proposes what makes a log, not the columns as they stand.
+    let count = |value: f64, one: f64| (value / one).round();
+    bench.file(
+        "counts.csv",
+        written("t,gz,encoder\n", |[t, g, a]| {
+            format!("{t},{},{}", count(g.to_degrees(), 1.0 / 65.5), count(*a, std::f64::consts::TAU / 4096.0))
+        }),
+    );
+    let json: Value = serde_json::from_str(&bench.ok(&["channels", "counts.csv", "--format", "json"])).unwrap();
+    let likely: Vec<&str> = json["likely"].as_array().unwrap().iter().map(|map| map.as_str().unwrap()).collect();
+    assert!(json["map"].as_array().unwrap().is_empty() && likely.contains(&"gyro_z_dps=gz/65.5"), "{json}");
+    let maps: Vec<&str> = likely.iter().flat_map(|map| ["--map", *map]).collect();
+    bench.ok(&[&["fit", "counts.csv"], &maps[..]].concat());
+    // A refusal repeats the command without the maps that it replaces.
+    let line = bench.refused(&["fit", "counts.csv", "--map", "gyro_z=gz"]);
+    assert!(line.contains("gyro_z_dps=gz/65.5") && !line.contains("--map gyro_z=gz"), "{line}");
+}
+
+#[test]
+fn a_time_that_no_clock_shows_is_refused() {
+    let bench = Bench::new();
+    bench.file("own.csv", written("clock,gyro_z,ref_angle_z\n", |[t, g, a]| format!("{t},{g},{a}")));
+    for map in ["t=1e300*row", "t=clock+1e300", "t=1e300*clock"] {
+        bench.refused(&["fit", "own.csv", "--map", map]);
+    }
 }
 
 #[test]

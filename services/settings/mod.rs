@@ -323,8 +323,17 @@ mod tests {
     }
 
     #[test]
+    fn numbers_that_no_process_could_work_with_are_refused() {
+        for text in ["duty = 1e-20", "duty = 1.1", "period = 1e20", "diagnosis = 1e20", "window = 0", "window = nan"] {
+            let settings: Settings = toml::from_str(&format!("[learning]\n{text}\n")).unwrap();
+            let error = settings.check().unwrap_err().to_string();
+            assert!(error.starts_with(&format!("learning.{}", text.split(' ').next().unwrap())), "{error}");
+        }
+    }
+
+    #[test]
     fn a_speed_that_is_none_is_refused() {
-        for text in ["0", "-1", "nan", "fast", "inf"] {
+        for text in ["0", "-1", "nan", "fast", "inf", "1e-300", "1e300"] {
             assert!(text.parse::<Speed>().is_err(), "{text}");
         }
     }

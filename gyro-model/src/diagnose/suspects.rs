@@ -146,7 +146,7 @@ fn is_alias_of_best(candidate: &Candidate, fitted: &[Challenger]) -> bool {
     own.min_by(|a, b| a.excess.total_cmp(&b.excess)).is_some_and(|best| {
         are_aliases(best.candidate.term.effect.card().id, candidate.term.effect.card().id)
             && candidate.score > NEARLY * best.candidate.score
-            && !candidate.term.effect.stage().is_of_reference()
+            && candidate.term.effect.stage() != Stage::Shown
     })
 }
 

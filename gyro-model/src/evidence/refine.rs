@@ -168,3 +168,16 @@ fn in_errors(chi_squared: f64, n: usize) -> f64 {
 
 /// Chances below this are not told from nothing.
 const RAREST: f64 = 1e-14;
+
+#[cfg(test)]
+mod tests {
+    use super::in_errors;
+
+    #[test]
+    fn several_parameters_differ_from_nothing_as_rarely_as_one_number_does() {
+        assert!((in_errors(16.0, 1) - 4.0).abs() < 1e-12);
+        // χ² of three degrees of freedom is above 22.1 as rarely as a normal number lies beyond four standard deviations.
+        assert!((in_errors(22.06, 3) - 4.0).abs() < 0.01, "{}", in_errors(22.06, 3));
+        assert!(in_errors(2.0, 3) < 0.6 && in_errors(1e6, 3) > 900.0);
+    }
+}

@@ -3,7 +3,7 @@
 use super::{
     lacking::Advice,
     packing::Packing,
-    unit::{self, Channel, Name},
+    unit::{self, Channel},
 };
 use crate::{
     toml_error::{TomlError, quoted},
@@ -456,10 +456,7 @@ fn again(log: &str, advice: &Advice) -> String {
 /// The words of a command without those in whose place the advice comes: maps of the same channels, and `--at-rest` where a reference is
 /// wanted.
 fn still_given<'a>(words: &'a [String], advice: &Advice) -> Vec<&'a String> {
-    let channel = |flag: &str| match unit::name(flag.split('=').next().unwrap_or_default()) {
-        Name::Known(channel, _) => Some(channel),
-        _ => None,
-    };
+    let channel = |flag: &str| unit::channel(flag.split('=').next().unwrap_or_default());
     let advised: Vec<Channel> = advice.flags.iter().filter_map(|flag| channel(flag)).collect();
     let is_advised = |flag: &str| channel(flag).is_some_and(|channel| advised.contains(&channel));
     let mut kept = Vec::new();

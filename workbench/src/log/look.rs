@@ -63,18 +63,13 @@ pub fn look(path: &Path, dbc: Option<&Path>) -> Result<Look, LogError> {
         all.next_file();
         input.read_all(database.as_ref(), &mut all).map_err(refuse)?;
     }
-    let known = |name: &str| matches!(unit::name(name), unit::Name::Known(..));
     let mut own = Vec::new();
     let mut proposal = if is_text {
         let table = Table::open(Input::open(path).map_err(refuse)?, &|_| false)
             .map_err(|cause| refuse(Problem::Unreadable { format: format.name(), cause: cause.into() }))?;
         let head = table.head();
-        own.extend(head.names.iter().filter(|name| known(name)).cloned());
-        let base = |name: &str| match unit::name(name) {
-            unit::Name::Known(channel, _) => Some(channel),
-            _ => None,
-        };
-        of_text(head, &|name| own.iter().any(|own| base(own) == base(name)))
+        own.extend(head.names.iter().filter(|name| unit::channel(name).is_some()).cloned());
+        of_text(head, &|name| own.iter().any(|own| unit::channel(own) == unit::channel(name)))
     } else {
         of_topics(&survey.topics, &|_| false, &[])
     };
@@ -106,9 +101,6 @@ fn advice(path: &Path, dbc: Option<&Path>) -> Option<Advice> {
 
 /// Whether `NAME=CHANNEL` gives the channel of a name, in any unit.
 fn names_the_same(flag: &str, name: &str) -> bool {
-    let channel = |name: &str| match unit::name(name) {
-        unit::Name::Known(channel, _) => Some(channel),
-        _ => None,
-    };
-    flag.split_once('=').is_some_and(|(own, _)| channel(own).is_some() && channel(own) == channel(name))
+    let own = flag.split('=').next().and_then(unit::channel);
+    own.is_some() && own == unit::channel(name)
 }

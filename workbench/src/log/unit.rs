@@ -225,6 +225,14 @@ pub enum Name {
     Free,
 }
 
+/// The channel of a name of the format, in whichever unit.
+pub fn channel(name: &str) -> Option<Channel> {
+    match self::name(name) {
+        Name::Known(channel, _) => Some(channel),
+        _ => None,
+    }
+}
+
 /// What this name means.
 pub fn name(name: &str) -> Name {
     if let Some(channel) = plain(name) {
