@@ -1,6 +1,6 @@
 //! Whether a live diagnosis has settled, as its message says it: the compensator counts, and every watcher reads it there.
 
-use ipc_types::{Diagnosis, Text, diagnosis::AxisDiagnosis};
+use ipc_types::{Diagnosis, Text, diagnosis::AxisResult};
 use workbench::agreement::{self, is_settled};
 pub use workbench::agreement::{AGREE, ENOUGH_NS};
 
@@ -10,12 +10,12 @@ pub struct Agreement(agreement::Agreement<Text<38>>);
 
 /// Whether a judgement names an effect, alone or beside others that look the same.
 #[must_use]
-pub fn is_named(axis: &AxisDiagnosis) -> bool {
+pub fn is_named(axis: &AxisResult) -> bool {
     agreement::is_named(axis.verdict.as_str())
 }
 
 /// The effect that a judgement names; empty where it names none.
-fn name(axis: &AxisDiagnosis) -> Text<38> {
+fn name(axis: &AxisResult) -> Text<38> {
     if is_named(axis) { axis.suspects[0].effect } else { Text::EMPTY }
 }
 

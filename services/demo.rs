@@ -11,7 +11,7 @@ use crate::{
 };
 use anyhow::Context;
 use gyro_model::{Axis, units, words::labels};
-use ipc_types::{Command, Diagnosis, Text, command::Kind, diagnosis::AxisDiagnosis, port::Reader, topic, wait::Wait};
+use ipc_types::{Command, Diagnosis, Text, command::Kind, diagnosis::AxisResult, port::Reader, topic, wait::Wait};
 use std::{
     thread::sleep,
     time::{Duration, Instant},
@@ -136,7 +136,7 @@ impl Player {
     }
 
     /// The worst axis once a name is given again and again, or there is none to give.
-    fn wait_for_name(&self, stop: &Stop) -> anyhow::Result<Option<(AxisDiagnosis, usize, f64)>> {
+    fn wait_for_name(&self, stop: &Stop) -> anyhow::Result<Option<(AxisResult, usize, f64)>> {
         while !stop.asked() {
             let Some(diagnosis) = self.next(stop)? else { return Ok(None) };
             let Some((place, axis)) = worst(&diagnosis) else { continue };
@@ -156,13 +156,7 @@ impl Player {
     }
 
     /// The changed model's judgement: the first one at its floor, or the last of some.
-    fn wait_for_fall(
-        &self,
-        place: usize,
-        named: &str,
-        epoch: u64,
-        stop: &Stop,
-    ) -> anyhow::Result<Option<AxisDiagnosis>> {
+    fn wait_for_fall(&self, place: usize, named: &str, epoch: u64, stop: &Stop) -> anyhow::Result<Option<AxisResult>> {
         let (mut parameters, mut judged) = (None, 0);
         let reader = self.watch.hub.reader(&topic::PARAMETERS, None, Wait::Event)?;
         while !stop.asked() {
@@ -199,7 +193,7 @@ impl Player {
 }
 
 /// The axis with the largest error over floor.
-fn worst(diagnosis: &Diagnosis) -> Option<(usize, &AxisDiagnosis)> {
+fn worst(diagnosis: &Diagnosis) -> Option<(usize, &AxisResult)> {
     let axes = diagnosis.axes.iter().enumerate().filter(|(_, axis)| axis.present == 1);
     axes.max_by(|(_, a), (_, b)| a.error_over_floor.total_cmp(&b.error_over_floor))
 }

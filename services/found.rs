@@ -8,7 +8,7 @@ use crate::{
 };
 use gyro_model::{
     Axis,
-    diagnosis::{AxisDiagnosis, Diagnosis, Verdict},
+    diagnosis::{AxisResult, Diagnosis, Verdict},
     headline,
     words::Voice,
 };
@@ -88,7 +88,7 @@ impl Found {
     pub fn json(&self) -> Value {
         let mut axes = self.diagnosis.as_ref().map(|diagnosis| diagnosis.axes.clone()).unwrap_or_default();
         headline::fill(&mut axes, Voice::Stream);
-        let axis = |axis: &AxisDiagnosis| {
+        let axis = |axis: &AxisResult| {
             let error = headline::said(&axis.error_curve).map(|point| json!(point));
             let mut value = json!(axis);
             without_drawings(&mut value);

@@ -3,7 +3,8 @@
 mod common;
 
 use common::Bench;
-use std::{path::Path, process::Command};
+use serde_json::Value;
+use std::{collections::BTreeSet, path::Path, process::Command};
 
 /// A command, and the lines that it prints.
 struct Shown {
@@ -51,6 +52,45 @@ fn comes(document: &str, least: usize) {
             assert_eq!(out.lines().collect::<Vec<_>>(), shown.prints, "{}: {error}", shown.command);
         }
     }
+}
+
+#[test]
+fn what_the_page_on_formats_shows_is_what_comes() {
+    comes(include_str!("../docs/formats.md"), 1);
+}
+
+/// The keys of a value and of what it holds, but of `closed` ones what they hold.
+fn keys(value: &Value, closed: &[&str], into: &mut BTreeSet<String>) {
+    match value {
+        Value::Object(map) => {
+            for (key, value) in map {
+                into.insert(key.clone());
+                if !closed.contains(&key.as_str()) {
+                    keys(value, closed, into);
+                }
+            }
+        }
+        Value::Array(all) => all.iter().for_each(|value| keys(value, closed, into)),
+        _ => {}
+    }
+}
+
+#[test]
+fn the_page_on_formats_has_every_key_of_a_result() {
+    let page = include_str!("../docs/formats.md");
+    let bench = Bench::new();
+    let log = bench.path("log.csv");
+    let log = log.to_str().unwrap();
+    let simulated = bench.run(&["simulate", "--hide", "delay:d=0.012", "--seconds", "120", "--axis", "z", "-o", log]);
+    assert_eq!(simulated.code, 0, "{simulated:?}");
+    let mut all = BTreeSet::new();
+    for words in [["diagnose", log], ["ladder", log]] {
+        let done = bench.run(&[words[0], words[1], "--format", "json"]);
+        // What a finding and a picture hold depends on the case.
+        keys(&serde_json::from_str(&done.out).unwrap(), &["finding", "detail"], &mut all);
+    }
+    let lacking: Vec<&String> = all.iter().filter(|key| !page.contains(&format!("`{key}`"))).collect();
+    assert!(lacking.is_empty() && all.len() > 60, "docs/formats.md lacks {lacking:?} of {} keys", all.len());
 }
 
 #[test]

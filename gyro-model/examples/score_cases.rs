@@ -15,7 +15,7 @@ use clap::Parser;
 use gyro_model::{
     Axis, Model, Record,
     diagnose::{Options, diagnose, ladder},
-    diagnosis::AxisLadder,
+    diagnosis::AxisResult,
     simulate::simulate,
     words::Voice,
 };
@@ -68,7 +68,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// The diagnosis of the base model, and the ladder's steps.
-fn tell(record: &Record, axis: Axis, ladder: &AxisLadder) -> Result<(), Box<dyn Error>> {
+fn tell(record: &Record, axis: Axis, ladder: &AxisResult) -> Result<(), Box<dyn Error>> {
     let start = Model::base_for(record);
     for diagnosis in
         diagnose(record, &start, &[axis], &Options { progress: &|line| eprintln!("{line}"), ..Options::default() })?
@@ -97,7 +97,7 @@ struct Score {
 }
 
 impl Score {
-    fn of(hidden: &[&str], ladder: &AxisLadder) -> Self {
+    fn of(hidden: &[&str], ladder: &AxisResult) -> Self {
         let found: Vec<String> =
             ladder.effects.iter().filter(|e| !["scale-factor", "bias"].contains(&e.as_str())).cloned().collect();
         let (right, wrong): (Vec<_>, Vec<_>) = found.iter().cloned().partition(|e| hidden.contains(&e.as_str()));

@@ -17,8 +17,10 @@ pub struct Alignment {
     pub offset_ns: i64,
     /// Correlation of the speeds of turn there, 1 at most.
     pub likeness: f64,
-    /// Correlation where the clocks are as they are said to be; 0 where they do not overlap so.
-    pub likeness_as_is: f64,
+    /// Correlation at the nearest offset to the one that is said where it is largest; 0 where they do not overlap so.
+    pub likeness_near: f64,
+    /// That offset, ns.
+    pub near_ns: i64,
 }
 
 /// Aligns the times of a reference's rows to those of a gyro's; `said_ns` is the offset that is expected. `None` where either
@@ -48,14 +50,33 @@ pub fn align(gyro: &[Row], reference: &[Row], said_ns: i64) -> Option<Alignment>
     };
     let lags = -b_len..a_len;
     let best = lags.max_by(|&k, &l| likeness(k).total_cmp(&likeness(l)))?;
-    let (before, at, after) = (likeness(best - 1), likeness(best), likeness(best + 1));
-    let bend = before - 2.0 * at + after;
-    let part = if bend < 0.0 { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 };
-    let offset_ns = a_from - b_from + best * STEP + (part * STEP as f64) as i64;
-    let as_is = (b_from - a_from).saturating_add(said_ns).div_euclid(STEP);
-    let near = (as_is.saturating_sub(15)..=as_is.saturating_add(15)).map(likeness).fold(0.0, f64::max);
-    Some(Alignment { offset_ns, likeness: at, likeness_as_is: near })
+    let offset_ns = |lag: i64| {
+        let (before, at, after) = (likeness(lag - 1), likeness(lag), likeness(lag + 1));
+        let bend = before - 2.0 * at + after;
+        let part = if bend < 0.0 { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 };
+        (a_from - b_from).saturating_add(lag.saturating_mul(STEP)).saturating_add((part * STEP as f64) as i64)
+    };
+    // Uphill from where it is said to be: of a motion that repeats itself every other peak is as high.
+    let mut near = (b_from - a_from).saturating_add(said_ns).div_euclid(STEP);
+    for _ in 0..FARTHEST {
+        let beside = (near.saturating_sub(BESIDE)..=near.saturating_add(BESIDE))
+            .max_by(|&k, &l| likeness(k).total_cmp(&likeness(l)));
+        match beside.filter(|beside| likeness(*beside) > likeness(near)) {
+            Some(higher) => near = higher,
+            None => break,
+        }
+    }
+    Some(Alignment {
+        offset_ns: offset_ns(best),
+        likeness: likeness(best),
+        likeness_near: likeness(near),
+        near_ns: offset_ns(near),
+    })
 }
+
+/// Steps to either side among which the way uphill is looked for, and how often at most.
+const BESIDE: i64 = 3;
+const FARTHEST: usize = 50;
 
 /// Time, ns, and speed of turn from the row before on, rad/s.
 type Speeds = Vec<(i64, f64)>;
@@ -202,13 +223,34 @@ mod tests {
         let found = align(&rows(0.0, 0.0, true), &rows(4.0, 1000.0, false), 0).unwrap();
         let wanted = -996.0;
         assert!((found.offset_ns as f64 / 1e9 - wanted).abs() < 0.03 && found.likeness > 0.9, "{found:?}");
-        assert_eq!(found.likeness_as_is, 0.0);
+        assert_eq!(found.likeness_near, 0.0);
     }
 
     #[test]
     fn one_clock_is_known_as_one() {
         let found = align(&rows(0.0, 0.0, true), &rows(0.0, 0.0, false), 0).unwrap();
-        assert!(found.offset_ns.abs() < 30_000_000 && found.likeness_as_is > 0.9, "{found:?}");
+        assert!(found.near_ns.abs() < 30_000_000 && found.likeness_near > 0.9, "{found:?}");
+    }
+
+    #[test]
+    fn the_nearest_of_many_offsets_is_found_where_the_motion_repeats_itself() {
+        let sine = |from: f64, as_gyro: bool| -> Vec<Row> {
+            let of = |k: i32| {
+                let (t, mut row) = (f64::from(k) * 0.01, Row::EMPTY);
+                row.t_ns = (t * 1e9) as i64;
+                let rate = 1.5 + (1.3 * (from + t)).sin();
+                *(if as_gyro { &mut row.gyro[2] } else { &mut row.ref_rate[2] }) = rate;
+                row
+            };
+            (0..4000).map(of).collect()
+        };
+        for late in [-0.4, 0.1, 0.7] {
+            let found = align(&sine(0.0, true), &sine(-late, false), 0).unwrap();
+            assert!(
+                (found.near_ns as f64 / 1e9 + late).abs() < 0.02 && found.likeness_near > 0.95,
+                "{late}: {found:?}"
+            );
+        }
     }
 
     #[test]

@@ -13,12 +13,17 @@ pub use crate::{
     finding::Verdict,
 };
 use serde::{Deserialize, Serialize};
-use std::fmt;
+use std::{collections::BTreeMap, fmt};
 
-/// `compare` and `diagnose` of one log.
+/// Schema of what `compare` and `diagnose` say.
+pub const DIAGNOSIS: &str = "truerate.diagnosis/1";
+/// Schema of what `ladder` says.
+pub const LADDER: &str = "truerate.ladder/1";
+
+/// `compare`, `diagnose` and `ladder`, of one log or of several.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Diagnosis {
-    /// `"truerate.diagnosis/1"`.
+    /// [`DIAGNOSIS`] or [`LADDER`].
     pub schema: String,
     /// The log's name.
     pub log: String,
@@ -27,6 +32,14 @@ pub struct Diagnosis {
     /// What several logs add to it.
     #[serde(flatten, default, skip_serializing_if = "Option::is_none")]
     pub several: Option<Several>,
+}
+
+impl Diagnosis {
+    /// Of one log.
+    #[must_use]
+    pub fn new(schema: &str, log: &str, axes: Vec<AxisResult>) -> Self {
+        Self { schema: schema.to_owned(), log: log.to_owned(), axes, several: None }
+    }
 }
 
 /// What a result over several logs of one sensor has besides.
@@ -184,11 +197,6 @@ pub struct AxisResult {
     pub detail: Option<AxisDetail>,
 }
 
-/// Of `compare` and `diagnose`.
-pub type AxisDiagnosis = AxisResult;
-/// Of `ladder`.
-pub type AxisLadder = AxisResult;
-
 impl AxisResult {
     /// With this finding, and nothing else that is known.
     #[must_use]
@@ -237,13 +245,27 @@ impl AxisResult {
         self.remarks.clear();
     }
 
+    /// What is missing: the suspects that are named, best first.
+    #[must_use]
+    pub fn lacks(&self) -> Vec<&Suspect> {
+        let named = |suspect: &&Suspect| self.missing.is_empty() || self.missing.contains(&suspect.effect);
+        self.suspects.iter().filter(named).take(self.missing.len().max(1)).collect()
+    }
+
+    /// The suspect of which a verdict in a word speaks: that which others cannot be told from, where one is.
+    #[must_use]
+    pub fn in_question(&self) -> Option<&Suspect> {
+        let lacks = self.lacks();
+        let open = lacks.iter().find(|suspect| self.verdict == Verdict::Ambiguous && !suspect.aliases.is_empty());
+        open.or_else(|| lacks.first()).copied()
+    }
+
     /// The error curve with what is missing added: all of it, where that is several effects; empty where there is no suspect.
     #[must_use]
     pub fn corrected_curve(&self) -> &[ErrorPoint] {
+        let names = matches!(self.verdict, Verdict::MissingEffect | Verdict::Ambiguous);
         match self.suspects.first() {
-            _ if self.verdict == Verdict::MissingEffect && !self.missing_error_curve.is_empty() => {
-                &self.missing_error_curve
-            }
+            _ if names && !self.missing_error_curve.is_empty() => &self.missing_error_curve,
             Some(best) => &best.error_curve,
             None => &[],
         }
@@ -365,7 +387,7 @@ impl LimitedBy {
         )
     }
 
-    /// All of them, in the order of [`BudgetPoint::parts`].
+    /// All of them, in their order.
     pub const ALL: [Self; PARTS] = [
         Self::GyroNoise,
         Self::BiasWander,
@@ -406,106 +428,63 @@ pub struct RandomCause {
     pub says: String,
 }
 
-/// The mean square error of one averaging time, divided: parts that add up to it, (rad/s)².
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// The mean square error of one averaging time, divided.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BudgetPoint {
     /// Averaging time, s.
     pub tau_s: f64,
-    /// White noise of the gyro.
-    pub gyro_noise: Option<f64>,
-    /// A bias that wanders.
-    pub bias_wander: Option<f64>,
-    /// Noise of the reference.
-    pub reference_noise: Option<f64>,
-    /// A reference that does not follow.
-    pub reference_bandwidth: Option<f64>,
-    /// Stamps that scatter.
-    pub timing: Option<f64>,
-    /// Motion too fast for the sampling rate.
-    pub folded_motion: Option<f64>,
-    /// A scale that wanders within seconds.
-    #[serde(default)]
-    pub random_scale: Option<f64>,
-    /// Noise that grows with the rate.
-    #[serde(default)]
-    pub rate_noise: Option<f64>,
-    /// Steps at reversals.
-    #[serde(default)]
-    pub reversal_steps: Option<f64>,
-    /// Steps at starts and stops.
-    #[serde(default)]
-    pub start_stop_steps: Option<f64>,
-    /// Motion in holes of the log.
-    #[serde(default)]
-    pub lost_motion: Option<f64>,
-    /// An effect that is named and not in the model.
-    pub missing: Option<f64>,
-    /// What none of these explains.
-    pub unattributed: Option<f64>,
+    /// Parts that add up to the mean square error, (rad/s)², in the order of [`LimitedBy::ALL`].
+    pub parts: [f64; PARTS],
 }
 
-impl BudgetPoint {
-    /// The parts in the order of [`LimitedBy::ALL`].
-    #[must_use]
-    pub fn parts(&self) -> [f64; PARTS] {
-        [
-            self.gyro_noise,
-            self.bias_wander,
-            self.reference_noise,
-            self.reference_bandwidth,
-            self.timing,
-            self.folded_motion,
-            self.random_scale,
-            self.rate_noise,
-            self.reversal_steps,
-            self.start_stop_steps,
-            self.lost_motion,
-            self.missing,
-            self.unattributed,
-        ]
-        .map(|part| part.unwrap_or(0.0))
-    }
+/// The keys of the parts in JSON.
+const PART_KEYS: [&str; PARTS] = [
+    "gyro_noise",
+    "bias_wander",
+    "reference_noise",
+    "reference_bandwidth",
+    "timing",
+    "folded_motion",
+    "random_scale",
+    "rate_noise",
+    "reversal_steps",
+    "start_stop_steps",
+    "lost_motion",
+    "missing",
+    "unattributed",
+];
 
-    /// With these parts, in the order of [`LimitedBy::ALL`].
+impl BudgetPoint {
+    /// One part, (rad/s)².
     #[must_use]
-    pub fn of_parts(tau_s: f64, parts: [f64; PARTS]) -> Self {
-        let [
-            gyro_noise,
-            bias_wander,
-            reference_noise,
-            reference_bandwidth,
-            timing,
-            folded_motion,
-            random_scale,
-            rate_noise,
-            reversal_steps,
-            start_stop_steps,
-            lost_motion,
-            missing,
-            unattributed,
-        ] = parts.map(Some);
-        Self {
-            tau_s,
-            gyro_noise,
-            bias_wander,
-            reference_noise,
-            reference_bandwidth,
-            timing,
-            folded_motion,
-            random_scale,
-            rate_noise,
-            reversal_steps,
-            start_stop_steps,
-            lost_motion,
-            missing,
-            unattributed,
-        }
+    pub const fn of(&self, part: LimitedBy) -> f64 {
+        self.parts[part as usize]
     }
 
     /// The mean square error.
     #[must_use]
     pub fn total(&self) -> f64 {
-        self.parts().iter().sum()
+        self.parts.iter().sum()
+    }
+
+    /// The share of one part.
+    #[must_use]
+    pub fn share(&self, part: LimitedBy) -> f64 {
+        self.of(part) / self.total().max(1e-300)
+    }
+}
+
+impl Serialize for BudgetPoint {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map([("tau_s", self.tau_s)].into_iter().chain(PART_KEYS.into_iter().zip(self.parts)))
+    }
+}
+
+impl<'de> Deserialize<'de> for BudgetPoint {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let values = BTreeMap::<String, Option<f64>>::deserialize(deserializer)?;
+        let value = |key: &str| values.get(key).copied().flatten().unwrap_or(0.0);
+        Ok(Self { tau_s: value("tau_s"), parts: PART_KEYS.map(value) })
     }
 }
 
@@ -757,20 +736,6 @@ pub struct Explained {
     pub promises: Option<f64>,
     /// The tests of its exact refit; empty where there was none.
     pub tests: Vec<TestOutcome>,
-}
-
-/// `ladder` of one log.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Ladder {
-    /// `"truerate.ladder/1"`.
-    pub schema: String,
-    /// The log's name.
-    pub log: String,
-    /// One entry an axis.
-    pub axes: Vec<AxisResult>,
-    /// What several logs add to it.
-    #[serde(flatten, default, skip_serializing_if = "Option::is_none")]
-    pub several: Option<Several>,
 }
 
 /// One step of a ladder.

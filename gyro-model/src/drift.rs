@@ -5,7 +5,7 @@
 
 use crate::{
     Axis,
-    diagnosis::{AxisDiagnosis, Drift, ErrorPoint, Off, Verdict},
+    diagnosis::{AxisResult, Drift, ErrorPoint, Off, Verdict},
     measured::and,
     words::headline::Fall,
 };
@@ -18,7 +18,7 @@ const SHARE: f64 = 0.1;
 const Z: f64 = 1.96;
 
 /// Puts it into results.
-pub fn fill(axes: &mut [AxisDiagnosis]) {
+pub fn fill(axes: &mut [AxisResult]) {
     for axis in axes {
         axis.drift = of(axis);
         axis.drift_says = told(axis.axis, &axis.drift);
@@ -27,13 +27,13 @@ pub fn fill(axes: &mut [AxisDiagnosis]) {
 
 /// It in a sentence; empty where the log is too short to say it.
 #[must_use]
-pub fn says(axis: &AxisDiagnosis) -> String {
+pub fn says(axis: &AxisResult) -> String {
     told(axis.axis, &of(axis))
 }
 
 /// What a result says of it.
 #[must_use]
-pub fn of(axis: &AxisDiagnosis) -> Vec<Drift> {
+pub fn of(axis: &AxisResult) -> Vec<Drift> {
     if axis.verdict == Verdict::BadData {
         return Vec::new();
     }
@@ -46,8 +46,7 @@ pub fn of(axis: &AxisDiagnosis) -> Vec<Drift> {
         [] => (&axis.error_curve, &[]),
     };
     // An effect that takes nothing away is no correction.
-    let fall = if axis.steps.is_empty() { Fall::of_diagnosis(axis) } else { Fall::of_ladder(axis) };
-    let after = if fall.is_some_and(|fall| fall.before.is_some()) { after } else { &[] };
+    let after = if Fall::of(axis).is_some_and(|fall| fall.before.is_some()) { after } else { &[] };
     let told =
         TIMES.iter().filter_map(|&tau_s| Some(Drift { tau_s, angle: at(before, tau_s)?, corrected: at(after, tau_s) }));
     told.collect()
@@ -117,10 +116,10 @@ mod tests {
             .collect()
     }
 
-    fn axis(log_s: f64) -> AxisDiagnosis {
-        AxisDiagnosis {
+    fn axis(log_s: f64) -> AxisResult {
+        AxisResult {
             error_curve: curve(0.15, log_s),
-            ..AxisDiagnosis::new(Axis::Z, Finding::Bare { verdict: Verdict::Unexplained })
+            ..AxisResult::new(Axis::Z, Finding::Bare { verdict: Verdict::Unexplained })
         }
     }
 

@@ -54,7 +54,7 @@ mod wrapped;
 pub use orientation::{Meant, meant};
 pub use ratio::is_wrong as is_wrong_ratio;
 pub(crate) use reference::regress;
-pub use reference::{TimeUnit, followed, ratio_to_reference, time_unit};
+pub use reference::{FASTEST, TimeUnit, followed, ratio_to_reference, time_unit};
 
 use crate::{
     Axis, Record,

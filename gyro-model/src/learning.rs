@@ -4,7 +4,7 @@
 use crate::{
     Axis, AxisModel, Model, Record, Term,
     diagnose::{self, compare},
-    diagnosis::{AxisDiagnosis, ErrorPoint, Verdict},
+    diagnosis::{AxisResult, ErrorPoint, Verdict},
     effects::{ParameterCard, Role, Trait},
     faults::is_wrong_ratio,
     fit::{FitError, fit},
@@ -27,9 +27,9 @@ const LEAST: f64 = 2.5;
 #[derive(Debug)]
 pub struct Trial {
     /// The model in use.
-    pub present: Vec<AxisDiagnosis>,
+    pub present: Vec<AxisResult>,
     /// The other one.
-    pub other: Vec<AxisDiagnosis>,
+    pub other: Vec<AxisResult>,
     /// By how many of its standard errors what is on trial differs from nothing; `None` where that says nothing.
     pub told: Option<f64>,
 }
@@ -87,18 +87,18 @@ fn told(without: &Model, with: &Model) -> Option<f64> {
 
 /// A model held against a record, on every axis that can be; `own_log`: it was fitted to this very record.
 #[must_use]
-pub fn judged(record: &Record, model: &Model, own_log: bool) -> Vec<AxisDiagnosis> {
+pub fn judged(record: &Record, model: &Model, own_log: bool) -> Vec<AxisResult> {
     let options = diagnose::Options { own_log, ..diagnose::Options::default() };
     compare(record, model, &record.fitted_axes(), &options).unwrap_or_default()
 }
 
 /// The mean of (E/F)² over averaging times and axes.
 #[must_use]
-pub fn excess(axes: &[AxisDiagnosis]) -> f64 {
+pub fn excess(axes: &[AxisResult]) -> f64 {
     excess_over(axes, |_, point| point.floor)
 }
 
-fn excess_over(axes: &[AxisDiagnosis], floor: impl Fn(Axis, &ErrorPoint) -> Option<f64>) -> f64 {
+fn excess_over(axes: &[AxisResult], floor: impl Fn(Axis, &ErrorPoint) -> Option<f64>) -> f64 {
     let points = axes.iter().flat_map(|own| own.error_curve.iter().map(|point| (own.axis, point)));
     let ratio = |(axis, point): (Axis, &ErrorPoint)| Some((point.error? / floor(axis, point)?).powi(2));
     let ratios: Vec<f64> = points.filter_map(ratio).filter(|r| r.is_finite()).collect();
@@ -197,7 +197,7 @@ pub fn not_excited(model: &Model) -> Option<String> {
 }
 
 /// Gives effects that a model has not yet the parameters that a search found for them, to start from.
-pub fn begin(model: &mut Model, found: &[AxisDiagnosis]) {
+pub fn begin(model: &mut Model, found: &[AxisResult]) {
     for found in found {
         let Some(axis) = &mut model.axes[found.axis.index()] else { continue };
         for suspect in &found.suspects {
@@ -212,7 +212,7 @@ pub fn begin(model: &mut Model, found: &[AxisDiagnosis]) {
 
 /// Takes over what a search of the same model found to be missing. Where it found nothing and the newest data say
 /// otherwise, they are right.
-pub fn take_suspects(newest: &mut [AxisDiagnosis], search: &[AxisDiagnosis]) {
+pub fn take_suspects(newest: &mut [AxisResult], search: &[AxisResult]) {
     for axis in newest {
         let Some(found) = search.iter().find(|found| found.axis == axis.axis) else { continue };
         let nothing_found = matches!(found.verdict, Verdict::Adequate | Verdict::CannotTell);
@@ -237,10 +237,10 @@ mod tests {
     use crate::{effects::find, finding::Finding};
 
     /// An axis of this error at 1 s.
-    fn judged(error: f64, floor: f64) -> Vec<AxisDiagnosis> {
+    fn judged(error: f64, floor: f64) -> Vec<AxisResult> {
         let point = ErrorPoint { tau_s: 1.0, error: Some(error), floor: Some(floor), floor_99: Some(1.2 * floor) };
         let finding = Finding::Bare { verdict: Verdict::Unexplained };
-        vec![AxisDiagnosis { error_curve: vec![point], ..AxisDiagnosis::new(Axis::Z, finding) }]
+        vec![AxisResult { error_curve: vec![point], ..AxisResult::new(Axis::Z, finding) }]
     }
 
     #[test]

@@ -38,8 +38,8 @@
 //! let (model, axes) = ladder(&log, &Model::base_for(&log), &[Axis::X], &Options::default())?;
 //! assert_eq!(axes[0].effects, ["scale-factor", "bias", "delay"]);
 //! // "Your gyro is 12.0 ± 0.2 ms late. That makes … of error over 1 s; corrected, … is left, which is noise."
-//! println!("{}", headline::of_ladder(&axes[0], Voice::Library).answer);
-//! # assert!(headline::of_ladder(&axes[0], Voice::Library).answer.contains("ms late"));
+//! println!("{}", headline::of(&axes[0], Voice::Library).answer);
+//! # assert!(headline::of(&axes[0], Voice::Library).answer.contains("ms late"));
 //! # assert!(model.axes[0].is_some());
 //! # Ok::<(), gyro_model::fit::FitError>(())
 //! ```

@@ -4,7 +4,7 @@
 use gyro_model::{
     Axis, Model, Record,
     diagnose::{self, Options},
-    diagnosis::{AxisLadder, DataFault, Verdict},
+    diagnosis::{AxisResult, DataFault, Verdict},
     faults,
     simulate::{Hidden, Motion, Reference, Scenario, SensorSpec, SetUp, Simulator, simulate},
     words::Voice,
@@ -27,7 +27,7 @@ fn body(seed: u64) -> Record {
 
 struct Climbed {
     faults: Vec<DataFault>,
-    ladders: Vec<AxisLadder>,
+    ladders: Vec<AxisResult>,
 }
 
 fn climb(mut record: Record) -> Climbed {

@@ -3,7 +3,7 @@
 use gyro_model::{
     Axis, Model, Record,
     diagnose::{Options, compare, ladder},
-    diagnosis::{AxisLadder, Verdict},
+    diagnosis::{AxisResult, LimitedBy, Verdict},
     effects,
     fit::fit,
     simulate::{Hidden, Motion, Scenario, simulate},
@@ -19,12 +19,12 @@ fn recorded(id: Option<&str>, seconds: f64, seed: u64) -> Record {
 }
 
 /// What it tells.
-fn climbed(id: Option<&str>, seconds: f64, seed: u64) -> AxisLadder {
+fn climbed(id: Option<&str>, seconds: f64, seed: u64) -> AxisResult {
     let record = recorded(id, seconds, seed);
     ladder(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap().1.remove(0)
 }
 
-fn largest(ladder: &AxisLadder) -> f64 {
+fn largest(ladder: &AxisResult) -> f64 {
     ladder.steps.last().unwrap().error_over_floor.unwrap()
 }
 
@@ -35,7 +35,7 @@ fn a_bias_that_wanders_over_a_long_log_is_noise_of_the_gyro() {
         assert_eq!(clean.verdict, Verdict::Adequate, "{}", clean.in_words(Voice::Log));
         assert!(largest(&clean) < 2.0, "{}", largest(&clean));
         let last = clean.budget.last().unwrap();
-        assert!(last.bias_wander.unwrap() > 0.5 * last.total(), "{last:?}");
+        assert!(last.share(LimitedBy::BiasWander) > 0.5, "{last:?}");
     }
 }
 

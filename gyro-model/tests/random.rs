@@ -3,7 +3,7 @@
 use gyro_model::{
     Axis, Model, Record,
     diagnose::{Options, compare, ladder},
-    diagnosis::{AxisLadder, LimitedBy, Verdict},
+    diagnosis::{AxisResult, LimitedBy, Verdict},
     simulate::{Hidden, Motion, RandomCauses, Reference, Scenario, SensorSpec, SetUp, Simulator},
 };
 
@@ -21,7 +21,7 @@ fn record(cause: Option<&str>, motion: Motion, seed: u64, hidden: Vec<Hidden>) -
     Record { rows, ..Record::default() }
 }
 
-fn climbed(cause: Option<&str>, motion: Motion, seed: u64, hidden: Vec<Hidden>) -> AxisLadder {
+fn climbed(cause: Option<&str>, motion: Motion, seed: u64, hidden: Vec<Hidden>) -> AxisResult {
     let record = record(cause, motion, seed, hidden);
     let model = Model::base_for(&record);
     ladder(&record, &model, &[Axis::X], &Options::default()).unwrap().1.remove(0)

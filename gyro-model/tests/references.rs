@@ -352,6 +352,29 @@ fn a_lag_against_a_coarse_encoder_is_not_called_a_delay() {
     assert_eq!(ladders[0].effects, ["scale-factor", "bias", "lag"], "{}", ladders[0].in_words(Voice::Log));
 }
 
+/// A camera's poses come at their own times, between the gyro's rows.
+#[test]
+fn a_lag_against_a_reference_with_times_of_its_own_is_not_called_a_delay() {
+    let hidden = vec![Hidden::parse("lag:tau=0.02", Axis::X).unwrap()];
+    let scenario = Scenario { hidden, seed: 5, seconds: 60.0, rate_hz: 1000.0, ..Scenario::default() };
+    let (mut record, mut next) = (simulate(&scenario).record, 0.0);
+    let own = |row: &Row| Row { ref_angle: [f64::NAN; 3], ..*row };
+    let shown = |row: &Row| Row { t_ns: row.t_ns, ref_angle: row.ref_angle, ..Row::EMPTY };
+    let rows = record.rows.iter().enumerate().filter_map(|(k, row)| match (row.t_ns as f64 * 1e-9, k % 5) {
+        (_, 0) => Some(own(row)),
+        (t, _) if t >= next => {
+            next += 0.0104;
+            Some(shown(row))
+        }
+        _ => None,
+    });
+    record.rows = rows.collect();
+    let found = diagnose::diagnose(&record, &Model::base_for(&record), &[Axis::X], &Options::default()).unwrap();
+    let best = &found[0].suspects[0];
+    let tau = best.parameters.iter().find(|p| p.effect == "lag").and_then(|p| p.value);
+    assert!(best.effect == "lag" && (tau.unwrap() - 0.02).abs() < 2e-4, "{}: {best:?}", found[0].in_words(Voice::Log));
+}
+
 /// A magnetic encoder flickers by more than its step: what is left is as much as that makes, and nothing is missing.
 #[test]
 fn an_encoder_that_varies_by_more_than_its_step_hides_nothing() {

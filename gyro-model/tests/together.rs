@@ -3,31 +3,31 @@
 use gyro_model::{
     Axis, Model, Record,
     diagnose::{self, Options},
-    diagnosis::{AxisLadder, Verdict},
+    diagnosis::{AxisResult, Verdict},
     finding::{Excess, Finding},
     simulate::{Hidden, Motion, Scenario, SensorSpec, simulate},
     words::Voice,
 };
 
 /// The ladder of a minute.
-fn climbed(hidden: &[&str], motion: Motion, rate_hz: f64, seed: u64) -> AxisLadder {
+fn climbed(hidden: &[&str], motion: Motion, rate_hz: f64, seed: u64) -> AxisResult {
     climbed_with(SensorSpec::on(Axis::X), hidden, motion, rate_hz, seed)
 }
 
 /// The same of another sensor on another rig.
-fn climbed_with(sensor: SensorSpec, hidden: &[&str], motion: Motion, rate_hz: f64, seed: u64) -> AxisLadder {
+fn climbed_with(sensor: SensorSpec, hidden: &[&str], motion: Motion, rate_hz: f64, seed: u64) -> AxisResult {
     let axis = sensor.axis;
     let hidden = hidden.iter().map(|text| Hidden::parse(text, axis).unwrap()).collect();
     let scenario = Scenario { motion, seconds: 60.0, rate_hz, sensor, hidden, seed };
     ladder_of(&simulate(&scenario).record, axis)
 }
 
-fn ladder_of(record: &Record, axis: Axis) -> AxisLadder {
+fn ladder_of(record: &Record, axis: Axis) -> AxisResult {
     let (_, ladders) = diagnose::ladder(record, &Model::base_for(record), &[axis], &Options::default()).unwrap();
     ladders.into_iter().next().unwrap()
 }
 
-fn added(ladder: &AxisLadder) -> Vec<&str> {
+fn added(ladder: &AxisResult) -> Vec<&str> {
     let mut ids: Vec<&str> = ladder.effects.iter().skip(2).map(String::as_str).collect();
     ids.sort_unstable();
     ids

@@ -43,8 +43,8 @@ pub struct Suspect {
 /// One axis.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("truerate.AxisDiagnosis.v1")]
-pub struct AxisDiagnosis {
+#[type_name("truerate.AxisResult.v1")]
+pub struct AxisResult {
     /// 1 where there is a diagnosis of this axis.
     pub present: u32,
     /// 1 where every error is within its floor's band.
@@ -122,7 +122,7 @@ pub struct Diagnosis {
     /// left out from then on.
     pub changed_ns: i64,
     /// The axes.
-    pub axes: [AxisDiagnosis; 3],
+    pub axes: [AxisResult; 3],
     /// The last trial.
     pub trial: Trial,
     /// When the work began.

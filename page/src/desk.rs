@@ -5,7 +5,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use gyro_model::{
     Axis,
     diagnose::Options,
-    diagnosis::{Diagnosis, Ladder, LadderStep},
+    diagnosis::{Diagnosis, LadderStep},
     effects::{CATALOGUE, Stage},
     headline, simulate,
     simulate::{Scenario, SensorSpec, SetUp},
@@ -52,11 +52,8 @@ pub struct Edit {
     add: bool,
 }
 
-/// What was found last.
-enum Found {
-    Diagnosis(Command, Diagnosis),
-    Ladder(Ladder),
-}
+/// What was found last, and by which command.
+type Found = (Command, Diagnosis);
 
 /// Logs of one sensor, the base model, and what was found last.
 #[derive(Default)]
@@ -186,7 +183,7 @@ impl Desk {
             Some(one) => one.judge(&start, &options(logs))?,
             None => logs.compare(&start, &options(logs))?,
         };
-        self.give(Found::Diagnosis(Command::Compare, found), start.file)
+        self.give((Command::Compare, found), start.file)
     }
 
     /// Which effect a model is missing.
@@ -197,7 +194,7 @@ impl Desk {
             Some(one) => one.diagnose(&start, &options(logs))?,
             None => logs.diagnose(&start, &options(logs))?,
         };
-        self.give(Found::Diagnosis(Command::Diagnose, found), start.file)
+        self.give((Command::Diagnose, found), start.file)
     }
 
     /// Adds what is missing until nothing is.
@@ -208,7 +205,7 @@ impl Desk {
             Some(one) => one.ladder(&start, &options(logs))?,
             None => logs.ladder(&start, &options(logs))?,
         };
-        self.give(Found::Ladder(ladder), file)
+        self.give((Command::Ladder, ladder), file)
     }
 
     /// Adds and removes effects, and says how large the error is then.
@@ -232,7 +229,7 @@ impl Desk {
             let (joint, found) = logs.fit_and_compare(&after, &options)?;
             (found, logs.fitted(joint.model, &start.file))
         };
-        self.give(Found::Diagnosis(Command::Compare, found), file)
+        self.give((Command::Compare, found), file)
     }
 
     /// Keeps a result, and gives what is shown of it.
@@ -243,27 +240,20 @@ impl Desk {
         let model: serde_json::Map<String, Value> = Axis::ALL.iter().filter_map(effects).collect();
         self.found = Some((found, file));
         let (found, context) = self.last()?;
-        let view = match found {
-            Found::Diagnosis(_, found) => Page::of_diagnosis(found, &context),
-            Found::Ladder(found) => Page::of_ladder(found, &context),
-        };
+        let view = Page::of(found, &context);
         let view = Page { about: context.about, ..view };
         Ok(json!({ "view": view, "model": text, "effects": model }))
     }
 
     /// What was found last, and how it is told.
-    fn last(&self) -> Result<(&Found, report::Context)> {
-        let (logs, (found, file)) = (self.logs()?, self.found.as_ref().context("nothing was found yet")?);
-        let command = match found {
-            Found::Diagnosis(command, _) => *command,
-            Found::Ladder(_) => Command::Ladder,
-        };
+    fn last(&self) -> Result<(&Diagnosis, report::Context)> {
+        let (logs, ((command, found), file)) = (self.logs()?, self.found.as_ref().context("nothing was found yet")?);
         let context = report::Context {
             voice: Voice::Page,
             about: about(logs),
             product: Subject::product(file, Some(Path::new(MODEL))),
             more: logs.names().split_off(1),
-            ..report::Context::new(command, logs.subjects[0].name.clone())
+            ..report::Context::new(*command, logs.subjects[0].name.clone())
         };
         Ok((found, context))
     }
@@ -277,10 +267,7 @@ impl Desk {
             other => bail!("a report has no form {other:?}"),
         };
         let (found, context) = self.last()?;
-        Ok(json!(match found {
-            Found::Diagnosis(_, found) => report::render(found, format, &context),
-            Found::Ladder(found) => report::render_ladder(found, format, &context),
-        }))
+        Ok(json!(report::render(found, format, &context)))
     }
 
     /// A model in the form of a target, and what that cannot hold.

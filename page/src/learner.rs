@@ -9,7 +9,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use gyro_model::{
     Axis, AxisModel, Model, Record, Term,
     diagnose::{Options, diagnose},
-    diagnosis::{AxisDiagnosis, Diagnosis, ErrorPoint},
+    diagnosis::{AxisResult, DIAGNOSIS, Diagnosis, ErrorPoint},
     drift,
     effects::find,
     headline, learning,
@@ -40,7 +40,7 @@ pub struct Learner {
     model: Model,
     searches: u64,
     /// What the last search of a model with these effects found.
-    found: Vec<AxisDiagnosis>,
+    found: Vec<AxisResult>,
     agreement: Agreement<&'static str>,
     /// What the newest change won, and what was hidden beside what was found.
     won: Option<String>,
@@ -143,15 +143,15 @@ impl Learner {
         self.agreement = Agreement::default();
     }
 
-    fn curve<'a>(&self, axes: &'a [AxisDiagnosis]) -> &'a [ErrorPoint] {
+    fn curve<'a>(&self, axes: &'a [AxisResult]) -> &'a [ErrorPoint] {
         axes.iter().find(|own| own.axis == self.axis).map_or(&[], |own| &own.error_curve)
     }
 
     /// How the model stands, in the words of the dashboard.
-    fn told(&mut self, mut axes: Vec<AxisDiagnosis>, waits: Option<String>) -> Value {
+    fn told(&mut self, mut axes: Vec<AxisResult>, waits: Option<String>) -> Value {
         headline::fill(&mut axes, Voice::Stream);
         drift::fill(&mut axes);
-        let verdict = |own: &AxisDiagnosis| serde_json::to_value(own.verdict).ok()?.as_str().map(str::to_owned);
+        let verdict = |own: &AxisResult| serde_json::to_value(own.verdict).ok()?.as_str().map(str::to_owned);
         let own = axes.iter().find(|own| own.axis == self.axis);
         let verdict = own.and_then(verdict).unwrap_or_default();
         let named = own.and_then(|own| own.suspects.first()).filter(|_| agreement::is_named(&verdict));
@@ -161,8 +161,7 @@ impl Learner {
         let times = || self.record.rows.iter().map(|row| row.t_ns);
         let seen_ns = times().next_back().zip(times().next()).map_or(0, |(last, first)| last - first);
         let t = times().next_back().unwrap_or(0) as f64 * 1e-9;
-        let diagnosis =
-            Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: "vehicle".to_owned(), axes, several: None };
+        let diagnosis = Diagnosis::new(DIAGNOSIS, "vehicle", axes);
         let errors: Vec<stream::ErrorAt> = stream::errors(&diagnosis, t).collect();
         let mut page = stream::page(&diagnosis);
         page.axes.retain(|own| own.axis == self.axis.letter());

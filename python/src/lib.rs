@@ -405,8 +405,8 @@ impl Log {
             let (start, says) = own.begin(model, prior)?;
             let (file, mut ladder) = own.subject.ladder(&start, &options)?;
             prior::say_beside(&mut ladder.axes, &says);
-            let answer = own
-                .answer(Command::Ladder, Some(file), |format, context| report::render_ladder(&ladder, format, context));
+            let answer =
+                own.answer(Command::Ladder, Some(file), |format, context| report::render(&ladder, format, context));
             Ok(answer.explained(&ladder.axes))
         })
     }

@@ -92,8 +92,8 @@ impl Logs {
             let start = own.several.start_with(model.map(|model| model.file))?;
             let (file, mut ladder) = own.several.ladder(&start, &diagnose::Options { explain, ..*options })?;
             own.of_one(&mut ladder.several, &mut ladder.axes);
-            let answer = own
-                .answer(Command::Ladder, Some(file), |format, context| report::render_ladder(&ladder, format, context));
+            let answer =
+                own.answer(Command::Ladder, Some(file), |format, context| report::render(&ladder, format, context));
             Ok(answer.explained(&ladder.axes))
         })
     }

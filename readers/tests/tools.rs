@@ -40,6 +40,41 @@ fn euroc() {
 }
 
 #[test]
+fn a_unit_behind_the_last_of_three_is_that_of_all() {
+    assert_eq!(
+        of_header("t[ms]\tgyro X\tgyro Y\tgyro Z (deg/s)\tacc X\tacc Y\tacc Z (g)", '\t'),
+        [
+            "t_ms=t[ms]",
+            "gyro_x_dps=gyro X",
+            "gyro_y_dps=gyro Y",
+            "gyro_z_dps=gyro Z (deg/s)",
+            "accel_x_g=acc X",
+            "accel_y_g=acc Y",
+            "accel_z_g=acc Z (g)"
+        ]
+    );
+    // Two that say two units: nobody knows that of the third.
+    assert_eq!(of_header("t,gyro x [rad/s],gyro y [deg/s],gyro z", ',')[3], "gyro_z=gyro z");
+}
+
+#[test]
+fn a_time_in_two_columns_is_that_of_its_whole_seconds() {
+    let of = |header: &str, rest: [u64; 3]| {
+        let row = |k: usize| format!("{k},1777713260,{},0.1", rest[k]);
+        chosen(&format!("{header}\n{}\n{}\n{}\n", row(0), row(1), row(2)))
+    };
+    for (header, rest) in [
+        ("Time,header.stamp.secs,header.stamp.nsecs,gz", [990_000_000, 995_000_000, 999_000_000]),
+        ("seq,sec,msec,gz", [120, 140, 160]),
+        ("seq,t_sec,t_usec,gz", [120_000, 140_000, 160_000]),
+    ] {
+        assert_eq!(of(header, rest)[0], format!("t={}", header.split(',').nth(1).unwrap()), "{header}");
+    }
+    // A counter of milliseconds since the start is a time of its own.
+    assert_eq!(of("seq,sec,ms,gz", [5_000, 5_010, 5_020])[0], "t_ms=ms");
+}
+
+#[test]
 fn tum_trajectories() {
     let text = "# ground truth trajectory\n# timestamp tx ty tz qx qy qz qw\n1305031098.6659 1.3 0.6 1.6 0.1 0.2 0.3 0.9\n1305031098.6758 1.3 0.6 1.6 0.1 0.2 0.3 0.9\n";
     assert_eq!(chosen(text), ["t=timestamp", "ref_qw=qw", "ref_qx=qx", "ref_qy=qy", "ref_qz=qz"]);

@@ -88,8 +88,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     context.product = Subject::product(&file, args.output.as_deref());
     context.explained = subject::explained(&args.search);
     context.unfinished = ladder.axes.iter().any(|axis| axis.unfinished);
-    args.report
-        .give(args.output.as_deref(), context, |format, context| report::render_ladder(&ladder, format, context))?;
+    args.report.give(args.output.as_deref(), context, |format, context| report::render(&ladder, format, context))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -111,8 +110,7 @@ fn run_all(args: &Args) -> Result<ExitCode> {
     context.product = Subject::product(&file, args.output.as_deref());
     context.explained = subject::explained(&args.search);
     context.unfinished = ladder.axes.iter().any(|axis| axis.unfinished);
-    args.report
-        .give(args.output.as_deref(), context, |format, context| report::render_ladder(&ladder, format, context))?;
+    args.report.give(args.output.as_deref(), context, |format, context| report::render(&ladder, format, context))?;
     Ok(ExitCode::SUCCESS)
 }
 

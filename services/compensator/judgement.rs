@@ -1,6 +1,6 @@
 //! What is judged, and what came of it.
 
-use gyro_model::{AxisModel, Model, Record, Row, diagnosis::AxisDiagnosis, learning};
+use gyro_model::{AxisModel, Model, Record, Row, diagnosis::AxisResult, learning};
 use std::sync::Arc;
 
 /// What to judge.
@@ -24,7 +24,7 @@ pub struct Judgement {
     /// The job.
     pub job: Job,
     /// Axis by axis.
-    pub axes: Vec<AxisDiagnosis>,
+    pub axes: Vec<AxisResult>,
     /// The data judged, from and to, ns of the source.
     pub span: (i64, i64),
 }
@@ -32,7 +32,7 @@ pub struct Judgement {
 impl Judgement {
     /// Of these axes over this record.
     #[must_use]
-    pub fn new(job: Job, axes: Vec<AxisDiagnosis>, record: &Record) -> Self {
+    pub fn new(job: Job, axes: Vec<AxisResult>, record: &Record) -> Self {
         let at = |row: Option<&Row>| row.map_or(0, |row| row.t_ns);
         Self { span: (at(record.rows.first()), at(record.rows.last())), job, axes }
     }

@@ -3,7 +3,7 @@
 use super::{budget::Budget, store::View};
 use gyro_model::{
     Axis, Model, Record,
-    diagnosis::AxisDiagnosis,
+    diagnosis::AxisResult,
     fit::FitError,
     learning::{self, Trial, contradicts, judged, refitted},
     pooled::{Key, prior::settled},
@@ -175,8 +175,8 @@ fn attempt(view: &View, present: &Model, other: &Model) -> Solution {
 }
 
 /// (axis, τ, before, after) at the averaging time nearest to 10 s.
-fn at_long_tau(before: &AxisDiagnosis, after: &AxisDiagnosis) -> Option<(Axis, f64, f64, f64)> {
-    let nearest = |d: &AxisDiagnosis| {
+fn at_long_tau(before: &AxisResult, after: &AxisResult) -> Option<(Axis, f64, f64, f64)> {
+    let nearest = |d: &AxisResult| {
         let distance = |tau: f64| (tau / 10.0).ln().abs();
         d.error_curve.iter().min_by(|a, b| distance(a.tau_s).total_cmp(&distance(b.tau_s))).copied()
     };

@@ -3,7 +3,7 @@
 use super::judgement::Judgement;
 use gyro_model::{
     detail::Trace,
-    diagnosis::{AxisDiagnosis, Diagnosis, ErrorPoint},
+    diagnosis::{AxisResult, DIAGNOSIS, Diagnosis, ErrorPoint},
     drift, headline,
     learning::Trial,
     words::Voice,
@@ -37,7 +37,7 @@ pub fn report(judgement: &mut Judgement, name: &str) -> Vec<u8> {
     let mut axes = std::mem::take(&mut judgement.axes);
     headline::fill(&mut axes, Voice::Stream);
     drift::fill(&mut axes);
-    let mut whole = Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: name.to_owned(), axes, several: None };
+    let mut whole = Diagnosis::new(DIAGNOSIS, name, axes);
     let report = serde_json::to_vec(&whole).unwrap_or_default();
     if report.len() <= REPORT_BYTES {
         return report;
@@ -61,7 +61,7 @@ pub fn of_trial(effect: &str, axis: u32, trial: Option<&Trial>, epoch: u64, stat
         other: f64::NAN,
         ..message::Trial::default()
     };
-    let of = |axes: &[AxisDiagnosis], curve: &mut [message::ErrorPoint; TAUS]| {
+    let of = |axes: &[AxisResult], curve: &mut [message::ErrorPoint; TAUS]| {
         let judged = axes.iter().find(|a| axis as usize == a.axis.index()).or(axes.first());
         judged.map_or(f64::NAN, |a| {
             fill(curve, &a.error_curve);
@@ -92,13 +92,13 @@ fn fill(curve: &mut [message::ErrorPoint; TAUS], points: &[ErrorPoint]) {
     }
 }
 
-fn of_axis(axis: &AxisDiagnosis) -> message::AxisDiagnosis {
-    let mut out = message::AxisDiagnosis {
+fn of_axis(axis: &AxisResult) -> message::AxisResult {
+    let mut out = message::AxisResult {
         present: 1,
         within_floor: u32::from(axis.within_floor == Some(true)),
         verdict: Text::new(&word(axis)),
         error_over_floor: number(axis.error_over_floor),
-        ..message::AxisDiagnosis::default()
+        ..message::AxisResult::default()
     };
     fill(&mut out.curve, &axis.error_curve);
     for (slot, suspect) in out.suspects.iter_mut().zip(axis.suspects.iter().take(SUSPECTS)) {
@@ -113,6 +113,6 @@ fn of_axis(axis: &AxisDiagnosis) -> message::AxisDiagnosis {
 }
 
 /// The verdict as in the JSON.
-fn word(axis: &AxisDiagnosis) -> String {
+fn word(axis: &AxisResult) -> String {
     serde_json::to_value(axis.verdict).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }

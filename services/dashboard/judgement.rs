@@ -3,7 +3,7 @@
 use crate::story;
 use gyro_model::{
     Axis,
-    diagnosis::{AxisDiagnosis, Diagnosis, Suspect, Verdict},
+    diagnosis::{AxisResult, DIAGNOSIS, Diagnosis, Suspect, Verdict},
     finding::Finding,
 };
 use ipc_types::diagnosis::{self as wire, TrialState};
@@ -21,14 +21,14 @@ pub fn of_report(bytes: &[u8]) -> Option<Diagnosis> {
 pub fn of_message(message: &ipc_types::Diagnosis) -> Diagnosis {
     let axes =
         Axis::ALL.into_iter().zip(&message.axes).filter(|(_, a)| a.present == 1).map(|(axis, a)| axis_of(axis, a));
-    Diagnosis { schema: "truerate.diagnosis/1".into(), log: "live".into(), axes: axes.collect(), several: None }
+    Diagnosis::new(DIAGNOSIS, "live", axes.collect())
 }
 
-fn axis_of(axis: Axis, a: &wire::AxisDiagnosis) -> AxisDiagnosis {
+fn axis_of(axis: Axis, a: &wire::AxisResult) -> AxisResult {
     let finite = |v: f64| Some(v).filter(|v| v.is_finite());
     let suspects = a.suspects.iter().filter(|s| !s.effect.as_str().is_empty());
     let verdict = serde_json::from_value(a.verdict.as_str().into()).unwrap_or(Verdict::CannotTell);
-    AxisDiagnosis {
+    AxisResult {
         error_curve: crate::wire::curve_of(&a.curve),
         error_over_floor: finite(a.error_over_floor),
         within_floor: Some(a.within_floor == 1),
@@ -45,7 +45,7 @@ fn axis_of(axis: Axis, a: &wire::AxisDiagnosis) -> AxisDiagnosis {
                 error_curve: Vec::new(),
             })
             .collect(),
-        ..AxisDiagnosis::new(axis, Finding::Bare { verdict })
+        ..AxisResult::new(axis, Finding::Bare { verdict })
     }
 }
 

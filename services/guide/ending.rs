@@ -2,7 +2,7 @@
 
 use super::{Settings, goal};
 use gyro_model::{
-    diagnosis::{AxisDiagnosis, Verdict},
+    diagnosis::{AxisResult, Verdict},
     guide::{Goal, Guide, Trouble},
     headline,
     words::Voice,
@@ -93,7 +93,7 @@ impl Ending {
     }
 }
 
-fn told(axis: &AxisDiagnosis) -> Told {
+fn told(axis: &AxisResult) -> Told {
     let best = axis.suspects.first().filter(|_| matches!(axis.verdict, Verdict::MissingEffect | Verdict::Ambiguous));
     let named = best.map_or_else(Vec::new, |best| {
         std::iter::once(best.effect.clone()).chain(best.aliases.iter().cloned()).collect::<Vec<_>>()

@@ -5,7 +5,7 @@ use anyhow::Result;
 use gyro_model::{
     Axis, Model,
     diagnose::{self, diagnose},
-    diagnosis::AxisDiagnosis,
+    diagnosis::AxisResult,
     fit::FitError,
     guide::{Answer, Ask},
 };
@@ -32,7 +32,7 @@ enum Job {
 #[allow(clippy::large_enum_variant, reason = "there is one of it")]
 pub(super) enum Done {
     Learned(Answer),
-    Searched(Result<Vec<AxisDiagnosis>, FitError>),
+    Searched(Result<Vec<AxisResult>, FitError>),
 }
 
 /// The taking end.

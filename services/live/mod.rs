@@ -9,7 +9,8 @@
 
 pub mod address;
 mod arrival;
-pub mod format;
+mod fast;
+mod format;
 #[cfg(test)]
 mod hostile;
 pub mod joined;

@@ -3,6 +3,7 @@
 use super::{
     Address, Tally,
     arrival::{Arrival, LOOK, Origin, Told, Watched},
+    fast::Fast,
     format::{Format, Found},
     link::{Got, Link},
     spikes::Spikes,
@@ -45,6 +46,7 @@ pub(super) struct Reading {
     opened: Option<SyncSender<Origin>>,
     give: SyncSender<Told>,
     trouble: Trouble,
+    fast: Fast,
     spikes: Spikes,
     /// Reads before the first row, and whether it was said that none comes.
     barren: u64,
@@ -74,6 +76,7 @@ impl Reading {
             opened,
             give,
             trouble,
+            fast: Fast::default(),
             spikes: Spikes::default(),
             barren: 0,
             told_barren: false,
@@ -175,12 +178,12 @@ impl Reading {
 
     /// Hands on what a format finds; whether somebody takes it.
     fn hand_over(&mut self, find: impl FnOnce(&mut dyn Format, &mut dyn FnMut(Found))) -> bool {
-        let Self { format, timeline, tally, opened, give, trouble, spikes, .. } = self;
+        let Self { format, timeline, tally, opened, give, trouble, fast, spikes, .. } = self;
         let arrived_ns = now_ns();
         let (mut heard, mut rows, mut waiting) = (true, 0, Vec::new());
         find(format.as_mut(), &mut |found| match found {
             Found::Row(mut row, own) => {
-                let left_out = spikes.take(&mut row, own);
+                let left_out = fast.take(&mut row) + spikes.take(&mut row, own);
                 if left_out > 0 {
                     tally.mark(left_out, own);
                 }
@@ -224,6 +227,7 @@ impl Reading {
     /// Shows the counts, and what is wrong with the source.
     fn watch(&mut self, has_rows: bool) {
         let trouble = self.trouble.says(&self.address, self.format.as_ref(), &self.tally);
+        let trouble = [self.fast.says(), trouble].into_iter().flatten().reduce(|a, b| format!("{a}; {b}"));
         let is_absent = self.absent.is_some();
         let trouble = self.absent.clone().or(trouble);
         let counts = &mut self.tally.counts;

@@ -2,7 +2,7 @@
 
 use crate::harness::{Place, signal};
 use gyro_model::Axis;
-use ipc_types::{Diagnosis, diagnosis::AxisDiagnosis, port::Hub, topic, wait::Wait};
+use ipc_types::{Diagnosis, diagnosis::AxisResult, port::Hub, topic, wait::Wait};
 use rustix::process::Signal;
 use std::{
     io::{BufRead, BufReader},
@@ -22,7 +22,7 @@ fn an_effect_that_begins_later_is_found_on_the_data_since_then() {
     let hub = Hub::join(&pipeline.domain, "onlooker").unwrap();
     let diagnoses = hub.reader(&topic::DIAGNOSIS, None, Wait::Event).unwrap();
     let mut last = Diagnosis::default();
-    let worst = |diagnosis: &Diagnosis| -> (AxisDiagnosis, Axis) {
+    let worst = |diagnosis: &Diagnosis| -> (AxisResult, Axis) {
         let of = |axis: Axis| (diagnosis.axes[axis.index()], axis);
         Axis::ALL.map(of).into_iter().find(|(axis, _)| axis.present == 1).unwrap_or(of(Axis::X))
     };

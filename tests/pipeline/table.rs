@@ -66,7 +66,7 @@ impl Onlooker {
     }
 
     /// The data's length, s, at the first diagnosis of this kind; `None` where the vehicle has driven long enough.
-    fn first(&self, mut is: impl FnMut(&Diagnosis, &ipc_types::diagnosis::AxisDiagnosis) -> bool) -> Option<f64> {
+    fn first(&self, mut is: impl FnMut(&Diagnosis, &ipc_types::diagnosis::AxisResult) -> bool) -> Option<f64> {
         while Instant::now() < self.until {
             if let Some(diagnosis) = self.diagnoses.newest().unwrap()
                 && diagnosis.axes[self.axis].present == 1

@@ -8,7 +8,7 @@ use crate::{
 use anyhow::{Context, Result, anyhow, bail};
 use gyro_model::{
     Axis, Model, Record, Row, diagnose,
-    diagnosis::{AxisDiagnosis, AxisResult, DataFault, Diagnosis, Ladder, Verdict},
+    diagnosis::{AxisResult, DIAGNOSIS, DataFault, Diagnosis, LADDER, Verdict},
     effects::Effect,
     evidence::study::Bench,
     fault::FaultKind,
@@ -227,7 +227,7 @@ impl Subject {
     ///
     /// # Errors
     /// A log that cannot be judged.
-    pub fn ladder(&self, start: &Start, options: &diagnose::Options) -> Result<(ModelFile, Ladder)> {
+    pub fn ladder(&self, start: &Start, options: &diagnose::Options) -> Result<(ModelFile, Diagnosis)> {
         let options = diagnose::Options { own_effects: &start.file.own_effects, laid: start.laid.as_ref(), ..*options };
         let none = diagnose::Options { steps: 0, ..options };
         let (judged, overruled) = self.judged_and_overruled();
@@ -240,8 +240,7 @@ impl Subject {
         }
         all.sort_by_key(|own| own.axis);
         self.overrule(&mut all);
-        let ladder =
-            Ladder { schema: "truerate.ladder/1".to_owned(), log: self.name.clone(), axes: all, several: None };
+        let ladder = Diagnosis::new(LADDER, &self.name, all);
         Ok((self.fitted(model, start.file.own_effects.clone()), ladder))
     }
 
@@ -261,9 +260,9 @@ impl Subject {
 
     /// The result for this log.
     #[must_use]
-    pub fn diagnosis(&self, mut axes: Vec<AxisDiagnosis>) -> Diagnosis {
+    pub fn diagnosis(&self, mut axes: Vec<AxisResult>) -> Diagnosis {
         self.overrule(&mut axes);
-        Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: self.name.clone(), axes, several: None }
+        Diagnosis::new(DIAGNOSIS, &self.name, axes)
     }
 
     /// What the log is, in a few words each.

@@ -145,7 +145,7 @@ pub fn study(arguments: &Arguments, run: &Run) -> Result<(), FitError> {
             .budget
             .iter()
             .filter(|p| middle(p.tau_s))
-            .map(|p| p.unattributed.unwrap_or(0.0) / p.total())
+            .map(|p| p.share(LimitedBy::Unattributed))
             .collect();
         // A smoothed reference is an effect of its own: named, it limits nothing any more.
         let is_there =
@@ -219,7 +219,7 @@ fn tell(outcome: &Outcome, axis: Axis) {
         eprintln!("  {:8.3} s: {:.3e} rad/s, {:.2} of the floor", point.tau_s, error, error / floor);
     }
     for point in &outcome.ladder.budget {
-        let shares = point.parts().map(|part| format!("{:4.0}", 100.0 * part / point.total()));
+        let shares = point.parts.map(|part| format!("{:4.0}", 100.0 * part / point.total()));
         eprintln!("  {:8.3} s: {} %", point.tau_s, shares.join(" "));
     }
 }

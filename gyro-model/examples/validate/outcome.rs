@@ -3,7 +3,7 @@
 use gyro_model::{
     Axis, Model, Record,
     diagnose::{Options, ladder},
-    diagnosis::{AxisLadder, ErrorPoint, Verdict},
+    diagnosis::{AxisResult, ErrorPoint, Verdict},
     finding::{Finding, Why},
     fit::FitError,
     record::ReferenceKind,
@@ -23,7 +23,7 @@ pub struct Outcome {
     /// What stands in the final model and did not stand in the first.
     pub added: Vec<Added>,
     /// All of it.
-    pub ladder: AxisLadder,
+    pub ladder: AxisResult,
 }
 
 impl Outcome {
@@ -100,7 +100,7 @@ impl Outcome {
     }
 }
 
-fn aliases(ladder: &AxisLadder, id: &str) -> Vec<String> {
+fn aliases(ladder: &AxisResult, id: &str) -> Vec<String> {
     let steps = ladder.steps.iter().rev();
     steps.filter(|step| step.added.as_deref() == Some(id)).map(|step| step.aliases.clone()).next().unwrap_or_default()
 }

@@ -29,7 +29,7 @@ use crate::{
         BudgetPoint, DataFault, ErrorPoint, FaultKind, FloorFrom, FrequencyShare, Limit, LimitedBy, RandomCause,
     },
     evidence::{study::Study, whiten::NoiseModel},
-    fit::judged::{Judged, finite},
+    fit::judged::Judged,
 };
 use folded_lines::Motion;
 use random::{Cause, ErrorOf, Random};
@@ -217,24 +217,13 @@ impl Budget {
             let known = seen.walks.1.powi(2) / tau + 2.0 * (seen.prior.encoder / tau).powi(2);
             set_up.push((of_set_up.sum::<f64>() - known).max(0.0));
             by_chance.push(of_random);
-            let [gyro, wander, reference, bandwidth, timing, folded] = parts.map(finite);
-            let [random_scale, rate_noise, reversal_steps, start_stop_steps, lost_motion] = made.map(finite);
-            points.push(BudgetPoint {
-                tau_s: tau,
-                gyro_noise: gyro,
-                bias_wander: wander,
-                reference_noise: reference,
-                reference_bandwidth: bandwidth,
-                timing,
-                folded_motion: folded,
-                random_scale,
-                rate_noise,
-                reversal_steps,
-                start_stop_steps,
-                lost_motion,
-                missing: finite(square * absent),
-                unattributed: finite((rest - taken).max(0.0)),
-            });
+            let rest_of_all = [square * absent, (rest - taken).max(0.0)];
+            let mut divided = parts
+                .into_iter()
+                .chain(made)
+                .chain(rest_of_all)
+                .map(|part| if part.is_finite() { part + 0.0 } else { 0.0 });
+            points.push(BudgetPoint { tau_s: tau, parts: std::array::from_fn(|_| divided.next().unwrap_or(0.0)) });
         }
         let shows = |(part, _): &(Part, Claim)| match part {
             Part::ReferenceNoise => reference_noise::is_told(&seen),
@@ -249,7 +238,7 @@ impl Budget {
         let limit = says::limit(limited_by, &points, &seen, &numbers, &random);
         let by_frequency = seen.bands.iter().zip(&left).map(|(band, left)| by_frequency(band, *left)).collect();
         let floor_from = if seen.prior.assumed { FloorFrom::Assumed } else { FloorFrom::Measured };
-        let much = |point: &BudgetPoint| point.folded_motion.is_some_and(|folded| folded > MUCH * point.total());
+        let much = |point: &BudgetPoint| point.share(LimitedBy::FoldedMotion) > MUCH;
         let folded = Motion::behind(&seen.folded, seen.dt).filter(|_| points.iter().any(much));
         Self {
             points,
@@ -345,7 +334,7 @@ impl Budget {
 
     /// Counts the bias that wanders to the floor.
     fn believe_wander(&mut self) {
-        self.wander = self.points.iter().map(|point| point.bias_wander.unwrap_or(0.0)).collect();
+        self.wander = self.points.iter().map(|point| point.of(LimitedBy::BiasWander)).collect();
     }
 
     /// Whether an error is noise once a bias that wanders is believed.

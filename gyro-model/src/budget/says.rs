@@ -27,7 +27,7 @@ pub(crate) fn largest(points: &[BudgetPoint], dt: f64) -> (LimitedBy, f64) {
     for point in middle(points, dt) {
         let all = point.total();
         if all > 0.0 {
-            shares.iter_mut().zip(point.parts()).for_each(|(sum, part)| *sum += part / all);
+            shares.iter_mut().zip(point.parts).for_each(|(sum, part)| *sum += part / all);
             count += 1.0;
         }
     }
@@ -43,8 +43,7 @@ pub(crate) fn limit(
     numbers: &dyn Fn(Part) -> Option<[f64; 3]>,
     random: &Random,
 ) -> Limit {
-    let place = LimitedBy::ALL.iter().position(|l| *l == by).unwrap_or(PARTS - 1);
-    let share = |point: &BudgetPoint| point.parts()[place] / point.total().max(1e-300);
+    let share = |point: &BudgetPoint| point.share(by);
     let Some(at) = middle(points, seen.dt).max_by(|a, b| share(a).total_cmp(&share(b))) else {
         return Limit { what: "the log is too short to divide its error".into(), ..Limit::default() };
     };

@@ -5,7 +5,7 @@
 
 use crate::{
     Axis, Model, Record,
-    diagnosis::{AxisDiagnosis, AxisLadder, DataFault},
+    diagnosis::{AxisResult, DataFault},
     finding::Remark,
     fit::FitError,
 };
@@ -39,8 +39,8 @@ impl Parts<'_> {
     /// Diagnoses each part.
     pub(super) fn each(
         &self,
-        judge: impl Fn(&Record, &[Axis]) -> Result<Vec<AxisDiagnosis>, FitError>,
-    ) -> Result<Vec<AxisDiagnosis>, FitError> {
+        judge: impl Fn(&Record, &[Axis]) -> Result<Vec<AxisResult>, FitError>,
+    ) -> Result<Vec<AxisResult>, FitError> {
         let mut all = judge(&self.without, &self.good)?;
         all.extend(judge(self.record, &self.bad)?);
         for own in &mut all {
@@ -54,8 +54,8 @@ impl Parts<'_> {
     pub(super) fn ladders(
         &self,
         start: &Model,
-        climb: impl Fn(&Record, &[Axis]) -> Result<(Model, Vec<AxisLadder>), FitError>,
-    ) -> Result<(Model, Vec<AxisLadder>), FitError> {
+        climb: impl Fn(&Record, &[Axis]) -> Result<(Model, Vec<AxisResult>), FitError>,
+    ) -> Result<(Model, Vec<AxisResult>), FitError> {
         let (mut model, mut all) = climb(&self.without, &self.good)?;
         let (of_bad, ladders) = climb(self.record, &self.bad)?;
         for axis in &self.bad {

@@ -11,7 +11,7 @@ use super::{
 use crate::{
     Axis, Model, Record,
     budget::Budget,
-    diagnosis::{AxisDiagnosis, Verdict},
+    diagnosis::{AxisResult, Verdict},
     effects::Stage,
     evidence::study::{Bench, Study},
     finding::{Excess, Finding, NOT_SEEN, Remark},
@@ -26,12 +26,7 @@ use crate::{
 ///
 /// # Errors
 /// Where an axis has no gyro, no reference or too few rows.
-pub fn compare(
-    record: &Record,
-    model: &Model,
-    axes: &[Axis],
-    options: &Options,
-) -> Result<Vec<AxisDiagnosis>, FitError> {
+pub fn compare(record: &Record, model: &Model, axes: &[Axis], options: &Options) -> Result<Vec<AxisResult>, FitError> {
     if let Some(parts) = apart::parts(record, axes, options.faults) {
         return parts.each(|record, axes| compare(record, model, axes, &Options { laid: None, ..*options }));
     }
@@ -66,7 +61,7 @@ pub fn compare(
             .collect::<Vec<_>>();
         (model.clone(), found)
     };
-    let standing = |found: &Vec<AxisDiagnosis>| {
+    let standing = |found: &Vec<AxisResult>| {
         let standing = Standing::of(found.iter().map(|d| (d.verdict, &d.effects[..], &d.error_curve[..])));
         Standing { says: if standing.has_play { standing.says } else { Says::All }, ..standing }
     };

@@ -13,7 +13,7 @@ use super::{
 use crate::{
     AxisModel, Model, Record,
     budget::Budget,
-    diagnosis::{AxisLadder, LadderStep},
+    diagnosis::{AxisResult, LadderStep},
     effects,
     evidence::study::Bench,
     finding::{Finding, NamedEffect},
@@ -25,7 +25,7 @@ use crate::{
 
 /// The ladder of axes that share a reference.
 #[must_use]
-pub(super) fn climb(record: &Record, bench: &Bench, start: &Model, options: &Options) -> (Model, Vec<AxisLadder>) {
+pub(super) fn climb(record: &Record, bench: &Bench, start: &Model, options: &Options) -> (Model, Vec<AxisResult>) {
     let mut steps = vec![Vec::new(); bench.problem.series.len()];
     let top = search(bench, start, options, &mut |study, change| {
         let step = change.step(&Judged::new(study, change.series, false));
@@ -76,7 +76,7 @@ pub(super) fn conclude(
     (seen, last): (&Incumbent, &[Challenger]),
     steps: &[Vec<LadderStep>],
     options: &Options,
-) -> (Model, Vec<AxisLadder>) {
+) -> (Model, Vec<AxisResult>) {
     let study = fit::settle(incumbent.study.clone());
     let model = study.model.clone();
     let ladders = study
@@ -115,7 +115,7 @@ pub(super) fn conclude(
             let explained = if options.explain { explained(seen, last, k, options) } else { Vec::new() };
             let (judged, told) = ((&judged, budget), (finding, remarks));
             let end = axis_result(record, &study, k, judged, told, (Some(Vec::new()), is_noise), options);
-            AxisLadder { steps, explained, unfinished: observed.unfinished, ..end }
+            AxisResult { steps, explained, unfinished: observed.unfinished, ..end }
         })
         .collect();
     (model, ladders)

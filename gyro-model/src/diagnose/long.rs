@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     Axis, Model, Record,
-    diagnosis::AxisLadder,
+    diagnosis::AxisResult,
     evidence::study::{Bench, Study},
     fit::{judged::Judged, parts::Parts},
 };
@@ -36,7 +36,7 @@ impl Parts {
         bench: &Bench,
         start: &Model,
         options: &Options,
-    ) -> (Model, Vec<AxisLadder>) {
+    ) -> (Model, Vec<AxisResult>) {
         let axes = bench.axes();
         let mut rungs: Vec<(Model, Change)> = Vec::new();
         let tell = |study: &Study, change: &Change| {

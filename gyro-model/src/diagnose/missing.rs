@@ -18,7 +18,7 @@ use super::{
 use crate::{
     Axis, AxisModel, Model, Record,
     budget::Budget,
-    diagnosis::{AxisDiagnosis, ErrorPoint, Suspect, Verdict},
+    diagnosis::{AxisResult, ErrorPoint, Suspect, Verdict},
     effects::split_by,
     evidence::study::{Bench, Study},
     finding::{Excess, Finding, NamedEffect, Remark},
@@ -36,12 +36,7 @@ use itertools::Itertools;
 ///
 /// # Errors
 /// As [`super::compare`].
-pub fn diagnose(
-    record: &Record,
-    model: &Model,
-    axes: &[Axis],
-    options: &Options,
-) -> Result<Vec<AxisDiagnosis>, FitError> {
+pub fn diagnose(record: &Record, model: &Model, axes: &[Axis], options: &Options) -> Result<Vec<AxisResult>, FitError> {
     if let Some(parts) = apart::parts(record, axes, options.faults) {
         return parts.each(|record, axes| diagnose(record, model, axes, &Options { laid: None, ..*options }));
     }
@@ -111,7 +106,7 @@ pub fn diagnose(
             let models = found.models(seen).map(|model| judged::axis_model(model, axis.axis));
             let models: Vec<AxisModel> =
                 std::iter::once(judged::axis_model(&incumbent.study.model, axis.axis)).chain(models).collect();
-            let mut axis = AxisDiagnosis { missing, missing_error_curve, explained, unfinished, ..axis };
+            let mut axis = AxisResult { missing, missing_error_curve, explained, unfinished, ..axis };
             add_faults(record, &models, &mut axis);
             axis
         });
@@ -119,7 +114,7 @@ pub fn diagnose(
         (incumbent.study.model.clone(), told)
     };
     // What is missing may still be added: the error as it is counts for nothing yet.
-    let standing = |found: &Vec<AxisDiagnosis>| {
+    let standing = |found: &Vec<AxisResult>| {
         let standing = Standing::of(found.iter().map(|d| (d.verdict, &d.effects[..], &d.error_curve[..])));
         Standing { within: true, ..standing }
     };
@@ -305,8 +300,8 @@ fn several<'a>(
 
 /// Axes that share an orientation carry their errors into one another's: while one lacks an effect, what is left on the others may
 /// be its.
-fn of_one_orientation(mut found: Vec<AxisDiagnosis>) -> Vec<AxisDiagnosis> {
-    let lacks = |d: &&AxisDiagnosis| d.finding.names();
+fn of_one_orientation(mut found: Vec<AxisResult>) -> Vec<AxisResult> {
+    let lacks = |d: &&AxisResult| d.finding.names();
     let Some((axis, effect)) =
         found.iter().filter(lacks).find_map(|d| Some((d.axis, d.suspects.first()?.effect.clone())))
     else {
@@ -321,7 +316,7 @@ fn of_one_orientation(mut found: Vec<AxisDiagnosis>) -> Vec<AxisDiagnosis> {
 /// The parameters of a model that this log has otherwise, refitted, as `effect.name` with the standard errors between the two, the
 /// most first.
 #[must_use]
-pub fn moved(model: &Model, found: &AxisDiagnosis) -> Vec<(String, f64)> {
+pub fn moved(model: &Model, found: &AxisResult) -> Vec<(String, f64)> {
     let Some(before) = &model.axes[found.axis.index()] else { return Vec::new() };
     let known = before.terms.iter().flat_map(|term| {
         let id = term.effect.card().id;

@@ -35,9 +35,7 @@ mod zeros;
 use crate::{
     Axis, AxisModel, Model, Record, Row,
     budget::Budget,
-    diagnosis::{
-        AxisDiagnosis, AxisLadder, AxisResult, DataFault, ErrorPoint, Explained, LadderStep, Suspect, Verdict,
-    },
+    diagnosis::{AxisResult, DataFault, ErrorPoint, Explained, LadderStep, Suspect, Verdict},
     effects::{CATALOGUE, Effect, Stage, Trait, find, lost_counts::LOST_COUNTS, temperature_bias::TEMPERATURE_BIAS},
     evidence::{
         study::{Bench, Study},
@@ -240,7 +238,7 @@ pub fn ladder(
     model: &Model,
     axes: &[Axis],
     options: &Options,
-) -> Result<(Model, Vec<AxisLadder>), FitError> {
+) -> Result<(Model, Vec<AxisResult>), FitError> {
     if let Some(parts) = apart::parts(record, axes, options.faults) {
         return parts.ladders(model, |record, axes| ladder(record, model, axes, &Options { laid: None, ..*options }));
     }
@@ -257,7 +255,7 @@ pub fn ladder(
         }
         (fitted, ladders)
     };
-    let standing = |ladders: &Vec<AxisLadder>| {
+    let standing = |ladders: &Vec<AxisResult>| {
         Standing::of(ladders.iter().map(|l| (l.verdict, &l.effects[..], &l.error_curve[..])))
     };
     let all = each_group(record, model, axes, options, work, standing)?;
@@ -373,7 +371,7 @@ fn axis_result(
     (finding, mut remarks): (Finding, Vec<Remark>),
     (suspects, is_noise): (Option<Vec<Suspect>>, bool),
     options: &Options,
-) -> AxisDiagnosis {
+) -> AxisResult {
     let searched = suspects.is_some();
     let mut suspects = suspects.unwrap_or_default();
     let mut judged = judged.clone();
@@ -393,7 +391,7 @@ fn axis_result(
     } else if options.faults.iter().any(|fault| fault.kind == FaultKind::OtherClock) {
         remarks.push(Remark::OtherClock);
     }
-    AxisDiagnosis {
+    AxisResult {
         remarks,
         effects: own.effect_ids().into_iter().map(str::to_owned).collect(),
         parameters: judged::parameters(&own.terms, axis),
@@ -414,6 +412,6 @@ fn axis_result(
         limit: Some(budget.limit),
         random: budget.random,
         detail: Some(detail),
-        ..AxisDiagnosis::new(axis, finding)
+        ..AxisResult::new(axis, finding)
     }
 }

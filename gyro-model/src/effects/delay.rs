@@ -52,7 +52,7 @@ static PARAMETERS: [ParameterCard; 1] = [ParameterCard {
     role: Role::Shape,
     neutral: 0.0,
     typical: 0.01,
-    bounds: (-0.2, 0.5),
+    bounds: (-0.5, 0.5),
 }];
 
 impl Effect for Delay {
@@ -87,8 +87,9 @@ impl Effect for Delay {
         // Some microseconds show on a minute of brisk motion. Small ones are parts of one another: a factor of three apart is
         // enough.
         let small = [3e-6, 1e-5, 3e-5, 1e-4, 3e-4].iter().flat_map(|&d| [d, -d]);
-        let large = [-0.02, -0.01, -0.005, -0.002, -0.001, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06, 0.1];
-        small.chain(large).map(|d| vec![d]).collect()
+        let early = [-0.35, -0.2, -0.1, -0.06, -0.035, -0.02, -0.01, -0.005, -0.002, -0.001];
+        let late = [0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06, 0.1, 0.2];
+        small.chain(early).chain(late).map(|d| vec![d]).collect()
     }
 }
 

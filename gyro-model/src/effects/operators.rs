@@ -68,11 +68,28 @@ pub(crate) fn derivative(t: &[f64], y: &[f64]) -> Vec<f64> {
             if let Some(around) = stencil(t, k) {
                 return around.map(|(j, w, _)| w * (y[j] - y[k])).iter().sum();
             }
-            let (a, b) = (k.saturating_sub(1), (k + 1).min(n - 1));
-            (y[b] - y[a]) / (t[b] - t[a])
+            let (a, b) = beside(t, k);
+            if a == k || b == k {
+                return (y[b] - y[a]) / (t[b] - t[a]);
+            }
+            let (behind, ahead) = (t[k] - t[a], t[b] - t[k]);
+            ((y[b] - y[k]) * behind / ahead + (y[k] - y[a]) * ahead / behind) / (ahead + behind)
         })
         .collect()
 }
+
+/// The samples on either side of `k` that are not much nearer than others are: the noise of two that are close together says nothing of
+/// a slope.
+fn beside(t: &[f64], k: usize) -> (usize, usize) {
+    let (first, last) = (k.saturating_sub(2), (k + 2).min(t.len() - 1));
+    let near = NEAR * (t[last] - t[first]) / (last - first) as f64;
+    let before = (0..k).rev().find(|&a| t[k] - t[a] >= near).unwrap_or(0);
+    let after = (k + 1..t.len()).find(|&b| t[b] - t[k] >= near).unwrap_or(t.len() - 1);
+    (before, after)
+}
+
+/// Share of the mean step below which samples are close together.
+const NEAR: f64 = 0.3;
 
 /// Second derivative of samples at uneven times, in the same way.
 ///
@@ -130,7 +147,7 @@ pub(crate) fn steadied(t: &[f64], rate: &[f64]) -> Vec<f64> {
         return rate.to_vec();
     }
     let half = (STEADY / ((t[n - 1] - t[0]) / (n - 1) as f64)) as usize;
-    if half < 2 { rate.to_vec() } else { Parabola::new(half).through_all(rate) }
+    if half < 2 { rate.to_vec() } else { Parabola::new(half).through_all(t, rate) }
 }
 
 /// Half width of that window, s.
@@ -152,7 +169,7 @@ pub(crate) fn slowed(t: &[f64], rate: &[f64], half: f64) -> Vec<f64> {
     let smoothed = |rate: &[f64]| -> Vec<f64> {
         let [narrow, wide] = [few, few + 1].map(|half| {
             let parabola = Parabola::new(half);
-            parabola.through_all(&parabola.through_all(rate))
+            parabola.through_all(t, &parabola.through_all(t, rate))
         });
         narrow.iter().zip(wide).map(|(a, b)| a + more * (b - a)).collect()
     };
@@ -166,7 +183,7 @@ pub(crate) fn slowed(t: &[f64], rate: &[f64], half: f64) -> Vec<f64> {
 pub(crate) fn quieted(t: &[f64], rate: &[f64]) -> (Vec<f64>, f64) {
     let noise = white_noise(rate);
     match quieter(t, rate) {
-        Some(parabola) => (parabola.through_all(rate), noise * parabola.gain().sqrt()),
+        Some(parabola) => (parabola.through_all(t, rate), noise * parabola.gain().sqrt()),
         None => (rate.to_vec(), noise),
     }
 }
@@ -184,7 +201,7 @@ pub(crate) fn quieter(t: &[f64], rate: &[f64]) -> Option<Parabola> {
         let every = (rate.len() / SAMPLED).max(1);
         let off: Vec<f64> = (parabola.half()..rate.len().saturating_sub(parabola.half()))
             .step_by(every)
-            .map(|k| (rate[k] - parabola.through(rate, k)).powi(2))
+            .map(|k| (rate[k] - parabola.through(t, rate, k)).powi(2))
             .collect();
         let mean = off.iter().sum::<f64>() / off.len().max(1) as f64;
         mean <= FITS * noise * noise * (1.0 - parabola.gain())
@@ -245,8 +262,38 @@ impl Parabola {
     }
 
     /// At sample `k`, which has to stand that far from the ends.
-    fn through(&self, y: &[f64], k: usize) -> f64 {
-        self.value(&self.moments(y, k))
+    fn through(&self, t: &[f64], y: &[f64], k: usize) -> f64 {
+        let steps = t[k - self.half..=k + self.half].windows(2).map(|pair| pair[1] - pair[0]);
+        let (least, most) =
+            steps.fold((f64::INFINITY, 0.0_f64), |(least, most), step| (least.min(step), most.max(step)));
+        if most - least > SCATTER * most { self.at_times(t, y, k) } else { self.value(&self.moments(y, k)) }
+    }
+
+    /// The same where the samples' times are not even: the parabola through them at their times.
+    ///
+    /// ```text
+    /// a + b x + c x²  with  Σ xⁱ (y − a − b x − c x²) = 0,  i = 0, 1, 2,   x = t − t_k: its value there is a
+    /// ```
+    fn at_times(&self, t: &[f64], y: &[f64], k: usize) -> f64 {
+        let window = k - self.half..=k + self.half;
+        let scale = (t[*window.end()] - t[*window.start()]).max(f64::MIN_POSITIVE).recip();
+        let (mut powers, mut along) = ([0.0; 5], [0.0; 3]);
+        for j in window {
+            let (x, mut power) = (scale * (t[j] - t[k]), 1.0);
+            for i in 0..5 {
+                powers[i] += power;
+                if i < 3 {
+                    // About the middle one, so that nothing is lost to rounding.
+                    along[i] += power * (y[j] - y[k]);
+                }
+                power *= x;
+            }
+        }
+        let [s0, s1, s2, s3, s4] = powers;
+        let minors = [s2 * s4 - s3 * s3, s1 * s4 - s2 * s3, s1 * s3 - s2 * s2];
+        let determinant = s0 * minors[0] - s1 * minors[1] + s2 * minors[2];
+        let level = (along[0] * minors[0] - along[1] * minors[1] + along[2] * minors[2]) / determinant;
+        if level.is_finite() { y[k] + level } else { y[k] }
     }
 
     fn value(&self, moments: &[f64; 3]) -> f64 {
@@ -264,10 +311,19 @@ impl Parabola {
 
     /// At every sample; those near the ends stay as they are. The moments are carried from each to the next, and made anew before
     /// rounding adds up.
-    pub(crate) fn through_all(&self, y: &[f64]) -> Vec<f64> {
+    pub(crate) fn through_all(&self, t: &[f64], y: &[f64]) -> Vec<f64> {
         let (half, m, mut out) = (self.half, self.half as f64, y.to_vec());
         let mut moments = [0.0; 3];
+        // The last step that differs from the one before: within a window without one the times are even.
+        let differs = |k: usize| {
+            let (step, before) = (t[k] - t[k - 1], t[k - 1] - t[k - 2]);
+            (step - before).abs() > SCATTER * step.max(before)
+        };
+        let mut uneven = (2..half.saturating_mul(2).min(t.len())).filter(|&k| differs(k)).last();
         for k in half..y.len().saturating_sub(half) {
+            if k + half > 1 && differs(k + half) {
+                uneven = Some(k + half);
+            }
             if (k - half).is_multiple_of(CARRIED) {
                 moments = self.moments(y, k);
             } else {
@@ -275,11 +331,15 @@ impl Parabola {
                 let [zeroth, first, second] = [moments[0] - gone, moments[1] + m * gone, moments[2] - m * m * gone];
                 moments = [zeroth + new, first - zeroth + m * new, second - 2.0 * first + zeroth + m * m * new];
             }
-            out[k] = self.value(&moments);
+            let is_even = uneven.is_none_or(|at| at < k - half + 2);
+            out[k] = if is_even { self.value(&moments) } else { self.at_times(t, y, k) };
         }
         out
     }
 }
+
+/// Share of a step by which the next may differ and a parabola through even samples is the same.
+const SCATTER: f64 = 0.1;
 
 /// Samples over which moments are carried.
 const CARRIED: usize = 64;
@@ -348,14 +408,32 @@ mod tests {
     #[test]
     fn moments_that_are_carried_are_those_that_are_made_anew() {
         let y: Vec<f64> = (0..3000).map(|k| (0.01 * f64::from(k)).sin() + 1e3 + f64::from(k * 7919 % 13)).collect();
+        let t: Vec<f64> = (0..3000).map(|k| 0.01 * f64::from(k)).collect();
         for half in [1, 2, 7, 75] {
             let parabola = Parabola::new(half);
-            for (k, carried) in parabola.through_all(&y).into_iter().enumerate().take(3000 - half).skip(half) {
-                assert!((carried - parabola.through(&y, k)).abs() < 1e-8, "{half}, {k}");
+            for (k, carried) in parabola.through_all(&t, &y).into_iter().enumerate().take(3000 - half).skip(half) {
+                assert!((carried - parabola.through(&t, &y, k)).abs() < 1e-8, "{half}, {k}");
             }
         }
         let curve: Vec<f64> = (0..100).map(|k| 2.0 - 0.3 * f64::from(k) + 0.01 * f64::from(k * k)).collect();
-        assert!(Parabola::new(9).through_all(&curve).iter().zip(&curve).all(|(a, b)| (a - b).abs() < 1e-9));
+        assert!(Parabola::new(9).through_all(&t[..100], &curve).iter().zip(&curve).all(|(a, b)| (a - b).abs() < 1e-9));
+    }
+
+    #[test]
+    fn beside_a_reference_with_times_of_its_own_a_rate_stays_where_it_is() {
+        // Rows of the gyro every 5 ms, and the reference's between them, at every distance from them.
+        let mut t: Vec<f64> = (0..2000).map(|k| 0.005 * f64::from(k)).collect();
+        t.extend((0..900).map(|k| 0.0104 * f64::from(k) + 0.0007));
+        t.sort_by(f64::total_cmp);
+        t.dedup_by(|a, b| *a - *b < 1e-6);
+        let omega = std::f64::consts::TAU * 2.0;
+        let y: Vec<f64> = t.iter().map(|t| (omega * t).sin()).collect();
+        let steady = steadied(&t, &y);
+        let slope = derivative(&t, &steady);
+        for k in 10..t.len() - 10 {
+            assert!((steady[k] - y[k]).abs() < 1e-3, "{k}: {} for {}", steady[k], y[k]);
+            assert!((slope[k] / omega - (omega * t[k]).cos()).abs() < 0.03, "{k}: {}", slope[k] / omega);
+        }
     }
 
     #[test]

@@ -32,6 +32,8 @@ pub struct Track {
     errors: Arc<Vec<f64>>,
     /// Its integral at the samples' times, re-stamped, rad.
     pub(super) whole: Arc<Vec<f64>>,
+    /// Whether readings are valid at other times than they are stamped.
+    pub(super) restamped: bool,
     /// The same at the reference's rows, rad.
     pub(super) angle: Vec<f64>,
     /// What the reference shows of that angle, less the angle, rad; empty where it shows the angle itself.
@@ -165,6 +167,7 @@ impl Tracker<'_> {
             felt,
             errors: Arc::new(errors),
             whole: Arc::new(whole),
+            restamped: !timing.is_empty(),
             angle,
             off,
             reference,
@@ -281,7 +284,7 @@ fn reference_errors(s: &Series, term: &Term, warm: &Warm, mut take: impl FnMut(u
     for (i, &k) in s.reference_rows.iter().enumerate() {
         let at = |row: usize, angle: f64| {
             let mut signals = Signals { angle, ..s.signals(row) };
-            signals.rates[s.axis.index()] = warm.rate[row];
+            signals.rates[s.axis.index()] = warm.turning.get(row).copied().unwrap_or(warm.rate[row]);
             signals
         };
         // A play goes by where the shaft has been, between the readings too.

@@ -10,6 +10,8 @@ pub struct Warm {
     /// Compensated rate at the samples, rad/s.
     pub rate: Vec<f64>,
     pub(crate) rate_dot: Vec<f64>,
+    /// The rate at the samples' own times where readings are re-stamped, as a reference sees it, rad/s; empty where that is `rate`.
+    pub(super) turning: Vec<f64>,
     /// What the sensor felt of it, the ringing of its mount still in it, rad/s; empty where that is the same.
     pub(super) felt: Vec<f64>,
     /// The integral of the compensated rate, re-stamped, at the samples, rad.
@@ -39,7 +41,7 @@ pub(super) struct Quiet {
 
 impl Quiet {
     fn of(t: &[f64], rate: &[f64], by: Option<Parabola>) -> Self {
-        let rate = by.as_ref().map_or_else(|| rate.to_vec(), |by| by.through_all(rate));
+        let rate = by.as_ref().map_or_else(|| rate.to_vec(), |by| by.through_all(t, rate));
         Self { angle: integral(t, &rate), rate, by }
     }
 

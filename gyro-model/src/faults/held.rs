@@ -16,9 +16,14 @@ struct Channel {
     index: usize,
     /// Rows that a reading usually stands in at most: one that stands longer was read again and is the same.
     usual: usize,
+    /// Of an angle or an orientation its step, rad.
+    step: Option<f64>,
     last: [f64; 4],
     /// Rows since the last one that was left.
     since: usize,
+    /// What the gyro turned since then, rad, up to this time, ns.
+    turned: [f64; 3],
+    t_ns: i64,
     /// Rows of which a repeat was taken out, and when the first of them was, ns.
     repeats: u64,
     first_t_ns: Option<i64>,
@@ -65,6 +70,31 @@ fn forget(row: &mut Row, channel: usize) {
     }
 }
 
+impl Channel {
+    /// Adds what the gyro turned since the row before.
+    fn turn(&mut self, row: &Row) {
+        let dt = (row.t_ns - std::mem::replace(&mut self.t_ns, row.t_ns)) as f64 * 1e-9;
+        for (turned, rate) in self.turned.iter_mut().zip(row.gyro).filter(|(_, rate)| rate.is_finite()) {
+            *turned += rate * dt.clamp(0.0, LONGEST);
+        }
+    }
+
+    /// Whether the gyro turned by so much that a reading of now would be another one: what stands on is a reading that was lost.
+    fn has_turned(&self) -> bool {
+        let turned = match self.index {
+            3..6 => self.turned[self.index - 3].abs(),
+            _ => self.turned.iter().map(|turned| turned * turned).sum::<f64>().sqrt(),
+        };
+        self.step.is_some_and(|step| turned > (STEPS * step).max(TURNED))
+    }
+}
+
+/// Times as long as usual that a reading may stand for others that were lost: a sensor that repeats one for longer is stuck.
+const LOST: usize = 4;
+/// A bias may make that in a moment, rad; a gap counts for no more than that, s.
+const TURNED: f64 = 0.01;
+const LONGEST: f64 = 0.1;
+
 impl Held {
     /// What these rows show, which may be the first of more.
     #[must_use]
@@ -73,7 +103,10 @@ impl Held {
             let readings: Vec<[f64; 4]> = rows.iter().filter_map(|row| reading(row, index)).collect();
             let part = |c: usize| stands_in(&readings.iter().map(|r| r[c]).collect::<Vec<f64>>());
             let usual = (0..parts(index)).filter_map(part).max()?;
-            Some(Channel { index, usual, last: [f64::NAN; 4], since: 0, repeats: 0, first_t_ns: None })
+            let step = (0..parts(index)).map(|c| quantum(&readings.iter().map(|r| r[c]).collect::<Vec<f64>>()));
+            let step = step.reduce(f64::max).filter(|_| matches!(index, 3..6 | 9));
+            let (last, turned) = ([f64::NAN; 4], [0.0; 3]);
+            Some(Channel { index, usual, step, last, since: 0, turned, t_ns: 0, repeats: 0, first_t_ns: None })
         };
         Self((0..CHANNELS).filter_map(channel).collect())
     }
@@ -82,8 +115,14 @@ impl Held {
     pub fn take(&mut self, row: &mut Row) {
         for channel in &mut self.0 {
             let Some(reading) = reading(row, channel.index) else { continue };
-            channel.since = if reading == channel.last { (channel.since + 1) % channel.usual } else { 0 };
+            channel.turn(row);
+            let stood = channel.since + 1;
+            let is_again = stood >= channel.usual && (stood >= LOST * channel.usual || !channel.has_turned());
+            channel.since = if reading != channel.last || is_again { 0 } else { channel.since + 1 };
             channel.last = reading;
+            if channel.since == 0 {
+                channel.turned = [0.0; 3];
+            }
             if channel.since != 0 {
                 channel.repeats += 1;
                 channel.first_t_ns.get_or_insert(row.t_ns);
@@ -165,3 +204,40 @@ const FEWEST: usize = 30;
 const OFTEN: f64 = 0.2;
 /// Share of the readings that stand no longer than what is taken for usual.
 const USUAL: f64 = 0.9;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reading_that_stands_on_while_the_gyro_turns_is_not_read_again() {
+        // A heading of 20 Hz in rows of 100 Hz, of which each tenth is lost: the one before stands on.
+        let rate = |t: f64| 0.5 * (1.1 * t).sin();
+        let mut angle = 0.0;
+        let mut shown = 0.0;
+        let mut kept = Vec::new();
+        let rows: Vec<Row> = (0..6000_usize)
+            .map(|k| {
+                let t = 0.01 * k as f64;
+                angle += 0.01 * rate(t);
+                if k.is_multiple_of(5) && !(k / 5).is_multiple_of(10) {
+                    shown = f64::round(angle * 1e4) * 1e-4;
+                    kept.push(k);
+                }
+                let mut row = Row { t_ns: (t * 1e9) as i64, ..Row::EMPTY };
+                (row.gyro[2], row.ref_angle[2]) = (rate(t), shown);
+                row
+            })
+            .collect();
+        let mut held = Held::of(&rows);
+        let left = |k: &usize| {
+            let mut row = rows[*k];
+            held.take(&mut row);
+            row.ref_angle[2].is_finite()
+        };
+        let left: Vec<usize> = (0..rows.len()).filter(left).collect();
+        // Where the shaft turns slowly a reading may be the same again.
+        let wrong = left.iter().filter(|k| !kept.contains(k) && rate(0.01 * **k as f64).abs() > 0.3).count();
+        assert!(wrong == 0 && left.len() > 1000, "{wrong} of {}", left.len());
+    }
+}

@@ -207,7 +207,7 @@ fn number(ratio: f64) -> String {
 }
 
 /// What no such gyro reads, rad/s: 4000 °/s.
-const FASTEST: f64 = 70.0;
+pub const FASTEST: f64 = 70.0;
 
 /// From one row of a gyro's log to the next, s: at most, and at least (32 kHz is the fastest that such sensors give).
 const SLOWEST: f64 = 1.5;
@@ -271,7 +271,7 @@ const HEATS: f64 = 3.0;
 const QUIETEST: f64 = 1.7e-5;
 
 /// Units that show without a reference.
-fn other_units(record: &Record, report: &mut Report) {
+fn other_units(record: &mut Record, report: &mut Report) {
     let rows = record.len() as u64;
     for axis in Axis::ALL {
         let i = axis.index();
@@ -304,23 +304,34 @@ fn other_units(record: &Record, report: &mut Report) {
         let says = "the accelerometer shows about 1000 where gravity is 9.81 m/s²: add _mg to its columns' names";
         report.add(FaultKind::WrongUnit, rows, Some(0.0), says.to_owned());
     }
-    let temperature = middle(|r| r.temperature);
-    if temperature > 200.0 {
-        report.add(
-            FaultKind::WrongUnit,
-            rows,
-            Some(0.0),
-            format!("temp is about {temperature:.0}: kelvin? Name it temp_k"),
-        );
-    }
-    let supply = middle(|r| r.supply);
-    if supply > 500.0 {
-        report.add(
-            FaultKind::WrongUnit,
-            rows,
-            Some(0.0),
-            format!("supply is about {supply:.0}: millivolts? Name it supply_mv"),
-        );
+    beside(record, report, "temp", |row| &mut row.temperature, &(200.0, 223.0..400.0, "kelvin? Name it temp_k"));
+    beside(
+        record,
+        report,
+        "supply",
+        |row| &mut row.supply,
+        &(500.0, 1800.0..60_000.0, "millivolts? Name it supply_mv"),
+    );
+}
+
+/// A column that no effect needs to be there, whose numbers are above all that its unit can have: what is wrong is its unit where another one
+/// fits them; else it is not used. `other` is the least number that is too large, those that another unit explains, and that unit.
+fn beside(
+    record: &mut Record,
+    report: &mut Report,
+    name: &str,
+    of: fn(&mut Row) -> &mut f64,
+    (too_large, fits, other): &(f64, std::ops::Range<f64>, &str),
+) {
+    let known = record.rows.iter_mut().map(|row| *of(row)).filter(|x| x.is_finite()).collect();
+    let Some(middle) = quantile(known, 0.5).filter(|middle| middle > too_large) else { return };
+    let rows = record.len() as u64;
+    if fits.contains(&middle) {
+        report.add(FaultKind::WrongUnit, rows, Some(0.0), format!("{name} is about {middle:.0}: {other}"));
+    } else {
+        record.rows.iter_mut().for_each(|row| *of(row) = f64::NAN);
+        let says = format!("{name} is about {middle:.0}, which is in no unit that it can have: it is not used");
+        report.add(FaultKind::UnusedColumns, rows, Some(0.0), says);
     }
 }
 

@@ -247,6 +247,18 @@ fn rows_faster_than_any_gyro_gives_them_are_a_wrong_unit_of_the_times() {
 }
 
 #[test]
+fn a_column_in_no_unit_that_it_can_have_is_not_used_and_one_in_another_unit_is_a_fault() {
+    let record = simulated(Vec::new(), "drive".parse().unwrap(), 3);
+    for (supply, kind) in [(1641.0, FaultKind::UnusedColumns), (3300.0, FaultKind::WrongUnit)] {
+        let mut record = record.clone();
+        record.rows.iter_mut().for_each(|row| row.supply = supply);
+        let faults = check(&mut record, &[]).faults;
+        assert_eq!(faults.iter().map(|fault| fault.kind).collect::<Vec<_>>(), [kind], "{faults:?}");
+        assert_eq!(record.rows.iter().all(|row| row.supply.is_nan()), kind == FaultKind::UnusedColumns);
+    }
+}
+
+#[test]
 fn times_in_another_unit_are_one_fault_and_the_rest_is_judged_in_that_unit() {
     let record = simulated(Vec::new(), "drive".parse().unwrap(), 3);
     for (unit, in_a_second) in [("ms", 1_000), ("us", 1_000_000)] {

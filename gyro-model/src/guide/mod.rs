@@ -22,7 +22,7 @@ pub use state::{Correction, Followed, Stage, State, Trouble};
 
 use crate::{
     Axis, Model, Record, Row,
-    diagnosis::{AxisDiagnosis, Verdict},
+    diagnosis::{AxisResult, Verdict},
     effects::{Effect, Need, find},
     fit::FitError,
 };
@@ -64,7 +64,7 @@ pub struct Guide {
     searches: u32,
     /// Goals that were lacking when the order was given.
     lacked: usize,
-    axes: Vec<AxisDiagnosis>,
+    axes: Vec<AxisResult>,
     temperature: Option<Course>,
 }
 
@@ -378,7 +378,7 @@ impl Guide {
 
     /// Takes the verdicts of a search of all rows. Effects that the recording cannot tell apart become goals, an effect that keeps a
     /// parameter from being known joins the model; where nothing more can be done, all is over.
-    pub fn judge(&mut self, axes: Vec<AxisDiagnosis>) {
+    pub fn judge(&mut self, axes: Vec<AxisResult>) {
         self.searches += 1;
         let before = self.lacking();
         for axis in &axes {
@@ -404,7 +404,7 @@ impl Guide {
     }
 
     /// An effect is wanted so well that it is told from what looks like it.
-    fn want_apart(&mut self, axis: &AxisDiagnosis, id: &str) {
+    fn want_apart(&mut self, axis: &AxisResult, id: &str) {
         let Some(effect) = find(id).filter(|effect| unguided(*effect).is_none()) else { return };
         let size = axis.suspects.first().into_iter().flat_map(|best| &best.parameters).filter(|p| p.effect == id);
         for mut goal in Goal::of(effect, axis.axis, Precision::OfTypical(1.0 / APART)) {
@@ -458,7 +458,7 @@ impl Guide {
     /// Whether all that was asked can be told: every goal is known; where the question is what is missing, a search has told.
     #[must_use]
     pub fn is_complete(&self) -> bool {
-        let decided = |axis: &AxisDiagnosis| {
+        let decided = |axis: &AxisResult| {
             matches!(
                 axis.verdict,
                 Verdict::Adequate | Verdict::MissingEffect | Verdict::Ambiguous | Verdict::Unexplained
@@ -476,7 +476,7 @@ impl Guide {
 
     /// What the last search came to.
     #[must_use]
-    pub fn axes(&self) -> &[AxisDiagnosis] {
+    pub fn axes(&self) -> &[AxisResult] {
         &self.axes
     }
 

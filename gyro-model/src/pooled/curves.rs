@@ -63,11 +63,11 @@ pub fn budget(logs: &[(&AxisResult, f64)], curve: &[ErrorPoint]) -> Vec<BudgetPo
         let error = point.error?;
         let mut sum = [0.0; crate::diagnosis::PARTS];
         for (axis, weight) in logs {
-            let parts = near(axis, point.tau_s)?.parts();
+            let parts = near(axis, point.tau_s)?.parts;
             sum.iter_mut().zip(parts).for_each(|(sum, part)| *sum += weight * part);
         }
         let total: f64 = sum.iter().sum();
-        (total > 0.0).then(|| BudgetPoint::of_parts(point.tau_s, sum.map(|part| part * error * error / total)))
+        (total > 0.0).then(|| BudgetPoint { tau_s: point.tau_s, parts: sum.map(|part| part * error * error / total) })
     };
     curve.iter().filter_map(of).collect()
 }

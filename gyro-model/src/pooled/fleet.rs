@@ -17,6 +17,7 @@ use super::{
 };
 use crate::{Axis, effects, thresholds as limit};
 use itertools::Itertools;
+use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// One log of a fleet.
@@ -51,8 +52,23 @@ pub struct OfType {
     pub p_value: f64,
     /// Whether it raises the error over the floor by a twentieth.
     pub matters: bool,
-    /// Log by log: name, part, estimate, standard error, whether its part is an outlier.
-    pub readings: Vec<(String, String, f64, f64, bool)>,
+    /// Log by log.
+    pub readings: Vec<OfLog>,
+}
+
+/// What one log says of one parameter.
+#[derive(Clone, Debug, Serialize)]
+pub struct OfLog {
+    /// The log.
+    pub log: String,
+    /// Its part.
+    pub part: String,
+    /// The estimate.
+    pub value: f64,
+    /// Its standard error.
+    pub std_error: f64,
+    /// Whether its part is an outlier.
+    pub outlier: bool,
 }
 
 /// What one part has.
@@ -102,7 +118,7 @@ pub struct Dated {
 }
 
 /// A label that has one value before a change and another after it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Switched {
     /// The label.
     pub label: String,
@@ -123,12 +139,27 @@ pub struct OfLabel {
     pub unit: String,
     /// The label, and those that part the logs in the same way.
     pub labels: Vec<String>,
-    /// Value by value: the first label's, mean, standard error, parts, logs.
-    pub values: Vec<(String, f64, f64, usize, usize)>,
+    /// Value by value of the first.
+    pub values: Vec<OfValue>,
     /// Standard deviation between the values, of three or more.
     pub spread: Option<f64>,
     /// Chance of such differences where there are none, priced for all labels and parameters.
     pub p_value: f64,
+}
+
+/// What the logs with one value of a label have.
+#[derive(Clone, Debug, Serialize)]
+pub struct OfValue {
+    /// The value.
+    pub value: String,
+    /// The mean.
+    pub mean: f64,
+    /// Its standard error.
+    pub std_error: f64,
+    /// Parts.
+    pub parts: usize,
+    /// Logs.
+    pub logs: usize,
 }
 
 /// Effects that a fleet cannot tell apart.
@@ -367,13 +398,16 @@ fn tell(logs: &[&FleetLog], found: Vec<Found>, all: &mut Fleet) {
                 key: own.key.clone(),
                 unit: unit.clone(),
                 labels: parting.labels.clone(),
-                values: values.into_iter().map(|(v, m, e, p, l)| (v, m + neutral, e, p, l)).collect(),
+                values: values.into_iter().map(|own| OfValue { mean: own.mean + neutral, ..own }).collect(),
                 p_value,
             }));
         }
-        let readings = own.readings.iter().zip(&own.of).map(|(r, &k)| {
-            let error = r.variance.sqrt();
-            (logs[k].name.clone(), names[r.part].clone(), r.value + neutral, error, is_outlier[r.part])
+        let readings = own.readings.iter().zip(&own.of).map(|(r, &k)| OfLog {
+            log: logs[k].name.clone(),
+            part: names[r.part].clone(),
+            value: r.value + neutral,
+            std_error: r.variance.sqrt(),
+            outlier: is_outlier[r.part],
         });
         all.types.push(OfType {
             kind: logs[0].kind.clone(),
@@ -430,9 +464,6 @@ fn is_alike(a: &[Option<usize>], b: &[Option<usize>]) -> bool {
     pairs.len() == first.len() && pairs.len() == second.len()
 }
 
-/// Value of a label, mean, standard error, parts, logs.
-type OfValue = (String, f64, f64, usize, usize);
-
 impl Parting {
     /// The means by this label, where they differ more than chance makes them; outliers are left out.
     fn ask(&self, own: &Found, is_outlier: &[bool], asked: f64) -> Option<(Vec<OfValue>, Option<f64>, f64)> {
@@ -447,8 +478,8 @@ impl Parting {
         let values = self.values.iter().enumerate().map(|(label, value)| {
             let mine = || readings.iter().zip(&labels).filter(move |(_, own)| **own == label);
             let parts: BTreeSet<usize> = mine().map(|(r, _)| r.part).collect();
-            let (mean, error) = found.means[label];
-            (value.clone(), mean, error, parts.len(), mine().count())
+            let (mean, std_error) = found.means[label];
+            OfValue { value: value.clone(), mean, std_error, parts: parts.len(), logs: mine().count() }
         });
         Some((values.collect(), spread_of(&found.means), p_value))
     }

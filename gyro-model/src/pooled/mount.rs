@@ -13,6 +13,7 @@ use super::{
     spread::{Nested, Reading},
 };
 use crate::{Axis, effects::Trait};
+use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What two axes of a type feel of each other.
@@ -39,15 +40,19 @@ pub struct Share {
     pub p_value: f64,
 }
 
-/// The same of one part: values and standard errors.
-#[derive(Clone, Debug, PartialEq)]
+/// The same of one part, best prediction. A standard error that is not known is not finite.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OfPart {
     /// The part.
     pub part: String,
-    /// rad.
-    pub turned: (f64, f64),
-    /// As a share.
-    pub alike: (f64, f64),
+    /// By how much it is turned, rad.
+    pub turned: f64,
+    /// Standard error of that.
+    pub turned_error: f64,
+    /// The share that both axes have alike.
+    pub alike: f64,
+    /// Standard error of that.
+    pub alike_error: f64,
 }
 
 impl Tilt {
@@ -112,10 +117,10 @@ pub(super) fn tilts(
             own.0.push(*turned);
             own.1.push(*alike);
         }
-        let parts = by_part.into_iter().map(|(part, (turned, alike))| OfPart {
-            part: names[part].clone(),
-            turned: of_mount.nested.predicted(&turned),
-            alike: of_chip.nested.predicted(&alike),
+        let parts = by_part.into_iter().map(|(part, (turned, alike))| {
+            let (turned, turned_error) = of_mount.nested.predicted(&turned);
+            let (alike, alike_error) = of_chip.nested.predicted(&alike);
+            OfPart { part: names[part].clone(), turned, turned_error, alike, alike_error }
         });
         Some(Tilt { kind: kind.to_owned(), axes, parts: parts.collect(), turned: of_mount, alike: of_chip })
     };

@@ -181,7 +181,7 @@ mod tests {
         assert_eq!(says("cross-axis:m_x=1"), "cross-axis has no parameter 'm_x' on axis x: it has m_y, m_z");
         assert!(says("delay:d").contains("'d' is not NAME=VALUE"));
         assert!(says("delay:d=fast").contains("not NAME=VALUE"));
-        assert_eq!(says("delay:d=7"), "delay: d = 7 lies outside -0.2 … 0.5 s");
+        assert_eq!(says("delay:d=7"), "delay: d = 7 lies outside -0.5 … 0.5 s");
         assert!(says("delay:d=nan").contains("outside"));
     }
 }

@@ -63,8 +63,12 @@ impl Of<'_> {
             return;
         }
         let times = self.meanings.iter().filter(|(_, meaning)| meaning.what == What::Time);
-        // One that stands still or goes back in the first rows is another sensor's, or none, where there is a better one.
-        let order = |(column, meaning): &&(usize, Meaning)| (is_stopped(self.head, *column), meaning.rank, *column);
+        // One that stands still or goes back in the first rows is another sensor's, or none, where there is a better one. A stamp of seconds
+        // and a rest is the sensor's own.
+        let order = |(column, meaning): &&(usize, Meaning)| {
+            let is_whole = self.head.finer(*column).is_none();
+            (is_whole && is_stopped(self.head, *column), is_whole, meaning.rank, *column)
+        };
         let Some(&(column, ref meaning)) = times.min_by_key(order) else {
             // Whatever its name is: nothing but a time is written so.
             let written = |field: &Vec<u8>| text::form(field).is_some();
@@ -96,7 +100,9 @@ impl Of<'_> {
             .collect();
         let mut sensors: Vec<&str> = Vec::new();
         for (column, axis, meaning) in &rates {
-            let unit = meaning.unit.or_else(|| defined(self.head, *column)).or(unsaid);
+            let own = rates.iter().filter(|(.., other)| other.sensor == meaning.sensor);
+            let of_sensor = || one_unit(own.map(|(.., other)| other.unit));
+            let unit = meaning.unit.or_else(|| defined(self.head, *column)).or_else(of_sensor).or(unsaid);
             if meaning.who == Who::Reference {
                 let name = format!("ref_rate_{}", AXES[*axis]);
                 if !self.has(&name) {
@@ -170,7 +176,9 @@ impl Of<'_> {
         };
         let said =
             scale(self.head, "a", unit::METRES_PER_SECOND_SQUARED.times(STANDARD_GRAVITY)).filter(|_| base == "accel");
-        for (column, axis, meaning) in of.iter().filter(|(_, _, meaning)| meaning.sensor == first) {
+        let own = || of.iter().filter(|(_, _, meaning)| meaning.sensor == first);
+        let said = one_unit(own().map(|(.., meaning)| meaning.unit)).or(said);
+        for (column, axis, meaning) in own() {
             let name = format!("{base}_{}", AXES[*axis]);
             if !self.has(&name) {
                 self.found.chosen.push(self.pick(&name, *column, meaning.unit.or(said)));
@@ -231,6 +239,12 @@ impl Of<'_> {
             if clear { &mut self.found.chosen } else { &mut self.found.offered }.push(pick);
         }
     }
+}
+
+/// The unit that some columns of a sensor say, which is that of the others: `gyro X, gyro Y, gyro Z (deg/s)`; `None` where they say several.
+fn one_unit(mut units: impl Iterator<Item = Option<Unit>>) -> Option<Unit> {
+    let first = units.by_ref().flatten().next()?;
+    units.flatten().all(|unit| unit == first).then_some(first)
 }
 
 /// The unit of a field that MAVLink defines, where its numbers are whole: `zgyro` is in mrad/s, `hdg` in hundredths of a degree.

@@ -56,6 +56,37 @@ impl Head {
         }
     }
 
+    /// The column that has the rest of a time whose whole seconds are in this one, `stamp.sec` and `stamp.nanosec`, `sec` and `msec`; and the
+    /// power of ten that makes its unit nanoseconds.
+    #[must_use]
+    pub fn finer(&self, column: usize) -> Option<(usize, i32)> {
+        const UNITS: [(&[&str], i32); 3] = [
+            (&["nsecs", "nsec", "nanosec", "nanosecs", "nanoseconds"], 0),
+            (&["usecs", "usec", "microsec", "microsecs", "microseconds"], 3),
+            (&["msecs", "msec", "millisec", "millisecs", "milliseconds", "ms"], 6),
+        ];
+        let lower = |name: &String| name.trim().to_lowercase();
+        let own = lower(&self.names[column]);
+        let before = ["secs", "sec", "seconds"].iter().find_map(|end| own.strip_suffix(end))?;
+        let (fine, exponent) = (self.names.iter().enumerate()).find_map(|(i, name)| {
+            let name = lower(name);
+            let end = name.strip_prefix(before)?;
+            UNITS.iter().find(|(ends, _)| ends.contains(&end)).map(|(_, exponent)| (i, *exponent))
+        })?;
+        let values = |column: usize| {
+            let field = move |row: &Vec<Vec<u8>>| match super::value(row.get(column)?, self.dialect.point) {
+                Field::Number(x) => Some(x),
+                _ => None,
+            };
+            self.samples.iter().filter_map(field).collect::<Vec<f64>>()
+        };
+        let (whole, rest) = (values(column), values(fine));
+        let is_rest = |x: &f64| (0.0..10_f64.powi(9 - exponent)).contains(x) && x.fract() == 0.0;
+        let are_parts = whole.iter().all(|x| x.fract() == 0.0) && rest.iter().all(is_rest);
+        let moves = rest.len() < 2 || rest.iter().any(|x| *x != rest[0]);
+        (fine != column && are_parts && moves).then_some((fine, exponent))
+    }
+
     /// Of columns that are known, and their first rows.
     #[must_use]
     pub fn of_columns(

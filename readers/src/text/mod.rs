@@ -1,5 +1,6 @@
 //! Delimited text: whatever separates its fields, and whatever stands above them.
 
+mod encoding;
 mod escapes;
 mod fields;
 mod head;
@@ -11,8 +12,8 @@ mod stamp;
 mod table;
 #[cfg(test)]
 mod tests;
-mod utf16;
 
+pub use encoding::{decoded, marked, unmarked};
 pub use escapes::{Plain, Unescaped, has_escapes};
 pub use fields::{CSV, Dialect, Separator, name};
 pub use head::{Finder, Head, HeadError};
@@ -21,7 +22,6 @@ pub use moment::{Form, clock, date, date_time, form, last_digit_of_clock};
 pub use number::{Field, Point, TimeField, last_digit, time, value};
 pub use skipped::{Skip, Skipped};
 pub use table::{Sieve, Sifted, Table, TextRow};
-pub use utf16::{Utf16, is_utf16};
 pub(crate) use {
     head::{is_number, is_row, units_row},
     lines::Lines as LineReader,

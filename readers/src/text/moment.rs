@@ -14,8 +14,8 @@ pub enum Form {
     DayFirst,
     /// Time of day or duration, `21:46:21.5`; midnight is passed.
     Clock,
-    /// Whole seconds in this column, nanoseconds in that of this number.
-    Parts(usize),
+    /// Whole seconds in this column, the rest in that of this number, in a unit that this power of ten makes nanoseconds.
+    Parts(usize, i32),
     /// The date in this column, the time of day in that of this number.
     DateAndClock(usize),
 }

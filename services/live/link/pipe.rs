@@ -2,7 +2,7 @@
 
 use super::{Got, Link, of_stream};
 use flate2::read::MultiGzDecoder;
-use log_readers::text::{Utf16, is_utf16};
+use log_readers::text;
 use mcap::MAGIC;
 use std::{
     fs::File,
@@ -35,16 +35,17 @@ impl Pipe {
         let mut raw = BufReader::with_capacity(1 << 16, raw);
         let mut start = Vec::with_capacity(MAGIC.len());
         raw.by_ref().take(MAGIC.len() as u64).read_to_end(&mut start)?;
-        let (packed, recording, wide) = (start.starts_with(&GZIP), start == MAGIC, is_utf16(&start));
+        let (packed, recording) = (start.starts_with(&GZIP), start == MAGIC);
+        let encoding = text::marked(&start);
         if start.starts_with(&BYTE_ORDER_MARK) {
             start.drain(..BYTE_ORDER_MARK.len());
         }
         let whole = Cursor::new(start).chain(raw);
-        Ok(Self(match () {
-            () if packed => Box::new(MultiGzDecoder::new(whole)),
-            () if recording => Box::new(AsCsv::new(whole)),
-            () if wide => Box::new(Utf16::new(whole)),
-            () => Box::new(whole),
+        Ok(Self(match encoding {
+            _ if packed => Box::new(MultiGzDecoder::new(whole)),
+            _ if recording => Box::new(AsCsv::new(whole)),
+            Some(encoding) => Box::new(text::decoded(whole, encoding)),
+            None => Box::new(whole),
         }))
     }
 }

@@ -19,8 +19,8 @@ use gyro_model::{
     effects::{find, split_by},
     pooled::{
         course::Point,
-        fleet::{self, Dated, OfLabel, OfPart, OfType, Switched},
-        mount::{Share, Tilt},
+        fleet::{self, Dated, OfLabel, OfLog, OfPart, OfType, OfValue, Switched},
+        mount::{self, Share, Tilt},
         search::Member,
     },
     thresholds::SIGNIFICANCE,
@@ -111,22 +111,7 @@ pub struct TypeRow {
     /// Logs that are in it.
     pub logs: usize,
     /// Log by log.
-    pub readings: Vec<ReadingRow>,
-}
-
-/// What one log says of one parameter.
-#[derive(Clone, Debug, Serialize)]
-pub struct ReadingRow {
-    /// The log.
-    pub log: String,
-    /// Its part.
-    pub part: String,
-    /// The estimate.
-    pub value: f64,
-    /// Its standard error.
-    pub std_error: f64,
-    /// Whether its part is an outlier.
-    pub outlier: bool,
+    pub readings: Vec<OfLog>,
 }
 
 /// One parameter of one part.
@@ -210,18 +195,7 @@ pub struct ChangedRow {
     /// Chance of it where nothing changed, priced for all parts.
     pub p_value: f64,
     /// What was said of the logs that changed there too.
-    pub with: Vec<SwitchedRow>,
-}
-
-/// A label that has one value before a change and another after it.
-#[derive(Clone, Debug, Serialize)]
-pub struct SwitchedRow {
-    /// The label.
-    pub label: String,
-    /// Its value before.
-    pub from: String,
-    /// Its value after.
-    pub to: String,
+    pub with: Vec<Switched>,
 }
 
 /// A parameter that goes by a label.
@@ -241,26 +215,11 @@ pub struct LabelRow {
     /// The label, and those that part the logs in the same way.
     pub labels: Vec<String>,
     /// Value by value of the first.
-    pub values: Vec<ValueRow>,
+    pub values: Vec<OfValue>,
     /// Standard deviation between the values; `null` of two.
     pub spread: Option<f64>,
     /// Chance of such differences where there are none, priced for all labels and parameters.
     pub p_value: f64,
-}
-
-/// What the logs with one value of a label have.
-#[derive(Clone, Debug, Serialize)]
-pub struct ValueRow {
-    /// The value.
-    pub value: String,
-    /// The mean.
-    pub mean: f64,
-    /// Its standard error.
-    pub std_error: f64,
-    /// Parts.
-    pub parts: usize,
-    /// Logs.
-    pub logs: usize,
 }
 
 /// What two axes of a type feel of each other's rate.
@@ -280,7 +239,7 @@ pub struct MisalignedRow {
     /// The share that they feel with one sign: no mount makes that.
     pub alike: ShareRow,
     /// Part by part.
-    pub parts: Vec<MisalignedPart>,
+    pub parts: Vec<mount::OfPart>,
 }
 
 /// Whose a misalignment is.
@@ -325,21 +284,6 @@ pub struct ShareRow {
     pub p_of_mean: f64,
     /// Chance of it where there is nothing, priced for the search.
     pub p_value: f64,
-}
-
-/// The misalignment of one part, best prediction.
-#[derive(Clone, Debug, Serialize)]
-pub struct MisalignedPart {
-    /// The part.
-    pub part: String,
-    /// By how much it is turned, rad.
-    pub turned: f64,
-    /// Standard error of that.
-    pub turned_error: Option<f64>,
-    /// The share that both axes have alike.
-    pub alike: f64,
-    /// Standard error of that.
-    pub alike_error: Option<f64>,
 }
 
 /// Effects that cannot be told apart.
@@ -529,17 +473,7 @@ fn type_row(own: &OfType) -> TypeRow {
         matters: own.matters,
         parts: nested.parts,
         logs: nested.logs,
-        readings: own
-            .readings
-            .iter()
-            .map(|(log, part, value, std_error, outlier)| ReadingRow {
-                log: log.clone(),
-                part: part.clone(),
-                value: *value,
-                std_error: *std_error,
-                outlier: *outlier,
-            })
-            .collect(),
+        readings: own.readings.clone(),
     }
 }
 
@@ -563,24 +497,13 @@ fn misaligned_row(own: Tilt) -> MisalignedRow {
         },
         turned: row(&own.turned),
         alike: row(&own.alike),
-        parts: own
-            .parts
-            .into_iter()
-            .map(|own| MisalignedPart {
-                part: own.part,
-                turned: own.turned.0,
-                turned_error: finite(own.turned.1),
-                alike: own.alike.0,
-                alike_error: finite(own.alike.1),
-            })
-            .collect(),
+        parts: own.parts,
         axes: own.axes,
         kind: own.kind,
     }
 }
 
 fn label_row(own: OfLabel) -> LabelRow {
-    let row = |(value, mean, std_error, parts, logs)| ValueRow { value, mean, std_error, parts, logs };
     LabelRow {
         kind: own.kind,
         axis: own.key.axis,
@@ -588,7 +511,7 @@ fn label_row(own: OfLabel) -> LabelRow {
         name: own.key.name,
         unit: own.unit,
         labels: own.labels,
-        values: own.values.into_iter().map(row).collect(),
+        values: own.values,
         spread: own.spread,
         p_value: own.p_value,
     }
@@ -612,14 +535,7 @@ fn part_row(own: &OfPart, unit: String) -> PartRow {
             after: after.0,
             after_error: after.1,
             p_value: *p_value,
-            with: with
-                .iter()
-                .map(|Switched { label, from, to }| SwitchedRow {
-                    label: label.clone(),
-                    from: from.clone(),
-                    to: to.clone(),
-                })
-                .collect(),
+            with: with.clone(),
         },
     );
     PartRow {

@@ -1,11 +1,11 @@
 //! A fleet on a terminal: what is wrong first.
 
-use super::{ChangedRow, FaultRow, Fleet, LabelRow, MisalignedRow, PartRow, ShareRow, TypeRow, ValueRow, Whose, label};
+use super::{ChangedRow, FaultRow, Fleet, LabelRow, MisalignedRow, PartRow, ShareRow, TypeRow, Whose, label};
 use crate::report::{
     Ink, Terminal,
     units::{shown, thousands, uncertain, within},
 };
-use gyro_model::{thresholds::SIGNIFICANCE, words::labels::NOTHING_TOGETHER};
+use gyro_model::{pooled::fleet::OfValue, thresholds::SIGNIFICANCE, words::labels::NOTHING_TOGETHER};
 use std::{collections::BTreeSet, fmt::Write as _};
 
 /// Parts that are told; JSON and the page have them all.
@@ -256,7 +256,7 @@ fn of_misaligned(own: &MisalignedRow) -> Vec<String> {
 const TOLD: usize = 6;
 
 fn of_label(own: &LabelRow) -> String {
-    let each = |row: &ValueRow| {
+    let each = |row: &OfValue| {
         format!(
             "{} with {} ({})",
             value(row.mean, Some(row.std_error), &own.unit),
@@ -270,7 +270,7 @@ fn of_label(own: &LabelRow) -> String {
     } else {
         format!(" {also} part the logs in the same way: these logs do not tell which of them it is.")
     };
-    let mut rows: Vec<&ValueRow> = own.values.iter().collect();
+    let mut rows: Vec<&OfValue> = own.values.iter().collect();
     let told = if rows.len() > TOLD {
         rows.sort_by(|a, b| a.mean.total_cmp(&b.mean));
         let (first, last) = (each(rows[0]), each(rows[rows.len() - 1]));

@@ -231,7 +231,7 @@ impl Layout {
     /// The second column of a time that stands in two is no free channel.
     fn hide_parts_of_time(&mut self) {
         let part = self.columns.iter().find_map(|column| match column.form {
-            Form::Parts(other) | Form::DateAndClock(other) if column.channel == Channel::Time => Some(other),
+            Form::Parts(other, _) | Form::DateAndClock(other) if column.channel == Channel::Time => Some(other),
             _ => None,
         });
         let Some(column) = part.and_then(|part| self.columns.get_mut(part)) else { return };

@@ -11,7 +11,7 @@ use log_readers::{
     format::{Format, Note, START, Sink},
     formats::{Unread, can, columns::Columns, kinds::Kinds, recognise, unread},
     json, packed, shape,
-    text::{Plain, Utf16, has_escapes, is_utf16},
+    text::{self, Plain, has_escapes},
 };
 use sha2::{Digest, Sha256};
 use std::{
@@ -89,9 +89,9 @@ impl Input {
             Packing::Zstd => Box::new(packed::zstd(whole).map_err(|error| Problem::reading(error, packing))?),
         };
         let mut start = self::start(&mut bytes, START).map_err(|error| Problem::reading(error, packing))?;
-        let is_wide = is_utf16(&start);
-        if is_wide {
-            bytes = Box::new(Utf16::new(Cursor::new(start).chain(bytes)));
+        let mut encoding = text::marked(&start);
+        if let Some(encoding) = encoding {
+            bytes = Box::new(text::decoded(Cursor::new(start).chain(bytes), encoding));
             start = self::start(&mut bytes, START).map_err(|error| Problem::reading(error, packing))?;
         }
         let (own, mut records) = (is_own(&start), json::is_records(&start));
@@ -108,8 +108,16 @@ impl Input {
                 // What is whole before the damage is read, and the damage reported at its line.
                 bytes = Box::new(Broken(Some(error)));
             }
-            if has_escapes(&start) {
-                bytes = Box::new(Plain::new(Cursor::new(std::mem::take(&mut start)).chain(bytes)));
+            let (unmarked, has_escapes) = (text::unmarked(&start), has_escapes(&start));
+            if unmarked.is_some() || has_escapes {
+                encoding = encoding.or(unmarked);
+                bytes = Box::new(Cursor::new(std::mem::take(&mut start)).chain(bytes));
+                if let Some(unmarked) = unmarked {
+                    bytes = Box::new(text::decoded(bytes, unmarked));
+                }
+                if has_escapes {
+                    bytes = Box::new(Plain::new(bytes));
+                }
                 if let Err(error) = look_further(&mut bytes, &mut start) {
                     bytes = Box::new(Broken(Some(error)));
                 }
@@ -140,7 +148,7 @@ impl Input {
                 is_as_stored: false,
             });
         }
-        let is_as_stored = packing == Packing::Plain && !(is_wide || own || records || shaped.is_some());
+        let is_as_stored = packing == Packing::Plain && !(encoding.is_some() || own || records || shaped.is_some());
         let bytes: Box<dyn Read + Send> = match () {
             () if own => Box::new(AsCsv::new(whole)),
             () if records => shaped_again(Box::new(json::AsCsv::new(whole)))?,

@@ -27,8 +27,10 @@ use std::{ops::IndexMut, path::Path};
 
 /// Correlation of the motions that is enough to believe that it is one.
 const ALIKE: f64 = 0.5;
-/// Clocks are taken for one where that is nearly as likely as the best.
+/// The offset that is nearest to none is the one where it is nearly as likely as the best.
 const AS_LIKELY: f64 = 0.8;
+/// On one clock a gyro or reference is late by no more, ns.
+const LATEST_NS: i128 = 150_000_000;
 
 /// A log whose reference is another one's, from the file `second`.
 pub fn with_reference(mut log: Reader, mut other: Reader, second: &Path) -> Result<Reader, LogError> {
@@ -38,13 +40,15 @@ pub fn with_reference(mut log: Reader, mut other: Reader, second: &Path) -> Resu
     if from_gyro && other.layout().gyros().is_empty() {
         let offered = &other.layout().offered;
         let likely = typed(offered);
-        let named = offered.first().map(|pick| Advice {
-            why: format!(
-                "{} may be the reference: its name does not say which axis turned, or what it is",
-                quoted(&pick.channel)
-            ),
-            flags: offered.iter().map(ToString::to_string).collect(),
-            ..Advice::default()
+        let named = attitude_of(offered).or_else(|| {
+            offered.first().map(|pick| Advice {
+                why: format!(
+                    "{} may be the reference: its name does not say which axis turned, or what it is",
+                    quoted(&pick.channel)
+                ),
+                flags: offered.iter().map(ToString::to_string).collect(),
+                ..Advice::default()
+            })
         });
         let error = refuse(Problem::NoReferenceIn { has: listed(&other.layout().free_names), likely });
         let advice = turning(&mut log, &mut other)?.or(named);
@@ -81,14 +85,32 @@ pub fn with_reference(mut log: Reader, mut other: Reader, second: &Path) -> Resu
         count: rows.len() as u64,
         first_t: None,
         says: format!(
-            "the reference's clock is {:.4} s behind the log's, found from the motion in both: set to it, so a delay between the two cannot \
+            "the reference's clock is {:.4} s {} the log's, found from the motion in both: set to it, so a delay between the two cannot \
              be found",
-            (shift + fine) as f64 / 1e9
+            (shift + fine).abs() as f64 / 1e9,
+            if shift + fine < 0 { "ahead of" } else { "behind" },
         ),
     }];
     let faults = if shift == 0 { Vec::new() } else { faults };
     log.go_on(merged(&own, &rows), layout, faults);
     Ok(log)
+}
+
+/// Three angles, one about each axis, as one orientation: roll, pitch and yaw of a pose are no turns of three shafts.
+fn attitude_of(offered: &[Pick]) -> Option<Advice> {
+    let [roll, pitch, yaw] = offered else { return None };
+    let suffix = roll.name.strip_prefix("ref_angle_x")?;
+    let is_other =
+        |pick: &Pick, axis: &str| pick.name == format!("ref_angle_{axis}{suffix}") && pick.factor == roll.factor;
+    (is_other(pitch, "y") && is_other(yaw, "z")).then(|| {
+        let channels = [roll, pitch, yaw].map(|pick| pick.channel.as_str()).join(",");
+        let pick = Pick { factor: roll.factor, ..Pick::new(&format!("ref_rpy{suffix}"), &channels, None) };
+        Advice {
+            why: format!("{} may be an orientation, the reference: roll, pitch and yaw", quoted(&channels)),
+            flags: vec![pick.to_string()],
+            ..Advice::default()
+        }
+    })
 }
 
 /// Whether times count from 1970.
@@ -271,10 +293,11 @@ fn shift(own: &[Pending], reference: &[Pending]) -> Result<i128, f64> {
         return if overlap { Ok(0) } else { Err(0.0) };
     };
     // Both were counted from their own first rows here.
-    let total = i128::from(found.offset_ns) - apart;
-    if overlapping(own, reference) && found.likeness_as_is >= AS_LIKELY * found.likeness {
-        return Ok(0);
+    let near = i128::from(found.near_ns) - apart;
+    if overlapping(own, reference) && found.likeness_near >= AS_LIKELY * found.likeness {
+        return Ok(if near.abs() <= LATEST_NS { 0 } else { near });
     }
+    let total = i128::from(found.offset_ns) - apart;
     if found.likeness < ALIKE { Err(found.likeness) } else { Ok(total) }
 }
 

@@ -27,9 +27,13 @@ pub(super) fn known(sample: &Sample, names: &Names) -> Option<Vec<f64>> {
         let conversion = names.conversion(column, Channel::Time, own, &sample.head);
         let seconds = match time_form(&sample.head, column, conversion) {
             Form::Number(exponent) => sample.since_first(column, conversion.scale * 10_f64.powi(exponent - 9)),
-            Form::Parts(fine) => {
+            Form::Parts(fine, exponent) => {
                 let whole = sample.since_first(column, 1.0);
-                whole.iter().zip(&sample.columns[fine]).map(|(whole, ns)| whole + ns * 1e-9).collect()
+                whole
+                    .iter()
+                    .zip(&sample.columns[fine])
+                    .map(|(whole, rest)| whole + rest * 10_f64.powi(exponent - 9))
+                    .collect()
             }
             Form::DateAndClock(other) => {
                 let clock = if sample.moments[column] { column } else { other };

@@ -198,27 +198,22 @@ fn fits(unit: Unit, channel: Channel) -> bool {
 /// How the time in this column is written, as the first rows show.
 pub fn time_form(head: &Head, column: usize, conversion: Conversion) -> Form {
     let sample = |i: usize| head.samples.first().and_then(|row| row.get(i)).map_or(&b""[..], Vec::as_slice);
-    let names: Vec<String> = head.names.iter().map(|name| name.to_lowercase()).collect();
+    let count = head.names.len();
     if let Some(form) = text::form(sample(column)) {
-        let date = (0..names.len())
-            .find(|&i| i != column && text::date(sample(i)).is_some() && text::form(sample(i)).is_none());
+        let date =
+            (0..count).find(|&i| i != column && text::date(sample(i)).is_some() && text::form(sample(i)).is_none());
         return match (form, date) {
             (Form::Clock, Some(date)) => Form::DateAndClock(date),
             _ => form,
         };
     }
     if text::date(sample(column)).is_some()
-        && let Some(clock) = (0..names.len()).find(|&i| text::form(sample(i)) == Some(Form::Clock))
+        && let Some(clock) = (0..count).find(|&i| text::form(sample(i)) == Some(Form::Clock))
     {
         return Form::DateAndClock(clock);
     }
-    let coarse = |name: &str| ["secs", "sec"].iter().find_map(|end| name.strip_suffix(end)).map(str::to_owned);
-    if let Some(start) = coarse(&names[column])
-        && let Some(fine) = names.iter().position(|name| {
-            name.strip_prefix(start.as_str()).is_some_and(|end| ["nsecs", "nsec", "nanosec", "nanosecs"].contains(&end))
-        })
-    {
-        return Form::Parts(fine);
+    if let Some((fine, exponent)) = head.finer(column) {
+        return Form::Parts(fine, exponent);
     }
     // A time since 1970 tells its unit by its size; one in seconds of so many digits would lie 3000 years ahead.
     if conversion.exponent == 9

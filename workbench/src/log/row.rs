@@ -164,10 +164,14 @@ impl RowParser {
                 self.finest = self.finest.min(text::last_digit_of_clock(field));
                 whole(text::clock(field).map(|clock| self.with_midnights(clock)), field)
             }
-            Form::Parts(place) => match (text::time(field, point, 9), text::time(other(place), point, 0)) {
-                (TimeField::Nanoseconds(seconds), TimeField::Nanoseconds(ns)) => TimeField::Nanoseconds(seconds + ns),
-                (TimeField::Nanoseconds(_), bad) | (bad, _) => bad,
-            },
+            Form::Parts(place, exponent) => {
+                match (text::time(field, point, 9), text::time(other(place), point, exponent)) {
+                    (TimeField::Nanoseconds(seconds), TimeField::Nanoseconds(ns)) => {
+                        TimeField::Nanoseconds(seconds + ns)
+                    }
+                    (TimeField::Nanoseconds(_), bad) | (bad, _) => bad,
+                }
+            }
             Form::DateAndClock(place) => {
                 let (date, clock) =
                     if text::date(field).is_some() { (field, other(place)) } else { (other(place), field) };

@@ -31,16 +31,17 @@ impl Timer {
 
     /// The range of the counter that overflowed between two times, from 0 on or about 0.
     fn overflow(&self, before: i128, now: i128, exponent: i32, are_seconds: bool) -> Option<i128> {
-        let range = |bits: u32, exponent: i32| (1_i128 << bits) * 10_i128.pow(exponent.unsigned_abs());
+        // What is beyond all times is the range of no counter.
+        let range = |bits: u32, exponent: i32| 10_i128.checked_pow(exponent.unsigned_abs())?.checked_mul(1 << bits);
         // Microseconds or milliseconds.
-        let ranges: &[i128] = if are_seconds {
+        let ranges: &[Option<i128>] = if are_seconds {
             &[range(16, 6), range(32, 3), range(32, 6)]
         } else {
             &BITS.map(|bits| range(bits, exponent))
         };
         // It goes on from one end to the other, and the next step may be somewhat longer than the last.
         let near = 3 * self.step / 2;
-        ranges.iter().copied().filter(|range| 4 * near <= *range).find(|range| {
+        ranges.iter().flatten().copied().filter(|range| 4 * near <= *range).find(|range| {
             [(0, *range), (-range / 2, range / 2)]
                 .into_iter()
                 .any(|(low, high)| (high - near..=high).contains(&before) && (low..=low + near).contains(&now))
@@ -78,6 +79,11 @@ mod tests {
         let short: Vec<i128> = (0..40).map(|k| (k * 10_000_000) % 65_536_000).collect();
         let (times, overflows) = followed(&short, 3);
         assert!(times.windows(2).all(|pair| pair[1] - pair[0] == 10_000_000) && overflows == 5, "{times:?}");
+    }
+
+    #[test]
+    fn a_unit_beyond_all_times_overflows_nothing() {
+        assert_eq!(followed(&[20, 10, 30], 300), (vec![20, 10, 30], 0));
     }
 
     #[test]

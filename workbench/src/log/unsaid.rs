@@ -404,8 +404,11 @@ pub fn told(record: &Record, axis: Axis, open: Open) -> Option<Told> {
         let is_same = (unit.divisor / gyro.divisor - 1.0).abs() < ROUNDED && other.divisor == reference.divisor;
         *cost < least + ALIKE && is_kind && !is_same
     };
-    let others =
-        fitting[1..].iter().filter(is_alike).take(MOST_OTHERS).map(|(_, unit, other)| (*unit, *other)).collect();
+    // First those of the same sensor.
+    let mut others: Vec<(Unit, Unit)> =
+        fitting[1..].iter().filter(is_alike).map(|(_, unit, other)| (*unit, *other)).collect();
+    others.sort_by_key(|(unit, _)| unit.divisor != gyro.divisor);
+    others.truncate(MOST_OTHERS);
     let whole_degrees = is_whole && reference == Unit::degrees("_deg", 1.0);
     Some(Told { gyro, reference, others, whole_degrees })
 }

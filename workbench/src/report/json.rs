@@ -4,7 +4,7 @@
 
 use super::{Against, BothSides, Change};
 use gyro_model::{
-    diagnosis::{AxisDiagnosis, Diagnosis, Ladder},
+    diagnosis::{AxisResult, Diagnosis},
     drift,
     headline::{self, Beside, Headline, Named, Together, sides::Sides},
     words::Voice,
@@ -20,22 +20,10 @@ struct WithTogether<T: Serialize> {
     together: Together,
 }
 
-/// `compare`, `diagnose`.
+/// `compare`, `diagnose`, `ladder`.
 pub(super) fn diagnosis(diagnosis: &Diagnosis, voice: Voice) -> String {
-    let together = Together::of(&diagnosis.axes.iter().map(Named::by_diagnosis).collect::<Vec<_>>());
+    let together = Together::of(&diagnosis.axes.iter().map(Named::of).collect::<Vec<_>>());
     line(&WithTogether { result: Diagnosis { axes: spoken(&diagnosis.axes, voice), ..diagnosis.clone() }, together })
-}
-
-/// `ladder`.
-pub(super) fn ladder(ladder: &Ladder, voice: Voice) -> String {
-    let mut ladder = ladder.clone();
-    headline::fill(&mut ladder.axes, voice);
-    drift::fill(&mut ladder.axes);
-    for detail in ladder.axes.iter_mut().filter_map(|a| a.detail.as_mut()) {
-        detail.trace = gyro_model::detail::Trace::default();
-    }
-    let together = Together::of(&ladder.axes.iter().map(Named::by_ladder).collect::<Vec<_>>());
-    line(&WithTogether { result: ladder, together })
 }
 
 /// `add`, `remove`: the new model's diagnosis, with `added`, `removed` and the axes `before`.
@@ -46,7 +34,7 @@ pub(super) fn change(change: &Change, voice: Voice) -> String {
         after: Diagnosis,
         added: &'a [String],
         removed: &'a [String],
-        before: Vec<AxisDiagnosis>,
+        before: Vec<AxisResult>,
         #[serde(flatten)]
         together: Together,
     }
@@ -72,7 +60,7 @@ pub(super) fn against(against: &Against, voice: Voice) -> String {
     #[derive(Serialize)]
     struct Other<'a> {
         model: &'a str,
-        axes: Vec<AxisDiagnosis>,
+        axes: Vec<AxisResult>,
     }
     #[derive(Serialize)]
     struct Json<'a> {
@@ -109,14 +97,14 @@ pub(super) fn sides(both: &BothSides, voice: Voice) -> String {
         schema: &'static str,
         logs: &'a [String; 2],
         axes: &'a [Sides],
-        each: Vec<Vec<AxisDiagnosis>>,
+        each: Vec<Vec<AxisResult>>,
     }
     let each = both.diagnoses.iter().map(|own| spoken(&own.axes, voice)).collect();
     line(&Json { schema: "truerate.side-by-side/1", logs: &both.names, axes: &both.sides, each })
 }
 
 /// With their headlines, and without the overlay.
-fn spoken(axes: &[AxisDiagnosis], voice: Voice) -> Vec<AxisDiagnosis> {
+fn spoken(axes: &[AxisResult], voice: Voice) -> Vec<AxisResult> {
     let mut axes = axes.to_vec();
     headline::fill(&mut axes, voice);
     drift::fill(&mut axes);

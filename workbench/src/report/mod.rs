@@ -1,7 +1,7 @@
 //! Results as people and programs read them: text for a terminal screen, JSON, and one self-contained HTML page.
 //!
 //! ```text
-//! Diagnosis · Ladder · Change · Against ─▶ view (human units, verdict in words, next command) ─▶ text | html
+//! Diagnosis · Change · Against ─▶ view (human units, verdict in words, next command) ─▶ text | html
 //!                                      └─▶ json (SI, the interface's keys)
 //! ```
 //!
@@ -21,7 +21,7 @@ pub use next::Command;
 pub use terminal::{Ink, Terminal};
 
 use gyro_model::{
-    diagnosis::{AxisResult, Diagnosis, Ladder},
+    diagnosis::{AxisResult, Diagnosis},
     headline::sides::Sides,
     words::Voice,
 };
@@ -195,21 +195,12 @@ pub struct BothSides {
     pub sides: Vec<Sides>,
 }
 
-/// `compare` and `diagnose`.
+/// `compare`, `diagnose` and `ladder`.
 #[must_use]
 pub fn render(diagnosis: &Diagnosis, format: Format, context: &Context) -> String {
     match format {
         Format::Json => json::diagnosis(diagnosis, context.voice),
-        _ => page(diagnosis, view::Page::of_diagnosis, format, context),
-    }
-}
-
-/// `ladder`.
-#[must_use]
-pub fn render_ladder(ladder: &Ladder, format: Format, context: &Context) -> String {
-    match format {
-        Format::Json => json::ladder(ladder, context.voice),
-        _ => page(ladder, view::Page::of_ladder, format, context),
+        _ => page(diagnosis, view::Page::of, format, context),
     }
 }
 

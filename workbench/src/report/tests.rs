@@ -3,8 +3,8 @@ use gyro_model::{
     Axis, Noise,
     detail::{Channel, Input, detail},
     diagnosis::{
-        AxisDiagnosis, AxisLadder, BudgetPoint, DataFault, ErrorPoint, FailsWhere, FaultKind, FloorFrom, LadderStep,
-        Limit, LimitedBy, NoiseValue, ParameterValue, Suspect, Verdict,
+        AxisResult, BudgetPoint, DataFault, ErrorPoint, FailsWhere, FaultKind, FloorFrom, LADDER, LadderStep, Limit,
+        LimitedBy, NoiseValue, ParameterValue, Suspect, Verdict,
     },
     finding::{Adequate, Excess, Finding, NamedEffect, Remark, Why},
 };
@@ -32,7 +32,7 @@ fn parameter(effect: &str, name: &str, value: f64, std_error: f64, unit: &str) -
 }
 
 /// A log of 100 s whose gyro is 12 ms late.
-fn late(verdict: Verdict) -> AxisDiagnosis {
+fn late(verdict: Verdict) -> AxisResult {
     let t: Vec<f64> = (0..10_000).map(|k| f64::from(k) * 0.01).collect();
     let rate: Vec<f64> = t.iter().map(|t| 2.0 * (1.1 * t).sin() + (0.31 * t).sin()).collect();
     let error: Vec<f64> = t.iter().zip(&rate).map(|(t, w)| -0.012 * w + 1e-3 * (97.0 * t).sin().powi(3)).collect();
@@ -50,7 +50,7 @@ fn late(verdict: Verdict) -> AxisDiagnosis {
     ];
     let noise = Noise { angle_random_walk: 7e-5, bias_random_walk: 0.0, encoder: 4.5e-4, ..Noise::default() };
     let detail = detail(&Input { t: &t, rate: &rate, error_angle: &error, channels: &channels, noise });
-    AxisDiagnosis {
+    AxisResult {
         effects: vec!["scale-factor".into(), "bias".into()],
         parameters: vec![
             parameter("scale-factor", "alpha", 0.9939, 1e-5, "1"),
@@ -114,7 +114,7 @@ fn late(verdict: Verdict) -> AxisDiagnosis {
         limited_says: "the stamps of gyro and reference scatter by 2.8 ms. Log both with one clock.".into(),
         random: Vec::new(),
         detail: Some(detail),
-        ..AxisDiagnosis::new(Axis::Z, Finding::Bare { verdict })
+        ..AxisResult::new(Axis::Z, Finding::Bare { verdict })
     }
 }
 
@@ -122,8 +122,11 @@ fn late(verdict: Verdict) -> AxisDiagnosis {
 fn budget() -> Vec<BudgetPoint> {
     let point = |p: &ErrorPoint| {
         let square = p.error.unwrap_or(0.0).powi(2);
-        let [gyro, timing, rest] = [0.15, 0.75, 0.1].map(|share| Some(share * square));
-        BudgetPoint { tau_s: p.tau_s, gyro_noise: gyro, timing, unattributed: rest, ..BudgetPoint::default() }
+        let mut point = BudgetPoint { tau_s: p.tau_s, ..BudgetPoint::default() };
+        for (part, share) in [(LimitedBy::GyroNoise, 0.15), (LimitedBy::Timing, 0.75), (LimitedBy::Unattributed, 0.1)] {
+            point.parts[part as usize] = share * square;
+        }
+        point
     };
     curve(0.05).iter().map(point).collect()
 }
@@ -147,7 +150,7 @@ fn diagnosis(verdict: Verdict) -> Diagnosis {
     }
 }
 
-fn ladder() -> Ladder {
+fn ladder() -> Diagnosis {
     let axis = late(Verdict::Adequate);
     let step = |added: Option<&str>, excess: f64, ratio: f64| LadderStep {
         added: added.map(Into::into),
@@ -156,10 +159,10 @@ fn ladder() -> Ladder {
         error_curve: curve(excess),
         error_over_floor: Some(ratio),
     };
-    Ladder {
-        schema: "truerate.ladder/1".into(),
+    Diagnosis {
+        schema: LADDER.into(),
         log: "yaw.csv.gz".into(),
-        axes: vec![AxisLadder {
+        axes: vec![AxisResult {
             effects: vec!["scale-factor".into(), "bias".into(), "delay".into()],
             steps: vec![
                 step(None, 0.05, 31.0),
@@ -354,7 +357,7 @@ fn every_verdict_of_every_command_has_a_next_command() {
 
 #[test]
 fn the_ladder_falls() {
-    let text = render_ladder(&ladder(), Format::Text, &context(Command::Ladder));
+    let text = render(&ladder(), Format::Text, &context(Command::Ladder));
     let bars: Vec<usize> = text
         .lines()
         .filter(|l| l.contains('█') && l.contains("at 1 s"))
@@ -367,7 +370,7 @@ fn the_ladder_falls() {
     let mut ladder = ladder();
     ladder.axes[0].data_faults = diagnosis(Verdict::Adequate).axes.remove(0).data_faults;
     let coloured = Context { terminal: Terminal { colour: true, ..Terminal::PLAIN }, ..context(Command::Ladder) };
-    let text = render_ladder(&ladder, Format::Text, &coloured);
+    let text = render(&ladder, Format::Text, &coloured);
     let green = |line: &str| line.contains("\u{1b}[1;32m");
     let steps: Vec<&str> = text.lines().filter(|line| line.contains('█') && line.contains("at 1 s")).collect();
     assert_eq!(
@@ -422,7 +425,7 @@ fn html_is_one_file_that_fetches_nothing_and_holds_text_as_text() {
 }
 
 /// Three axes, each 12.1 ms late to within its error; z has a play of its encoder as well.
-fn three_axes() -> Ladder {
+fn three_axes() -> Diagnosis {
     let mut ladder = ladder();
     let of = |axis: Axis, late: f64, more: &str| {
         let mut own = ladder.axes[0].clone();
@@ -448,9 +451,9 @@ fn several_axes_are_one_story_and_what_they_share_is_said_once() {
         first_t: Some(0.5),
         says: "1 gap; nothing is assumed inside".into(),
     };
-    let axes = ladder.axes.into_iter().map(|axis| AxisLadder { data_faults: vec![faulty.clone()], ..axis }).collect();
-    let ladder = Ladder { axes, ..ladder };
-    let text = render_ladder(&ladder, Format::Text, &context(Command::Ladder));
+    let axes = ladder.axes.into_iter().map(|axis| AxisResult { data_faults: vec![faulty.clone()], ..axis }).collect();
+    let ladder = Diagnosis { axes, ..ladder };
+    let text = render(&ladder, Format::Text, &context(Command::Ladder));
     println!("{text}");
     assert_eq!(text.matches("ms late").count(), 1, "{text}");
     assert!(text.contains("Your gyro is 12.090 ± 0.058 ms late, on all three axes."), "{text}");
@@ -462,7 +465,7 @@ fn several_axes_are_one_story_and_what_they_share_is_said_once() {
     assert!(row("z      encoder-backlash").contains("0.2292"), "{text}");
     assert_eq!(text.matches("1 gap").count(), 1, "{text}");
     let json: serde_json::Value =
-        serde_json::from_str(&render_ladder(&ladder, Format::Json, &context(Command::Ladder))).unwrap();
+        serde_json::from_str(&render(&ladder, Format::Json, &context(Command::Ladder))).unwrap();
     assert_eq!(json["shared"][0]["effect"], "delay");
     assert_eq!(json["shared"][0]["axes"].as_array().unwrap().len(), 3);
     assert!(json["rotation"].is_null() && json["axes"][0]["headline"].as_str().unwrap().contains("ms late"));
@@ -477,12 +480,12 @@ fn what_is_mailed_names_no_folder_and_brings_the_model() {
         product: Some(Product { name: "new model.toml".into(), text: "schema = 1".into() }),
         ..context(Command::Ladder)
     };
-    let ladder = Ladder { log: context.log.clone(), ..ladder() };
-    let html = render_ladder(&ladder, Format::Html, &context);
+    let ladder = Diagnosis { log: context.log.clone(), ..ladder() };
+    let html = render(&ladder, Format::Html, &context);
     assert!(!html.contains("/home/me") && html.contains("yaw.csv.gz"));
     assert!(html.contains("ref_q=/mocap/pose") && html.contains(r#""text":"schema = 1""#));
-    assert!(!render_ladder(&ladder, Format::Text, &context.for_file()).contains("/home/me"));
-    assert!(render_ladder(&ladder, Format::Text, &context).contains("/home/me"));
+    assert!(!render(&ladder, Format::Text, &context.for_file()).contains("/home/me"));
+    assert!(render(&ladder, Format::Text, &context).contains("/home/me"));
     // Where no script runs the words stand there.
     assert!(html.contains("<noscript>") && html.contains("error ÷ floor at its worst, step by step (bar"));
 }

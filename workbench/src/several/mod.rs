@@ -18,7 +18,7 @@ use crate::{
 use anyhow::{Context, Result, bail};
 use gyro_model::{
     Axis, Model, Record, Term, diagnose,
-    diagnosis::{AxisResult, Diagnosis, Ladder, LadderStep, Repeats, Several as Shared, Verdict},
+    diagnosis::{AxisResult, DIAGNOSIS, Diagnosis, LADDER, LadderStep, Repeats, Several as Shared, Verdict},
     effects::find,
     pooled::{
         self, Piece,
@@ -423,7 +423,7 @@ impl Several {
     ///
     /// # Errors
     /// A log that cannot be judged.
-    pub fn ladder(&self, start: &Start, options: &diagnose::Options) -> Result<(ModelFile, Ladder)> {
+    pub fn ladder(&self, start: &Start, options: &diagnose::Options) -> Result<(ModelFile, Diagnosis)> {
         let Answered { diagnosis, joint, end } = self.answered(start, options)?;
         let mut axes = Vec::new();
         for (found, end) in diagnosis.axes.into_iter().zip(end) {
@@ -444,8 +444,7 @@ impl Several {
             axes.push(pool::at_the_top(&found, end, steps));
         }
         let file = self.fitted(joint.model, &start.file);
-        let ladder =
-            Ladder { schema: "truerate.ladder/1".to_owned(), log: self.name(), axes, several: diagnosis.several };
+        let ladder = Diagnosis { schema: LADDER.to_owned(), log: self.name(), axes, several: diagnosis.several };
         Ok((file, ladder))
     }
 
@@ -463,7 +462,7 @@ impl Several {
             self.axes.iter().filter_map(|axis| pool::axis(*axis, held, alone, &seconds, &names, joint)).collect();
         let each = pool::each(held, alone, &names, joint, repeated);
         let several = Some(Shared { logs: self.names(), each, repeats: Vec::new() });
-        Diagnosis { schema: "truerate.diagnosis/1".to_owned(), log: self.name(), axes, several }
+        Diagnosis { schema: DIAGNOSIS.to_owned(), log: self.name(), axes, several }
     }
 }
 

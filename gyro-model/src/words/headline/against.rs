@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     Axis,
-    diagnosis::{AxisDiagnosis, ErrorPoint},
+    diagnosis::{AxisResult, ErrorPoint},
     units,
     words::Voice,
 };
@@ -47,7 +47,7 @@ pub struct Beside {
 impl Beside {
     /// Of one axis; `None` where one of the two has no error.
     #[must_use]
-    pub fn of(axis: &AxisDiagnosis, other: &AxisDiagnosis) -> Option<Self> {
+    pub fn of(axis: &AxisResult, other: &AxisResult) -> Option<Self> {
         let at = |p: &ErrorPoint| {
             let same = |q: &&ErrorPoint| (q.tau_s / p.tau_s - 1.0).abs() < 1e-6;
             let other_error = other.error_curve.iter().find(same)?.error?;
@@ -76,7 +76,7 @@ impl Beside {
 
 /// The effects by which the better of two models is better, with their values in it.
 #[must_use]
-pub fn by_which<'a>(axis: &'a AxisDiagnosis, other: &'a AxisDiagnosis) -> Named<'a> {
+pub fn by_which<'a>(axis: &'a AxisResult, other: &'a AxisResult) -> Named<'a> {
     let standing = Beside::of(axis, other).map(|beside| beside.standing);
     let (better, worse) = if standing == Some(Standing::Worse) { (other, axis) } else { (axis, other) };
     let differs = standing.is_some_and(|standing| standing != Standing::Same);
@@ -86,8 +86,8 @@ pub fn by_which<'a>(axis: &'a AxisDiagnosis, other: &'a AxisDiagnosis) -> Named<
 
 /// Of `compare --against`: which model is better, where some causes have been `told`, for several axes share them.
 #[must_use]
-pub fn of_against(names: (&str, &str), axis: &AxisDiagnosis, other: &AxisDiagnosis, told: &[&str]) -> Headline {
-    let Some(beside) = Beside::of(axis, other) else { return super::of_diagnosis(axis, Voice::Log) };
+pub fn of_against(names: (&str, &str), axis: &AxisResult, other: &AxisResult, told: &[&str]) -> Headline {
+    let Some(beside) = Beside::of(axis, other) else { return super::of(axis, Voice::Log) };
     let (name, other_name) = names;
     let over = units::time(beside.tau_s);
     let (error, other_error) = (units::rate(Some(beside.error)), units::rate(Some(beside.other_error)));

@@ -1,7 +1,7 @@
 //! How much an error is, and what is left of it, in words.
 
 use crate::{
-    diagnosis::{AxisDiagnosis, AxisLadder, ErrorPoint, Verdict},
+    diagnosis::{AxisResult, ErrorPoint, Verdict},
     units,
     words::Voice,
 };
@@ -106,33 +106,26 @@ pub struct Fall {
 }
 
 impl Fall {
-    /// From where a ladder started to where it ended.
+    /// From where a ladder started to where it ended; of a diagnosis, what adding what is missing would make of the error.
     #[must_use]
-    pub fn of_ladder(axis: &AxisLadder) -> Option<Self> {
-        let (first, last) = (axis.steps.first()?, axis.steps.last()?);
-        let pair = if axis.steps.len() > 1 { corrected(&first.error_curve, &last.error_curve) } else { None };
-        let (before, after) = match pair {
-            Some((before, after)) => (Some(before), after),
-            None => (None, said(&last.error_curve)?),
-        };
-        Some(Self { before, after, is_noise: axis.verdict == Verdict::Adequate || is_noise(&after) })
-    }
-
-    /// What adding the best suspect would make of the error.
-    #[must_use]
-    pub fn of_diagnosis(axis: &AxisDiagnosis) -> Option<Self> {
+    pub fn of(axis: &AxisResult) -> Option<Self> {
         let named = matches!(axis.verdict, Verdict::MissingEffect | Verdict::Ambiguous);
-        let pair = Some(axis.corrected_curve()).filter(|_| named).and_then(|after| corrected(&axis.error_curve, after));
+        let (here, pair) = match axis.steps.as_slice() {
+            [first, .., last] => (&last.error_curve, corrected(&first.error_curve, &last.error_curve)),
+            [only] => (&only.error_curve, None),
+            [] if named => (&axis.error_curve, corrected(&axis.error_curve, axis.corrected_curve())),
+            [] => (&axis.error_curve, None),
+        };
         let (before, after) = match pair {
             Some((before, after)) => (Some(before), after),
-            None => (None, said(&axis.error_curve)?),
+            None => (None, said(here)?),
         };
         Some(Self { before, after, is_noise: axis.verdict == Verdict::Adequate || is_noise(&after) })
     }
 
     /// What a change made of the error.
     #[must_use]
-    pub fn of_change(before: Option<&AxisDiagnosis>, after: &AxisDiagnosis) -> Option<Self> {
+    pub fn of_change(before: Option<&AxisResult>, after: &AxisResult) -> Option<Self> {
         let pair = before.and_then(|before| same_time(&before.error_curve, &after.error_curve));
         let (before, after_point) = match pair {
             Some((before, after)) => (Some(before), after),

@@ -23,10 +23,7 @@ pub use won::{fall, gain, won};
 
 use crate::{
     Axis,
-    diagnosis::{
-        AxisDiagnosis, AxisLadder, AxisResult, BudgetPoint, ErrorPoint, Limit, LimitedBy, ParameterValue, Suspect,
-        Verdict,
-    },
+    diagnosis::{AxisResult, BudgetPoint, ErrorPoint, LadderStep, Limit, LimitedBy, ParameterValue, Suspect, Verdict},
     effects,
     finding::{Excess, Finding, Remark},
     measured::{Measured, and},
@@ -45,30 +42,34 @@ pub struct Headline {
     pub at_source: String,
 }
 
-/// Of `compare` and `diagnose`.
+/// Of `compare`, `diagnose` and `ladder`.
 #[must_use]
-pub fn of_diagnosis(axis: &AxisDiagnosis, voice: Voice) -> Headline {
-    of_diagnosis_beside(axis, &[], voice)
+pub fn of(axis: &AxisResult, voice: Voice) -> Headline {
+    of_beside(axis, &[], voice)
 }
 
 /// The same where some causes have been `told`, for several axes share them.
 #[must_use]
-pub fn of_diagnosis_beside(axis: &AxisDiagnosis, told: &[&str], voice: Voice) -> Headline {
-    of_logs(diagnosed(axis, told, voice), axis)
+pub fn of_beside(axis: &AxisResult, told: &[&str], voice: Voice) -> Headline {
+    let says = match (axis.steps.first(), axis.steps.last()) {
+        (Some(first), Some(last)) => climbed(axis, [first, last], told, voice),
+        _ => diagnosed(axis, told, voice),
+    };
+    of_logs(says, axis)
 }
 
 /// With what several logs say of it.
-fn of_logs(headline: Headline, axis: &AxisDiagnosis) -> Headline {
+fn of_logs(headline: Headline, axis: &AxisResult) -> Headline {
     let words = [headline.answer.as_str(), axis.of_logs.as_str()];
     let answer = words.into_iter().filter(|words| !words.is_empty()).collect::<Vec<_>>().join(" ");
     Headline { answer, ..headline }
 }
 
-fn diagnosed(axis: &AxisDiagnosis, told: &[&str], voice: Voice) -> Headline {
+fn diagnosed(axis: &AxisResult, told: &[&str], voice: Voice) -> Headline {
     let here = said(&axis.error_curve);
     match (axis.verdict, axis.suspects.first()) {
         (Verdict::MissingEffect, Some(best)) => missing(axis, best, told, voice),
-        (Verdict::Ambiguous, Some(best)) => ambiguous(axis, best, voice),
+        (Verdict::Ambiguous, Some(_)) => ambiguous(axis, voice),
         (Verdict::MissingEffect | Verdict::Ambiguous, None) => {
             only(format!("An effect is missing: {}.", left(here, axis.error_over_floor, voice)))
         }
@@ -83,31 +84,19 @@ fn diagnosed(axis: &AxisDiagnosis, told: &[&str], voice: Voice) -> Headline {
 }
 
 /// The effects that a ladder added and kept.
-fn added(axis: &AxisLadder) -> Vec<&str> {
+fn added(axis: &AxisResult) -> Vec<&str> {
     let started = axis.steps.iter().filter_map(|step| step.added.as_deref());
     started.filter(|id| axis.effects.iter().any(|e| e == id)).unique().collect()
 }
 
 /// Whether what a ladder added and kept is its answer.
 #[must_use]
-pub fn has_additions(axis: &AxisLadder) -> bool {
+pub fn has_additions(axis: &AxisResult) -> bool {
     !added(axis).is_empty()
 }
 
 /// Of `ladder`: what was added is the answer.
-#[must_use]
-pub fn of_ladder(axis: &AxisLadder, voice: Voice) -> Headline {
-    of_ladder_beside(axis, &[], voice)
-}
-
-/// The same where some causes have been `told`, for several axes share them.
-#[must_use]
-pub fn of_ladder_beside(axis: &AxisLadder, told: &[&str], voice: Voice) -> Headline {
-    of_logs(climbed(axis, told, voice), axis)
-}
-
-fn climbed(axis: &AxisLadder, told: &[&str], voice: Voice) -> Headline {
-    let (Some(first), Some(last)) = (axis.steps.first(), axis.steps.last()) else { return Headline::default() };
+fn climbed(axis: &AxisResult, [first, last]: [&LadderStep; 2], told: &[&str], voice: Voice) -> Headline {
     let added = added(axis);
     let here = said(&last.error_curve);
     let is_within = |p: &ErrorPoint| p.error.zip(p.floor_99).is_none_or(|(error, top)| error <= top);
@@ -152,8 +141,8 @@ fn climbed(axis: &AxisLadder, told: &[&str], voice: Voice) -> Headline {
 pub fn of_change(
     added: &[String],
     removed: &[String],
-    before: Option<&AxisDiagnosis>,
-    after: &AxisDiagnosis,
+    before: Option<&AxisResult>,
+    after: &AxisResult,
     voice: Voice,
 ) -> Headline {
     let changes: Vec<String> = added
@@ -187,10 +176,10 @@ pub fn of_change(
 }
 
 /// Puts the words into results: what they say, and the headlines.
-pub fn fill(axes: &mut [AxisDiagnosis], voice: Voice) {
+pub fn fill(axes: &mut [AxisResult], voice: Voice) {
     for axis in axes {
         axis.says = words::says(&*axis, voice);
-        let headline = if axis.steps.is_empty() { of_diagnosis(axis, voice) } else { of_ladder(axis, voice) };
+        let headline = of(axis, voice);
         (axis.headline, axis.at_source) = (headline.answer, headline.at_source);
     }
 }
@@ -235,10 +224,8 @@ fn own_clause(id: &str, parameters: &[ParameterValue]) -> String {
     format!("your own effect '{id}' is there{with}")
 }
 
-fn missing(axis: &AxisDiagnosis, best: &Suspect, told: &[&str], voice: Voice) -> Headline {
-    let named = |suspect: &&Suspect| axis.missing.is_empty() || axis.missing.contains(&suspect.effect);
-    let many = if axis.missing.is_empty() { 1 } else { axis.missing.len() };
-    let lacks: Vec<&Suspect> = axis.suspects.iter().filter(named).take(many).collect();
+fn missing(axis: &AxisResult, best: &Suspect, told: &[&str], voice: Voice) -> Headline {
+    let lacks = axis.lacks();
     let is_told = |suspect: &Suspect| told.contains(&suspect.effect.as_str());
     let own: Vec<&Suspect> = lacks.iter().copied().filter(|suspect| !is_told(suspect)).collect();
     let clauses: Vec<String> = own.iter().map(|s| clause(axis.axis, &s.effect, &s.parameters)).collect();
@@ -279,7 +266,7 @@ fn either_sensor(remarks: &[Remark], ids: &[&str]) -> String {
 /// What makes most of the error at this averaging time once what is missing is there.
 fn beside_what_is_missing(budget: &[BudgetPoint], tau: f64) -> Option<LimitedBy> {
     let point = budget.iter().find(|point| (point.tau_s / tau - 1.0).abs() < 1e-6)?;
-    let parts = LimitedBy::ALL.into_iter().zip(point.parts()).filter(|(by, _)| *by != LimitedBy::MissingEffect);
+    let parts = LimitedBy::ALL.into_iter().zip(point.parts).filter(|(by, _)| *by != LimitedBy::MissingEffect);
     parts.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, part)| *part > 0.0).map(|(by, _)| by)
 }
 
@@ -294,25 +281,36 @@ const fn subject(own: usize, shared: usize) -> &'static str {
     }
 }
 
-fn ambiguous(axis: &AxisDiagnosis, best: &Suspect, voice: Voice) -> Headline {
+/// What is sure first, then what the log cannot tell apart.
+fn ambiguous(axis: &AxisResult, voice: Voice) -> Headline {
     let known = |id: &str| axis.suspects.iter().find(|s| s.effect == id);
-    let mut group = vec![clause(axis.axis, &best.effect, &best.parameters)];
-    group.extend(best.aliases.iter().map(|id| match known(id) {
-        Some(suspect) if suspect.parameters.iter().any(is_known) => clause(axis.axis, id, &suspect.parameters),
-        _ => unsized_clause(id),
-    }));
-    let mut answer = format!("Either {}; {} cannot tell which.", group.join(", or "), voice.log());
-    answer.push_str(&either_sensor(&axis.remarks, &[best.effect.as_str()]));
-    if let Some((before, after)) = corrected(&axis.error_curve, &best.error_curve) {
+    let lacks = axis.lacks();
+    // Of one suspect alone it is the verdict that says so, whoever its aliases are.
+    let is_sure = |suspect: &&&Suspect| lacks.len() > 1 && suspect.aliases.is_empty();
+    let sure: Vec<String> = lacks.iter().filter(is_sure).map(|s| clause(axis.axis, &s.effect, &s.parameters)).collect();
+    let mut answer = sentences(&sure);
+    let open: Vec<&Suspect> = lacks.iter().filter(|suspect| !is_sure(suspect)).copied().collect();
+    for suspect in &open {
+        let mut group = vec![clause(axis.axis, &suspect.effect, &suspect.parameters)];
+        group.extend(suspect.aliases.iter().map(|id| match known(id) {
+            Some(alias) if alias.parameters.iter().any(is_known) => clause(axis.axis, id, &alias.parameters),
+            _ => unsized_clause(id),
+        }));
+        let either = format!(" Either {}; {} cannot tell which.", group.join(", or "), voice.log());
+        answer.push_str(&either);
+    }
+    let ids: Vec<&str> = lacks.iter().map(|suspect| suspect.effect.as_str()).collect();
+    answer.push_str(&either_sensor(&axis.remarks, &ids));
+    if let Some((before, after)) = corrected(&axis.error_curve, axis.corrected_curve()) {
         let rest = rest(&after, is_noise(&after));
-        answer.push_str(&makes("It makes", before, after, &rest));
+        answer.push_str(&makes(if lacks.len() > 1 { "Together they make" } else { "It makes" }, before, after, &rest));
     } else if let Some(here) = said(&axis.error_curve) {
-        answer.push_str(&changes_little("It changes", here, voice));
+        answer.push_str(&changes_little(if lacks.len() > 1 { "They change" } else { "It changes" }, here, voice));
     }
-    if !best.separate_by.is_empty() {
-        answer = format!("{answer} To tell them apart: {}.", best.separate_by.trim_end_matches('.'));
+    for suspect in open.iter().filter(|suspect| !suspect.separate_by.is_empty()) {
+        answer = format!("{answer} To tell them apart: {}.", suspect.separate_by.trim_end_matches('.'));
     }
-    only(answer)
+    only(answer.trim_start().to_owned())
 }
 
 /// No effect explains what is left: what limits the log is the answer where that is known.
@@ -327,7 +325,7 @@ fn unexplained(left: &str, axis: &AxisResult) -> Headline {
 }
 
 /// That the zero is another one while the axis moves, where that is what was found.
-fn other_zero(axis: &AxisDiagnosis) -> Option<String> {
+fn other_zero(axis: &AxisResult) -> Option<String> {
     let Finding::Unexplained(Excess::OtherZero { size, std_error, between }) = axis.finding else { return None };
     let by = Measured { value: size, std_error };
     let is = if size > 0.0 { "higher" } else { "lower" };

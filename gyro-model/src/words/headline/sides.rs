@@ -7,7 +7,7 @@
 
 use crate::{
     Axis,
-    diagnosis::{AxisDiagnosis, ErrorPoint},
+    diagnosis::{AxisResult, ErrorPoint},
     units,
 };
 use serde::Serialize;
@@ -28,7 +28,7 @@ pub struct Side<'a> {
     /// What it is called.
     pub name: &'a str,
     /// With its scale factor and bias, or a model of its own.
-    pub axis: &'a AxisDiagnosis,
+    pub axis: &'a AxisResult,
     /// Length of its log, s.
     pub seconds: f64,
     /// Rows in it.
@@ -286,7 +286,7 @@ mod tests {
         finding::Finding,
     };
 
-    fn axis(errors: [f64; 4], delta: f64, alpha: f64, white: f64) -> AxisDiagnosis {
+    fn axis(errors: [f64; 4], delta: f64, alpha: f64, white: f64) -> AxisResult {
         let point = |(tau_s, error): (f64, f64)| {
             let error = error.to_radians();
             ErrorPoint { tau_s, error: Some(error), floor: Some(error), floor_99: Some(1.05 * error) }
@@ -299,16 +299,16 @@ mod tests {
             unit: "1".into(),
             typical: None,
         };
-        AxisDiagnosis {
+        AxisResult {
             error_curve: [0.05, 0.5, 5.0, 50.0].into_iter().zip(errors).map(point).collect(),
             parameters: vec![parameter("scale-factor", "alpha", alpha, 1e-4), parameter("bias", "delta", delta, 1e-4)],
             within_floor: Some(true),
             noise: NoiseValue { angle_random_walk: Some(white), bias_random_walk: Some(1e-6), ..NoiseValue::default() },
-            ..AxisDiagnosis::new(Axis::Z, Finding::Bare { verdict: Verdict::Adequate })
+            ..AxisResult::new(Axis::Z, Finding::Bare { verdict: Verdict::Adequate })
         }
     }
 
-    fn side<'a>(name: &'a str, axis: &'a AxisDiagnosis, seconds: f64) -> Side<'a> {
+    fn side<'a>(name: &'a str, axis: &'a AxisResult, seconds: f64) -> Side<'a> {
         Side { name, axis, seconds, samples: 100 * seconds as u64 }
     }
 

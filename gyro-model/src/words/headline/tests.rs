@@ -49,13 +49,13 @@ fn suspect(id: &str, aliases: &[&str], sign: f64) -> Suspect {
     }
 }
 
-fn diagnosed(verdict: Verdict, suspects: Vec<Suspect>, ratio: f64) -> AxisDiagnosis {
+fn diagnosed(verdict: Verdict, suspects: Vec<Suspect>, ratio: f64) -> AxisResult {
     let finding = match verdict {
         Verdict::CannotTell => Finding::CannotTell(Why::NotExcited { travel: 0.0366, uncertainty: 0.12 }),
         Verdict::BadData => Finding::BadData { fault: FaultKind::WrongSign, axis: Some(Axis::Z), count: 9 },
         verdict => Finding::Bare { verdict },
     };
-    AxisDiagnosis {
+    AxisResult {
         effects: vec!["scale-factor".into(), "bias".into()],
         error_curve: curve(ratio),
         error_over_floor: Some(ratio),
@@ -70,7 +70,7 @@ fn diagnosed(verdict: Verdict, suspects: Vec<Suspect>, ratio: f64) -> AxisDiagno
             says: "gyro_z turns against ref_angle_z: negate one of them. Then look again".into(),
         }],
         floor_from: FloorFrom::Measured,
-        ..AxisDiagnosis::new(Axis::Z, finding)
+        ..AxisResult::new(Axis::Z, finding)
     }
 }
 
@@ -79,8 +79,7 @@ fn each_effect_says_what_it_does_with_its_number_and_what_to_do_about_it() {
     for effect in CATALOGUE {
         let id = effect.card().id;
         for sign in [1.0, -1.0] {
-            let headline =
-                of_diagnosis(&diagnosed(Verdict::MissingEffect, vec![suspect(id, &[], sign)], 14.0), Voice::Log);
+            let headline = of(&diagnosed(Verdict::MissingEffect, vec![suspect(id, &[], sign)], 14.0), Voice::Log);
             // `cargo test -p gyro-model headline -- --nocapture` prints them to be read.
             println!("{id}: {}\n    At the source: {}.", headline.answer, headline.at_source);
             let first = headline.answer.split(". ").next().unwrap();
@@ -92,8 +91,7 @@ fn each_effect_says_what_it_does_with_its_number_and_what_to_do_about_it() {
             assert!(!headline.answer.contains("NaN") && !headline.answer.contains("inf"), "{id}: {}", headline.answer);
         }
         let encoder = effect.stage().is_of_reference();
-        let says =
-            of_diagnosis(&diagnosed(Verdict::MissingEffect, vec![suspect(id, &[], 1.0)], 14.0), Voice::Log).answer;
+        let says = of(&diagnosed(Verdict::MissingEffect, vec![suspect(id, &[], 1.0)], 14.0), Voice::Log).answer;
         assert_eq!(says.contains("Your gyro is not the cause."), encoder, "{says}");
     }
 }
@@ -101,15 +99,12 @@ fn each_effect_says_what_it_does_with_its_number_and_what_to_do_about_it() {
 #[test]
 fn what_the_recording_makes_of_the_rest_is_not_called_noise() {
     let says = |folded: f64| {
-        let point = BudgetPoint {
-            tau_s: 1.0,
-            gyro_noise: Some(1e-8),
-            folded_motion: Some(folded),
-            missing: Some(1e-6),
-            ..BudgetPoint::default()
-        };
+        let mut point = BudgetPoint { tau_s: 1.0, ..BudgetPoint::default() };
+        point.parts[LimitedBy::GyroNoise as usize] = 1e-8;
+        point.parts[LimitedBy::FoldedMotion as usize] = folded;
+        point.parts[LimitedBy::MissingEffect as usize] = 1e-6;
         let axis = diagnosed(Verdict::MissingEffect, vec![suspect("delay", &[], 1.0)], 14.0);
-        of_diagnosis(&AxisDiagnosis { budget: vec![point], ..axis }, Voice::Log).answer
+        of(&AxisResult { budget: vec![point], ..axis }, Voice::Log).answer
     };
     assert!(says(1e-9).ends_with("is left, which is noise."), "{}", says(1e-9));
     assert!(says(1e-7).ends_with("is left, most of it from motion too fast for the log's rate."), "{}", says(1e-7));
@@ -149,7 +144,7 @@ fn each_verdict_has_its_answer_with_a_number() {
         ),
         (diagnosed(Verdict::Unexplained, Vec::new(), 14.0), "up to 14 times what noise and the set-up alone make"),
         (
-            AxisDiagnosis {
+            AxisResult {
                 limited_by: Some(LimitedBy::Timing),
                 limit: Some(Limit {
                     what: "the stamps of gyro and reference scatter by 3 ms against each other".into(),
@@ -161,7 +156,7 @@ fn each_verdict_has_its_answer_with_a_number() {
             "Most of it: the stamps of gyro and reference scatter by 3 ms against each other.",
         ),
         (
-            AxisDiagnosis { searched: false, ..diagnosed(Verdict::Unexplained, Vec::new(), 14.0) },
+            AxisResult { searched: false, ..diagnosed(Verdict::Unexplained, Vec::new(), 14.0) },
             "This model leaves more than noise: 0.481 °/s of error over 1 s",
         ),
         (
@@ -174,7 +169,7 @@ fn each_verdict_has_its_answer_with_a_number() {
         ),
     ];
     for (axis, wanted) in cases {
-        let answer = of_diagnosis(&axis, Voice::Log).answer;
+        let answer = of(&axis, Voice::Log).answer;
         println!("{:?}: {answer}", axis.verdict);
         assert!(answer.contains(wanted), "{:?}: {answer}", axis.verdict);
     }
@@ -186,7 +181,7 @@ fn an_alias_of_which_no_size_is_known_is_named_without_numbers() {
     let mut alias = suspect("warm-up", &["bias-drift"], 1.0);
     alias.parameters.iter_mut().for_each(|p| p.std_error = p.value.map(|value| 3.0 * value.abs()));
     let group = vec![suspect("bias-drift", &["warm-up"], 1.0), alias];
-    let answer = of_diagnosis(&diagnosed(Verdict::Ambiguous, group, 14.0), Voice::Log).answer;
+    let answer = of(&diagnosed(Verdict::Ambiguous, group, 14.0), Voice::Log).answer;
     assert!(answer.contains(", or warm-up is missing (turn-on transient"), "{answer}");
 }
 
@@ -196,7 +191,7 @@ fn what_a_correction_takes_away_is_told_where_the_error_falls() {
     hysteresis.error_curve = curve(14.0);
     hysteresis.error_curve[2].error = hysteresis.error_curve[2].error.map(|error| 1.2 * error);
     hysteresis.error_curve[1].error = hysteresis.error_curve[1].error.map(|error| 0.2 * error);
-    let answer = of_diagnosis(&diagnosed(Verdict::MissingEffect, vec![hysteresis], 14.0), Voice::Log).answer;
+    let answer = of(&diagnosed(Verdict::MissingEffect, vec![hysteresis], 14.0), Voice::Log).answer;
     assert!(answer.contains("of error over 0.1 s; corrected"), "{answer}");
 }
 
@@ -204,9 +199,9 @@ fn what_a_correction_takes_away_is_told_where_the_error_falls() {
 fn a_correction_that_lowers_no_error_is_not_said_to_leave_more() {
     let mut zone = suspect("dead-zone", &[], 1.0);
     zone.error_curve = curve(1.2);
-    let answer = of_diagnosis(&diagnosed(Verdict::MissingEffect, vec![zone], 1.02), Voice::Log).answer;
+    let answer = of(&diagnosed(Verdict::MissingEffect, vec![zone], 1.02), Voice::Log).answer;
     assert!(answer.ends_with("It changes this log's error little: 0.0351 °/s over 1 s, which is noise."), "{answer}");
-    let ladder = AxisLadder {
+    let ladder = AxisResult {
         steps: climbed(Verdict::Adequate, 1.0)
             .steps
             .into_iter()
@@ -214,13 +209,25 @@ fn a_correction_that_lowers_no_error_is_not_said_to_leave_more() {
             .collect(),
         ..climbed(Verdict::Adequate, 1.0)
     };
-    let answer = of_ladder(&ladder, Voice::Log).answer;
+    let answer = of(&ladder, Voice::Log).answer;
     assert!(answer.contains("They change this log's error little") && !answer.contains("corrected"), "{answer}");
 }
 
 #[test]
+fn beside_what_a_log_cannot_tell_apart_what_is_sure_stays_sure() {
+    let suspects = vec![suspect("warm-up", &[], 1.0), suspect("lag", &["delay"], 1.0), suspect("delay", &[], 1.0)];
+    let mut axis = diagnosed(Verdict::Ambiguous, suspects, 14.0);
+    axis.missing = vec!["warm-up".into(), "lag".into()];
+    let answer = of(&axis, Voice::Log).answer;
+    let (sure, open) = answer.split_once(" Either ").expect(&answer);
+    assert!(sure.starts_with("Your gyro's zero starts") && sure.ends_with('.'), "{answer}");
+    assert!(open.contains(", or ") && open.contains("ms late") && open.contains("cannot tell which."), "{answer}");
+    assert_eq!(axis.in_question().unwrap().effect, "lag");
+}
+
+#[test]
 fn effects_that_are_missing_together_are_told_together_with_one_error_before_and_after() {
-    let axis = AxisDiagnosis {
+    let axis = AxisResult {
         missing: vec!["delay".into(), "encoder-backlash".into()],
         missing_error_curve: curve(1.02),
         ..diagnosed(
@@ -232,23 +239,23 @@ fn effects_that_are_missing_together_are_told_together_with_one_error_before_and
             14.0,
         )
     };
-    let headline = of_diagnosis(&axis, Voice::Log);
+    let headline = of(&axis, Voice::Log);
     // As the ladder says it, and the gyro is a cause.
-    assert_eq!(headline.answer, of_ladder(&climbed(Verdict::Adequate, 1.02), Voice::Log).answer);
+    assert_eq!(headline.answer, of(&climbed(Verdict::Adequate, 1.02), Voice::Log).answer);
     assert!(headline.at_source.starts_with("for delay, stamp"), "{}", headline.at_source);
-    let rest = of_diagnosis_beside(&axis, &["delay"], Voice::Log).answer;
+    let rest = of_beside(&axis, &["delay"], Voice::Log).answer;
     assert!(
         rest.starts_with("The encoder has") && rest.contains("Together with what the axes share, that makes"),
         "{rest}"
     );
     assert!(
-        of_diagnosis_beside(&axis, &["delay", "encoder-backlash"], Voice::Log)
+        of_beside(&axis, &["delay", "encoder-backlash"], Voice::Log)
             .answer
             .starts_with("The causes that the axes share make")
     );
 }
 
-fn climbed(verdict: Verdict, ratio: f64) -> AxisLadder {
+fn climbed(verdict: Verdict, ratio: f64) -> AxisResult {
     let step = |added: Option<&str>, ratio: f64| LadderStep {
         added: added.map(Into::into),
         removed: None,
@@ -258,18 +265,18 @@ fn climbed(verdict: Verdict, ratio: f64) -> AxisLadder {
     };
     let mut parameters = made_up(Axis::Z, "delay", 1.0);
     parameters.extend(made_up(Axis::Z, "encoder-backlash", 1.0));
-    AxisLadder {
+    AxisResult {
         effects: ["scale-factor", "bias", "delay", "encoder-backlash"].map(Into::into).to_vec(),
         parameters,
         steps: vec![step(None, 14.0), step(Some("delay"), 4.0), step(Some("encoder-backlash"), ratio)],
         floor_from: FloorFrom::Measured,
-        ..AxisLadder::new(Axis::Z, Finding::Bare { verdict })
+        ..AxisResult::new(Axis::Z, Finding::Bare { verdict })
     }
 }
 
 #[test]
 fn a_ladder_tells_all_that_it_added_at_once_and_what_was_before() {
-    let headline = of_ladder(&climbed(Verdict::Adequate, 1.02), Voice::Log);
+    let headline = of(&climbed(Verdict::Adequate, 1.02), Voice::Log);
     assert_eq!(
         headline.answer,
         "Your gyro is 10.05 ± 0.20 ms late. The encoder has 0.576 ± 0.011° of play against the shaft. Together they make 0.481 °/s of \
@@ -291,7 +298,7 @@ fn any_two_effects_are_told_in_a_sentence_each_and_what_to_do_about_both() {
         axis.parameters = [one, other].iter().flat_map(|id| made_up(Axis::Z, id, 1.0)).collect();
         axis.steps[1].added = Some((*one).into());
         axis.steps[2].added = Some(other.into());
-        let Headline { answer, at_source } = of_ladder(&axis, Voice::Log);
+        let Headline { answer, at_source } = of(&axis, Voice::Log);
         println!("{one}, {other}: {answer}\n    At the source: {at_source}.");
         let told = |id: &str| sentence(&clause(Axis::Z, id, &axis.parameters));
         assert_eq!(answer.find(&told(one)), Some(0), "{answer}");
@@ -305,7 +312,7 @@ fn any_two_effects_are_told_in_a_sentence_each_and_what_to_do_about_both() {
 
 #[test]
 fn what_a_ladder_leaves_by_the_set_up_s_fault_is_no_noise() {
-    let limited = AxisLadder {
+    let limited = AxisResult {
         limited_by: Some(LimitedBy::FoldedMotion),
         limit: Some(Limit {
             what: "the rate swings by ±60 °/s at 83 Hz, beyond half the sampling rate".into(),
@@ -314,15 +321,13 @@ fn what_a_ladder_leaves_by_the_set_up_s_fault_is_no_noise() {
         }),
         ..climbed(Verdict::CannotTell, 1.07)
     };
-    let answer = of_ladder(&limited, Voice::Log).answer;
+    let answer = of(&limited, Voice::Log).answer;
     assert!(
         answer.ends_with("is left. Most of that: the rate swings by ±60 °/s at 83 Hz, beyond half the sampling rate."),
         "{answer}"
     );
-    let unknown = AxisLadder { limited_by: Some(LimitedBy::Unattributed), ..climbed(Verdict::Unexplained, 3.0) };
-    assert!(
-        of_ladder(&unknown, Voice::Log).answer.ends_with("is left, 3.0 times what noise and the set-up alone make.")
-    );
+    let unknown = AxisResult { limited_by: Some(LimitedBy::Unattributed), ..climbed(Verdict::Unexplained, 3.0) };
+    assert!(of(&unknown, Voice::Log).answer.ends_with("is left, 3.0 times what noise and the set-up alone make."));
 }
 
 #[test]
@@ -343,14 +348,14 @@ fn a_change_tells_what_it_did_to_the_error() {
 
 #[test]
 fn of_two_models_the_better_one_is_named_with_the_effect_that_makes_it_so() {
-    let with = |ratio: f64, effects: &[&str]| AxisDiagnosis {
+    let with = |ratio: f64, effects: &[&str]| AxisResult {
         effects: effects.iter().map(|id| (*id).to_owned()).collect(),
         parameters: effects.iter().flat_map(|id| made_up(Axis::Z, id, 1.0)).collect(),
         ..diagnosed(Verdict::Adequate, Vec::new(), ratio)
     };
     let base = with(60.0, &["scale-factor", "bias"]);
     let new = with(1.02, &["scale-factor", "bias", "delay"]);
-    let says = |axis: &AxisDiagnosis, other: &AxisDiagnosis, told: &[&str]| {
+    let says = |axis: &AxisResult, other: &AxisResult, told: &[&str]| {
         let answer = of_against(("new.toml", "base.toml"), axis, other, told).answer;
         println!("{answer}");
         answer

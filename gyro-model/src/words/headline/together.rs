@@ -3,7 +3,7 @@
 use super::{added, clause, rotation, rotation::Rotation, sentence};
 use crate::{
     Axis,
-    diagnosis::{AxisDiagnosis, AxisLadder, ParameterValue, Verdict},
+    diagnosis::{AxisResult, ParameterValue, Verdict},
     effects,
     measured::{Measured, and},
 };
@@ -26,22 +26,19 @@ pub struct Named<'a> {
 }
 
 impl<'a> Named<'a> {
-    /// What a ladder added.
-    #[must_use]
-    pub fn by_ladder(axis: &'a AxisLadder) -> Self {
-        Self { axis: axis.axis, effects: added(axis), parameters: axis.parameters.iter().collect() }
-    }
-
     /// What was added and stayed.
     #[must_use]
-    pub fn by_change(added: &'a [String], after: &'a AxisDiagnosis) -> Self {
+    pub fn by_change(added: &'a [String], after: &'a AxisResult) -> Self {
         let effects = added.iter().filter(|id| after.effects.contains(id)).map(String::as_str).collect();
         Self { axis: after.axis, effects, parameters: after.parameters.iter().collect() }
     }
 
-    /// What a diagnosis says is missing.
+    /// What a ladder added; what a diagnosis says is missing.
     #[must_use]
-    pub fn by_diagnosis(axis: &'a AxisDiagnosis) -> Self {
+    pub fn of(axis: &'a AxisResult) -> Self {
+        if !axis.steps.is_empty() {
+            return Self { axis: axis.axis, effects: added(axis), parameters: axis.parameters.iter().collect() };
+        }
         let effects: Vec<&str> = match axis.verdict {
             Verdict::MissingEffect if !axis.missing.is_empty() => axis.missing.iter().map(String::as_str).collect(),
             Verdict::MissingEffect => axis.suspects.iter().take(1).map(|s| s.effect.as_str()).collect(),

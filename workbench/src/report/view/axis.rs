@@ -49,15 +49,13 @@ pub(super) fn curve(label: &str, points: &[ErrorPoint]) -> Curve {
 pub(super) fn limit(axis: &AxisResult, voice: Voice) -> Option<LimitView> {
     let AxisResult { budget, error_by_frequency: frequencies, random, .. } = axis;
     let by = axis.limited_by.filter(|_| !budget.is_empty())?;
-    let share = |part: usize| -> Vec<f64> {
-        budget.iter().map(|point| 100.0 * point.parts()[part] / point.total().max(1e-300)).collect()
-    };
-    let mut parts: Vec<(usize, PartView)> = (0..LimitedBy::ALL.len())
-        .map(|part| (part, PartView { name: LimitedBy::ALL[part].words(), share: share(part) }))
+    let share = |part: LimitedBy| budget.iter().map(|point| 100.0 * point.share(part)).collect();
+    let mut parts: Vec<(LimitedBy, PartView)> = (LimitedBy::ALL.into_iter())
+        .map(|part| (part, PartView { name: part.words(), share: share(part) }))
         .filter(|(_, view)| view.share.iter().any(|share| *share >= 1.0))
         .collect();
     let sum = |view: &PartView| view.share.iter().sum::<f64>();
-    let is_last = |part: usize| LimitedBy::ALL[part] == LimitedBy::Unattributed;
+    let is_last = |part: LimitedBy| part == LimitedBy::Unattributed;
     parts.sort_by(|a, b| is_last(a.0).cmp(&is_last(b.0)).then(sum(&b.1).total_cmp(&sum(&a.1))));
     let density = |of: &dyn Fn(&FrequencyShare) -> Option<f64>| -> Vec<Option<f64>> {
         frequencies.iter().map(|f| of(f).filter(|d| *d > 0.0).map(|d| d.sqrt().to_degrees())).collect()

@@ -17,7 +17,7 @@ use axis::{curve, falling, tone};
 use gyro_model::{
     Axis,
     detail::{AxisDetail, Trace},
-    diagnosis::{AxisDiagnosis, AxisLadder, Diagnosis, ErrorPoint, Ladder, Verdict},
+    diagnosis::{AxisResult, Diagnosis, ErrorPoint, Verdict},
     drift,
     headline::{self, Beside, Fall, Headline, Named, Together},
     words::{Voice, beyond, labels},
@@ -118,23 +118,25 @@ pub struct AxisView {
 
 /// Why each effect was named on an axis, or was not.
 #[must_use]
-pub fn explained(axis: &AxisDiagnosis) -> Vec<ExplainedView> {
+pub fn explained(axis: &AxisResult) -> Vec<ExplainedView> {
     axis.explained.iter().map(explained::view).collect()
 }
 
 impl Page {
-    /// Of `compare` and `diagnose`.
+    /// Of `compare`, `diagnose` and `ladder`.
     #[must_use]
-    pub fn of_diagnosis(diagnosis: &Diagnosis, context: &Context) -> Self {
-        let named: Vec<Named> = diagnosis.axes.iter().map(Named::by_diagnosis).collect();
+    pub fn of(diagnosis: &Diagnosis, context: &Context) -> Self {
+        let named: Vec<Named> = diagnosis.axes.iter().map(Named::of).collect();
         let together = Together::of(&named);
         let mut page = Self::axis_by_axis(diagnosis, context);
         for (view, axis) in page.axes.iter_mut().zip(&diagnosis.axes) {
-            view.ends = context.command == next::Command::Diagnose && axis.finding.is_of_recording();
-            view.answer(headline::of_diagnosis_beside(axis, &together.told(axis.axis), context.voice));
+            let searches = matches!(context.command, next::Command::Diagnose | next::Command::Ladder);
+            view.ends = searches && axis.finding.is_of_recording();
+            view.answer(headline::of_beside(axis, &together.told(axis.axis), context.voice));
         }
-        let falls: Vec<Option<Fall>> = diagnosis.axes.iter().map(Fall::of_diagnosis).collect();
-        page.story = Story::of(&together, &named, &mut page.axes, &falls, false);
+        let falls: Vec<Option<Fall>> = diagnosis.axes.iter().map(Fall::of).collect();
+        let is_done = context.command == next::Command::Ladder;
+        page.story = Story::of(&together, &named, &mut page.axes, &falls, is_done);
         page
     }
 
@@ -143,32 +145,12 @@ impl Page {
     pub fn axis_by_axis(diagnosis: &Diagnosis, context: &Context) -> Self {
         let title = match context.command {
             next::Command::Diagnose => labels::WHICH,
+            next::Command::Ladder => labels::LADDER,
             next::Command::Fit => "The fitted model against measurements",
             _ => "Model against measurements",
         };
         let next = next_of(diagnosis.axes.iter().map(attention), context);
-        page(
-            title,
-            &diagnosis.log,
-            diagnosis.axes.iter().map(|axis| AxisView::of_diagnosis(axis, context.voice)).collect(),
-            next,
-        )
-    }
-
-    /// Of `ladder`.
-    #[must_use]
-    pub fn of_ladder(ladder: &Ladder, context: &Context) -> Self {
-        let next = next_of(ladder.axes.iter().map(|a| (a.axis, a.verdict, None, Vec::new())), context);
-        let named: Vec<Named> = ladder.axes.iter().map(Named::by_ladder).collect();
-        let together = Together::of(&named);
-        let mut axes: Vec<AxisView> = ladder.axes.iter().map(|axis| AxisView::of_ladder(axis, context.voice)).collect();
-        for (view, axis) in axes.iter_mut().zip(&ladder.axes) {
-            view.ends = axis.finding.is_of_recording();
-            view.answer(headline::of_ladder_beside(axis, &together.told(axis.axis), context.voice));
-        }
-        let falls: Vec<Option<Fall>> = ladder.axes.iter().map(Fall::of_ladder).collect();
-        let story = Story::of(&together, &named, &mut axes, &falls, true);
-        Self { story, ..page(labels::LADDER, &ladder.log, axes, next) }
+        page(title, &diagnosis.log, diagnosis.axes.iter().map(|axis| AxisView::of(axis, context.voice)).collect(), next)
     }
 
     /// Of `add` and `remove`.
@@ -204,8 +186,8 @@ impl Page {
     /// Of `compare --against`.
     #[must_use]
     pub fn of_against(against: &Against, context: &Context) -> Self {
-        let others = |axis: &AxisDiagnosis| against.other.axes.iter().find(|other| other.axis == axis.axis);
-        let pairs: Vec<(&AxisDiagnosis, Option<&AxisDiagnosis>)> =
+        let others = |axis: &AxisResult| against.other.axes.iter().find(|other| other.axis == axis.axis);
+        let pairs: Vec<(&AxisResult, Option<&AxisResult>)> =
             against.diagnosis.axes.iter().map(|axis| (axis, others(axis))).collect();
         let named: Vec<Named> =
             pairs.iter().filter_map(|(axis, other)| other.map(|other| headline::by_which(axis, other))).collect();
@@ -250,18 +232,22 @@ impl AxisView {
         (self.headline, self.at_source) = (spoken.answer, spoken.at_source);
     }
 
-    fn of_diagnosis(axis: &AxisDiagnosis, voice: Voice) -> Self {
+    fn of(axis: &AxisResult, voice: Voice) -> Self {
+        if axis.steps.is_empty() { Self::of_diagnosis(axis, voice) } else { Self::of_ladder(axis, voice) }
+    }
+
+    fn of_diagnosis(axis: &AxisResult, voice: Voice) -> Self {
         let mut curves = vec![curve("model", &axis.error_curve)];
         let several = axis.missing.len() > 1;
         if let Some(best) = axis.suspects.first().filter(|_| !axis.corrected_curve().is_empty()) {
             let label = if several { labels::WITH_ALL.to_owned() } else { format!("with {}", best.effect) };
             curves.push(curve(&label, axis.corrected_curve()));
         }
-        let suspect = axis.suspects.first().map(|s| s.effect.as_str());
-        let best = axis.suspects.iter().take(1);
+        let best = axis.in_question();
+        let suspect = best.map(|s| s.effect.as_str());
         let group: Vec<&str> =
-            best.flat_map(|s| std::iter::once(&s.effect).chain(&s.aliases)).map(String::as_str).collect();
-        let spoken = headline::of_diagnosis(axis, voice);
+            best.into_iter().flat_map(|s| std::iter::once(&s.effect).chain(&s.aliases)).map(String::as_str).collect();
+        let spoken = headline::of(axis, voice);
         Self {
             axis: axis.axis.letter(),
             verdict: axis.verdict,
@@ -272,7 +258,7 @@ impl AxisView {
                     format!("missing effects: {}", axis.missing.join(", "))
                 }
                 verdict => {
-                    let aliases = axis.suspects.first().map_or(&[][..], |s| &s.aliases);
+                    let aliases = best.map_or(&[][..], |s| &s.aliases);
                     labels::label(verdict, suspect, aliases, axis.limited_by, voice)
                 }
             },
@@ -308,8 +294,8 @@ impl AxisView {
     }
 
     fn of_pair(
-        (before, before_label): (Option<&AxisDiagnosis>, &str),
-        (after, label): (&AxisDiagnosis, &str),
+        (before, before_label): (Option<&AxisResult>, &str),
+        (after, label): (&AxisResult, &str),
         voice: Voice,
     ) -> Self {
         let mut view = Self::of_diagnosis(after, voice);
@@ -327,7 +313,7 @@ impl AxisView {
         view
     }
 
-    fn of_ladder(axis: &AxisLadder, voice: Voice) -> Self {
+    fn of_ladder(axis: &AxisResult, voice: Voice) -> Self {
         let steps: Vec<StepView> = axis
             .steps
             .iter()
@@ -354,7 +340,7 @@ impl AxisView {
         let last = axis.steps.last();
         let is_within = |p: &ErrorPoint| p.error.zip(p.floor_99).is_none_or(|(error, top)| error <= top);
         let within_floor = last.map(|step| step.error_curve.iter().all(is_within));
-        let spoken = headline::of_ladder(axis, voice);
+        let spoken = headline::of(axis, voice);
         Self {
             at_source: spoken.at_source,
             label: labels::label(axis.verdict, named, aliases, axis.limited_by, voice),
@@ -386,7 +372,7 @@ impl AxisView {
 /// What the next command depends on: axis, verdict, error/floor, what is missing.
 type Attention<'a> = (Axis, Verdict, Option<f64>, Vec<&'a str>);
 
-fn attention(axis: &AxisDiagnosis) -> Attention<'_> {
+fn attention(axis: &AxisResult) -> Attention<'_> {
     let missing = axis.missing.iter().map(String::as_str);
     let suspects = if axis.missing.is_empty() {
         axis.suspects.iter().take(1).map(|s| s.effect.as_str()).collect()

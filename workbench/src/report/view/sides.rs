@@ -3,7 +3,7 @@
 use super::{AxisView, Page, Row, Story, axis, page};
 use crate::report::{BothSides, Context, next::Next, units};
 use gyro_model::{
-    diagnosis::AxisDiagnosis,
+    diagnosis::AxisResult,
     headline::sides::{AtTime, Quantity, Sides, Which},
     words::{Voice, shell_word},
 };
@@ -32,7 +32,7 @@ impl Page {
 }
 
 /// The two curves of an axis, and what they come to.
-fn view(first: &AxisDiagnosis, second: &AxisDiagnosis, both: &BothSides, sides: &Sides, voice: Voice) -> AxisView {
+fn view(first: &AxisResult, second: &AxisResult, both: &BothSides, sides: &Sides, voice: Voice) -> AxisView {
     let [one, two] = &both.names;
     let pair = AxisView::of_pair((Some(first), one), (second, two), voice);
     let tone = match sides.better {
@@ -68,8 +68,8 @@ fn view(first: &AxisDiagnosis, second: &AxisDiagnosis, both: &BothSides, sides: 
 }
 
 /// What is faulty in either log.
-fn faults(first: &AxisDiagnosis, second: &AxisDiagnosis) -> Vec<String> {
-    let of = |name: &str, own: &AxisDiagnosis| -> Vec<String> {
+fn faults(first: &AxisResult, second: &AxisResult) -> Vec<String> {
+    let of = |name: &str, own: &AxisResult| -> Vec<String> {
         own.data_faults.iter().map(|fault| format!("{name}: {}", axis::fault(fault))).collect()
     };
     [of("first", first), of("second", second)].concat()
