@@ -335,6 +335,7 @@ fn a_model_that_took_a_late_reference_for_a_scale_error_does_not_spoil_the_rate(
 }
 
 #[test]
+#[ignore = "long: tests/nightly"]
 fn a_gyro_that_changes_while_it_runs_is_wrong_for_a_moment_and_not_for_long() {
     // A scale shows only while something turns.
     for (name, scale, bias, most) in [("zero", 1.0, 0.05, 0.04), ("scale", 0.93, 0.0, 0.16)] {

@@ -98,6 +98,7 @@ fn scatter(logs: u64, walk: f64) -> [f64; 2] {
 }
 
 #[test]
+#[ignore = "long: tests/nightly"]
 fn standard_errors_are_as_large_as_the_scatter_over_sensors_noise() {
     const LOGS: u64 = 16;
     for walk in [0.0, 1e-6, 1e-5, 1e-4] {
@@ -242,6 +243,7 @@ fn what_is_hidden_is_told_from_nothing_and_what_is_not_is_not() {
 /// A sensor whose noise is smaller than half a step of its converter reads a rate that is held off by the same at every sample,
 /// another at each rate: that is rounding, no physics of the sensor.
 #[test]
+#[ignore = "long: tests/nightly"]
 fn what_rounding_leaves_of_held_rates_is_no_physics_and_hides_none() {
     let found = |hidden: &[&str], seed| {
         let hidden = hidden.iter().map(|text| Hidden::parse(text, Axis::X).unwrap()).collect();
@@ -276,6 +278,7 @@ fn an_error_of_the_rate_is_that_of_the_rate_that_was_felt_on_a_mount() {
 /// A sine whose peaks are cut off has lines at all its multiples, and the encoder's steps repeat with it: no tone, and no shape of
 /// the rate.
 #[test]
+#[ignore = "long: tests/nightly"]
 fn nothing_is_found_beside_a_saturation_of_one_sine() {
     for (seed, limit) in (1..).zip([3.9, 3.95, 4.0, 4.03, 4.06, 4.08]) {
         let hidden = vec![Hidden::parse(&format!("saturation:l={limit}"), Axis::X).unwrap()];

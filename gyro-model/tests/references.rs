@@ -88,6 +88,7 @@ fn a_reference_that_comes_seldom_does_not_count_its_motion_as_noise() {
 /// One lateness of a whole sensor shows on each axis by as much as that axis turns; one axis is besides mounted askew, and
 /// while that is missing a lag looks like the better name.
 #[test]
+#[ignore = "long: tests/nightly"]
 fn what_a_whole_sensor_has_is_found_on_each_axis_of_an_orientation() {
     let sensor = SensorSpec { reference: Reference::Quaternion, ..SensorSpec::default() };
     let hidden = ["delay:d=0.008", "cross-axis"].map(|text| Hidden::parse(text, Axis::X).unwrap()).to_vec();
@@ -152,6 +153,7 @@ fn a_sensor_that_is_turned_is_found_on_all_axes_at_once() {
 
 /// A clock that is set back or ahead between two samples of a grid: how far to a permille, when to a sample, on all axes alike.
 #[test]
+#[ignore = "long: tests/nightly"]
 fn a_clock_that_is_set_is_found_to_a_sample() {
     for (reference, hidden, step) in [
         (Reference::Encoder(4096), "clock-step:j=-0.1,t0=41.234", -0.1),
@@ -183,6 +185,7 @@ fn a_clock_that_is_set_is_found_to_a_sample() {
 
 /// A camera system's curve through its frames: a Gaussian window, on all axes alike, and nothing else.
 #[test]
+#[ignore = "long: tests/nightly"]
 fn a_reference_that_is_smoothed_is_found_with_its_window() {
     for reference in [Reference::Rate, Reference::Quaternion] {
         let sensor = SensorSpec { reference, ..SensorSpec::default() };
@@ -203,6 +206,7 @@ fn a_reference_that_is_smoothed_is_found_with_its_window() {
 
 /// What a smoothed reference shows is computed from the model's own motion, noise and all: so is the floor.
 #[test]
+#[ignore = "long: tests/nightly"]
 fn the_floor_beside_a_smoothed_reference_is_the_error() {
     let motions = [Motion::Multisine { travel: 5.0 }, Motion::Drive { rate: 2.3, hold: 1.1 }];
     for (motion, seed) in motions.into_iter().zip(1..) {
@@ -262,6 +266,7 @@ fn the_floor_has_what_each_passage_of_a_dead_zone_costs() {
 
 /// What an encoder's steps make of a motion that repeats itself exactly depends on where it counts from.
 #[test]
+#[ignore = "long: tests/nightly"]
 fn the_floor_of_a_motion_that_repeats_itself_is_that_of_where_the_encoder_counts_from() {
     let step = TAU / 1024.0;
     for (seed, zero) in [(1, 0.0), (2, 0.2), (3, 0.35), (4, 0.5)] {
@@ -328,6 +333,7 @@ fn a_reference_of_another_motion_is_not_called_a_scale_factor() {
 
 /// More readings than the noise is first looked for on, of noise that goes on from row to row.
 #[test]
+#[ignore = "long: tests/nightly"]
 fn nothing_is_missing_in_a_clean_log_against_a_rate() {
     for (seed, motion) in [(1, "multisine"), (2, "sine")] {
         let motion: Motion = motion.parse().unwrap();
@@ -356,7 +362,8 @@ fn a_lag_against_a_coarse_encoder_is_not_called_a_delay() {
 #[test]
 fn a_lag_against_a_reference_with_times_of_its_own_is_not_called_a_delay() {
     let hidden = vec![Hidden::parse("lag:tau=0.02", Axis::X).unwrap()];
-    let scenario = Scenario { hidden, seed: 5, seconds: 60.0, rate_hz: 1000.0, ..Scenario::default() };
+    let motion = Motion::Multisine { travel: 5.0 };
+    let scenario = Scenario { hidden, motion, seed: 5, seconds: 60.0, rate_hz: 1000.0, ..Scenario::default() };
     let (mut record, mut next) = (simulate(&scenario).record, 0.0);
     let own = |row: &Row| Row { ref_angle: [f64::NAN; 3], ..*row };
     let shown = |row: &Row| Row { t_ns: row.t_ns, ref_angle: row.ref_angle, ..Row::EMPTY };
@@ -398,6 +405,7 @@ fn an_encoder_that_varies_by_more_than_its_step_hides_nothing() {
 
 /// An encoder that trembles by a fifth of its count: the floor knows, and what is weak beside it is found.
 #[test]
+#[ignore = "long: tests/nightly"]
 fn an_encoder_that_varies_by_less_than_its_step_hides_nothing() {
     for (seed, motion) in [(4, "multisine"), (6, "drive"), (7, "sine")] {
         let sensor = SensorSpec {
@@ -517,6 +525,7 @@ fn steps_that_repeat_between_peaks_that_are_cut_off_are_no_effect() {
 /// Beside an exact angle the gyro's noise is in the derivatives as much as in the residual. The scale factor does not come out too small for
 /// that, and what a filter takes out of the noise is no effect.
 #[test]
+#[ignore = "long: tests/nightly"]
 fn noise_beside_an_exact_reference_moves_no_scale_and_is_no_effect() {
     let mut errors = Vec::new();
     for seed in 0..4 {

@@ -54,6 +54,7 @@ fn a_tone_is_seen_beside_a_resonance_that_hides_it() {
 /// On a drive that turns at one rate either way, the lateness of the gyro and the play of the encoder's gear take from one
 /// another what they add to the error: it lies on its floor, and on another motion it would not.
 #[test]
+#[ignore = "long: tests/nightly"]
 fn two_effects_are_found_that_cancel_in_the_error() {
     let drive = Motion::Drive { rate: 1.7, hold: 2.5 };
     let ladder = climbed(&["delay:d=1.8e-4", "encoder-backlash:b=5.77e-4"], drive, 100.0, 3);
@@ -102,6 +103,7 @@ fn a_resonance_is_found_whose_damping_other_missing_physics_presses_to_its_end()
 /// What a hysteresis leaves at each turn, if its form is not right to a millisecond, looks like a lag that a delay nearly takes
 /// back.
 #[test]
+#[ignore = "long: tests/nightly"]
 fn the_difference_of_two_that_look_alike_is_not_added_for_what_a_form_leaves() {
     for seed in [1, 2] {
         let hidden = ["rate-hysteresis:h=0.0278", "delay:d=0.0043"];
@@ -121,6 +123,7 @@ fn noise_that_a_resonance_made_large_is_not_taken_for_lateness() {
 /// On a rate table most readings are taken while the rate is held. It is held where it came to, at the end of the play, and only
 /// where that is known do they tell of anything else.
 #[test]
+#[ignore = "long: tests/nightly"]
 fn a_play_does_not_hide_what_readings_at_held_rates_tell() {
     let table = Motion::RateTable { rate: 2.0, hold: 3.0 };
     for (other, both) in [

@@ -319,7 +319,7 @@ impl Parabola {
             let (step, before) = (t[k] - t[k - 1], t[k - 1] - t[k - 2]);
             (step - before).abs() > SCATTER * step.max(before)
         };
-        let mut uneven = (2..half.saturating_mul(2).min(t.len())).filter(|&k| differs(k)).last();
+        let mut uneven = (2..half.saturating_mul(2).min(t.len())).rfind(|&k| differs(k));
         for k in half..y.len().saturating_sub(half) {
             if k + half > 1 && differs(k + half) {
                 uneven = Some(k + half);
