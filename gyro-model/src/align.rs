@@ -17,9 +17,9 @@ pub struct Alignment {
     pub offset_ns: i64,
     /// Correlation of the speeds of turn there, 1 at most.
     pub likeness: f64,
-    /// Correlation at the nearest offset to the one that is said where it is largest; 0 where they do not overlap so.
+    /// Correlation at the local maximum that is nearest to the expected offset; 0 where the two do not overlap there.
     pub likeness_near: f64,
-    /// That offset, ns.
+    /// The offset of that maximum, ns.
     pub near_ns: i64,
 }
 
@@ -56,7 +56,7 @@ pub fn align(gyro: &[Row], reference: &[Row], said_ns: i64) -> Option<Alignment>
         let part = if bend < 0.0 { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 };
         (a_from - b_from).saturating_add(lag.saturating_mul(STEP)).saturating_add((part * STEP as f64) as i64)
     };
-    // Uphill from where it is said to be: of a motion that repeats itself every other peak is as high.
+    // Uphill from the expected offset: where the motion repeats itself, every other maximum is as high.
     let mut near = (b_from - a_from).saturating_add(said_ns).div_euclid(STEP);
     for _ in 0..FARTHEST {
         let beside = (near.saturating_sub(BESIDE)..=near.saturating_add(BESIDE))

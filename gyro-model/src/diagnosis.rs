@@ -387,7 +387,7 @@ impl LimitedBy {
         )
     }
 
-    /// All of them, in their order.
+    /// All of them, in the order in which they are declared.
     pub const ALL: [Self; PARTS] = [
         Self::GyroNoise,
         Self::BiasWander,

@@ -94,7 +94,7 @@ impl Ending {
 }
 
 fn told(axis: &AxisResult) -> Told {
-    let best = axis.suspects.first().filter(|_| matches!(axis.verdict, Verdict::MissingEffect | Verdict::Ambiguous));
+    let best = axis.in_question().filter(|_| matches!(axis.verdict, Verdict::MissingEffect | Verdict::Ambiguous));
     let named = best.map_or_else(Vec::new, |best| {
         std::iter::once(best.effect.clone()).chain(best.aliases.iter().cloned()).collect::<Vec<_>>()
     });

@@ -1,49 +1,54 @@
-//! Rates that no low-cost gyro reads. A stream of them is in another unit than its names say, as raw counts are that nobody scaled: none of its
-//! readings is a rate then.
+//! Rates that are faster than any low-cost gyro can read. Where they are a tenth of the rows, as in a log (`gyro_model::faults`), the stream
+//! is in another unit than its names say, raw counts for example, and none of its readings is taken for a rate.
 
 use gyro_model::{Axis, Row, faults::FASTEST};
 
-/// How much of the count of such readings is left after each row, and from which count on the unit is wrong.
+/// What each row leaves of the counts: they are those of the last thousand rows.
 const FORGETS: f64 = 0.999;
-const MANY: f64 = 20.0;
+/// The unit is wrong from so many rows on that are too fast, where they are this share of all.
+const FEWEST: f64 = 20.0;
+const SHARE: f64 = 0.1;
 
 /// Watches the gyros of a stream.
 #[derive(Debug, Default)]
 pub struct Fast {
-    /// Readings of late that are too fast.
+    /// Rows of late, and those that are too fast.
+    rows: f64,
     count: f64,
-    /// The last of them.
+    /// The last reading that was too fast.
     last: Option<(Axis, f64)>,
 }
 
 impl Fast {
-    /// Takes out of a row what is no rate; how many readings.
-    pub fn take(&mut self, row: &mut Row) -> u32 {
-        self.count *= FORGETS;
+    /// Takes out of a row what is not a rate, and says what it was; `None` where nothing was taken out.
+    pub fn take(&mut self, row: &mut Row) -> Option<String> {
+        (self.rows, self.count) = (FORGETS * self.rows + 1.0, FORGETS * self.count);
         let last = Axis::ALL.into_iter().find(|axis| row.gyro[axis.index()].abs() > FASTEST);
         if let Some(axis) = last {
             self.count += 1.0;
             self.last = Some((axis, row.gyro[axis.index()]));
         }
         let is_none = self.is_other_unit();
-        let mut left_out = 0;
-        for reading in row.gyro.iter_mut().filter(|reading| reading.abs() > FASTEST || is_none && reading.is_finite()) {
-            *reading = f64::NAN;
-            left_out += 1;
+        let mut taken = None;
+        for (axis, reading) in Axis::ALL.into_iter().zip(&mut row.gyro) {
+            if reading.abs() > FASTEST || is_none && reading.is_finite() {
+                taken = Some(format!("gyro_{axis} = {reading} rad/s"));
+                *reading = f64::NAN;
+            }
         }
-        left_out
+        taken
     }
 
     fn is_other_unit(&self) -> bool {
-        self.count > MANY
+        self.count > FEWEST && self.count > SHARE * self.rows
     }
 
     /// The words for it; `None` where the readings are rates.
     pub fn says(&self) -> Option<String> {
         let (axis, reading) = self.last.filter(|_| self.is_other_unit())?;
         Some(format!(
-            "gyro_{axis} reads {reading:.0} rad/s, and no low-cost gyro more than {FASTEST:.0} (4000 °/s): no rate is sent. Say its unit: \
-             --map gyro_{axis}_dps=CHANNEL if it is in °/s, --map gyro_{axis}_dps=CHANNEL/131 if it is in counts of 131 a °/s"
+            "gyro_{axis} reads {reading:.0} rad/s, faster than any low-cost gyro can read ({FASTEST:.0} rad/s are 4000 °/s): no rate is sent. \
+             Give its unit: --map gyro_{axis}_dps=CHANNEL if it is in °/s, --map gyro_{axis}_dps=CHANNEL/131 if it is in counts of 131 a °/s"
         ))
     }
 }
@@ -62,7 +67,7 @@ mod tests {
         let mut left_out = 0;
         for k in 0..500 {
             let mut row = row(if k % 100 == 0 { 9000.0 } else { 3.0 });
-            left_out += fast.take(&mut row);
+            left_out += usize::from(fast.take(&mut row).is_some());
             assert_eq!(row.gyro[2].is_nan(), k % 100 == 0);
         }
         assert_eq!((left_out, fast.says()), (5, None));

@@ -7,6 +7,7 @@ use super::{
     format::{Format, Found},
     link::{Got, Link},
     spikes::Spikes,
+    tally::Fault,
     timeline::{Timed, Timeline},
     trouble::{Trouble, refusal},
 };
@@ -183,7 +184,10 @@ impl Reading {
         let (mut heard, mut rows, mut waiting) = (true, 0, Vec::new());
         find(format.as_mut(), &mut |found| match found {
             Found::Row(mut row, own) => {
-                let left_out = fast.take(&mut row) + spikes.take(&mut row, own);
+                if let Some(says) = fast.take(&mut row) {
+                    tally.add(Fault::Value, &says);
+                }
+                let left_out = spikes.take(&mut row, own);
                 if left_out > 0 {
                     tally.mark(left_out, own);
                 }

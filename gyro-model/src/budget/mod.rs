@@ -217,6 +217,7 @@ impl Budget {
             let known = seen.walks.1.powi(2) / tau + 2.0 * (seen.prior.encoder / tau).powi(2);
             set_up.push((of_set_up.sum::<f64>() - known).max(0.0));
             by_chance.push(of_random);
+            // A part that is not known counts as nothing, and no part is -0.
             let rest_of_all = [square * absent, (rest - taken).max(0.0)];
             let mut divided = parts
                 .into_iter()

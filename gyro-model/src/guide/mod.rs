@@ -382,7 +382,7 @@ impl Guide {
         self.searches += 1;
         let before = self.lacking();
         for axis in &axes {
-            match (axis.verdict, axis.suspects.first()) {
+            match (axis.verdict, axis.in_question()) {
                 (Verdict::Ambiguous, Some(best)) => {
                     let others = best.aliases.iter().map(String::as_str);
                     for id in std::iter::once(best.effect.as_str()).chain(others) {
@@ -406,7 +406,7 @@ impl Guide {
     /// An effect is wanted so well that it is told from what looks like it.
     fn want_apart(&mut self, axis: &AxisResult, id: &str) {
         let Some(effect) = find(id).filter(|effect| unguided(*effect).is_none()) else { return };
-        let size = axis.suspects.first().into_iter().flat_map(|best| &best.parameters).filter(|p| p.effect == id);
+        let size = axis.in_question().into_iter().flat_map(|best| &best.parameters).filter(|p| p.effect == id);
         for mut goal in Goal::of(effect, axis.axis, Precision::OfTypical(1.0 / APART)) {
             let found = size.clone().find(|p| p.name == goal.name).and_then(|p| p.value);
             if let Some(value) = found.filter(|value| value.abs() > 0.0) {
