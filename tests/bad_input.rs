@@ -425,6 +425,7 @@ fn what_a_model_or_a_log_cannot_do_without_is_said() {
 }
 
 #[test]
+#[ignore = "long: tests/nightly"]
 fn a_hundred_thousand_columns_are_read() {
     let bench = Bench::new();
     let names: String = (0..100_000).map(|i| format!(",c{i}")).collect();

@@ -173,6 +173,7 @@ fn headline_of(bench: &Bench, logs: &[&str]) -> (Value, String) {
 
 /// Two sensors, or another ratio of the reference: it is said, and no effect is named in its stead.
 #[test]
+#[ignore = "long: tests/nightly"]
 fn scale_factors_that_differ_are_said_and_nothing_is_named_for_them() {
     let bench = Bench::new();
     simulated(&bench, "a.csv", 31, &[]);
@@ -259,6 +260,7 @@ fn a_ladder_over_several_logs_adds_what_all_show() {
 }
 
 #[test]
+#[ignore = "long: tests/nightly"]
 fn a_small_asymmetry_that_single_logs_call_adequate_is_found_by_several() {
     let bench = Bench::new();
     let names: Vec<String> = (0..12).map(|k| format!("{k}.csv")).collect();

@@ -211,17 +211,17 @@ pub enum Excess {
     },
     /// Nobody looked for an effect, and no noise that sensors have explains it.
     NotSearched,
-    /// The zero is another one while the axis moves than while it rests, and no accelerometer tells why; or it was so for a while.
+    /// The zero is another one at times, and no accelerometer tells why.
     OtherZero {
-        /// The other zero minus that at rest, or before and after, rad/s.
+        /// The other zero minus that at rest, or before and after, or in the mean over all angles, rad/s.
         #[serde(with = "number")]
         size: f64,
         /// Its standard error, rad/s.
         #[serde(with = "number")]
         std_error: f64,
-        /// When it left and came back, s; absent for while the axis moves.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        between: Option<[f64; 2]>,
+        /// When it is another one.
+        #[serde(flatten)]
+        when: ZeroMoves,
     },
     /// Nobody looked for an effect, and the error is too large for a bias that wanders.
     NoWander {
@@ -229,6 +229,22 @@ pub enum Excess {
         #[serde(with = "number")]
         over_floor: f64,
     },
+}
+
+/// When a zero is another one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "when", rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum ZeroMoves {
+    /// While the axis moves.
+    Moving,
+    /// From one instant to another.
+    ForAWhile {
+        /// When it left and came back, s.
+        between: [f64; 2],
+    },
+    /// At some angles of the shaft.
+    WithAngle,
 }
 
 impl Finding {

@@ -270,6 +270,7 @@ fn under_the_right_model_the_standard_deviation_holds_on_every_reference() {
 }
 
 #[test]
+#[ignore = "long: tests/nightly"]
 fn nothing_has_changed_where_nothing_did() {
     let (mut runs, mut noticed) = (0.0, Vec::new());
     for (name, reference) in references() {

@@ -29,6 +29,7 @@ fn largest(ladder: &AxisResult) -> f64 {
 }
 
 #[test]
+#[ignore = "long: tests/nightly"]
 fn a_bias_that_wanders_over_a_long_log_is_noise_of_the_gyro() {
     for seed in [5, 6] {
         let clean = climbed(None, 1800.0, seed);
@@ -56,6 +57,7 @@ fn a_model_held_against_a_long_log_leaves_a_zero_that_drifts_or_a_slow_effect() 
 }
 
 #[test]
+#[ignore = "long: tests/nightly"]
 fn a_bias_that_steps_soon_after_a_long_log_begins_is_found() {
     let found = climbed(Some("bias-step"), 1800.0, 77);
     assert_eq!(found.effects[2..], ["bias-step"], "{}", found.in_words(Voice::Log));

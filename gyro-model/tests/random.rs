@@ -58,6 +58,7 @@ fn a_scale_that_wanders_is_found_with_its_size() {
 }
 
 #[test]
+#[ignore = "long: tests/nightly"]
 fn on_a_drive_a_random_cause_is_called_by_its_own_name_alone() {
     for (cause, is) in [
         ("random-scale:size=0.005", LimitedBy::RandomScale),

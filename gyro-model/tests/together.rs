@@ -4,10 +4,12 @@ use gyro_model::{
     Axis, Model, Record,
     diagnose::{self, Options},
     diagnosis::{AxisResult, Verdict},
-    finding::{Excess, Finding},
+    fault::{DataFault, FaultKind},
+    finding::{Excess, Finding, ZeroMoves},
     simulate::{Hidden, Motion, Scenario, SensorSpec, simulate},
     words::Voice,
 };
+use itertools::Itertools;
 
 /// The ladder of a minute.
 fn climbed(hidden: &[&str], motion: Motion, rate_hz: f64, seed: u64) -> AxisResult {
@@ -222,11 +224,67 @@ fn a_zero_that_leaves_and_comes_back_is_said_with_both_instants() {
             row.gyro[0] += size;
         }
         let ladder = ladder_of(&record, Axis::X);
-        let Finding::Unexplained(Excess::OtherZero { size: found, between: Some([from, to]), .. }) = ladder.finding
-        else {
+        let Finding::Unexplained(Excess::OtherZero { size: found, when, .. }) = ladder.finding else {
             panic!("seed {seed}: {}", ladder.in_words(Voice::Log))
         };
+        let ZeroMoves::ForAWhile { between: [from, to] } = when else { panic!("seed {seed}: {when:?}") };
         assert!((found / size - 1.0).abs() < 0.05, "seed {seed}: {found}");
         assert!((from - 31.0).abs() < 1.0 && (to - 58.0).abs() < 1.0, "seed {seed}: {from} to {to} s");
     }
+}
+
+/// Gravity on a horizontal shaft, and no accelerometer to say so: its size is found, and it is no bias that wanders within seconds.
+#[test]
+fn a_zero_that_goes_with_the_shafts_angle_is_no_wandering_bias() {
+    let size = 9.81 * 3.6e-4;
+    for (seed, motion) in [(1, Motion::RateTable { rate: 1.5, hold: 3.0 }), (2, Motion::Multisine { travel: 3.0 })] {
+        let hidden = vec![Hidden::parse("g-sensitivity:g_x=0,g_y=0.0003,g_z=0.0002", Axis::X).unwrap()];
+        let scenario = Scenario { motion, seconds: 60.0, hidden, seed, ..Scenario::default() };
+        let mut record = simulate(&scenario).record;
+        let named = diagnosed(&record).suspects.first().map(|suspect| suspect.effect.clone());
+        assert_eq!(named.as_deref(), Some("g-sensitivity"), "seed {seed}");
+        record.rows.iter_mut().for_each(|row| row.accel = [f64::NAN; 3]);
+        let found = diagnosed(&record);
+        let Finding::Unexplained(Excess::OtherZero { size: by, when: ZeroMoves::WithAngle, .. }) = found.finding else {
+            panic!("seed {seed}: {}", found.in_words(Voice::Log))
+        };
+        assert!((by / size - 1.0).abs() < 0.05, "seed {seed}: {by} for {size}");
+    }
+}
+
+fn diagnosed(record: &Record) -> AxisResult {
+    diagnosed_with(record, &Options::default())
+}
+
+fn diagnosed_with(record: &Record, options: &Options) -> AxisResult {
+    let found = diagnose::diagnose(record, &Model::base_for(record), &[Axis::X], options).unwrap();
+    found.into_iter().next().unwrap()
+}
+
+/// Clocks that were set to each other by the motion: what is left of their offset is no effect of the gyro, and spoils no other one.
+#[test]
+fn what_is_left_of_an_offset_between_two_clocks_is_no_delay() {
+    let hidden = ["scale-asymmetry:a=0.006", "delay:d=0.005"];
+    let hidden = hidden.iter().map(|text| Hidden::parse(text, Axis::X).unwrap()).collect();
+    let motion = Motion::Drive { rate: 1.2, hold: 2.0 };
+    let scenario = Scenario { motion, seconds: 60.0, hidden, seed: 1, ..Scenario::default() };
+    let record = simulate(&scenario).record;
+    let named = |found: &AxisResult| -> Vec<String> {
+        let (Finding::Missing { effects, .. } | Finding::Ambiguous { effects, .. }) = &found.finding else {
+            panic!("{}", found.in_words(Voice::Log))
+        };
+        effects.iter().map(|named| named.effect.clone()).sorted().collect()
+    };
+    assert_eq!(named(&diagnosed(&record)), ["delay", "scale-asymmetry"]);
+    let faults = [DataFault {
+        kind: FaultKind::OtherClock,
+        axis: None,
+        count: record.rows.len() as u64,
+        first_t: None,
+        says: String::new(),
+    }];
+    let found = diagnosed_with(&record, &Options { faults: &faults, ..Options::default() });
+    assert_eq!(named(&found), ["scale-asymmetry"]);
+    let size = found.suspects[0].parameters.iter().find(|p| p.name == "a").and_then(|p| p.value).unwrap();
+    assert!((size - 0.006).abs() < 3e-4, "{size}");
 }

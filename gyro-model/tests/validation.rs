@@ -88,6 +88,7 @@ fn all_named(first: usize) {
 }
 
 #[test]
+#[ignore = "long: tests/nightly"]
 fn effects_of_five_times_the_size_that_is_found_are_named_on_a_multisine() {
     all_named(0);
 }
@@ -132,6 +133,7 @@ fn two_that_hide_one_another_are_found_beside_a_dead_zone() {
 }
 
 #[test]
+#[ignore = "long: tests/nightly"]
 fn a_log_too_long_to_be_searched_whole_shows_what_is_slow_and_what_is_fast() {
     let axis = gyro_model::Axis::X;
     let hidden = ["temperature-bias", "saturation:l=1.1", "delay:d=0.004"];

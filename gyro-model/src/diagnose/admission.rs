@@ -108,8 +108,8 @@ pub(super) static ADMISSION: &[Test<Case>] = &[
     },
     Test {
         name: TestName::Motion,
-        asks: "a line far larger than such sensors have is not in the reference: a line in both is motion, perhaps aliased",
-        applies: &[JUDGED, Is(&IS_LINE), Above(&SIZE, &limit::OUTSIZED)],
+        asks: "a spectral line is not in the reference: a line in both is motion, perhaps aliased",
+        applies: &[JUDGED, Is(&IS_LINE)],
         ways: &[&[Not(&IS_IN_REFERENCE)]],
     },
     Test {

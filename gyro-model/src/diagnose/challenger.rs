@@ -312,7 +312,8 @@ impl<'a> Incumbent<'a> {
         let mut model = with_term_throughout(&self.study, candidate.series, &candidate.term);
         stand_as_in(&mut model, joint, candidate.term.effect);
         let every = self.study.every;
-        let study = self.study.fit_from(&model, &self.study.frozen()).in_best_form().reading(every);
+        let own = candidate.term.effect.card().id;
+        let study = self.study.fit_from(&model, &self.study.frozen()).in_best_form_but(|id| id != own).reading(every);
         let has_more = |(k, s): (usize, &Series)| {
             model.axes[s.axis.index()].as_ref().is_some_and(|model| model.terms.len() > self.terms(k))
         };

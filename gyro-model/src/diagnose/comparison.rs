@@ -193,12 +193,12 @@ impl Challenger<'_> {
         if passes(ALIKE, &two) {
             return true;
         }
-        // What an encoder's steps make costs draws: it is asked only where it may decide.
-        let may_be_steps = Contrast { of_steps: f64::INFINITY, ..two };
-        two.is_one_sine && passes(ALIKE, &may_be_steps) && {
+        // What steps make costs draws, or a model evaluated again: it is asked only where it may decide.
+        passes(ALIKE, &Contrast { of_steps: f64::INFINITY, ..two }) && {
             let (better, worse) = if self.rise > other.rise { (self, other) } else { (other, self) };
-            let of_steps = better.raises_on_steps_beside(worse).unwrap_or(0.0);
-            passes(ALIKE, &Contrast { of_steps, ..two })
+            let of_encoder = better.raises_on_steps_beside(worse).unwrap_or(0.0);
+            let of_temperature = worse.study.of_temperature_steps(&worse.gls.noise);
+            passes(ALIKE, &Contrast { of_steps: of_encoder + of_temperature, ..two })
         }
     }
 

@@ -34,7 +34,8 @@ pub(super) struct Contrast {
     pub gain_apart: Estimate,
     /// ln(J₂/J₁) over the blocks.
     pub error_apart: Estimate,
-    /// What an encoder's steps may make of a gain on a motion that repeats itself; 0 where it does not, or is not known yet.
+    /// What steps may make of a gain: those of an encoder on a motion that repeats itself, and those of a coarse temperature; 0 where
+    /// there are none, or it is not known yet.
     pub of_steps: f64,
     /// Times that noise alone gains more than white noise would.
     pub inflation: f64,
@@ -95,7 +96,7 @@ static GAIN_APART_SE: M =
     Measure { name: "difference in held-out ln L", of: |c| c.gain_apart.value.abs() / c.gain_error() };
 static GAIN_MORE: M = Measure { name: "ln L of the first over that of the second", of: |c| c.gain[0] - c.gain[1] };
 static GAIN_BEYOND_STEPS: M = Measure {
-    name: "difference in ln L less what encoder steps may add to it",
+    name: "difference in ln L less what steps of the encoder or the temperature may add to it",
     of: |c| (c.gain[0] - c.gain[1]).abs() - c.of_steps,
 };
 static HELD_OUT_MORE: M =
@@ -136,7 +137,7 @@ pub(super) static ALIKE: &[Test<Contrast>] = &[
     SAME_ROWS,
     Test {
         name: TestName::Likelihood,
-        asks: "their held-out likelihoods differ by no more than noise or encoder steps explain",
+        asks: "their held-out likelihoods differ by no more than noise or the steps of a channel explain",
         applies: &[],
         ways: &[
             &[Below(&GAIN_APART, &limit::GAIN_FOUND_TO)],
@@ -148,7 +149,7 @@ pub(super) static ALIKE: &[Test<Contrast>] = &[
     },
     Test {
         name: TestName::Error,
-        asks: "their held-out errors differ by no more than noise or encoder steps explain",
+        asks: "their held-out errors differ by no more than noise or the steps of a channel explain",
         applies: &[],
         ways: &[
             &[Below(&ERROR_APART, &limit::ERROR_FOUND_TO)],

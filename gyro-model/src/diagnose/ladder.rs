@@ -101,7 +101,8 @@ pub(super) fn conclude(
             };
             let is_noise = leaves_noise(&observed);
             let observed = observed.divided(&budget, &judged);
-            let finding = incumbent.decided(&observed, k);
+            let (finding, with_zero) = incumbent.decided(&observed, &judged, k);
+            let budget = with_zero.unwrap_or(budget);
             let mut settled = budget.clone();
             settled.settle(&mut judged.clone(), is_noise);
             for step in &mut steps {

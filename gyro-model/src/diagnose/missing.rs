@@ -19,8 +19,9 @@ use crate::{
     Axis, AxisModel, Model, Record,
     budget::Budget,
     diagnosis::{AxisResult, ErrorPoint, Suspect, Verdict},
-    effects::split_by,
+    effects::{Effect, delay::DELAY, split_by},
     evidence::study::{Bench, Study},
+    fault::FaultKind,
     finding::{Excess, Finding, NamedEffect, Remark},
     fit::{
         FitError,
@@ -58,8 +59,9 @@ pub fn diagnose(record: &Record, model: &Model, axes: &[Axis], options: &Options
             let is_open = |found: &Found| found.part == part && found.is_open();
             if found.iter().any(is_open) && !(options.stop)() {
                 let sets = several(seen, suspects, model, options);
+                let is_joined = options.faults.iter().any(|fault| fault.kind == FaultKind::OtherClock);
                 for (found, set) in found.iter_mut().zip(sets).filter(|(found, _)| found.part == part) {
-                    found.take(set);
+                    found.take(set, is_joined);
                 }
             }
         }
@@ -79,14 +81,16 @@ pub fn diagnose(record: &Record, model: &Model, axes: &[Axis], options: &Options
             };
             let missing = if lacks && !after.is_empty() { found.judged.removed(&after) } else { Vec::new() };
             let budget = Budget::of(rest, k, &found.judged, noise, Some(&missing));
-            let mut missing_error_curve = if found.set.len() > 1 { after.clone() } else { Vec::new() };
+            let mut missing_error_curve = if found.is_together { after.clone() } else { Vec::new() };
             budget.raise_points(&mut missing_error_curve);
             let explained = if options.explain { explained(seen, suspects, k, options) } else { Vec::new() };
             let unfinished = (options.stop)();
             let observed =
                 Observed { fault, unfinished, with_named: found.with_named(&budget, after), ..found.observed.clone() };
             let is_noise = leaves_noise(&observed);
-            let finding = incumbent.decided(&observed.clone().divided(&budget, &found.judged), k);
+            let divided = observed.clone().divided(&budget, &found.judged);
+            let (finding, with_zero) = incumbent.decided(&divided, &found.judged, k);
+            let budget = with_zero.unwrap_or(budget);
             // What another zero explains is no suspect's.
             let is_zero = matches!(finding, Finding::Unexplained(Excess::OtherZero { .. }));
             let listed = if is_zero { Vec::new() } else { listed };
@@ -136,6 +140,8 @@ struct Found<'f, 'a> {
     set: Vec<Challenger<'a>>,
     /// What each of these cannot be told from.
     set_aliases: Vec<Vec<String>>,
+    /// Whether the search went on to several.
+    is_together: bool,
     /// The model with all of them.
     top: Option<Incumbent<'a>>,
 }
@@ -168,7 +174,17 @@ impl<'f, 'a> Found<'f, 'a> {
             observed.dominates = best.dominates(seen);
             observed.named = vec![NamedEffect { effect: id_of(best).to_owned(), aliases: aliases[0].clone() }];
         }
-        Self { part, judged, observed, own, aliases, set: Vec::new(), set_aliases: Vec::new(), top: None }
+        Self {
+            part,
+            judged,
+            observed,
+            own,
+            aliases,
+            set: Vec::new(),
+            set_aliases: Vec::new(),
+            is_together: false,
+            top: None,
+        }
     }
 
     /// Whether more may be missing than one effect: an error is left with the best one, or none was found alone.
@@ -184,13 +200,18 @@ impl<'f, 'a> Found<'f, 'a> {
         decide(&self.observed).names()
     }
 
-    /// What the search ended with.
-    fn take(&mut self, found: Several<'a>) {
-        let Several { set, aliases, top } = found;
+    /// What the search ended with, on a log whose clocks may have been set to each other by the motion.
+    fn take(&mut self, mut found: Several<'a>, is_joined: bool) {
+        let set = &found.set;
         let is_the_same = set.len() == 1 && !self.observed.named.is_empty() && id_of(&set[0]) == id_of(self.own[0]);
         if set.is_empty() || is_the_same || decide(&self.observed).verdict() == Verdict::CannotTell {
             return;
         }
+        self.is_together = set.len() > 1;
+        if is_joined {
+            found.leave_the_join();
+        }
+        let Several { set, aliases, top } = found;
         let named = set.iter().zip(&aliases);
         self.observed.named = named
             .map(|(refit, aliases)| NamedEffect { effect: id_of(refit).to_owned(), aliases: aliases.clone() })
@@ -266,6 +287,23 @@ struct Several<'a> {
     aliases: Vec<Vec<String>>,
     /// The model with all of them.
     top: Incumbent<'a>,
+}
+
+impl Several<'_> {
+    /// Takes a delay, and what cannot be told from one, out of what is missing beside others: where the clocks of two files were set to
+    /// each other by their motion, a part of the offset is left, more where other effects hid it. It is no effect of the gyro, and stays
+    /// in the model.
+    fn leave_the_join(&mut self) {
+        let delay = DELAY.card().id;
+        let may_be_delay = |k: &usize| id_of(&self.set[*k]) == delay || self.aliases[*k].iter().any(|id| id == delay);
+        let (joins, others): (Vec<usize>, Vec<usize>) = (0..self.set.len()).partition(may_be_delay);
+        if !others.is_empty() {
+            for place in joins.into_iter().rev() {
+                self.set.remove(place);
+                self.aliases.remove(place);
+            }
+        }
+    }
 }
 
 /// What the search ends with that goes on from the suspects of `seen`, axis by axis.

@@ -13,19 +13,20 @@ use crate::{
         series::{Rest, Series},
         study::Study,
     },
-    finding::{NamedEffect, Wander, Why},
+    finding::{NamedEffect, Wander, Why, ZeroMoves},
     fit::judged::Judged,
+    scan::tone,
     statistics::Estimate,
     thresholds as limit,
 };
 
-/// Another zero while an axis moves, or for a while, as the explanation of an error.
+/// Another zero as the explanation of an error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct OtherZero {
-    /// The other zero minus the usual one (at rest, before and after), rad/s.
+    /// The other zero minus the usual one (at rest, before and after, in the mean over all angles), rad/s.
     pub size: Estimate,
-    /// When it leaves and comes back, s; `None` for while the axis moves.
-    pub between: Option<[f64; 2]>,
+    /// When it is another one.
+    pub when: ZeroMoves,
     /// J with it.
     pub excess: f64,
 }
@@ -48,7 +49,7 @@ pub(super) struct Observed {
     pub dominates: bool,
     /// What the motion lacks for the base model itself.
     pub unexcited: Option<Why>,
-    /// By how much the zero is another one while the axis moves, rad/s, where that explains the error and no accelerometer tells why.
+    /// By how much the zero is another one, where that explains the error and no accelerometer tells why.
     pub other_zero: Option<OtherZero>,
     /// Whether the axis does not turn at all.
     pub at_rest: bool,
@@ -106,7 +107,12 @@ impl Observed {
             suspect.rise > limit::SLOW_HIDDEN.value && suspect.candidate.term.effect.is(Trait::Slow)
         };
         let slow = if wanders { suspects.iter().find(is_hidden).map(id) } else { None };
-        let likely = suspects.iter().find(|suspect| suspect.significant()).map(id);
+        // A line that the reference shows, too, is motion.
+        let is_motion = |suspect: &Challenger| {
+            let term = &suspect.candidate.term;
+            term.effect.is(Trait::Line) && tone::is_in_reference(&suspect.study, series, term)
+        };
+        let likely = suspects.iter().find(|suspect| suspect.significant() && !is_motion(suspect)).map(id);
         let budget = || Budget::of(study, series, judged, noise, Some(&[]));
         let wander_explains = wanders && is_sensor_noise && likely.is_some() && budget().is_wander(judged);
         Self {

@@ -11,7 +11,7 @@ use super::{
 use crate::{
     budget::Floors,
     diagnosis::LimitedBy,
-    finding::{Adequate, Excess, Finding, Remark, Why},
+    finding::{Adequate, Excess, Finding, Remark, Why, ZeroMoves},
     statistics::Estimate,
     thresholds as limit,
 };
@@ -34,7 +34,7 @@ static IS_SHOWN: F = Fact {
 static HAS_ALIAS: F =
     Fact { says: "a named effect with an alias", of: |o| o.named.iter().any(|named| !named.aliases.is_empty()) };
 static ZERO_MOVES: F = Fact {
-    says: "a zero that is another one while the axis moves, and no accelerometer, or for a while",
+    says: "a zero that is another one while the axis moves or at some angles, and no accelerometer, or for a while",
     of: |o| o.other_zero.is_some(),
 };
 static IS_EXCITED: F = Fact { says: "a motion that shows the base model's parameters", of: |o| o.unexcited.is_none() };
@@ -86,11 +86,12 @@ pub(super) static VERDICTS: &[Rule<Observed, Finding>] = &[
         then: |o| Finding::Missing { effects: o.named.clone(), over_floor: o.with_named },
     },
     Rule {
-        name: "unexplained: another zero while the axis moves, or for a while",
+        name: "unexplained: another zero at times",
         when: &[Is(&ZERO_MOVES)],
         then: |o| {
-            let (size, between) = o.other_zero.map_or((Estimate::exact(0.0), None), |zero| (zero.size, zero.between));
-            Finding::Unexplained(Excess::OtherZero { size: size.value, std_error: size.std_error, between })
+            let unknown = (Estimate::exact(0.0), ZeroMoves::Moving);
+            let (size, when) = o.other_zero.map_or(unknown, |zero| (zero.size, zero.when));
+            Finding::Unexplained(Excess::OtherZero { size: size.value, std_error: size.std_error, when })
         },
     },
     Rule {

@@ -59,6 +59,7 @@ pub mod warm_up;
 mod window;
 pub(crate) mod zero_for_a_while;
 pub(crate) mod zero_while_moving;
+pub(crate) mod zero_with_angle;
 
 /// Every effect that truerate knows, in the order of `truerate effects`.
 pub static CATALOGUE: &[&dyn Effect] = &[

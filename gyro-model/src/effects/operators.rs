@@ -129,11 +129,17 @@ fn stencil(t: &[f64], k: usize) -> Option<[(usize, f64, f64); 4]> {
         let weights = [(1.0, -0.5), (-8.0, -1.0), (8.0, 1.0), (-1.0, 0.5)];
         return Some(std::array::from_fn(|i| (about[i], weights[i].0 / (12.0 * mean), weights[i].1 / mean)));
     }
-    Some(about.map(|j| {
-        let others = || about.into_iter().filter(move |&l| l != j);
-        let w = others().map(|l| (t[k] - t[l]) / (t[j] - t[l])).product::<f64>() / (t[j] - t[k]);
-        (j, w, others().map(|l| 1.0 / (t[k] - t[l])).sum())
-    }))
+    // With d_j = t_j − t_k: w_j = −Π_l d_l / (d_j Π_l (d_j − d_l)), and the sum is 1/d_j − Σ_l 1/d_l over all four.
+    let [a, b, c, d] = about.map(|j| t[j] - t[k]);
+    let inverse = [a, b, c, d].map(f64::recip);
+    let all: f64 = inverse.iter().sum();
+    let w = [
+        -(b * c * d) / (a * (a - b) * (a - c) * (a - d)),
+        -(a * c * d) / (b * (b - a) * (b - c) * (b - d)),
+        -(a * b * d) / (c * (c - a) * (c - b) * (c - d)),
+        -(a * b * c) / (d * (d - a) * (d - b) * (d - c)),
+    ];
+    Some(std::array::from_fn(|i| (about[i], w[i], inverse[i] - all)))
 }
 
 /// Share of a step by which samples may be off even times and their derivative is that of even ones.

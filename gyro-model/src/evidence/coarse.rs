@@ -4,8 +4,32 @@
 //! through those instants stands for it. As it is read it would be off by up to half a step everywhere, and an effect that goes by it would
 //! leave a staircase that a gyro at rest shows at once.
 
-use super::integrate::{hermite, three_point_slopes};
+use super::{
+    integrate::{hermite, three_point_slopes},
+    noise,
+    series::Series,
+    study::Study,
+    whiten::NoiseModel,
+};
 use crate::order::median;
+
+impl Study<'_> {
+    /// What coarse steps of the temperature may make of ln L: ½ |W Δr|². W whitens by this noise, and Δr is what the residual changes by
+    /// where the temperature is taken as it was read. 0 where it is fine, or the model does not see it.
+    #[must_use]
+    pub(crate) fn of_temperature_steps(&self, noise: &NoiseModel) -> f64 {
+        if !self.bench.problem.series.iter().any(Series::has_coarse_temperature) {
+            return 0.0;
+        }
+        let mut problem = self.bench.problem.clone();
+        problem.series.iter_mut().for_each(Series::take_temperature_as_read);
+        let as_read = problem.evaluate(&self.model, &self.warm).residual;
+        let pairs = as_read.iter().zip(&self.evaluation.residual);
+        let change: Vec<Vec<f64>> = pairs.map(|(a, b)| a.iter().zip(b).map(|(a, b)| a - b).collect()).collect();
+        let white = noise::whitener(self, noise).apply_each(&change);
+        0.5 * white.iter().flatten().map(|x| x * x).sum::<f64>()
+    }
+}
 
 /// Rows without a change, in the mean, from which on a reading is coarse: a finer or a noisy one is used as it is.
 const UNCHANGED: usize = 8;
@@ -15,27 +39,27 @@ const CHANGES: usize = 3;
 const OF_ONE_STEP: f64 = 0.9;
 /// A change of fewer steps than this is of one step.
 const ONE_STEP: f64 = 1.5;
-/// An edge that is passed again within so many usual times between two changes is passed by noise of the reading: one instant.
-const AGAIN: f64 = 2.0;
+/// An edge that is passed again within this share of the usual time from one edge to the next is passed by noise of the reading: one
+/// instant.
+const AGAIN: f64 = 0.5;
 
-/// The values between their steps; as they are where they are not in coarse steps.
-pub(super) fn between_steps(t: &[f64], values: &[f64]) -> Vec<f64> {
-    smooth(t, values).unwrap_or_else(|| values.to_vec())
-}
-
-fn smooth(t: &[f64], values: &[f64]) -> Option<Vec<f64>> {
-    let changes: Vec<usize> = (1..values.len()).filter(|&k| values[k] != values[k - 1]).collect();
+/// The values between their steps; `None` where they are not in coarse steps.
+pub(super) fn between_steps(t: &[f64], values: &[f64]) -> Option<Vec<f64>> {
+    let changes = |values: &[f64]| (1..values.len()).filter(|&k| values[k] != values[k - 1]).collect::<Vec<usize>>();
+    let sizes: Vec<f64> = changes(values).into_iter().map(|k| (values[k] - values[k - 1]).abs()).collect();
+    let of_one = |step: f64| sizes.iter().filter(|&&size| size < ONE_STEP * step).count() as f64;
+    let step = median(sizes.clone())?;
+    if of_one(step) < OF_ONE_STEP * sizes.len() as f64 {
+        return None;
+    }
+    let values = &without_flicker(values, step);
+    let changes = changes(values);
     if changes.len() < CHANGES || changes.len() * UNCHANGED > values.len() {
         return None;
     }
-    let size = |k: usize| (values[k] - values[k - 1]).abs();
-    let step = median(changes.iter().map(|&k| size(k)).collect())?;
-    let of_one = changes.iter().filter(|&&k| size(k) < ONE_STEP * step).count();
-    if (of_one as f64) < OF_ONE_STEP * changes.len() as f64 {
-        return None;
-    }
     let edge = |k: usize| (0.5 * (t[k] + t[k - 1]), 0.5 * (values[k] + values[k - 1]));
-    let usual = median(changes.windows(2).map(|pair| t[pair[1]] - t[pair[0]]).collect())?;
+    let to_another = |pair: &&[usize]| edge(pair[0]).1 != edge(pair[1]).1;
+    let usual = median(changes.windows(2).filter(to_another).map(|pair| t[pair[1]] - t[pair[0]]).collect())?;
     // (t, T) where the temperature is known.
     let mut knots: Vec<(f64, f64)> = Vec::new();
     for run in changes.chunk_by(|&a, &b| edge(a).1 == edge(b).1 && edge(b).0 - edge(a).0 < AGAIN * usual) {
@@ -67,6 +91,40 @@ fn smooth(t: &[f64], values: &[f64]) -> Option<Vec<f64>> {
     Some(t.iter().zip(values).map(along).collect())
 }
 
+/// The medians of readings over a quarter of the time for which one value lasts in the mean: where noise passes an edge to and fro, they
+/// pass it when the temperature does.
+fn without_flicker(values: &[f64], step: f64) -> Vec<f64> {
+    let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
+    let level = |value: f64| ((value - low) / step).round() as usize;
+    let widest = (0.125 * values.len() as f64 / level(high).max(1) as f64) as usize;
+    // How many of the readings in the window are at each level; of them, how many below the median.
+    let mut count = vec![0; level(high) + 1];
+    let (mut from, mut to, mut median, mut below) = (0, 0, 0, 0);
+    let around = (0..values.len()).map(|k| {
+        let half = widest.min(k).min(values.len() - 1 - k);
+        while to <= k + half {
+            count[level(values[to])] += 1;
+            below += usize::from(level(values[to]) < median);
+            to += 1;
+        }
+        while from < k - half {
+            count[level(values[from])] -= 1;
+            below -= usize::from(level(values[from]) < median);
+            from += 1;
+        }
+        while below > half {
+            median -= 1;
+            below -= count[median];
+        }
+        while below + count[median] <= half {
+            below += count[median];
+            median += 1;
+        }
+        low + step * median as f64
+    });
+    around.collect()
+}
+
 /// How far the temperature goes on within a time after the last instant: exponentially if the last two slopes fall, else straight on.
 fn settles(at: &[f64], of: &[f64], time: f64) -> f64 {
     let n = at.len();
@@ -84,6 +142,8 @@ fn settles(at: &[f64], of: &[f64], time: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, Normal};
 
     fn times() -> Vec<f64> {
         (0..36_000).map(|k| f64::from(k) * 0.05).collect()
@@ -103,9 +163,21 @@ mod tests {
         for truth in [&heats as &dyn Fn(f64) -> f64, &and_cools] {
             for round in [f64::floor, f64::round] {
                 let read: Vec<f64> = times().into_iter().map(|t| round(truth(t))).collect();
-                let (coarse, smooth) = (off(&read, truth), off(&between_steps(&times(), &read), truth));
+                let (coarse, smooth) = (off(&read, truth), off(&between_steps(&times(), &read).unwrap(), truth));
                 assert!(smooth < 0.3 * coarse, "{smooth} of {coarse}");
             }
+        }
+    }
+
+    #[test]
+    fn noise_that_passes_an_edge_to_and_fro_is_one_instant() {
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+        let heats = |t: f64| 24.0 + 20.0 * (1.0 - (-t / 400.0).exp());
+        for noise in [0.005, 0.02, 0.1, 0.2] {
+            let noise = Normal::new(0.0, noise).unwrap();
+            let read: Vec<f64> = times().into_iter().map(|t| (heats(t) + noise.sample(&mut random)).round()).collect();
+            let (coarse, smooth) = (off(&read, heats), off(&between_steps(&times(), &read).unwrap(), heats));
+            assert!(smooth < 0.2 * coarse, "noise of {noise:?}: {smooth} of {coarse}");
         }
     }
 
@@ -114,7 +186,7 @@ mod tests {
         let fine: Vec<f64> = times().into_iter().map(|t| (100.0 * (24.0 + 0.1 * t)).round() / 100.0).collect();
         let noisy: Vec<f64> = (0..36_000_u32).map(|k| f64::from(k.wrapping_mul(2_654_435_761) >> 30)).collect();
         for values in [fine, noisy, vec![25.0; 36_000]] {
-            assert_eq!(between_steps(&times(), &values), values);
+            assert_eq!(between_steps(&times(), &values), None);
         }
     }
 }

@@ -122,6 +122,7 @@ impl Study<'_> {
         let walking = identify::with_unseen_walk(self, gls);
         let whitener = noise::whitener(self, &gls.noise);
         let less = noise::error_of_trapezoids(self, &gls.noise);
+        let in_forms = self.apart_in_forms();
         let of_instants: Vec<Option<f64>> =
             self.slots.iter().map(|slot| instants::std_error(self, &whitener, *slot)).collect();
         for (k, slot) in self.slots.iter().enumerate() {
@@ -132,7 +133,8 @@ impl Study<'_> {
                 model.terms[slot.term].std_errors[slot.parameter] = match &scatter {
                     Some(scatter) if sigma.is_finite() => scatter[k],
                     _ => gls.step[k].hypot(sigma).max(of_instants[k].unwrap_or(0.0)),
-                };
+                }
+                .hypot(in_forms[k]);
             }
         }
         let rate_square = growth::rate_square(self);

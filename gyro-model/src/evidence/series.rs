@@ -64,12 +64,14 @@ pub struct Series {
 }
 
 /// What the regressors of an axis see beside its own motion: columns without holes, empty where the log has none.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Around {
     rates: [Vec<f64>; 3],
     accel: [Vec<f64>; 3],
     /// T − 25 °C.
     delta_temperature: Vec<f64>,
+    /// What its coarse steps take away from it, K; empty where they are fine.
+    temperature_steps: Vec<f64>,
     temperature_dot: Vec<f64>,
     supply: Vec<f64>,
     /// The supply that its changes count from, V.
@@ -338,15 +340,19 @@ impl Series {
             let (alpha, delta) = beside.rates[a];
             curve(&t, &column(&|k| alpha * rows[k].gyro[a] + delta)).unwrap_or_default()
         });
-        let (delta_temperature, temperature_dot) = {
-            let temperature = fill(&t, &column(&|k| rows[k].temperature)).unwrap_or_else(|| vec![25.0; t.len()]);
-            let between_steps = between_steps(&t, &temperature).into_iter();
-            (between_steps.map(|between| between - 25.0).collect(), heating(&t, &temperature))
+        let (delta_temperature, temperature_steps, temperature_dot) = {
+            let read = fill(&t, &column(&|k| rows[k].temperature)).unwrap_or_else(|| vec![25.0; t.len()]);
+            let between = between_steps(&t, &read);
+            let steps =
+                between.iter().flat_map(|between| between.iter().zip(&read).map(|(b, read)| read - b)).collect();
+            let delta = between.as_ref().unwrap_or(&read).iter().map(|temperature| temperature - 25.0).collect();
+            (delta, steps, heating(&t, &read))
         };
         let around = Arc::new(Around {
             rates,
             accel: std::array::from_fn(|a| filled(&|k| rows[k].accel[a])),
             delta_temperature,
+            temperature_steps,
             temperature_dot,
             supply: filled(&|k| rows[k].supply),
             origin: beside.supply,
@@ -444,6 +450,18 @@ impl Series {
     #[must_use]
     pub fn dt(&self, k: usize) -> f64 {
         if k == 0 { 0.0 } else { self.t[k] - self.t[k - 1] }
+    }
+
+    /// Whether the temperature is in coarse steps.
+    pub(super) fn has_coarse_temperature(&self) -> bool {
+        !self.around.temperature_steps.is_empty()
+    }
+
+    /// Takes the temperature as it was read, its steps with it.
+    pub(super) fn take_temperature_as_read(&mut self) {
+        let around = Arc::make_mut(&mut self.around);
+        let steps = std::mem::take(&mut around.temperature_steps);
+        around.delta_temperature.iter_mut().zip(&steps).for_each(|(delta, step)| *delta += step);
     }
 
     /// What the regressors see at sample `k`, but for the rate that is known best, its derivative, and the angle.

@@ -55,6 +55,7 @@ fn play(guide: &mut Guide, hand: &mut Hand, listens: bool, most: f64) -> (Record
 }
 
 #[test]
+#[ignore = "long: tests/nightly"]
 fn a_course_of_temperatures_goes_cold_and_hot_before_it_searches_and_a_skipped_manoeuvre_is_not_asked_again() {
     let mut guide = Guide::new(Wanted {
         temperature: true,

@@ -9,7 +9,7 @@ use super::{
 use crate::{
     effects::{self, split_by},
     fault::DataFault,
-    finding::{Adequate, Excess, Finding, NamedEffect, Wander, Why},
+    finding::{Adequate, Excess, Finding, NamedEffect, Wander, Why, ZeroMoves},
     thresholds as limit, units,
 };
 
@@ -330,13 +330,19 @@ fn unexplained(excess: &Excess, voice: Voice) -> Vec<Piece> {
             );
             vec![Piece::new(More, text, ".")]
         }
-        Excess::OtherZero { between: Some(_), .. } => {
+        Excess::OtherZero { when: ZeroMoves::ForAWhile { .. }, .. } => {
             let text = "a driver that measures its zero at rest may have taken slow turning for rest: switch its own calibration off, or let it \
                         calibrate only where the vehicle is known to rest. Or the supply sagged: log its voltage"
                 .to_owned();
             vec![Piece::new(More, text, ".")]
         }
-        Excess::OtherZero { .. } => {
+        Excess::OtherZero { when: ZeroMoves::WithAngle, .. } => {
+            let text = "where the shaft is not upright, gravity may shift the zero: it acts on another side of the sensor at each angle. \
+                        Log the accelerometer: g-sensitivity can then be tested. Or set the shaft upright and see whether this goes away"
+                .to_owned();
+            vec![Piece::new(More, text, ".")]
+        }
+        Excess::OtherZero { when: ZeroMoves::Moving, .. } => {
             let text = "vibration of the motors may shift the zero, or their current may change the sensor's supply. Log the accelerometer \
                         and the supply voltage: g-squared-sensitivity and supply-voltage can then be tested"
                 .to_owned();

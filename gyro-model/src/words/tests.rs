@@ -1,7 +1,7 @@
 use super::*;
 use crate::{
     fault::FaultKind,
-    finding::{Adequate, Became, Excess, NamedEffect, Wander, Why},
+    finding::{Adequate, Became, Excess, NamedEffect, Wander, Why, ZeroMoves},
 };
 
 fn named(effect: &str, aliases: &[&str]) -> NamedEffect {
@@ -67,8 +67,13 @@ fn all() -> Vec<Finding> {
         Finding::Adequate(Adequate::Limited),
         Finding::Unexplained(Excess::NoEffect { over_floor: 4.84, unattributed: 0.61 }),
         Finding::Unexplained(Excess::NotSearched),
-        Finding::Unexplained(Excess::OtherZero { size: 0.014, std_error: 2e-4, between: None }),
-        Finding::Unexplained(Excess::OtherZero { size: -0.05, std_error: 2e-4, between: Some([31.0, 58.0]) }),
+        Finding::Unexplained(Excess::OtherZero { size: 0.014, std_error: 2e-4, when: ZeroMoves::Moving }),
+        Finding::Unexplained(Excess::OtherZero { size: 0.002, std_error: 2e-4, when: ZeroMoves::WithAngle }),
+        Finding::Unexplained(Excess::OtherZero {
+            size: -0.05,
+            std_error: 2e-4,
+            when: ZeroMoves::ForAWhile { between: [31.0, 58.0] },
+        }),
         Finding::Unexplained(Excess::NoWander { over_floor: 13.2 }),
         Finding::BadData { fault: FaultKind::WrongSign, axis: Some(Axis::X), count: 9 },
         Finding::Stopped { over_floor: 7.0 },

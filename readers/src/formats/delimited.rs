@@ -72,7 +72,8 @@ pub(super) fn time_column(head: &text::Head) -> Option<(usize, Form)> {
         "t_ms" => 6,
         _ => 9,
     };
-    Some((column, text::form(sample).unwrap_or(Form::Number(exponent))))
+    let number = if head.is_clock_in_digits(column) { Form::Digits } else { Form::Number(exponent) };
+    Some((column, text::form(sample).unwrap_or(number)))
 }
 
 pub(super) fn read_time(row: TextRow, column: usize, form: Form, point: text::Point) -> Option<i64> {
@@ -83,6 +84,7 @@ pub(super) fn read_time(row: TextRow, column: usize, form: Form, point: text::Po
             _ => return None,
         },
         Form::Clock => text::clock(field)?,
+        Form::Digits => text::digits(field)?,
         _ => text::date_time(field)?,
     };
     i64::try_from(ns).ok()

@@ -18,7 +18,7 @@ pub use escapes::{Plain, Unescaped, has_escapes};
 pub use fields::{CSV, Dialect, Separator, name};
 pub use head::{Finder, Head, HeadError};
 pub use lines::{LONGEST_LINE, LineError};
-pub use moment::{Form, clock, date, date_time, form, last_digit_of_clock};
+pub use moment::{Form, clock, date, date_time, digits, form, last_digit_of_clock};
 pub use number::{Field, Point, TimeField, last_digit, time, value};
 pub use skipped::{Skip, Skipped};
 pub use table::{Sieve, Sifted, Table, TextRow};

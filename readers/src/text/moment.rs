@@ -14,6 +14,8 @@ pub enum Form {
     DayFirst,
     /// Time of day or duration, `21:46:21.5`; midnight is passed.
     Clock,
+    /// Time of day in one number, `214621.5`, as NMEA 0183 has it; midnight is passed.
+    Digits,
     /// Whole seconds in this column, the rest in that of this number, in a unit that this power of ten makes nanoseconds.
     Parts(usize, i32),
     /// The date in this column, the time of day in that of this number.
@@ -62,6 +64,17 @@ pub fn clock(field: &[u8]) -> Option<i128> {
         None => hours,
     };
     Some(days * DAY + (hours * 3600 + minutes * 60) * SECOND + seconds)
+}
+
+/// `hhmmss.s` in one number, as nanoseconds.
+#[must_use]
+pub fn digits(field: &[u8]) -> Option<i128> {
+    let text = field.trim_ascii();
+    let (hours, minutes, seconds) = (text.get(..2)?, text.get(2..4)?, text.get(4..)?);
+    let is_whole = text.get(..6)?.iter().all(u8::is_ascii_digit) && text.get(6).is_none_or(|&b| b == b'.');
+    let (hours, minutes, seconds) = (whole(hours, 2)?, whole(minutes, 2)?, broken(seconds)?);
+    let is_clock = is_whole && hours < 24 && minutes < 60 && seconds < 61 * SECOND;
+    is_clock.then_some((hours * 3600 + minutes * 60) * SECOND + seconds)
 }
 
 /// Milliseconds, microseconds or nanoseconds that follow a colon. Two digits would be the frames of a film.
@@ -226,6 +239,10 @@ mod tests {
         assert_eq!(clock(b"1 days 00:00:02.5"), Some(DAY + 2_500_000_000));
         assert_eq!((clock(b"0:00:02:005"), last_digit_of_clock(b"0:00:02:005")), (Some(2_005_000_000), -3));
         assert_eq!(form(b"21:46:21"), Some(Form::Clock));
+        assert_eq!((digits(b"091420.10"), digits(b"214621")), (Some(33_260_100_000_000), Some(78_381_000_000_000)));
+        for text in ["", "91420.1", "246021", "216021", "2146211", "21462a", "-91420.1"] {
+            assert_eq!(digits(text.as_bytes()), None, "{text}");
+        }
         assert_eq!((last_digit_of_clock(b"1:02"), last_digit_of_clock(b"2016-05-23 1:02:03,125 PM")), (0, -3));
         assert_eq!(form(b"2016-05-23 21:46:21"), Some(Form::DateTime));
         for text in [

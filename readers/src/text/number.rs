@@ -185,15 +185,19 @@ fn unusual(bytes: &[u8], point: Point) -> Field {
     ungrouped(text, point).map_or(Field::Text, |plain| value(plain.as_bytes(), point))
 }
 
-/// A number without the commas between groups of three digits, `12,345.6`.
+/// A number without the signs between groups of three digits: `12,345.6`, `12.345,6`, `12 345,6`, `12'345.6`.
 fn ungrouped(text: &str, point: Point) -> Option<String> {
-    let grouped = point == Point::Dot && text.contains(',');
-    let digits = text.strip_prefix('-').unwrap_or(text);
-    let (whole, _) = digits.split_once('.').unwrap_or((digits, ""));
-    let mut groups = whole.split(',');
+    const ANYWHERE: [char; 5] = [' ', '\u{a0}', '\u{202f}', '\'', '’'];
+    let own = if point == Point::Dot { ',' } else { '.' };
+    let digits = text.strip_prefix(['-', '+']).unwrap_or(text);
+    let (whole, broken) = digits.split_once(char::from(point.byte())).map_or((digits, None), |(w, b)| (w, Some(b)));
+    let sign = whole.chars().find(|c| *c == own || ANYWHERE.contains(c))?;
+    let mut groups = whole.split(sign);
     let first = groups.next().filter(|first| (1..=3).contains(&first.len()) && !first.starts_with('0'))?;
     let all = |group: &str| group.bytes().all(|b| b.is_ascii_digit());
-    (grouped && all(first) && groups.all(|group| group.len() == 3 && all(group))).then(|| text.replace(',', ""))
+    // `1.234` amid decimal commas may be a decimal point.
+    let is_clear = sign != '.' || broken.is_some() || whole.matches(sign).count() > 1;
+    (is_clear && all(first) && groups.all(|group| group.len() == 3 && all(group))).then(|| text.replace(sign, ""))
 }
 
 /// A time as written, in whole nanoseconds, the nearest where it has more digits.
@@ -342,6 +346,10 @@ mod tests {
         assert_eq!(read("−1.5".as_bytes()), Field::Number(-1.5));
         assert_eq!(read(b"-12,345.5"), Field::Number(-12_345.5));
         assert_eq!(time(b"1,234,567", Point::Dot, 3), TimeField::Nanoseconds(1_234_567_000));
+        for text in ["-1.003,18", "-1\u{a0}003,18", "-1\u{202f}003,18", "-1 003,18", "-1'003,18"] {
+            assert_eq!(value(text.as_bytes(), Point::Comma), Field::Number(-1003.18), "{text}");
+        }
+        assert_eq!(value(b"1.003", Point::Comma), Field::Text, "a decimal point amid decimal commas");
         for text in ["NA", "n/a", "#N/A", "null", "None", "-", "--", "-nan(ind)", "1.#QNAN", "-1.#IND", "?"] {
             assert_eq!(read(text.as_bytes()), Field::Nan, "{text}");
         }

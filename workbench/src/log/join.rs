@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{toml_error::quoted, words::typed};
 use gyro_model::{
-    Model, Record, Row,
+    Axis, Model, Record, Row,
     align::align,
     effects::find,
     fault::{DataFault, FaultKind},
@@ -165,7 +165,8 @@ fn turning(log: &mut Reader, other: &mut Reader) -> Result<Option<Advice>, LogEr
                 row.row = only;
             }
             reference.retain(|row| is_reference_row(&row.row));
-            let Ok(shift) = shift(&own, &reference) else { continue };
+            let shift = if said.is_none() { shift(&own, &small(&reference, axis)) } else { shift(&own, &reference) };
+            let Ok(shift) = shift else { continue };
             for row in &mut reference {
                 row.time += shift;
             }
@@ -205,6 +206,27 @@ fn turning(log: &mut Reader, other: &mut Reader) -> Result<Option<Advice>, LogEr
         }
     }
     Ok(best.map(|(_, advice)| advice))
+}
+
+/// Angles of an unknown unit about one axis, counts of an encoder perhaps, in so small a one that no step is taken for a turn; where they
+/// wrap, they go on past it.
+fn small(rows: &[Pending], axis: Axis) -> Vec<Pending> {
+    const SMALL: f64 = 1e-3;
+    let mut rows = rows.to_vec();
+    let angles = || rows.iter().map(|row| row.row.ref_angle[axis.index()]).filter(|angle| angle.is_finite());
+    let (low, high) = angles().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+    let turn = high - low + if angles().all(|angle| angle.fract() == 0.0) { 1.0 } else { 0.0 };
+    let (mut before, mut turns) = (f64::NAN, 0.0);
+    for row in &mut rows {
+        let angle = &mut row.row.ref_angle[axis.index()];
+        let step = *angle - before;
+        if step.abs() > 0.5 * turn {
+            turns -= turn * step.signum();
+        }
+        before = if angle.is_finite() { *angle } else { before };
+        *angle = SMALL * (*angle + turns) / turn;
+    }
+    rows
 }
 
 /// What is left of the offset between two clocks after the motions were laid over each other, ns: the delay that a fit finds. Between

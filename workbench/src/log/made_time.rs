@@ -35,6 +35,13 @@ pub(super) fn known(sample: &Sample, names: &Names) -> Option<Vec<f64>> {
                     .map(|(whole, rest)| whole + rest * 10_f64.powi(exponent - 9))
                     .collect()
             }
+            Form::Digits => {
+                let seconds = |hhmmss: f64| {
+                    let (hours, minutes) = ((hhmmss / 1e4).floor(), (hhmmss / 100.0).floor() % 100.0);
+                    3600.0 * hours + 60.0 * minutes + hhmmss % 100.0
+                };
+                sample.columns[column].iter().map(|&hhmmss| seconds(hhmmss)).collect()
+            }
             Form::DateAndClock(other) => {
                 let clock = if sample.moments[column] { column } else { other };
                 sample.since_first(clock, 1.0)

@@ -212,6 +212,9 @@ pub fn time_form(head: &Head, column: usize, conversion: Conversion) -> Form {
     {
         return Form::DateAndClock(clock);
     }
+    if conversion.exponent == 9 && head.is_clock_in_digits(column) {
+        return Form::Digits;
+    }
     if let Some((fine, exponent)) = head.finer(column) {
         return Form::Parts(fine, exponent);
     }

@@ -13,7 +13,7 @@ use super::{
     whole,
 };
 use crate::files;
-use gyro_model::Row;
+use gyro_model::{Axis, Row};
 use std::{ops::RangeInclusive, path::Path};
 
 /// A file of more bytes is tried by its first rows alone.
@@ -122,15 +122,17 @@ fn tried(path: &Path, options: &Options, advice: Advice) -> Option<Advice> {
     }
     // A second file may need a name, too.
     if options.reference.is_some() {
-        let mut tried = Options { advises: false, ..options.clone() };
-        tried.map.extend(advice.flags.iter().cloned());
-        let more = whole::read(path, &tried).err().and_then(|error| error.advice.clone())?;
-        let advice = Advice {
-            why: format!("{}; {}", advice.why, more.why),
-            flags: advice.flags.into_iter().chain(more.flags).collect(),
-            ..advice
-        };
-        return is_log(path, options, &advice.flags).then_some(advice);
+        return [advice.clone(), in_degrees(advice)].into_iter().find_map(|advice| {
+            let mut tried = Options { advises: false, ..options.clone() };
+            tried.map.extend(advice.flags.iter().cloned());
+            let more = whole::read(path, &tried).err().and_then(|error| error.advice.clone())?;
+            let advice = Advice {
+                why: format!("{}; {}", advice.why, more.why),
+                flags: advice.flags.into_iter().chain(more.flags).collect(),
+                ..advice
+            };
+            is_log(path, options, &advice.flags).then_some(advice)
+        });
     }
     // What is at rest needs no reference.
     if advice.at_rest {
@@ -144,6 +146,16 @@ fn tried(path: &Path, options: &Options, advice: Advice) -> Option<Advice> {
         needs_file: true,
         ..advice
     })
+}
+
+/// The same with the gyro in °/s where nobody says its unit: without a reference beside it the rows don't say it either.
+fn in_degrees(advice: Advice) -> Advice {
+    let flags = advice.flags.into_iter().map(|flag| {
+        let bare =
+            flag.split_once('=').filter(|(name, _)| Axis::ALL.iter().any(|axis| *name == format!("gyro_{axis}")));
+        bare.map(|(name, channel)| format!("{name}_dps={channel}")).unwrap_or(flag)
+    });
+    Advice { flags: flags.collect(), ..advice }
 }
 
 /// What makes a reference of a second file that was refused: its time, and an orientation or an angle in it.

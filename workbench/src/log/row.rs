@@ -164,6 +164,10 @@ impl RowParser {
                 self.finest = self.finest.min(text::last_digit_of_clock(field));
                 whole(text::clock(field).map(|clock| self.with_midnights(clock)), field)
             }
+            Form::Digits => {
+                self.finest = self.finest.min(text::last_digit_of_clock(field));
+                whole(text::digits(field).map(|clock| self.with_midnights(clock)), field)
+            }
             Form::Parts(place, exponent) => {
                 match (text::time(field, point, 9), text::time(other(place), point, exponent)) {
                     (TimeField::Nanoseconds(seconds), TimeField::Nanoseconds(ns)) => {

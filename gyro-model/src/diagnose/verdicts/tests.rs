@@ -3,7 +3,7 @@ use super::*;
 use crate::{
     budget::Over,
     fault::{DataFault, FaultKind},
-    finding::{NamedEffect, Wander},
+    finding::{NamedEffect, Wander, ZeroMoves},
 };
 
 /// A log of a minute with an error of noise alone.
@@ -86,11 +86,11 @@ fn cases() -> Vec<(&'static str, Observed)> {
         ),
         ("cannot-tell: the motion does not show it", Observed { unexcited: lost, ..clean() }),
         (
-            "unexplained: another zero while the axis moves, or for a while",
+            "unexplained: another zero at times",
             Observed {
                 other_zero: Some(OtherZero {
                     size: Estimate { value: 0.014, std_error: 2e-4 },
-                    between: None,
+                    when: ZeroMoves::Moving,
                     excess: 1.0,
                 }),
                 ..high(5.0, 0.5)

@@ -25,7 +25,7 @@ use crate::{
     Axis,
     diagnosis::{AxisResult, BudgetPoint, ErrorPoint, LadderStep, Limit, LimitedBy, ParameterValue, Suspect, Verdict},
     effects,
-    finding::{Excess, Finding, Remark},
+    finding::{Excess, Finding, Remark, ZeroMoves},
     measured::{Measured, and},
     units,
     words::{self, Voice},
@@ -326,21 +326,24 @@ fn unexplained(left: &str, axis: &AxisResult) -> Headline {
 
 /// That the zero is another one while the axis moves, where that is what was found.
 fn other_zero(axis: &AxisResult) -> Option<String> {
-    let Finding::Unexplained(Excess::OtherZero { size, std_error, between }) = axis.finding else { return None };
-    let by = Measured { value: size, std_error };
+    let Finding::Unexplained(Excess::OtherZero { size, std_error, when }) = axis.finding else { return None };
+    let by = Measured { value: size, std_error }.size("rad/s");
     let is = if size > 0.0 { "higher" } else { "lower" };
-    if let Some([from, to]) = between {
-        return Some(format!(
-            "Your gyro's zero was {} {is} between {from:.1} and {to:.1} s than before and after.",
-            by.size("rad/s")
-        ));
-    }
-    Some(format!(
-        "Your gyro's zero is {} {is} while axis {} moves than while it rests. The log has no accelerometer, so it cannot show whether \
-         vibration is the cause.",
-        by.size("rad/s"),
-        axis.axis
-    ))
+    Some(match when {
+        ZeroMoves::ForAWhile { between: [from, to] } => {
+            format!("Your gyro's zero was {by} {is} between {from:.1} and {to:.1} s than before and after.")
+        }
+        ZeroMoves::Moving => format!(
+            "Your gyro's zero is {by} {is} while axis {} moves than while it rests. The log has no accelerometer, so it cannot show \
+             whether vibration is the cause.",
+            axis.axis
+        ),
+        ZeroMoves::WithAngle => format!(
+            "Your gyro's zero changes by up to {by} with the angle of axis {}, once per turn. The log has no accelerometer, so it cannot \
+             show whether gravity is the cause.",
+            axis.axis
+        ),
+    })
 }
 
 /// What limits a log, where that is known.
