@@ -79,6 +79,16 @@ struct Around {
     free: Vec<Vec<f64>>,
 }
 
+/// Of a temperature as it was read, °C: T − 25 °C between its steps, what coarse steps take away from that (empty where they are fine), and
+/// dT/dt.
+fn around_a_temperature(t: &[f64], read: &[f64]) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+    let between = between_steps(t, read);
+    let steps =
+        between.iter().flat_map(|between| between.iter().zip(read).map(|(between, read)| read - between)).collect();
+    let delta = between.as_deref().unwrap_or(read).iter().map(|temperature| temperature - 25.0).collect();
+    (delta, steps, heating(t, read))
+}
+
 /// Whether an axis turns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rest {
@@ -340,14 +350,8 @@ impl Series {
             let (alpha, delta) = beside.rates[a];
             curve(&t, &column(&|k| alpha * rows[k].gyro[a] + delta)).unwrap_or_default()
         });
-        let (delta_temperature, temperature_steps, temperature_dot) = {
-            let read = fill(&t, &column(&|k| rows[k].temperature)).unwrap_or_else(|| vec![25.0; t.len()]);
-            let between = between_steps(&t, &read);
-            let steps =
-                between.iter().flat_map(|between| between.iter().zip(&read).map(|(b, read)| read - b)).collect();
-            let delta = between.as_ref().unwrap_or(&read).iter().map(|temperature| temperature - 25.0).collect();
-            (delta, steps, heating(&t, &read))
-        };
+        let temperature = fill(&t, &column(&|k| rows[k].temperature)).unwrap_or_else(|| vec![25.0; t.len()]);
+        let (delta_temperature, temperature_steps, temperature_dot) = around_a_temperature(&t, &temperature);
         let around = Arc::new(Around {
             rates,
             accel: std::array::from_fn(|a| filled(&|k| rows[k].accel[a])),
