@@ -235,7 +235,7 @@ fn a_zero_that_leaves_and_comes_back_is_said_with_both_instants() {
 
 /// Gravity on a horizontal shaft, and no accelerometer to say so: its size is found, and it is no bias that wanders within seconds.
 #[test]
-fn a_zero_that_goes_with_the_shafts_angle_is_no_wandering_bias() {
+fn a_zero_that_depends_on_the_shafts_angle_is_no_wandering_bias() {
     let size = 9.81 * 3.6e-4;
     for (seed, motion) in [(1, Motion::RateTable { rate: 1.5, hold: 3.0 }), (2, Motion::Multisine { travel: 3.0 })] {
         let hidden = vec![Hidden::parse("g-sensitivity:g_x=0,g_y=0.0003,g_z=0.0002", Axis::X).unwrap()];

@@ -3,8 +3,8 @@
 use super::{
     case::{
         AFTER, BEFORE, Case, DOUBT, FALL, GROWS, HELD_OUT, HELD_SHARE, IS_AT_BOUND, IS_BEYOND_WANDER, IS_IN_READING,
-        IS_IN_REFERENCE, IS_LINE, IS_MEAN, IS_SHAPE_AT_BOUND, IS_SLOW, JUDGED, LEAVES_NOISE, P_VALUE, RATIO, REMOVED,
-        SILENCES, SIZE, SWINGS,
+        IS_IN_REFERENCE, IS_LINE, IS_MEAN, IS_SHAPE_AT_BOUND, IS_SLOW, JUDGED, LEAVES_NOISE, MAY_BE_ALIASED, P_VALUE,
+        RATIO, REMOVED, SILENCES, SIZE, SWINGS,
     },
     decision::{
         Condition::{self, Above, Below, Is, Not},
@@ -108,9 +108,10 @@ pub(super) static ADMISSION: &[Test<Case>] = &[
     },
     Test {
         name: TestName::Motion,
-        asks: "a spectral line is not in the reference: a line in both is motion, perhaps aliased",
+        asks: "a spectral line, if it is fast or far larger than such sensors have, is not in the reference: a line in both is motion, perhaps \
+               aliased",
         applies: &[JUDGED, Is(&IS_LINE)],
-        ways: &[&[Not(&IS_IN_REFERENCE)]],
+        ways: &[&[Not(&IS_IN_REFERENCE)], &[Below(&SIZE, &limit::OUTSIZED), Not(&MAY_BE_ALIASED)]],
     },
     Test {
         name: TestName::Mean,
@@ -225,6 +226,7 @@ mod tests {
             ("size", Case { size: 50.0, after: 2.0, ..Case::UNKNOWN }),
             ("line", Case { is_line: true, after: 8.0, ..Case::UNKNOWN }),
             ("motion", Case { is_line: true, size: 50.0, is_in_reading: true, is_in_reference: true, ..Case::UNKNOWN }),
+            ("motion", Case { is_line: true, may_be_aliased: true, is_in_reference: true, ..Case::UNKNOWN }),
             ("mean", Case { is_mean: true, before: 1.1, ..weak }),
             ("held-out", Case { held_out: Estimate { value: 80.0, std_error: 90.0 }, p_value: 1e-3, ..weak }),
             ("held-out", Case { held_out: Estimate { value: -3.0, std_error: 1.0 }, ..weak }),

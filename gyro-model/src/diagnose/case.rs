@@ -43,6 +43,8 @@ pub(super) struct Case {
     pub doubt: f64,
     /// Whether the gyro's own reading has the line.
     pub is_in_reading: bool,
+    /// Whether the line is fast enough for aliased motion to show in the reference.
+    pub may_be_aliased: bool,
     /// Whether the reference has the line too, of a tenth of its size at least.
     pub is_in_reference: bool,
     /// Whether a parameter ran to the end of what is physical.
@@ -73,6 +75,7 @@ impl Case {
         size: 1.0,
         doubt: 0.1,
         is_in_reading: false,
+        may_be_aliased: false,
         is_in_reference: false,
         is_at_bound: false,
         is_shape_at_bound: false,
@@ -146,6 +149,8 @@ pub(super) static LEAVES_NOISE: F =
 /// In the reading.
 pub(super) static IS_IN_READING: F = Fact { says: "a line of the gyro's own spectrum", of: |c| c.is_in_reading };
 /// In the reference.
+pub(super) static MAY_BE_ALIASED: F =
+    Fact { says: "a line as fast as aliased motion that a reference shows", of: |c| c.may_be_aliased };
 pub(super) static IS_IN_REFERENCE: F = Fact { says: "a line that the reference shows too", of: |c| c.is_in_reference };
 /// Read off.
 pub(super) static IS_READ_OFF: F = Fact { says: "read off the readings themselves", of: |c| c.is_read_off };

@@ -110,7 +110,8 @@ impl Observed {
         // A line that the reference shows, too, is motion.
         let is_motion = |suspect: &Challenger| {
             let term = &suspect.candidate.term;
-            term.effect.is(Trait::Line) && tone::is_in_reference(&suspect.study, series, term)
+            let may_be = term.effect.is(Trait::Line) && tone::may_be_aliased(&suspect.study, series, term);
+            may_be && tone::is_in_reference(&suspect.study, series, term)
         };
         let likely = suspects.iter().find(|suspect| suspect.significant() && !is_motion(suspect)).map(id);
         let budget = || Budget::of(study, series, judged, noise, Some(&[]));

@@ -1,4 +1,4 @@
-//! A zero that goes with the shaft's angle, b(θ) = a sin θ + c cos θ, as gravity shifts it on a shaft that is not upright: each angle shows
+//! A zero that depends on the shaft's angle, b(θ) = a sin θ + c cos θ, as gravity shifts it on a shaft that is not upright: each angle shows
 //! it another side of the sensor.
 //!
 //! It is not in the catalogue, because without an accelerometer it cannot be corrected on another vehicle. A diagnosis asks for it where
@@ -15,7 +15,7 @@ pub(crate) struct ZeroWithAngle;
 
 static CARD: Card = Card {
     id: "zero-with-angle",
-    title: "the zero goes with the shaft's angle",
+    title: "the zero depends on the shaft's angle",
     physics: "Gravity bends the sensor's structure, from another side at each angle of a shaft that is not upright.",
     equation: "a sin θ + c cos θ",
     typical: "0.01–0.2 °/s",

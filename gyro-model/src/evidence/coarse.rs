@@ -4,32 +4,8 @@
 //! through those instants stands for it. As it is read it would be off by up to half a step everywhere, and an effect that goes by it would
 //! leave a staircase that a gyro at rest shows at once.
 
-use super::{
-    integrate::{hermite, three_point_slopes},
-    noise,
-    series::Series,
-    study::Study,
-    whiten::NoiseModel,
-};
+use super::integrate::{hermite, three_point_slopes};
 use crate::order::median;
-
-impl Study<'_> {
-    /// What coarse steps of the temperature may make of ln L: ½ |W Δr|². W whitens by this noise, and Δr is what the residual changes by
-    /// where the temperature is taken as it was read. 0 where it is fine, or the model does not see it.
-    #[must_use]
-    pub(crate) fn of_temperature_steps(&self, noise: &NoiseModel) -> f64 {
-        if !self.bench.problem.series.iter().any(Series::has_coarse_temperature) {
-            return 0.0;
-        }
-        let mut problem = self.bench.problem.clone();
-        problem.series.iter_mut().for_each(Series::take_temperature_as_read);
-        let as_read = problem.evaluate(&self.model, &self.warm).residual;
-        let pairs = as_read.iter().zip(&self.evaluation.residual);
-        let change: Vec<Vec<f64>> = pairs.map(|(a, b)| a.iter().zip(b).map(|(a, b)| a - b).collect()).collect();
-        let white = noise::whitener(self, noise).apply_each(&change);
-        0.5 * white.iter().flatten().map(|x| x * x).sum::<f64>()
-    }
-}
 
 /// Rows without a change, in the mean, from which on a reading is coarse: a finer or a noisy one is used as it is.
 const UNCHANGED: usize = 8;

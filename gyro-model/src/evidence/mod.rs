@@ -13,6 +13,7 @@
 //! | `knots` | a reference that is known seldom, straight lines between |
 //! | `integrate` | integrals and smoothing of sampled rates |
 //! | `heating`, `coarse` | how fast the temperature rises; its course between the steps of a coarse reading |
+//! | `temperature_steps` | what those steps may make of a likelihood |
 //! | [`study`] | a model fitted to a log |
 //! | `gauss_newton` | the steps of that fit |
 //! | `refine` | the same under the noise of its residual, and how well each parameter is known |
@@ -62,6 +63,7 @@ pub(crate) mod series;
 mod shaft;
 pub(crate) mod spectrum;
 pub mod study;
+mod temperature_steps;
 pub(crate) mod track;
 pub(crate) mod warm;
 pub mod whiten;

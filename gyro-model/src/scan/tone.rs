@@ -237,6 +237,17 @@ pub(crate) fn is_in_reference(study: &Study, series: usize, term: &Term) -> bool
     own > SHOWN * sine.hypot(cosine) && own > OUTSTANDING * median(beside).unwrap_or(0.0)
 }
 
+/// Whether motion beyond half the reference's sampling rate f_s may be a fitted tone: of the rate of a motion of f_s − f, which shows at f,
+/// the angles show f/(f_s − f), enough to be seen.
+#[must_use]
+pub(crate) fn may_be_aliased(study: &Study, series: usize, term: &Term) -> bool {
+    let [.., frequency] = term.values[..] else { return false };
+    let t = &study.bench.problem.series[series].reference_t;
+    let (Some(first), Some(last)) = (t.first(), t.last()) else { return false };
+    let sampled = (t.len() - 1) as f64 / (last - first);
+    frequency > SHOWN * (sampled - frequency)
+}
+
 /// Share of a tone that the reference has to show, and times what stands beside it that its line has to have.
 const SHOWN: f64 = 0.1;
 const OUTSTANDING: f64 = 4.0;
