@@ -56,14 +56,15 @@ impl Head {
         }
     }
 
-    /// Whether a column holds times of day in one number, `091420.10`: a zero stands before them, which no other number has, or a position
-    /// of a satellite receiver beside them.
+    /// Whether a column holds times of day in one number, `091420.10`. Seconds since the start may look like it, padded with zeros perhaps: so
+    /// it is one only where every time begins with a zero and an hour from 1 to 9, or where the rows hold the position of a satellite
+    /// receiver.
     #[must_use]
     pub fn is_clock_in_digits(&self, column: usize) -> bool {
         let fields = || self.samples.iter().filter_map(|row| row.get(column));
         let is_clock = fields().next().is_some() && fields().all(|field| moment::digits(field).is_some());
         let has = |names: &[&str]| self.names.iter().any(|name| names.contains(&name.to_lowercase().as_str()));
-        let is_led = || fields().any(|field| field.trim_ascii().starts_with(b"0"));
+        let is_led = || fields().all(|field| matches!(field.trim_ascii(), [b'0', b'1'..=b'9', ..]));
         let is_of_receiver = || has(&["lat", "latitude"]) && has(&["lon", "long", "longitude"]);
         let is_time = || matches!(self.names[column].to_lowercase().as_str(), "time" | "utc" | "utc time" | "utc_time");
         is_clock && (is_led() || is_time() && is_of_receiver())

@@ -136,3 +136,16 @@ fn rows_come_as_they_come() {
     assert_eq!(table.next_row().unwrap().unwrap().line, 2);
     assert_eq!(table.next_row().unwrap().unwrap().line, 3);
 }
+
+#[test]
+fn a_time_of_day_in_one_number_is_told_from_seconds_that_are_padded_with_zeros() {
+    let is_clock = |names: &str, times: [&str; 2]| {
+        let rows: String = times.iter().map(|time| format!("{time},47.1,8.5,1.5\n")).collect();
+        read(&format!("{names}\n{rows}{rows}")).head.is_clock_in_digits(0)
+    };
+    let (bare, receiver) = ("time,a,b,gyro_z", "time,lat,lon,gyro_z");
+    assert!(is_clock(bare, ["091420.10", "091420.15"]) && is_clock(receiver, ["141420.10", "141420.15"]));
+    for times in [["000000.010", "000000.020"], ["000123.40", "000123.50"], ["141420.10", "141420.15"]] {
+        assert!(!is_clock(bare, times), "{times:?}");
+    }
+}
