@@ -140,7 +140,7 @@ fn rows_come_as_they_come() {
 #[test]
 fn a_time_of_day_in_one_number_is_told_from_seconds_that_are_padded_with_zeros() {
     let is_clock = |names: &str, times: [&str; 2]| {
-        let rows: String = times.iter().map(|time| format!("{time},47.1,8.5,1.5\n")).collect();
+        let rows = times.map(|time| format!("{time},47.1,8.5,1.5\n")).concat();
         read(&format!("{names}\n{rows}{rows}")).head.is_clock_in_digits(0)
     };
     let (bare, receiver) = ("time,a,b,gyro_z", "time,lat,lon,gyro_z");
