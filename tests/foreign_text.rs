@@ -383,6 +383,13 @@ fn of_scripts_and_databases() -> Vec<(&'static str, String)> {
             }),
         ),
         (
+            "columns-of-a-clock",
+            written("Hour,Minute,Second,Millisecond,gyro_z,ref_angle_z\n", |[t, g, a]| {
+                let ms = micros(*t) / 1000 % 3_600_000;
+                format!("9,{},{},{},{g},{a}", ms / 60_000, ms / 1000 % 60, ms % 1000)
+            }),
+        ),
+        (
             "stopped-clock",
             written(
                 "headingTimestamp_since1970(s),motionTimestamp_sinceReboot(s),gyro_z,ref_angle_z\n",
@@ -444,6 +451,12 @@ fn a_time_is_found_or_made_of_what_is_there() {
             "t-us.csv",
             written("t,gyro_z,yaw\n", |[t, g, a]| format!("{:.0},{g},{a}", t * 1e6)),
             vec!["--map t_us=t"],
+            1e-6,
+        ),
+        (
+            "ticks.csv",
+            written("sensortime,gyro_z,angle\n", |[t, g, a]| format!("{:.0},{g},{a}", 4096.0 + t * 25_600.0)),
+            vec!["'sensortime' counts ticks of 39.0625 µs", "--map 't_us=39.0625*sensortime'"],
             1e-6,
         ),
         (

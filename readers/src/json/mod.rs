@@ -334,7 +334,8 @@ fn with_stamp(before: &[u8], mut cells: Vec<(String, Cell)>) -> (String, Vec<(St
     // A line goes on behind its stamp.
     let line = [before, b"{"].concat();
     let Some(found) = stamp(&line) else {
-        return (String::from_utf8_lossy(before.trim_ascii()).into_owned(), cells);
+        let topic = message_of(&mut cells);
+        return (topic.unwrap_or_else(|| String::from_utf8_lossy(before.trim_ascii()).into_owned()), cells);
     };
     let has_time =
         cells.iter().any(|(name, _)| understand(name, None).is_some_and(|meaning| meaning.what == What::Time));
@@ -343,13 +344,27 @@ fn with_stamp(before: &[u8], mut cells: Vec<(String, Cell)>) -> (String, Vec<(St
         cells.insert(0, (if found.in_ms { "time [ms]" } else { "time" }.to_owned(), Cell::Text(time)));
     }
     let mut topic = String::from_utf8_lossy(line[found.end..line.len() - 1].trim_ascii()).into_owned();
-    // ArduPilot numbers sensors of one kind in a field.
-    if let Some(place) = cells.iter().position(|(name, cell)| name == "I" && matches!(cell, Cell::Integer(_)))
-        && let Some(number) = cells.remove(place).1.number()
-    {
-        topic = format!("{topic}[{number}]");
-    }
+    number_of(&mut cells).into_iter().for_each(|number| topic = format!("{topic}[{number}]"));
     (topic, cells)
+}
+
+/// The number of a sensor among those of its kind, which ArduPilot gives in a field; the field goes.
+fn number_of(cells: &mut Vec<(String, Cell)>) -> Option<f64> {
+    let place = cells.iter().position(|(name, cell)| name == "I" && matches!(cell, Cell::Integer(_)))?;
+    cells.remove(place).1.number()
+}
+
+/// The kind of a message that says it of itself, `{"meta": {"type": "IMU"}, "data": {"I": 0, …}}` as pymavlink writes logs; its values are
+/// those of the message then.
+fn message_of(cells: &mut Vec<(String, Cell)>) -> Option<String> {
+    let place = cells.iter().position(|(name, cell)| name == "meta.type" && matches!(cell, Cell::Text(_)))?;
+    let Cell::Text(kind) = cells.remove(place).1 else { return None };
+    for (name, _) in cells.iter_mut() {
+        if let Some(own) = name.strip_prefix("data.") {
+            *name = own.to_owned();
+        }
+    }
+    Some(number_of(cells).map_or_else(|| kind.clone(), |number| format!("{kind}[{number}]")))
 }
 
 /// What the column of several times is called.
@@ -535,6 +550,13 @@ mod tests {
         assert!(csv(&dicts).starts_with("t,gyro.x,gyro.y,gyro.z,on,x\n0.5,1,0.002,-3,1,\n"), "{}", csv(&dicts));
         let loose = "2026-05-02 09:14:00.01: IMU {TimeUS : 10, I : 0, GyrX : 0.5}\n2026-05-02 09:14:00.01: IMU {TimeUS : 10, I : 1, GyrX : 2}\n";
         assert!(csv(loose).starts_with("TimeUS,IMU[0].GyrX,IMU[1].GyrX\n10,0.5,\n10,,2\n"), "{}", csv(loose));
+        let of_pymavlink = [("0", "0.5"), ("1", "2")].map(|(number, rate)| {
+            format!(
+                "{{\"meta\": {{\"type\": \"IMU\"}}, \"data\": {{\"TimeUS\": 10, \"I\": {number}, \"GyrX\": {rate}}}}}\n"
+            )
+        });
+        let of_pymavlink = csv(&of_pymavlink.concat());
+        assert!(of_pymavlink.starts_with("TimeUS,IMU[0].GyrX,IMU[1].GyrX\n10,0.5,\n10,,2\n"), "{of_pymavlink}");
         let stamped = "2026-05-02T09:14:00.01+0100 robot/imu {\"gz\":1}\n".repeat(2);
         assert!(csv(&stamped).starts_with("time,gz\n2026-05-02T09:14:00.01+0100,1\n"), "{}", csv(&stamped));
     }

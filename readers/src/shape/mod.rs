@@ -1,6 +1,7 @@
 //! Text whose lines are no rows of a table, as the lines of a CSV that they mean, whoever has them: a file or a stream.
 
 mod blocks;
+mod dated;
 mod documents;
 mod hex;
 mod instances;
@@ -41,6 +42,7 @@ pub fn of<'a>(lines: impl Iterator<Item = &'a [u8]>, is_file: bool) -> Option<Bo
         .or_else(|| documents::Documents::of(&lines).map(boxed))
         .or_else(|| hex::Hex::of(&lines).map(boxed))
         .or_else(|| instances::Instances::of(&lines).map(boxed))
+        .or_else(|| dated::Dated::of(&lines).map(boxed))
         .or_else(|| stepped::Stepped::of(&lines).map(boxed))
         .or_else(|| pairs::Pairs::of(&lines).map(boxed))
         .or_else(|| Blocks::of(lines.iter().copied()).map(boxed))

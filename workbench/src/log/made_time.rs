@@ -164,10 +164,35 @@ pub(super) fn counted(sample: &Sample, used: &[usize], step: f64) -> Made {
     Made { pick, column: counter, says, seconds, is_example: stated.is_none() }
 }
 
+/// Counters of a sensor's own ticks, by their names, and the tick, s. Source: the data sheets of Bosch's BMI160, BMI270 and BMI323,
+/// SENSORTIME.
+const TICKS: [(&str, f64); 1] = [("sensortime", 39.0625e-6)];
+
+/// A column that counts the ticks of a sensor.
+fn ticks(sample: &Sample, growing: &[(usize, f64)]) -> Option<Made> {
+    let plain = |column: usize| -> String {
+        sample.head.names[column].to_lowercase().chars().filter(char::is_ascii_alphanumeric).collect()
+    };
+    growing.iter().find_map(|&(column, step)| {
+        let &(_, tick) = TICKS.iter().find(|(name, _)| plain(column).ends_with(name))?;
+        let is_counter = sample.columns[column].iter().all(|x| x.fract() == 0.0);
+        let seconds = step * tick;
+        if !is_counter || !(FASTEST..SLOWEST).contains(&seconds) {
+            return None;
+        }
+        let called = sample.called(column);
+        let says = format!("{called} counts ticks of {} µs: a row every {}", tick * 1e6, duration(seconds));
+        Some(Made::of(sample, column, sample.pick("t_us", column, (tick * 1e6).recip()), says))
+    })
+}
+
 /// The column that is a time, in the unit that makes a gyro's log of it.
 pub(super) fn time(sample: &Sample, used: &[usize]) -> Option<Made> {
     let free = (0..sample.columns.len()).filter(|i| !used.contains(i));
     let growing: Vec<(usize, f64)> = free.filter_map(|i| sample.step(i).map(|step| (i, step))).collect();
+    if let Some(made) = ticks(sample, &growing) {
+        return Some(made);
+    }
     let mut best: Option<(f64, usize, &str, f64)> = None;
     for &(column, step) in growing.iter().filter(|(column, step)| !counts(sample, *column, *step)) {
         for name in ["t", "t_ms", "t_us", "t_ns"] {
