@@ -344,7 +344,9 @@ fn with_stamp(before: &[u8], mut cells: Vec<(String, Cell)>) -> (String, Vec<(St
         cells.insert(0, (if found.in_ms { "time [ms]" } else { "time" }.to_owned(), Cell::Text(time)));
     }
     let mut topic = String::from_utf8_lossy(line[found.end..line.len() - 1].trim_ascii()).into_owned();
-    number_of(&mut cells).into_iter().for_each(|number| topic = format!("{topic}[{number}]"));
+    if let Some(number) = number_of(&mut cells) {
+        topic = format!("{topic}[{number}]");
+    }
     (topic, cells)
 }
 
