@@ -143,7 +143,9 @@ mod tests {
         let lines: Vec<&[u8]> = text.lines().map(str::as_bytes).collect();
         let mut rows = Dated::of(&lines)?;
         let mut out = Vec::new();
-        lines.iter().for_each(|line| rows.line(line, &mut out));
+        for line in &lines {
+            rows.line(line, &mut out);
+        }
         Some(String::from_utf8(out).unwrap().lines().map(str::to_owned).collect())
     }
 
