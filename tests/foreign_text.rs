@@ -369,6 +369,12 @@ fn of_scripts_and_databases() -> Vec<(&'static str, String)> {
                 listed(&|row| row[2])
             ),
         ),
+    ]
+}
+
+/// Tables as people and devices write them.
+fn of_tables() -> Vec<(&'static str, String)> {
+    vec![
         (
             "ruled",
             written("| t | gyro_z | ref_angle_z |\n|---|--------|-------------|\n", |[t, g, a]| {
@@ -404,7 +410,7 @@ fn what_loggers_scripts_and_databases_write_is_understood() {
     let bench = Bench::new();
     bench.file("own.csv", log(2000));
     let wanted = fitted(&bench, &["own.csv"]);
-    for (name, text) in of_loggers().into_iter().chain(of_scripts_and_databases()) {
+    for (name, text) in of_loggers().into_iter().chain(of_scripts_and_databases()).chain(of_tables()) {
         let file = format!("{name}.txt");
         bench.file(&file, text);
         let found = fitted(&bench, &[&file]);
