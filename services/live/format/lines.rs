@@ -80,6 +80,8 @@ pub struct Lines {
     /// The lines that were refused last.
     refused: VecDeque<Vec<u8>>,
     advised: RefCell<Option<(Looked, Option<Advice>)>>,
+    /// The last line as it came, where fields are made of it.
+    came: Option<Vec<u8>>,
     /// Lines that were not understood, and the last of them.
     unread: u64,
     example: String,
@@ -191,6 +193,7 @@ impl Lines {
             options: options.clone(),
             refused: VecDeque::new(),
             advised: RefCell::new(None),
+            came: None,
             unread: 0,
             example: String::new(),
             is_other: None,
@@ -246,6 +249,7 @@ impl Lines {
             self.text(line, found);
             return self.look_for_shape(found);
         };
+        self.came = Some(line.to_vec());
         let mut text = Vec::new();
         records.feed(line);
         records.feed(b"\n");
@@ -257,6 +261,7 @@ impl Lines {
 
     /// A line of a shape that is known.
     fn shaped(&mut self, line: &[u8], found: &mut dyn FnMut(Found)) {
+        self.came = Some(line.to_vec());
         let mut text = Vec::new();
         if let Some(shape) = &mut self.shape {
             shape.line(line, &mut text);
@@ -302,6 +307,7 @@ impl Lines {
     /// A line of fields, of the source or of what its records mean.
     fn text(&mut self, line: &[u8], found: &mut dyn FnMut(Found)) {
         let Some(table) = &mut self.table else { return self.look(line, found) };
+        let came = self.came.as_deref().unwrap_or(line);
         // A source without a reference may have one that nobody has named.
         if !table.layout.has_reference() && self.refused.len() < KEPT {
             self.refused.push_back(line.to_vec());
@@ -313,7 +319,7 @@ impl Lines {
                 found(Found::Begins);
             }
             Sifted::Skip(Skip::Remark) => {
-                found(Found::Fault(Fault::Remark, format!("line {}: {}", self.number, shown(line))));
+                found(Found::Fault(Fault::Remark, format!("line {}: {}", self.number, shown(came))));
             }
             Sifted::Skip(_) => self.other(Fault::Garbled, line, found),
             Sifted::Row => match table.parser.parse(table.sieve.row(line, self.number), &table.layout) {
@@ -324,7 +330,7 @@ impl Lines {
                             RowFault::NoTime => Fault::Time,
                             _ => Fault::Value,
                         };
-                        let says = format!("line {}, column {}: {}", self.number, column + 1, shown(line));
+                        let says = format!("line {}, column {}: {}", self.number, column + 1, shown(came));
                         found(Found::Fault(fault, says));
                     }
                     if let Some(mut time) = parsed.time {
@@ -390,7 +396,8 @@ impl Lines {
             return self.look_for_shape(found);
         }
         let fault = if looks_like_numbers(line) || self.records.is_some() { fault } else { Fault::Remark };
-        found(Found::Fault(fault, format!("line {}: {}", self.number, shown(line))));
+        let came = self.came.as_deref().unwrap_or(line);
+        found(Found::Fault(fault, format!("line {}: {}", self.number, shown(came))));
     }
 
     /// Whether what was taken for a header had none: no line below it is a row. They are looked at anew then.
@@ -505,7 +512,7 @@ impl Lines {
             self.refused.pop_front();
         }
         if self.example.is_empty() || looks_like_numbers(line) {
-            self.example = shown(line);
+            self.example = shown(self.came.as_deref().unwrap_or(line));
         }
     }
 
@@ -692,6 +699,16 @@ mod tests {
             assert!(rows[2].1.is_nan() && rows[4].1 == 0.8);
             assert_eq!(faults, [Remark, Remark, Cut, Garbled, Remark, Value, Time]);
         }
+    }
+
+    #[test]
+    fn what_is_not_understood_is_shown_as_it_came() {
+        let line = |k: u32| format!("#000381 T{k:05}.810 U{}.25 V{}.5", k * k % 7, k % 5);
+        let text: String = (0..60).map(|k| line(k) + "\n").collect::<Vec<_>>().concat();
+        let mut lines = Lines::new(None, &Options::default(), false).unwrap();
+        lines.take(text.as_bytes(), &mut |_| {});
+        let says = lines.not_understood().unwrap();
+        assert!(says.contains("`#000381 T000"), "{says}");
     }
 
     #[test]
