@@ -707,6 +707,7 @@ mod tests {
         let text: String = (0..60).map(|k| line(k) + "\n").collect::<Vec<_>>().concat();
         let mut lines = Lines::new(None, &Options::default(), false).unwrap();
         lines.take(text.as_bytes(), &mut |_| {});
+        assert!(lines.shape.is_some());
         let says = lines.not_understood().unwrap();
         assert!(says.contains("`#000381 T000"), "{says}");
     }
