@@ -172,7 +172,20 @@ fn a_ratio_that_no_gyro_has_is_said() {
 /// Counts that an encoder loses are a suspect beside a gyro that bends, and a fault of the data once they are named.
 #[test]
 fn lost_counts_are_no_nonlinearity_and_a_nonlinearity_loses_no_counts() {
-    for (share, beyond) in [(0.005, 0), (0.06, 0), (0.3, 1)] {
+    counts_are_lost(&[(0.06, 0)]);
+    let bent = climb(with("cubic-nonlinearity:k3=0.0005"));
+    assert_eq!(bent.ladders[0].effects[2], "cubic-nonlinearity", "{}", bent.ladders[0].in_words(Voice::Log));
+    assert!(bent.ladders[0].data_faults.is_empty(), "{:?}", bent.ladders[0].data_faults);
+}
+
+#[test]
+#[ignore = "long: tests/nightly"]
+fn few_and_many_lost_counts_are_found() {
+    counts_are_lost(&[(0.005, 0), (0.3, 1)]);
+}
+
+fn counts_are_lost(shares: &[(f64, u8)]) {
+    for &(share, beyond) in shares {
         let lossy = climb(with(&format!("lost-counts:loss={share},above=2.5,beyond={beyond}")));
         let own = &lossy.ladders[0];
         let says = own.in_words(Voice::Log);
@@ -184,9 +197,6 @@ fn lost_counts_are_no_nonlinearity_and_a_nonlinearity_loses_no_counts() {
         let fault = own.data_faults.iter().find(|fault| fault.kind.name() == "lost-counts").expect(&says);
         assert!(fault.count > 500 && fault.says.contains("count in hardware"), "{fault:?}");
     }
-    let bent = climb(with("cubic-nonlinearity:k3=0.0005"));
-    assert_eq!(bent.ladders[0].effects[2], "cubic-nonlinearity", "{}", bent.ladders[0].in_words(Voice::Log));
-    assert!(bent.ladders[0].data_faults.is_empty(), "{:?}", bent.ladders[0].data_faults);
 }
 
 #[test]
@@ -262,6 +272,7 @@ fn what_looks_like_a_fault_and_is_physics_is_still_found() {
 
 /// Torque ripple that is 80 Hz fast at the fastest turns, at 100 rows a second; the rate at which it is told says where it truly is.
 #[test]
+#[ignore = "long: tests/nightly"]
 fn motion_that_is_folded_is_told_with_its_true_frequency_and_no_tone_is_made_of_it() {
     let sensor = SensorSpec { reference: Reference::Encoder(0), ..SensorSpec::default() };
     let motion = Motion::RateTable { rate: 2.0, hold: 15.0 };

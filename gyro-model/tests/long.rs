@@ -67,6 +67,7 @@ fn a_bias_that_steps_soon_after_a_long_log_begins_is_found() {
 
 /// What is slow and in the catalogue is named all the same.
 #[test]
+#[ignore = "long: tests/nightly"]
 fn a_wandering_bias_hides_no_warm_up() {
     let found = climbed(Some("warm-up"), 1800.0, 3);
     assert_eq!(found.effects[2..], ["warm-up"], "{}", found.in_words(Voice::Log));

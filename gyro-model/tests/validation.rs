@@ -94,6 +94,7 @@ fn effects_of_five_times_the_size_that_is_found_are_named_on_a_multisine() {
 }
 
 #[test]
+#[ignore = "long: tests/nightly"]
 fn effects_of_five_times_the_size_that_is_found_are_named_on_a_drive() {
     all_named(1);
 }
@@ -178,6 +179,7 @@ fn what_is_cut_off_is_lost_where_a_late_reading_is_valid() {
 }
 
 #[test]
+#[ignore = "long: tests/nightly"]
 fn what_is_cut_off_is_lost_about_it_where_a_resonance_is_undone() {
     let hidden = ["mount-resonance:f=8,zeta=0.1", "saturation:l=2.2"];
     let outcome = explained(Motion::Multisine { travel: 8.0 }, 60.0, 200.0, &hidden);

@@ -83,7 +83,9 @@ impl<'a> Bytes<'a> {
         // The buffer doubles with what has come, whatever is asked for.
         let room = wanted.clamp(PIECE, (2 * self.end).max(PIECE));
         if self.buffer.len() < room.max(self.end + 1) {
-            self.buffer.resize(room.max(self.end + PIECE), 0);
+            let length = room.max(self.end + PIECE);
+            // The system gives a first buffer as zeros.
+            if self.buffer.is_empty() { self.buffer = vec![0; length] } else { self.buffer.resize(length, 0) }
         }
         let got = loop {
             match self.source.read(&mut self.buffer[self.end..]) {

@@ -160,7 +160,9 @@ impl<R: Read> Lines<R> {
             self.start = 0;
         }
         if self.buffer.len() - self.end < PIECE {
-            self.buffer.resize(self.end + 2 * PIECE, 0);
+            let length = self.end + 2 * PIECE;
+            // The system gives a first buffer as zeros.
+            if self.buffer.is_empty() { self.buffer = vec![0; length] } else { self.buffer.resize(length, 0) }
         }
         let got = loop {
             match self.source.read(&mut self.buffer[self.end..]) {

@@ -13,7 +13,7 @@ use log_readers::{
     meaning::{Pick, Proposal, Second, stated_rate},
     text::{Form, Head},
 };
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// One column.
 #[derive(Clone, Debug)]
@@ -97,9 +97,10 @@ impl Layout {
             ..Self::default()
         };
         let mut seen: HashMap<Key, usize> = HashMap::new();
+        let mut before: HashSet<&str> = HashSet::new();
         for (i, name) in names.renamed.iter().enumerate() {
             // What no map and no name of the format means may stand there twice.
-            let again = names.renamed[..i].contains(name) && matches!(unit::name(name), Name::Free);
+            let again = !before.insert(name) && matches!(unit::name(name), Name::Free);
             let name = match name.as_str() {
                 "" => format!("column_{}", i + 1),
                 name if again => format!("{name}_{}", i + 1),

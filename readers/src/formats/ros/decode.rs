@@ -28,8 +28,9 @@ pub struct Message {
 
 /// Elements of a sequence that are named, at most.
 const MOST_NAMES: usize = 256;
-/// Steps through one message, at most: elements of a sequence may take no bytes.
-const MOST_STEPS: usize = 1 << 20;
+/// Steps through one message, at most: so many a byte, and so many beside. Elements of a sequence may take no bytes.
+const STEPS_A_BYTE: usize = 4;
+const STEPS_BESIDE: usize = 4096;
 
 /// The place in a message's bytes.
 pub struct Reading<'a> {
@@ -37,6 +38,7 @@ pub struct Reading<'a> {
     at: usize,
     wire: Wire,
     big_endian: bool,
+    /// Steps that may follow.
     steps: usize,
 }
 
@@ -47,7 +49,8 @@ impl<'a> Reading<'a> {
             Wire::Cdr => (bytes.get(4..)?, bytes[1] & 1 == 0),
             Wire::Ros1 => (bytes, false),
         };
-        Some(Self { bytes, at: 0, wire, big_endian, steps: 0 })
+        let steps = STEPS_A_BYTE.saturating_mul(bytes.len()).saturating_add(STEPS_BESIDE);
+        Some(Self { bytes, at: 0, wire, big_endian, steps })
     }
 
     /// Runs a program; `None` where the bytes end before it does.
@@ -57,19 +60,13 @@ impl<'a> Reading<'a> {
         message.named.clear();
         message.names.clear();
         message.key.clear();
-        self.steps += 1;
+        self.steps = self.steps.checked_sub(1)?;
         self.all(&program.steps, message)
     }
 
     fn all(&mut self, steps: &[Step], message: &mut Message) -> Option<()> {
-        if self.steps > MOST_STEPS {
-            return None;
-        }
         for step in steps {
-            self.steps += 1;
-            if self.steps > MOST_STEPS {
-                return None;
-            }
+            self.steps = self.steps.checked_sub(1)?;
             match step {
                 Step::Number(kind) => message.values.push(self.number(*kind)?),
                 Step::Pass(kind) => _ = self.number(*kind)?,
