@@ -466,6 +466,12 @@ fn a_time_is_found_or_made_of_what_is_there() {
             1e-6,
         ),
         (
+            "short-timer.csv",
+            written("fifo_ts,gyro_z,angle\n", |[t, g, a]| format!("{},{g},{a}", micros(*t) % 65_536)),
+            vec!["'fifo_ts' only grows", "--map t_us=fifo_ts"],
+            1e-6,
+        ),
+        (
             "counter.csv",
             written("sample,gyro_z,angle\n", |[t, g, a]| format!("{},{g},{a}", count(*t))),
             vec!["'sample' counts rows", "is an example", "t=0.01*sample"],

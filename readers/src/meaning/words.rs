@@ -411,16 +411,18 @@ fn rate_of_angle(words: &[String]) -> Option<(usize, String)> {
 /// Whether a name is a time's, and which of several is the better: one that counts from the recording's start before one that
 /// counts from an epoch.
 fn time_rank(words: &[String]) -> Option<u8> {
+    // What a recorder puts around a message: `field.header.stamp`, `msg.header.stamp.sec`.
+    const AROUND: [&str; 5] = ["field", "msg", "message", "data", "payload"];
+    let is_around = words.len() > 2 && AROUND.contains(&words[0].as_str());
+    let words = &words[usize::from(is_around)..];
     let joined = words.join("_");
     Some(match joined.as_str() {
         "t" => 0,
         // The sensor's own stamp, before that of whoever took its message.
         "header_stamp"
-        | "field_header_stamp"
         | "header_timestamp"
         | "header_stamp_secs"
         | "header_stamp_sec"
-        | "field_header_stamp_secs"
         | "seconds_elapsed"
         | "elapsed"
         | "elapsed_time"
@@ -482,6 +484,7 @@ mod tests {
             ("Time (min)", What::Time),
             ("time_h", What::Time),
             ("timestamp [ns]", What::Time),
+            ("msg.header.stamp.sec", What::Time),
             ("Time (s)", What::Time),
             ("SampleTimeFine", What::Time),
             ("t", What::Time),

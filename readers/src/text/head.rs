@@ -97,8 +97,10 @@ impl Head {
         let (whole, rest) = (values(column), values(fine));
         let is_rest = |x: &f64| (0.0..10_f64.powi(9 - exponent)).contains(x) && x.fract() == 0.0;
         let are_parts = whole.iter().all(|x| x.fract() == 0.0) && rest.iter().all(is_rest);
-        let moves = rest.len() < 2 || rest.iter().any(|x| *x != rest[0]);
-        (fine != column && are_parts && moves).then_some((fine, exponent))
+        let varies = |values: &[f64]| values.iter().any(|x| *x != values[0]);
+        // Seconds that go on while the rest stays as it is are whole times.
+        let is_time = varies(&rest) || !varies(&whole);
+        (fine != column && are_parts && is_time).then_some((fine, exponent))
     }
 
     /// Of columns that are known, and their first rows.

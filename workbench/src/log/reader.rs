@@ -407,11 +407,10 @@ impl Iterator for Reader {
     }
 }
 
-/// Whether a row has values, but neither a gyro's nor a reference's.
+/// Whether a row has neither a gyro's values nor a reference's: they are those of another sensor, whose columns may be none of the log's.
 fn is_bare(row: &Row) -> bool {
     let mut of_log = row.gyro.iter().chain(&row.ref_angle).chain(&row.ref_rate).chain(&row.ref_quaternion);
-    let mut others = row.accel.iter().chain([&row.temperature, &row.supply]).chain(&row.free);
-    of_log.all(|x| x.is_nan()) && others.any(|x| x.is_finite())
+    of_log.all(|x| x.is_nan())
 }
 
 /// Whether one row holds a gyro and the other one a reference, and neither both.

@@ -150,9 +150,9 @@ impl Sample {
         Pick { factor: divisor.recip(), ..Pick::new(name, &self.channel(column), None) }
     }
 
-    /// The middle step of a column that only grows.
+    /// The middle step of a column that only grows, past the overflows of a timer.
     pub(super) fn step(&self, column: usize) -> Option<f64> {
-        let values: Vec<f64> = self.columns[column].iter().copied().filter(|x| x.is_finite()).collect();
+        let values: Vec<f64> = self.since_first(column, 1.0).into_iter().filter(|x| x.is_finite()).collect();
         let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let back = steps.iter().filter(|step| **step < 0.0).count();
         steps.retain(|step| *step > 0.0);
