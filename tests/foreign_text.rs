@@ -513,6 +513,23 @@ fn a_reference_is_found_in_units_and_shapes_that_no_name_says() {
             1e-3,
         ),
         (
+            "bridge.jsonl",
+            written("", |[t, g, a]| {
+                let (s, us) = parts(*t);
+                let around = |topic: &str, values: &str| {
+                    format!(
+                        "{{\"op\": \"publish\", \"topic\": \"{topic}\", \"msg\": {{\"header\": {{\"stamp\": {{\"sec\": {s}, \"nanosec\": {}}}}}, {values}}}}}",
+                        us * 1000
+                    )
+                };
+                let gyro = format!("\"angular_velocity\": {{\"x\": 0, \"y\": 0, \"z\": {g}}}");
+                let table = format!("\"vector\": {{\"x\": 0, \"y\": 0, \"z\": {a}}}");
+                format!("{}\n{}", around("/imu", &gyro), around("/table", &table))
+            }),
+            vec!["--map ref_angle_z=msg.vector.z"],
+            1e-6,
+        ),
+        (
             "quaternion.csv",
             written("t,wz,q1,q2,q3,q4\n", |[t, g, a]| format!("{t},{g},0,0,{},{}", half(*a).0, half(*a).1)),
             vec!["(x, y, z, w)", "ref_qw=q4"],

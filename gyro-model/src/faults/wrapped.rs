@@ -119,7 +119,8 @@ fn signless(values: &[f64]) -> Option<(Wraps, Vec<f64>, bool)> {
     if least < 0.0 {
         return None;
     }
-    let found = jumps_of_one_size(values, SIGN_LOST * most).filter(|found| found.jumps.len() >= ALONE)?;
+    let mut found = jumps_of_one_size(values, SIGN_LOST * most).filter(|found| found.jumps.len() >= ALONE)?;
+    found.twice = word(values, found.twice).unwrap_or(found.twice);
     let signed: Vec<f64> = values.iter().map(|x| if *x > 0.5 * found.twice { x - found.twice } else { *x }).collect();
     let (low, high) = signed.iter().fold((0.0_f64, 0.0_f64), |(a, b), x| (a.min(*x), b.max(*x)));
     // It has to turn both ways, and no reading may lie beyond the word's range.
@@ -198,7 +199,14 @@ mod tests {
         let stored: Vec<f64> = slow.iter().map(|x| x.rem_euclid(10.0)).collect();
         let (found, signed, _) = signless(&stored).unwrap();
         assert!((found.twice - 10.0).abs() < 0.05, "{}", found.twice);
-        assert!(signed.iter().zip(slow).all(|(a, b)| (a - b).abs() < 0.05));
+        assert!(signed.iter().zip(&slow).all(|(a, b)| (a - b).abs() < 0.05));
+        // In whole steps of a word of 16 bits, 131 a °/s, nothing is left between the two signs.
+        let step = 1.0 / 131.0;
+        let words: Vec<f64> = slow.iter().map(|x| (100.0 * x / step).round() * step).collect();
+        let (found, signed, _) =
+            signless(&words.iter().map(|x| x.rem_euclid(65_536.0 * step)).collect::<Vec<_>>()).unwrap();
+        assert!((found.twice / (65_536.0 * step) - 1.0).abs() < 1e-9, "{}", found.twice);
+        assert!(signed.iter().zip(words).all(|(a, b)| (a - b).abs() < 1e-6));
         let one_way: Vec<f64> = turning().iter().map(|x| x.abs()).collect();
         assert!(signless(&turning()).is_none() && signless(&one_way).is_none());
     }
