@@ -148,9 +148,10 @@ pub(super) static LEAVES_NOISE: F =
     Fact { says: "with it, only noise of a size that sensors have is left", of: |c| c.leaves_noise };
 /// In the reading.
 pub(super) static IS_IN_READING: F = Fact { says: "a line of the gyro's own spectrum", of: |c| c.is_in_reading };
-/// In the reference.
+/// Fast enough.
 pub(super) static MAY_BE_ALIASED: F =
     Fact { says: "a line as fast as aliased motion that a reference shows", of: |c| c.may_be_aliased };
+/// In the reference.
 pub(super) static IS_IN_REFERENCE: F = Fact { says: "a line that the reference shows too", of: |c| c.is_in_reference };
 /// Read off.
 pub(super) static IS_READ_OFF: F = Fact { says: "read off the readings themselves", of: |c| c.is_read_off };

@@ -78,6 +78,12 @@ impl Parts {
     }
 }
 
+/// Whether the columns of a table hold the parts of a time, by their names.
+#[must_use]
+pub fn has_parts(head: &Head) -> bool {
+    head.line.is_some() && Parts::of(&head.names).is_some()
+}
+
 /// Rows with parts of a time as lines of a CSV.
 pub struct Dated {
     head: Head,

@@ -11,6 +11,7 @@ mod sentence;
 mod stepped;
 mod wrapped;
 
+pub use dated::has_parts as has_parts_of_a_time;
 pub use instances::column as instance_column;
 pub use sentence::tells_in_strings;
 

@@ -449,8 +449,11 @@ impl Lines {
         let lines: Vec<(Vec<u8>, u64)> = self.finder.lines().map(|(line, number)| (line.to_vec(), number)).collect();
         let (head, problem) = match self.finder.finish(&mut Skipped::default()) {
             Ok((head, above)) => match Layout::new(&head, &self.maps) {
-                // Its rows may be those of several sensors in turn, which more of them tell.
-                Ok(_) if !self.is_of_one && shape::instance_column(&head).is_some() => {
+                // Its rows may be those of several sensors in turn, or have the parts of a time, which more of them tell.
+                Ok(_)
+                    if !self.is_of_one
+                        && (shape::instance_column(&head).is_some() || shape::has_parts_of_a_time(&head)) =>
+                {
                     lines.iter().skip(self.told).for_each(|(line, _)| self.not_understood(line));
                     self.may_be_of_several = true;
                     return self.begin_anew();
@@ -710,6 +713,15 @@ mod tests {
         assert!(lines.shape.is_some());
         let says = lines.not_understood().unwrap();
         assert!(says.contains("`#000381 T000"), "{says}");
+    }
+
+    #[test]
+    fn parts_of_a_time_are_one_time_live_too() {
+        let row = |k: u32| format!("9,14,{},{},{}.5,7\n", 20 + k / 50, k % 50 * 20, k % 3);
+        let text = (0..200).map(row).collect::<Vec<_>>().concat();
+        let text = format!("Hour,Minute,Second,Millisecond,gyro_z_dps,ref_angle_z_deg\n{text}");
+        let (rows, _) = read(text.as_bytes(), 100);
+        assert_eq!((rows.len(), rows[199].0 - rows[0].0), (200, 3_980_000_000));
     }
 
     #[test]

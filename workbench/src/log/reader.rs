@@ -407,7 +407,7 @@ impl Iterator for Reader {
     }
 }
 
-/// Whether a row has neither a gyro's values nor a reference's: they are those of another sensor, whose columns may be none of the log's.
+/// Whether a row has neither a gyro's value nor a reference's: it is another sensor's, perhaps one of which the log uses no column.
 fn is_bare(row: &Row) -> bool {
     let mut of_log = row.gyro.iter().chain(&row.ref_angle).chain(&row.ref_rate).chain(&row.ref_quaternion);
     of_log.all(|x| x.is_nan())
