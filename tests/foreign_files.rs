@@ -244,7 +244,7 @@ if 'old' in kind:
 print('null')";
 
 #[test]
-fn a_bag_of_an_independent_writer_has_the_very_verdict_of_the_csv() {
+fn a_bag_of_an_independent_writer_gives_the_very_numbers_of_the_csv() {
     let Some(python) = python() else { return };
     let bench = Bench::new();
     bench.ok(&[
@@ -264,7 +264,7 @@ fn a_bag_of_an_independent_writer_has_the_very_verdict_of_the_csv() {
     let text: String = rows.iter().map(|row| row.join(",") + "\n").collect();
     bench.file("three.csv", text);
     let parameters = |words: &[&str]| {
-        let axes = json(&bench.ok(&[&["diagnose"], words, &["--format", "json"]].concat()))["axes"].clone();
+        let axes = json(&bench.ok(&[&["compare"], words, &["--format", "json"]].concat()))["axes"].clone();
         axes.as_array()
             .unwrap()
             .iter()

@@ -14,7 +14,6 @@ use rustix::process::Signal;
 use std::{fs::File, path::PathBuf, time::Duration};
 
 const SERVICES: [&str; 3] = ["acquisition", "kalman", "compensator"];
-const KILLS: usize = 20;
 
 /// An onlooker of the estimates.
 struct Onlooker {
@@ -81,13 +80,24 @@ fn until_back(pipeline: &mut Pipeline, service: &str, dead: u32) {
 
 #[test]
 fn whatever_is_killed_comes_back_while_the_others_go_on() {
+    killed(5);
+}
+
+#[test]
+#[ignore = "minutes: run by tests/nightly"]
+fn whatever_is_killed_forty_times_comes_back() {
+    killed(40);
+}
+
+/// Each service is killed so often, and every fifth time once more while it starts.
+fn killed(times: usize) {
     let place = Place::new();
     let mut random = ChaCha8Rng::seed_from_u64(5);
     let mut pipeline = place.start("kills", &["--source", "sim"]);
     let mut onlooker = Onlooker::join(&mut pipeline);
     onlooker.until_on(&mut pipeline, "the first estimate");
     let mut epoch = 0;
-    for round in 0..KILLS {
+    for round in 0..times {
         for service in SERVICES {
             let dead = kill(&mut pipeline, service);
             if round % 5 == 4 {
@@ -114,7 +124,7 @@ fn whatever_is_killed_comes_back_while_the_others_go_on() {
     let status = place.status("kills").unwrap();
     for service in status["services"].as_array().unwrap() {
         let restarts = service["restarts"].as_u64().unwrap();
-        assert!(restarts >= KILLS as u64, "{service}");
+        assert!(restarts >= times as u64, "{service}");
     }
     drop(onlooker);
     let ended = pipeline.interrupt();

@@ -5,7 +5,7 @@ use crate::{
     effects::{CATALOGUE, Effect, ParameterCard, Role, Stage, Trait, find},
 };
 use serde::{Deserialize, Serialize};
-use std::cmp::Ordering;
+use std::{cmp::Ordering, collections::HashMap, sync::LazyLock};
 
 /// One column: a parameter of an effect on an axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,16 +49,20 @@ impl PartialOrd for Key {
     }
 }
 
+/// Where each effect stands in the catalogue.
+static PLACES: LazyLock<HashMap<&str, usize>> =
+    LazyLock::new(|| CATALOGUE.iter().enumerate().map(|(place, effect)| (effect.card().id, place)).collect());
+
 impl Ord for Key {
     fn cmp(&self, other: &Self) -> Ordering {
-        let place = |key: &Self| CATALOGUE.iter().position(|effect| effect.card().id == key.effect);
-        let places = |key: &Self| (key.axis, place(key).unwrap_or(usize::MAX));
+        let place = |key: &Self| PLACES.get(key.effect.as_str()).copied().unwrap_or(usize::MAX);
+        let effects = || if self.effect == other.effect { Ordering::Equal } else { place(self).cmp(&place(other)) };
         let shapes = || {
             let each = self.shape.iter().zip(&other.shape).map(|(a, b)| a.total_cmp(b));
             each.fold(self.shape.len().cmp(&other.shape.len()), Ordering::then)
         };
         let names = || (&self.effect, &self.name).cmp(&(&other.effect, &other.name));
-        places(self).cmp(&places(other)).then_with(names).then_with(shapes)
+        self.axis.cmp(&other.axis).then_with(effects).then_with(names).then_with(shapes)
     }
 }
 

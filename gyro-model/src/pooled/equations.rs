@@ -53,10 +53,10 @@ impl Equations {
         self.keys.iter().position(|own| own == key)
     }
 
-    /// These of the parameters, the others being zero.
+    /// These of the parameters, by place and name, the others being zero.
     #[must_use]
-    pub fn with(&self, keep: impl Fn(&Key) -> bool) -> Self {
-        let kept: Vec<usize> = (0..self.keys.len()).filter(|&k| keep(&self.keys[k])).collect();
+    pub fn with(&self, keep: impl Fn(usize, &Key) -> bool) -> Self {
+        let kept: Vec<usize> = (0..self.keys.len()).filter(|&k| keep(k, &self.keys[k])).collect();
         Self {
             keys: kept.iter().map(|&k| self.keys[k].clone()).collect(),
             matrix: Mat::from_fn(kept.len(), kept.len(), |i, j| self.matrix[(kept[i], kept[j])]),

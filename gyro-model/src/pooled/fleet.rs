@@ -205,17 +205,16 @@ pub fn fleet(logs: &[FleetLog]) -> Fleet {
         kinds.entry(&log.kind).or_default().push(log);
     }
     let mut all = Fleet::default();
-    for own in kinds.into_values() {
-        let axes: BTreeSet<Axis> = own.iter().flat_map(|log| log.member.axes().to_vec()).collect();
+    for own in kinds.into_values().map(Kind::new) {
+        let axes: BTreeSet<Axis> = own.logs.iter().flat_map(|log| log.member.axes().to_vec()).collect();
         let mut found: Vec<Found> = Vec::new();
         for axis in &axes {
             found.extend(on_axis(&own, *axis, axes.len(), &mut all.ambiguous));
         }
-        let names = parts(&own);
         let members: Vec<(usize, &Member)> =
-            own.iter().filter_map(|log| Some((names.binary_search(&log.part).ok()?, &log.member))).collect();
+            own.parts.iter().copied().zip(own.logs.iter().map(|log| &log.member)).collect();
         let chosen: BTreeSet<Key> = found.iter().map(|one| one.key.clone()).collect();
-        all.tilts.extend(tilts(&own[0].kind, &names, &members, &chosen));
+        all.tilts.extend(tilts(own.label(), &own.names, &members, &chosen));
         tell(&own, found, &mut all);
     }
     all.labels.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
@@ -236,22 +235,38 @@ struct Found {
     price: f64,
 }
 
-/// The names of the parts, in order.
-fn parts(logs: &[&FleetLog]) -> Vec<String> {
-    let names: BTreeSet<&String> = logs.iter().map(|log| &log.part).collect();
-    names.into_iter().cloned().collect()
+/// The logs of one type, of which there is one at least.
+struct Kind<'l> {
+    logs: Vec<&'l FleetLog>,
+    /// The names of the parts, in order.
+    names: Vec<String>,
+    /// Which of them each log is of.
+    parts: Vec<usize>,
 }
 
-/// What each log says of a parameter, these others being free in it. The value is that over nothing: of a factor less one.
-fn readings(logs: &[&FleetLog], key: &Key, beside: &BTreeSet<Key>) -> (Vec<Reading>, Vec<usize>) {
-    let names = parts(logs);
-    let neutral = neutral(key);
-    let told = logs.iter().enumerate().filter_map(|(k, log)| {
-        let (value, variance) = log.member.told(key, beside)?;
-        let part = names.binary_search(&log.part).ok()?;
-        Some((Reading { part, value: value - neutral, variance }, k))
-    });
-    told.unzip()
+impl<'l> Kind<'l> {
+    fn new(logs: Vec<&'l FleetLog>) -> Self {
+        let numbers: BTreeMap<&String, usize> =
+            logs.iter().map(|log| &log.part).collect::<BTreeSet<_>>().into_iter().zip(0..).collect();
+        let parts = logs.iter().map(|log| numbers[&log.part]).collect();
+        let names = numbers.into_keys().cloned().collect();
+        Self { logs, names, parts }
+    }
+
+    fn label(&self) -> &'l str {
+        &self.logs[0].kind
+    }
+
+    /// What each log says of a parameter, these others being free in it, and which log that is. The value is that over nothing: of a factor
+    /// less one.
+    fn readings(&self, key: &Key, beside: &BTreeSet<Key>) -> (Vec<Reading>, Vec<usize>) {
+        let neutral = neutral(key);
+        let told = self.logs.iter().zip(&self.parts).enumerate().filter_map(|(k, (log, &part))| {
+            let (value, variance) = log.member.told(key, beside)?;
+            Some((Reading { part, value: value - neutral, variance }, k))
+        });
+        told.unzip()
+    }
 }
 
 fn neutral(key: &Key) -> f64 {
@@ -259,14 +274,14 @@ fn neutral(key: &Key) -> f64 {
 }
 
 /// Asks the questions of a group of parameters.
-fn ask(logs: &[&FleetLog], keys: &[Key], chosen: &BTreeSet<Key>, price: f64) -> Option<Answer> {
+fn ask(kind: &Kind, keys: &[Key], chosen: &BTreeSet<Key>, price: f64) -> Option<Answer> {
     let mut best: Option<Answer> = None;
     for key in keys {
         let beside: BTreeSet<Key> = chosen.iter().chain(keys).filter(|other| *other != key).cloned().collect();
-        let (readings, _) = readings(logs, key, &beside);
+        let (readings, _) = kind.readings(key, &beside);
         let Some(nested) = Nested::fit(&readings) else { continue };
         let one = outliers(&readings).into_iter().fold(1.0, f64::min) * nested.parts as f64;
-        let named = logs.iter().any(|log| log.member.has(key));
+        let named = kind.logs.iter().any(|log| log.member.has(key));
         let of_logs = if named { nested.p_of_spread_of_logs() } else { 1.0 };
         let p = nested.p_of_mean().min(nested.p_of_spread()).min(one).min(of_logs);
         let p = p * QUESTIONS * keys.len() as f64 * price;
@@ -293,45 +308,48 @@ fn outliers(readings: &[Reading]) -> Vec<f64> {
     let mut chances = vec![1.0; by_part.last_key_value().map_or(0, |(part, _)| part + 1)];
     let Some(all) = Nested::fit(readings).filter(|all| all.parts > OTHERS) else { return chances };
     for (part, own) in &by_part {
-        let chance = all.beside(own).p_of_part(own);
+        let beside = all.beside(own);
+        let moves = beside.z_of_part(own).powi(4) > MOVES * all.parts as f64;
         let exact = || {
             let others: Vec<Reading> = readings.iter().filter(|r| r.part != *part).copied().collect();
             Nested::fit(&others).map_or(1.0, |others| others.p_of_part(own))
         };
-        chances[*part] = if all.parts <= MANY || chance < NEAR { exact() } else { chance };
+        chances[*part] = if all.parts <= MANY || moves { exact() } else { beside.p_of_part(own) };
     }
     chances
 }
 
 /// Other parts that are needed to tell an outlier.
 const OTHERS: usize = 3;
-/// Parts from which on one of them hardly moves the spreads, and the chance below which they are found without it all the same.
+/// Parts up to which each of them moves the spreads.
 const MANY: usize = 30;
-const NEAR: f64 = 0.01;
+/// A part z standard errors off makes the variance between n parts larger by its share z²/n, and ln of its own chance by z⁴/2n: it is
+/// told from the others alone where that is more than a tenth.
+const MOVES: f64 = 0.2;
 
-fn on_axis(logs: &[&FleetLog], axis: Axis, axes: usize, ambiguous: &mut Vec<Alike>) -> Vec<Found> {
-    let left = candidates(logs.iter().map(|log| &log.member), axis);
+fn on_axis(kind: &Kind, axis: Axis, axes: usize, ambiguous: &mut Vec<Alike>) -> Vec<Found> {
+    let left = candidates(kind.logs.iter().map(|log| &log.member), axis);
     let price = (left.len() * axes) as f64;
-    let is_named = |key: &Key| logs.iter().any(|log| log.member.has(key));
-    let (chosen, joined) = select(left, base(axis), is_named, |keys, chosen| ask(logs, keys, chosen, price));
+    let is_named = |key: &Key| kind.logs.iter().any(|log| log.member.has(key));
+    let (chosen, joined) = select(left, base(axis), is_named, |keys, chosen| ask(kind, keys, chosen, price));
     let unsplit = joined.into_iter().filter(|joined| !joined.aliases.is_empty());
     ambiguous.extend(unsplit.map(|Joined { keys, aliases }| Alike {
-        kind: logs[0].kind.clone(),
+        kind: kind.label().to_owned(),
         axis,
         effect: keys[0].effect.clone(),
         aliases,
     }));
     let own = chosen.iter().map(|key| {
         let beside: BTreeSet<Key> = chosen.iter().filter(|other| *other != key).cloned().collect();
-        let (readings, of) = readings(logs, key, &beside);
+        let (readings, of) = kind.readings(key, &beside);
         let price = if base(axis).contains(key) { 1.0 } else { price };
         Found { key: key.clone(), readings, of, price }
     });
     own.collect()
 }
 
-fn tell(logs: &[&FleetLog], found: Vec<Found>, all: &mut Fleet) {
-    let names = parts(logs);
+fn tell(kind: &Kind, found: Vec<Found>, all: &mut Fleet) {
+    let Kind { logs, names, .. } = kind;
     let chances: Vec<Vec<f64>> = found.iter().map(|own| outliers(&own.readings)).collect();
     let mut refused = discoveries(&chances.concat(), FALSE).into_iter();
     let tested = found.len() * names.len();
@@ -345,12 +363,16 @@ fn tell(logs: &[&FleetLog], found: Vec<Found>, all: &mut Fleet) {
         let shows: Vec<f64> = own.of.iter().filter_map(|&k| logs[k].member.shows(&own.key)).collect();
         let shown = crate::order::median(shows).unwrap_or(0.0);
         let size = nested.mean.powi(2) + nested.between + nested.within;
+        let mut by_part: Vec<Vec<usize>> = vec![Vec::new(); names.len()];
+        for (k, reading) in own.readings.iter().enumerate() {
+            by_part[reading.part].push(k);
+        }
         let dated = |part: usize| -> Vec<OnDay> {
-            let mine = own.readings.iter().zip(&own.of).filter(|(reading, _)| reading.part == part);
-            let mut dated: Vec<OnDay> = mine
-                .filter_map(|(Reading { value, variance, .. }, &k)| {
-                    let log = logs[k];
-                    Some(OnDay { day: log.day?, value: *value, variance: *variance, labels: &log.labels })
+            let mut dated: Vec<OnDay> = by_part[part]
+                .iter()
+                .filter_map(|&k| {
+                    let (Reading { value, variance, .. }, log) = (own.readings[k], logs[own.of[k]]);
+                    Some(OnDay { day: log.day?, value, variance, labels: &log.labels })
                 })
                 .collect();
             dated.sort_by(|a, b| a.day.total_cmp(&b.day));
@@ -359,7 +381,7 @@ fn tell(logs: &[&FleetLog], found: Vec<Found>, all: &mut Fleet) {
         let in_order = |part: usize| dated(part).iter().map(|own| (own.value, own.variance)).collect();
         let beyond = scatter(&(0..names.len()).map(in_order).collect::<Vec<_>>());
         for (part, name) in names.iter().enumerate() {
-            let mine: Vec<usize> = (0..own.readings.len()).filter(|&k| own.readings[k].part == part).collect();
+            let mine = &by_part[part];
             if mine.is_empty() {
                 continue;
             }
@@ -376,7 +398,7 @@ fn tell(logs: &[&FleetLog], found: Vec<Found>, all: &mut Fleet) {
             let changed = changed.map(|changed| changed.above(neutral));
             let course = course.map(|course| course.above(neutral));
             all.parts.push(OfPart {
-                kind: logs[0].kind.clone(),
+                kind: kind.label().to_owned(),
                 part: name.clone(),
                 key: own.key.clone(),
                 value: value + neutral,
@@ -394,7 +416,7 @@ fn tell(logs: &[&FleetLog], found: Vec<Found>, all: &mut Fleet) {
             let found = parting.ask(&own, &is_outlier, asked);
             all.labels.extend(found.map(|(values, spread, p_value)| OfLabel {
                 spread,
-                kind: logs[0].kind.clone(),
+                kind: kind.label().to_owned(),
                 key: own.key.clone(),
                 unit: unit.clone(),
                 labels: parting.labels.clone(),
@@ -410,7 +432,7 @@ fn tell(logs: &[&FleetLog], found: Vec<Found>, all: &mut Fleet) {
             outlier: is_outlier[r.part],
         });
         all.types.push(OfType {
-            kind: logs[0].kind.clone(),
+            kind: kind.label().to_owned(),
             unit,
             p_value: (nested.p_of_mean() * own.price).min(1.0),
             matters: shown * size > MATTERS,

@@ -115,7 +115,7 @@ fn told(
                 let inflation = inflation_of(own, &column.key);
                 if column.own {
                     // The common ones are known far better.
-                    let given = whole.with(|key| !shared.contains_key(key));
+                    let given = whole.with(|_, key| !shared.contains_key(key));
                     if let Some(told) = given.told(&column.key) {
                         errors.insert(column.key.clone(), (told.variance * inflation).sqrt());
                     }

@@ -16,6 +16,8 @@ use std::collections::{BTreeMap, BTreeSet};
 #[derive(Clone, Debug)]
 pub struct Member {
     equations: Equations,
+    /// Of each parameter of the equations, whether it stands in the model besides.
+    stands: Vec<bool>,
     columns: BTreeMap<Key, (Column, f64, f64)>,
     axes: Vec<Axis>,
 }
@@ -29,11 +31,10 @@ impl Member {
             let told = piece.columns.iter().enumerate();
             told.map(|(k, column)| (column.key.clone(), (column.clone(), piece.inflation[k], piece.shows[k])))
         });
-        Self {
-            equations: Equations::sum(&each),
-            columns: columns.collect(),
-            axes: pieces.iter().flat_map(|piece| piece.axes.clone()).collect(),
-        }
+        let axes = pieces.iter().flat_map(|piece| piece.axes.clone()).collect();
+        let mut own = Self { equations: Equations::sum(&each), stands: Vec::new(), columns: columns.collect(), axes };
+        own.stands = own.equations.keys.iter().map(|key| is_base(key) || own.has(key)).collect();
+        own
     }
 
     /// The axes that it tells of.
@@ -56,8 +57,9 @@ impl Member {
     /// Its equations with these parameters; what is its own, or stands in its model besides, is taken out.
     #[must_use]
     pub fn with(&self, wanted: &BTreeSet<Key>) -> Equations {
-        let stands = |key: &Key| is_base(key) || self.has(key);
-        self.equations.with(|key| wanted.contains(key) || stands(key)).without(|key| !wanted.contains(key))
+        // Of so few, each is compared sooner than their order is followed.
+        let is_wanted = |key: &Key| wanted.iter().any(|own| own == key);
+        self.equations.with(|k, key| self.stands[k] || is_wanted(key)).without(|key| !is_wanted(key))
     }
 
     /// Whether the model at which it was linearised has a parameter: the log alone named its effect.
@@ -179,7 +181,7 @@ fn answer(members: &[Member], keys: &[Key], chosen: &BTreeSet<Key>, price: f64) 
     let differing: BTreeSet<Key> = rest.iter().filter(|key| differs(members, key, &rest)).cloned().collect();
     let each: Vec<Equations> = each.iter().map(|e| e.without(|key| differing.contains(key))).collect();
     let all = Equations::sum(&each).without(|key| rest.contains(key));
-    let own = all.with(|key| keys.contains(key));
+    let own = all.with(|_, key| keys.contains(key));
     let knows = own.keys.iter().all(|key| {
         let raw: f64 = each.iter().filter_map(|e| e.keys.iter().position(|k| k == key).map(|p| e.matrix[(p, p)])).sum();
         let left = own.keys.iter().position(|k| k == key).map_or(0.0, |p| own.matrix[(p, p)]);

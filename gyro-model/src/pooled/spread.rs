@@ -71,7 +71,7 @@ pub struct Nested {
     pub gain: f64,
 }
 
-/// Sums of one part: Σw, Σwy, Σwy², Σw², Σw²y, Σw²y², Σ ln w.
+/// Sums of one part: Σw, Σwy, Σwy², Σw², Σw²y, Σw²y².
 #[derive(Clone, Copy, Default)]
 struct Sums {
     w: f64,
@@ -80,7 +80,6 @@ struct Sums {
     w2: f64,
     w2y: f64,
     w2yy: f64,
-    logs: f64,
 }
 
 /// One evaluation.
@@ -89,10 +88,8 @@ struct At {
     /// 1ᵀV⁻¹1 and the mean.
     weight: f64,
     mean: f64,
-    /// −2 restricted ln L, constants left out.
-    cost: f64,
-    /// −2 ln L, constants left out.
-    whole: f64,
+    /// (y − μ)ᵀ V⁻¹ (y − μ).
+    squares: f64,
     /// Slope of the restricted ln L by τ_p² and τ_l².
     slope: [f64; 2],
     /// Σ over parts of w̄_p (ȳ_p − μ)², of which Knapp and Hartung's factor is made.
@@ -109,7 +106,6 @@ fn sums(readings: &[Reading], parts: usize, within: f64, about: f64) -> Vec<Sums
         s.w2 += w * w;
         s.w2y += w * w * y;
         s.w2yy += w * w * y * y;
-        s.logs += w.ln();
     }
     all
 }
@@ -118,12 +114,11 @@ fn at(readings: &[Reading], parts: usize, between: f64, within: f64) -> At {
     // Values are counted from their plain mean: what is left of large numbers is then not lost.
     let about = readings.iter().map(|r| r.value).sum::<f64>() / readings.len() as f64;
     let all = sums(readings, parts, within, about);
-    let (mut weight, mut along, mut cost) = (0.0, 0.0, 0.0);
+    let (mut weight, mut along) = (0.0, 0.0);
     for s in all.iter().filter(|s| s.w > 0.0) {
         let share = 1.0 / (1.0 + between * s.w);
         weight += s.w * share;
         along += s.y * share;
-        cost += -s.logs - share.ln();
     }
     let mean = along / weight;
     let (mut squares, mut trace_within, mut second, mut pull_within) = (0.0, 0.0, 0.0, 0.0);
@@ -148,14 +143,30 @@ fn at(readings: &[Reading], parts: usize, between: f64, within: f64) -> At {
     At {
         weight,
         mean: mean + about,
-        cost: cost + weight.ln() + squares,
-        whole: cost + squares,
+        squares,
         slope: [
             -0.5 * (trace_between - fourth / weight - pull_between),
             -0.5 * (trace_within - second / weight - pull_within),
         ],
         scatter,
     }
+}
+
+/// ln|V|.
+fn log_determinant(readings: &[Reading], parts: usize, between: f64, within: f64) -> f64 {
+    let mut weights = vec![0.0; parts];
+    let mut logs = 0.0;
+    for r in readings {
+        weights[r.part] += 1.0 / (r.variance + within);
+        logs += (r.variance + within).ln();
+    }
+    logs + weights.into_iter().map(|weight| (between * weight).ln_1p()).sum::<f64>()
+}
+
+/// −2 restricted ln L, constants left out.
+fn cost(readings: &[Reading], parts: usize, between: f64, within: f64) -> f64 {
+    let At { weight, squares, .. } = at(readings, parts, between, within);
+    log_determinant(readings, parts, between, within) + weight.ln() + squares
 }
 
 /// DerSimonian and Laird's spread of readings that are each a part of their own.
@@ -249,11 +260,11 @@ impl Nested {
             }
             (between, within)
         };
-        let cost = |(between, within): (f64, f64)| at(&known, parts, between, within).cost;
+        let cost = |(between, within): (f64, f64)| cost(&known, parts, between, within);
         let (between, within) = seek(has_between, has_within);
         let found = at(&known, parts, between, within);
         let ratio = |of: bool, without: &dyn Fn() -> (f64, f64)| {
-            if of { (cost(without()) - found.cost).max(0.0) } else { 0.0 }
+            if of { (cost(without()) - cost((between, within))).max(0.0) } else { 0.0 }
         };
         let spread_ratio = ratio(between > 0.0, &|| seek(false, has_within));
         let ratio_of_logs = ratio(within > 0.0, &|| seek(has_between, false));
@@ -276,7 +287,9 @@ impl Nested {
             spread_ratio,
             ratio_of_logs,
             gain: 0.5
-                * (known.iter().map(|r| r.value * r.value / r.variance + r.variance.ln()).sum::<f64>() - found.whole),
+                * (known.iter().map(|r| r.value * r.value / r.variance + r.variance.ln()).sum::<f64>()
+                    - log_determinant(&known, parts, between, within)
+                    - found.squares),
         })
     }
 
@@ -383,10 +396,15 @@ impl Nested {
     /// Chance that a further part of this type reads as these logs do, or further off: two-sided.
     #[must_use]
     pub fn p_of_part(&self, own: &[Reading]) -> f64 {
-        let (value, variance) = self.of_part(own);
-        let error = (variance + self.between + self.plain_error.powi(2)).sqrt();
         // A spread that few parts tell is known badly.
-        two_sided((value - self.mean) / error, if self.between > 0.0 { self.freedom } else { f64::INFINITY })
+        two_sided(self.z_of_part(own), if self.between > 0.0 { self.freedom } else { f64::INFINITY })
+    }
+
+    /// How many standard errors of a further part the mean of these logs lies off.
+    #[must_use]
+    pub fn z_of_part(&self, own: &[Reading]) -> f64 {
+        let (value, variance) = self.of_part(own);
+        (value - self.mean) / (variance + self.between + self.plain_error.powi(2)).sqrt()
     }
 }
 

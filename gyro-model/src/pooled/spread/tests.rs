@@ -172,9 +172,9 @@ fn the_slopes_are_those_of_the_likelihood() {
         let here = at(&readings, parts, between, within);
         let h = 1e-6;
         let numeric = [
-            (at(&readings, parts, between + h, within).cost - at(&readings, parts, between + 2.0 * h, within).cost)
+            (cost(&readings, parts, between + h, within) - cost(&readings, parts, between + 2.0 * h, within))
                 / (2.0 * h),
-            (at(&readings, parts, between, within + h).cost - at(&readings, parts, between, within + 2.0 * h).cost)
+            (cost(&readings, parts, between, within + h) - cost(&readings, parts, between, within + 2.0 * h))
                 / (2.0 * h),
         ];
         for (slope, numeric) in here.slope.iter().zip(numeric) {
