@@ -112,6 +112,46 @@ fn counted(bench: &Bench, file: &str) -> BTreeMap<String, u64> {
     channels.map(|c| (c["topic"].as_str().unwrap().to_owned(), c["rows"].as_u64().unwrap())).collect()
 }
 
+/// An archive of these files; `stream` writes it as what cannot be rewound.
+const ZIP: &str = "
+import sys, json, zipfile
+class Stream:
+    def __init__(self, file): self.file = file
+    def write(self, data): return self.file.write(data)
+    def flush(self): self.file.flush()
+to, how, *names = sys.argv[1:]
+with open(to, 'wb') as file:
+    with zipfile.ZipFile(Stream(file) if how == 'stream' else file, 'w', zipfile.ZIP_DEFLATED) as archive:
+        for name in names: archive.write(name, name.split('/')[-1])
+print('{}')";
+
+#[test]
+fn a_log_in_an_archive_is_the_log_and_of_several_files_one_is_named() {
+    let Some(python) = python() else { return };
+    let bench = Bench::new();
+    bench.ok(&["simulate", "--seconds", "20", "--axis", "z", "--seed", "3", "-o", "log.csv"]);
+    bench.file("Metadata.csv", "device,platform\nPixel,android\n");
+    let [log, metadata] = ["log.csv", "Metadata.csv"].map(|name| bench.path(name).display().to_string());
+    let fitted = |file: &str| {
+        bench.ok(&["fit", file, "-o", "model.toml"]);
+        let model = bench.text("model.toml");
+        let own = |line: &&str| !["fitted = ", "log = "].iter().any(|begins| line.starts_with(begins));
+        model.lines().filter(own).map(str::to_owned).collect::<Vec<_>>()
+    };
+    let wanted = fitted("log.csv");
+    assert!(wanted.iter().any(|line| line.contains("sha256")), "{wanted:?}");
+    for how in ["file", "stream"] {
+        let [one, two] = ["one.zip", "two.zip"].map(|name| bench.path(name).display().to_string());
+        independent(python, ZIP, &[&one, how, &log]);
+        independent(python, ZIP, &[&two, how, &log, &metadata]);
+        assert_eq!(fitted("one.zip"), wanted, "{how}");
+        assert_eq!(fitted("two.zip/log.csv"), wanted, "{how}");
+        let refused = bench.refused(&["fit", "two.zip"]);
+        assert!(refused.contains("is an archive of 2 files ('Metadata.csv', 'log.csv')"), "{refused}");
+        assert!(bench.refused(&["fit", "two.zip/other.csv"]).contains("has no file of this name"));
+    }
+}
+
 const ULOG: &str = "
 import sys, json, pyulog
 log = pyulog.ULog(sys.argv[1])

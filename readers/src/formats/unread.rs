@@ -26,7 +26,7 @@ const KNOWN: &[(&[u8], &str, &str)] = &[
         "the program, on a computer, reads a ROS 2 .db3; or make an MCAP of it: `ros2 bag convert`",
     ),
     (b"PAR1", "a Parquet file", "write it as CSV: pandas.read_parquet(F).to_csv(G, index=False)"),
-    (b"PK\x03\x04", "a zip archive (an .xlsx, or a phone's export)", "unpack it, or save the sheet as CSV"),
+    (b"PK\x03\x04", "a zip archive (a phone's export, or an .xlsx)", "unpack it, or save the sheet as CSV"),
     (b"\xd0\xcf\x11\xe0", "an old Excel sheet", "save it as CSV"),
     (b"H Product:Blackbox", "a raw Betaflight log", "decode it: `blackbox_decode LOG.BBL`"),
     (b"\x89HDF", "an HDF5 file (a new .mat?)", "write it as CSV: in MATLAB, writetimetable(T, \"log.csv\")"),

@@ -55,6 +55,19 @@ pub enum Problem {
     /// A file packed with zstd ends early or is damaged.
     #[error("truncated or corrupt zstd ({0}): copy the file again, or save what is whole with `zstd -dc`")]
     Zstd(io::Error),
+    /// An archive of several files.
+    #[error("is an archive of {count} files ({names}): {}", of_archive(such))]
+    Archive {
+        /// How many.
+        count: usize,
+        /// Their names.
+        names: String,
+        /// The path of one that may be meant.
+        such: String,
+    },
+    /// An archive that cannot be read.
+    #[error("is an archive that cannot be read ({0}): copy the file again, or unpack it")]
+    Zip(io::Error),
     /// A database whose last messages lie beside it.
     #[error(
         "has messages beside it that are not written into it yet ({}): close the recorder, or write them in with \
@@ -399,11 +412,22 @@ fn whole_rows(fields: usize, commas: bool) -> String {
     )
 }
 
+/// How a file of an archive is named.
+fn of_archive(such: &str) -> String {
+    match words::voice() {
+        Voice::Page => {
+            let name = Path::new(such).file_name().unwrap_or_default().to_string_lossy();
+            format!("unpack it, and drop {}", quoted(&name))
+        }
+        Voice::Log | Voice::Stream | Voice::Library => format!("name one of them, such as `{}`", shell_word(such)),
+    }
+}
+
 /// The first few names of columns or channels.
 pub(super) fn listed(headers: &[String]) -> String {
     let mut shown: Vec<String> = headers.iter().take(12).map(|h| quoted(h)).collect();
     if headers.len() > 12 {
-        shown.push(format!("… {} columns in all", headers.len()));
+        shown.push(format!("… {} in all", headers.len()));
     }
     shown.join(", ")
 }

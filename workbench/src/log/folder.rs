@@ -40,11 +40,13 @@ pub fn files(path: &Path) -> Result<Vec<PathBuf>, Problem> {
 /// The file of a folder whose name says that it is a gyro's.
 fn of_gyro(folder: &Path) -> Option<String> {
     let files = fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path()).filter(|path| path.is_file());
-    let named = files.filter(|path| {
-        let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
-        ["gyro", "imu", "angular"].iter().any(|word| name.contains(word))
-    });
-    named.min().map(|path| path.display().to_string())
+    files.filter(|path| is_of_gyro(path)).min().map(|path| path.display().to_string())
+}
+
+/// Whether the name of a file says that it is a gyro's.
+pub fn is_of_gyro(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    ["gyro", "imu", "angular"].iter().any(|word| name.contains(word))
 }
 
 fn is_recording(path: &Path) -> bool {

@@ -1,8 +1,15 @@
 //! The bytes of a log: from a file or standard input, unpacked, hashed on the way.
 
-use super::{error::Problem, packing::Packing};
+use super::{
+    error::{Problem, listed},
+    folder::is_of_gyro,
+    packing::Packing,
+};
 use crate::{
-    files,
+    files::{
+        self,
+        archive::{self, Archive},
+    },
     recording::{AsCsv, is_own},
 };
 use flate2::read::MultiGzDecoder;
@@ -54,7 +61,8 @@ impl<R: Read> Read for Hashing<R> {
 }
 
 impl Input {
-    /// Opens a file, or standard input for `-`; unpacks what begins like gzip or zstd, and takes the samples out of a recording of ours.
+    /// Opens a file, or standard input for `-`; unpacks what begins like gzip or zstd, takes the one file out of a zip archive, and the samples
+    /// out of a recording of ours.
     pub fn open(path: &Path) -> Result<Self, Problem> {
         let source: Box<dyn Read + Send> = if path == Path::new("-") {
             Box::new(io::stdin())
@@ -66,8 +74,13 @@ impl Input {
             unwritten(path)?;
             file
         };
-        let is_gz = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"));
-        Self::of(source, is_gz)
+        Self::of(source, is_gz(path)).map_err(|problem| match problem {
+            Problem::Archive { count, names, such } => {
+                let archive = if path == Path::new("-") { Path::new("FILE.zip") } else { path };
+                Problem::Archive { count, names, such: archive.join(such).display().to_string() }
+            }
+            problem => problem,
+        })
     }
 
     /// The bytes of a source; `is_gz` where its name says that they are packed.
@@ -77,6 +90,7 @@ impl Input {
         let start = start(&mut source, packed::ZSTD.len()).map_err(Problem::Read)?;
         let packing = match start.as_slice() {
             [] => return Err(Problem::Empty),
+            archive::MAGIC => return Self::of_archive(Cursor::new(start).chain(source)),
             [0x1f, 0x8b, ..] => Packing::Gzip,
             start if start == packed::ZSTD => Packing::Zstd,
             _ if is_gz => return Err(Problem::NotGzip),
@@ -160,6 +174,26 @@ impl Input {
         Ok(Self { bytes, hash, packing, format, converted: None, unread, is_as_stored })
     }
 
+    /// The one file of an archive that is meant.
+    fn of_archive(source: impl Read) -> Result<Self, Problem> {
+        let mut archive = Archive::read(source).map_err(Problem::Zip)?;
+        if archive.is_sheet() {
+            return Err(Problem::Unread { what: "an Excel sheet", remedy: "save it as CSV" });
+        }
+        let names = archive.names();
+        let Some(name) = archive.only() else {
+            let gyros = names.iter().find(|name| is_of_gyro(Path::new(name)));
+            let such = gyros.or(names.first()).ok_or(Problem::Empty)?.clone();
+            return Err(Problem::Archive { count: names.len(), names: listed(&names), such });
+        };
+        let bytes = archive.file(&name).map_err(Problem::Zip)?;
+        // One that holds itself would be unpacked for ever.
+        if bytes.starts_with(archive::MAGIC) {
+            return Err(Problem::Unread { what: "an archive within an archive", remedy: "unpack it" });
+        }
+        Self::of(Box::new(Cursor::new(bytes)), is_gz(Path::new(&name)))
+    }
+
     /// Whether it is read row by row, as text is.
     pub fn is_text(&self) -> bool {
         self.converted.is_some() || is_text(self.format)
@@ -212,6 +246,10 @@ impl Read for Input {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         self.bytes.read(buffer)
     }
+}
+
+fn is_gz(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("gz"))
 }
 
 /// The table that records mean, which may name a sensor or a value in each row.
