@@ -1,7 +1,6 @@
 //! Zip archives, as phones and mail programs make them. A file inside is named like one of a folder: `export.zip/Gyroscope.csv`.
 
 use std::{
-    borrow::Cow,
     io::{self, Cursor, Read},
     path::Path,
 };
@@ -35,9 +34,8 @@ impl Archive {
     #[must_use]
     pub fn names(&self) -> Vec<String> {
         let is_hidden = |name: &str| name.split('/').any(|part| part.starts_with('.') || part == "__MACOSX");
-        let names = self.0.file_names().filter_map(Result::ok);
-        let mut names: Vec<String> =
-            names.filter(|name| !name.ends_with('/') && !is_hidden(name)).map(Cow::into_owned).collect();
+        let names = self.0.file_names().filter(|name| !name.ends_with('/') && !is_hidden(name));
+        let mut names: Vec<String> = names.map(str::to_owned).collect();
         names.sort_unstable();
         names
     }

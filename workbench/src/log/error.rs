@@ -425,9 +425,14 @@ fn of_archive(such: &str) -> String {
 
 /// The first few names of columns or channels.
 pub(super) fn listed(headers: &[String]) -> String {
-    let mut shown: Vec<String> = headers.iter().take(12).map(|h| quoted(h)).collect();
-    if headers.len() > 12 {
-        shown.push(format!("… {} in all", headers.len()));
+    first_of(headers, "columns")
+}
+
+/// The first few of many names, and how many there are of these.
+pub(super) fn first_of(names: &[String], these: &str) -> String {
+    let mut shown: Vec<String> = names.iter().take(12).map(|name| quoted(name)).collect();
+    if names.len() > 12 {
+        shown.push(format!("… {} {these} in all", names.len()));
     }
     shown.join(", ")
 }

@@ -1,7 +1,7 @@
 //! The bytes of a log: from a file or standard input, unpacked, hashed on the way.
 
 use super::{
-    error::{Problem, listed},
+    error::{Problem, first_of},
     folder::is_of_gyro,
     packing::Packing,
 };
@@ -184,7 +184,7 @@ impl Input {
         let Some(name) = archive.only() else {
             let gyros = names.iter().find(|name| is_of_gyro(Path::new(name)));
             let such = gyros.or(names.first()).ok_or(Problem::Empty)?.clone();
-            return Err(Problem::Archive { count: names.len(), names: listed(&names), such });
+            return Err(Problem::Archive { count: names.len(), names: first_of(&names, "files"), such });
         };
         let bytes = archive.file(&name).map_err(Problem::Zip)?;
         // One that holds itself would be unpacked for ever.
